@@ -1,0 +1,60 @@
+"""Errors that say what is wrong, where, and what to do next, in one line."""
+
+from __future__ import annotations
+
+
+class PitchloreError(Exception):
+    """A failure the user can act on.
+
+    Args:
+        what: what is wrong, without a full stop.
+        where: the file, chunk, row or time it concerns.
+        next_step: what the user can do about it, as an imperative.
+    """
+
+    #: Whether the same call may succeed when it is simply tried again.
+    transient = False
+
+    def __init__(self, what: str, *, where: str = "", next_step: str = "") -> None:
+        self.what = what
+        self.where = where
+        self.next_step = next_step
+        super().__init__(what, where, next_step)
+
+    def __str__(self) -> str:
+        line = f"{self.where}: {self.what}" if self.where else self.what
+        return f"{line}. {self.next_step}." if self.next_step else f"{line}."
+
+
+class BadRecording(PitchloreError):
+    """A foreign recording cannot be understood."""
+
+
+class DamagedLog(PitchloreError):
+    """A match log (MCAP) from which nothing can be salvaged, or that may not be trusted."""
+
+
+class SchemaMismatch(PitchloreError):
+    """A table does not have the columns, types or bounds of its schema."""
+
+
+class CorruptFile(PitchloreError):
+    """A file's bytes are not those that its receipt or manifest vouches for."""
+
+
+class NotFound(PitchloreError):
+    """Something that was asked for by name does not exist."""
+
+
+class BadSettings(PitchloreError):
+    """A settings file or argument cannot be used."""
+
+
+class BadQuery(PitchloreError):
+    """An SQL query that the catalogue refuses."""
+
+
+class StorageFailed(PitchloreError):
+    """The disk refused a write (full, read-only, gone); trying again may help."""
+
+    transient = True

@@ -1,0 +1,177 @@
+"""A match in memory, and the frames of reference it is looked at from.
+
+Everything between an importer (or the simulator) and the log is a :class:`MatchLog`.
+Time is integer nanoseconds since the first sample; lengths are metres; angles radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import Literal, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+from pydantic import BaseModel, ConfigDict, Field
+
+from pipeline.pitch import Pitch
+from schemas import Decisions, Quality, Referee
+
+F32 = npt.NDArray[np.float32]
+I64 = npt.NDArray[np.int64]
+A = TypeVar("A", np.float32, np.float64)
+
+HOME, AWAY = 0, 1
+
+#: One robot in one frame, as in `schemas/Robot.msg`: NaN where the source does not know.
+ROBOT_DTYPE = np.dtype(
+    {
+        "names": ["team", "id", "x", "y", "theta", "vx", "vy", "omega"],
+        "formats": ["u1", "<u2", *["<f4"] * 6],
+        "offsets": [0, 2, 4, 8, 12, 16, 20, 24],
+        "itemsize": 28,
+    }
+)
+
+#: The ball in one frame: NaN where it was not seen.
+BALL_DTYPE = np.dtype([("x", "<f4"), ("y", "<f4"), ("vx", "<f4"), ("vy", "<f4")])
+
+
+class Period(BaseModel):
+    """A stretch of the match in which the home team attacks one way.
+
+    Attributes:
+        start_ns: first sample, inclusive.
+        end_ns: end, exclusive.
+        home_attacks: +1 if the home team attacks +x, -1 if -x.
+        inferred: whether that was inferred from where the bodies stand.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    start_ns: int
+    end_ns: int
+    home_attacks: Literal[1, -1]
+    inferred: bool
+
+
+class MatchInfo(BaseModel):
+    """What is known of a match besides its samples; the log's metadata record.
+
+    Attributes:
+        match_id: ``<slug>-<hash>``.
+        source: name of the file it came from.
+        format: tracking, rcg, mcap or world.
+        home, away: the teams' names.
+        started_at: time of the first sample, None where unknown.
+        pitch: the field of play and its kind.
+        periods: consecutive; they cover all samples.
+        seed: of the simulator, None for recordings.
+        settings: what the recording was made or imported with.
+        software: name and version of the writer.
+        complete: whether everything the recorder meant to write is there.
+        incomplete_reason: why not.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    match_id: str = Field(pattern=r"^[a-z0-9][a-z0-9-]{0,63}$")
+    source: str
+    format: Literal["tracking", "rcg", "mcap", "world"]
+    home: str
+    away: str
+    started_at: datetime | None = None
+    pitch: Pitch
+    periods: tuple[Period, ...] = ()
+    seed: int | None = None
+    settings: dict[str, object] = Field(default_factory=dict)
+    software: str
+    complete: bool = True
+    incomplete_reason: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Frames:
+    """The samples of a match, in the order in which they were recorded.
+
+    Attributes:
+        number: uint32 [F], the source's own frame number.
+        t_ns: int64 [F], time since the first sample; not necessarily increasing, as recorded.
+        ball: BALL_DTYPE [F], NaN where the ball was not seen.
+        offsets: int64 [F + 1]; the robots of frame i are ``robots[offsets[i]:offsets[i + 1]]``.
+        robots: ROBOT_DTYPE [offsets[-1]]; a robot that was not seen is not there.
+    """
+
+    number: npt.NDArray[np.uint32]
+    t_ns: I64
+    ball: npt.NDArray[np.void]
+    offsets: I64
+    robots: npt.NDArray[np.void]
+
+    def __post_init__(self) -> None:
+        frames = len(self.t_ns)
+        assert self.number.shape == (frames,), "number is [F]"
+        assert self.ball.shape == (frames,), "ball is [F]"
+        assert self.ball.dtype == BALL_DTYPE, "ball is BALL_DTYPE"
+        assert self.offsets.shape == (frames + 1,), "offsets is [F + 1]"
+        assert self.robots.dtype == ROBOT_DTYPE, "robots is ROBOT_DTYPE"
+        assert int(self.offsets[-1]) == len(self.robots), "offsets end at the last robot"
+
+    def __len__(self) -> int:
+        return len(self.t_ns)
+
+    def counts(self) -> I64:
+        """Number of robots in each frame, int64 [F]."""
+        return np.diff(self.offsets)
+
+    def robot_frames(self) -> I64:
+        """Index of the frame of each row of ``robots``, int64 [offsets[-1]]."""
+        return np.repeat(np.arange(len(self), dtype=np.int64), self.counts())
+
+
+@dataclass(frozen=True, slots=True)
+class MatchLog:
+    """A whole match: what an importer or the simulator makes and what the log holds.
+
+    Attributes:
+        info: what is known besides the samples.
+        frames: the samples.
+        referee: rows of schema Referee, in order of time.
+        decisions: rows of schema Decisions; empty for foreign recordings.
+        quality: rows of schema Quality: what was found wrong while reading.
+    """
+
+    info: MatchInfo
+    frames: Frames
+    referee: pl.DataFrame = field(default_factory=Referee.empty)
+    decisions: pl.DataFrame = field(default_factory=Decisions.empty)
+    quality: pl.DataFrame = field(default_factory=Quality.empty)
+
+
+def wrap(angle: npt.NDArray[A]) -> npt.NDArray[A]:
+    """The same angle in (-pi, pi], same shape and dtype; NaN stays NaN."""
+    turn = angle.dtype.type(2 * np.pi)
+    half = angle.dtype.type(np.pi)
+    wrapped: npt.NDArray[A] = half - np.mod(half - angle, turn)
+    return wrapped
+
+
+def home_attacks(periods: tuple[Period, ...], t_ns: I64) -> npt.NDArray[np.int8]:
+    """+1 or -1 for each time [F]: the direction along x in which the home team attacks.
+
+    A time outside all periods takes the nearest one before it; with no periods at all it is +1.
+    """
+    if not periods:
+        return np.ones(len(t_ns), dtype=np.int8)
+    starts = np.array([p.start_ns for p in periods], dtype=np.int64)
+    signs = np.array([p.home_attacks for p in periods], dtype=np.int8)
+    return signs[np.clip(np.searchsorted(starts, t_ns, side="right") - 1, 0, None)]
+
+
+def runs(mask: npt.NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """Half-open index ranges of the stretches where ``mask`` [F] is true."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
+    for start, end in edges.reshape(-1, 2):
+        yield int(start), int(end)

@@ -1,0 +1,1 @@
+"""Importers of foreign recordings, one format a module."""

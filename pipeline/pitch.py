@@ -1,0 +1,100 @@
+"""Pitches and the kinds of match: the lengths and speeds that everything else scales with.
+
+Axes everywhere: metres, origin at the centre, x along the pitch, y to the left of +x,
+angles in radians counter-clockwise from +x.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class Kind(StrEnum):
+    """A league: what the robots and the ball are, and so what near and fast mean."""
+
+    VSSS = "vsss"
+    SSL = "ssl"
+    SIM2D = "2d"
+
+
+class Pitch(BaseModel):
+    """The field of play.
+
+    Attributes:
+        kind: the league whose robots play on it.
+        length: goal line to goal line, metres.
+        width: side line to side line, metres.
+        goal_width: post to post, metres.
+        goal_depth: goal line to the back of the net, metres.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: Kind
+    length: float = Field(gt=0)
+    width: float = Field(gt=0)
+    goal_width: float = Field(gt=0)
+    goal_depth: float = Field(default=0.1, ge=0)
+
+    @property
+    def goal_x(self) -> float:
+        """Distance of each goal line from the centre, metres."""
+        return self.length / 2
+
+
+@dataclass(frozen=True, slots=True)
+class Scales:
+    """What the fuzzy terms of a kind of match are stretched by (SOURCES in DECISIONS.md).
+
+    Distances are the 0.5 crossings of the Distance variable, metres.
+
+    Attributes:
+        contact: robot centre to ball centre when they touch (2D: when the ball is kickable).
+        contact_fade: half the width of the slope around ``contact``.
+        close: about two robot lengths, or a quarter of a second of travel.
+        near: about half a second of travel.
+        far: about half a pitch.
+        speed: top cruising speed over that of a VSSS robot (1.2 m/s); velocity terms scale by it.
+        robot_radius: metres.
+        ball_radius: metres.
+        max_ball_speed: a ball that moves faster was not moved by anybody, m/s.
+        max_robot_speed: the same for a robot, m/s.
+    """
+
+    contact: float
+    contact_fade: float
+    close: float
+    near: float
+    far: float
+    speed: float
+    robot_radius: float
+    ball_radius: float
+    max_ball_speed: float
+    max_robot_speed: float
+
+
+PITCHES: dict[Kind, Pitch] = {
+    Kind.VSSS: Pitch(kind=Kind.VSSS, length=1.5, width=1.3, goal_width=0.4, goal_depth=0.1),
+    Kind.SSL: Pitch(kind=Kind.SSL, length=12.0, width=9.0, goal_width=1.8, goal_depth=0.18),
+    Kind.SIM2D: Pitch(kind=Kind.SIM2D, length=105.0, width=68.0, goal_width=14.02, goal_depth=2.44),
+}
+
+SCALES: dict[Kind, Scales] = {
+    Kind.VSSS: Scales(
+        contact=0.0775, contact_fade=0.0075, close=0.20, near=0.45, far=0.85, speed=1.0,
+        robot_radius=0.0375, ball_radius=0.02135, max_ball_speed=6.0, max_robot_speed=3.0,
+    ),
+    # robot of 18 cm with a flat front; ball speed is limited to 6.5 m/s by the rules
+    Kind.SSL: Scales(
+        contact=0.125, contact_fade=0.015, close=0.50, near=1.20, far=6.0, speed=2.5,
+        robot_radius=0.09, ball_radius=0.02135, max_ball_speed=10.0, max_robot_speed=6.0,
+    ),
+    # kickable_margin 0.7 + player 0.3 + ball 0.085; speeds are metres a cycle of 0.1 s
+    Kind.SIM2D: Scales(
+        contact=1.085, contact_fade=0.10, close=2.5, near=6.0, far=52.5, speed=8.0,
+        robot_radius=0.3, ball_radius=0.085, max_ball_speed=33.0, max_robot_speed=13.0,
+    ),
+}

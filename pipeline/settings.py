@@ -1,0 +1,161 @@
+"""Every knob of every stage: one frozen model a stage, and one that holds them all.
+
+A stage's settings are written into its receipts; the same settings, seed and inputs give the
+same bytes. Units are in the names (``_s`` seconds, ``_ns`` nanoseconds, ``_m`` metres).
+"""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from pipeline.errors import BadSettings
+
+
+class _Settings(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class TrajectorySettings(_Settings):
+    """How bodies are cleaned and velocities estimated.
+
+    Attributes:
+        gap_s: a longer time between samples cuts the segment.
+        window_s: full width of the centred least-squares window for velocities.
+        window_samples: samples the window holds at least, however slow the sampling.
+        hole_s: a body missing for longer starts its velocity estimate anew.
+        jump_accept_s: a ball that keeps to its new place for so long has been put there.
+        reorder_s: a sample that is late by more is a clock that jumped back.
+    """
+
+    gap_s: float = Field(default=0.5, gt=0)
+    window_s: float = Field(default=0.1, gt=0)
+    window_samples: int = Field(default=3, ge=3)
+    hole_s: float = Field(default=0.2, gt=0)
+    jump_accept_s: float = Field(default=0.25, gt=0)
+    reorder_s: float = Field(default=0.5, ge=0)
+
+
+class SituationSettings(_Settings):
+    """How situations are recognised (SITUATIONS in DECISIONS.md)."""
+
+    fire_at: float = Field(default=0.5, gt=0, le=1)
+
+
+class GramSettings(_Settings):
+    """How situations are valued and windowed (paper section 3.2.2).
+
+    Attributes:
+        alpha: value of a situation that starts one tick before a goal.
+        tick_s: the discrete time of the paper's exponent.
+    """
+
+    alpha: float = Field(default=0.998, gt=0, lt=1)
+    tick_s: float = Field(default=1 / 30, gt=0)
+
+
+class RoundSettings(_Settings):
+    """One round of the selection of behaviours.
+
+    Attributes:
+        n: length of the grams.
+        rows, columns: of the map.
+        activation: least share of the recognised situations that a neuron must be activated by.
+    """
+
+    n: int = Field(ge=1, le=4)
+    rows: int = Field(ge=1)
+    columns: int = Field(ge=1)
+    activation: float = Field(gt=0, le=1)
+
+
+class BehaviourSettings(_Settings):
+    """How behaviours are selected (paper section 3.2.2).
+
+    Attributes:
+        rounds: longest first.
+        value_over: a group must be worth more than this.
+        support_at_least: a group must have been seen this often.
+        epochs: passes of the map's training over the distinct grams.
+        seed: of the map.
+    """
+
+    rounds: tuple[RoundSettings, ...] = (
+        RoundSettings(n=4, rows=3, columns=3, activation=0.10),
+        RoundSettings(n=3, rows=3, columns=4, activation=0.08),
+        RoundSettings(n=2, rows=4, columns=4, activation=0.06),
+        RoundSettings(n=1, rows=5, columns=5, activation=0.04),
+    )
+    value_over: float = 0.0
+    support_at_least: int = Field(default=1, ge=1)
+    epochs: int = Field(default=20, ge=1)
+    seed: int = 0
+
+
+class KnowledgeSettings(_Settings):
+    """How occasions become knowledge.
+
+    Attributes:
+        state_key: which elements of the state are kept (STATE in DECISIONS.md).
+        optimistic: action value of a behaviour in a state where nothing is known yet.
+    """
+
+    state_key: Literal["full36", "ego19", "team19"] = "full36"
+    optimistic: float = 0.0
+
+
+class PolicySettings(_Settings):
+    """Batch Sarsa(lambda) (paper section 4; values are ours, the paper gives none).
+
+    Attributes:
+        step_size: alpha.
+        discount: gamma a second of elapsed time (semi-Markov).
+        trace_decay: lambda.
+        traces: replacing or accumulating.
+        sweeps: passes over the batch.
+    """
+
+    step_size: float = Field(default=0.1, gt=0, le=1)
+    discount: float = Field(default=0.98, gt=0, le=1)
+    trace_decay: float = Field(default=0.9, ge=0, le=1)
+    traces: Literal["replacing", "accumulating"] = "replacing"
+    sweeps: int = Field(default=5, ge=1)
+
+
+class Settings(_Settings):
+    """All settings of a run; a TOML file has one table a stage."""
+
+    trajectories: TrajectorySettings = TrajectorySettings()
+    situations: SituationSettings = SituationSettings()
+    grams: GramSettings = GramSettings()
+    behaviours: BehaviourSettings = BehaviourSettings()
+    knowledge: KnowledgeSettings = KnowledgeSettings()
+    policies: PolicySettings = PolicySettings()
+
+
+def load_settings(path: Path | None) -> Settings:
+    """The defaults, with what a TOML file says on top.
+
+    Raises:
+        BadSettings: if the file is missing, is not TOML, or has a key or value that does not fit.
+    """
+    if path is None:
+        return Settings()
+    try:
+        return Settings.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise BadSettings(
+            f"cannot be read ({error.strerror})", where=str(path), next_step="Name an existing settings file"
+        ) from error
+    except tomllib.TOMLDecodeError as error:
+        raise BadSettings(f"is not TOML ({error})", where=str(path), next_step="Mend the line it names") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise BadSettings(
+            f"{key}: {first['msg'].lower()}", where=str(path),
+            next_step="See pipeline/settings.py for all keys and their bounds",
+        ) from error

@@ -1,0 +1,29 @@
+"""The contracts: one dataframely schema a public table, one `.msg` file a streamed message."""
+
+from __future__ import annotations
+
+from schemas.behaviours import Behaviours, Patterns
+from schemas.decisions import Decisions
+from schemas.goals import Goals
+from schemas.grams import Grams
+from schemas.knowledge import Occasions
+from schemas.matches import Matches, Quality, Referee
+from schemas.policies import Policies
+from schemas.situations import Situations
+from schemas.table import BODIES, ROLES, TEAMS, Table
+from schemas.trajectories import Trajectories
+
+#: The tables a user sees in the catalogue, by name.
+PUBLIC: dict[str, type[Table]] = {
+    table.NAME: table
+    for table in (
+        Matches, Referee, Quality, Trajectories, Situations, Goals, Grams,
+        Behaviours, Occasions, Decisions, Policies,
+    )
+}
+
+__all__ = [
+    "BODIES", "PUBLIC", "ROLES", "TEAMS", "Behaviours", "Decisions", "Goals", "Grams", "Matches",
+    "Occasions", "Patterns", "Policies", "Quality", "Referee", "Situations", "Table",
+    "Trajectories",
+]

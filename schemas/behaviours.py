@@ -1,0 +1,45 @@
+"""Behaviours: grams that recur and pay."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import dataframely as dy
+
+from schemas.table import ROLES, Table
+
+
+def behaviour_id() -> dy.String:
+    """The identity of a behaviour, the same in every version: role and codes."""
+    return dy.String(
+        regex=r"^(goalkeeper|midfield|striker)(-\d{3}){1,4}$",
+        description="role and codes, the same in every version",
+    )
+
+
+class Patterns(Table):
+    """One behaviour as a round of the selection found it (behaviours before they have a version).
+
+    Sorted by role, codes. Source: paper section 3.2.2.
+    """
+
+    NAME: ClassVar[str] = "patterns"
+    VERSION: ClassVar[int] = 1
+
+    behaviour_id = behaviour_id()
+    role = dy.Enum(ROLES, description="role of the robots that showed it")
+    codes = dy.List(dy.Int16(min=1, max=194), description="the situations' codes in order")
+    n = dy.Int8(min=1, max=4, description="how many situations")
+    support = dy.Int64(min=1, description="how often it was seen")
+    value = dy.Float64(description="mean of its instances' values, in (-1, 1)")
+    spread = dy.Float64(min=0, description="standard deviation of its instances' values")
+    neuron = dy.Int16(min=0, description="best-matching unit in the map of its length")
+
+
+class Behaviours(Patterns):
+    """One behaviour in one version of the knowledge. Sorted by n (descending), role, codes."""
+
+    NAME: ClassVar[str] = "behaviours"
+    VERSION: ClassVar[int] = 1
+
+    version = dy.Int32(min=1, description="version of the knowledge")

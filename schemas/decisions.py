@@ -1,0 +1,39 @@
+"""Decisions: which behaviour a robot chose in which state, and what it got."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import dataframely as dy
+
+from schemas.table import ROLES, TEAMS, Table, match_id, unit
+
+ENDS = ("terminal", "truncated")
+
+
+class Decisions(Table):
+    """One decision of one robot, made by a policy or seen in a recording.
+
+    Sorted by team, robot, t_ns. Consecutive rows of one (team, robot, episode) are the
+    transitions that the trainer learns from.
+    """
+
+    NAME: ClassVar[str] = "decisions"
+    VERSION: ClassVar[int] = 1
+
+    match_id = match_id()
+    team = dy.Enum(TEAMS, description="team of the robot")
+    robot = dy.Int16(description="the robot's number")
+    role = dy.Enum(ROLES, description="role when it decided")
+    t_ns = dy.Int64(description="when the behaviour starts", metadata=unit("ns"))
+    end_ns = dy.Int64(description="when the next decision starts, or the episode ends", metadata=unit("ns"))
+    state = dy.Int64(min=0, description="state when it decided, by the state key of the settings")
+    behaviour_id = dy.String(nullable=True, description="behaviour chosen; null for moves randomly")
+    random = dy.Bool(description="whether chosen at random")
+    reward = dy.Float64(description="+1 goal for, -1 goal against at end_ns, else 0")
+    episode = dy.Int32(min=0, description="the segment of play it lies in")
+    ends = dy.Enum(ENDS, nullable=True, description=(
+        "null: another decision follows; terminal: the episode ended here by a goal, a fault or the "
+        "final whistle; truncated: the recording was cut here"
+    ))
+    value = dy.Float64(description="value of the behaviour's instance by its outcome, in (-1, 1)")

@@ -1,0 +1,24 @@
+"""Goals: who made them, and how."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import dataframely as dy
+
+from schemas.table import TEAMS, Table, match_id, unit
+
+KINDS = ("direct", "indirect", "error")
+
+
+class Goals(Table):
+    """One goal."""
+
+    NAME: ClassVar[str] = "goals"
+    VERSION: ClassVar[int] = 1
+
+    match_id = match_id()
+    t_ns = dy.Int64(description="when the referee gave it", metadata=unit("ns"))
+    team = dy.Enum(TEAMS, description="the team that it counts for")
+    robot = dy.Int16(nullable=True, description="number of the robot (of either team) that made it; null where nobody touched the ball")
+    kind = dy.Enum(KINDS, nullable=True, description="direct action, indirect action, or error of the adversary; null where it cannot be told")

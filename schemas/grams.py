@@ -1,0 +1,28 @@
+"""Grams: distinct runs of consecutive situations, counted."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import dataframely as dy
+
+from schemas.table import ROLES, TEAMS, Table, match_id
+
+
+class Grams(Table):
+    """One distinct gram of one match, team and role; tables of matches add up in any order.
+
+    Sorted by team, role, codes. Source: paper section 3.2.2.
+    """
+
+    NAME: ClassVar[str] = "grams"
+    VERSION: ClassVar[int] = 1
+
+    match_id = match_id()
+    team = dy.Enum(TEAMS, description="team whose robots did it")
+    role = dy.Enum(ROLES, description="role held when the gram starts")
+    codes = dy.List(dy.Int16(min=1, max=194), description="the situations' codes in order")
+    n = dy.Int8(min=1, max=4, description="how many situations")
+    count = dy.Int64(min=1, description="how often it was seen")
+    value_sum = dy.Float64(description="sum of its instances' values, each the mean of its situations'")
+    value_square_sum = dy.Float64(min=0, description="sum of the squares of its instances' values")

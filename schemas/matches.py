@@ -1,0 +1,80 @@
+"""Matches, their referee events, and what was wrong with them."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import dataframely as dy
+
+from schemas.table import BODIES, TEAMS, Table, match_id, unit
+
+EVENTS = ("kick-off", "goal", "fault", "stop", "play", "half", "end")
+FLAWS = (
+    "duplicate frame", "reordered frame", "clock jump back", "gap", "ball jump", "robot jump",
+    "damaged chunk", "truncated", "ball lost", "not a number", "direction inferred",
+    "direction unknown", "skipped",
+)
+
+
+class Matches(Table):
+    """One recorded match."""
+
+    NAME: ClassVar[str] = "matches"
+    VERSION: ClassVar[int] = 1
+
+    match_id = match_id()
+    source = dy.String(description="name of the file the match was recorded in or imported from")
+    home = dy.String(description="name of the home team")
+    away = dy.String(description="name of the away team")
+    started_at = dy.Datetime(
+        nullable=True, time_unit="us", time_zone="UTC",
+        description="wall-clock time of the first sample, null where the source has none",
+    )
+    duration_s = dy.Float64(min=0, description="first to last sample", metadata=unit("s"))
+    hz = dy.Float64(nullable=True, min=0, description="1 / median sampling interval", metadata=unit("1/s"))
+    robots_per_team = dy.Int16(min=0, description="most robots a team had on the pitch at once")
+    score_home = dy.Int16(nullable=True, min=0, description="final goals of home, null where unknown")
+    score_away = dy.Int16(nullable=True, min=0, description="final goals of away, null where unknown")
+    complete = dy.Bool(description="whether the log has everything the recorder meant to write")
+    incomplete_reason = dy.String(nullable=True, description="why the log is not complete")
+    kind = dy.String(description="league: vsss, ssl or 2d")
+    pitch_length = dy.Float64(min=0, description="goal line to goal line", metadata=unit("m"))
+    pitch_width = dy.Float64(min=0, description="side line to side line", metadata=unit("m"))
+    goal_width = dy.Float64(min=0, description="post to post", metadata=unit("m"))
+    frames = dy.Int64(min=0, description="number of samples")
+    format = dy.String(description="format of the source: tracking, rcg, mcap or world")
+    direction_inferred = dy.Bool(description="whether a team's direction of attack had to be inferred")
+
+
+class Referee(Table):
+    """One event of a match's referee."""
+
+    NAME: ClassVar[str] = "referee"
+    VERSION: ClassVar[int] = 1
+
+    match_id = match_id()
+    t_ns = dy.Int64(description="time since the first sample", metadata=unit("ns"))
+    event = dy.Enum(EVENTS, description=(
+        "kick-off, fault: play restarts here; goal, half, end, stop: play stops here; "
+        "play: play goes on"
+    ))
+    team = dy.Enum(TEAMS, nullable=True, description="who scored, or who restarts; null where unknown")
+    score_home = dy.Int16(nullable=True, min=0, description="goals of home after the event, null where unknown")
+    score_away = dy.Int16(nullable=True, min=0, description="goals of away after the event, null where unknown")
+    note = dy.String(nullable=True, description="the source's own word for the event")
+
+
+class Quality(Table):
+    """One flaw of a recording: flagged, never silently repaired."""
+
+    NAME: ClassVar[str] = "quality"
+    VERSION: ClassVar[int] = 1
+
+    match_id = match_id()
+    flaw = dy.Enum(FLAWS, description="what is wrong")
+    start_ns = dy.Int64(nullable=True, description="where it begins, null where it has no time", metadata=unit("ns"))
+    end_ns = dy.Int64(nullable=True, description="where it ends (exclusive), null where it has no end", metadata=unit("ns"))
+    team = dy.Enum(BODIES, nullable=True, description="team of the body it concerns, null where all")
+    robot = dy.Int16(nullable=True, description="number of the robot it concerns")
+    count = dy.Int64(min=1, description="how many samples, messages or lines it concerns")
+    note = dy.String(nullable=True, description="detail, and what was done about it")

@@ -1,0 +1,60 @@
+"""What every public table is: a dataframely schema with a name, a version, and units."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import dataframely as dy
+import polars as pl
+
+TEAMS = ("home", "away")
+BODIES = ("ball", *TEAMS)
+ROLES = ("goalkeeper", "midfield", "striker")
+
+
+class Table(dy.Schema):
+    """Base of all schemas.
+
+    A subclass names its table and counts its version up whenever a column changes its name,
+    type or meaning; columns may be added without.
+    """
+
+    NAME: ClassVar[str]
+    VERSION: ClassVar[int]
+
+    @classmethod
+    def tag(cls) -> str:
+        """``name/version``, written into every file of the table."""
+        return f"{cls.NAME}/{cls.VERSION}"
+
+    @classmethod
+    def empty(cls) -> pl.DataFrame:
+        """No rows, all columns."""
+        return pl.DataFrame(schema=cls.dtypes())
+
+    @classmethod
+    def dtypes(cls) -> dict[str, pl.DataType]:
+        """Column name to polars dtype, in order."""
+        return {name: column.dtype for name, column in cls.columns().items()}
+
+    @classmethod
+    def meanings(cls) -> dict[str, str]:
+        """Column name to its meaning with its unit in brackets."""
+        out = {}
+        for name, column in cls.columns().items():
+            unit = (column.metadata or {}).get("unit")
+            out[name] = f"{column.description} [{unit}]" if unit else str(column.description)
+        return out
+
+
+def unit(name: str) -> dict[str, Any]:
+    """Column metadata that names the unit."""
+    return {"unit": name}
+
+
+def match_id() -> dy.String:
+    """The identity of a match: ``<slug>-<12 hex digits>``."""
+    return dy.String(
+        regex=r"^[a-z0-9][a-z0-9-]{0,63}$",
+        description="match the row belongs to: slug of its source and a hash of its bytes",
+    )
