@@ -51,10 +51,13 @@ class GramSettings(_Settings):
     Attributes:
         alpha: value of a situation that starts one tick before a goal.
         tick_s: the discrete time of the paper's exponent.
+        gap_s: situations that lie as far apart, or further, are not consecutive; shorter holes
+            are those that the recogniser drops.
     """
 
     alpha: float = Field(default=0.998, gt=0, lt=1)
     tick_s: float = Field(default=1 / 30, gt=0)
+    gap_s: float = Field(default=0.2, gt=0)
 
 
 class RoundSettings(_Settings):
@@ -79,7 +82,10 @@ class BehaviourSettings(_Settings):
         rounds: longest first.
         value_over: a group must be worth more than this.
         support_at_least: a group must have been seen this often.
+        keep_random: whether a group of nothing but "moves randomly" may become a behaviour;
+            every state offers that action anyway.
         epochs: passes of the map's training over the distinct grams.
+        sigma_end: spread of the map's last neighbourhood, neurons.
         seed: of the map.
     """
 
@@ -91,7 +97,9 @@ class BehaviourSettings(_Settings):
     )
     value_over: float = 0.0
     support_at_least: int = Field(default=1, ge=1)
+    keep_random: bool = False
     epochs: int = Field(default=20, ge=1)
+    sigma_end: float = Field(default=0.5, gt=0)
     seed: int = 0
 
 
@@ -112,14 +120,15 @@ class PolicySettings(_Settings):
 
     Attributes:
         step_size: alpha.
-        discount: gamma a second of elapsed time (semi-Markov).
-        trace_decay: lambda.
+        discount: gamma a second of elapsed time (semi-Markov); 0.95 is 0.98 a decision of 0.4 s,
+            and close to the value of situations (0.998 a tick of 1/30 s is 0.942 a second).
+        trace_decay: lambda a decision.
         traces: replacing or accumulating.
         sweeps: passes over the batch.
     """
 
     step_size: float = Field(default=0.1, gt=0, le=1)
-    discount: float = Field(default=0.98, gt=0, le=1)
+    discount: float = Field(default=0.95, gt=0, le=1)
     trace_decay: float = Field(default=0.9, ge=0, le=1)
     traces: Literal["replacing", "accumulating"] = "replacing"
     sweeps: int = Field(default=5, ge=1)
@@ -151,7 +160,9 @@ def load_settings(path: Path | None) -> Settings:
             f"cannot be read ({error.strerror})", where=str(path), next_step="Name an existing settings file"
         ) from error
     except tomllib.TOMLDecodeError as error:
-        raise BadSettings(f"is not TOML ({error})", where=str(path), next_step="Mend the line it names") from error
+        raise BadSettings(
+            f"is not TOML ({error})", where=str(path), next_step="Mend the line it names"
+        ) from error
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"])

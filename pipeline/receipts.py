@@ -1,0 +1,137 @@
+"""Receipts, manifests, and the keys that say whether work is already done. No disk in here."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from pipeline import __version__
+from schemas import Table
+
+SOFTWARE = f"pitchlore {__version__}"
+
+
+class FileRecord(BaseModel):
+    """One file that a receipt or manifest vouches for.
+
+    Attributes:
+        path: relative to the data folder (receipts) or the version's folder (manifests).
+        sha256: of its bytes.
+        size: in bytes.
+        table: ``name/version`` of its schema, None for what is not a table.
+        rows: of the table.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    path: str
+    sha256: str
+    size: int
+    table: str | None = None
+    rows: int | None = None
+
+
+class Receipt(BaseModel):
+    """Proof of one output of one stage: what it was made from and what it is.
+
+    Attributes:
+        noun: the stage.
+        name: the output, unique in its noun; usually a match id.
+        key: hash over noun, name, inputs, settings, seed, schemas and software.
+        inputs: label to SHA-256.
+        settings: of the stage.
+        seed: None where the stage draws nothing.
+        software: name and version of the writer.
+        files: by what they hold.
+        details: counts and facts that later stages and reports need.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    noun: str
+    name: str
+    key: str
+    inputs: dict[str, str]
+    settings: dict[str, Any]
+    seed: int | None = None
+    software: str
+    files: dict[str, FileRecord]
+    details: dict[str, Any] = Field(default_factory=dict)
+
+    def digests(self) -> dict[str, str]:
+        """The files' SHA-256 labelled ``noun/name/file``: what a later stage states as its inputs."""
+        return {f"{self.noun}/{self.name}/{role}": f.sha256 for role, f in sorted(self.files.items())}
+
+
+class Manifest(BaseModel):
+    """What an immutable version holds and came from.
+
+    Attributes:
+        noun: knowledge or policies.
+        version: from 1.
+        parent: the version it follows, None for the first.
+        key: hash over inputs, settings, seed, schemas and software, without the parent.
+        inputs: label to SHA-256.
+        settings, seed, software: as in a receipt.
+        files: paths relative to the version's folder.
+        counts: what a person wants to know at a glance.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    noun: str
+    version: int
+    parent: int | None
+    key: str
+    inputs: dict[str, str]
+    settings: dict[str, Any]
+    seed: int | None = None
+    software: str
+    files: dict[str, FileRecord]
+    counts: dict[str, Any] = Field(default_factory=dict)
+
+
+class Quarantined(BaseModel):
+    """A match that a stage could not take, and why.
+
+    Attributes:
+        noun: the stage that refused it.
+        name: the match, or the file's name.
+        error: class of the error.
+        reason: the error's one line.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    noun: str
+    name: str
+    error: str
+    reason: str
+
+
+def digest(data: bytes) -> str:
+    """SHA-256 in hex."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def canonical(value: object) -> bytes:
+    """JSON bytes that are the same for the same value: sorted keys, no spaces, no NaN."""
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
+
+
+def key_of(
+    noun: str,
+    name: str,
+    *,
+    inputs: Mapping[str, str],
+    settings: Mapping[str, Any],
+    seed: int | None = None,
+    tables: tuple[type[Table], ...] = (),
+) -> str:
+    """The 16 hex digits that stand for one piece of work."""
+    work = [noun, name, dict(inputs), dict(settings), seed, [table.tag() for table in tables], SOFTWARE]
+    return digest(canonical(work))[:16]

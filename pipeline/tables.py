@@ -1,0 +1,73 @@
+"""Tables as bytes: Parquet that carries its schema's name and version. No disk in here."""
+
+from __future__ import annotations
+
+import io
+
+import polars as pl
+
+from pipeline.errors import CorruptFile, SchemaMismatch
+from schemas import Table
+
+SCHEMA_KEY = "pitchlore.schema"
+
+
+def to_parquet(frame: pl.DataFrame, schema: type[Table], *, where: str) -> bytes:
+    """The table as Parquet bytes (zstd), tagged with its schema, after checking it.
+
+    Raises:
+        SchemaMismatch: if a column is missing, superfluous, of another type, or out of bounds.
+    """
+    check(frame, schema, where=where)
+    buffer = io.BytesIO()
+    frame.write_parquet(
+        buffer, compression="zstd", compression_level=1, metadata={SCHEMA_KEY: schema.tag()}
+    )
+    return buffer.getvalue()
+
+
+def check(frame: pl.DataFrame, schema: type[Table], *, where: str) -> None:
+    """Check a table against its schema.
+
+    Raises:
+        SchemaMismatch: naming the first columns or rules that do not hold.
+    """
+    wanted = schema.dtypes()
+    if list(frame.schema.items()) != list(wanted.items()):
+        missing = [c for c in wanted if c not in frame.columns]
+        extra = [c for c in frame.columns if c not in wanted]
+        retyped = [f"{c} is {frame.schema[c]}, not {t}" for c, t in wanted.items()
+                   if c in frame.columns and frame.schema[c] != t]
+        problems = [f"missing {c}" for c in missing] + [f"unknown {c}" for c in extra] + retyped
+        raise SchemaMismatch(
+            f"does not fit table {schema.tag()}: " + ("; ".join(problems[:4]) or "columns are out of order"),
+            where=where, next_step="Make it again with this version of pitchlore",
+        )
+    _, failure = schema.filter(frame)
+    if len(failure):
+        broken = ", ".join(f"{rule} ({count} rows)" for rule, count in sorted(failure.counts().items())[:4])
+        raise SchemaMismatch(
+            f"breaks the rules of table {schema.tag()}: {broken}",
+            where=where, next_step="Look for NaN, infinite or impossible values in the source",
+        )
+
+
+def from_parquet(data: bytes, schema: type[Table], *, where: str) -> pl.DataFrame:
+    """The table in Parquet bytes that :func:`to_parquet` made.
+
+    Raises:
+        SchemaMismatch: if it is tagged as another table or version.
+        CorruptFile: if it is not Parquet at all.
+    """
+    try:
+        tag = pl.read_parquet_metadata(io.BytesIO(data)).get(SCHEMA_KEY)
+        frame = pl.read_parquet(io.BytesIO(data)) if tag == schema.tag() else None
+    except pl.exceptions.PolarsError as error:
+        raise CorruptFile(f"is not Parquet ({str(error)[:80]})", where=where,
+                          next_step="Delete it and run again") from error
+    if frame is None:
+        raise SchemaMismatch(
+            f"holds table {tag or 'of unknown origin'}, not {schema.tag()}", where=where,
+            next_step="Make it again with this version of pitchlore",
+        )
+    return frame

@@ -1,0 +1,123 @@
+"""The catalogue: views over what the receipts vouch for, safe to query."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import duckdb
+import polars as pl
+import pytest
+
+from flows.catalog import catalog_path, refresh
+from pipeline import catalog
+from pipeline.errors import BadQuery, NotFound
+from pipeline.receipts import key_of
+from pipeline.store import Store
+from schemas import PUBLIC, Goals
+
+
+def put(store: Store, match: str, robot: int) -> Path:
+    frame = pl.DataFrame(
+        {"match_id": [match], "t_ns": [5], "team": ["away"], "robot": [robot], "kind": ["error"]},
+        schema=Goals.dtypes(),
+    )
+    key = key_of("goals", match, inputs={}, settings={"robot": robot})
+    receipt = store.commit("goals", match, key, inputs={}, settings={}, tables={"goals": (frame, Goals)})
+    return store.root / receipt.files["goals"].path
+
+
+def test_every_public_table_is_a_view_even_when_empty(tmp_path):
+    path = refresh(Store(tmp_path))
+    for name, schema in PUBLIC.items():
+        frame = catalog.query(path, f"select * from {name}")
+        assert frame.columns == list(schema.dtypes())
+        assert frame.height == 0
+
+
+def test_an_empty_view_has_the_types_of_a_full_one(tmp_path):
+    empty = catalog.query(refresh(Store(tmp_path)), "select * from goals").schema
+    store = Store(tmp_path)
+    put(store, "m-1", 1)
+    assert catalog.query(refresh(store), "select * from goals").schema == empty
+
+
+def test_views_list_what_receipts_list_not_what_lies_there(tmp_path):
+    store = Store(tmp_path)
+    put(store, "m-1", 1)
+    old = put(store, "m-2", 2)
+    new = put(store, "m-2", 3)
+    (tmp_path / "goals" / "stray.goals.parquet").write_bytes(b"not parquet at all")
+    assert old != new
+    assert old.exists()
+    rows = catalog.query(refresh(store), "select match_id, robot from goals order by all").rows()
+    assert rows == [("m-1", 1), ("m-2", 3)]
+
+
+def test_columns_carry_meaning_and_unit(tmp_path):
+    path = refresh(Store(tmp_path))
+    comments = dict(catalog.query(
+        path, "select column_name, comment from duckdb_columns() where table_name = 'trajectories'").rows())
+    assert comments["vx"] == "estimated velocity along x; null where it cannot be estimated [m/s]"
+
+
+def test_parameters_are_bound(tmp_path):
+    store = Store(tmp_path)
+    put(store, "m-1", 1)
+    path = refresh(store)
+    assert catalog.query(path, "select count(*) from goals where match_id = ?", ["m-1"]).item() == 1
+    assert catalog.query(path, "select count(*) from goals where match_id = ?", ["' or 1=1 --"]).item() == 0
+
+
+@pytest.mark.parametrize("sql", [
+    "select * from read_csv('/etc/passwd')",
+    "select * from read_text('/etc/passwd')",
+    "copy goals to '{tmp}/out.csv'",
+    "attach '{tmp}/x.duckdb'",
+    "create table t as select 1",
+    "drop view goals",
+    "install httpfs",
+    "set enable_external_access = true",
+    "select * from secret_frame",
+    "selec",
+])
+def test_a_query_can_only_read_the_catalogue(tmp_path, sql):
+    secret_frame = pl.DataFrame({"a": [1]})
+    store = Store(tmp_path)
+    put(store, "m-1", 1)
+    path = refresh(store)
+    with pytest.raises(BadQuery):
+        catalog.query(path, sql.format(tmp=tmp_path))
+    assert not (tmp_path / "out.csv").exists()
+    assert secret_frame.height == 1
+    assert catalog.query(path, "select count(*) from goals").item() == 1
+
+
+def test_an_open_notebook_neither_blocks_nor_breaks(tmp_path):
+    store = Store(tmp_path)
+    put(store, "m-1", 1)
+    path = refresh(store)
+    with duckdb.connect(str(path), read_only=True) as notebook:
+        put(store, "m-2", 2)
+        assert catalog.query(refresh(store), "select count(*) from goals").item() == 2
+        assert notebook.execute("select count(*) from goals").fetchone() == (1,)
+
+
+def test_it_is_not_rebuilt_when_nothing_changed(tmp_path):
+    store = Store(tmp_path)
+    put(store, "m-1", 1)
+    before = refresh(store).stat().st_ino
+    assert refresh(store).stat().st_ino == before
+    put(store, "m-2", 1)
+    assert refresh(store).stat().st_ino != before
+
+
+def test_a_moved_data_folder_gets_a_new_catalogue(tmp_path):
+    put(Store(tmp_path / "a"), "m-1", 1)
+    refresh(Store(tmp_path / "a"))
+    (tmp_path / "a").rename(tmp_path / "b")
+    assert catalog.query(refresh(Store(tmp_path / "b")), "select count(*) from goals").item() == 1
+
+
+def test_without_a_catalogue_the_next_step_is_named(tmp_path):
+    with pytest.raises(NotFound, match="Run `pitchlore run` first"):
+        catalog.query(catalog_path(Store(tmp_path)), "select 1")

@@ -1,0 +1,322 @@
+"""The data folder: nothing half-written is ever seen, nothing good is ever lost."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+from pipeline.errors import CorruptFile, NotFound, SchemaMismatch, StorageFailed
+from pipeline.receipts import Receipt, key_of
+from pipeline.store import Store
+from pipeline.tables import SCHEMA_KEY, from_parquet, to_parquet
+from schemas import Goals
+
+STEPS = ("write_bytes", "open", "fsync", "replace", "rename", "mkdir")
+
+
+def goals(robot: int = 1, rows: int = 3) -> pl.DataFrame:
+    return pl.DataFrame(
+        {"match_id": ["m-1"] * rows, "t_ns": list(range(rows)), "team": ["home"] * rows,
+         "robot": [robot] * rows, "kind": ["direct"] * rows},
+        schema=Goals.dtypes(),
+    )
+
+
+def put(store: Store, robot: int) -> Receipt:
+    settings = {"robot": robot}
+    key = key_of("goals", "m-1", inputs={}, settings=settings, tables=(Goals,))
+    return store.commit("goals", "m-1", key, inputs={}, settings=settings,
+                        tables={"goals": (goals(robot), Goals)}, blobs={"note": ("txt", b"n%d" % robot)})
+
+
+def current_robot(store: Store) -> int:
+    receipt = store.receipt("goals", "m-1")
+    assert receipt is not None
+    table = store.read_table(receipt, "goals", Goals)
+    assert store.read(receipt, "note") == b"n%d" % table["robot"][0]
+    return int(table["robot"][0])
+
+
+def put_version(store: Store, robot: int) -> int:
+    with store.claim("knowledge") as version:
+        parent = store.latest("knowledge")
+        store.commit_version(
+            "knowledge", version, parent=parent.version if parent else None, key=f"{robot:016d}", inputs={},
+            settings={}, tables={"goals": (goals(robot), Goals)}, blobs={"map": ("npz", b"x" * robot)},
+        )
+        return version
+
+
+class Crash(BaseException):
+    """A power cut: nothing may catch it."""
+
+
+@contextmanager
+def failing_at(monkeypatch: pytest.MonkeyPatch, step: int, error: Callable[[], BaseException]) -> Iterator[list[int]]:
+    """Let the ``step``-th system call that changes the disk fail; counts the calls."""
+    calls = [0]
+
+    def wrap(function):
+        def wrapped(*args, **kwargs):
+            calls[0] += 1
+            if calls[0] == step:
+                raise error()
+            return function(*args, **kwargs)
+        return wrapped
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", wrap(os.replace))
+        patch.setattr(os, "rename", wrap(os.rename))
+        patch.setattr(os, "fsync", wrap(os.fsync))
+        patch.setattr(Path, "write_bytes", wrap(Path.write_bytes))
+        yield calls
+
+
+def test_the_same_work_is_kept_and_other_settings_are_not(tmp_path):
+    store = Store(tmp_path)
+    receipt = put(store, 1)
+    assert store.holding("goals", "m-1", receipt.key) == receipt
+    assert store.holding("goals", "m-1", "0" * 16) is None
+    assert store.holding("goals", "m-2", receipt.key) is None
+    assert key_of("goals", "m", inputs={"a": "1"}, settings={"x": 1}) != key_of(
+        "goals", "m", inputs={"a": "2"}, settings={"x": 1})
+
+
+def test_a_lost_file_is_made_again(tmp_path):
+    store = Store(tmp_path)
+    receipt = put(store, 1)
+    (tmp_path / receipt.files["goals"].path).unlink()
+    assert store.holding("goals", "m-1", receipt.key) is None
+
+
+def test_the_same_work_gives_the_same_bytes(tmp_path):
+    for name in ("a", "b"):
+        put(Store(tmp_path / name), 4)
+        put_version(Store(tmp_path / name), 4)
+    files = {p.relative_to(tmp_path / "a"): p.read_bytes() for p in (tmp_path / "a").rglob("*") if p.is_file()}
+    assert files == {p.relative_to(tmp_path / "b"): p.read_bytes()
+                     for p in (tmp_path / "b").rglob("*") if p.is_file()}
+    assert len(files) == 7
+
+
+@pytest.mark.parametrize("error", [lambda: OSError(errno.ENOSPC, "No space left on device"), Crash])
+def test_a_crash_or_full_disk_at_any_step_leaves_the_last_good_output(tmp_path, monkeypatch, error):
+    store = Store(tmp_path)
+    put(store, 1)
+    with failing_at(monkeypatch, 0, error) as calls:
+        put(store, 2)
+    steps = calls[0]
+    assert steps >= 9
+    put(store, 1)
+    for step in range(1, steps + 1):
+        with pytest.raises((StorageFailed, Crash)), failing_at(monkeypatch, step, error):
+            put(store, 2)
+        assert current_robot(store) in (1, 2)
+        assert not list(tmp_path.rglob("*.tmp"))
+        put(store, 1)
+    put(store, 2)
+    assert current_robot(store) == 2
+
+
+@pytest.mark.parametrize("error", [lambda: OSError(errno.ENOSPC, "No space left on device"), Crash])
+def test_a_crash_at_any_step_of_a_version_leaves_the_last_good_version(tmp_path, monkeypatch, error):
+    store = Store(tmp_path)
+    put_version(store, 1)
+    with failing_at(monkeypatch, 0, error) as calls:
+        put_version(Store(tmp_path / "dry"), 2)
+    for step in range(1, calls[0] + 1):
+        before = store.versions("knowledge")
+        with pytest.raises((StorageFailed, Crash)), failing_at(monkeypatch, step, error):
+            put_version(store, 2)
+        after = store.versions("knowledge")
+        assert after[: len(before)] == before
+        for version in after:
+            assert store.verify_version("knowledge", version) == []
+    assert put_version(store, 3) == len(store.versions("knowledge"))
+
+
+def test_a_full_disk_is_reported_in_one_line_and_worth_a_retry(tmp_path, monkeypatch):
+    with (
+        pytest.raises(StorageFailed, match=r"cannot be written \(No space left on device\)\. Free space") as caught,
+        failing_at(monkeypatch, 1, lambda: OSError(errno.ENOSPC, "No space left on device")),
+    ):
+        put(Store(tmp_path), 1)
+    assert caught.value.transient
+
+
+def test_kill_9_while_writing_keeps_the_old_file_and_the_rest_is_swept(tmp_path):
+    store = Store(tmp_path)
+    put(store, 1)
+    script = textwrap.dedent("""
+        import os, signal, sys
+        from pathlib import Path
+        from pipeline.store import Store
+        store = Store(Path(sys.argv[1]))
+        path = next(Path(sys.argv[1]).glob("goals/*.parquet"))
+        with store.aside(path) as temporary:
+            temporary.write_bytes(b"half")
+            os.kill(os.getpid(), signal.SIGKILL)
+    """)
+    done = subprocess.run([sys.executable, "-c", script, str(tmp_path)], check=False)
+    assert done.returncode == -signal.SIGKILL
+    assert current_robot(store) == 1
+    assert len(list(tmp_path.rglob(".*.tmp"))) == 1
+    assert store.sweep() == 1
+    assert not list(tmp_path.rglob(".*.tmp"))
+
+
+def test_sweep_leaves_what_a_living_process_writes(tmp_path):
+    store = Store(tmp_path)
+    with store.aside(tmp_path / "goals" / "x.parquet") as temporary:
+        temporary.write_bytes(b"work")
+        assert store.sweep() == 0
+        assert temporary.exists()
+
+
+@pytest.mark.parametrize("where", [0.2, 0.5, 0.9])
+def test_a_flipped_bit_is_refused(tmp_path, where):
+    store = Store(tmp_path)
+    receipt = put(store, 1)
+    path = tmp_path / receipt.files["goals"].path
+    data = bytearray(path.read_bytes())
+    data[int(len(data) * where)] ^= 4
+    path.write_bytes(data)
+    with pytest.raises(CorruptFile, match="SHA-256 differs"):
+        store.read_table(receipt, "goals", Goals)
+
+
+def test_verify_names_every_damaged_missing_and_foreign_file(tmp_path):
+    store = Store(tmp_path)
+    version = put_version(store, 2)
+    assert store.verify_version("knowledge", version) == []
+    folder = store.version_folder("knowledge", version)
+    (folder / "goals.parquet").write_bytes(b"PAR1 no")
+    (folder / "map.npz").unlink()
+    (folder / "extra").write_bytes(b"")
+    problems = store.verify_version("knowledge", version)
+    assert len(problems) == 3
+    assert any("goals.parquet" in p and "SHA-256" in p for p in problems)
+    assert any("map.npz" in p and "cannot be read" in p for p in problems)
+    assert any("extra" in p for p in problems)
+    with pytest.raises(CorruptFile):
+        store.read_version_table(store.manifest("knowledge", version), "goals", Goals)
+
+
+def test_a_broken_manifest_is_named(tmp_path):
+    store = Store(tmp_path)
+    version = put_version(store, 2)
+    (store.version_folder("knowledge", version) / "manifest.json").write_text("{")
+    assert "not a readable manifest" in store.verify_version("knowledge", version)[0]
+
+
+def test_versions_count_up_and_name_their_parent(tmp_path):
+    store = Store(tmp_path)
+    assert [put_version(store, r) for r in (1, 2, 3)] == [1, 2, 3]
+    assert [store.manifest("knowledge", v).parent for v in (1, 2, 3)] == [None, 1, 2]
+    with pytest.raises(NotFound, match="no version 9 \\(there are: 1, 2, 3\\)"):
+        store.manifest("knowledge", 9)
+
+
+def test_two_emitters_at_once_both_land(tmp_path):
+    script = textwrap.dedent("""
+        import sys
+        sys.path.insert(0, sys.argv[3])
+        from pathlib import Path
+        from test_store import put_version
+        from pipeline.store import Store
+        for _ in range(5):
+            put_version(Store(Path(sys.argv[1])), int(sys.argv[2]))
+    """)
+    tests = str(Path(__file__).parent)
+    processes = [subprocess.Popen([sys.executable, "-c", script, str(tmp_path), str(robot), tests])
+                 for robot in (3, 4, 5)]
+    assert [p.wait(60) for p in processes] == [0, 0, 0]
+    store = Store(tmp_path)
+    assert store.versions("knowledge") == list(range(1, 16))
+    robots = []
+    for version in store.versions("knowledge"):
+        assert store.verify_version("knowledge", version) == []
+        manifest = store.manifest("knowledge", version)
+        robot = int(store.read_version_table(manifest, "goals", Goals)["robot"][0])
+        assert store.read_version(manifest, "map") == b"x" * robot
+        robots.append(robot)
+    assert sorted(robots) == [3] * 5 + [4] * 5 + [5] * 5
+
+
+def test_a_number_claimed_by_a_killed_process_is_free_again(tmp_path):
+    script = textwrap.dedent("""
+        import os, signal, sys
+        from pathlib import Path
+        from pipeline.store import Store
+        with Store(Path(sys.argv[1])).claim("knowledge"):
+            os.kill(os.getpid(), signal.SIGKILL)
+    """)
+    subprocess.run([sys.executable, "-c", script, str(tmp_path)], check=False)
+    assert (tmp_path / "knowledge" / "v0001.claim").exists()
+    assert put_version(Store(tmp_path), 1) == 1
+
+
+def test_a_number_held_by_another_is_skipped(tmp_path):
+    store = Store(tmp_path)
+    with store.claim("knowledge") as first, store.claim("knowledge") as second:
+        assert (first, second) == (1, 2)
+
+
+@pytest.mark.parametrize(
+    ("frame", "said"),
+    [
+        (goals().drop("kind"), "missing kind"),
+        (goals().with_columns(extra=1), "unknown extra"),
+        (goals().with_columns(pl.col("t_ns").cast(pl.Float64)), "t_ns is Float64, not Int64"),
+        (goals().select(reversed(goals().columns)), "out of order"),
+        (goals().with_columns(team=pl.lit(None, dtype=Goals.dtypes()["team"])), r"team\|nullability \(3 rows\)"),
+    ],
+)
+def test_a_table_that_breaks_its_schema_is_not_written(tmp_path, frame, said):
+    store = Store(tmp_path)
+    with pytest.raises(SchemaMismatch, match=said):
+        store.commit("goals", "m-1", "0" * 16, inputs={}, settings={}, tables={"goals": (frame, Goals)})
+    assert not list(tmp_path.rglob("*.parquet"))
+
+
+def test_a_file_of_another_schema_version_is_refused(tmp_path):
+    path = tmp_path / "old.parquet"
+    goals().write_parquet(path, metadata={SCHEMA_KEY: "goals/0"})
+    with pytest.raises(SchemaMismatch, match="holds table goals/0, not goals/1"):
+        from_parquet(path.read_bytes(), Goals, where=str(path))
+    goals().write_parquet(path)
+    with pytest.raises(SchemaMismatch, match="of unknown origin"):
+        from_parquet(path.read_bytes(), Goals, where=str(path))
+    with pytest.raises(CorruptFile, match="is not Parquet"):
+        from_parquet(b"nonsense", Goals, where="x")
+
+
+def test_what_is_written_is_read(tmp_path):
+    assert from_parquet(to_parquet(goals(), Goals, where="x"), Goals, where="x").equals(goals())
+
+
+def test_quarantine_records_the_reason_and_can_be_released(tmp_path):
+    store = Store(tmp_path)
+    store.quarantine("situations", "m-1", SchemaMismatch("is odd", where="row 3", next_step="Mend it"))
+    (record,) = store.quarantined()
+    assert (record.noun, record.name, record.error) == ("situations", "m-1", "SchemaMismatch")
+    assert record.reason == "row 3: is odd. Mend it."
+    store.release("situations", "m-1")
+    assert store.quarantined() == []
+
+
+@pytest.mark.parametrize("name", ["../m", "a/b", "", "M 1", "a\x00b", ".hidden", "x" * 200])
+def test_a_hostile_name_never_becomes_a_path(tmp_path, name):
+    with pytest.raises(StorageFailed, match="not a safe file name"):
+        Store(tmp_path / "data").commit("goals", name, "0" * 16, inputs={}, settings={})
+    assert not (tmp_path / "data").exists()
