@@ -27,7 +27,7 @@ class TrajectorySettings(_Settings):
         window_s: full width of the centred least-squares window for velocities.
         window_samples: samples the window holds at least, however slow the sampling.
         hole_s: a body missing for longer starts its velocity estimate anew.
-        jump_accept_s: a ball that keeps to its new place for so long has been put there.
+        jump_accept_s: a body that keeps to its new place for so long has been put there.
         reorder_s: a sample that is late by more is a clock that jumped back.
     """
 
@@ -39,10 +39,41 @@ class TrajectorySettings(_Settings):
     reorder_s: float = Field(default=0.5, ge=0)
 
 
+class GoalSettings(_Settings):
+    """How goals are attributed (FIGURES in DECISIONS.md).
+
+    Attributes:
+        before_s: contacts so long before the goal are looked at first.
+        deflect_s: a shot is deflected by an adversary's touch at most so long after it.
+        line_s: the ball's straight line after a contact is taken from so long a stretch.
+    """
+
+    before_s: float = Field(default=2.0, gt=0)
+    deflect_s: float = Field(default=1.0, gt=0)
+    line_s: float = Field(default=0.1, gt=0)
+
+
 class SituationSettings(_Settings):
-    """How situations are recognised (SITUATIONS in DECISIONS.md)."""
+    """How situations are recognised (SITUATIONS in DECISIONS.md).
+
+    Attributes:
+        fire_at: a fuzzy condition holds from this degree on.
+        flicker_s: for so long may a lasting condition (with the ball, standing) fail, and a robot be
+            missing, without ending it. Neighbouring samples are connected however slow the sampling.
+        lull_s: the same for the motion that leads up to a situation.
+        longest_s: no situation lasts longer.
+        least_share: least part of an occurrence that those of higher priority must have left free.
+        random_least_s: a shorter gap between situations stays empty, a longer one is 194.
+        random_longest_s: a longer gap is more than one 194.
+    """
 
     fire_at: float = Field(default=0.5, gt=0, le=1)
+    flicker_s: float = Field(default=0.10, ge=0)
+    lull_s: float = Field(default=0.134, ge=0)
+    longest_s: float = Field(default=2.0, gt=0)
+    least_share: float = Field(default=0.3, ge=0, le=1)
+    random_least_s: float = Field(default=0.2, ge=0)
+    random_longest_s: float = Field(default=1.0, gt=0)
 
 
 class GramSettings(_Settings):
@@ -115,6 +146,13 @@ class KnowledgeSettings(_Settings):
     optimistic: float = 0.0
 
 
+class DecisionSettings(_Settings):
+    """What the decisions seen in a match depend on."""
+
+    grams: GramSettings = GramSettings()
+    knowledge: KnowledgeSettings = KnowledgeSettings()
+
+
 class PolicySettings(_Settings):
     """Batch Sarsa(lambda) (paper section 4; values are ours, the paper gives none).
 
@@ -138,11 +176,17 @@ class Settings(_Settings):
     """All settings of a run; a TOML file has one table a stage."""
 
     trajectories: TrajectorySettings = TrajectorySettings()
+    goals: GoalSettings = GoalSettings()
     situations: SituationSettings = SituationSettings()
     grams: GramSettings = GramSettings()
     behaviours: BehaviourSettings = BehaviourSettings()
     knowledge: KnowledgeSettings = KnowledgeSettings()
     policies: PolicySettings = PolicySettings()
+
+    @property
+    def decisions(self) -> DecisionSettings:
+        """What the decisions depend on, taken from the stages that own it."""
+        return DecisionSettings(grams=self.grams, knowledge=self.knowledge)
 
 
 def load_settings(path: Path | None) -> Settings:

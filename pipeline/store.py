@@ -86,6 +86,18 @@ class Store:
                 swept += 1
         return swept
 
+    def foreign(self, path: Path) -> bytes:
+        """The bytes of a file that is not ours; it is only ever read.
+
+        Raises:
+            NotFound: if it cannot be read.
+        """
+        try:
+            return path.read_bytes()
+        except OSError as error:
+            raise NotFound(f"cannot be read ({error.strerror or error})", where=str(path),
+                           next_step="Name an existing file that you may read") from error
+
     # --- receipts ------------------------------------------------------------------------
 
     def receipt(self, noun: str, name: str) -> Receipt | None:

@@ -1,0 +1,47 @@
+# `make demo` and `make test` do all their set-up; they need Python 3.11, make and git.
+PYTHON ?= python3.11
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+DEMO_DATA ?= data
+export PREFECT_SERVER_ANALYTICS_ENABLED := false
+
+.PHONY: help demo test lint bench golden lock clean
+
+help:  ## show what can be made
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
+
+# The lock is what is installed: exact versions, checked by hash.
+$(READY): requirements.lock pyproject.toml
+	@command -v $(PYTHON) >/dev/null || { echo "pitchlore needs Python 3.11: make PYTHON=/path/to/python3.11"; exit 1; }
+	$(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+demo: $(READY)  ## the sample recording in, situations, knowledge and a trained policy out
+	$(BIN)/pitchlore import data/samples/rsim-vss-3v3.parquet --data $(DEMO_DATA)
+	$(BIN)/pitchlore run --data $(DEMO_DATA)
+
+test: $(READY) lint  ## lint, types, import contracts, tests
+	$(BIN)/python -m pytest
+
+lint: $(READY)  ## style, types, import contracts
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(READY)  ## ours beside the alternatives, as ratios
+	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
+	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
+
+golden: $(READY)  ## make the goldens anew; review the diff
+	$(BIN)/python -m tests.golden.make
+	git diff --stat -- tests/golden
+
+lock: $(READY)  ## resolve the dependencies anew
+	$(BIN)/uv pip compile pyproject.toml --group dev --universal --no-strip-extras --generate-hashes \
+	  --no-emit-index-url --no-header --python-version 3.11 --upgrade --quiet -o requirements.lock
+
+clean:  ## remove the environment and caches, never the data
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .benchmarks.json

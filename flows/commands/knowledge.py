@@ -1,0 +1,129 @@
+"""Commands on the knowledge base: kb list, show, diff, verify."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import polars as pl
+from cyclopts import App, Parameter
+
+from flows.commands.common import Common, console, print_frame, print_json
+from pipeline.errors import NotFound
+from pipeline.knowledge import diff as difference
+from pipeline.store import Store
+from schemas import Behaviours, Occasions
+
+DEFAULTS = Common()
+Json = Annotated[bool, Parameter(name="--json", negative=())]
+
+app = App(name="kb", help="The versions of the knowledge.")
+
+
+@app.command(name="list")
+def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
+    """List the versions of the knowledge.
+
+    Example: pitchlore kb list
+
+    Args:
+        json: Print JSON.
+        common: Options of every command.
+    """
+    store = common.store
+    rows = [
+        {"version": m.version, "parent": m.parent, "matches": m.counts["matches"],
+         "behaviours": m.counts["behaviours"], "occasions": m.counts["occasions"], "key": m.key}
+        for m in (store.manifest("knowledge", v) for v in store.versions("knowledge"))
+    ]
+    if json:
+        print_json(rows)
+    elif rows:
+        print_frame(pl.DataFrame(rows))
+    else:
+        console().print("no knowledge yet: run `pitchlore run`")
+
+
+@app.command
+def show(version: int | None = None, *, json: Json = False, common: Common = DEFAULTS) -> None:
+    """Show the behaviours of a version, the newest by default.
+
+    Example: pitchlore kb show 3
+
+    Args:
+        version: Its number.
+        json: Print JSON, with the manifest.
+        common: Options of every command.
+    """
+    store = common.store
+    manifest = store.manifest("knowledge", version or _newest(store))
+    known = store.read_version_table(manifest, "behaviours", Behaviours)
+    if json:
+        print_json({"manifest": manifest.model_dump(mode="json"), "behaviours": known.to_dicts()})
+        return
+    print_frame(
+        known.sort("value", descending=True).drop("version", "role", "codes"),
+        title=f"knowledge version {manifest.version}, parent {manifest.parent}",
+    )
+    print_frame(pl.DataFrame([{"role": r} | c for r, c in manifest.counts["roles"].items()]))
+
+
+@app.command
+def diff(before: int, after: int | None = None, *, json: Json = False, common: Common = DEFAULTS) -> None:
+    """Show what changed from one version to another, the newest by default.
+
+    Example: pitchlore kb diff 1 2
+
+    Args:
+        before: Number of the earlier version.
+        after: Number of the later one.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    store = common.store
+    manifests = [store.manifest("knowledge", v) for v in (before, after or _newest(store))]
+    known = [store.read_version_table(m, "behaviours", Behaviours) for m in manifests]
+    seen = [store.read_version_table(m, "occasions", Occasions) for m in manifests]
+    found = difference(known[0], known[1], seen[0], seen[1])
+    if json:
+        print_json({"behaviours": found.behaviours.to_dicts(), "roles": found.roles.to_dicts()})
+        return
+    print_frame(found.roles, title=f"knowledge {manifests[0].version} -> {manifests[1].version}")
+    if found.behaviours.height:
+        print_frame(found.behaviours)
+    else:
+        console().print("the same behaviours")
+
+
+@app.command
+def verify(version: int | None = None, *, json: Json = False, common: Common = DEFAULTS) -> None:
+    """Check every file of every version (or of one) against its manifest's SHA-256.
+
+    Example: pitchlore kb verify
+
+    Args:
+        version: Check only this one.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    store = common.store
+    versions = [("knowledge", version)] if version else [
+        (noun, v) for noun in ("knowledge", "policies") for v in store.versions(noun)
+    ]
+    problems = {f"{noun} {v}": store.verify_version(noun, v) for noun, v in versions}
+    bad = [line for lines in problems.values() for line in lines]
+    if json:
+        print_json(problems)
+    else:
+        for line in bad:
+            console().print(line, markup=False)
+        console().print(f"{len(versions)} versions checked, {len(bad)} problems")
+    sys.exit(1 if bad else 0)
+
+
+def _newest(store: Store) -> int:
+    versions = store.versions("knowledge")
+    if not versions:
+        raise NotFound("there is no knowledge yet", where=str(store.root),
+                       next_step="Run `pitchlore run` first")
+    return versions[-1]

@@ -1,0 +1,128 @@
+"""Commands that look: sql, situations, replay."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import polars as pl
+from cyclopts import Parameter
+from pipeline.situations import rule_table, term_table
+
+from flows.catalog import refresh
+from flows.commands.common import Common, console, print_frame, print_json
+from pipeline import catalog
+from pipeline.errors import NotFound
+from pipeline.pitch import Kind, Pitch
+from pipeline.receipts import Receipt
+from pipeline.replay import page
+from pipeline.store import Store
+from schemas import PUBLIC, Goals, Matches, Referee, Situations, Trajectories
+
+DEFAULTS = Common()
+Json = Annotated[bool, Parameter(name="--json", negative=())]
+
+
+def sql(
+    query: str | None = None,
+    *parameters: str,
+    tables: Annotated[bool, Parameter(negative=())] = False,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Ask the catalogue in SQL (DuckDB's), read-only.
+
+    Example: pitchlore sql "select code, name, count(*) n from situations group by all order by n desc"
+
+    Args:
+        query: One statement.
+        parameters: Values for the `?` in the query, in order.
+        tables: List the tables with their columns, meanings and units instead.
+        json: Print an array of objects.
+        common: Options of every command.
+    """
+    path = refresh(common.store)
+    if tables:
+        frame = pl.DataFrame([
+            {"table": name, "column": column, "type": str(schema.dtypes()[column]), "meaning": meaning}
+            for name, schema in PUBLIC.items() for column, meaning in schema.meanings().items()
+        ])
+    elif query is None:
+        raise NotFound("no query was given", next_step="Write one in quotes, or name --tables")
+    else:
+        frame = catalog.query(path, query, parameters)
+    if json:
+        print_json(frame.to_dicts())
+    else:
+        print_frame(frame)
+        if not tables:
+            console().print(f"{frame.height} rows")
+
+
+def situations(
+    *,
+    kind: Kind = Kind.VSSS,
+    terms: Annotated[bool, Parameter(negative=())] = False,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Print the rules of the 31 situations, or the fuzzy terms they are made of.
+
+    Example: pitchlore situations --terms --kind ssl
+
+    Args:
+        kind: The league whose distances and speeds are shown.
+        terms: Print the terms' trapezoids instead of the rules.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    frame = term_table(kind) if terms else rule_table()
+    if json:
+        print_json(frame.to_dicts())
+    else:
+        print_frame(frame)
+
+
+def replay(
+    match: str, *, output: Annotated[Path | None, Parameter(alias="-o")] = None, hz: float = 20.0,
+    common: Common = DEFAULTS,
+) -> None:
+    """Write a match as one web page: the pitch, the situations, the goals; no network needed.
+
+    Example: pitchlore replay rsim-vss-3v3
+
+    Args:
+        match: The match's id, or the beginning of it.
+        output: Where to write; by default replays/MATCH.html in the data folder.
+        hz: Pictures a second of play.
+        common: Options of every command.
+    """
+    store = common.store
+    log = _find(store, match)
+    nouns = {noun: store.receipt(noun, log.name) for noun in ("trajectories", "situations", "goals")}
+    made = {noun: receipt for noun, receipt in nouns.items() if receipt is not None}
+    if len(made) < len(nouns):
+        missing = ", ".join(sorted(set(nouns) - set(made)))
+        raise NotFound(f"{log.name} has no {missing} yet", next_step="Run `pitchlore run` first")
+    text = page(
+        store.read_table(log, "matches", Matches),
+        store.read_table(made["trajectories"], "trajectories", Trajectories),
+        store.read_table(made["situations"], "situations", Situations),
+        store.read_table(made["goals"], "goals", Goals),
+        store.read_table(log, "referee", Referee),
+        Pitch.model_validate(log.details["pitch"]),
+        hz=hz,
+    )
+    path = output or store.root / "replays" / f"{log.name}.html"
+    store.write_bytes(path, text.encode())
+    console().print(f"{path} ({len(text) / 1e6:.2f} MB): open it in a browser", soft_wrap=True)
+
+
+def _find(store: Store, match: str) -> Receipt:
+    receipts = list(store.receipts("matches"))
+    found = [r for r in receipts if r.name == match] or [r for r in receipts if r.name.startswith(match)]
+    if len(found) != 1:
+        names = ", ".join(r.name for r in (found or receipts)[:8]) or "none yet"
+        what = "several matches begin so" if found else "there is no such match"
+        raise NotFound(f"{what} (there are: {names})", where=match, next_step="Name one of them")
+    return found[0]

@@ -1,0 +1,191 @@
+"""Commands that make something: import, run, train, serve."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import polars as pl
+from cyclopts import Parameter
+
+from flows.catalog import catalog_path, refresh
+from flows.commands.common import Common, bars, console, print_frame, print_json
+from flows.matches import Recording, matches_flow
+from flows.policies import policies_flow
+from flows.run import RunReport, run_flow
+from flows.stage import StageReport, listener
+from pipeline.errors import NotFound
+from pipeline.settings import Settings, load_settings
+from pipeline.store import Store
+from schemas import Behaviours
+
+DEFAULTS = Common()
+Json = Annotated[bool, Parameter(name="--json", negative=())]
+
+
+def import_files(
+    *files: Path,
+    mapping: Annotated[Path | None, Parameter(name="--map")] = None,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Import recordings: tracking tables (Parquet, CSV), RoboCup 2D logs (.rcg), our own logs (.mcap).
+
+    Example: pitchlore import derby.csv --map our-camera.toml
+
+    Args:
+        files: Recordings of any supported format, told by their content.
+        mapping: A TOML file that names a tracking table's columns, units, axes and teams.
+        json: Print the report as JSON.
+        common: Options of every command.
+    """
+    if not files:
+        raise NotFound("no file was named", next_step="Name one or more recordings: pitchlore import FILE…")
+    recordings = [Recording(file=file, mapping=mapping) for file in files]
+    with bars() as progress:
+        listener.set(progress)
+        report = StageReport.model_validate(matches_flow(common.data, recordings))
+    refresh(common.store)
+    if json:
+        print_json(report.model_dump())
+    else:
+        _print_matches(common.store, report)
+    sys.exit(1 if report.failed else 0)
+
+
+def run(
+    *,
+    settings: Path | None = None,
+    train: bool = True,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.
+
+    Example: pitchlore run --settings club.toml
+
+    Args:
+        settings: A TOML file with the settings that differ from the defaults.
+        train: Whether to train a policy when the knowledge is new.
+        json: Print the report as JSON.
+        common: Options of every command.
+    """
+    chosen = load_settings(settings)
+    with bars() as progress:
+        listener.set(progress)
+        report = RunReport.model_validate(run_flow(common.data, None, chosen, train))
+    if json:
+        print_json(report.model_dump())
+    else:
+        _print_run(common.store, report)
+    sys.exit(1 if report.failures else 0)
+
+
+def train(*, settings: Path | None = None, json: Json = False, common: Common = DEFAULTS) -> None:
+    """Train the next policy version on the newest knowledge.
+
+    Example: pitchlore train --settings longer.toml
+
+    Args:
+        settings: A TOML file with the settings that differ from the defaults.
+        json: Print the report as JSON.
+        common: Options of every command.
+    """
+    chosen = load_settings(settings)
+    with bars() as progress:
+        listener.set(progress)
+        done = policies_flow(common.data, chosen.policies)
+    refresh(common.store)
+    if json:
+        print_json(done)
+    elif done["new"]:
+        console().print(f"policy version {done['version']} trained")
+        _print_training(common.store)
+    else:
+        console().print(f"nothing to learn that policy version {done['version']} has not learned")
+
+
+def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Common = DEFAULTS) -> None:
+    """Stay and run everything new on a schedule; needs a Prefect server (PREFECT_API_URL).
+
+    Example: pitchlore serve --cron "0 6 * * 1"
+
+    Args:
+        cron: When to run, as minute, hour, day of month, month, day of week.
+        settings: A TOML file with the settings that differ from the defaults.
+        common: Options of every command.
+    """
+    chosen: Settings = load_settings(settings)
+    run_flow.serve(
+        name="pitchlore", cron=cron,
+        parameters={"data": str(common.data.resolve()), "settings": chosen.model_dump(mode="json")},
+    )
+
+
+def _print_matches(store: Store, report: StageReport) -> None:
+    out = console()
+    out.print(f"{len(report.made)} imported, {report.kept} already here, {len(report.failed)} in quarantine")
+    rows = []
+    for name in report.made:
+        receipt = store.receipt("matches", name)
+        assert receipt is not None
+        rows.append({"match": name, "teams": f"{receipt.details['home']} - {receipt.details['away']}",
+                     "s": receipt.details["duration_s"], "frames": receipt.details["frames"],
+                     "complete": "yes" if receipt.details["complete"] else "no"})
+    if rows:
+        print_frame(pl.DataFrame(rows))
+    for name, why in report.failed.items():
+        out.print(f"[bold red]quarantined[/] {name}: ", end="")
+        out.print(why, markup=False)
+
+
+def _print_run(store: Store, report: RunReport) -> None:
+    out = console()
+    if not report.made and not report.failures:
+        out.print("Nothing new: every receipt holds, nothing was recomputed.")
+    print_frame(pl.DataFrame(
+        [{"stage": s.noun, "made": len(s.made), "kept": s.kept, "failed": len(s.failed)}
+         for s in report.stages]
+    ))
+    for what, why in report.failures.items():
+        out.print(f"[bold red]quarantined[/] {what}: ", end="")
+        out.print(why, markup=False)
+    if report.knowledge is None:
+        out.print(f"No match yet: drop recordings into {store.root / 'inbox'} or `pitchlore import` them.")
+        return
+    _print_behaviours(store, report.knowledge)
+    _print_rounds(store)
+    new = {True: "new", False: "unchanged"}
+    out.print(f"knowledge version {report.knowledge} ({new[report.knowledge_is_new]}): "
+              f"{store.version_folder('knowledge', report.knowledge)}")
+    if report.policy is not None:
+        _print_training(store)
+        out.print(f"policy version {report.policy} ({new[report.policy_is_new]}): "
+                  f"{store.version_folder('policies', report.policy)}")
+    out.print(f"catalogue: {catalog_path(store)} (try: pitchlore sql \"from behaviours\")")
+
+
+def _print_behaviours(store: Store, version: int) -> None:
+    known = store.read_version_table(store.manifest("knowledge", version), "behaviours", Behaviours)
+    best = known.sort("value", "support", descending=True).group_by("role", maintain_order=True).head(6)
+    print_frame(best.select("behaviour_id", "n", "support", "value", "spread", "neuron"),
+                title=f"best of {known.height} behaviours")
+
+
+def _print_rounds(store: Store) -> None:
+    rows = []
+    for receipt in store.receipts("behaviours"):
+        report = receipt.details["report"]
+        rows.append({"round": receipt.name, "distinct grams": report["distinct"],
+                     "windows": report["windows"],
+                     "neurons": len(report["activations"]), "kept neurons": report["neurons_kept"],
+                     "behaviours": report["groups_kept"], "instances covered": report["instances_kept"]})
+    print_frame(pl.DataFrame(rows).sort("round", descending=True), title="rounds")
+
+
+def _print_training(store: Store) -> None:
+    newest = store.latest("policies")
+    assert newest is not None
+    rows = [{"role": role} | counts for role, counts in newest.counts["roles"].items()]
+    print_frame(pl.DataFrame(rows), title=f"training of policy version {newest.version}")

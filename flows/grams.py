@@ -1,0 +1,73 @@
+"""Flow of the noun grams: one task a match and round.
+
+An output is named ``<match>.n4``: the grams of four situations, and so on down to one. Those of a
+shorter length are counted in what the behaviours of the longer ones have left.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import polars as pl
+
+from flows.stage import Made, Stage, data_folder, match_names, need, our_flow, run_stage, stage_task
+from pipeline.grams import cover, grams, value
+from pipeline.receipts import Receipt
+from pipeline.settings import GramSettings
+from pipeline.store import Store
+from schemas import Goals, Grams, Patterns, Situations
+
+LONGEST = 4
+
+
+def output(match: str, n: int) -> str:
+    """The name of a match's grams of length ``n``."""
+    return f"{match}.n{n}"
+
+
+def of(name: str) -> tuple[str, int]:
+    """Match and length of an output's name."""
+    match, n = name.rsplit(".n", 1)
+    return match, int(n)
+
+
+def earlier_rounds(store: Store, n: int) -> list[Receipt]:
+    """The receipts of the behaviours longer than ``n``, longest first."""
+    return [need(store, "behaviours", f"n{longer}") for longer in range(LONGEST, n, -1)]
+
+
+def sources(store: Store, name: str) -> list[Receipt]:
+    """What a match's grams are made from."""
+    match, n = of(name)
+    return [need(store, "situations", match), need(store, "goals", match), *earlier_rounds(store, n)]
+
+
+def compute(store: Store, name: str, settings: GramSettings) -> Made:
+    """Grams of one match and length."""
+    match, n = of(name)
+    situations = store.read_table(need(store, "situations", match), "situations", Situations)
+    goals = store.read_table(need(store, "goals", match), "goals", Goals)
+    rounds = [store.read_table(receipt, "patterns", Patterns) for receipt in earlier_rounds(store, n)]
+    valued = value(situations, goals, settings)
+    taken = cover(valued, pl.concat(rounds), settings) if rounds else None
+    table = grams(valued, n, taken, settings)
+    return Made(tables=[(table, Grams)], details={"windows": int(table["count"].sum())})
+
+
+STAGE = Stage("grams", (Grams,), sources, compute)
+
+
+@stage_task(name="grams")
+def make_grams(data: Path, name: str, settings: GramSettings) -> str:
+    """Count the grams of one match and length; the key of the receipt."""
+    return STAGE.perform(Store(data), name, settings).key
+
+
+@our_flow(name="grams")
+def grams_flow(
+    data: Path, n: int = LONGEST, settings: GramSettings = GramSettings()
+) -> dict[str, object]:
+    """Count the grams of length ``n`` of all matches that need it."""
+    store = data_folder(data)
+    names = [output(match, n) for match in match_names(store)]
+    return run_stage(make_grams, STAGE, store, names, settings).model_dump()

@@ -1,0 +1,149 @@
+"""Flow of the noun matches: recordings in, one log a match out; one task a file."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from flows.stage import StageReport, data_folder, our_flow, run_tasks, stage_task
+from pipeline import matches as log
+from pipeline.errors import BadRecording
+from pipeline.frame import MatchLog
+from pipeline.importers import rcg, source, tracking
+from pipeline.receipts import Receipt, digest, key_of
+from pipeline.store import Store
+from schemas import Matches, Quality, Referee
+
+SCHEMAS = (Matches, Referee, Quality)
+
+#: Where recordings are dropped for the next run, in the data folder.
+INBOX = "inbox"
+
+
+class Recording(BaseModel):
+    """A file to import.
+
+    Attributes:
+        file: the recording.
+        mapping: a TOML file that names its columns, units, axes and teams; None for the usual ones.
+    """
+
+    file: Path
+    mapping: Path | None = None
+
+
+def inbox(store: Store) -> list[Recording]:
+    """The recordings dropped into the data folder's inbox, sorted by name.
+
+    A tracking table ``x.csv`` may have its map beside it as ``x.csv.toml``; ``map.toml`` is for all.
+    """
+    folder = store.root / INBOX
+    if not folder.is_dir():
+        return []
+    files = [p for p in folder.rglob("*")
+             if p.is_file() and p.suffix != ".toml" and not p.name.startswith(".")]
+    found = []
+    for file in sorted(files):
+        maps = (file.with_name(f"{file.name}.toml"), file.with_name("map.toml"))
+        found.append(Recording(file=file, mapping=next((m for m in maps if m.exists()), None)))
+    return found
+
+
+def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]:
+    """Import one file; the match's receipt, and whether it is new.
+
+    The same recording under another name, packed or not, or as the log that we made of it, is the
+    match that is already there.
+
+    Raises:
+        BadRecording, DamagedLog: if nothing can be made of it; the file's name goes into quarantine.
+    """
+    data = store.foreign(recording.file)
+    mapping = tracking.load_map(store.foreign(recording.mapping).decode()) if recording.mapping else None
+    settings = mapping.model_dump(mode="json") if mapping else {}
+    name = source.match_id(recording.file.name, data, settings)
+    try:
+        identity = name.rsplit("-", 1)[1]
+        for receipt in store.receipts("matches"):
+            if receipt.name.endswith(f"-{identity}"):
+                return receipt, False
+        match = _read(recording, data, name, mapping)
+        receipt, new = _commit(store, match, digest(source.content(data).data), settings)
+    except Exception as error:
+        if not getattr(error, "transient", False):
+            store.quarantine("matches", name, error)
+        raise
+    store.release("matches", name)
+    return receipt, new
+
+
+def _read(recording: Recording, data: bytes, name: str, mapping: tracking.TrackingMap | None) -> MatchLog:
+    file = recording.file.name
+    found = source.detect(data, file)
+    if found == "mcap":
+        return log.read(data, where=str(recording.file))
+    if found == "rcg":
+        return rcg.read(data, name=file, match_id=name)
+    return tracking.read(data, name=file, match_id=name, mapping=mapping or tracking.TrackingMap())
+
+
+def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, object]) -> tuple[Receipt, bool]:
+    """Write a match; a log of a match that is already there replaces it only if that one has flaws."""
+    name = match.info.match_id
+    buffer = io.BytesIO()
+    log.write(match, buffer)
+    data = buffer.getvalue()
+    there = store.receipt("matches", name)
+    if there is not None:
+        if there.files["log"].sha256 == digest(data) or not match.info.complete:
+            return there, False
+        if there.details["complete"]:
+            raise BadRecording(
+                f"another match is here as {name} already", where=match.info.source,
+                next_step="Give one of the two logs another match id",
+            )
+    row = log.row(match)
+    inputs = {"source": sha256}
+    key = key_of("matches", name, inputs=inputs, settings=settings, tables=SCHEMAS)
+    receipt = store.commit(
+        "matches", name, key, inputs=inputs, settings=settings,
+        tables={"matches": (row, Matches), "referee": (match.referee, Referee),
+                "quality": (match.quality, Quality)},
+        blobs={"log": ("mcap", data)},
+        details={
+            "pitch": match.info.pitch.model_dump(mode="json"), "complete": match.info.complete,
+            "source": match.info.source, "home": match.info.home, "away": match.info.away,
+            "duration_s": float(row["duration_s"][0]), "frames": int(row["frames"][0]),
+        },
+    )
+    return receipt, True
+
+
+@stage_task(name="import")
+def make_match(data: Path, name: str, recording: Recording) -> tuple[str, bool]:
+    """Import one file; the match id and whether it is new."""
+    receipt, new = import_recording(Store(data), recording)
+    return receipt.name, new
+
+
+def import_all(store: Store, recordings: list[Recording]) -> StageReport:
+    """Import files, a task each; those whose match is already there count as kept."""
+    before = {receipt.name: receipt.key for receipt in store.receipts("matches")}
+    work = {
+        str(r.file): {"data": store.root, "name": r.file.name, "recording": r} for r in recordings
+    }
+    report = run_tasks(make_match, "matches", work)
+    after = {receipt.name: receipt.key for receipt in store.receipts("matches")}
+    done = len(report.made)
+    report.made = sorted(name for name, key in after.items() if before.get(name) != key)
+    report.kept = done - len(report.made)
+    return report
+
+
+@our_flow(name="matches")
+def matches_flow(data: Path, recordings: list[Recording] | None = None) -> dict[str, object]:
+    """Import the recordings, by default those in the inbox."""
+    store = data_folder(data)
+    return import_all(store, inbox(store) if recordings is None else recordings).model_dump()

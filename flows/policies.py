@@ -1,0 +1,81 @@
+"""Flow of the noun policies: batch Sarsa(lambda) from one policy version to the next."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+from flows.stage import data_folder, need, our_flow, stage_task
+from pipeline.errors import NotFound
+from pipeline.policies import train
+from pipeline.receipts import Manifest, Receipt, key_of
+from pipeline.settings import PolicySettings
+from pipeline.store import Store
+from schemas import Decisions, Occasions, Policies
+
+
+def batch(store: Store, knowledge: Manifest) -> list[Receipt]:
+    """The receipts of the decisions that a version of the knowledge was made from.
+
+    Raises:
+        NotFound: if they have been made anew since; then the knowledge is out of date.
+    """
+    matches = [label.split("/")[1] for label in knowledge.inputs if label.startswith("decisions/")]
+    receipts = [need(store, "decisions", match) for match in matches]
+    for receipt in receipts:
+        if any(knowledge.inputs.get(label) != sha for label, sha in receipt.digests().items()):
+            raise NotFound(f"the decisions of {receipt.name} are newer than knowledge {knowledge.version}",
+                           where=str(store.root), next_step="Run `pitchlore run` to emit knowledge first")
+    return receipts
+
+
+def learn(store: Store, settings: PolicySettings) -> tuple[Manifest, bool]:
+    """Train the next policy on the newest knowledge, unless that has been done; and whether it is new.
+
+    Raises:
+        NotFound: if there is no knowledge yet.
+    """
+    knowledge = store.latest("knowledge")
+    if knowledge is None:
+        raise NotFound("there is no knowledge to train on", where=str(store.root),
+                       next_step="Import recordings and run `pitchlore run` first")
+    receipts = batch(store, knowledge)
+    inputs = {f"knowledge/{role}": record.sha256 for role, record in sorted(knowledge.files.items())}
+    for receipt in receipts:
+        inputs |= receipt.digests()
+    dumped = settings.model_dump(mode="json")
+    key = key_of("policies", "policy", inputs=inputs, settings=dumped, tables=(Policies,))
+    newest = store.latest("policies")
+    if newest is not None and newest.key == key:
+        return newest, False
+    with store.claim("policies") as version:
+        parent = store.latest("policies")
+        policy, report = train(
+            (store.read_table(receipt, "decisions", Decisions) for receipt in receipts),
+            store.read_version_table(knowledge, "occasions", Occasions),
+            store.read_version_table(parent, "policies", Policies) if parent else None,
+            settings, knowledge.settings["optimistic"], version, knowledge.version,
+        )
+        if parent is not None:
+            inputs["parent"] = parent.files["policies"].sha256
+        manifest = store.commit_version(
+            "policies", version, parent=parent.version if parent else None, key=key, inputs=inputs,
+            settings=dumped, tables={"policies": (policy, Policies)},
+            counts={"knowledge_version": knowledge.version, **asdict(report)},
+        )
+        return manifest, True
+
+
+@stage_task(name="train")
+def make_policy(data: Path, name: str, settings: PolicySettings) -> tuple[int, bool]:
+    """Train; the policy version that stands now, and whether it is new."""
+    manifest, new = learn(Store(data), settings)
+    return manifest.version, new
+
+
+@our_flow(name="policies")
+def policies_flow(data: Path, settings: PolicySettings = PolicySettings()) -> dict[str, object]:
+    """Train the next policy if the knowledge or the settings are new."""
+    store = data_folder(data)
+    version, new = make_policy(store.root, "policy", settings)
+    return {"version": version, "new": new}

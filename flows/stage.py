@@ -1,0 +1,225 @@
+"""What every stage's flow shares: doing only what is new, committing, quarantining, reporting."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Generic, ParamSpec, Protocol, TypeVar, cast
+
+import polars as pl
+from prefect import Flow, Task
+from prefect.cache_policies import NO_CACHE
+from prefect.client.schemas.objects import State, TaskRun
+from prefect.futures import as_completed
+from prefect.task_runners import ThreadPoolTaskRunner
+from pydantic import BaseModel
+
+from pipeline.errors import NotFound
+from pipeline.receipts import Receipt, key_of
+from pipeline.store import Store
+from schemas import Table
+
+S = TypeVar("S", bound=BaseModel)
+P = ParamSpec("P")
+R = TypeVar("R")
+
+#: Threads that work at once: the kernels release the GIL, polars brings threads of its own.
+WORKERS = 2
+
+
+class Listener(Protocol):
+    """Who wants to know how far a run is (the command line's progress bars)."""
+
+    def begin(self, noun: str, total: int) -> None:
+        """A stage starts with so many pieces of work to do."""
+
+    def advance(self, noun: str, name: str) -> None:
+        """A piece of a stage's work has ended."""
+
+
+class Silence:
+    """A listener that does nothing."""
+
+    def begin(self, noun: str, total: int) -> None:
+        """Do nothing."""
+
+    def advance(self, noun: str, name: str) -> None:
+        """Do nothing."""
+
+
+listener: ContextVar[Listener] = ContextVar("listener", default=Silence())  # noqa: B039 (Silence has no state)
+
+
+class StageReport(BaseModel):
+    """What a stage did.
+
+    Attributes:
+        noun: the stage.
+        made: the outputs made anew.
+        kept: how many outputs were already there.
+        failed: the outputs that could not be made, with the reason.
+    """
+
+    noun: str
+    made: list[str] = []
+    kept: int = 0
+    failed: dict[str, str] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """What a stage computed: tables (each file is named for its table), other files, facts."""
+
+    tables: Sequence[tuple[pl.DataFrame, type[Table]]] = ()
+    blobs: Mapping[str, tuple[str, bytes]] = field(default_factory=dict)
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Stage(Generic[S]):
+    """How one noun is made from others, one output at a time.
+
+    Attributes:
+        noun: the stage.
+        schemas: of the tables it makes.
+        sources: the receipts an output is made from.
+        compute: store, name and settings in, what was made out.
+    """
+
+    noun: str
+    schemas: tuple[type[Table], ...]
+    sources: Callable[[Store, str], Iterable[Receipt]]
+    compute: Callable[[Store, str, S], Made]
+
+    def done(self, store: Store, name: str, settings: S) -> bool:
+        """Whether the output is already there, made from these very inputs with these settings."""
+        try:
+            return store.holding(self.noun, name, self._key(store, name, settings)[0]) is not None
+        except NotFound:
+            return False
+
+    def perform(self, store: Store, name: str, settings: S) -> Receipt:
+        """Make and commit an output.
+
+        Raises:
+            Exception: whatever the stage raised; unless trying again may help, the output's name is
+                put in quarantine with the reason first.
+        """
+        try:
+            key, inputs = self._key(store, name, settings)
+            made = self.compute(store, name, settings)
+            receipt = store.commit(
+                self.noun, name, key, inputs=inputs, settings=settings.model_dump(mode="json"),
+                tables={schema.NAME: (table, schema) for table, schema in made.tables},
+                blobs=made.blobs, details=made.details,
+            )
+        except Exception as error:
+            if not getattr(error, "transient", False):
+                store.quarantine(self.noun, name, error)
+            raise
+        store.release(self.noun, name)
+        return receipt
+
+    def _key(self, store: Store, name: str, settings: S) -> tuple[str, dict[str, str]]:
+        inputs: dict[str, str] = {}
+        for receipt in self.sources(store, name):
+            inputs |= receipt.digests()
+        dumped = settings.model_dump(mode="json")
+        return key_of(self.noun, name, inputs=inputs, settings=dumped, tables=self.schemas), inputs
+
+
+def need(store: Store, noun: str, name: str) -> Receipt:
+    """The receipt of an output that a stage is made from.
+
+    Raises:
+        NotFound: if it has not been made.
+    """
+    receipt = store.receipt(noun, name)
+    if receipt is None:
+        raise NotFound(f"{noun} of {name} have not been made", where=str(store.root),
+                       next_step=f"Run the stage {noun} first (`pitchlore run` runs them all)")
+    return receipt
+
+
+def match_names(store: Store) -> list[str]:
+    """The ids of all matches in the store, sorted."""
+    return [receipt.name for receipt in store.receipts("matches")]
+
+
+def sound_matches(store: Store) -> list[str]:
+    """The matches that no stage has in quarantine: those that count in what is made of all matches."""
+    bad = {record.name.rsplit(".n", 1)[0] for record in store.quarantined()}
+    return [name for name in match_names(store) if name not in bad]
+
+
+def may_succeed_later(_task: Task[Any, Any], _run: TaskRun, state: State[Any]) -> bool:
+    """Whether a failed task is worth trying again: only when its error says so."""
+    error = state.result(raise_on_failure=False)
+    return bool(getattr(error, "transient", False))
+
+
+def stage_task(*, name: str) -> Callable[[Callable[P, R]], Task[P, R]]:
+    """A task that makes one output; tried again only where that may help, nothing cached or pickled."""
+
+    def decorate(function: Callable[P, R]) -> Task[P, R]:
+        return Task(
+            function, name=name, task_run_name=f"{name} {{name}}", retries=2, retry_delay_seconds=1,
+            retry_condition_fn=may_succeed_later, cache_policy=NO_CACHE, persist_result=False,
+        )
+
+    return decorate
+
+
+def our_flow(*, name: str) -> Callable[[Callable[P, R]], Flow[P, R]]:
+    """A flow of ours: its result is JSON, its tasks share a few threads."""
+
+    def decorate(function: Callable[P, R]) -> Flow[P, R]:
+        return Flow(
+            function, name=name, persist_result=True, result_serializer="json",
+            task_runner=cast("Any", ThreadPoolTaskRunner(max_workers=WORKERS)),
+        )
+
+    return decorate
+
+
+def run_stage(
+    job: Task[..., Any], stage: Stage[S], store: Store, names: Sequence[str], settings: S
+) -> StageReport:
+    """Make what is new of a stage: a task for each output, none for what is already there."""
+    todo = [name for name in names if not stage.done(store, name, settings)]
+    report = run_tasks(
+        job, stage.noun, {name: {"data": store.root, "name": name, "settings": settings} for name in todo}
+    )
+    report.kept = len(names) - len(todo)
+    return report
+
+
+def run_tasks(job: Task[..., Any], noun: str, work: Mapping[str, Mapping[str, Any]]) -> StageReport:
+    """Run one task a piece of work (label to arguments); failures are reported, the others finish."""
+    report = StageReport(noun=noun)
+    listener.get().begin(noun, len(work))
+    futures = {job.submit(**arguments): label for label, arguments in work.items()}
+    for future in as_completed(list(futures)):
+        label = futures[future]
+        if future.state.is_completed():
+            report.made.append(label)
+        else:
+            error = future.result(raise_on_failure=False)
+            report.failed[label] = str(error)
+        listener.get().advance(noun, label)
+    report.made.sort()
+    return report
+
+
+def survivors(names: Iterable[str], report: StageReport) -> list[str]:
+    """The names that a stage did not fail on."""
+    return [name for name in names if name not in report.failed]
+
+
+def data_folder(data: Path) -> Store:
+    """The store of a run, with what killed runs left lying about swept up."""
+    store = Store(data)
+    store.sweep()
+    return store

@@ -1,0 +1,348 @@
+"""The log's messages in batches: MCAP message records with CDR payloads, as numpy arrays.
+
+A message is a *head* of fixed layout (the record's framing and the payload's fixed fields) and a
+*tail* of any length (the robots of a frame, the strings of an event). A whole chunk is laid out
+from heads and tails, or taken apart into them, without a Python loop over its messages.
+
+Sources: the MCAP specification (message record), OMG CDR (XCDR1, little-endian; alignment counts
+from behind the four bytes of encapsulation), and the definitions in ``schemas/*.msg``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import resources
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+from numba import njit
+
+from pipeline.chunks import FRAMING_BYTES, MESSAGE, U8
+from pipeline.frame import BALL_DTYPE, I64, ROBOT_DTYPE, Frames
+from schemas import ROLES, TEAMS, Decisions, Referee
+from schemas.decisions import ENDS
+from schemas.matches import EVENTS
+
+Bools = npt.NDArray[np.bool_]
+Records = npt.NDArray[np.void]
+
+#: The bytes 00 01 00 00: plain CDR, little-endian, no options.
+LITTLE_ENDIAN_CDR = 0x0000_0100
+
+_RECORD = [
+    ("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"),
+    ("log_time", "<i8"), ("publish_time", "<i8"), ("encapsulation", "<u4"),
+]
+#: Up to and including the length word of ``robots``; the tail is ROBOT_DTYPE [robots].
+FRAME_HEAD = np.dtype([*_RECORD, ("number", "<u4"), ("ball", BALL_DTYPE), ("robots", "<u4")])
+#: The tail is three strings: event, team, note.
+REFEREE_HEAD = np.dtype([*_RECORD, ("score_home", "<i2"), ("score_away", "<i2")])
+#: Up to and including the length word of ``behaviour_id``; the tail is its bytes.
+DECISION_HEAD = np.dtype([
+    *_RECORD,
+    ("end_ns", "<i8"), ("state", "<i8"), ("reward", "<f8"), ("value", "<f8"), ("episode", "<i4"),
+    ("robot", "<i2"), ("team", "u1"), ("role", "u1"), ("random", "u1"), ("ends", "u1"),
+    ("padding", "V2"), ("name_bytes", "<u4"),
+])  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Messages:
+    """Messages of one channel.
+
+    Attributes:
+        heads: [K], of one of the ``*_HEAD`` dtypes; opcode and length are set by :func:`lay_out`.
+        tails: uint8 [offsets[-1]], all tails one after another.
+        offsets: int64 [K + 1]; the tail of message i is ``tails[offsets[i]:offsets[i + 1]]``.
+    """
+
+    heads: Records
+    tails: U8
+    offsets: I64
+
+    def __len__(self) -> int:
+        return len(self.heads)
+
+    def __getitem__(self, part: slice) -> Messages:
+        """Consecutive messages; the step must be 1."""
+        first, last, _ = part.indices(len(self))
+        offsets = self.offsets[first:max(first, last) + 1]
+        return Messages(self.heads[part], self.tails[offsets[0]:offsets[-1]], offsets - offsets[0])
+
+    def tail_bytes(self) -> I64:
+        """Length of each tail, int64 [K]."""
+        return np.diff(self.offsets)
+
+    def keep(self, mask: Bools) -> Messages:
+        """Only the messages where ``mask`` [K] is true; itself if that is all of them."""
+        if mask.all():
+            return self
+        offsets = np.concatenate(([0], np.cumsum(self.tail_bytes()[mask])))
+        return Messages(self.heads[mask], self.tails[np.repeat(mask, self.tail_bytes())], offsets)
+
+
+def concatenate(parts: Sequence[Messages], head: np.dtype[np.void]) -> Messages:
+    """One batch after another; ``head`` is the dtype of the heads, needed when there are none."""
+    if not parts:
+        return Messages(np.empty(0, head), np.empty(0, np.uint8), np.zeros(1, np.int64))
+    if len(parts) == 1:
+        return parts[0]
+    ends = np.cumsum([len(part.tails) for part in parts])
+    offsets = [part.offsets[1:] + (end - len(part.tails)) for part, end in zip(parts, ends, strict=True)]
+    return Messages(
+        _join([part.heads for part in parts]),
+        np.concatenate([part.tails for part in parts]),
+        np.concatenate([np.zeros(1, np.int64), *offsets]),
+    )
+
+
+def _join(parts: Sequence[Records]) -> Records:
+    # numpy copies structured arrays field by field; as raw bytes it is one copy
+    raw = np.dtype((np.void, parts[0].dtype.itemsize))
+    joined: Records = np.concatenate([part.view(raw) for part in parts]).view(parts[0].dtype)
+    return joined
+
+
+# --- records to bytes and back -----------------------------------------------------------
+
+
+def lay_out(messages: Messages) -> tuple[U8, I64]:
+    """The messages as MCAP records, one behind the other.
+
+    Returns:
+        The bytes, uint8 [starts[-1]], and where each record starts, int64 [K + 1].
+    """
+    heads, size = messages.heads, messages.heads.dtype.itemsize
+    heads["opcode"] = MESSAGE
+    heads["length"] = messages.tail_bytes() + (size - FRAMING_BYTES)
+    starts = messages.offsets + size * np.arange(len(messages) + 1, dtype=np.int64)
+    out = np.empty(int(starts[-1]), dtype=np.uint8)
+    _merge(_bytes_of(heads).reshape(-1, size), messages.tails, messages.offsets, out)
+    return out, starts
+
+
+def take_out(content: U8, bodies: I64, lengths: I64, head: np.dtype[np.void]) -> Messages:
+    """The message records whose bodies start at ``bodies`` [K] and have ``lengths`` [K] bytes.
+
+    Every length must be at least that of the head's part of the body.
+    """
+    offsets = np.zeros(len(bodies) + 1, dtype=np.int64)
+    np.cumsum(lengths - (head.itemsize - FRAMING_BYTES), out=offsets[1:])
+    heads = np.empty((len(bodies), head.itemsize), dtype=np.uint8)
+    tails = np.empty(int(offsets[-1]), dtype=np.uint8)
+    _split(content, bodies - FRAMING_BYTES, offsets, heads, tails)
+    return Messages(heads.view(head).reshape(-1), tails, offsets)
+
+
+@njit(cache=True, nogil=True)
+def _merge(heads: U8, tails: U8, offsets: I64, out: U8) -> None:
+    at = 0
+    for k in range(heads.shape[0]):
+        for j in range(heads.shape[1]):
+            out[at + j] = heads[k, j]
+        at += heads.shape[1]
+        first, length = offsets[k], offsets[k + 1] - offsets[k]
+        for j in range(length):
+            out[at + j] = tails[first + j]
+        at += length
+
+
+@njit(cache=True, nogil=True)
+def _split(content: U8, starts: I64, offsets: I64, heads: U8, tails: U8) -> None:
+    for k in range(heads.shape[0]):
+        at = starts[k]
+        for j in range(heads.shape[1]):
+            heads[k, j] = content[at + j]
+        at += heads.shape[1]
+        first, length = offsets[k], offsets[k + 1] - offsets[k]
+        for j in range(length):
+            tails[first + j] = content[at + j]
+
+
+def _bytes_of(array: npt.NDArray[np.void]) -> U8:
+    return np.ascontiguousarray(array).view(np.uint8)
+
+
+def _heads(head: np.dtype[np.void], channel: int, t_ns: I64) -> Records:
+    heads = np.zeros(len(t_ns), dtype=head)
+    heads["channel"] = channel
+    heads["log_time"] = heads["publish_time"] = t_ns
+    heads["encapsulation"] = LITTLE_ENDIAN_CDR
+    return heads
+
+
+# --- frames --------------------------------------------------------------------------------
+
+
+def pack_frames(frames: Frames, channel: int) -> Messages:
+    """The samples as messages of `schemas/Frame.msg`."""
+    heads = _heads(FRAME_HEAD, channel, frames.t_ns)
+    heads["number"] = frames.number
+    heads["ball"] = frames.ball
+    heads["robots"] = frames.counts()
+    tails = _bytes_of(frames.robots[int(frames.offsets[0]):]).copy()
+    tails[1::ROBOT_DTYPE.itemsize] = 0  # the padding after `team` may hold anything in memory
+    return Messages(heads, tails, (frames.offsets - frames.offsets[0]) * ROBOT_DTYPE.itemsize)
+
+
+def sound_frames(messages: Messages) -> Bools:
+    """Which messages [K] are whole messages of `schemas/Frame.msg`."""
+    robots = messages.heads["robots"].astype(np.int64)
+    whole: Bools = messages.tail_bytes() == robots * ROBOT_DTYPE.itemsize
+    return whole & _addressed(messages)
+
+
+def unpack_frames(messages: Messages) -> Frames:
+    """The samples in messages that are all sound, in their order."""
+    heads = messages.heads
+    return Frames(
+        number=heads["number"].copy(),
+        t_ns=heads["log_time"].copy(),
+        ball=heads["ball"].copy(),
+        offsets=messages.offsets // ROBOT_DTYPE.itemsize,
+        robots=messages.tails.view(ROBOT_DTYPE),
+    )
+
+
+def _addressed(messages: Messages) -> Bools:
+    """Whether each message has a time that fits and the plain little-endian encapsulation."""
+    heads = messages.heads
+    fits: Bools = (heads["log_time"] >= 0) & (heads["encapsulation"] & 0xFFFF == LITTLE_ENDIAN_CDR)
+    return fits
+
+
+# --- referee events ------------------------------------------------------------------------
+
+
+def pack_referee(referee: pl.DataFrame, channel: int) -> Messages:
+    """Rows of schema Referee as messages of `schemas/RefereeEvent.msg`, in their order."""
+    heads = _heads(REFEREE_HEAD, channel, referee["t_ns"].to_numpy())
+    for score in ("score_home", "score_away"):
+        heads[score] = referee[score].fill_null(-1).to_numpy()
+    rows = referee.select("event", "team", "note").fill_null("").iter_rows()
+    tails = [_strings(row) for row in rows]
+    offsets = np.cumsum([0, *map(len, tails)], dtype=np.int64)
+    return Messages(heads, np.frombuffer(b"".join(tails), dtype=np.uint8), offsets)
+
+
+def unpack_referee(messages: Messages) -> tuple[pl.DataFrame, Bools]:
+    """Rows of schema Referee without ``match_id``, and which messages [K] they come from."""
+    mask = _addressed(messages)
+    rows = []
+    tails = messages.tails.tobytes()
+    for i, (start, end) in enumerate(pairwise(messages.offsets.tolist())):
+        strings = _read_strings(tails[start:end], 3)
+        head = messages.heads[i]
+        mask[i] &= strings is not None and strings[0] in EVENTS and strings[1] in ("", *TEAMS)
+        if mask[i] and strings is not None:
+            scores = (int(head["score_home"]), int(head["score_away"]))
+            rows.append((
+                int(head["log_time"]), strings[0], strings[1] or None,
+                *(None if score == -1 else score for score in scores), strings[2] or None,
+            ))
+    schema = {name: dtype for name, dtype in Referee.dtypes().items() if name != "match_id"}
+    return pl.DataFrame(rows, schema=schema, orient="row"), mask
+
+
+def _strings(values: Sequence[str]) -> bytes:
+    out = bytearray()
+    for value in values:
+        out += bytes(-len(out) % 4)
+        data = value.encode() + b"\0"
+        out += len(data).to_bytes(4, "little") + data
+    return bytes(out)
+
+
+def _read_strings(data: bytes, count: int) -> list[str] | None:
+    """``count`` CDR strings, or None if they are not well-formed."""
+    out, at = [], 0
+    for _ in range(count):
+        at += -at % 4
+        length = int.from_bytes(data[at:at + 4], "little")
+        text = _text(data[at + 4:at + 4 + length], length)
+        if len(data) < at + 4 or text is None:
+            return None
+        out.append(text)
+        at += 4 + length
+    return out if at == len(data) else None
+
+
+def _text(data: bytes, length: int) -> str | None:
+    # serialisers differ on whether the length of an empty string is 0 or 1
+    if len(data) != length or (length and data[-1] != 0):
+        return None
+    try:
+        return data[:-1].decode()
+    except UnicodeDecodeError:
+        return None
+
+
+# --- decisions -----------------------------------------------------------------------------
+
+
+def pack_decisions(decisions: pl.DataFrame, channel: int) -> Messages:
+    """Rows of schema Decisions as messages of `schemas/Decision.msg`, in their order."""
+    heads = _heads(DECISION_HEAD, channel, decisions["t_ns"].to_numpy())
+    for name in ("end_ns", "state", "reward", "value", "episode", "robot", "random"):
+        heads[name] = decisions[name].to_numpy()
+    for name in ("team", "role"):
+        heads[name] = decisions[name].to_physical().to_numpy()
+    heads["ends"] = (decisions["ends"].to_physical().cast(pl.Int16) + 1).fill_null(0).to_numpy()
+    tails = [(name or "").encode() + b"\0" for name in decisions["behaviour_id"]]
+    heads["name_bytes"] = [len(tail) for tail in tails]
+    offsets = np.cumsum([0, *map(len, tails)], dtype=np.int64)
+    return Messages(heads, np.frombuffer(b"".join(tails), dtype=np.uint8), offsets)
+
+
+def unpack_decisions(messages: Messages) -> tuple[pl.DataFrame, Bools]:
+    """Rows of schema Decisions without ``match_id``, and which messages [K] they come from."""
+    heads = messages.heads
+    mask = _addressed(messages) & (messages.tail_bytes() == heads["name_bytes"])
+    for name, values in (("team", len(TEAMS)), ("role", len(ROLES)), ("random", 2), ("ends", 1 + len(ENDS))):
+        mask &= heads[name] < values
+    tails = messages.tails.tobytes()
+    names = [_text(tails[start:end], end - start) for start, end in pairwise(messages.offsets.tolist())]
+    mask &= np.array([name is not None for name in names], dtype=np.bool_)
+    kept = heads[mask]
+    columns = {
+        "team": np.array(TEAMS)[kept["team"]],
+        "role": np.array(ROLES)[kept["role"]],
+        "t_ns": kept["log_time"],
+        "random": kept["random"].astype(np.bool_),
+        "ends": pl.Series(np.array(["", *ENDS])[kept["ends"]]).replace("", None),
+        "behaviour_id": pl.Series([names[i] or None for i in np.flatnonzero(mask)], dtype=pl.String),
+        **{name: kept[name] for name in ("end_ns", "state", "reward", "value", "episode", "robot")},
+    }
+    schema = {name: dtype for name, dtype in Decisions.dtypes().items() if name != "match_id"}
+    return pl.DataFrame(columns).select(pl.col(name).cast(dtype) for name, dtype in schema.items()), mask
+
+
+# --- definitions -----------------------------------------------------------------------------
+
+
+def definition(name: str, *parts: str) -> str:
+    """A message's definition with those it is made of, as MCAP's ``ros2msg`` encoding wants it.
+
+    Args:
+        name: of a file in ``schemas/``, without its suffix.
+        parts: the messages it refers to.
+    """
+    folder = resources.files("schemas")
+    text = folder.joinpath(f"{name}.msg").read_text(encoding="utf-8")
+    for part in parts:
+        text += "=" * 80 + f"\nMSG: pitchlore/{part}\n"
+        text += folder.joinpath(f"{part}.msg").read_text(encoding="utf-8")
+    return text
+
+
+def fields(text: str) -> list[tuple[str, str]]:
+    """The lines of a definition that decide how a message is laid out; comments and constants do not.
+
+    Two definitions with the same fields have the same bytes for the same message.
+    """
+    lines = (tuple(line.split("#")[0].split()) for line in text.splitlines())
+    kept = [line for line in lines if len(line) >= 2 and "=" not in "".join(line)]
+    return [(kind, name.split("/")[-1]) for kind, name, *_ in kept]

@@ -1,0 +1,282 @@
+"""MCAP's records and chunks as bytes: the parts of the format through which all messages go.
+
+Nothing here trusts what it reads: a length that leads out of the file, a size that would not fit
+into memory, a checksum that does not hold are all found before anything is made of them.
+
+Source: the MCAP specification, sections Records, Chunk, Message Index.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import lz4.frame  # type: ignore[import-untyped]
+import numpy as np
+import numpy.typing as npt
+import zstandard
+from numba import njit
+
+from pipeline.frame import I64
+
+U8 = npt.NDArray[np.uint8]
+
+MESSAGE, CHUNK, MESSAGE_INDEX, DATA_END = 0x05, 0x06, 0x07, 0x0F
+#: Opcode and length, before every record's body.
+FRAMING_BYTES = 9
+#: A chunk that says that it is larger than this is not decompressed.
+MAX_CHUNK_BYTES = 64 << 20
+
+_FRAMING = struct.Struct("<BQ")
+_CHUNK_HEAD = struct.Struct("<QQQII")  # first time, last time, size, CRC, length of the compression's name
+_INDEX_HEAD = struct.Struct("<HI")  # channel, bytes that follow
+
+
+class DamagedChunk(Exception):
+    """Why a chunk cannot be used; always reported by who reads the file, never to the user as such."""
+
+
+class Piece(NamedTuple):
+    """Consecutive messages of one channel in a chunk.
+
+    Attributes:
+        channel: their channel's id.
+        t_ns: int64 [K], their log times.
+        starts: int64 [K], where their records start in the chunk's content.
+        content: uint8, their records.
+    """
+
+    channel: int
+    t_ns: I64
+    starts: I64
+    content: U8
+
+
+class SealedChunk(NamedTuple):
+    """A chunk with the message indexes that follow it, as the chunk index wants it.
+
+    Attributes:
+        data: all their bytes.
+        length: of the chunk record.
+        index_offsets: channel to where its message index starts in ``data``.
+        start_ns, end_ns: first and last log time, both included.
+        stored, size: bytes of the content, compressed and uncompressed.
+    """
+
+    data: bytes
+    length: int
+    index_offsets: dict[int, int]
+    start_ns: int
+    end_ns: int
+    stored: int
+    size: int
+
+
+class Records(NamedTuple):
+    """Records in order, [K] each.
+
+    Attributes:
+        opcodes: uint8.
+        channels: int64, of message records; -1 for others and for messages without a whole address.
+        bodies: int64, where each body starts.
+        lengths: int64, of each body in bytes.
+    """
+
+    opcodes: U8
+    channels: I64
+    bodies: I64
+    lengths: I64
+
+    def keep(self, mask: npt.NDArray[np.bool_] | slice) -> Records:
+        """Only those where ``mask`` [K] is true."""
+        return Records(self.opcodes[mask], self.channels[mask], self.bodies[mask], self.lengths[mask])
+
+
+def seal(pieces: Sequence[Piece], compressor: zstandard.ZstdCompressor) -> SealedChunk:
+    """One chunk, compressed, of at least one piece, with its CRC and message indexes."""
+    content = pieces[0].content if len(pieces) == 1 else np.concatenate([p.content for p in pieces])
+    start, end = min(int(p.t_ns.min()) for p in pieces), max(int(p.t_ns.max()) for p in pieces)
+    blob = compressor.compress(content.data)
+    head = _CHUNK_HEAD.pack(start, end, len(content), zlib.crc32(content.data), 4) + b"zstd"
+    head += len(blob).to_bytes(8, "little")
+    parts = [_FRAMING.pack(CHUNK, len(head) + len(blob)), head, blob]
+    length = at = sum(map(len, parts))
+    index_offsets = {}
+    for channel in sorted({piece.channel for piece in pieces}):
+        own = [piece for piece in pieces if piece.channel == channel]
+        columns = [np.concatenate([p.t_ns for p in own]), np.concatenate([p.starts for p in own])]
+        entries = np.stack(columns, axis=1).astype("<u8").tobytes()
+        index_offsets[channel] = at
+        parts += [
+            _FRAMING.pack(MESSAGE_INDEX, _INDEX_HEAD.size + len(entries)),
+            _INDEX_HEAD.pack(channel, len(entries)), entries,
+        ]
+        at += FRAMING_BYTES + _INDEX_HEAD.size + len(entries)
+    return SealedChunk(b"".join(parts), length, index_offsets, start, end, len(blob), len(content))
+
+
+def chunk_span(body: memoryview) -> tuple[int, int] | None:
+    """First and last log time in nanoseconds that a chunk declares, None if they make no sense."""
+    if len(body) < _CHUNK_HEAD.size:
+        return None
+    start, end = _CHUNK_HEAD.unpack_from(body)[:2]
+    return (start, end) if start <= end < 2**63 else None
+
+
+def chunk_size(body: memoryview) -> int:
+    """How many bytes of content a chunk declares, at most ``MAX_CHUNK_BYTES``."""
+    return min(_CHUNK_HEAD.unpack_from(body)[2], MAX_CHUNK_BYTES) if len(body) >= _CHUNK_HEAD.size else 0
+
+
+def unseal(body: memoryview) -> tuple[U8, Records]:
+    """A chunk's content and the records in it, after all checks.
+
+    Raises:
+        DamagedChunk: if its size is over ``MAX_CHUNK_BYTES`` or not what it declares, its CRC does
+            not hold, it does not decompress, or its content is not a row of whole records.
+    """
+    if len(body) < _CHUNK_HEAD.size:
+        raise DamagedChunk("is too short")
+    _, _, size, crc, name_bytes = _CHUNK_HEAD.unpack_from(body)
+    name_end = _CHUNK_HEAD.size + name_bytes
+    blob = body[name_end + 8:]
+    if name_end + 8 > len(body) or int.from_bytes(body[name_end:name_end + 8], "little") != len(blob):
+        raise DamagedChunk("has a damaged header")
+    if size > MAX_CHUNK_BYTES:
+        raise DamagedChunk(f"declares {size} bytes, over the limit of {MAX_CHUNK_BYTES}")
+    content = _decompress(blob, bytes(body[_CHUNK_HEAD.size:name_end]), size)
+    if crc and zlib.crc32(content) != crc:
+        raise DamagedChunk("does not have the content that its CRC vouches for")
+    array = as_array(content)
+    records, end = walk(array, 0, size)
+    if end != size:
+        raise DamagedChunk("is not a row of whole records")
+    return array, records
+
+
+def _decompress(blob: memoryview, compression: bytes, size: int) -> bytes | memoryview:
+    """Exactly ``size`` bytes; never allocates much more, whatever the compressed bytes say."""
+    content: bytes | memoryview
+    try:
+        if compression == b"":
+            content = blob
+        elif compression == b"zstd":
+            # zstd believes the size in its own header rather than the limit that it is given
+            declared = zstandard.frame_content_size(blob)
+            if declared not in (-1, size):
+                raise DamagedChunk("declares two different sizes")
+            decompressor = zstandard.ZstdDecompressor()
+            content = decompressor.decompress(blob, max_output_size=size, allow_extra_data=False)
+        elif compression == b"lz4":
+            content = lz4.frame.LZ4FrameDecompressor().decompress(blob, max_length=size + 1)
+        else:
+            raise DamagedChunk(f"is compressed by {compression!r}, which is neither zstd nor lz4")
+    except (zstandard.ZstdError, RuntimeError, EOFError) as error:
+        raise DamagedChunk("does not decompress") from error
+    if len(content) != size:
+        raise DamagedChunk("does not have the size that it declares")
+    return content
+
+
+def as_array(data: bytes | memoryview) -> U8:
+    """The same bytes as a read-only array, uint8."""
+    array = np.frombuffer(data, dtype=np.uint8)
+    array.flags.writeable = False
+    return array
+
+
+def find_records(
+    content: U8, start: int, stop: int, landmarks: Sequence[int]
+) -> tuple[Records, int, list[int]]:
+    """The records in ``content[start:stop]``, up to and including the DataEnd.
+
+    Args:
+        content: uint8, the whole file.
+        start: where the first record starts.
+        stop: where records end at the latest, exclusive.
+        landmarks: where records are known to start, ascending; after damage the search goes on there.
+
+    Returns:
+        The records; where the last of them ends; and where damaged ones start.
+    """
+    parts, damaged = [], []
+    ahead = [place for place in landmarks if start < place < stop]
+    while True:
+        records, end = walk(content, start, stop)
+        starts = records.bodies - FRAMING_BYTES
+        whole = len(starts)
+        run_over = [place for place in ahead if place < end and not _includes(starts, place)]
+        if run_over:  # the record that runs over the landmark has a wrong length
+            resume = run_over[0]
+            whole = int(np.searchsorted(starts, resume)) - 1
+        else:
+            resume = next((place for place in ahead if place >= end), -1)
+            if resume >= 0 and whole and records.opcodes[-1] == DATA_END:  # that is not what it is
+                whole -= 1
+        parts.append(records.keep(slice(0, whole)))
+        if resume < 0:
+            break
+        damaged.append(int(starts[whole]) if whole < len(starts) else end)
+        start, ahead = resume, [place for place in ahead if place > resume]
+    return _join(parts), end, damaged
+
+
+def _join(parts: Sequence[Records]) -> Records:
+    return Records(
+        np.concatenate([part.opcodes for part in parts]),
+        np.concatenate([part.channels for part in parts]),
+        np.concatenate([part.bodies for part in parts]),
+        np.concatenate([part.lengths for part in parts]),
+    )
+
+
+def _includes(ascending: I64, value: int) -> bool:
+    at = int(np.searchsorted(ascending, value))
+    return at < len(ascending) and int(ascending[at]) == value
+
+
+def walk(content: U8, start: int, stop: int) -> tuple[Records, int]:
+    """The records in ``content[start:stop]``, up to and including a DataEnd.
+
+    Returns:
+        The records, and where the last whole one ends: less than ``stop`` after a DataEnd, or if
+        what follows is no whole record.
+    """
+    opcodes, channels, bodies, lengths, end = _walk(content, start, stop)
+    return Records(opcodes, channels, bodies, lengths), int(end)
+
+
+@njit(cache=True, nogil=True)
+def _walk(content: U8, start: int, stop: int) -> tuple[U8, I64, I64, I64, np.int64]:
+    count, end = 0, np.int64(start)
+    while end + FRAMING_BYTES <= stop:
+        length = _uint64(content, end + 1)
+        if length < 0 or length > stop - end - FRAMING_BYTES:
+            break
+        opcode = content[end]
+        count += 1
+        end += FRAMING_BYTES + length
+        if opcode == DATA_END:
+            break
+    opcodes = np.empty(count, dtype=np.uint8)
+    channels = np.full(count, -1, dtype=np.int64)
+    bodies = np.empty(count, dtype=np.int64)
+    lengths = np.empty(count, dtype=np.int64)
+    at = np.int64(start)
+    for k in range(count):
+        opcodes[k], bodies[k], lengths[k] = content[at], at + FRAMING_BYTES, _uint64(content, at + 1)
+        if opcodes[k] == MESSAGE and lengths[k] >= 22:  # channel, sequence and two times
+            channels[k] = np.int64(content[at + 9]) | (np.int64(content[at + 10]) << 8)
+        at += FRAMING_BYTES + lengths[k]
+    return opcodes, channels, bodies, lengths, end
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _uint64(content: U8, at: np.int64) -> np.int64:
+    # a value of 2**63 or more comes out negative
+    value = np.int64(0)
+    for j in range(8):
+        value |= np.int64(content[at + j]) << (8 * j)
+    return value

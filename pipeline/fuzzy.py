@@ -1,0 +1,168 @@
+"""The five fuzzy variables: scikit-fuzzy's trapezoids define every term (paper section 3.2.1, Figure 1).
+
+The figure's numbers are not in any text that could be found; these are ours (SITUATIONS in DECISIONS.md).
+The recogniser evaluates the same trapezoids as pairs of straight lines (:func:`lines`), which is verified
+against :func:`membership`, scikit-fuzzy's own evaluation.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from math import inf, pi
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import skfuzzy
+
+from pipeline.pitch import Scales
+
+F64 = npt.NDArray[np.float64]
+
+#: Stands for infinity where scikit-fuzzy needs a corner: beyond any length, speed or time of a match.
+FAR_OFF = 1e6
+
+
+class Variable(StrEnum):
+    """A fuzzy variable of the paper."""
+
+    DISTANCE = "distance"
+    ORIENTATION = "orientation"
+    BEARING = "bearing"
+    PLAYING_TIME = "playing time"
+    VELOCITY = "velocity"
+
+
+#: What each variable measures, and its unit.
+MEANINGS: dict[Variable, tuple[str, str]] = {
+    Variable.DISTANCE: ("distance between two objects", "m"),
+    Variable.ORIENTATION: ("absolute difference between the orientations of two objects, 0 to pi", "rad"),
+    Variable.BEARING: ("absolute angle from an object's orientation to another object, 0 to pi", "rad"),
+    Variable.PLAYING_TIME: ("time for which a condition has held", "s"),
+    Variable.VELOCITY: ("speed of an object minus the speed of another", "m/s"),
+}
+
+
+class Trapezoid(NamedTuple):
+    """Membership 0 up to a, rising to 1 at b, falling from c, 0 from d on; a = b or c = d is a shoulder."""
+
+    a: float
+    b: float
+    c: float
+    d: float
+
+
+class Lines(NamedTuple):
+    """A trapezoid as ``clip(min(rise * x + up, fall * x + down), 0, 1)``."""
+
+    rise: float
+    up: float
+    fall: float
+    down: float
+
+
+Terms = dict[Variable, dict[str, Trapezoid]]
+
+
+def terms(scales: Scales) -> Terms:
+    """The terms of all five variables for one kind of match.
+
+    Neighbouring terms cross at 0.5 and sum to 1. Distances stretch by the crossings in ``scales`` in the
+    proportions of the VSSS terms, velocities by ``scales.speed``; angles and times are everybody's.
+    """
+    touch, apart = scales.contact - scales.contact_fade, scales.contact + scales.contact_fade
+    close, near, far = (
+        (crossing * low, crossing * high)
+        for crossing, low, high in (
+            (scales.close, 0.15 / 0.20, 0.25 / 0.20),
+            (scales.near, 0.35 / 0.45, 0.55 / 0.45),
+            (scales.far, 0.75 / 0.85, 0.95 / 0.85),
+        )
+    )
+    e1, e2, f1, f2 = (scales.speed * edge for edge in (0.05, 0.10, 0.40, 0.60))
+    return {
+        Variable.DISTANCE: {
+            "CONTACT": Trapezoid(0, 0, touch, apart),
+            "CLOSE": Trapezoid(touch, apart, *close),
+            "NEAR": Trapezoid(*close, *near),
+            "FAR": Trapezoid(*near, *far),
+            "VERY_FAR": Trapezoid(*far, FAR_OFF, FAR_OFF),
+        },
+        Variable.ORIENTATION: {
+            "PARALLEL": Trapezoid(0, 0, pi / 6, pi / 3),
+            "PERPENDICULAR": Trapezoid(pi / 6, pi / 3, 2 * pi / 3, 5 * pi / 6),
+            "OPPOSITE": Trapezoid(2 * pi / 3, 5 * pi / 6, pi, pi),
+        },
+        Variable.BEARING: {
+            "FACING": Trapezoid(0, 0, pi / 12, pi / 4),
+            "SIDE": Trapezoid(pi / 12, pi / 4, 3 * pi / 4, 11 * pi / 12),
+            "BACK": Trapezoid(3 * pi / 4, 11 * pi / 12, pi, pi),
+        },
+        Variable.PLAYING_TIME: {
+            "INSTANT": Trapezoid(0, 0, 0.05, 0.15),
+            "SHORT": Trapezoid(0.05, 0.15, 0.30, 0.50),
+            "MEDIUM": Trapezoid(0.30, 0.50, 1.0, 2.0),
+            "LONG": Trapezoid(1.0, 2.0, FAR_OFF, FAR_OFF),
+        },
+        Variable.VELOCITY: {
+            "MUCH_SLOWER": Trapezoid(-FAR_OFF, -FAR_OFF, -f2, -f1),
+            "SLOWER": Trapezoid(-f2, -f1, -e2, -e1),
+            "EQUAL": Trapezoid(-e2, -e1, e1, e2),
+            "FASTER": Trapezoid(e1, e2, f1, f2),
+            "MUCH_FASTER": Trapezoid(f1, f2, FAR_OFF, FAR_OFF),
+        },
+    }
+
+
+def membership(term: Trapezoid, x: npt.ArrayLike) -> F64:
+    """Degree to which each value belongs to the term, as scikit-fuzzy defines it.
+
+    Args:
+        term: the term.
+        x: values in the variable's unit, any shape; NaN is unknown.
+
+    Returns:
+        Float64 in [0, 1] of the same shape, NaN where ``x`` is NaN.
+    """
+    values = np.asarray(x, dtype=np.float64)
+    flat = values.ravel()
+    degrees: F64 = np.where(np.isnan(flat), np.nan, skfuzzy.trapmf(flat, term)).reshape(values.shape)
+    return degrees
+
+
+def crossings(term: Trapezoid, degree: float = 0.5) -> tuple[float, ...]:
+    """The values at which the term's membership crosses ``degree``: scikit-fuzzy's lambda-cut.
+
+    One value for a shoulder, two for a hill, ascending.
+    """
+    corners = np.unique(term)
+    inner = corners[np.abs(corners) < FAR_OFF]
+    margin = inner[-1] - inner[0]
+    low = inner[0] if term.a == term.b else inner[0] - margin
+    high = inner[-1] if term.c == term.d else inner[-1] + margin
+    # a shoulder's end belongs to the term; towards a far-off corner the plateau is sampled just beyond
+    low = low - margin if term.b <= -FAR_OFF else low
+    high = high + margin if term.c >= FAR_OFF else high
+    universe = np.unique(np.concatenate((inner, [low, high])))
+    cuts = skfuzzy.lambda_cut_boundaries(universe, membership(term, universe), degree)
+    return tuple(float(cut) for cut in cuts)
+
+
+def likeliest(variable: dict[str, Trapezoid], x: float) -> str:
+    """The term of a variable to which a value belongs most; the earlier one of two that tie."""
+    return max(variable, key=lambda name: float(membership(variable[name], x)[()]))
+
+
+def lines(term: Trapezoid) -> Lines:
+    """The term as two straight lines, which need no branch.
+
+    Equal to :func:`membership` within 1e-9 on the variable's domain, where a shoulder is flat for good.
+    """
+    rise, up = (0.0, 1.0) if term.a == term.b else (1 / (term.b - term.a), -term.a / (term.b - term.a))
+    fall, down = (0.0, 1.0) if term.c == term.d else (-1 / (term.d - term.c), term.d / (term.d - term.c))
+    return Lines(rise, up, fall, down)
+
+
+def shown(term: Trapezoid) -> tuple[float, ...]:
+    """The corners, with infinity where a far-off corner stands for it."""
+    return tuple(float(np.copysign(inf, corner)) if abs(corner) >= FAR_OFF else float(corner) for corner in term)

@@ -1,0 +1,233 @@
+"""Goals: by direct action, by indirect action, or by error of the adversary (paper, Fig. 10)."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+import polars as pl
+
+from pipeline.frame import F32, HOME, I64
+from pipeline.pitch import SCALES, Pitch
+from pipeline.settings import GoalSettings
+from schemas import BODIES, TEAMS, Goals
+
+Kind = Literal["direct", "indirect", "error"]
+
+#: Codes of Table 1: robot with the ball, guides the ball, kicks the ball.
+WITH_BALL, GUIDES, KICKS = 1, 11, 21
+#: Ball hits the robot.
+HIT = 47
+OWN_ACTION = (WITH_BALL, GUIDES, KICKS)
+
+# A touch goes on over so many ball samples without contact: vision flickers around the threshold.
+_FLICKER = 2
+
+
+class _Touches(NamedTuple):
+    """Samples at which a robot touches the ball, each [n]; by time, of equal times the nearest last.
+
+    Attributes:
+        t_ns: when.
+        ball: row of the ball at that time, in _Ball.
+        team: index into TEAMS.
+        robot: its number.
+    """
+
+    t_ns: I64
+    ball: I64
+    team: I64
+    robot: I64
+
+
+class _Ball(NamedTuple):
+    """The ball in play, by time, each [m]; velocities are NaN where unknown."""
+
+    t_ns: I64
+    segment: I64
+    x: F32
+    y: F32
+    vx: F32
+    vy: F32
+
+    def before(self, t_ns: int) -> _Ball:
+        """What was seen before a time."""
+        seen = slice(int(np.searchsorted(self.t_ns, t_ns)))
+        return _Ball(
+            self.t_ns[seen], self.segment[seen], self.x[seen], self.y[seen], self.vx[seen], self.vy[seen]
+        )
+
+
+class _Episodes(NamedTuple):
+    """Situations, each [k]; end exclusive."""
+
+    team: I64
+    robot: I64
+    code: I64
+    start_ns: I64
+    end_ns: I64
+
+    def meets(self, team: int, robot: int, codes: tuple[int, ...], first_ns: int, last_ns: int) -> bool:
+        """Whether a situation with one of the codes has a time in common with [first, last]."""
+        same = (self.team == team) & (self.robot == robot) & np.isin(self.code, codes)
+        return bool(np.any(same & (self.start_ns <= last_ns) & (self.end_ns > first_ns)))
+
+
+def attribute(
+    referee: pl.DataFrame,
+    trajectories: pl.DataFrame,
+    situations: pl.DataFrame,
+    pitch: Pitch,
+    settings: GoalSettings | None = None,
+) -> pl.DataFrame:
+    """Who made each goal, and how.
+
+    A robot touches the ball where their centres are less than the contact distance of the kind of
+    match apart. The touches of the last ``before_s`` of play before the goal are looked at; where
+    there are none, all since play last stopped or restarted.
+
+    1. Last touch by the scoring team, covered by a situation 021, 011 or 001 of the robot, and the
+       ball then on a straight line into the goal: direct, and the robot's.
+    2. Any other last touch by the scoring team: indirect, and the robot's.
+    3. Last touch by the defending team: indirect, and the robot's who shot, if the scoring team had
+       touched the ball at most ``deflect_s`` earlier and either its line already went into the goal,
+       or that touch was 021 and the defender was hit (047). Otherwise an error of the adversary, and
+       the defending robot's.
+    4. No touch: null, nobody's.
+
+    Only samples in play, strictly before the goal, that are not suspect count: a goal may be given
+    after the bodies were put back, or when play has long stopped.
+
+    Args:
+        referee: rows of schema Referee of one match.
+        trajectories: rows of schema Trajectories of that match.
+        situations: rows of schema Situations of that match; without any no goal is direct.
+        pitch: of the match.
+        settings: of the stage, None for the defaults.
+
+    Returns:
+        Rows of schema Goals by time: one for each goal whose team the referee names; a goal of
+        neither team counts for nobody and has none.
+    """
+    settings = settings or GoalSettings()
+    given = referee.filter(pl.col("event") == "goal", pl.col("team").is_not_null())
+    given = given.sort("t_ns", maintain_order=True)
+    in_play = trajectories.filter(pl.col("segment").is_not_null(), ~pl.col("suspect"))
+    ball, touches = _touches(in_play, SCALES[pitch.kind].contact)
+    done = _episodes(situations)
+    breaks = referee.filter(pl.col("event") != "play")["t_ns"].sort().to_numpy()
+    times = np.unique(in_play["t_ns"].to_numpy())
+
+    made: list[tuple[int | None, Kind | None]] = []
+    for goal in given.iter_rows(named=True):
+        before = int(np.searchsorted(times, goal["t_ns"]))
+        window = _window(touches, times[:before], breaks, settings)
+        seen = ball.before(goal["t_ns"])
+        made.append(_judge(TEAMS.index(goal["team"]), window, seen, done, pitch, settings))
+    return given.select(
+        "match_id", "t_ns", "team",
+        pl.Series("robot", [robot for robot, _ in made], dtype=pl.Int16),
+        pl.Series("kind", [kind for _, kind in made], dtype=Goals.dtypes()["kind"]),
+    )
+
+
+def _touches(in_play: pl.DataFrame, contact: float) -> tuple[_Ball, _Touches]:
+    """The ball, and all its touches."""
+    ball = in_play.filter(pl.col("team") == "ball").sort("t_ns").with_row_index("ball")
+    near = (
+        in_play.filter(pl.col("team") != "ball")
+        .join(ball.select("t_ns", "ball", bx="x", by="y"), on="t_ns")
+        .with_columns(
+            distance=((pl.col("x") - pl.col("bx")) ** 2 + (pl.col("y") - pl.col("by")) ** 2).sqrt(),
+            side=pl.col("team").to_physical().cast(pl.Int64) - BODIES.index("home"),
+        )
+        .filter(pl.col("distance") < contact)
+        .sort("t_ns", "distance", "side", "robot", descending=[False, True, True, True])
+    )
+    columns = ("t_ns", "ball", "side", "robot")
+    touches = _Touches(*(near[name].cast(pl.Int64).to_numpy() for name in columns))
+    t_ns, segment = (ball[name].cast(pl.Int64).to_numpy() for name in ("t_ns", "segment"))
+    x, y, vx, vy = (ball[name].fill_null(float("nan")).to_numpy() for name in ("x", "y", "vx", "vy"))
+    return _Ball(t_ns, segment, x, y, vx, vy), touches
+
+
+def _episodes(situations: pl.DataFrame) -> _Episodes:
+    """The situations that the rules ask for."""
+    asked = situations.filter(pl.col("code").is_in([*OWN_ACTION, HIT])).with_columns(
+        pl.col("team").to_physical()
+    )
+    return _Episodes(*(asked[name].cast(pl.Int64).to_numpy() for name in _Episodes._fields))
+
+
+def _window(touches: _Touches, times: I64, breaks: I64, settings: GoalSettings) -> _Touches:
+    """The touches that count for a goal; times are those in play before it."""
+    if not len(times):
+        return _Touches(*(field[:0] for field in touches))
+    last = times[-1]
+    end = np.searchsorted(touches.t_ns, last, side="right")
+    begin = np.searchsorted(touches.t_ns, last - round(settings.before_s * 1e9))
+    since = np.searchsorted(breaks, last, side="right")
+    restarted = np.searchsorted(touches.t_ns, breaks[since - 1]) if since else 0
+    begin = max(begin, restarted) if max(begin, restarted) < end else restarted
+    return _Touches(*(field[begin:end] for field in touches))
+
+
+def _judge(
+    scorer: int, touches: _Touches, ball: _Ball, done: _Episodes, pitch: Pitch, settings: GoalSettings
+) -> tuple[int | None, Kind | None]:
+    """Robot and kind of one goal of the team ``scorer`` (index into TEAMS)."""
+    if not len(touches.t_ns):
+        return None, None
+    last = len(touches.t_ns) - 1
+    t, robot = int(touches.t_ns[last]), int(touches.robot[last])
+    if touches.team[last] == scorer:
+        own = done.meets(scorer, robot, OWN_ACTION, t, t)
+        return robot, "direct" if own and _on_line(last, touches, ball, pitch, settings) else "indirect"
+    shots = np.flatnonzero((touches.team == scorer) & (touches.t_ns < t))
+    if len(shots) and t - touches.t_ns[shots[-1]] <= round(settings.deflect_s * 1e9):
+        shot = int(shots[-1])
+        t_shot, shooter = int(touches.t_ns[shot]), int(touches.robot[shot])
+        # a hit ends when the ball arrives, so its exclusive end may be the first sample of the touch
+        was_hit = done.meets(1 - scorer, robot, (HIT,), _touch_began(last, touches) - 1, t)
+        kicked = done.meets(scorer, shooter, (KICKS,), t_shot, t_shot)
+        if (kicked and was_hit) or _on_line(shot, touches, ball, pitch, settings):
+            return shooter, "indirect"
+    return robot, "error"
+
+
+def _touch_began(last: int, touches: _Touches) -> int:
+    """Time of the first sample of the uninterrupted touch that sample ``last`` belongs to."""
+    same = np.flatnonzero((touches.team == touches.team[last]) & (touches.robot == touches.robot[last]))
+    same = same[same <= last]
+    apart = np.flatnonzero(np.diff(touches.ball[same]) > _FLICKER + 1)
+    return int(touches.t_ns[same[apart[-1] + 1 if len(apart) else 0]])
+
+
+def _on_line(i: int, touches: _Touches, ball: _Ball, pitch: Pitch, settings: GoalSettings) -> bool:
+    """Whether the ball's straight line after touch ``i`` goes into the goal that the toucher attacks.
+
+    The line is the chord from the touch to the ball's last sample within ``line_s`` of it and not
+    after the next touch by another robot; the velocity at the touch where there is no such sample.
+    """
+    here = int(touches.ball[i])
+    ends = ball.t_ns[here] + round(settings.line_s * 1e9)
+    to = int(min(
+        np.searchsorted(ball.t_ns, ends, side="right"),
+        np.searchsorted(ball.segment, ball.segment[here], side="right"),
+    )) - 1
+    others = (touches.team != touches.team[i]) | (touches.robot != touches.robot[i])
+    next_touch = touches.ball[others & (touches.ball > here)]
+    if len(next_touch):
+        to = min(to, int(next_touch[0]))
+    towards = 1 if touches.team[i] == HOME else -1
+    x, y = float(ball.x[here]), float(ball.y[here])
+    if to > here:
+        dx, dy = float(ball.x[to]) - x, float(ball.y[to]) - y
+    else:
+        dx, dy = float(ball.vx[here]), float(ball.vy[here])
+    left = towards * pitch.goal_x - x  # along x, until the goal line
+    if left * towards > 0:
+        if not dx * towards > 0:  # away from the goal, or not known
+            return False
+        y += dy * left / dx
+    return abs(y) <= pitch.goal_width / 2

@@ -1,0 +1,149 @@
+"""Which way the home team attacks, from where the bodies stand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.frame import AWAY, HOME, I64, Frames, Period
+from pipeline.importers.rows import Flaw
+
+F64 = npt.NDArray[np.float64]
+Sign = Literal[1, -1]
+
+#: A period whose vote is weaker is not told apart from chance.
+WEAK = 0.2
+#: A change of sides without a half-time event needs such a vote on both of its sides, ...
+CLEAR = 0.4
+#: ... and each of them this share of the match.
+LEAST_SHARE = 0.1
+#: A sample counts for the time until the next one, but for no longer than this.
+_LONGEST_NS = 500_000_000
+
+
+class Directions(NamedTuple):
+    """The periods, and how surely their directions are known.
+
+    Attributes:
+        periods: consecutive, covering all samples.
+        votes: one a period, in [-1, 1]: positive where the bodies say that home attacks +x.
+    """
+
+    periods: tuple[Period, ...]
+    votes: tuple[float, ...]
+
+
+def infer_periods(frames: Frames, boundaries: Sequence[int], first: Sign | None = None) -> Directions:
+    """The direction in which home attacks in each period, from where the bodies stand.
+
+    Each sample votes half by which team's mean stands nearer to which goal, half by whose robots
+    are the rearmost at either end (a goalkeeper stays at home, whoever has the better of the
+    match). A period's vote is the mean over its time. Without half-time events a single change of
+    sides is looked for, and taken only if the bodies are clear before and after it.
+
+    Args:
+        frames: the samples.
+        boundaries: times of the half-time events, ns; those outside the match do not matter.
+        first: the direction of the first period where it is known; it is not inferred then.
+
+    Returns:
+        The periods. Where the vote is weaker than ``WEAK`` the direction is +x.
+    """
+    if not len(frames):
+        return Directions((), ())
+    order = np.argsort(frames.t_ns, kind="stable")
+    t_ns = frames.t_ns[order]
+    vote = votes_of(frames)[order]
+    weight = np.minimum(np.diff(t_ns, append=t_ns[-1]), _LONGEST_NS).astype(np.float64)
+    weight[-1] = 1.0  # so that a match of one sample has a vote
+    start, end = int(t_ns[0]), int(t_ns[-1]) + 1
+    cuts = sorted({at for at in boundaries if start < at < end})
+    if not cuts:
+        change = _change(vote, weight)
+        cuts = [] if change is None else [int(t_ns[change])]
+    edges = [start, *cuts, end]
+    periods = []
+    votes = []
+    for index, (low, high) in enumerate(pairwise(edges)):
+        inside = (t_ns >= low) & (t_ns < high)
+        total = float(weight[inside].sum())
+        strength = float((vote[inside] * weight[inside]).sum()) / total if total else 0.0
+        known = first if index == 0 else None
+        guess: Sign = -1 if strength <= -WEAK else 1
+        periods.append(
+            Period(start_ns=low, end_ns=high, home_attacks=known or guess, inferred=known is None)
+        )
+        votes.append(strength)
+    return Directions(tuple(periods), tuple(votes))
+
+
+def direction_flaws(directions: Directions, t_ns: I64) -> list[Flaw]:
+    """What the quality table says of the inferred periods, one flaw each.
+
+    Args:
+        directions: as inferred.
+        t_ns: [F] the samples' times.
+    """
+    flaws = []
+    for period, vote in zip(*directions, strict=True):
+        if not period.inferred:
+            continue
+        weak = abs(vote) < WEAK
+        count = int(((t_ns >= period.start_ns) & (t_ns < period.end_ns)).sum())
+        flaws.append(
+            Flaw(
+                "direction unknown" if weak else "direction inferred",
+                f"vote of the bodies {vote:+.2f}, " + (
+                    "too weak: home is taken to attack +x" if weak
+                    else f"so home attacks {'+x' if period.home_attacks > 0 else '-x'}"
+                ),
+                max(count, 1), period.start_ns, period.end_ns,
+            )
+        )
+    return flaws
+
+
+def votes_of(frames: Frames) -> F64:
+    """[F] the vote of each sample in {-1, -0.5, 0, 0.5, 1}; 0 where a team is not seen."""
+    count = len(frames)
+    frame_of = frames.robot_frames()
+    x = frames.robots["x"].astype(np.float64)
+    low = np.full((2, count), np.inf)
+    high = np.full((2, count), -np.inf)
+    mean = np.zeros((2, count))
+    for team in (HOME, AWAY):
+        mine = (frames.robots["team"] == team) & np.isfinite(x)
+        seen = np.bincount(frame_of[mine], minlength=count)
+        total = np.bincount(frame_of[mine], weights=x[mine], minlength=count)
+        mean[team] = total / np.maximum(seen, 1)
+        np.minimum.at(low[team], frame_of[mine], x[mine])
+        np.maximum.at(high[team], frame_of[mine], x[mine])
+    both = np.isfinite(low).all(axis=0)
+    # who is rearmost at the -x end, and who at the +x end: +1 each if that end is home's own
+    west = np.sign(np.where(both, low[AWAY], 0) - np.where(both, low[HOME], 0))
+    east = np.sign(np.where(both, high[AWAY], 0) - np.where(both, high[HOME], 0))
+    middle = np.sign(mean[AWAY] - mean[HOME])
+    result: F64 = np.where(both, middle / 2 + (west + east) / 4, 0.0)
+    return result
+
+
+def _change(vote: F64, weight: F64) -> int | None:
+    """Index of the first sample after the change of sides, None if there is clearly none.
+
+    The cut that sets the votes before and after it apart most.
+    """
+    votes = np.cumsum(vote * weight)
+    time = np.cumsum(weight)
+    last = int(np.argmax(np.abs(2 * votes - votes[-1])))
+    before = votes[last] / time[last]
+    rest = time[-1] - time[last]
+    if min(time[last], rest) < LEAST_SHARE * time[-1]:
+        return None
+    after = (votes[-1] - votes[last]) / rest
+    if before * after >= 0 or min(abs(before), abs(after)) < CLEAR:
+        return None
+    return last + 1

@@ -1,0 +1,309 @@
+"""RoboCup 2D text logs (rcssserver's ULG4, ULG5 and ULG6).
+
+The grammar is that of rcssserver's ``serializermonitor.cpp``. The server's axes have y down and
+angles in degrees clockwise, and its velocities are metres a cycle; here y is up, angles are
+radians counter-clockwise and velocities metres a second. The left team attacks +x throughout:
+rcssserver never changes sides, not even at half-time (``Stadium::callHalfTime``).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from itertools import chain
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline import __version__
+from pipeline.errors import BadRecording
+from pipeline.frame import I64, Frames, MatchInfo, MatchLog, Period, wrap
+from pipeline.importers.rows import SIDES, Event, Flaw, Side, pack, quality, referee
+from pipeline.importers.source import content
+from pipeline.pitch import PITCHES, Kind
+
+_NUMBER = rb"(-?(?:\d+(?:\.\d*)?|\.\d+)(?:e[+-]?\d+)?)"
+#: The head of a show line up to its players; versions 4 to 6 agree on it.
+_SHOW = re.compile(
+    rb"\(show (\d{1,9})(?: \((?:pm|tm) [^()]*\))* \(\(b\) " + b" ".join([_NUMBER] * 4) + rb"\)"
+)
+#: The head of a player's group; what follows (point-to, view, stamina, counts) is not needed.
+_PLAYER = re.compile(
+    rb"\(\(([lr]) (\d{1,2})\) -?\d+ (0x[0-9a-f]+|\d+) " + b" ".join([_NUMBER] * 5) + rb" -?[\d.]"
+)
+_PLAYER_START = re.compile(rb"\(\([lr] ")
+_MODE = re.compile(rb"\(playmode (\d{1,9}) ([a-z_]+)\)")
+_TEAM = re.compile(rb"\(team (\d{1,9}) (\S+) (\S+) (\d{1,4}) (\d{1,4})[^()]*\)")
+_OTHER_LINES = (b"(server_param", b"(player_param", b"(player_type", b"(msg", b"(team_graphic", b"(draw")
+
+#: Playmodes in which the named team brings the ball back into play.
+_RESTARTS = {
+    "kick_in", "free_kick", "indirect_free_kick", "corner_kick", "goal_kick", "penalty_kick", "drop_ball",
+}
+#: Playmodes between halves; the first of them at or after the half's last cycle is half-time.
+_BREAKS = {"before_kick_off", "first_half_over", "half_time", "kick_off"}
+#: Bit of a player's state: it is on the pitch.
+_STANDS = 0x1
+_NO_TEAM = "null"
+#: A cycle number that jumps by more than a match is another count, not a gap.
+_LONGEST_GAP = 6000
+_LONGEST_STEP_MS = 1000
+
+
+@dataclass(slots=True)
+class _Server:
+    """What the server's parameters say; the defaults are rcssserver's."""
+
+    step_ms: int = 100
+    half_cycles: int = 3000
+    goal_width: float = PITCHES[Kind.SIM2D].goal_width
+
+
+@dataclass(slots=True)
+class _Record:
+    """The lines of a log, read."""
+
+    server: _Server = field(default_factory=_Server)
+    numbers: list[int] = field(default_factory=list)
+    ticks: list[int] = field(default_factory=list)
+    balls: list[tuple[bytes, ...]] = field(default_factory=list)
+    players: list[list[tuple[bytes, ...]]] = field(default_factory=list)
+    #: (index of the next frame, cycle, playmode or score)
+    marks: list[tuple[int, int, str | tuple[int, int]]] = field(default_factory=list)
+    names: list[str] = field(default_factory=lambda: [_NO_TEAM, _NO_TEAM])
+    skipped: int = 0
+    last_bad: bool = False
+
+
+def read(data: bytes, *, name: str, match_id: str) -> MatchLog:
+    """A RoboCup 2D text log as a match; the left team is home.
+
+    The log is sampled once a cycle. While play is stopped the cycle number repeats, so time goes
+    on by one step a line; where lines are missing it goes on by the cycles that are missing.
+
+    Args:
+        data: the file's bytes, gzipped or not.
+        name: the file's name.
+        match_id: the match's identity.
+
+    Raises:
+        BadRecording: if it is not a text log of version 4 or later, or has no whole show line.
+    """
+    unpacked = content(data)
+    version = re.match(rb"ULG([4-9])\r?\n", unpacked.data)
+    if version is None:
+        binary = unpacked.data.startswith(b"ULG")
+        raise BadRecording(
+            "is a binary log of version 1 to 3" if binary else "does not begin with ULG4, ULG5 or ULG6",
+            where=name,
+            next_step="Convert it to version 4 or later with rcgconvert" if binary else "Give an .rcg log",
+        )
+    # a recorder that was killed may leave a file that was filled up with zeros beforehand
+    whole = unpacked.data.rstrip(b"\0")
+    record = _scan(whole[version.end() :])
+    if not record.numbers:
+        raise BadRecording("has no whole show line", where=name, next_step="Record or copy it again")
+    frames = _frames(record)
+    events, over = _events(record, frames.t_ns)
+    cut = len(whole) < len(unpacked.data) or (record.last_bad and not whole.endswith(b"\n"))
+    flaws, reason = _damage(record, frames.t_ns, unpacked.damage, cut=cut)
+    if reason is None and not over:
+        reason = "the log ends before time over"
+    end_ns = int(frames.t_ns[-1]) + 1
+    pitch = PITCHES[Kind.SIM2D].model_copy(update={"goal_width": record.server.goal_width})
+    info = MatchInfo(
+        match_id=match_id,
+        source=name,
+        format="rcg",
+        home=record.names[0],
+        away=record.names[1],
+        pitch=pitch,
+        periods=(Period(start_ns=0, end_ns=end_ns, home_attacks=1, inferred=False),),
+        settings={"version": int(version[1]), "step_ms": record.server.step_ms},
+        software=f"pitchlore {__version__}",
+        complete=reason is None,
+        incomplete_reason=reason,
+    )
+    return MatchLog(
+        info=info, frames=frames, referee=referee(match_id, events), quality=quality(match_id, flaws)
+    )
+
+
+def _scan(text: bytes) -> _Record:
+    """Reads line by line; a line that cannot be read is counted and skipped."""
+    record = _Record()
+    tick = -1
+    cycle = -1
+    for raw in text.split(b"\n"):
+        line = raw.strip()
+        if not line:
+            continue
+        record.last_bad = False
+        if line.startswith(b"(show "):
+            cycle, step = _advance(line, cycle)
+            tick += step
+            if not _scan_show(line, tick, record):
+                record.last_bad = True
+        elif mode := _MODE.fullmatch(line):
+            record.marks.append((len(record.numbers), int(mode[1]), mode[2].decode()))
+        elif team := _TEAM.fullmatch(line):
+            record.marks.append((len(record.numbers), int(team[1]), (int(team[4]), int(team[5]))))
+            for side in (0, 1):
+                if record.names[side] == _NO_TEAM:
+                    record.names[side] = team[side + 2].decode("utf-8", "replace")
+        elif not line.startswith(_OTHER_LINES) or not line.endswith(b")"):
+            record.last_bad = True
+        elif line.startswith(b"(server_param"):
+            record.server = _server(line)
+        record.skipped += record.last_bad
+    return record
+
+
+def _advance(line: bytes, cycle: int) -> tuple[int, int]:
+    """The cycle of a show line and by how many steps time goes on to it."""
+    found = re.match(rb"\(show (\d{1,9})\b", line)
+    if found is None:
+        return cycle, 1
+    now = int(found[1])
+    gap = now - cycle if cycle >= 0 else 1
+    return now, gap if 1 <= gap <= _LONGEST_GAP else 1
+
+
+def _scan_show(line: bytes, tick: int, record: _Record) -> bool:
+    """Takes in a show line; False if it is not whole."""
+    head = _SHOW.match(line)
+    if head is None or line.count(b"(") != line.count(b")"):
+        return False
+    players = _PLAYER.findall(line, head.end())
+    if len(players) != len(_PLAYER_START.findall(line, head.end())):
+        return False
+    record.numbers.append(int(head[1]))
+    record.ticks.append(tick)
+    record.balls.append(head.groups()[1:])
+    record.players.append(players)
+    return True
+
+
+def _server(line: bytes) -> _Server:
+    """The parameters that matter here, where they are given."""
+    given = {
+        key: float(value)
+        for key, value in re.findall(
+            rb"\((simulator_step|half_time|goal_width) (-?\d{1,7}(?:\.\d{1,9})?)\)", line
+        )
+    }
+    server = _Server()
+    if 1 <= given.get(b"simulator_step", 0) <= _LONGEST_STEP_MS:
+        server.step_ms = int(given[b"simulator_step"])
+    if b"half_time" in given:  # seconds; zero or less: no halves
+        server.half_cycles = int(given[b"half_time"] * 1000 / server.step_ms)
+    if given.get(b"goal_width", 0) > 0:
+        server.goal_width = given[b"goal_width"]
+    return server
+
+
+def _frames(record: _Record) -> Frames:
+    """The samples, in our axes and units."""
+    per_second = 1000 / record.server.step_ms
+    t_ns = np.array(record.ticks, dtype=np.int64)
+    t_ns = (t_ns - t_ns[0]) * (record.server.step_ms * 1_000_000)
+    ball = np.array(record.balls, dtype="S").astype(np.float64)
+    counts = np.array([len(players) for players in record.players], dtype=np.int64)
+    frame_of: I64 = np.repeat(np.arange(len(counts), dtype=np.int64), counts)
+    fields = list(zip(*chain.from_iterable(record.players), strict=True)) or [()] * 8
+    state = np.array([int(text, 0) for text in fields[2]], dtype=np.int64)
+    there = (state & _STANDS) != 0
+    x, y, vx, vy, body = (_floats(column)[there] for column in fields[3:8])
+    return pack(
+        np.array(record.numbers, dtype=np.uint32),
+        t_ns,
+        {
+            "x": ball[:, 0], "y": 0 - ball[:, 1],
+            "vx": ball[:, 2] * per_second, "vy": 0 - ball[:, 3] * per_second,
+        },
+        frame_of[there],
+        {
+            "team": (np.array(fields[0], dtype="S1") == b"r").astype(np.uint8)[there],
+            "id": np.array(fields[1], dtype="S2").astype(np.uint16)[there],
+            "x": x, "y": 0 - y, "vx": vx * per_second, "vy": 0 - vy * per_second,
+            "theta": wrap(-np.radians(body)),
+        },
+    )
+
+
+def _floats(column: tuple[bytes, ...]) -> npt.NDArray[np.float64]:
+    return np.array(column, dtype="S").astype(np.float64)
+
+
+def _events(record: _Record, t_ns: I64) -> tuple[list[Event], bool]:
+    """Referee events, and whether time was over."""
+    events: list[Event] = []
+    score: dict[Side, int] = {"home": 0, "away": 0}
+    half_cycles = record.server.half_cycles
+    half = record.numbers[0] // half_cycles + 1 if half_cycles > 0 else 1
+    told: set[tuple[int, Side]] = set()
+    over = False
+    started = False
+
+    def emit(index: int, event: str, note: str, team: Side | None = None) -> None:
+        at = int(t_ns[min(index, len(t_ns) - 1)])
+        events.append(Event(at, event, team, score["home"], score["away"], note))
+
+    for index, cycle, mark in record.marks:
+        if isinstance(mark, tuple):
+            for team, goals in zip(SIDES, mark, strict=True):
+                # a rise that no playmode told of; before the first sample it is where the log begins
+                for _ in range(goals - score[team] if started else 0):
+                    score[team] += 1
+                    told.add((index, team))
+                    emit(index, "goal", "team", team)
+                score[team] = goals
+            started = True
+            continue
+        mode, side = _split(mark)
+        if mode in _BREAKS and 0 < half * half_cycles <= cycle:
+            half += 1
+            emit(index, "half", mark)
+            if mode != "kick_off":
+                continue
+        if mode == "goal" and side is not None:
+            if (index, side) not in told:
+                score[side] += 1
+                emit(index, "goal", mark, side)
+        elif mode == "kick_off":
+            emit(index, "kick-off", mark, side)
+        elif mode == "play_on":
+            emit(index, "play", mark)
+        elif mode in _RESTARTS:
+            emit(index, "fault", mark, side)
+        elif mode == "time_over":
+            over = True
+            emit(index, "end", mark)
+        else:
+            # pauses, offences (a restart of the other team follows) and the penalty shoot-out
+            emit(index, "stop", mark)
+    return events, over
+
+
+def _split(mode: str) -> tuple[str, Side | None]:
+    """A playmode without its side, and the side."""
+    if mode.endswith("_l"):
+        return mode[:-2], "home"
+    if mode.endswith("_r"):
+        return mode[:-2], "away"
+    return mode, None
+
+
+def _damage(
+    record: _Record, t_ns: I64, gzip_damage: str | None, *, cut: bool
+) -> tuple[list[Flaw], str | None]:
+    """What was found wrong, and why the log is not complete."""
+    flaws = []
+    cut_line = cut and record.last_bad
+    if record.skipped - cut_line > 0:
+        flaws.append(Flaw("skipped", "lines that are not of the format", record.skipped - cut_line))
+    reason = gzip_damage or ("the log is cut off" if cut else None)
+    if reason is not None:
+        note = f"{reason}; the incomplete last line was left out" if cut_line else reason
+        flaws.append(Flaw("truncated", note, start_ns=int(t_ns[-1])))
+    return flaws, reason

@@ -1,0 +1,96 @@
+"""What every importer writes besides positions: referee events, flaws, and packed frames."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from pipeline.frame import BALL_DTYPE, I64, ROBOT_DTYPE, Frames
+from schemas import Quality, Referee
+
+Side = Literal["home", "away"]
+
+SIDES: tuple[Side, Side] = ("home", "away")
+
+#: A score of more is a damaged file, not a match.
+MAX_SCORE = 9999
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One row of schema Referee; the score is None where it is not known."""
+
+    t_ns: int
+    event: str
+    team: Side | None = None
+    score_home: int | None = None
+    score_away: int | None = None
+    note: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Flaw:
+    """One row of schema Quality."""
+
+    flaw: str
+    note: str | None = None
+    count: int = 1
+    start_ns: int | None = None
+    end_ns: int | None = None
+    team: str | None = None
+    robot: int | None = None
+
+
+def other(team: Side) -> Side:
+    """The team that plays against it."""
+    return "away" if team == "home" else "home"
+
+
+def referee(match_id: str, events: Sequence[Event]) -> pl.DataFrame:
+    """Rows of schema Referee in order of time; events of one time keep their order."""
+    rows = [{"match_id": match_id, **asdict(event)} for event in sorted(events, key=lambda e: e.t_ns)]
+    return Referee.validate(pl.DataFrame(rows, schema=Referee.dtypes()))
+
+
+def quality(match_id: str, flaws: Sequence[Flaw]) -> pl.DataFrame:
+    """Rows of schema Quality, in the order in which they were found."""
+    rows = [{"match_id": match_id, **asdict(flaw)} for flaw in flaws]
+    return Quality.validate(pl.DataFrame(rows, schema=Quality.dtypes()))
+
+
+def pack(
+    number: npt.NDArray[np.uint32],
+    t_ns: I64,
+    ball: dict[str, npt.NDArray[np.float64]],
+    frame_of: I64,
+    robots: dict[str, npt.NDArray[np.generic]],
+) -> Frames:
+    """Frames from columns.
+
+    Args:
+        number: [F] the source's frame number.
+        t_ns: [F] time since the first sample.
+        ball: x, y, vx, vy [F]; a column that is not there is NaN.
+        frame_of: [R] index of each robot's frame, in any order.
+        robots: team, id, x, y and what is known of theta, vx, vy, omega [R].
+
+    Returns:
+        Frames whose robots are ordered by frame, team, id.
+    """
+    balls = np.full(len(t_ns), np.nan, dtype=BALL_DTYPE)
+    for column, values in ball.items():
+        balls[column] = values
+    order = np.lexsort((robots["id"], robots["team"], frame_of))
+    packed = np.zeros(len(order), dtype=ROBOT_DTYPE)
+    for column in ("theta", "vx", "vy", "omega"):
+        packed[column] = np.nan
+    for column, known in robots.items():
+        packed[column] = known[order]
+    counts = np.bincount(frame_of, minlength=len(t_ns))
+    offsets = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
+    return Frames(number=number, t_ns=t_ns, ball=balls, offsets=offsets, robots=packed)

@@ -1,0 +1,291 @@
+"""Tracking tables: Parquet or CSV in long form, one row a body and frame."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from pipeline import __version__
+from pipeline.errors import BadRecording
+from pipeline.frame import I64, Frames, MatchInfo, MatchLog, wrap
+from pipeline.importers.directions import direction_flaws, infer_periods, votes_of
+from pipeline.importers.guesses import guess_home, guess_pitch
+from pipeline.importers.rows import SIDES, Flaw, pack, quality, referee
+from pipeline.importers.source import content
+from pipeline.importers.tracking_events import Course, referee_events
+from pipeline.importers.tracking_map import Teams, TrackingMap
+from pipeline.importers.tracking_table import load
+from pipeline.pitch import Pitch
+
+F64 = npt.NDArray[np.float64]
+
+#: Numbers that a robot can have (schemas: Int16).
+_MAX_ID = 32767
+#: A file with so many runs of one frame's rows for each frame is sorted by body, not by time.
+_BY_BODY = 2.0
+#: A ball within this share of the pitch's length from the centre has been put back there.
+_CENTRE = 0.05
+
+
+def read(data: bytes, *, name: str, match_id: str, mapping: TrackingMap | None = None) -> MatchLog:
+    """A tracking table as a match.
+
+    The plain form, which is read without a map, has the columns ``frame``, ``t`` (seconds),
+    ``team`` (a name, or 'ball'), ``player`` (null for the ball), ``x``, ``y`` (metres from the
+    centre, y up) and optionally ``segment``, ``heading`` (radians counter-clockwise, null where
+    unknown), ``score_home``, ``score_away`` and ``game_state``. Sampling is kept as it is, and so
+    are duplicated and reordered frames.
+
+    Args:
+        data: the file's bytes, gzipped or not.
+        name: the file's name.
+        match_id: the match's identity.
+        mapping: how to read another form.
+
+    Raises:
+        BadRecording: if it cannot be read as such a table; the message says what it lacks.
+    """
+    mapping = mapping or TrackingMap()
+    unpacked = content(data)
+    table, flaws = load(unpacked.data, mapping, name)
+    names, table, unnamed = _teams(table, mapping.teams, name)
+    flaws += unnamed
+    table, numbers = _players(table, names, flaws)
+    rows = _arrange(_in_metres(table, mapping), names)
+    pitch, guessed_pitch = guess_pitch(
+        rows.column("x"), mapping.pitch, corner=mapping.axes.origin == "corner"
+    )
+    rows = _turned(rows, mapping, pitch)
+    flaws += _not_numbers(rows, swap=False)
+    frames = _frames(rows)
+    course = _course(rows, frames)
+    guessed: dict[str, object] = {}
+    if mapping.teams.home is None and mapping.teams.away is None:
+        order = np.argsort(frames.t_ns, kind="stable")
+        home, evidence = guess_home(course, names, mapping, votes_of(frames)[order], pitch.goal_x)
+        guessed["home"] = {"team": names[home], "from": evidence}
+        if home == 1:
+            names = (names[1], names[0])
+            rows = rows._replace(team=np.where(rows.team < 2, 1 - rows.team, rows.team))
+            frames = _frames(rows)
+            flaws = [_swapped(flaw) for flaw in flaws]
+            numbers = {team: numbers[team] for team in names if team in numbers}
+    if guessed_pitch:
+        guessed["pitch"] = pitch.model_dump(mode="json")
+    if numbers:
+        guessed["players"] = numbers
+    events, unknown = referee_events(course, names, mapping, _CENTRE * pitch.length)
+    attacks = mapping.teams.home_attacks
+    directions = infer_periods(
+        frames, [event.t_ns for event in events if event.event == "half"],
+        None if attacks is None else (1 if attacks == "right" else -1),
+    )
+    flaws += unknown + direction_flaws(directions, frames.t_ns)
+    if unpacked.damage is not None:
+        flaws.append(Flaw("truncated", unpacked.damage, start_ns=int(frames.t_ns.max())))
+    info = MatchInfo(
+        match_id=match_id, source=name, format="tracking", home=names[0], away=names[1], pitch=pitch,
+        periods=directions.periods, settings={"map": mapping.settings(), "guessed": guessed},
+        software=f"pitchlore {__version__}", complete=unpacked.damage is None,
+        incomplete_reason=unpacked.damage,
+    )
+    return MatchLog(
+        info=info, frames=frames, referee=referee(match_id, events), quality=quality(match_id, flaws)
+    )
+
+
+class _Rows(NamedTuple):
+    """The table, ordered by frame, with what is read most as arrays.
+
+    Attributes:
+        table: one row a body and frame; ``x``, ``y`` in metres.
+        frame: int64 [N] index of each row's frame.
+        first: int64 [F] index of each frame's first row.
+        team: int64 [N] 0 or 1 for the teams, 2 for the ball.
+    """
+
+    table: pl.DataFrame
+    frame: I64
+    first: I64
+    team: I64
+
+    def column(self, name: str) -> F64:
+        """A column as float64 [N], NaN where it is null or not there."""
+        if name not in self.table.columns:
+            return np.full(len(self.table), np.nan)
+        return self.table[name].cast(pl.Float64).fill_null(float("nan")).to_numpy()
+
+
+def _teams(
+    table: pl.DataFrame, teams: Teams, name: str
+) -> tuple[tuple[str, str], pl.DataFrame, list[Flaw]]:
+    """The names of home and away (sorted where neither is given), and the rows that are theirs."""
+    found = sorted(set(table["team"].unique().to_list()) - {teams.ball})
+    given = [team for team in (teams.home, teams.away) if team is not None]
+    missing = [team for team in given if team not in found]
+    if missing:
+        raise BadRecording(
+            f"has no team {missing[0]!r}; it has {', '.join(found) or 'none'}", where=name,
+            next_step="Mend the map's [teams] table",
+        )
+    left = [team for team in found if team not in given]
+    if len(given) < 2 and len(given) + len(left) != 2:
+        raise BadRecording(
+            f"has {len(found)} teams besides {teams.ball!r}: {', '.join(found[:8]) or 'none'}", where=name,
+            next_step="Name home, away and ball in a map's [teams] table",
+        )
+    home = teams.home or next(team for team in left if team != teams.away)
+    away = teams.away or next(team for team in left if team != home)
+    ours = table.filter(pl.col("team").is_in([home, away, teams.ball]))
+    flaws = []
+    if len(ours) < len(table):
+        flaws.append(Flaw("skipped", "rows of other teams", len(table) - len(ours)))
+    return (home, away), ours, flaws
+
+
+def _players(
+    table: pl.DataFrame, names: tuple[str, str], flaws: list[Flaw]
+) -> tuple[pl.DataFrame, dict[str, dict[str, int]]]:
+    """The table with ``id`` UInt16 (0 for the ball) and ``side``, and numbers given to names.
+
+    Numbers from 0 to 32767 are kept; if a team has anything else, its players are numbered in
+    alphabetical order. Robots without a player are left out.
+    """
+    side = pl.col("team").replace_strict({names[0]: 0, names[1]: 1}, default=2, return_dtype=pl.Int64)
+    table = table.with_columns(side.alias("side"))
+    whole = table.filter((pl.col("side") == 2) | pl.col("player").is_not_null())
+    if len(whole) < len(table):
+        flaws.append(Flaw("skipped", "rows of robots without a player", len(table) - len(whole)))
+    numbers: dict[str, dict[str, int]] = {}
+    ids = pl.col("player").cast(pl.Int64, strict=False)
+    for code, team in enumerate(names):
+        players = whole.filter(pl.col("side") == code)["player"].unique().sort()
+        known = players.cast(pl.Int64, strict=False)
+        if not known.is_between(0, _MAX_ID).fill_null(False).all():
+            numbers[team] = {player: number for number, player in enumerate(players)}
+            new = pl.col("player").replace_strict(numbers[team], default=None, return_dtype=pl.Int64)
+            ids = pl.when(pl.col("side") == code).then(new).otherwise(ids)
+    ids = pl.when(pl.col("side") == 2).then(0).otherwise(ids)
+    return whole.with_columns(ids.cast(pl.UInt16).alias("id")), numbers
+
+
+def _in_metres(table: pl.DataFrame, mapping: TrackingMap) -> pl.DataFrame:
+    """Lengths in metres, angles in radians."""
+    angle = 1.0 if mapping.units.angle == "rad" else np.pi / 180
+    units = dict.fromkeys(("x", "y", "vx", "vy"), mapping.units.metres)
+    units |= dict.fromkeys(("heading", "omega"), angle)
+    return table.with_columns(
+        pl.col(name) * unit for name, unit in units.items() if name in table.columns and unit != 1.0
+    )
+
+
+def _arrange(table: pl.DataFrame, names: tuple[str, str]) -> _Rows:
+    """The rows of each frame together, in the order in which frames are in the file.
+
+    A body that comes twice at one frame number and time is a frame that was recorded twice. A
+    file that is sorted by body has its frames in order of time.
+    """
+    key = ["frame", "t_ns"]
+    table = table.with_columns(again=pl.int_range(pl.len()).over([*key, "side", "id"]))
+    key.append("again")
+    table = table.with_columns(row=pl.int_range(pl.len()))
+    table = table.with_columns(lead=pl.col("row").first().over(key))
+    frames = table["lead"].n_unique()
+    runs = int((table["lead"].diff() != 0).sum()) + 1
+    by = ["t_ns", "frame", "again", "row"] if runs > _BY_BODY * frames else ["lead", "row"]
+    table = table.sort(by)
+    lead = table["lead"].to_numpy()
+    first = np.flatnonzero(np.diff(lead, prepend=-1))
+    frame = np.repeat(np.arange(len(first), dtype=np.int64), np.diff(first, append=len(lead)))
+    return _Rows(table, frame, first.astype(np.int64), table["side"].to_numpy())
+
+
+def _turned(rows: _Rows, mapping: TrackingMap, pitch: Pitch) -> _Rows:
+    """In our axes: origin at the centre, y up, headings counter-clockwise from our +x."""
+    axes = mapping.axes
+    x_sign = 1.0 if axes.x == "right" else -1.0
+    y_sign = 1.0 if axes.y == "up" else -1.0
+    turn = 1.0 if axes.heading == "ccw" else -1.0
+    corner = axes.origin == "corner"
+    zero = 0.0 if axes.x == "right" else np.pi
+    changed = {
+        "x": (rows.column("x") - (pitch.length / 2 if corner else 0.0)) * x_sign,
+        "y": (rows.column("y") - (pitch.width / 2 if corner else 0.0)) * y_sign,
+        "vx": rows.column("vx") * x_sign,
+        "vy": rows.column("vy") * y_sign,
+        "theta": wrap(rows.column("heading") * turn + zero),
+        "omega": rows.column("omega") * turn,
+    }
+    # what was given but is not a number is kept apart from what was not given
+    given = rows.table["x"].is_not_null() & rows.table["y"].is_not_null()
+    table = rows.table.with_columns(
+        *(pl.Series(name, values) for name, values in changed.items()), given.alias("given")
+    )
+    return rows._replace(table=table)
+
+
+def _seen(rows: _Rows) -> npt.NDArray[np.bool_]:
+    """[N] whether the row's body has a place."""
+    return np.isfinite(rows.column("x")) & np.isfinite(rows.column("y"))
+
+
+def _not_numbers(rows: _Rows, *, swap: bool) -> list[Flaw]:
+    """One flaw a body whose place was at some time not a number."""
+    bad = rows.table.filter(rows.table["given"] & ~pl.Series(_seen(rows)))
+    found = bad.group_by("side", "id").agg(
+        pl.len(), pl.col("t_ns").min().alias("start"), pl.col("t_ns").max().alias("end")
+    )
+    return [
+        Flaw(
+            "not a number", "place taken for missing", count, start, end + 1,
+            "ball" if side == 2 else SIDES[side], None if side == 2 else robot,
+        )
+        for side, robot, count, start, end in found.sort("side", "id").iter_rows()
+    ]
+
+
+def _swapped(flaw: Flaw) -> Flaw:
+    return flaw
+
+
+def _frames(rows: _Rows) -> Frames:
+    """The samples, as recorded."""
+    seen = _seen(rows)
+    ball, robot = seen & (rows.team == 2), seen & (rows.team < 2)
+    columns = {name: rows.column(name) for name in ("x", "y", "vx", "vy", "theta", "omega")}
+    for name in ("vx", "vy", "theta", "omega"):
+        columns[name][~np.isfinite(columns[name])] = np.nan
+    balls = {name: np.full(len(rows.first), np.nan) for name in ("x", "y", "vx", "vy")}
+    for name, values in balls.items():
+        values[rows.frame[ball]] = columns[name][ball]
+    return pack(
+        rows.table["frame"].to_numpy()[rows.first].astype(np.uint32),
+        rows.table["t_ns"].to_numpy()[rows.first],
+        balls,
+        rows.frame[robot],
+        {
+            "team": rows.team[robot].astype(np.uint8), "id": rows.table["id"].to_numpy()[robot],
+            **{name: values[robot] for name, values in columns.items()},
+        },
+    )
+
+
+def _course(rows: _Rows, frames: Frames) -> Course:
+    """What the table says of the course of the match, in order of time."""
+    order = np.argsort(frames.t_ns, kind="stable")
+    facts = rows.table[rows.first[order].tolist()]
+
+    def words(name: str) -> list[str | None] | None:
+        return facts[name].to_list() if name in facts.columns and facts[name].null_count() < len(facts) else None
+
+    score = None
+    if "score_home" in facts.columns and "score_away" in facts.columns:
+        score = facts.select(pl.col("score_home", "score_away").fill_null(-1)).to_numpy().astype(np.int64)
+    return Course(
+        frames.t_ns[order], words("game_state"), score if score is not None and (score >= 0).any() else None,
+        words("segment"), frames.ball["x"][order].astype(np.float64),
+        frames.ball["y"][order].astype(np.float64),
+    )

@@ -1,0 +1,267 @@
+"""Referee events of a tracking table: from its states of the game and its score."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.frame import I64
+from pipeline.importers.rows import SIDES, Event, Flaw, Side, other
+from pipeline.importers.tracking_map import TrackingMap
+
+_STOPS = {"goal", "half", "end", "stop"}
+#: Events that are for a team: it scores, or brings the ball back into play.
+_OF_A_TEAM = {"goal", "kick-off", "fault"}
+
+#: Words for states of the game, without their team. Besides the plain form's they are those of
+#: common simulators and of the SSL's referee as the teams' software names them (in CamelCase).
+WORDS: dict[str, str] = {
+    **dict.fromkeys(("play", "playon", "gamerunning", "running", "normal", "gameon"), "play"),
+    **dict.fromkeys(("kickoff", "attackkickoff", "defendkickoff"), "kick-off"),
+    "goal": "goal",
+    **dict.fromkeys(
+        (
+            "freeball", "penalty", "penaltykick", "goalkick", "freekick", "kickin", "throwin", "corner",
+            "cornerkick", "dropball", "direct", "indirect", "directally", "directenemy", "indirectally",
+            "indirectenemy", "attackfreekick", "defendfreekick", "attackpenalty", "defendpenalty",
+        ),
+        "fault",
+    ),
+    **dict.fromkeys(("half", "halftime"), "half"),
+    **dict.fromkeys(("end", "timeover", "fulltime", "gameover"), "end"),
+    **dict.fromkeys(
+        (
+            "stop", "halt", "pause", "timeout", "ballplacement", "ballplacementally",
+            "ballplacementenemy", "beforekickoff",
+        ),
+        "stop",
+    ),
+}
+
+
+class Token(NamedTuple):
+    """One word of a state: its event (None if it is not known), its team, and the word itself."""
+
+    event: str | None
+    team: Side | None
+    word: str
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """What is known of the course of a match, one entry a frame, in order of time.
+
+    Attributes:
+        t_ns: int64 [F].
+        states: the state of the game, None where it is not given; None if it never is.
+        score: int64 [F, 2] goals of home and away, -1 where not given; None if they never are.
+        segments: a recorder's own segments; None if there are none.
+        ball_x, ball_y: float64 [F], metres.
+    """
+
+    t_ns: I64
+    states: Sequence[str | None] | None
+    score: I64 | None
+    segments: Sequence[str | None] | None
+    ball_x: npt.NDArray[np.float64]
+    ball_y: npt.NDArray[np.float64]
+
+
+def tokens(state: str, names: tuple[str, str], mapping: TrackingMap) -> list[Token]:
+    """The words of a state that are joined by '+', understood.
+
+    A word may end in ``_`` and the beginning of a team's name, or home or away.
+
+    Args:
+        state: as in the file.
+        names: of home and away.
+        mapping: its ``states`` come first.
+    """
+    found = []
+    for word in (part.strip() for part in state.split("+")):
+        if (known := mapping.meaning(word)) is not None:
+            found.append(Token(*known, word))
+            continue
+        whole = WORDS.get(_bare(word))
+        head, _, tail = word.rpartition("_")
+        if whole is None and head:
+            found.append(Token(WORDS.get(_bare(head)), _team(tail, names), word))
+        else:
+            found.append(Token(whole, None, word))
+    return found
+
+
+def _bare(word: str) -> str:
+    return word.lower().replace("_", "").replace("-", "").replace(" ", "")
+
+
+def _team(prefix: str, names: tuple[str, str]) -> Side | None:
+    """The team whose name alone begins so."""
+    start = prefix.lower()
+    begins = [side for side, name in zip(SIDES, names, strict=True) if name.lower().startswith(start)]
+    if len(begins) == 1:
+        return begins[0]
+    return next((side for side in SIDES if side == start), None)
+
+
+def changes(states: Sequence[str | None]) -> Iterator[tuple[int, str]]:
+    """Index and state wherever the state is another than the last one that was given."""
+    last: str | None = None
+    for index, state in enumerate(states):
+        if state is not None and state != last:
+            last = state
+            yield index, state
+
+
+def rises(score: I64) -> Iterator[tuple[int, int, int]]:
+    """Index, side (0 home, 1 away) and by how much, wherever a score is another than before."""
+    for side in (0, 1):
+        known = np.flatnonzero(score[:, side] >= 0)
+        steps = np.diff(score[known, side])
+        for at in np.flatnonzero(steps):
+            yield int(known[at + 1]), side, int(steps[at])
+
+
+@dataclass(slots=True)
+class _Referee:
+    """Writes events down and keeps the score and whether play is on."""
+
+    course: Course
+    score: list[int | None]
+    events: list[Event] = field(default_factory=list)
+    playing: bool = False
+
+    def emit(self, index: int, event: str, note: str | None, team: Side | None = None) -> None:
+        """One event at a frame, with the score after it."""
+        home, away = self.score
+        self.events.append(Event(int(self.course.t_ns[index]), event, team, home, away, note))
+        self.playing = event not in _STOPS
+
+    def goal(self, index: int, team: Side, note: str) -> None:
+        """A goal; it counts."""
+        side = SIDES.index(team)
+        self.score[side] = (self.score[side] or 0) + 1
+        self.emit(index, "goal", note, team)
+
+    def take_back(self, index: int, team: Side) -> None:
+        """The team's last goal did not count: it was a stop."""
+        side = SIDES.index(team)
+        self.score[side] = (self.score[side] or 0) - 1
+        for at in range(len(self.events) - 1, -1, -1):
+            if self.events[at].event == "goal" and self.events[at].team == team:
+                self.events[at] = replace(self.events[at], event="stop", team=None, note="goal taken back")
+                return
+
+
+def referee_events(
+    course: Course, names: tuple[str, str], mapping: TrackingMap, centre: float, gap_ns: int = 500_000_000
+) -> tuple[list[Event], list[Flaw]]:
+    """Referee events in order of time, and words that are not understood.
+
+    A state is an event on its first frame. ``play`` is one only where play was stopped: after
+    kick-offs and faults it is on already. Goals are where the score rises; without scores where a
+    state says goal; without those at each kick-off of a known team but the first and those after
+    half-time: the other one scored. A word that is not understood stops play and is a flaw.
+    Where no state ever stops play, play is on from the start, and after a goal from when the ball
+    is back within ``centre``. A recorder's segment that changes in play without a gap is a fault.
+
+    Args:
+        course: what is known, in order of time.
+        names: of home and away.
+        mapping: for the words of states.
+        centre: distance from the pitch's centre at which a ball has been put back, metres.
+        gap_ns: a longer time between frames is a gap.
+    """
+    said = {index: tokens(state, names, mapping) for index, state in changes(course.states or ())}
+    words = Counter(token.event for known in said.values() for token in known)
+    flaws = [
+        Flaw("skipped", f"game_state {word!r} is not known and taken for a stop; name it in [states]", count)
+        for word, count in Counter(
+            token.word for known in said.values() for token in known if token.event is None
+        ).items()
+    ]
+    goals: dict[int, list[tuple[Side, int]]] = {}
+    if course.score is not None:
+        for index, side, step in rises(course.score):
+            goals.setdefault(index, []).append((SIDES[side], step))
+    counted = bool(words["goal"] or words["kick-off"])
+    referee = _Referee(course, _first_score(course.score) or ([0, 0] if counted else [None, None]))
+    if not words.keys() - {"play"}:
+        _without_states(referee, goals, centre)
+        return referee.events, flaws
+    cuts = {
+        index for index, _ in changes(course.segments or ())
+        if index and course.t_ns[index] - course.t_ns[index - 1] <= gap_ns
+    }
+    infer = course.score is None and not words["goal"]
+    kicked_off = False
+    for index in sorted(said.keys() | goals.keys() | cuts):
+        known = said.get(index, [])
+        halves = any(token.event == "half" for token in known)
+        _goals_at(referee, index, goals.get(index, []), known, scores=course.score is not None)
+        if not known and index in cuts and referee.playing and index not in goals:
+            referee.emit(index, "fault", "segment")
+        for token in known:
+            if token.event == "kick-off":
+                last = referee.events[-1].event if referee.events else None
+                if infer and kicked_off and token.team is not None and not halves and last != "half":
+                    referee.goal(index, other(token.team), token.word)
+                kicked_off = True
+            if token.event == "goal" or (token.event == "play" and referee.playing):
+                continue
+            event = token.event or "stop"
+            referee.emit(index, event, token.word, token.team if event in _OF_A_TEAM else None)
+    return referee.events, flaws
+
+
+def _first_score(score: I64 | None) -> list[int | None] | None:
+    """The score at the first frame where each is given; None where there is no score."""
+    if score is None:
+        return None
+    first: list[int | None] = []
+    for side in (0, 1):
+        known = score[score[:, side] >= 0, side]
+        first.append(int(known[0]) if len(known) else None)
+    return first
+
+
+def _goals_at(
+    referee: _Referee, index: int, steps: list[tuple[Side, int]], known: list[Token], *, scores: bool
+) -> None:
+    """The goals of a frame, by the score or by the states; a state's goal that is none is a stop."""
+    for token in known:
+        if token.event != "goal" or any(step > 0 for _, step in steps):
+            continue
+        if scores or token.team is None:
+            referee.emit(index, "stop", token.word)
+        else:
+            referee.goal(index, token.team, token.word)
+    for team, step in steps:
+        word = next((token.word for token in known if token.event == "goal"), "score")
+        for _ in range(step):
+            referee.goal(index, team, word)
+        for _ in range(-step):
+            referee.take_back(index, team)
+
+
+def _without_states(referee: _Referee, goals: dict[int, list[tuple[Side, int]]], centre: float) -> None:
+    """The events of a table that never says that play is stopped."""
+    course = referee.course
+    referee.emit(0, "play", None)
+    near = np.hypot(course.ball_x, course.ball_y) <= centre
+    turns = sorted(goals)
+    for index, until in zip(turns, [*turns[1:], len(course.t_ns)], strict=True):
+        _goals_at(referee, index, goals[index], [], scores=True)
+        if referee.playing:  # the score was only taken back
+            continue
+        back = np.flatnonzero(near[index:until])
+        restart = index + int(back[0]) if len(back) else min(index + 1, until)
+        if restart < len(course.t_ns):
+            scorer = goals[index][-1][0]
+            referee.emit(restart, "kick-off", "the ball is back at the centre" if len(back) else None,
+                         other(scorer))

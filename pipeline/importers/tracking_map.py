@@ -1,0 +1,165 @@
+"""How to read a tracking table that does not have our names, units and axes: a small TOML file."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Literal, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from pipeline.errors import BadSettings
+from pipeline.importers.rows import SIDES, Side
+from pipeline.pitch import Kind
+
+EventName = Literal["kick-off", "goal", "fault", "stop", "play", "half", "end"]
+
+
+class _Map(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Columns(_Map):
+    """The file's names of our columns; a name that is given must be in the file.
+
+    The columns ``vx``, ``vy`` (lengths a second) and ``omega`` (angles a second, in the sense of
+    the heading) are read only if they are named here or called so.
+    """
+
+    frame: str = "frame"
+    t: str = "t"
+    segment: str = "segment"
+    team: str = "team"
+    player: str = "player"
+    x: str = "x"
+    y: str = "y"
+    heading: str = "heading"
+    vx: str = "vx"
+    vy: str = "vy"
+    omega: str = "omega"
+    score_home: str = "score_home"
+    score_away: str = "score_away"
+    game_state: str = "game_state"
+
+
+class Units(_Map):
+    """The file's units."""
+
+    length: Literal["m", "cm", "mm"] = "m"
+    angle: Literal["rad", "deg"] = "rad"
+    time: Literal["s", "ms", "us", "ns"] = "s"
+
+    @property
+    def metres(self) -> float:
+        """Metres in the unit of length."""
+        return {"m": 1.0, "cm": 0.01, "mm": 0.001}[self.length]
+
+    @property
+    def nanoseconds(self) -> int:
+        """Nanoseconds in the unit of time."""
+        return {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}[self.time]
+
+
+class Axes(_Map):
+    """The file's axes, on a pitch that is drawn with our +x to the right and our +y up.
+
+    Attributes:
+        x: where the file's x grows to.
+        y: where the file's y grows to; images have it down.
+        heading: the sense in which headings grow, seen from above; zero is along the file's +x.
+        origin: the pitch's centre, or the corner where the file's x and y are smallest.
+    """
+
+    x: Literal["right", "left"] = "right"
+    y: Literal["up", "down"] = "up"
+    heading: Literal["ccw", "cw"] = "ccw"
+    origin: Literal["centre", "corner"] = "centre"
+
+
+class PitchMap(_Map):
+    """The pitch, metres; what is not given is that of the kind, and a kind not given is guessed."""
+
+    kind: Kind | None = None
+    length: float | None = Field(default=None, gt=0)
+    width: float | None = Field(default=None, gt=0)
+    goal_width: float | None = Field(default=None, gt=0)
+    goal_depth: float | None = Field(default=None, ge=0)
+
+
+class Teams(_Map):
+    """The file's names of the teams and the ball; teams that are not named are guessed.
+
+    Attributes:
+        home, away: rows of other teams are left out if both are given.
+        ball: the ball's name.
+        home_attacks: where home attacks in the first period, on a pitch drawn as in ``Axes``.
+    """
+
+    home: str | None = None
+    away: str | None = None
+    ball: str = "ball"
+    home_attacks: Literal["right", "left"] | None = None
+
+
+class TrackingMap(_Map):
+    """How to read a tracking table; the default is the plain form (see ``tracking.read``).
+
+    Attributes:
+        columns, units, axes, pitch, teams: one TOML table each.
+        states: the file's words for states of the game: an event of schema Referee, or an event
+            and ``home`` or ``away`` (``DirectAlly = "fault home"``).
+    """
+
+    columns: Columns = Columns()
+    units: Units = Units()
+    axes: Axes = Axes()
+    pitch: PitchMap = PitchMap()
+    teams: Teams = Teams()
+    states: dict[str, str] = Field(default_factory=dict)
+
+    @field_validator("states")
+    @classmethod
+    def _states_are_events(cls, states: dict[str, str]) -> dict[str, str]:
+        for word, meaning in states.items():
+            event, *team = meaning.split()
+            if event not in get_args(EventName) or len(team) > 1 or not set(team) <= set(SIDES):
+                raise ValueError(
+                    f"{word} is {meaning!r}, not one of {', '.join(get_args(EventName))} "
+                    "with home, away or nothing after it"
+                )
+        return states
+
+    def settings(self) -> dict[str, object]:
+        """What is not the default, JSON-able: part of the match's identity."""
+        return self.model_dump(mode="json", exclude_defaults=True)
+
+    def meaning(self, word: str) -> tuple[str, Side | None] | None:
+        """Event and team of a word of ``states``, None if it is not there."""
+        if word not in self.states:
+            return None
+        event, *team = self.states[word].split()
+        return event, next((side for side in SIDES if side in team), None)
+
+
+def load_map(text: str, where: str = "the map") -> TrackingMap:
+    """A map from TOML.
+
+    Args:
+        text: TOML with the tables of :class:`TrackingMap`.
+        where: the file's name, for messages.
+
+    Raises:
+        BadSettings: if it is not TOML or has a key or value that does not fit.
+    """
+    try:
+        return TrackingMap.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise BadSettings(
+            f"is not TOML ({error})", where=where, next_step="Mend the line it names"
+        ) from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise BadSettings(
+            f"{key}: {first['msg'].lower()}", where=where,
+            next_step="See pipeline/importers/tracking_map.py for all keys and values",
+        ) from error

@@ -1,0 +1,236 @@
+"""Policies: what each behaviour is worth in each state, learned after the match from its decisions.
+
+The learner tests by experience what the knowledge got by imitation (paper section 4): batch
+Sarsa(lambda) acts only on the pairs of state and behaviour that the knowledge holds, in one table
+a role, and a pair that is new starts optimistically (section 3.2.2, last sentence).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from pipeline.errors import SchemaMismatch
+from pipeline.learning.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN, Batch, Learned, sarsa_lambda
+from pipeline.settings import PolicySettings
+from schemas import Policies
+from schemas.table import ROLES
+
+U8 = npt.NDArray[np.uint8]
+
+_PAIR = ["role", "state", "behaviour_id"]
+
+#: The paper's code of "robot moves randomly" (Table 1).
+_MOVES_RANDOMLY = 194
+
+
+@dataclass(frozen=True, slots=True)
+class RoleTraining:
+    """What the training did to the table of one role.
+
+    Attributes:
+        pairs: state-behaviour pairs in the table.
+        new_pairs: how many of them the parent did not have.
+        decisions: decisions made in the role.
+        transitions: how many of them updated the table in each sweep: those whose pair the
+            knowledge holds and whose outcome was recorded.
+        first_error: mean absolute TD error of the transitions in the first sweep; None without any.
+        last_error: the same in the last sweep.
+    """
+
+    pairs: int
+    new_pairs: int
+    decisions: int
+    transitions: int
+    first_error: float | None
+    last_error: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class TrainingReport:
+    """What the training did.
+
+    Attributes:
+        matches: number of tables of decisions that it learned from.
+        roles: each role's part, in the order of ROLES.
+    """
+
+    matches: int
+    roles: dict[str, RoleTraining]
+
+    @property
+    def pairs(self) -> int:
+        """State-behaviour pairs of all roles."""
+        return sum(role.pairs for role in self.roles.values())
+
+    @property
+    def new_pairs(self) -> int:
+        """Pairs that the parent did not have, of all roles."""
+        return sum(role.new_pairs for role in self.roles.values())
+
+    @property
+    def decisions(self) -> int:
+        """Decisions of all roles."""
+        return sum(role.decisions for role in self.roles.values())
+
+    @property
+    def transitions(self) -> int:
+        """Updates of a sweep, of all roles."""
+        return sum(role.transitions for role in self.roles.values())
+
+
+def train(
+    decisions: Iterable[pl.DataFrame],
+    occasions: pl.DataFrame,
+    parent: pl.DataFrame | None,
+    settings: PolicySettings,
+    optimistic: float,
+    version: int,
+    knowledge_version: int,
+) -> tuple[pl.DataFrame, TrainingReport]:
+    """The next version of the policy.
+
+    A robot's decisions are one sequence: when its role changes, the next pair is in the other
+    role's table and the value flows across, for a goal rewards all who led to it. A decision with
+    no behaviour is the behaviour 194, moves randomly, of its role. How decisions that the
+    knowledge does not hold are passed over is said at :func:`pipeline.learning.sarsa.sarsa_lambda`.
+
+    Args:
+        decisions: tables of schema Decisions, one match each, of the robots that learn; consumed
+            one at a time and learned from in this order. Only 25 bytes a decision are kept.
+        occasions: schema Occasions, of one version of the knowledge: the pairs to value.
+        parent: schema Policies, the version before, or None.
+        settings: of the learning rule.
+        optimistic: first value of a new pair in a state in which the parent values no behaviour
+            that is still usable; elsewhere it is the greatest of those values.
+        version: of the new policy.
+        knowledge_version: of ``occasions``.
+
+    Returns:
+        A table of schema Policies whose pairs are exactly those of ``occasions``; ``visits`` counts
+        the decisions of this batch, once however many sweeps. And what was done.
+
+    Raises:
+        SchemaMismatch: if a table names a pair twice, or a time or reward is not usable.
+        BadSettings: if the values grow beyond all bounds.
+    """
+    pairs = _initial(occasions, parent, optimistic)
+    index = pairs.select(*_PAIR, pl.int_range(pl.len(), dtype=pl.Int64).alias("pair"))
+    flat = [_flatten(match, index) for match in decisions]
+    batch = _join([rows for rows, _ in flat])
+    roles = np.concatenate([np.empty(0, np.uint8), *(roles for _, roles in flat)])
+
+    learned = sarsa_lambda(
+        pairs["q"].to_numpy(),
+        batch,
+        step_size=settings.step_size,
+        discount=settings.discount,
+        trace_decay=settings.trace_decay,
+        traces=settings.traces,
+        sweeps=settings.sweeps,
+    )
+    visits = np.bincount(batch.pair[batch.pair != UNKNOWN], minlength=len(pairs))
+    policy = pairs.select(
+        pl.lit(version, pl.Int32).alias("version"),
+        pl.lit(knowledge_version, pl.Int32).alias("knowledge_version"),
+        *_PAIR,
+        pl.Series("q", learned.q, dtype=pl.Float64),
+        pl.Series("visits", visits, dtype=pl.Int64),
+    )
+    return policy, TrainingReport(len(flat), _training(pairs, roles, learned))
+
+
+def greedy(policies: pl.DataFrame) -> pl.DataFrame:
+    """The best behaviour of each state: of equals, the first by behaviour_id.
+
+    Args:
+        policies: schema Policies, of one version.
+
+    Returns:
+        The rows of ``policies`` (same columns) with the greatest q of their role and state, sorted
+        by role, state.
+    """
+    return (
+        policies.sort("role", "state", "q", "behaviour_id", descending=[False, False, True, False])
+        .unique(["role", "state"], keep="first", maintain_order=True)
+    )
+
+
+def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, optimistic: float) -> pl.DataFrame:
+    """The pairs in order, with the ``q`` they start from and whether they are ``new``."""
+    known = Policies.empty() if parent is None else parent
+    for name, frame in (("occasions", occasions), ("parent", known)):
+        if frame.select(_PAIR).is_duplicated().any():
+            raise SchemaMismatch(
+                "names a pair of state and behaviour twice", where=name,
+                next_step="Pass the rows of one version only",
+            )
+    best = pl.col("q").max().over("role", "state")
+    return (
+        occasions.select(_PAIR)
+        .sort(_PAIR)
+        .join(known.select(*_PAIR, "q"), on=_PAIR, how="left", maintain_order="left")
+        .with_columns(
+            pl.coalesce("q", best, pl.lit(optimistic, pl.Float64)).alias("q"),
+            pl.col("q").is_null().alias("new"),
+        )
+    )
+
+
+def _flatten(match: pl.DataFrame, index: pl.DataFrame) -> tuple[Batch, U8]:
+    """One match's decisions [T], and the role of each as its position in ROLES, uint8 [T]."""
+    moves_randomly = pl.format("{}-{}", pl.col("role").cast(pl.String), pl.lit(_MOVES_RANDOMLY))
+    episode = pl.struct("team", "robot", "episode").rle_id()
+    rows = (
+        match.sort("team", "robot", "t_ns")
+        .with_columns(
+            pl.col("behaviour_id").fill_null(moves_randomly),
+            last=(episode != episode.shift(-1)).fill_null(value=True),
+        )
+        .join(index, on=_PAIR, how="left", maintain_order="left")
+        .select(
+            pl.col("pair").fill_null(UNKNOWN),
+            ((pl.col("end_ns") - pl.col("t_ns")) / 1e9).alias("elapsed"),
+            "reward",
+            # an episode whose last decision does not say how it ended was cut there
+            pl.when(pl.col("ends") == "terminal").then(TERMINAL)
+            .when(pl.col("ends").is_not_null() | pl.col("last")).then(TRUNCATED)
+            .otherwise(CONTINUES).cast(pl.Int8).alias("ends"),
+            pl.col("role").to_physical().cast(pl.UInt8),
+        )
+    )
+    arrays = {name: rows[name].to_numpy() for name in ("pair", "elapsed", "reward", "ends")}
+    return Batch(**arrays), rows["role"].to_numpy()
+
+
+def _join(matches: list[Batch]) -> Batch:
+    """The matches one after the other."""
+    empty = Batch(np.empty(0, np.int64), np.empty(0), np.empty(0), np.empty(0, np.int8))
+    batches = [empty, *matches]
+    return Batch(
+        pair=np.concatenate([batch.pair for batch in batches]),
+        elapsed=np.concatenate([batch.elapsed for batch in batches]),
+        reward=np.concatenate([batch.reward for batch in batches]),
+        ends=np.concatenate([batch.ends for batch in batches]),
+    )
+
+
+def _training(pairs: pl.DataFrame, roles: U8, learned: Learned) -> dict[str, RoleTraining]:
+    """Each role's part in the training, from its pairs, and from its decisions' errors."""
+    out = {}
+    for i, role in enumerate(ROLES):
+        own = pairs.filter(pl.col("role") == role)
+        first, last = (np.abs(errors[(roles == i) & ~np.isnan(errors)]) for errors in learned[1:])
+        out[role] = RoleTraining(
+            pairs=len(own),
+            new_pairs=int(own["new"].sum()),
+            decisions=int((roles == i).sum()),
+            transitions=len(first),
+            first_error=float(first.mean()) if len(first) else None,
+            last_error=float(last.mean()) if len(last) else None,
+        )
+    return out

@@ -1,0 +1,197 @@
+"""The replay page: a match, its situations and its goals to look at in a browser.
+
+One self-contained HTML file: markup and style from ``replay.html``, behaviour from ``replay.js``,
+and the match as one deflated, base64-encoded payload. The page fetches nothing, and all text that
+comes from data is inside the payload (or escaped, in the title), so data can never become markup.
+
+Payload, after base64 and inflate (zlib): uint32 little-endian length of the JSON; the JSON in
+UTF-8 (its keys are written in :func:`_facts`); then for S samples and B bodies
+
+======== ===== ================================================================================
+what     bytes meaning
+======== ===== ================================================================================
+time     4 S   milliseconds since the first sample
+joined   S     1 where the sample goes on from the one before without a cut
+mask     S B   body by body: SEEN, SUSPECT and HEADED bits
+x        2 S B body by body, in quanta of the JSON's ``quantum`` metres
+y        2 S B the same
+heading  2 S B turns counter-clockwise from +x, in 1 / TURN
+======== ===== ================================================================================
+
+time, x, y and heading are differences along the samples (from zero; a body that is not SEEN
+repeats its last value), zigzagged, and stored one byte plane after the other, lowest first, for
+small differences leave planes of zeros that deflate to nothing.
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import struct
+import zlib
+from importlib import resources
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from pipeline.errors import BadSettings, NotFound
+from pipeline.pitch import SCALES, Pitch
+
+I64 = npt.NDArray[np.int64]
+
+#: Mask bits: the body has a sample; the sample is an implausible jump; its heading is known.
+SEEN, SUSPECT, HEADED = 1, 2, 4
+
+#: Headings are stored in this many steps a turn (0.35 degrees each).
+TURN = 1024
+
+#: Samples further apart are never joined, seconds.
+GAP_S = 0.5
+
+#: The situations' families and their codes, first to last (paper Table 1).
+FAMILIES: tuple[tuple[str, tuple[tuple[int, int], ...]], ...] = (
+    ("has the ball", ((1, 11),)),
+    ("kicks, loses or leaves it", ((21, 33),)),
+    ("to and from the ball", ((34, 47), (67, 68))),
+    ("orients", ((57, 57), (78, 78), (108, 108))),
+    ("to and from the goals", ((88, 98), (118, 128))),
+    ("to and from robots", ((138, 174),)),
+    ("does not move", ((184, 184),)),
+    ("moves randomly", ((194, 194),)),
+)
+
+_TEAM_ORDER = {"ball": 0, "home": 1, "away": 2}
+
+
+def page(
+    match: pl.DataFrame,
+    trajectories: pl.DataFrame,
+    situations: pl.DataFrame,
+    goals: pl.DataFrame,
+    referee: pl.DataFrame,
+    pitch: Pitch,
+    *,
+    hz: float = 20.0,
+) -> str:
+    """The page as HTML; the same tables give the same page.
+
+    Of the samples in each 1 / ``hz`` seconds the page shows the first, where and when it was
+    recorded: positions to half a quantum (0.5 mm; 2D: 2.5 mm), times to 0.5 ms, headings to 0.18
+    degrees. Between two samples of one stretch of play the page moves bodies evenly; a missing
+    body stays missing and a gap stays a gap.
+
+    Args:
+        match: schema Matches, one row.
+        trajectories: schema Trajectories, of that match; at least one row.
+        situations: schema Situations, of that match.
+        goals: schema Goals, of that match.
+        referee: schema Referee, of that match.
+        pitch: the field of play.
+        hz: most samples shown a second, in (0, 1000].
+
+    Raises:
+        NotFound: if there is nothing to show.
+        BadSettings: if ``hz`` is out of its bounds.
+    """
+    if not 0 < hz <= 1000:
+        raise BadSettings(f"hz cannot be {hz}", where="replay", next_step="Choose up to 1000 samples a second")
+    if trajectories.is_empty():
+        raise NotFound(
+            "has no trajectories", where=str(match["match_id"][0]), next_step="Run `pitchlore run` on it first"
+        )
+    bodies = _bodies(trajectories)
+    shown = _shown(trajectories, hz)
+    quantum = _quantum(pitch)
+    facts = _facts(match, bodies, shown, situations, goals, referee, pitch) | {"quantum": quantum}
+    text = json.dumps(facts, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
+    raw = struct.pack("<I", len(text)) + text + _samples(trajectories, bodies, shown, quantum)
+    payload = base64.b64encode(zlib.compress(raw, 9)).decode("ascii")
+    title = html.escape(f"{facts['home']} – {facts['away']} · Pitchlore replay")
+    # the title goes in last: nothing in it is looked at again
+    return _asset("replay.html").replace("{{script}}", _asset("replay.js")).replace("{{payload}}", payload).replace(
+        "{{title}}", title
+    )
+
+
+def _asset(name: str) -> str:
+    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+def _bodies(trajectories: pl.DataFrame) -> pl.DataFrame:
+    """Every body of the match: team, robot and its index ``body``; the ball, home, then away."""
+    return (
+        trajectories.select(pl.col("team").cast(pl.String), "robot")
+        .unique()
+        .sort(pl.col("team").replace_strict(_TEAM_ORDER, return_dtype=pl.Int8), "robot")
+        .with_row_index("body")
+    )
+
+
+def _shown(trajectories: pl.DataFrame, hz: float) -> pl.DataFrame:
+    """The frames that are shown: frame, t_ns, segment, ``ms``, ``joined``, and the index ``sample``."""
+    slot_ns = 1e9 / hz
+    gap_ns = int(GAP_S * 1e9)
+    return (
+        trajectories.group_by("frame")
+        .agg(pl.col("t_ns").first(), pl.col("segment").max())
+        .sort("t_ns", "frame")
+        # half a microsecond of grace for times that were rounded down from the slot's edge
+        .unique(((pl.col("t_ns") + 500) / slot_ns).floor(), keep="first", maintain_order=True)
+        .with_columns(
+            ms=(pl.col("t_ns") / 1e6).round().cast(pl.Int64),
+            joined=(
+                pl.col("segment").eq_missing(pl.col("segment").shift())
+                & (pl.col("t_ns").diff() <= gap_ns).fill_null(value=False)
+            ),
+        )
+        .with_row_index("sample")
+    )
+
+
+def _quantum(pitch: Pitch) -> float:
+    """Metres a step of int16, so that bodies up to a pitch length from the centre fit."""
+    return next(step for step in (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1) if 32767 * step >= pitch.length)
+
+
+def _samples(trajectories: pl.DataFrame, bodies: pl.DataFrame, shown: pl.DataFrame, quantum: float) -> bytes:
+    """The binary half of the payload."""
+    rows = (
+        trajectories.with_columns(pl.col("team").cast(pl.String))
+        .join(bodies, on=["team", "robot"], nulls_equal=True)
+        .join(shown.select("frame", "sample"), on="frame")
+    )
+    cell = (rows["body"].to_numpy(), rows["sample"].to_numpy())
+    shape = (len(bodies), len(shown))
+    limit = 32767 * quantum
+
+    headed = rows["theta"].is_not_null() & rows["theta"].is_not_nan().fill_null(value=False)
+    mask = np.zeros(shape, np.uint8)
+    mask[cell] = SEEN + SUSPECT * rows["suspect"].to_numpy() + HEADED * headed.to_numpy()
+
+    channels = []
+    for name, scale, bit in (("x", quantum, SEEN), ("y", quantum, SEEN), ("theta", 2 * np.pi / TURN, HEADED)):
+        values = np.zeros(shape)
+        values[cell] = rows[name].fill_null(0.0).fill_nan(0.0).cast(pl.Float64).clip(-limit, limit).to_numpy()
+        steps = _held(np.rint(values / scale).astype(np.int64), mask & bit > 0)
+        moves = np.diff(steps, axis=1, prepend=0)
+        if name == "theta":  # the short way round
+            moves = (moves + TURN // 2) % TURN - TURN // 2
+        channels.append(_planes(moves.ravel(), 2))
+    time = _planes(np.diff(shown["ms"].to_numpy(), prepend=0), 4)
+    joined = shown["joined"].to_numpy().astype(np.uint8).tobytes()
+    return b"".join([time, joined, mask.tobytes(), *channels])
+
+
+def _held(values: I64, known: npt.NDArray[np.bool_]) -> I64:
+    """``values`` [B, S] with the last known one in the place of those that are not; zero before the first."""
+    last = np.maximum.accumulate(np.where(known, np.arange(values.shape[1]), -1), axis=1)
+    return np.where(last >= 0, np.take_along_axis(values, np.maximum(last, 0), axis=1), 0)
+
+
+def _planes(differences: I64, width: int) -> bytes:
+    """Zigzagged differences [N], byte plane by byte plane, ``width`` planes."""
+    zigzag = ((differences << 1) ^ (differences >> 63)).astype(f"<u{width}")
+    return zigzag.view(np.uint8).reshape(-1, width).T.tobytes()

@@ -1,0 +1,186 @@
+"""Runs of consecutive situations of one robot, and where patterns occur in them.
+
+Situations are rows of schema Situations of one match, in the schema's order. A run never
+crosses robots, segments or holes, nor a situation that is already used up (paper section
+3.2.2: "It can not be formed groups of situations separated by some other situation").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from pipeline.errors import SchemaMismatch
+from schemas import ROLES
+
+I64 = npt.NDArray[np.int64]
+F64 = npt.NDArray[np.float64]
+Bool = npt.NDArray[np.bool_]
+
+#: Longest gram: four codes of eight bits, below the role, in one key.
+LONGEST = 4
+_CODE_BITS = 8
+_ROLE_SHIFT = _CODE_BITS * LONGEST
+_CODES_MASK = (1 << _ROLE_SHIFT) - 1
+
+#: Values are kept to multiples of this, so that float64 sums of them below 2**23 are exact,
+#: and so the same in any order and for any split of the work.
+QUANTUM = 2.0**-30
+
+
+class Windows(NamedTuple):
+    """Runs of n consecutive situations.
+
+    Attributes:
+        first: int64 [W], row of each run's first situation, increasing.
+        key: int64 [W], role of the first situation and the n codes, see :func:`keys_of`.
+    """
+
+    first: I64
+    key: I64
+
+
+class Instances(NamedTuple):
+    """Where the patterns of one length occur.
+
+    Attributes:
+        n: the length.
+        first: int64 [I], row of each instance's first situation, increasing; they may overlap.
+        pattern: int64 [I], row of the pattern in the table of patterns.
+    """
+
+    n: int
+    first: I64
+    pattern: I64
+
+
+def exact(values: F64) -> F64:
+    """``values`` [any shape] rounded to multiples of :data:`QUANTUM` (an error below 5e-10)."""
+    return np.rint(values / QUANTUM) * QUANTUM
+
+
+def keys_of(role: npt.NDArray[np.integer], codes: npt.NDArray[np.integer]) -> I64:
+    """One integer per gram: the role's index above the codes, the first code most significant.
+
+    Args:
+        role: [W], index in ``schemas.ROLES``.
+        codes: [W, n], 1 to 194, n at most 4. As no code is 0, keys of different n differ.
+
+    Returns:
+        int64 [W]; keys of one n sort like (role, codes).
+    """
+    packed = np.zeros(len(codes), dtype=np.int64)
+    for column in codes.T:
+        packed = (packed << _CODE_BITS) | column.astype(np.int64)
+    return (role.astype(np.int64) << _ROLE_SHIFT) | packed
+
+
+def role_of(key: I64) -> I64:
+    """Index of the role in ``schemas.ROLES``, int64 [W]."""
+    return key >> _ROLE_SHIFT
+
+
+def codes_of(key: I64, n: int) -> npt.NDArray[np.int16]:
+    """The n codes of each key, int16 [W, n]."""
+    packed = key & _CODES_MASK
+    shifts = _CODE_BITS * np.arange(n - 1, -1, -1)
+    return ((packed[:, None] >> shifts) & ((1 << _CODE_BITS) - 1)).astype(np.int16)
+
+
+def lengths_of(key: I64) -> I64:
+    """How many codes each key holds, int64 [W]."""
+    packed = key & _CODES_MASK
+    thresholds = np.int64(1) << (_CODE_BITS * np.arange(LONGEST, dtype=np.int64))
+    return np.searchsorted(thresholds, packed, side="right")
+
+
+def keys_of_table(table: pl.DataFrame) -> I64:
+    """Keys of a table with columns role and codes (of one or several lengths), int64 [rows]."""
+    key = np.zeros(table.height, dtype=np.int64)
+    role = table["role"].cast(pl.Enum(ROLES)).to_physical().to_numpy()
+    length = table["codes"].list.len().to_numpy()
+    for n in np.unique(length):
+        rows = np.flatnonzero(length == n)
+        codes = table["codes"][rows].list.to_array(int(n)).to_numpy()
+        key[rows] = keys_of(role[rows], codes)
+    return key
+
+
+def links(situations: pl.DataFrame, gap_s: float) -> Bool:
+    """Whether each situation is followed by the next row without a break, bool [S - 1].
+
+    They are of the same robot and segment and less than ``gap_s`` seconds lie between them.
+
+    Raises:
+        SchemaMismatch: if situations of one robot overlap or are not in order of time.
+    """
+    same = np.ones(max(situations.height - 1, 0), dtype=np.bool_)
+    for name in ("team", "robot"):
+        column = situations[name].to_physical().to_numpy()
+        same &= column[1:] == column[:-1]
+    gap = situations["start_ns"].to_numpy()[1:] - situations["end_ns"].to_numpy()[:-1]
+    if (same & (gap < 0)).any():
+        raise SchemaMismatch(
+            "situations of one robot overlap or are out of order",
+            where=f"situations, row {int(np.flatnonzero(same & (gap < 0))[0]) + 1}",
+            next_step="Recognise them again",
+        )
+    segment = situations["segment"].to_numpy()
+    linked: Bool = same & (segment[1:] == segment[:-1]) & (gap < gap_s * 1e9)
+    return linked
+
+
+def windows(situations: pl.DataFrame, n: int, taken: Bool | None, gap_s: float) -> Windows:
+    """All runs of ``n`` consecutive situations none of which is taken.
+
+    Args:
+        situations: rows of schema Situations of one match [S].
+        n: 1 to 4.
+        taken: bool [S], situations that are used up; None for none.
+        gap_s: a longer time between two situations, or just as long, separates them, seconds.
+    """
+    usable = np.ones(situations.height, dtype=np.bool_) if taken is None else ~taken
+    linked = links(situations, gap_s)
+    starts = max(situations.height - n + 1, 0)
+    whole = np.ones(starts, dtype=np.bool_)
+    for i in range(n):
+        whole &= usable[i : starts + i]
+    for i in range(n - 1):
+        whole &= linked[i : starts + i]
+    first = np.flatnonzero(whole)
+    codes = situations["code"].to_numpy()
+    role = situations["role"].cast(pl.Enum(ROLES)).to_physical().to_numpy()
+    return Windows(first, keys_of(role[first], codes[first[:, None] + np.arange(n)]))
+
+
+def mark(first: I64, n: int, taken: Bool) -> None:
+    """Set ``taken`` [S] in place for the ``n`` situations of each run that starts at ``first``."""
+    taken[first[:, None] + np.arange(n)] = True
+
+
+def instances(situations: pl.DataFrame, patterns: pl.DataFrame, gap_s: float) -> Iterator[Instances]:
+    """Where patterns occur: the longest first, each length in what the longer ones left.
+
+    Args:
+        situations: rows of schema Situations of one match.
+        patterns: columns role and codes (schema Patterns), of any lengths, none twice.
+        gap_s: as for :func:`windows`.
+
+    Yields:
+        One :class:`Instances` for each length that there are patterns of.
+    """
+    taken = np.zeros(situations.height, dtype=np.bool_)
+    key = keys_of_table(patterns)
+    length = lengths_of(key)
+    for n in sorted(set(length.tolist()), reverse=True):
+        rows = np.flatnonzero(length == n)
+        rows = rows[np.argsort(key[rows])]
+        runs = windows(situations, n, taken, gap_s)
+        at = np.minimum(np.searchsorted(key[rows], runs.key), len(rows) - 1)
+        found = key[rows][at] == runs.key
+        mark(runs.first[found], n, taken)
+        yield Instances(n, runs.first[found], rows[at[found]])

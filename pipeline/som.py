@@ -1,0 +1,202 @@
+"""The self-organising map that grams are passed by (paper section 3.2.2); the door to MiniSom.
+
+A map is fed with the paper's codes as they are: Table 1 numbers the situations so that the
+members of a family are 1 to 3 apart and families 10 or more, so the codes are a metric.
+A common scale factor would change neither best-matching units nor (in the batch rule, which
+has no learning rate) the weights, other than by that factor; there is none.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from minisom import MiniSom
+from numba import njit
+
+from pipeline.errors import BadSettings, CorruptFile
+
+F64 = npt.NDArray[np.float64]
+I64 = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Map:
+    """A trained map. Neuron k lies in row ``k // columns`` and column ``k % columns``.
+
+    Attributes:
+        rows, columns: of the grid.
+        weights: float64 [rows * columns, n], a prototype gram each.
+        quantisation_error: mean distance of the samples to their best-matching unit.
+        topographic_error: share of the samples whose best and second best units do not touch.
+    """
+
+    rows: int
+    columns: int
+    weights: F64
+    quantisation_error: float
+    topographic_error: float
+
+    def distance_map(self) -> F64:
+        """The U-matrix: mean distance of each neuron to its neighbours over the greatest, [rows, columns]."""
+        if np.allclose(self.weights, self.weights[0], rtol=0, atol=1e-9):
+            return np.zeros((self.rows, self.columns))
+        return np.asarray(_minisom(self.rows, self.columns, self.weights).distance_map("mean"), np.float64)
+
+
+def train(
+    codes: npt.NDArray[np.int16], counts: I64, rows: int, columns: int, *,
+    epochs: int, seed: int, sigma_end: float,
+) -> Map:
+    """Train a map with Kohonen's batch rule, each distinct gram weighted by its count.
+
+    The result is that of training on every single sample, but the cost grows with the
+    distinct grams only. It depends neither on the order of the rows nor on whether a gram's
+    count is split over several rows. The neighbourhood is MiniSom's Gaussian; sigma falls
+    geometrically from half the longer side to ``sigma_end``. Rule: Kohonen, Essentials of
+    the self-organizing map (2013), equation 8.
+
+    Args:
+        codes: [D, n], D and n at least 1.
+        counts: int64 [D], at least 1 each.
+        rows: of the grid.
+        columns: of the grid.
+        epochs: passes over the distinct grams.
+        seed: of the first weights, which are drawn from the samples.
+        sigma_end: spread of the last neighbourhood in neurons; small values near k-means.
+
+    Raises:
+        BadSettings: if there is nothing to train on, a code is not finite, or a count is below 1.
+    """
+    samples = np.ascontiguousarray(codes, dtype=np.float64)
+    if samples.ndim != 2 or 0 in samples.shape or counts.shape != (len(samples),):
+        raise BadSettings(
+            f"a map needs codes [D, n] and counts [D], not {samples.shape} and {counts.shape}",
+            next_step="Recognise situations first",
+        )
+    if not np.isfinite(samples).all() or (counts < 1).any():
+        raise BadSettings("a gram has a code that is not a number, or a count below one",
+                          next_step="Rebuild the grams")
+    samples, which = np.unique(samples, axis=0, return_inverse=True)
+    weight: F64 = np.zeros(len(samples))
+    np.add.at(weight, which.ravel(), counts)
+    som = _minisom(rows, columns, _first_weights(samples, weight, rows * columns, seed))
+    neurons = som.get_weights().reshape(rows * columns, -1)
+    sigma_start = max(rows, columns, 2 * sigma_end) / 2
+    for epoch in range(epochs):
+        sigma = sigma_start * (sigma_end / sigma_start) ** (epoch / max(epochs - 1, 1))
+        near = np.stack([som.neighborhood(at, sigma).ravel() for at in np.ndindex(rows, columns)])
+        sums, hits = _accumulate(samples, weight, neurons)
+        reached = near.T @ hits
+        moved = reached > 0
+        neurons[moved] = (near.T @ sums)[moved] / reached[moved, None]
+    first, second, distance = _nearest(samples, neurons)
+    gap = np.maximum(abs(first // columns - second // columns), abs(first % columns - second % columns))
+    return Map(
+        rows, columns, neurons.copy(),
+        quantisation_error=float(weight @ distance / weight.sum()),
+        topographic_error=float(weight @ (gap > 1) / weight.sum()),
+    )
+
+
+def best_matching_units(som: Map, codes: npt.NDArray[np.int16]) -> I64:
+    """The neuron nearest to each gram [D, n], the lowest on a tie; int64 [D]."""
+    return _nearest(np.ascontiguousarray(codes, dtype=np.float64), som.weights)[0]
+
+
+def to_bytes(maps: Mapping[int, Map]) -> bytes:
+    """The maps by length of gram, as an .npz file; the same maps give the same bytes."""
+    arrays: dict[str, npt.NDArray[np.generic]] = {}
+    for n in sorted(maps, reverse=True):
+        som = maps[n]
+        arrays[f"weights_{n}"] = som.weights.reshape(som.rows, som.columns, -1)
+        arrays[f"errors_{n}"] = np.array([som.quantisation_error, som.topographic_error])
+    out = io.BytesIO()
+    np.savez(out, allow_pickle=False, **arrays)
+    return out.getvalue()
+
+
+def from_bytes(data: bytes) -> dict[int, Map]:
+    """What :func:`to_bytes` wrote.
+
+    Raises:
+        CorruptFile: if it is not such a file.
+    """
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+            maps = {}
+            for name in arrays.files:
+                kind, _, n = name.partition("_")
+                if kind == "weights":
+                    weights = arrays[name]
+                    rows, columns, _ = weights.shape
+                    quantisation, topographic = arrays[f"errors_{n}"].tolist()
+                    maps[int(n)] = Map(
+                        rows, columns, weights.reshape(rows * columns, -1), quantisation, topographic
+                    )
+            return maps
+    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise CorruptFile("is not a file of maps", next_step="Emit the knowledge again") from error
+
+
+def _minisom(rows: int, columns: int, weights: F64) -> Any:
+    """A MiniSom that holds ``weights`` [rows * columns, n]."""
+    som: Any = MiniSom(rows, columns, weights.shape[1], random_seed=0)  # type: ignore[no-untyped-call]
+    som.get_weights()[:] = weights.reshape(rows, columns, -1)
+    return som
+
+
+def _first_weights(samples: F64, weight: F64, neurons: int, seed: int) -> F64:
+    """Samples drawn in proportion to their weight, distinct ones while there are enough."""
+    rng = np.random.default_rng(seed)
+    drawn = rng.choice(
+        len(samples), size=neurons, replace=len(samples) < neurons, p=weight / weight.sum()
+    )
+    return samples[drawn]
+
+
+@njit(cache=True, nogil=True)
+def _accumulate(samples: F64, weight: F64, neurons: F64) -> tuple[F64, F64]:
+    """Weighted sum [K, n] and weight [K] of the samples that each neuron matches best."""
+    sums = np.zeros_like(neurons)
+    hits = np.zeros(len(neurons))
+    for d in range(len(samples)):
+        best, least = 0, np.inf
+        for k in range(len(neurons)):
+            square = 0.0
+            for i in range(samples.shape[1]):
+                step = samples[d, i] - neurons[k, i]
+                square += step * step
+            if square < least:
+                best, least = k, square
+        hits[best] += weight[d]
+        for i in range(samples.shape[1]):
+            sums[best, i] += weight[d] * samples[d, i]
+    return sums, hits
+
+
+@njit(cache=True, nogil=True)
+def _nearest(samples: F64, neurons: F64) -> tuple[I64, I64, F64]:
+    """Best and second best unit of each sample, int64 [D], and the distance to the best, [D]."""
+    first = np.zeros(len(samples), dtype=np.int64)
+    second = np.zeros(len(samples), dtype=np.int64)
+    distance = np.empty(len(samples))
+    for d in range(len(samples)):
+        least, next_least = np.inf, np.inf
+        for k in range(len(neurons)):
+            square = 0.0
+            for i in range(samples.shape[1]):
+                step = samples[d, i] - neurons[k, i]
+                square += step * step
+            if square < least:
+                second[d], next_least = first[d], least
+                first[d], least = k, square
+            elif square < next_least:
+                second[d], next_least = k, square
+        distance[d] = np.sqrt(least)
+    return first, second, distance

@@ -1,0 +1,415 @@
+"""The paper's 36-element abstraction of the state of a match (section 4, Table 2).
+
+Each team sees the match turned so that its own goal is at -x. The six robots of the paper
+become six slots: own goalkeeper, midfield, striker, then the adversary's; every element of a
+robot is relative to that robot's *own* team's goals. Levels count from 0; those that the
+paper does not state, and all break points, are ours (STATE in DECISIONS.md).
+
+The elements do not multiply to the 80,621,568 states that the paper counts, and cannot:
+that number is 2^12 3^9, while eleven elements have three levels. Two keys that keep fewer
+elements do give it exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+from numba import njit
+
+from pipeline.errors import BadSettings
+from pipeline.pitch import SCALES, Pitch
+from schemas import ROLES, TEAMS
+
+U8 = npt.NDArray[np.uint8]
+I64 = npt.NDArray[np.int64]
+F64 = npt.NDArray[np.float64]
+Bool = npt.NDArray[np.bool_]
+Key = Literal["full36", "ego19", "team19"]
+
+#: The paper's count of states (section 4).
+PAPER_STATES = 80_621_568
+
+SLOTS = ("own goalkeeper", "own midfield", "own striker",
+         "adversary's goalkeeper", "adversary's midfield", "adversary's striker")
+DRAWING = 1
+NORMAL, FAULT, GOAL = 0, 1, 2
+
+# First element of each row of Table 2, in its order.
+_BALL_DISTANCE, _GOAL_DISTANCE, _BALL_ORIENTATION, _GOAL_ORIENTATION = 0, 6, 8, 14
+_AFTER_BALL, _DIRECTION, _SPEED, _SCORE, _SITUATION = 26, 32, 33, 34, 35
+ELEMENTS = 36
+
+
+class Element(NamedTuple):
+    """One element of the state.
+
+    Attributes:
+        name: what it is of.
+        levels: their names, level 0 first.
+    """
+
+    name: str
+    levels: tuple[str, ...]
+
+
+def _table() -> tuple[Element, ...]:
+    rows = [Element(f"distance of {slot} to ball", ("too close", "near", "far")) for slot in SLOTS]
+    rows += [Element(f"distance of ball to {goal} goal", ("very close", "close", "far"))
+             for goal in ("own", "adversary's")]
+    rows += [Element(f"orientation of {slot} to ball", ("front", "side", "back")) for slot in SLOTS]
+    rows += [Element(f"orientation of {slot} to {goal} goal", ("away", "pointing"))
+             for slot in SLOTS for goal in ("its own", "its adversary's")]
+    rows += [Element(f"{slot} in relation to ball and its own goal", ("before", "after")) for slot in SLOTS]
+    rows += [
+        Element("ball direction", tuple(f"{45 * sector} degrees" for sector in range(8))),
+        Element("ball velocity", ("slow", "medium", "fast")),
+        Element("score", ("losing", "drawing", "winning")),
+        Element("game situation", ("normal", "fault", "goal")),
+    ]
+    return tuple(rows)
+
+
+#: The 36 elements in the order of Table 2.
+TABLE: tuple[Element, ...] = _table()
+LEVELS: I64 = np.array([len(element.levels) for element in TABLE], dtype=np.int64)
+_GLOBALS = (_DIRECTION, _SPEED, _SCORE, _SITUATION)
+
+
+class Column(NamedTuple):
+    """One digit of an encoded state.
+
+    Attributes:
+        element: index in :data:`TABLE`.
+        levels: how many values the digit has; with fewer than the element, its last ones fall
+            together ("front" or not).
+    """
+
+    element: int
+    levels: int
+
+
+def columns(key: Key, slot: int = 0) -> tuple[Column, ...]:
+    """The digits of an encoded state, the most significant first.
+
+    ``full36`` is all of Table 2. ``ego19`` keeps distance and position of all robots, the
+    orientations of the deciding one (to the ball in two levels), and the four last elements;
+    ``team19`` those of the own team, and the four last. The latter two have 80,621,568 states.
+
+    Args:
+        key: which elements are kept.
+        slot: own slot (0, 1, 2) of the deciding robot; only ``ego19`` depends on it.
+    """
+    if key == "full36":
+        return tuple(Column(e, int(LEVELS[e])) for e in range(ELEMENTS))
+    if key == "ego19":
+        near = [*range(_BALL_DISTANCE, _BALL_DISTANCE + 6), *range(_AFTER_BALL, _AFTER_BALL + 6)]
+        ego = [_GOAL_ORIENTATION + 2 * slot, _GOAL_ORIENTATION + 2 * slot + 1]
+        return (
+            *(Column(e, int(LEVELS[e])) for e in near),
+            Column(_BALL_ORIENTATION + slot, 2),
+            *(Column(e, int(LEVELS[e])) for e in (*ego, *_GLOBALS)),
+        )
+    own = [
+        *range(_BALL_DISTANCE, _BALL_DISTANCE + 3),
+        *range(_BALL_ORIENTATION, _BALL_ORIENTATION + 3),
+        *range(_GOAL_ORIENTATION, _GOAL_ORIENTATION + 6),
+        *range(_AFTER_BALL, _AFTER_BALL + 3),
+    ]
+    return tuple(Column(e, int(LEVELS[e])) for e in (*own, *_GLOBALS))
+
+
+def size(key: Key) -> int:
+    """How many states a key tells apart."""
+    product = 1
+    for column in columns(key):
+        product *= column.levels
+    return product
+
+
+def encode(elements: U8, key: Key, slot: npt.NDArray[np.integer] | None = None) -> I64:
+    """States as integers in mixed radix, the first digit the most significant.
+
+    Args:
+        elements: uint8 [K, 36].
+        key: which elements are kept.
+        slot: [K], own slot (0, 1, 2) of the deciding robot: the index of its role. Needed by
+            ``ego19`` only.
+
+    Returns:
+        int64 [K], in [0, size(key)).
+
+    Raises:
+        BadSettings: if ``ego19`` is asked for without slots.
+    """
+    if key != "ego19":
+        return _encode(elements, columns(key))
+    if slot is None:
+        raise BadSettings("state key ego19 needs the slot of the deciding robot",
+                          next_step="Give slot, or use full36 or team19")
+    states = np.zeros(len(elements), dtype=np.int64)
+    for own in range(len(ROLES)):
+        rows = slot == own
+        states[rows] = _encode(elements[rows], columns(key, own))
+    return states
+
+
+def decode(states: I64, key: Key) -> U8:
+    """The digits of encoded states, uint8 [K, len(columns(key))]; the inverse of :func:`encode`."""
+    digits = np.empty((len(states), len(columns(key))), dtype=np.uint8)
+    left = states.copy()
+    for i, column in reversed(list(enumerate(columns(key)))):
+        left, digits[:, i] = np.divmod(left, column.levels)
+    return digits
+
+
+def _encode(elements: U8, digits: tuple[Column, ...]) -> I64:
+    states = np.zeros(len(elements), dtype=np.int64)
+    for column in digits:
+        states = states * column.levels + np.minimum(elements[:, column.element], column.levels - 1)
+    return states
+
+
+@dataclass(frozen=True, slots=True)
+class Breaks:
+    """Where one level ends and the next begins; each is the last value of the lower level.
+
+    Attributes:
+        robot_ball: too close, near; metres.
+        ball_goal: very close, close; metres.
+        front, back: orientation to the ball, radians; back includes its own.
+        pointing: least half-angle under which a robot points at a goal, radians.
+        ball_speed: slow, medium; m/s.
+        moving: a ball at least so fast has a direction, m/s.
+        goal_x: goal line from the centre, metres.
+        half_goal: half the goal's width, metres.
+    """
+
+    robot_ball: tuple[float, float]
+    ball_goal: tuple[float, float]
+    front: float
+    back: float
+    pointing: float
+    ball_speed: tuple[float, float]
+    moving: float
+    goal_x: float
+    half_goal: float
+
+    @classmethod
+    def of(cls, pitch: Pitch) -> Breaks:
+        """The break points on a pitch.
+
+        Those of a VSSS pitch (1.5 m) are 0.20 and 0.45 m (crossings of the fuzzy Distance),
+        0.40 m (corner of the goal area) and 0.75 m (half the field), 0.10 and 0.60 m/s. On
+        other pitches the first two and the speeds go with the league's robots, the others
+        with the length.
+        """
+        scales = SCALES[pitch.kind]
+        return cls(
+            robot_ball=(scales.close, scales.near),
+            ball_goal=(0.40 / 1.5 * pitch.length, pitch.length / 2),
+            front=np.pi / 4,
+            back=3 * np.pi / 4,
+            pointing=np.pi / 6,
+            ball_speed=(0.10 * scales.speed, 0.60 * scales.speed),
+            moving=0.05 * scales.speed,
+            goal_x=pitch.goal_x,
+            half_goal=pitch.goal_width / 2,
+        )
+
+    def array(self) -> F64:
+        """All of them, float64 [11], as :func:`look` takes them."""
+        return np.array([
+            *self.robot_ball, *self.ball_goal, self.front, self.back, self.pointing,
+            *self.ball_speed, self.goal_x, self.half_goal,
+        ])
+
+
+@njit(cache=True, nogil=True)
+def look(
+    robots: F64, sides: npt.NDArray[np.int64], roles: npt.NDArray[np.int64], ball: F64,
+    flip: float, direction: float, score: int, situation: int, breaks: F64, out: U8,
+) -> bool:
+    """Write one team's view of one moment into ``out``; callable from other kernels.
+
+    A slot is filled by the robot of its role, of several the nearest to the ball; if nobody
+    has the role, by the robot whose role is nearest in rank (again nearest to the ball), so
+    that any number of robots a side will do. A robot may then fill several slots.
+
+    Args:
+        robots: [R, 3], x, y, theta of the robots of both teams; the home team attacks +x.
+        sides: [R], 0 for the observing team, 1 for the adversary.
+        roles: [R], index in ``schemas.ROLES``.
+        ball: [4], x, y, vx, vy.
+        flip: 1.0 if the observing team attacks +x, else -1.0.
+        direction: of the ball's last motion in the pitch's frame, radians; NaN if it never moved.
+        score: level 0 losing, 1 drawing, 2 winning.
+        situation: level 0 normal, 1 fault, 2 goal.
+        breaks: :meth:`Breaks.array`.
+        out: uint8 [36], written.
+
+    Returns:
+        Whether the state is known: False if the ball, its speed, a side's robots or a slot's
+        heading is missing; ``out`` is then all 0.
+    """
+    out[:] = 0
+    bx, by = flip * ball[0], flip * ball[1]
+    speed = np.hypot(ball[2], ball[3])
+    if np.isnan(bx + by + speed):
+        return False
+    close, near, area, half, front, back, pointing, slow, medium, goal_x, half_goal = breaks
+    for slot in range(6):
+        side, role = slot // 3, slot % 3
+        best, best_rank, best_distance = -1, 3, np.inf
+        for r in range(len(robots)):
+            if sides[r] != side:
+                continue
+            rank = abs(roles[r] - role)
+            distance = np.hypot(flip * robots[r, 0] - bx, flip * robots[r, 1] - by)
+            if rank < best_rank or (rank == best_rank and distance < best_distance):
+                best, best_rank, best_distance = r, rank, distance
+        if best < 0 or np.isnan(robots[best, 2]):
+            out[:] = 0
+            return False
+        x, y, theta = flip * robots[best, 0], flip * robots[best, 1], robots[best, 2]
+        if flip < 0:
+            theta += np.pi
+        out[slot] = 0 if best_distance <= close else (1 if best_distance <= near else 2)
+        bearing = np.abs(_turn(np.arctan2(by - y, bx - x) - theta))
+        out[8 + slot] = 0 if bearing <= front else (2 if bearing >= back else 1)
+        # the adversary's own goal is at +x
+        own_x = -goal_x if side == 0 else goal_x
+        for goal in range(2):
+            gx = own_x if goal == 0 else -own_x
+            bearing = np.abs(_turn(np.arctan2(-y, gx - x) - theta))
+            reach = max(pointing, np.arctan2(half_goal, np.hypot(gx - x, y)))
+            out[14 + 2 * slot + goal] = 1 if bearing <= reach else 0
+        out[26 + slot] = 1 if (x > bx if side == 0 else x < bx) else 0
+    for goal in range(2):
+        distance = np.hypot(bx - (-goal_x if goal == 0 else goal_x), by)
+        out[6 + goal] = 0 if distance <= area else (1 if distance <= half else 2)
+    if not np.isnan(direction):
+        seen = direction if flip > 0 else direction + np.pi
+        out[32] = int(np.floor((seen + np.pi / 8) / (np.pi / 4))) % 8
+    out[33] = 0 if speed <= slow else (1 if speed <= medium else 2)
+    out[34] = score
+    out[35] = situation
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _turn(angle: float) -> float:
+    """The same angle in [-pi, pi)."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+@njit(cache=True, nogil=True)
+def _look_at_all(
+    robots: F64, teams: I64, roles: I64, offsets: I64, ball: F64, direction: F64,
+    moment: I64, observer: I64, score: I64, situation: I64, breaks: F64, out: U8, known: Bool,
+) -> None:
+    for k in range(len(moment)):
+        m = moment[k]
+        if m < 0:
+            continue
+        lo, hi = offsets[m], offsets[m + 1]
+        sides = np.abs(teams[lo:hi] - observer[k])
+        known[k] = look(
+            robots[lo:hi], sides, roles[lo:hi], ball[m], 1.0 - 2.0 * observer[k], direction[m],
+            score[k], situation[k], breaks, out[k],
+        )
+
+
+def elements(
+    trajectories: pl.DataFrame, referee: pl.DataFrame, pitch: Pitch, team: npt.NDArray[np.integer], t_ns: I64
+) -> tuple[U8, Bool]:
+    """What the observing teams see at some samples of a match.
+
+    Suspect rows count as missing. The score is the last that the referee told by then; where
+    the source does not log it, the goals counted so far (0 : 0 at the start). The game
+    situation is normal in a segment; between segments it is a goal or a fault, by the
+    referee's last event. The ball's direction is held while it is slower than
+    ``Breaks.moving``, within a segment; before it first moves the level is 0.
+
+    Args:
+        trajectories: rows of schema Trajectories of one match.
+        referee: rows of schema Referee of the same match, in order of time.
+        pitch: of the match.
+        team: [K], index of each observing team in ``schemas.TEAMS``.
+        t_ns: int64 [K], times of samples.
+
+    Returns:
+        Elements, uint8 [K, 36], and whether they are known, bool [K]. They are unknown, and 0,
+        where there is no sample at that time or a body it takes is missing, see :func:`look`.
+    """
+    known = np.zeros(len(t_ns), dtype=np.bool_)
+    out = np.zeros((len(t_ns), ELEMENTS), dtype=np.uint8)
+    breaks = Breaks.of(pitch)
+    balls = _balls(trajectories, breaks.moving)
+    wanted = pl.DataFrame({"t_ns": np.unique(t_ns)})
+    balls = wanted.join(balls, on="t_ns").sort("t_ns")
+    robots = (
+        trajectories.filter(pl.col("team").is_in(TEAMS), ~pl.col("suspect"), pl.col("role").is_not_null())
+        .join(balls.select("t_ns"), on="t_ns", how="semi")
+        .sort("t_ns", "team", "robot")
+    )
+    times = balls["t_ns"].to_numpy()
+    offsets = np.searchsorted(robots["t_ns"].to_numpy(), np.append(times, np.iinfo(np.int64).max))
+    at = np.searchsorted(times, t_ns)
+    at[at == len(times)] = 0
+    moment = np.where(times[at] == t_ns, at, -1) if len(times) else np.full(len(t_ns), -1)
+    observer = np.asarray(team, dtype=np.int64)
+    segment_known = balls["segment"].is_not_null().to_numpy()
+    playing = segment_known[moment] & (moment >= 0) if len(times) else np.zeros(len(t_ns), dtype=np.bool_)
+    _look_at_all(
+        robots.select("x", "y", "theta").cast(pl.Float64).fill_null(np.nan).to_numpy(order="c"),
+        _index(robots["team"], TEAMS), _index(robots["role"], ROLES), offsets,
+        balls.select("x", "y", "vx", "vy").cast(pl.Float64).fill_null(np.nan).to_numpy(order="c"),
+        balls["direction"].fill_null(np.nan).to_numpy(),
+        moment, observer, score_levels(referee, observer, t_ns),
+        np.where(playing, NORMAL, _stopped_levels(referee, t_ns)),
+        breaks.array(), out, known,
+    )
+    return out, known
+
+
+def score_levels(referee: pl.DataFrame, team: I64, t_ns: I64) -> I64:
+    """Level of the score element for each team and time, int64 [K]; an event counts from its own time."""
+    events = referee.filter(
+        (pl.col("score_home").is_not_null() & pl.col("score_away").is_not_null())
+        | ((pl.col("event") == "goal") & pl.col("team").is_not_null())
+    )
+    leads = [0]
+    for event, scorer, home, away in events.select("event", "team", "score_home", "score_away").iter_rows():
+        if home is not None and away is not None:
+            leads.append(home - away)
+        elif event == "goal":
+            leads.append(leads[-1] + (1 if scorer == TEAMS[0] else -1))
+    lead = np.array(leads)[np.searchsorted(events["t_ns"].to_numpy(), t_ns, side="right")]
+    return DRAWING + np.sign(np.where(team == 0, lead, -lead))
+
+
+def _stopped_levels(referee: pl.DataFrame, t_ns: I64) -> I64:
+    """Level of the game situation if play is stopped: what the last event by then was, int64 [K]."""
+    levels = {"goal": GOAL, "fault": FAULT, "stop": FAULT, "half": FAULT, "end": FAULT}
+    after = np.array([NORMAL, *(levels.get(event, NORMAL) for event in referee["event"])])
+    return after[np.searchsorted(referee["t_ns"].to_numpy(), t_ns, side="right")]
+
+
+def _balls(trajectories: pl.DataFrame, moving: float) -> pl.DataFrame:
+    """The ball's rows with its held direction in radians (null before it moves)."""
+    vx, vy = pl.col("vx").cast(pl.Float64), pl.col("vy").cast(pl.Float64)
+    direction = pl.when((vx**2 + vy**2).sqrt() >= moving).then(pl.arctan2(vy, vx))
+    return (
+        trajectories.filter(pl.col("team") == "ball", ~pl.col("suspect"))
+        .sort("t_ns")
+        .with_columns(direction=direction.forward_fill().over(pl.col("segment").rle_id()))
+    )
+
+
+def _index(labels: pl.Series, categories: tuple[str, ...]) -> I64:
+    """Index of each label in its categories, int64."""
+    return labels.cast(pl.String).cast(pl.Enum(categories)).to_physical().to_numpy().astype(np.int64)

@@ -1,0 +1,64 @@
+"""Hand-written situations, trajectories and patterns for tests."""
+
+import polars as pl
+
+from schemas import ROLES, TEAMS, Patterns, Situations, Trajectories
+
+S = 1_000_000_000
+MATCH = "match-0123456789ab"
+WORDS = {"g": "goalkeeper", "m": "midfield", "s": "striker"}
+
+
+def phrase(codes, team="home", robot=1, role="m", start=0.0, each=0.5, segment=0):
+    """Rows of consecutive situations of one robot; a code None is a hole of ``each`` seconds."""
+    roles = role if len(role) == len(codes) else role * len(codes)
+    rows = []
+    for i, code in enumerate(codes):
+        if code is not None:
+            lo = start + i * each
+            rows.append((MATCH, team, robot, WORDS[roles[i]], code, "name", round(lo * S), round((lo + each) * S),
+                         None, None, segment))
+    return rows
+
+
+def situations(*phrases):
+    rows = [row for rows in phrases for row in rows]
+    table = pl.DataFrame(rows, schema=Situations.dtypes(), orient="row").sort("team", "robot", "start_ns")
+    return Situations.validate(table)
+
+
+def goals(*rows):
+    """(seconds, team) each."""
+    return pl.DataFrame([(round(t * S), team) for t, team in rows],
+                        schema={"t_ns": pl.Int64, "team": pl.Enum(TEAMS)}, orient="row")
+
+
+def patterns(*rows):
+    """(role, codes) or (role, codes, value) each."""
+    table = pl.DataFrame(
+        [("-".join([WORDS[role], *(f"{c:03d}" for c in codes)]), WORDS[role], list(codes), len(codes), 3,
+          *(value or (0.5,)), 0.1, 0) for role, codes, *value in rows],
+        schema=Patterns.dtypes(), orient="row",
+    )
+    return Patterns.validate(table)
+
+
+def bodies(times, **places):
+    """Trajectories of bodies that stand still: ball=(x, y[, vx, vy]), home_1=(x, y, theta, role)."""
+    rows = []
+    for name, place in places.items():
+        team, _, robot = name.partition("_")
+        for i, t in enumerate(times):
+            if team == "ball":
+                x, y, vx, vy = (*place, 0.0, 0.0)[:4]
+                head, role = None, None
+            else:
+                (x, y, head, role), vx, vy = place, 0.0, 0.0
+                role = WORDS[role]
+            rows.append((MATCH, i, round(t * S), team, int(robot) if robot else None, role, x, y, head, vx, vy,
+                         None, 0, False, False))
+    table = pl.DataFrame(rows, schema=Trajectories.dtypes(), orient="row")
+    return Trajectories.validate(table.sort("team", "robot", "t_ns"))
+
+
+__all__ = ["MATCH", "ROLES", "TEAMS", "S", "bodies", "goals", "patterns", "phrase", "situations"]

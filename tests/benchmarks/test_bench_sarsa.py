@@ -1,0 +1,61 @@
+"""Sarsa(lambda): the kernel beside the same rule on dicts; compare times per transition."""
+
+import numpy as np
+import pytest
+
+from pipeline.learning.sarsa import CONTINUES, TERMINAL, TRACE_FLOOR, Batch, sarsa_lambda
+
+PAIRS = 60_000
+RULE = {"step_size": 0.1, "discount": 0.95, "trace_decay": 0.9}
+
+
+def made_up(transitions):
+    """Decisions of 0.2-0.6 s in episodes of about 75 (half a minute), a few pairs seen very often."""
+    rng = np.random.default_rng(1)
+    ends = np.where(rng.random(transitions) < 1 / 75, TERMINAL, CONTINUES).astype(np.int8)
+    ends[-1] = TERMINAL
+    return Batch(
+        pair=(PAIRS * rng.random(transitions) ** 3).astype(np.int64),
+        elapsed=rng.uniform(0.2, 0.6, transitions),
+        reward=np.where(ends == TERMINAL, rng.choice([-1.0, 0.0, 1.0], transitions), 0.0),
+        ends=ends,
+    )
+
+
+def on_dicts(batch, step_size, discount, trace_decay):
+    """What a user would write: dicts, replacing traces, the same floor."""
+    q, trace = {}, {}
+    columns = (batch.pair, batch.elapsed, batch.reward, batch.ends)
+    rows = list(zip(*(column.tolist() for column in columns), strict=True))
+    for t, (pair, elapsed, reward, ends) in enumerate(rows):
+        gamma = discount**elapsed
+        q_next = q.get(rows[t + 1][0], 0.0) if ends == CONTINUES else 0.0
+        step = step_size * (gamma * (reward + q_next) - q.get(pair, 0.0))
+        decay = gamma * trace_decay
+        trace[pair] = 1.0
+        for traced, e in list(trace.items()):
+            q[traced] = q.get(traced, 0.0) + step * e
+            if e * decay < TRACE_FLOOR:
+                del trace[traced]
+            else:
+                trace[traced] = e * decay
+        if ends != CONTINUES:
+            trace.clear()
+    return q
+
+
+@pytest.mark.benchmark(group="sarsa-lambda: 1e6 transitions (dict: 2e4)")
+def test_kernel(benchmark):
+    batch, q = made_up(1_000_000), np.zeros(PAIRS)
+    sarsa_lambda(q, made_up(10), **RULE)
+    benchmark.extra_info["transitions"] = len(batch)
+    benchmark.pedantic(sarsa_lambda, (q, batch), RULE, rounds=5)
+
+
+@pytest.mark.benchmark(group="sarsa-lambda: 1e6 transitions (dict: 2e4)")
+def test_dict(benchmark):
+    batch = made_up(20_000)
+    benchmark.extra_info["transitions"] = len(batch)
+    q = benchmark.pedantic(on_dicts, (batch,), RULE, rounds=3)
+    learned = sarsa_lambda(np.zeros(PAIRS), batch, **RULE).q
+    np.testing.assert_allclose([learned[pair] for pair in q], list(q.values()), rtol=0, atol=1e-12)

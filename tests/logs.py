@@ -1,0 +1,101 @@
+"""Match logs for tests: made by hand, and from the recordings beside the checkout."""
+
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
+from pipeline.pitch import PITCHES, Kind
+from schemas import Referee
+
+RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "matches"
+
+
+def ns(seconds):
+    """Seconds to the nearest nanosecond, int64 for arrays."""
+    return np.rint(np.asarray(seconds, dtype=np.float64) * 1e9).astype(np.int64)
+
+
+def referee_rows(*events):
+    """Rows of schema Referee from (seconds, event, team or None)."""
+    rows = [{"match_id": "made-by-hand", "t_ns": int(ns(t)), "event": e, "team": team} for t, e, team in events]
+    empty = Referee.empty()
+    if not rows:
+        return empty
+    table = pl.DataFrame(rows, schema={name: empty.schema[name] for name in ("match_id", "t_ns", "event", "team")})
+    return pl.concat([empty, table], how="diagonal")
+
+
+def make_log(t_s, bodies, *, referee=(), periods=(), kind=Kind.VSSS, t_ns=None):
+    """A match log.
+
+    Args:
+        t_s: seconds [F], as recorded (or t_ns, nanoseconds).
+        bodies: 'ball' or (team, number) to an array [F, 2 or 3] of x, y and theta; a row with NaN in x
+            is a robot that is not in the frame.
+        referee: (seconds, event, team) each.
+        periods: (start, end, direction of home) each, in seconds.
+        kind: of the pitch.
+    """
+    t_ns = ns(t_s) if t_ns is None else np.asarray(t_ns, dtype=np.int64)
+    frames = len(t_ns)
+    ball = np.full(frames, np.nan, dtype=np.float32).repeat(4).view(BALL_DTYPE)
+    robots, owner = [], []
+    for key, path in bodies.items():
+        path = np.asarray(path, dtype=np.float32)
+        if key == "ball":
+            ball["x"], ball["y"] = path[:, 0], path[:, 1]
+            continue
+        rows = np.zeros(frames, dtype=ROBOT_DTYPE)
+        rows["team"], rows["id"] = key
+        rows["x"], rows["y"] = path[:, 0], path[:, 1]
+        rows["theta"] = path[:, 2] if path.shape[1] > 2 else np.nan
+        seen = ~np.isnan(rows["x"])
+        robots.append(rows[seen])
+        owner.append(np.flatnonzero(seen))
+    frame = np.concatenate([np.zeros(0, dtype=np.int64), *owner])
+    robot = np.zeros(len(frame), dtype=ROBOT_DTYPE)
+    np.concatenate([robot[:0], *robots], out=robot)  # without `out` the padding would be lost
+    order = np.argsort(frame, kind="stable")
+    info = MatchInfo(
+        match_id="made-by-hand", source="none", format="tracking", home="us", away="them",
+        pitch=PITCHES[kind], software="tests",
+        periods=tuple(
+            Period(start_ns=int(ns(a)), end_ns=int(ns(b)), home_attacks=sign, inferred=False)
+            for a, b, sign in periods
+        ),
+    )
+    offsets = np.concatenate(([0], np.cumsum(np.bincount(frame, minlength=frames)))).astype(np.int64)
+    number = np.arange(frames, dtype=np.uint32)
+    return MatchLog(info, Frames(number, t_ns, ball, offsets, robot[order]), referee_rows(*referee))
+
+
+def recorded_log(name):
+    """A recording beside the checkout as a match log; the test is skipped where it is absent."""
+    path = RECORDINGS / name
+    if not path.exists():
+        pytest.skip(f"the recording {name} is not beside this checkout")
+    table = pl.read_parquet(path)
+    home, kind = ("blue", Kind.VSSS) if name.startswith("rsim") else ("TIGERs", Kind.SSL)
+    frames = table.group_by("frame").agg(pl.col("t", "game_state").first()).sort("frame")
+    t_s = frames["t"].to_numpy() - frames["t"][0]
+    bodies = {}
+    for (team, player), rows in table.group_by("team", "player"):
+        path = np.full((len(t_s), 3), np.nan)
+        path[frames["frame"].search_sorted(rows["frame"])] = (
+            rows.select("x", "y", pl.col("heading").fill_null(float("nan"))).to_numpy()
+        )
+        bodies["ball" if team == "ball" else (int(team != home), player)] = path
+    if kind is Kind.SSL:
+        return make_log(t_s, bodies, kind=kind)
+    words = {"goal": "goal", "kickoff": "kick-off", "freeball": "fault", "half": "half"}
+    events = [
+        (t, words[part[0]], {"b": "home", "y": "away"}.get(part[-1]))
+        for t, state in zip(t_s, frames["game_state"], strict=True) if state != "play"
+        for part in (word.split("_") for word in state.split("+"))
+    ]
+    half = next(t for t, event, _ in events if event == "half")
+    periods = ((0, half, 1), (half, t_s[-1] + 1, -1))
+    return make_log(t_s, bodies, referee=events, periods=periods)

@@ -1,0 +1,117 @@
+"""Behaviours: the grams on busy neurons that are worth more than the threshold, role by role."""
+
+import polars as pl
+import pytest
+from _phrases import goals, phrase, situations
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from polars.testing import assert_frame_equal
+
+from pipeline.behaviours import select
+from pipeline.grams import cover, grams, merge, value
+from pipeline.settings import BehaviourSettings, GramSettings, RoundSettings
+from schemas import ROLES, Grams, Patterns
+
+ANY = BehaviourSettings(support_at_least=1, value_over=0.0, sigma_end=0.1)
+ONE = RoundSettings(n=2, rows=1, columns=2, activation=0.10)
+
+
+def table(*rows):
+    """(role, codes, count, value_sum, value_square_sum) each."""
+    return pl.DataFrame(
+        [(role, list(codes), len(codes), *sums) for role, codes, *sums in rows],
+        schema={name: dtype for name, dtype in Grams.dtypes().items() if name not in ("match_id", "team")},
+        orient="row",
+    )
+
+
+BUSY = table(
+    ("goalkeeper", [1, 11], 20, 10.0, 6.0),
+    ("midfield", [1, 11], 10, -1.0, 1.0),
+    ("midfield", [3, 11], 2, 0.5, 0.125),
+    ("striker", [194, 194], 9, 4.0, 2.0),
+)
+
+
+def test_have_a_busy_neuron_and_a_value_over_the_threshold():
+    chosen = select(BUSY, 100, ANY, ONE)
+    Patterns.validate(chosen.patterns)
+    assert chosen.patterns.drop("neuron").rows() == [
+        ("goalkeeper-001-011", "goalkeeper", [1, 11], 2, 20, 0.5, pytest.approx((0.3 - 0.25) ** 0.5)),
+        ("midfield-003-011", "midfield", [3, 11], 2, 2, 0.25, 0.0),
+    ]
+    assert chosen.report._replace(activations=()) == (2, 4, 41, 10.0, (), 1, 3, 2, 22)
+    assert sorted(chosen.report.activations) == [9, 32]
+
+
+@pytest.mark.parametrize(("recognised", "kept"), [(320, 1), (321, 0)])
+def test_need_at_least_the_share_of_all_recognised_situations(recognised, kept):
+    report = select(BUSY, recognised, ANY, ONE).report
+    assert (report.neurons_kept, report.groups_kept > 0) == (kept, kept == 1)
+
+
+def test_need_the_support_of_the_settings():
+    chosen = select(BUSY, 100, ANY.model_copy(update={"support_at_least": 3}), ONE)
+    assert chosen.patterns["behaviour_id"].to_list() == ["goalkeeper-001-011"]
+
+
+def test_value_threshold_is_exclusive():
+    chosen = select(BUSY, 100, ANY.model_copy(update={"value_over": 0.25}), ONE)
+    assert chosen.patterns["behaviour_id"].to_list() == ["goalkeeper-001-011"]
+
+
+def test_moving_randomly_all_the_time_is_none_unless_asked_for():
+    assert "striker-194-194" not in select(BUSY, 50, ANY, ONE).patterns["behaviour_id"]
+    asked = select(BUSY, 50, ANY.model_copy(update={"keep_random": True}), ONE)
+    assert "striker-194-194" in asked.patterns["behaviour_id"]
+
+
+def test_moving_randomly_now_and_then_may_be_part_of_one():
+    found = table(("striker", [194, 1], 9, 4.0, 2.0))
+    assert select(found, 10, ANY, ONE).patterns["behaviour_id"].to_list() == ["striker-194-001"]
+
+
+def test_of_no_grams_are_none():
+    chosen = select(merge([]), 100, ANY, ONE)
+    assert chosen.patterns.is_empty()
+    assert chosen.map is None
+    assert chosen.report.windows == 0
+
+
+rows = st.lists(
+    st.tuples(st.sampled_from(ROLES), st.tuples(*[st.sampled_from([1, 11, 46, 184, 194])] * 2), st.integers(1, 30),
+              st.integers(-8, 8)),
+    min_size=1, max_size=15, unique_by=lambda row: row[:2],
+)
+
+
+@given(rows, st.randoms(use_true_random=False), st.integers(10, 300))
+@settings(max_examples=40, deadline=None)
+def test_do_not_depend_on_the_order_of_the_grams(found, random, recognised):
+    listed = [(role, codes, count, eighths * count / 8, (eighths / 8) ** 2 * count)
+              for role, codes, count, eighths in found]
+    one = select(table(*listed), recognised, ANY, ONE)
+    random.shuffle(listed)
+    two = select(table(*listed), recognised, ANY, ONE)
+    assert_frame_equal(one.patterns, two.patterns, check_exact=True)
+    assert one.report == two.report
+    assert sum(one.report.activations) == one.report.windows == sum(row[2] for row in listed)
+
+
+def test_rounds_go_from_long_to_short_over_what_is_left():
+    """A phrase that recurs before goals is kept whole; what lies between is left for the shorter rounds."""
+    words = [44, 1, 11, 21]
+    table_ = situations(*(phrase([*words, 194, 46], start=10.0 * i, segment=i) for i in range(10)))
+    valued = value(table_, goals(*((10.0 * i + 5, "home") for i in range(10))), GramSettings())
+    known = Patterns.empty()
+    for n in (4, 3, 2, 1):
+        round_ = RoundSettings(n=n, rows=2, columns=2, activation=0.10)
+        taken = cover(valued, known, GramSettings())
+        found = merge([grams(valued, n, taken, GramSettings())])
+        chosen = select(found, table_.height, ANY, round_)
+        known = pl.concat([known, chosen.patterns])
+        if n == 4:
+            assert [44, 1, 11, 21] in chosen.patterns["codes"].to_list()
+        assert not grams(valued, n, cover(valued, known, GramSettings()), GramSettings()).join(
+            chosen.patterns, on=("role", "codes"), how="semi").height
+    assert known["n"].is_sorted(descending=True)

@@ -1,0 +1,148 @@
+"""Decisions: a recorded match read as if its robots had chosen the behaviours that they show."""
+
+import numpy as np
+import polars as pl
+import pytest
+from _phrases import MATCH, S, bodies, patterns, phrase, situations
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.decisions import episodes, observe, resolve
+from pipeline.grams import cover, value
+from pipeline.pitch import PITCHES, Kind
+from pipeline.settings import GramSettings, KnowledgeSettings
+from pipeline.state import elements, encode
+from schemas import Decisions, Goals, Referee
+
+VSSS = PITCHES[Kind.VSSS]
+GRAMS = GramSettings(alpha=0.5, tick_s=1.0)
+SIX = {
+    "home_1": (-0.3, 0.1, 0.0, "m"), "away_1": (0.4, -0.2, 3.0, "s"), "away_2": (0.7, 0.0, 3.0, "g"),
+}
+KNOWN = patterns(("m", [1, 11]), ("m", [46]), ("s", [46]))
+
+
+def referee(*rows):
+    return pl.DataFrame([(MATCH, round(t * S), event, team, None, None, None) for t, event, team in rows],
+                        schema=Referee.dtypes(), orient="row")
+
+
+def goals_of(events):
+    found = events.filter(pl.col("event") == "goal").select("match_id", "t_ns", "team")
+    return found.with_columns(robot=pl.lit(None, dtype=pl.Int16), kind=pl.lit(None)).select(Goals.dtypes())
+
+
+def tracks(until=10.0, **segments):
+    """Two samples a second; segment n from its first to its last second, nothing between."""
+    table = bodies(np.arange(0, until, 0.5), ball=(0.0, 0.0), **SIX)
+    if not segments:
+        return table
+    index = pl.lit(None, dtype=pl.Int32)
+    for name, (lo, hi) in segments.items():
+        index = pl.when(pl.col("t_ns").is_between(round(lo * S), round(hi * S))).then(
+            pl.lit(int(name[1:]), dtype=pl.Int32)).otherwise(index)
+    return table.with_columns(segment=index)
+
+
+def seen(table, trajectories, events, known=KNOWN, key="full36"):
+    found = observe(value(table, goals_of(events), GRAMS), trajectories, events, known, VSSS, GRAMS,
+                    KnowledgeSettings(state_key=key))
+    return Decisions.validate(found)
+
+
+def test_a_goal_rewards_the_last_decision_of_each_robot_of_both_teams():
+    table = situations(phrase([1, 11, 194, 46]), phrase([46], team="away", role="s", start=0.5))
+    found = seen(table, tracks(s0=(0, 2), s1=(3, 9)), referee((2.5, "goal", "home")))
+    assert found.select("team", "role", "t_ns", "end_ns", "behaviour_id", "reward", "episode", "ends").rows() == [
+        ("home", "midfield", 0, 3 * S // 2, "midfield-001-011", 0.0, 0, None),
+        ("home", "midfield", 3 * S // 2, 5 * S // 2, "midfield-046", 1.0, 0, "terminal"),
+        ("away", "striker", S // 2, 5 * S // 2, "striker-046", -1.0, 0, "terminal"),
+    ]
+    # values at 0 and 0.5 s of a goal at 2.5 s, a tick a second
+    assert found["value"].to_list() == pytest.approx([(0.5**2.5 + 0.5**2) / 2, 0.5, -(0.5**2)], abs=1e-8)
+    assert not found["random"].any()
+
+
+@pytest.mark.parametrize(("events", "reward", "ends", "over"), [
+    ([(2.5, "fault", "home")], 0.0, "terminal", 2.5),
+    ([(2.5, "half", None)], 0.0, "terminal", 2.5),
+    ([(2.5, "end", None)], 0.0, "terminal", 2.5),
+    ([(2.2, "stop", None), (2.5, "goal", "away")], -1.0, "terminal", 2.5),
+    ([(3.0, "goal", "away"), (3.0, "kick-off", "home")], -1.0, "terminal", 3.0),
+    ([(3.0, "kick-off", "home")], 0.0, "truncated", 2.0),
+    ([(2.5, "goal", None)], 0.0, "truncated", 2.0),
+    ([(2.5, "play", None)], 0.0, "truncated", 2.0),
+    ([(3.5, "goal", "home")], 0.0, "truncated", 2.0),
+    ([(0.0, "goal", "home"), (0.0, "kick-off", "away")], 0.0, "truncated", 2.0),
+    ([], 0.0, "truncated", 2.0),
+])
+def test_how_the_segment_ended_decides_the_reward(events, reward, ends, over):
+    table = situations(phrase([1, 11], start=1.0, each=0.5))
+    found = seen(table, tracks(s0=(0, 2), s1=(3, 9)), referee(*events))
+    assert found.select("reward", "ends", "end_ns").rows() == [(reward, ends, round(over * S))]
+
+
+def test_the_last_segment_ends_with_the_final_whistle_however_late():
+    found = seen(situations(phrase([46])), tracks(until=3.0), referee((60.0, "end", None)))
+    assert found.select("ends", "end_ns").rows() == [("terminal", 60 * S)]
+
+
+def test_each_segment_is_an_episode_of_its_own():
+    table = situations(phrase([46, 46]), phrase([46], start=3.0, segment=1))
+    found = seen(table, tracks(s0=(0, 2), s1=(3, 9)), referee((2.5, "goal", "away"), (9.5, "goal", "home")))
+    assert found.select("episode", "reward", "ends").rows() == [
+        (0, 0.0, None), (0, -1.0, "terminal"), (1, 1.0, "terminal")]
+
+
+def test_the_state_is_that_of_the_robots_own_team_when_it_starts():
+    table = situations(phrase([46], start=1.0), phrase([46], team="away", role="s", start=1.0))
+    path = tracks()
+    for key in ("full36", "ego19", "team19"):
+        found = seen(table, path, referee(), key=key)
+        look, _ = elements(path, referee(), VSSS, np.array([0, 1]), np.array([S, S]))
+        assert found["state"].to_list() == encode(look, key, slot=np.array([1, 2])).tolist()
+
+
+def test_decisions_in_unknown_states_are_left_out():
+    blind = tracks().filter((pl.col("team") != "ball") | (pl.col("t_ns") != S // 2))
+    found = seen(situations(phrase([46, 46, 46])), blind, referee((20.0, "goal", "home")))
+    assert found.select("t_ns", "end_ns", "reward").rows() == [(0, S, 0.0), (S, 20 * S, 1.0)]
+
+
+def test_nothing_seen_is_no_decision():
+    assert seen(situations(phrase([194, 184])), tracks(), referee()).is_empty()
+    assert seen(situations(), tracks(), referee()).is_empty()
+    assert seen(situations(phrase([46])), tracks(), referee(), known=patterns()).is_empty()
+
+
+class TestResolve:
+    def test_prefers_long_ones_then_early_ones(self):
+        known = patterns(("m", [1, 11, 21, 46]), ("m", [1, 11, 1]), ("m", [1]))
+        table = situations(phrase([1, 11, 1, 11, 21, 46, 1, 11, 1, 11, 1]))
+        found = resolve(table, known, 0.2)
+        spans = list(zip(found.first.tolist(), found.last.tolist(), strict=True))
+        # 0-1 is left over as [1, 11]: 0 alone; of the two [1, 11, 1] at 6 and 8 the earlier is taken
+        assert spans == [(0, 0), (2, 5), (6, 8)]
+        assert [known["n"][i] for i in found.pattern.tolist()] == [1, 4, 3]
+
+    @given(
+        st.lists(st.one_of(st.sampled_from([1, 11, 46]), st.none()), max_size=25),
+        st.lists(st.lists(st.sampled_from([1, 11, 46]), min_size=1, max_size=4), max_size=6, unique_by=tuple),
+    )
+    @settings(max_examples=60, deadline=None)
+    def test_instances_never_share_a_situation_and_lie_in_what_the_rounds_cover(self, codes, known):
+        table = situations(phrase(codes))
+        shapes = patterns(*(("m", gram) for gram in known))
+        found = resolve(table, shapes, 0.2)
+        used = np.zeros(table.height, dtype=int)
+        for first, last, pattern in zip(found.first, found.last, found.pattern, strict=True):
+            used[first : last + 1] += 1
+            assert table["code"][int(first) : int(last) + 1].to_list() == shapes["codes"][int(pattern)].to_list()
+        assert used.max(initial=0) <= 1
+        assert not (used.astype(bool) & ~cover(table, shapes, GRAMS)).any()
+
+
+def test_episodes_name_the_goal_even_if_play_was_stopped_before():
+    found = episodes(tracks(s0=(0, 2), s1=(3, 9)), referee((2.2, "stop", None), (2.5, "goal", "away"),
+                                                          (9.5, "end", None)))
+    assert found.rows() == [(0, 5 * S // 2, "goal", "away"), (1, 19 * S // 2, "end", None)]

@@ -1,0 +1,292 @@
+"""Batch Sarsa(lambda): equal to the textbook's algorithm, in seconds instead of steps."""
+
+import math
+from collections import defaultdict
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.errors import BadSettings, SchemaMismatch
+from pipeline.learning.sarsa import (
+    CONTINUES,
+    TERMINAL,
+    TRACE_FLOOR,
+    TRUNCATED,
+    UNKNOWN,
+    Batch,
+    sarsa_lambda,
+    td_error,
+)
+
+PAIRS = 6
+
+
+def batch(rows):
+    """A batch from (pair, elapsed, reward, ends) rows."""
+    pair, elapsed, reward, ends = zip(*rows, strict=True) if rows else ((), (), (), ())
+    return Batch(
+        pair=np.array(pair, np.int64), elapsed=np.array(elapsed, np.float64),
+        reward=np.array(reward, np.float64), ends=np.array(ends, np.int8),
+    )
+
+
+def reference(q, rows, step_size, discount, trace_decay, traces, sweeps):
+    """Sarsa(lambda) as the textbook prints it, on dicts; returns values and TD errors by sweep.
+
+    Unlike the kernel it first rewrites the batch as episodes of known decisions only, each with
+    its own reward, discount and successor.
+    """
+    episodes, steps = [], []
+    for t, (pair, elapsed, reward, ends) in enumerate(rows):
+        if pair != UNKNOWN:
+            steps.append({"t": t, "pair": pair, "seconds": 0.0, "reward": 0.0})
+        if steps:
+            steps[-1]["seconds"] += elapsed
+            steps[-1]["reward"] += discount ** steps[-1]["seconds"] * reward
+        if ends != CONTINUES:
+            episodes.append((steps, ends))
+            steps = []
+    q, errors_by_sweep = dict(enumerate(q)), []
+    for _ in range(sweeps):
+        errors = [math.nan] * len(rows)
+        for episode, ends in episodes:
+            trace = defaultdict(float)
+            for step, successor in zip(episode, [*episode[1:], None], strict=False):
+                if successor is None and ends == TRUNCATED:
+                    break
+                gamma = discount ** step["seconds"]
+                q_next = 0.0 if successor is None else q[successor["pair"]]
+                delta = step["reward"] + gamma * q_next - q[step["pair"]]
+                errors[step["t"]] = delta
+                trace[step["pair"]] = 1.0 if traces == "replacing" else trace[step["pair"]] + 1.0
+                for pair in list(trace):
+                    q[pair] += step_size * delta * trace[pair]
+                    trace[pair] *= gamma * trace_decay
+                    if trace[pair] < TRACE_FLOOR:
+                        del trace[pair]
+        errors_by_sweep.append(errors)
+    return np.array(list(q.values())), errors_by_sweep
+
+
+@st.composite
+def decisions(draw, least=UNKNOWN):
+    """Rows of pairs from ``least`` on, the last of which ends its episode."""
+    row = st.tuples(
+        st.integers(least, PAIRS - 1),
+        st.floats(0, 3),
+        st.sampled_from([0.0, 0.0, 1.0, -1.0, 0.3]),
+        st.sampled_from([CONTINUES, CONTINUES, TERMINAL, TRUNCATED]),
+    )
+    rows = draw(st.lists(row, max_size=40))
+    if rows and rows[-1][3] == CONTINUES:
+        rows[-1] = (*rows[-1][:3], TERMINAL)
+    return rows
+
+
+values = st.lists(st.floats(-2, 2), min_size=PAIRS, max_size=PAIRS).map(np.array)
+rules = st.fixed_dictionaries({
+    "step_size": st.floats(0.01, 0.5), "discount": st.floats(0.5, 1), "trace_decay": st.floats(0, 1),
+    "traces": st.sampled_from(["replacing", "accumulating"]), "sweeps": st.integers(1, 3),
+})
+
+
+def test_three_decisions_worked_by_hand():
+    # gamma a second .5, so decisions of 1, 2, 1 s discount by .5, .25, .5; a goal ends the episode
+    rows = [(0, 1, 0, CONTINUES), (1, 2, 0, CONTINUES), (2, 1, 1, TERMINAL)]
+    learned = sarsa_lambda(
+        np.array([0.0, 0.4, 0.8]), batch(rows), step_size=0.5, discount=0.5, trace_decay=0.8
+    )
+    # t=0: delta = .5 * .4 - 0 = .2;      Q0 = 0 + .5*.2*1 = .1;           e0 = .5*.8 = .4
+    # t=1: delta = .25 * .8 - .4 = -.2;   Q0 = .1 - .5*.2*.4 = .06, Q1 = .4 - .5*.2 = .3
+    #                                     e0 = .4*.25*.8 = .08, e1 = .25*.8 = .2
+    # t=2: delta = .5*1 - .8 = -.3;       Q0 = .06 - .5*.3*.08 = .048, Q1 = .3 - .5*.3*.2 = .27,
+    #                                     Q2 = .8 - .5*.3 = .65
+    assert learned.first_errors == pytest.approx([0.2, -0.2, -0.3], abs=1e-15)
+    assert learned.q == pytest.approx([0.048, 0.27, 0.65], abs=1e-15)
+
+
+def test_a_pair_seen_again_is_set_or_added_to():
+    rows = [(0, 0, 0, CONTINUES), (0, 0, 1, TERMINAL)]
+    rule = {"step_size": 1.0, "discount": 1.0, "trace_decay": 0.5}
+    # first delta 0; second delta 1, its trace 1 when replaced, .5 + 1 when accumulated
+    assert sarsa_lambda(np.zeros(1), batch(rows), **rule, traces="replacing").q[0] == 1.0
+    assert sarsa_lambda(np.zeros(1), batch(rows), **rule, traces="accumulating").q[0] == 1.5
+
+
+@settings(max_examples=300, deadline=None)
+@given(values, decisions(), rules)
+def test_equals_the_textbooks_algorithm(q, rows, rule):
+    learned = sarsa_lambda(q, batch(rows), **rule)
+    expected, errors = reference(q, rows, **rule)
+    np.testing.assert_allclose(learned.q, expected, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(learned.first_errors, errors[0], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(learned.last_errors, errors[-1], rtol=0, atol=1e-12)
+
+
+@settings(deadline=None)
+@given(values, decisions(least=0), rules)
+def test_without_traces_it_is_one_step_sarsa(q, rows, rule):
+    rule |= {"trace_decay": 0.0, "sweeps": 1}
+    expected = q.copy()
+    for t, (pair, elapsed, reward, ends) in enumerate(rows):
+        if ends == TRUNCATED:
+            continue
+        q_next = 0.0 if ends == TERMINAL else expected[rows[t + 1][0]]
+        target = rule["discount"] ** elapsed * (reward + q_next)
+        expected[pair] += rule["step_size"] * (target - expected[pair])
+    np.testing.assert_allclose(sarsa_lambda(q, batch(rows), **rule).q, expected, rtol=0, atol=1e-12)
+
+
+@settings(deadline=None)
+@given(
+    values, st.permutations(range(PAIRS)), st.lists(st.floats(-1, 1), min_size=PAIRS, max_size=PAIRS),
+    st.floats(0.01, 1), st.sampled_from(["replacing", "accumulating"]),
+)
+def test_with_full_traces_an_episode_without_repeats_is_monte_carlo(q, order, rewards, step_size, traces):
+    # the TD errors telescope exactly when no pair is visited twice: Q + alpha (return - Q)
+    rows = [(pair, 1.0, reward, CONTINUES) for pair, reward in zip(order, rewards, strict=True)]
+    rows[-1] = (*rows[-1][:3], TERMINAL)
+    returns = np.cumsum(rewards[::-1])[::-1]
+    expected = q.copy()
+    for pair, gain in zip(order, returns, strict=True):
+        expected[pair] += step_size * (gain - q[pair])
+    learned = sarsa_lambda(q, batch(rows), step_size=step_size, discount=1.0, trace_decay=1.0, traces=traces)
+    np.testing.assert_allclose(learned.q, expected, rtol=0, atol=1e-12)
+
+
+def test_a_goal_is_worth_its_discounted_time_to_every_decision_before_it():
+    rows = [(0, 2.0, 0, CONTINUES), (1, 0.5, 0, CONTINUES), (2, 1.5, 1, TERMINAL)]
+    learned = sarsa_lambda(np.zeros(3), batch(rows), step_size=0.5, discount=0.9, trace_decay=0.0, sweeps=200)
+    assert learned.q == pytest.approx([0.9**4.0, 0.9**2.0, 0.9**1.5], abs=1e-12)
+    assert np.nanmax(np.abs(learned.last_errors)) < 1e-12
+
+
+@settings(deadline=None)
+@given(values, decisions(), rules)
+def test_an_unknown_decision_only_prolongs_the_one_before(q, rows, rule):
+    merged = []
+    for pair, elapsed, reward, ends in rows:
+        starts = not merged or merged[-1][3] != CONTINUES
+        if pair == UNKNOWN and not starts and reward == 0 and merged[-1][2] == 0:
+            merged[-1] = (merged[-1][0], merged[-1][1] + elapsed, 0.0, ends)
+        else:
+            merged.append((pair, elapsed, reward, ends))
+    np.testing.assert_allclose(
+        sarsa_lambda(q, batch(merged), **rule).q, sarsa_lambda(q, batch(rows), **rule).q, rtol=0, atol=1e-12
+    )
+
+
+def test_a_goal_scored_by_an_unknown_decision_goes_to_the_known_one_before():
+    rows = [(UNKNOWN, 1, -1, CONTINUES), (0, 1, 0, CONTINUES), (UNKNOWN, 2, 1, TERMINAL)]
+    learned = sarsa_lambda(np.zeros(1), batch(rows), step_size=1.0, discount=0.5, trace_decay=1.0)
+    assert learned.q[0] == 0.5**3
+    assert np.isnan(learned.first_errors[[0, 2]]).all()
+
+
+def test_a_cut_recording_teaches_nothing_about_its_last_decision():
+    rows = [(0, 1, 0, CONTINUES), (1, 1, 1, TRUNCATED)]
+    learned = sarsa_lambda(np.array([0.0, 0.5]), batch(rows), step_size=1.0, discount=1.0, trace_decay=1.0)
+    assert learned.q.tolist() == [0.5, 0.5]
+    assert np.isnan(learned.first_errors[1])
+
+
+@settings(deadline=None)
+@given(values, decisions(), decisions(), rules)
+def test_episodes_share_values_but_never_traces(q, first, second, rule):
+    rule |= {"sweeps": 1}
+    together = sarsa_lambda(q, batch(first + second), **rule).q
+    apart = sarsa_lambda(sarsa_lambda(q, batch(first), **rule).q, batch(second), **rule).q
+    assert together.tobytes() == apart.tobytes()
+
+
+@settings(deadline=None)
+@given(values, decisions(), rules)
+def test_repeats_to_the_bit_and_leaves_its_inputs_alone(q, rows, rule):
+    data, before = batch(rows), q.copy()
+    once, again = sarsa_lambda(q, data, **rule), sarsa_lambda(q, data, **rule)
+    assert [a.tobytes() for a in once] == [a.tobytes() for a in again]
+    assert q.tobytes() == before.tobytes()
+    unvisited = np.setdiff1d(np.arange(PAIRS), data.pair)
+    assert once.q[unvisited].tobytes() == q[unvisited].tobytes()
+
+
+def test_a_trace_below_the_floor_is_dropped():
+    # after one decision of 1 s the first pair's trace is gamma: just above, just below the floor
+    rows = [(0, 1, 0, CONTINUES), (1, 0, 1, TERMINAL)]
+    above, below = TRACE_FLOOR * 1.01, TRACE_FLOOR * 0.99
+    rule = {"step_size": 1.0, "trace_decay": 1.0}
+    assert sarsa_lambda(np.zeros(2), batch(rows), discount=above, **rule).q[0] == pytest.approx(above)
+    assert sarsa_lambda(np.zeros(2), batch(rows), discount=below, **rule).q[0] == 0.0
+
+
+def test_td_error_is_outcome_minus_expectation():
+    assert td_error(0.25, 1.0, 0.5, 0.5) == 1.0
+
+
+def test_an_empty_batch_changes_nothing():
+    learned = sarsa_lambda(np.ones(2), batch([]), step_size=0.1, discount=0.9, trace_decay=0.9, sweeps=2)
+    assert learned.q.tolist() == [1.0, 1.0]
+    assert learned.last_errors.shape == (0,)
+
+
+GOOD = (0, 1.0, 0.0, TERMINAL)
+
+
+@pytest.mark.parametrize(
+    ("row", "says"),
+    [
+        ((-2, 1.0, 0.0, TERMINAL), "pair\\[1\\] is below -1"),
+        ((0, math.nan, 0.0, TERMINAL), "elapsed\\[1\\] is negative or not finite"),
+        ((0, math.inf, 0.0, TERMINAL), "elapsed\\[1\\] is negative or not finite"),
+        ((0, -0.1, 0.0, TERMINAL), "elapsed\\[1\\] is negative or not finite"),
+        ((0, 1.0, math.nan, TERMINAL), "reward\\[1\\] is not finite"),
+        ((0, 1.0, -math.inf, TERMINAL), "reward\\[1\\] is not finite"),
+        ((0, 1.0, 0.0, 3), "ends\\[1\\] is none of 0, 1, 2"),
+        ((0, 1.0, 0.0, CONTINUES), "lets the last row continue"),
+    ],
+)
+def test_a_row_that_cannot_be_learned_from_is_refused_by_name(row, says):
+    with pytest.raises(SchemaMismatch, match=says):
+        batch([GOOD, row])
+
+
+def test_arrays_of_the_wrong_length_or_type_are_refused():
+    good = batch([GOOD])
+    with pytest.raises(SchemaMismatch, match="reward is not \\[T\\]"):
+        Batch(good.pair, good.elapsed, np.zeros(2), good.ends)
+    with pytest.raises(SchemaMismatch, match="pair is int32, not int64"):
+        Batch(good.pair.astype(np.int32), good.elapsed, good.reward, good.ends)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_values_that_are_not_finite_are_refused(bad):
+    with pytest.raises(SchemaMismatch, match="q\\[1\\] is not finite"):
+        sarsa_lambda(np.array([0.0, bad]), batch([GOOD]), step_size=0.1, discount=0.9, trace_decay=0.9)
+
+
+def test_a_pair_beyond_the_values_is_refused():
+    with pytest.raises(SchemaMismatch, match="pair\\[0\\] is not below the 1 action values"):
+        sarsa_lambda(np.zeros(1), batch([(1, 1, 0, TERMINAL)]), step_size=0.1, discount=0.9, trace_decay=0.9)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"step_size": 0.0}, {"step_size": math.nan}, {"discount": 0.0}, {"discount": 1.1}, {"trace_decay": -0.1},
+     {"trace_decay": math.nan}, {"traces": "dutch"}, {"sweeps": 0}],
+)
+def test_settings_out_of_bounds_are_refused(wrong):
+    rule = {"step_size": 0.1, "discount": 0.9, "trace_decay": 0.9} | wrong
+    with pytest.raises(BadSettings, match=next(iter(wrong))):
+        sarsa_lambda(np.zeros(1), batch([GOOD]), **rule)
+
+
+def test_values_that_explode_are_reported_not_returned():
+    # a pair seen 1,000 times has an accumulated trace of 1,000: the last step overshoots as often
+    rows = [(0, 0.0, 1.0, CONTINUES)] * 999 + [(0, 0.0, 1.0, TERMINAL)]
+    with pytest.raises(BadSettings, match="grew beyond all bounds"):
+        sarsa_lambda(
+            np.zeros(1), batch(rows), step_size=1.0, discount=1.0, trace_decay=1.0, traces="accumulating",
+            sweeps=200,
+        )

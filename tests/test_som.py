@@ -1,0 +1,143 @@
+"""The map: weighted distinct grams train it as all samples would, and the same input gives the same bytes."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from minisom import MiniSom
+
+from pipeline.errors import BadSettings, CorruptFile
+from pipeline.som import Map, best_matching_units, from_bytes, to_bytes, train
+
+CODES = np.array([1, 11, 21, 44, 46, 57, 88, 118, 184, 194])
+
+samples = st.lists(st.tuples(st.sampled_from(CODES.tolist()), st.sampled_from(CODES.tolist()), st.integers(1, 5)),
+                   min_size=1, max_size=20)
+
+
+def fit(codes, counts, rows=3, columns=3, epochs=10, seed=0, sigma_end=0.5):
+    return train(np.array(codes, dtype=np.int16), np.array(counts), rows, columns,
+                 epochs=epochs, seed=seed, sigma_end=sigma_end)
+
+
+def drawn(samples=3000, n=4, seed=1):
+    rng = np.random.default_rng(seed)
+    raw = rng.choice(CODES, size=(samples, n), p=rng.dirichlet(np.ones(len(CODES)))).astype(np.int16)
+    distinct, counts = np.unique(raw, axis=0, return_counts=True)
+    return raw, distinct, counts
+
+
+@given(samples, st.randoms(use_true_random=False))
+@settings(max_examples=40, deadline=None)
+def test_counts_may_be_split_and_rows_shuffled(found, random):
+    whole = fit([row[:2] for row in found], [row[2] for row in found])
+    split = [row[:2] for row in found for _ in range(row[2])]
+    random.shuffle(split)
+    parts = fit(split, [1] * len(split))
+    assert np.array_equal(whole.weights, parts.weights)
+    assert whole.quantisation_error == parts.quantisation_error
+
+
+def test_is_what_minisoms_batch_rule_makes_of_every_single_sample():
+    """One epoch at one sigma from the same weights, against MiniSom's own train_batch_offline."""
+    raw, distinct, counts = drawn(400)
+    ours = fit(distinct, counts, epochs=1, sigma_end=1.5)
+    theirs = MiniSom(3, 3, 4, sigma=1.5, learning_rate=1.0, random_seed=0)
+    rng = np.random.default_rng(0)
+    theirs.get_weights()[:] = distinct[
+        rng.choice(len(distinct), 9, replace=False, p=counts / counts.sum())].reshape(3, 3, 4)
+    theirs.train_batch_offline(raw.astype(float), 1)
+    assert np.allclose(ours.weights.reshape(3, 3, 4), theirs.get_weights(), atol=1e-9)
+
+
+def test_errors_are_minisoms_on_every_single_sample():
+    raw, distinct, counts = drawn(400)
+    ours = fit(distinct, counts)
+    theirs = MiniSom(3, 3, 4)
+    theirs.get_weights()[:] = ours.weights.reshape(3, 3, 4)
+    assert ours.quantisation_error == pytest.approx(theirs.quantization_error(raw.astype(float)), rel=1e-9)
+    assert ours.topographic_error == pytest.approx(theirs.topographic_error(raw.astype(float)), abs=1e-9)
+    winners = [int(np.ravel_multi_index(theirs.winner(row), (3, 3))) for row in distinct]
+    assert best_matching_units(ours, distinct).tolist() == winners
+
+
+def test_training_fits_the_samples_better_than_one_prototype_would():
+    _, distinct, counts = drawn()
+    assert fit(distinct, counts).quantisation_error < 0.8 * fit(distinct, counts, 1, 1).quantisation_error
+
+
+def test_one_neuron_is_the_weighted_mean():
+    som = fit([[1, 11], [21, 11]], [3, 1], rows=1, columns=1)
+    assert som.weights.tolist() == [[6.0, 11.0]]
+    assert som.topographic_error == 0
+
+
+def test_families_of_the_papers_codes_share_a_neuron():
+    """138 to 140 are one family, 1 is another: two neurons tell them apart."""
+    som = fit([[1], [138], [139], [140]], [5, 5, 5, 5], rows=1, columns=2, sigma_end=0.1, epochs=20)
+    units = best_matching_units(som, np.array([[1], [138], [139], [140]], dtype=np.int16))
+    assert len(set(units[1:].tolist())) == 1
+    assert units[0] != units[1]
+
+
+def test_seed_decides():
+    _, distinct, counts = drawn()
+    assert np.array_equal(fit(distinct, counts, seed=3).weights, fit(distinct, counts, seed=3).weights)
+    assert not np.array_equal(fit(distinct, counts, seed=3).weights, fit(distinct, counts, seed=4).weights)
+
+
+@given(samples)
+@settings(max_examples=20, deadline=None)
+def test_bytes_can_be_read_back_and_are_the_same_each_time(found):
+    maps = {2: fit([row[:2] for row in found], [row[2] for row in found], 2, 3), 1: fit([[1], [5]], [1, 2])}
+    data = to_bytes(maps)
+    assert to_bytes(dict(reversed(maps.items()))) == data
+    back = from_bytes(data)
+    assert to_bytes(back) == data
+    assert (back[2].rows, back[2].columns) == (2, 3)
+    assert np.array_equal(back[2].weights, maps[2].weights)
+
+
+def test_bytes_hold_no_clock(monkeypatch):
+    maps = {1: fit([[1], [5]], [1, 2])}
+    data = to_bytes(maps)
+    monkeypatch.setattr("time.time", lambda: 2_000_000_000.0)
+    monkeypatch.setattr("time.localtime", lambda *_: (2033, 5, 18, 3, 33, 20, 2, 138, 0))
+    assert to_bytes(maps) == data
+
+
+@pytest.mark.parametrize("damage", [lambda data: data[: len(data) // 2], lambda _: b"", lambda _: b"PK\x03\x04 no"])
+def test_damaged_bytes_are_refused(damage):
+    with pytest.raises(CorruptFile, match="not a file of maps"):
+        from_bytes(damage(to_bytes({1: fit([[1], [5]], [1, 2])})))
+
+
+def test_a_flipped_byte_is_refused():
+    data = bytearray(to_bytes({1: fit([[1], [5]], [1, 2])}))
+    data[data.index(b"\x93NUMPY") + 140] ^= 0xFF
+    with pytest.raises(CorruptFile):
+        from_bytes(bytes(data))
+
+
+@pytest.mark.parametrize(("codes", "counts"), [
+    (np.empty((0, 4)), np.empty(0, dtype=int)),
+    (np.array([[1.0, np.nan]]), np.array([1])),
+    (np.array([[1.0, np.inf]]), np.array([1])),
+    (np.array([[1.0, 2.0]]), np.array([0])),
+    (np.array([[1.0, 2.0]]), np.array([1, 1])),
+])
+def test_what_cannot_be_learned_from_is_refused(codes, counts):
+    with pytest.raises(BadSettings):
+        train(codes, counts, 3, 3, epochs=1, seed=0, sigma_end=0.5)
+
+
+def test_distance_map_is_flat_where_all_neurons_are_alike_and_peaks_at_one_else():
+    assert not fit([[7, 7]], [4]).distance_map().any()
+    _, distinct, counts = drawn()
+    assert fit(distinct, counts, 3, 4).distance_map().shape == (3, 4)
+    assert fit(distinct, counts, 3, 4).distance_map().max() == 1.0
+
+
+def test_ties_go_to_the_lowest_neuron():
+    som = Map(1, 2, np.array([[0.0], [10.0]]), 0.0, 0.0)
+    assert best_matching_units(som, np.array([[5], [6]], dtype=np.int16)).tolist() == [0, 1]

@@ -1,0 +1,341 @@
+"""The 36-element state: what its levels are, that both teams see it alike, and what it can count."""
+
+from math import pi
+
+import numpy as np
+import polars as pl
+import pytest
+from _phrases import MATCH, WORDS, S, bodies
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.errors import BadSettings
+from pipeline.pitch import PITCHES, Kind
+from pipeline.state import LEVELS, PAPER_STATES, TABLE, Breaks, columns, decode, elements, encode, look, size
+from schemas import ROLES, TEAMS, Referee
+
+VSSS = PITCHES[Kind.VSSS]
+NOBODY = Referee.empty()
+SIX = {
+    "home_1": (-0.7, 0.0, 0.0, "g"), "home_2": (-0.3, 0.1, 0.0, "m"), "home_3": (0.19, 0.0, 0.0, "s"),
+    "away_1": (0.7, 0.0, pi, "g"), "away_2": (0.4, -0.2, pi, "m"), "away_3": (0.0, 0.3, pi, "s"),
+}
+BY_NAME = {element.name: i for i, element in enumerate(TABLE)}
+
+
+def referee(*rows):
+    """(seconds, event, team, score of home, score of away) each."""
+    return pl.DataFrame(
+        [(MATCH, round(t * S), event, team, home, away, None) for t, event, team, home, away in rows],
+        schema=Referee.dtypes(), orient="row",
+    )
+
+
+def see(table, team=0, t=0.0, events=NOBODY, pitch=VSSS):
+    """The level names by element name, None where the state is unknown."""
+    found, known = elements(table, events, pitch, np.array([team]), np.array([round(t * S)]))
+    if not known[0]:
+        assert not found.any()
+        return None
+    return {element.name: element.levels[level] for element, level in zip(TABLE, found[0], strict=True)}
+
+
+class TestCounts:
+    def test_table_2_has_36_elements_and_this_many_states(self):
+        assert len(TABLE) == 36
+        assert size("full36") == 3**17 * 2**21 == 270_826_551_115_776
+        assert size("full36") // 3 == 90_275_517_038_592
+        assert size("full36") < 2**63
+
+    def test_no_choice_of_levels_gives_the_papers_count(self):
+        def exponent(prime, number=PAPER_STATES):
+            return 0 if number % prime else 1 + exponent(prime, number // prime)
+
+        assert 2 ** exponent(2) * 3 ** exponent(3) == PAPER_STATES
+        assert PAPER_STATES // 3 == 26_873_856
+        assert PAPER_STATES // 9 == 8_957_952
+        # 36 elements of two levels at least need 36 prime factors, the ball's direction three of them
+        assert exponent(2) + exponent(3) == 21 < 36
+        # the elements whose three levels the paper states: 6 + 2 distances, velocity, score, situation
+        stated = [i for i, element in enumerate(TABLE) if len(element.levels) == 3 and "orientation" not in
+                  element.name]
+        assert len(stated) == 11 > exponent(3)
+        # and without any orientation the product is already too large
+        others = [len(element.levels) for element in TABLE if "orientation" not in element.name]
+        assert np.prod(others) == 90_699_264 > PAPER_STATES
+
+    @pytest.mark.parametrize("key", ["ego19", "team19"])
+    def test_both_short_keys_give_it_exactly(self, key):
+        assert len(columns(key)) == 19
+        assert size(key) == PAPER_STATES
+
+
+class TestEncoding:
+    @given(st.lists(st.tuples(*(st.integers(0, int(n) - 1) for n in LEVELS)), min_size=1, max_size=5))
+    @settings(max_examples=60, deadline=None)
+    def test_of_all_elements_can_be_undone(self, rows):
+        found = np.array(rows, dtype=np.uint8)
+        states = encode(found, "full36")
+        assert ((states >= 0) & (states < size("full36"))).all()
+        assert (decode(states, "full36") == found).all()
+
+    @pytest.mark.parametrize("key", ["full36", "ego19", "team19"])
+    @given(st.data())
+    @settings(max_examples=60, deadline=None)
+    def test_is_the_inverse_of_decoding(self, key, data):
+        state = data.draw(st.integers(0, size(key) - 1))
+        slot = data.draw(st.integers(0, 2))
+        found = np.zeros((1, 36), dtype=np.uint8)
+        digits = decode(np.array([state]), key)[0]
+        for column, digit in zip(columns(key, slot), digits, strict=True):
+            assert digit < column.levels
+            found[0, column.element] = digit
+        assert encode(found, key, slot=np.array([slot])).item() == state
+
+    def test_of_the_greatest_levels_is_the_last_state(self):
+        assert encode((LEVELS - 1).astype(np.uint8)[None], "full36").item() == size("full36") - 1
+
+    def test_of_the_ego_key_needs_the_deciding_robot(self):
+        found = np.zeros((2, 36), dtype=np.uint8)
+        found[:, BY_NAME["orientation of own striker to ball"]] = 2
+        with pytest.raises(BadSettings, match="slot"):
+            encode(found, "ego19")
+        keeper, striker = encode(found, "ego19", slot=np.array([0, 2]))
+        assert keeper == 0
+        assert striker > 0
+
+
+class TestLevels:
+    def test_of_a_scene_seen_by_home(self):
+        seen = see(bodies([0.0], ball=(0.0, 0.0, 0.3, 0.0), **SIX))
+        assert seen == {
+            "distance of own goalkeeper to ball": "far",  # 0.70
+            "distance of own midfield to ball": "near",  # 0.32
+            "distance of own striker to ball": "too close",  # 0.19
+            "distance of adversary's goalkeeper to ball": "far",
+            "distance of adversary's midfield to ball": "near",  # 0.447
+            "distance of adversary's striker to ball": "near",  # 0.30
+            "distance of ball to own goal": "close",  # 0.75
+            "distance of ball to adversary's goal": "close",
+            "orientation of own goalkeeper to ball": "front",
+            "orientation of own midfield to ball": "front",
+            "orientation of own striker to ball": "back",  # the ball is behind it
+            "orientation of adversary's goalkeeper to ball": "front",
+            "orientation of adversary's midfield to ball": "front",
+            "orientation of adversary's striker to ball": "side",
+            "orientation of own goalkeeper to its own goal": "away",
+            "orientation of own goalkeeper to its adversary's goal": "pointing",
+            "orientation of own midfield to its own goal": "away",
+            "orientation of own midfield to its adversary's goal": "pointing",
+            "orientation of own striker to its own goal": "away",
+            "orientation of own striker to its adversary's goal": "pointing",
+            "orientation of adversary's goalkeeper to its own goal": "away",
+            "orientation of adversary's goalkeeper to its adversary's goal": "pointing",
+            "orientation of adversary's midfield to its own goal": "away",
+            "orientation of adversary's midfield to its adversary's goal": "pointing",
+            "orientation of adversary's striker to its own goal": "away",
+            "orientation of adversary's striker to its adversary's goal": "pointing",
+            "own goalkeeper in relation to ball and its own goal": "before",
+            "own midfield in relation to ball and its own goal": "before",
+            "own striker in relation to ball and its own goal": "after",
+            "adversary's goalkeeper in relation to ball and its own goal": "before",
+            "adversary's midfield in relation to ball and its own goal": "before",
+            "adversary's striker in relation to ball and its own goal": "before",
+            "ball direction": "0 degrees",
+            "ball velocity": "medium",
+            "score": "drawing",
+            "game situation": "normal",
+        }
+
+    @pytest.mark.parametrize(("heading", "level"), [
+        (0.0, "front"), (pi / 4 - 0.01, "front"), (pi / 4 + 0.01, "side"), (-pi / 2, "side"),
+        (3 * pi / 4 - 0.01, "side"), (3 * pi / 4 + 0.01, "back"), (pi, "back"),
+    ])
+    def test_of_orientation_to_the_ball(self, heading, level):
+        scene = SIX | {"home_2": (-0.3, 0.0, heading, "m")}
+        assert see(bodies([0.0], ball=(0.0, 0.0), **scene))["orientation of own midfield to ball"] == level
+
+    def test_of_orientation_to_a_goal_widen_where_the_goal_is_near(self):
+        name = "orientation of own striker to its adversary's goal"
+        far = SIX | {"home_3": (0.0, 0.0, pi / 5, "s")}
+        near = SIX | {"home_3": (0.55, 0.0, pi / 5, "s")}  # 0.2 m before a mouth of 0.4 m: 45 degrees
+        assert see(bodies([0.0], ball=(0.0, 0.0), **far))[name] == "away"
+        assert see(bodies([0.0], ball=(0.0, 0.0), **near))[name] == "pointing"
+
+    @pytest.mark.parametrize(("x", "own", "adversary"), [
+        (-0.75, "very close", "far"), (-0.36, "very close", "far"), (-0.34, "close", "far"),
+        (0.01, "far", "close"), (0.36, "far", "very close"),
+    ])
+    def test_of_the_balls_distance_to_the_goals(self, x, own, adversary):
+        seen = see(bodies([0.0], ball=(x, 0.0), **SIX))
+        assert (seen["distance of ball to own goal"], seen["distance of ball to adversary's goal"]) == (
+            own, adversary)
+
+    @pytest.mark.parametrize(("degrees", "sector"), [(0, 0), (22, 0), (23, 45), (90, 90), (-90, 270), (-23, 315),
+                                                    (180, 180), (-180, 180), (-22, 0)])
+    def test_of_the_balls_direction_are_sectors_about_the_way_to_the_adversarys_goal(self, degrees, sector):
+        velocity = (0.3 * np.cos(np.radians(degrees)), 0.3 * np.sin(np.radians(degrees)))
+        table = bodies([0.0], ball=(0.0, 0.0, *velocity), **SIX)
+        assert see(table)["ball direction"] == f"{sector} degrees"
+        assert see(table, team=1)["ball direction"] == f"{(sector + 180) % 360} degrees"
+
+    @pytest.mark.parametrize(("speed", "level"), [(0.0, "slow"), (0.09, "slow"), (0.11, "medium"), (0.59, "medium"),
+                                                  (0.61, "fast")])
+    def test_of_the_balls_velocity(self, speed, level):
+        assert see(bodies([0.0], ball=(0.0, 0.0, speed, 0.0), **SIX))["ball velocity"] == level
+
+    def test_scale_with_the_kind_of_match(self):
+        assert Breaks.of(VSSS).ball_goal == pytest.approx((0.40, 0.75))
+        large = PITCHES[Kind.SIM2D]
+        assert Breaks.of(large).ball_goal == pytest.approx((28.0, 52.5))
+        assert Breaks.of(large).ball_speed == pytest.approx((0.8, 4.8))
+        scene = {name: (50 * x, 50 * y, theta, role) for name, (x, y, theta, role) in SIX.items()}
+        assert see(bodies([0.0], ball=(8.0, 0.0), **scene), pitch=large)["distance of own striker to ball"] == "too close"
+
+
+class TestDirection:
+    def test_is_held_while_the_ball_is_slow_and_is_the_first_level_before_it_moved(self):
+        table = bodies([0.0, 1.0, 2.0], ball=(0.0, 0.0), **SIX)
+        ball = pl.col("team") == "ball"
+        table = table.with_columns(
+            vy=pl.when(ball & (pl.col("frame") == 1)).then(0.3).when(ball & (pl.col("frame") == 2)).then(-0.04)
+            .otherwise(pl.col("vy")).cast(pl.Float32)
+        )
+        assert [see(table, t=t)["ball direction"] for t in (0.0, 1.0, 2.0)] == [
+            "0 degrees", "90 degrees", "90 degrees"]
+
+    def test_is_not_held_over_a_restart(self):
+        table = bodies([0.0, 1.0], ball=(0.0, 0.0), **SIX).with_columns(
+            vy=pl.when((pl.col("team") == "ball") & (pl.col("frame") == 0)).then(0.3).otherwise(pl.col("vy"))
+            .cast(pl.Float32),
+            segment=pl.col("frame").cast(pl.Int32),
+        )
+        assert see(table, t=0.0)["ball direction"] == "90 degrees"
+        assert see(table, t=1.0)["ball direction"] == "0 degrees"
+
+
+class TestScore:
+    EVENTS = referee((1.0, "goal", "away", None, None), (2.0, "goal", "home", None, None),
+                     (3.0, "goal", "home", None, None))
+
+    @pytest.mark.parametrize(("t", "home", "away"), [
+        (0.5, "drawing", "drawing"), (1.0, "losing", "winning"), (2.5, "drawing", "drawing"),
+        (3.0, "winning", "losing"),
+    ])
+    def test_is_that_of_the_observing_team_and_counts_goals_where_it_is_not_logged(self, t, home, away):
+        table = bodies([0.5, 1.0, 2.5, 3.0], ball=(0.0, 0.0), **SIX)
+        assert see(table, 0, t, self.EVENTS)["score"] == home
+        assert see(table, 1, t, self.EVENTS)["score"] == away
+
+    def test_is_the_logged_one_where_there_is_one(self):
+        table = bodies([0.0, 2.0], ball=(0.0, 0.0), **SIX)
+        events = referee((0.0, "kick-off", "home", 0, 3), (1.0, "goal", "home", None, None))
+        assert see(table, 0, 0.0, events)["score"] == "losing"
+        assert see(table, 0, 2.0, events)["score"] == "losing"
+
+
+class TestSituation:
+    @pytest.mark.parametrize(("event", "level"), [("goal", "goal"), ("fault", "fault"), ("kick-off", "normal")])
+    def test_between_segments_is_that_of_the_last_event(self, event, level):
+        stopped = bodies([1.0], ball=(0.0, 0.0), **SIX).with_columns(segment=pl.lit(None, dtype=pl.Int32))
+        assert see(stopped, t=1.0, events=referee((0.5, event, "home", None, None)))["game situation"] == level
+
+    def test_in_a_segment_is_normal_whatever_came_before(self):
+        table = bodies([1.0], ball=(0.0, 0.0), **SIX)
+        assert see(table, t=1.0, events=referee((0.5, "goal", "home", None, None)))["game situation"] == "normal"
+
+
+class TestSlots:
+    def test_of_a_role_that_several_hold_go_to_the_one_nearest_to_the_ball(self):
+        scene = SIX | {"home_4": (-0.05, 0.0, 0.0, "m")}
+        assert see(bodies([0.0], ball=(0.0, 0.0), **scene))["distance of own midfield to ball"] == "too close"
+
+    def test_of_a_role_that_nobody_holds_go_to_the_nearest_in_rank(self):
+        scene = {name: place for name, place in SIX.items() if name not in ("home_3", "away_2", "away_3")}
+        seen = see(bodies([0.0], ball=(0.0, 0.0), **scene))
+        assert seen["distance of own striker to ball"] == seen["distance of own midfield to ball"] == "near"
+        assert seen["distance of adversary's striker to ball"] == "far"
+
+    def test_without_any_adversary_there_is_no_state(self):
+        own = {name: place for name, place in SIX.items() if name.startswith("home")}
+        assert see(bodies([0.0], ball=(0.0, 0.0), **own)) is None
+
+
+class TestMissing:
+    def test_ball_or_speed_or_heading_or_sample_leaves_the_state_unknown(self):
+        whole = bodies([0.0], ball=(0.0, 0.0), **SIX)
+        ball = pl.col("team") == "ball"
+        assert see(whole) is not None
+        assert see(whole, t=5.0) is None
+        assert see(whole.filter(~ball)) is None
+        assert see(whole.with_columns(vx=pl.when(ball).then(None).otherwise("vx"))) is None
+        assert see(whole.with_columns(suspect=ball)) is None
+        assert see(whole.with_columns(theta=pl.lit(None, dtype=pl.Float32))) is None
+
+    def test_suspect_robot_is_as_if_it_were_not_there(self):
+        whole = bodies([0.0], ball=(0.0, 0.0), **SIX)
+        gone = pl.col("robot") == 3
+        assert see(whole.with_columns(suspect=gone.fill_null(value=False))) == see(whole.filter(gone.not_() | gone.is_null()))
+
+    def test_everything_gives_no_states(self):
+        table = bodies([], ball=(0.0, 0.0))
+        assert see(table) is None
+
+
+coordinate = st.floats(-0.7, 0.7).filter(lambda x: abs(x) > 1e-3)
+
+
+@st.composite
+def scenes(draw):
+    scene = {"ball": tuple(draw(coordinate) for _ in range(4))}
+    for team in TEAMS:
+        for robot, role in enumerate(draw(st.lists(st.sampled_from(list(WORDS)), min_size=1, max_size=4))):
+            scene[f"{team}_{robot}"] = (draw(coordinate), draw(coordinate), draw(st.floats(-3.0, 3.0)), role)
+    return scene
+
+
+@given(scenes())
+@settings(max_examples=80, deadline=None)
+def test_both_teams_see_the_same_but_for_the_slots(scene):
+    """The away team's view has the two sides' slots and goals swapped, and the ball going the other way."""
+    found, known = elements(bodies([0.0], **scene), NOBODY, VSSS, np.array([0, 1]), np.zeros(2, dtype=np.int64))
+    assert known.all()
+    assert (found < LEVELS).all()
+    home, away = found
+    swap = [3, 4, 5, 0, 1, 2, 7, 6, 11, 12, 13, 8, 9, 10, *range(20, 26), *range(14, 20), 29, 30, 31, 26, 27, 28]
+    assert away[:32].tolist() == home[swap].tolist()
+    assert away[32] == (home[32] + 4) % 8
+    assert away[33:].tolist() == home[33:].tolist()
+
+
+@given(scenes())
+@settings(max_examples=40, deadline=None)
+def test_a_match_with_the_teams_exchanged_and_turned_is_seen_the_same(scene):
+    other = {"home": "away", "away": "home"}
+    turned = {}
+    for name, place in scene.items():
+        team, _, robot = name.partition("_")
+        if team == "ball":
+            turned[name] = tuple(-v for v in place)
+        else:
+            x, y, theta, role = place
+            turned[f"{other[team]}_{robot}"] = (-x, -y, theta - pi if theta > 0 else theta + pi, role)
+    at = (np.array([0, 1]), np.zeros(2, dtype=np.int64))
+    one, _ = elements(bodies([0.0], **scene), NOBODY, VSSS, *at)
+    two, _ = elements(bodies([0.0], **turned), NOBODY, VSSS, *at)
+    # float32 angles may fall on either side of a break when turned; positions are exact
+    exact = [*range(8), *range(26, 32), 33, 34, 35]
+    assert one[0][exact].tolist() == two[1][exact].tolist()
+    assert one[1][exact].tolist() == two[0][exact].tolist()
+
+
+def test_one_moment_can_be_looked_at_without_tables():
+    names = [name for name in SIX if name.startswith(("home", "away"))]
+    robots = np.array([SIX[name][:3] for name in names])
+    sides = np.array([TEAMS.index(name[:4]) for name in names])
+    roles = np.array([ROLES.index(WORDS[SIX[name][3]]) for name in names])
+    out = np.empty(36, dtype=np.uint8)
+    ball = np.array([0.0, 0.0, 0.3, 0.0])
+    assert look(robots, sides, roles, ball, 1.0, 0.0, 1, 0, Breaks.of(VSSS).array(), out)
+    found, _ = elements(bodies([0.0], ball=tuple(ball), **SIX), NOBODY, VSSS, np.array([0]), np.array([0]))
+    assert out.tolist() == found[0].tolist()
