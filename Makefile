@@ -36,7 +36,7 @@ bench: $(READY)  ## ours beside the alternatives, as ratios
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
 golden: $(READY)  ## make the goldens anew; review the diff
-	$(BIN)/python -m tests.golden.make
+	$(BIN)/python -m tests.golden.cases
 	git diff --stat -- tests/golden
 
 lock: $(READY)  ## resolve the dependencies anew

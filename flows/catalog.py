@@ -9,7 +9,7 @@ from pipeline.store import Store
 from schemas import PUBLIC
 
 #: The nouns whose receipts, and whose versions, hold public tables.
-RECEIPTED = ("matches", "trajectories", "situations", "goals", "grams", "decisions")
+RECEIPTED = ("matches", "trajectories", "situations", "goals", "grams", "behaviours", "decisions")
 VERSIONED = ("knowledge", "policies")
 
 

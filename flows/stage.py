@@ -16,7 +16,7 @@ from prefect.futures import as_completed
 from prefect.task_runners import ThreadPoolTaskRunner
 from pydantic import BaseModel
 
-from pipeline.errors import NotFound
+from pipeline.errors import NotFound, in_one_line
 from pipeline.receipts import Receipt, key_of
 from pipeline.store import Store
 from schemas import Table
@@ -203,11 +203,11 @@ def run_tasks(job: Task[..., Any], noun: str, work: Mapping[str, Mapping[str, An
     futures = {job.submit(**arguments): label for label, arguments in work.items()}
     for future in as_completed(list(futures)):
         label = futures[future]
-        if future.state.is_completed():
-            report.made.append(label)
+        result = future.result(raise_on_failure=False)
+        if isinstance(result, BaseException):
+            report.failed[label] = in_one_line(result)
         else:
-            error = future.result(raise_on_failure=False)
-            report.failed[label] = str(error)
+            report.made.append(label)
         listener.get().advance(noun, label)
     report.made.sort()
     return report

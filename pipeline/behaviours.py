@@ -60,8 +60,8 @@ def select(
     """Select the behaviours of one length.
 
     The grams of all roles train one map. Neurons that are activated by at least the round's
-    share of all recognised situations are kept, and the grams on them that are worth more
-    than the threshold become behaviours, role by role.
+    share of the groups (or of all recognised situations, by the settings) are kept, and the
+    grams on them that are worth more than the threshold become behaviours, role by role.
 
     Args:
         grams: columns role, codes, n, count, value_sum and value_square_sum, one row a distinct
@@ -71,7 +71,8 @@ def select(
         settings: of all rounds.
         round_: of this one.
     """
-    threshold = round_.activation * recognised
+    whole = recognised if settings.share_of == "situations" else int(grams["count"].sum())
+    threshold = round_.activation * whole
     if grams.is_empty():
         report = Report(round_.n, 0, 0, threshold, (0,) * (round_.rows * round_.columns), 0, 0, 0, 0)
         return Selection(Patterns.empty(), None, report)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import lz4.frame  # type: ignore[import-untyped]
@@ -94,7 +94,53 @@ class Records(NamedTuple):
         return Records(self.opcodes[mask], self.channels[mask], self.bodies[mask], self.lengths[mask])
 
 
-def seal(pieces: Sequence[Piece], compressor: zstandard.ZstdCompressor) -> SealedChunk:
+class ChunkBuffer:
+    """The content of the chunk in progress.
+
+    Args:
+        chunk_bytes: most bytes of content; only a single message may be larger.
+        level: of zstd.
+    """
+
+    def __init__(self, chunk_bytes: int, level: int) -> None:
+        self._capacity = chunk_bytes
+        self._compressor = zstandard.ZstdCompressor(level=level)
+        self._pieces: list[Piece] = []
+        self._size = 0
+
+    def add(self, channel: int, t_ns: I64, content: U8, starts: I64) -> Iterator[SealedChunk]:
+        """Add messages; gives the chunks that became full on the way.
+
+        Args:
+            channel: their channel's id.
+            t_ns: int64 [K], their log times.
+            content: uint8, their records, one behind the other.
+            starts: int64 [K + 1], where each starts, and the last one ends.
+        """
+        first, count = 0, len(t_ns)
+        while first < count:
+            room = self._capacity - self._size
+            last = int(np.searchsorted(starts, starts[first] + room, side="right")) - 1
+            if last == first and self._pieces:
+                yield from self.seal()
+                continue
+            last = max(last, first + 1)
+            start, end = int(starts[first]), int(starts[last])
+            self._pieces.append(Piece(
+                channel, t_ns[first:last], starts[first:last] - start + self._size, content[start:end]
+            ))
+            self._size += end - start
+            first = last
+
+    def seal(self) -> Iterator[SealedChunk]:
+        """The chunk in progress, unless there is nothing in it; the next one begins."""
+        if self._pieces:
+            sealed = _seal(self._pieces, self._compressor)
+            self._pieces, self._size = [], 0
+            yield sealed
+
+
+def _seal(pieces: Sequence[Piece], compressor: zstandard.ZstdCompressor) -> SealedChunk:
     """One chunk, compressed, of at least one piece, with its CRC and message indexes."""
     content = pieces[0].content if len(pieces) == 1 else np.concatenate([p.content for p in pieces])
     start, end = min(int(p.t_ns.min()) for p in pieces), max(int(p.t_ns.max()) for p in pieces)

@@ -78,7 +78,6 @@ def observe(
             "t_ns": begun["start_ns"],
             "state": encode(seen, knowledge.state_key, slot=role),
             "behaviour_id": patterns["behaviour_id"][shown.pattern],
-            "random": False,
             "episode": begun["segment"],
             "value": exact(value),
             "done_ns": valued["end_ns"][shown.last],
@@ -92,6 +91,7 @@ def observe(
     return (
         chosen.join(episodes(trajectories, referee), on="episode", how="left", maintain_order="left")
         .with_columns(
+            random=pl.lit(value=False),
             reward=pl.when(last).then(scored).otherwise(0.0),
             ends=pl.when(last).then(
                 pl.when(pl.col("outcome").is_null()).then(pl.lit("truncated")).otherwise(pl.lit("terminal"))

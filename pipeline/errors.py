@@ -26,6 +26,13 @@ class PitchloreError(Exception):
         return f"{line}. {self.next_step}." if self.next_step else f"{line}."
 
 
+def in_one_line(error: BaseException) -> str:
+    """What an error says, in one line; an error that is not ours is named by its class."""
+    if isinstance(error, PitchloreError):
+        return str(error)
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+
+
 class BadRecording(PitchloreError):
     """A foreign recording cannot be understood."""
 

@@ -25,19 +25,23 @@ _EDGE_NS = 1_000
 
 @njit(cache=True, nogil=True)
 def find_jumps(
-    part: I64, t_ns: I64, x: F32, y: F32, max_speed: float, slack: float, accept_ns: int
+    body: npt.NDArray[np.int32], part: I64, t_ns: I64, x: F32, y: F32,
+    max_speed: float, slack: float, accept_ns: int,
 ) -> tuple[Bools, Bools]:
     """Rows that the body cannot have got to, and rows where it was put.
 
     A row is plausible if it is at most ``max_speed * dt + slack`` from the last plausible row of its
     part. One that is not is suspect, and the rows after it are compared with both: those nearer to
     the new place keep to it. Once the body has kept to the new place for ``accept_ns`` it has been put
-    there, and its rows since the jump are plausible again; but if the part had not yet lasted so
-    long before the jump, it was its first rows that were wrong, and they become suspect instead.
+    there, and its rows since the jump are plausible again; but if it had not been at its old place
+    for so long, it was those first rows that were wrong, and they become suspect instead. A part
+    starts afresh: its first row is plausible wherever it is; the body has been there for as long as
+    before, if it could have got there and was seen at most ``accept_ns`` ago.
 
     Args:
-        part: int64 [n], body-contiguous; rows of equal part are compared with one another.
-        t_ns: int64 [n], increasing within a part.
+        body: int32 [n], which body; body-contiguous.
+        part: int64 [n], a stretch of a body; rows of equal part are compared with one another.
+        t_ns: int64 [n], increasing within a body.
         x: float32 [n], metres.
         y: float32 [n], metres.
         max_speed: m/s.
@@ -51,15 +55,21 @@ def find_jumps(
     n = len(part)
     suspect = np.zeros(n, dtype=np.bool_)
     moved = np.zeros(n, dtype=np.bool_)
-    first = last = 0  # of the part; last plausible
+    begin = first = last = 0  # of the part; of the place that the body keeps to; last plausible
     there = tip = -1  # first and last row at the new place
     for i in range(n):
-        if i == 0 or part[i] != part[i - 1]:
-            first = last = i
+        if i == 0 or body[i] != body[i - 1]:
+            begin = first = last = i
             there = -1
             continue
         left = np.hypot(np.float64(x[i]) - x[last], np.float64(y[i]) - y[last])
         plausible = left <= max_speed * (t_ns[i] - t_ns[last]) * 1e-9 + slack
+        if part[i] != part[i - 1]:
+            if not plausible or t_ns[i] - t_ns[last] > accept_ns:
+                first = i
+            begin = last = i
+            there = -1
+            continue
         if there >= 0:
             along = np.hypot(np.float64(x[i]) - x[tip], np.float64(y[i]) - y[tip])
             keeps = along <= max_speed * (t_ns[i] - t_ns[tip]) * 1e-9 + slack
@@ -70,7 +80,7 @@ def find_jumps(
                     if t_ns[last] - t_ns[first] >= accept_ns:
                         moved[there] = True
                     else:
-                        suspect[first:there] = True
+                        suspect[max(first, begin) : there] = True
                     suspect[there : i + 1] = False
                     first, last, there = there, i, -1
                 continue

@@ -54,19 +54,24 @@ def occasions(decisions: Iterable[pl.DataFrame], version: int) -> pl.DataFrame:
     distinct (role, state, behaviour).
 
     Args:
-        decisions: rows of schema Decisions, a table a match; "moves randomly" is left out.
+        decisions: rows of schema Decisions, a table a match. A null behaviour, "moves randomly",
+            counts as the behaviour of the one code 194: the paper's learner starts from it in
+            every new state and values it as any other (sections 4 and 6).
         version: of the knowledge, at least 1.
 
     Returns:
         Rows of schema Occasions.
     """
+    moves_randomly = pl.format("{}-194", pl.col("role").cast(pl.String))
     total = Occasions.empty().select(*_PAIR, "count", value_sum="value")
     held: list[pl.DataFrame] = []
     rows = 0
     for table in decisions:
         held.append(
-            table.filter(pl.col("behaviour_id").is_not_null()).select(
-                *_PAIR,
+            table.select(
+                "role",
+                "state",
+                pl.col("behaviour_id").fill_null(moves_randomly),
                 pl.lit(1, dtype=pl.Int64).alias("count"),
                 pl.Series("value_sum", exact(table["value"].to_numpy())),
             )

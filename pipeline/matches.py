@@ -10,18 +10,15 @@ from __future__ import annotations
 import json
 import struct
 import zlib
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
 from datetime import UTC
 from io import BytesIO
+from itertools import pairwise
 from types import TracebackType
-from typing import BinaryIO, NamedTuple, Protocol, Self, TypeVar
+from typing import BinaryIO, NamedTuple, Self, TypeVar
 
-import lz4.frame
 import numpy as np
-import numpy.typing as npt
 import polars as pl
-import zstandard
 from mcap.data_stream import ReadDataStream, RecordBuilder
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
@@ -44,7 +41,21 @@ from pydantic import ValidationError
 
 from pipeline import cdr
 from pipeline.cdr import Messages
-from pipeline.chunks import FRAMING_BYTES, DamagedChunk, Piece, as_array, chunk_size, chunk_span, find_records, seal, unseal
+from pipeline.channels import DECISION, FRAME, REFEREE, TOPICS, Inbox
+from pipeline.chunks import (
+    FRAMING_BYTES,
+    U8,
+    ChunkBuffer,
+    DamagedChunk,
+    Records,
+    SealedChunk,
+    as_array,
+    chunk_size,
+    chunk_span,
+    find_records,
+    unseal,
+    walk,
+)
 from pipeline.errors import BadRecording, DamagedLog
 from pipeline.frame import AWAY, HOME, I64, Frames, MatchInfo, MatchLog
 from pipeline.tables import check
@@ -59,22 +70,7 @@ MAX_LOG_BYTES = 2 << 30
 METADATA = "pitchlore"
 
 
-class _Topic(NamedTuple):
-    """A channel of the log; its id, and its schema's, is its place in ``TOPICS`` counted from 1."""
-
-    name: str
-    definition: str
-    parts: tuple[str, ...]
-    head: np.dtype[np.void]
-
-
-TOPICS = (
-    _Topic("/frame", "Frame", ("Robot",), cdr.FRAME_HEAD),
-    _Topic("/referee", "RefereeEvent", (), cdr.REFEREE_HEAD),
-    _Topic("/decision", "Decision", (), cdr.DECISION_HEAD),
-)
-FRAME, REFEREE, DECISION = 1, 2, 3
-_SLICE = 1024  # frames that `write` hands over at once: their chunk content stays in the cache
+_SLICE = 1024  # frames that `write` lays out at once: they stay in the cache
 
 
 # --- writing -----------------------------------------------------------------------------------
@@ -102,11 +98,8 @@ class Recorder:
     ) -> None:
         self._stream = stream
         self._info = info
-        self._chunk_bytes = chunk_bytes
-        self._compressor = zstandard.ZstdCompressor(level=level)
+        self._buffer = ChunkBuffer(chunk_bytes, level)
         self._written = self._crc = 0
-        self._pending: list[Piece] = []
-        self._pending_bytes = 0
         self._chunks: list[ChunkIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._counts: dict[int, int] = {}
@@ -131,8 +124,9 @@ class Recorder:
             SchemaMismatch: if the table is not one of schema Referee.
             BadRecording: as for :meth:`frames`.
         """
-        check(events, Referee, where=self._info.match_id)
-        self._append(REFEREE, cdr.pack_referee(events, REFEREE))
+        if len(events):
+            check(events, Referee, where=self._info.match_id)
+            self._append(REFEREE, cdr.pack_referee(events, REFEREE))
 
     def decisions(self, decisions: pl.DataFrame) -> None:
         """Append rows of schema Decisions; they take the match id of the log.
@@ -141,8 +135,9 @@ class Recorder:
             SchemaMismatch: if the table is not one of schema Decisions.
             BadRecording: as for :meth:`frames`.
         """
-        check(decisions, Decisions, where=self._info.match_id)
-        self._append(DECISION, cdr.pack_decisions(decisions, DECISION))
+        if len(decisions):
+            check(decisions, Decisions, where=self._info.match_id)
+            self._append(DECISION, cdr.pack_decisions(decisions, DECISION))
 
     def close(self, *, info: MatchInfo | None = None, quality: pl.DataFrame | None = None) -> None:
         """Write what is pending, the description again, and the summary; the stream stays open.
@@ -154,9 +149,12 @@ class Recorder:
         Raises:
             SchemaMismatch: if ``quality`` is not a table of schema Quality.
         """
-        quality = Quality.empty() if quality is None else quality
-        check(quality, Quality, where=self._info.match_id)
-        self._flush()
+        if quality is None or not len(quality):
+            quality = Quality.empty()
+        else:
+            check(quality, Quality, where=self._info.match_id)
+        for chunk in self._buffer.seal():
+            self._put_chunk(chunk)
         # once more: with what is known now, and so that one bad byte cannot make the log anonymous
         self._describe(info or self._info, quality)
         self._put(_encoded(DataEnd(data_section_crc=self._crc)))
@@ -183,35 +181,20 @@ class Recorder:
         self._put(record)
 
     def _append(self, channel: int, messages: Messages) -> None:
+        if not len(messages):
+            return
         t_ns: I64 = messages.heads["log_time"]
-        if len(messages) and int(t_ns.min()) < 0:
+        if int(t_ns.min()) < 0:
             raise BadRecording(
-                f"a message on {TOPICS[channel - 1].name} has time {int(t_ns.min())} ns, before time zero",
+                f"a message on {TOPICS[channel].name} has time {int(t_ns.min())} ns, before time zero",
                 where=self._info.match_id, next_step="Count time from the earliest sample",
             )
         content, starts = cdr.lay_out(messages)
-        first = 0
-        while first < len(messages):
-            room = self._chunk_bytes - self._pending_bytes
-            last = int(np.searchsorted(starts, starts[first] + room, side="right")) - 1
-            if last == first and self._pending:
-                self._flush()
-                continue
-            last = max(last, first + 1)  # a message larger than a chunk gets one of its own
-            self._pending.append(Piece(
-                channel, t_ns[first:last], starts[first:last] - starts[first] + self._pending_bytes,
-                content[starts[first]:starts[last]],
-            ))
-            self._pending_bytes += int(starts[last] - starts[first])
-            self._counts[channel] = self._counts.get(channel, 0) + last - first
-            first = last
+        self._counts[channel] = self._counts.get(channel, 0) + len(messages)
+        for chunk in self._buffer.add(channel, t_ns, content, starts):
+            self._put_chunk(chunk)
 
-    def _flush(self) -> None:
-        """Write what is pending as one chunk with its indexes."""
-        if not self._pending:
-            return
-        chunk = seal(self._pending, self._compressor)
-        self._pending, self._pending_bytes = [], 0
+    def _put_chunk(self, chunk: SealedChunk) -> None:
         self._chunks.append(ChunkIndex(
             chunk_length=chunk.length, chunk_start_offset=self._written, compression="zstd",
             compressed_size=chunk.stored, message_end_time=chunk.end_ns,
@@ -270,20 +253,25 @@ def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES, le
         SchemaMismatch: if a table does not fit its schema.
         OSError: if the stream refuses a write.
     """
-    check(log.referee, Referee, where=log.info.match_id)
-    check(log.decisions, Decisions, where=log.info.match_id)
+    events: list[tuple[int, Messages]] = []
+    if len(log.referee):
+        check(log.referee, Referee, where=log.info.match_id)
+        referee = log.referee.sort("t_ns", maintain_order=True)
+        events.append((REFEREE, cdr.pack_referee(referee, REFEREE)))
+    if len(log.decisions):
+        check(log.decisions, Decisions, where=log.info.match_id)
+        decisions = log.decisions.sort("t_ns", maintain_order=True)
+        events.append((DECISION, cdr.pack_decisions(decisions, DECISION)))
     recorder = Recorder(stream, log.info, chunk_bytes=chunk_bytes, level=level)
-    referee = cdr.pack_referee(log.referee.sort("t_ns", maintain_order=True), REFEREE)
-    decisions = cdr.pack_decisions(log.decisions.sort("t_ns", maintain_order=True), DECISION)
-    done = {REFEREE: 0, DECISION: 0}
+    done = dict.fromkeys(TOPICS, 0)
     for part in _slices(log.frames):
         recorder.frames(part)
-        for channel, messages in ((REFEREE, referee), (DECISION, decisions)):
+        for channel, messages in events:
             upto = int(np.searchsorted(messages.heads["log_time"], part.t_ns.max(), side="right"))
             recorder._append(channel, messages[done[channel]:upto])
             done[channel] = max(done[channel], upto)
-    recorder._append(REFEREE, referee[done[REFEREE]:])
-    recorder._append(DECISION, decisions[done[DECISION]:])
+    for channel, messages in events:
+        recorder._append(channel, messages[done[channel]:])
     recorder.close(quality=log.quality)
 
 
@@ -300,14 +288,14 @@ def _slices(frames: Frames) -> Iterator[Frames]:
 def _declarations() -> tuple[list[Schema], list[Channel]]:
     schemas = [
         Schema(
-            id=i, name=f"pitchlore/msg/{topic.definition}", encoding=SchemaEncoding.ROS2,
-            data=cdr.definition(topic.definition, *topic.parts).encode(),
+            id=i, name=f"pitchlore/msg/{topic.message}", encoding=SchemaEncoding.ROS2,
+            data=topic.definition().encode(),
         )
-        for i, topic in enumerate(TOPICS, start=1)
+        for i, topic in TOPICS.items()
     ]
     channels = [
         Channel(id=i, topic=topic.name, message_encoding=MessageEncoding.CDR, metadata={}, schema_id=i)
-        for i, topic in enumerate(TOPICS, start=1)
+        for i, topic in TOPICS.items()
     ]
     return schemas, channels
 
@@ -316,7 +304,8 @@ def _encoded(*records: McapRecord) -> bytes:
     builder = RecordBuilder()
     for record in records:
         record.write(builder)
-    return bytes(builder.end())
+    data: bytes = builder.end()  # type: ignore[no-untyped-call]
+    return data
 
 
 def _description(info: MatchInfo, quality: pl.DataFrame) -> dict[str, str]:
@@ -336,7 +325,7 @@ def _checksum(texts: dict[str, str]) -> str:
 
 _FOOTER_BYTES = FRAMING_BYTES + 20
 _DATA_END_BYTES = FRAMING_BYTES + 4
-R = TypeVar("R", bound=McapRecord)
+R = TypeVar("R")
 
 
 class _Summary(NamedTuple):
@@ -344,15 +333,12 @@ class _Summary(NamedTuple):
 
     Attributes:
         start: where it starts.
-        schemas, channels: by id.
         chunks: the index of the chunks.
         messages: how many the file has, None where it does not say.
         landmarks: places in the data section where a record starts, ascending.
     """
 
     start: int
-    schemas: dict[int, Schema]
-    channels: dict[int, Channel]
     chunks: list[ChunkIndex]
     messages: int | None
     landmarks: list[int]
@@ -362,11 +348,10 @@ def read(data: bytes | memoryview, *, where: str, default_info: MatchInfo | None
     """Read a log, whoever wrote it, as far as it is whole.
 
     Frames keep the order of the file, events are in order of time, decisions in that of their
-    schema. What is damaged or cut off is left out, said in the rows of ``quality`` and in
-    ``info.incomplete_reason``, and ``info.complete`` is False; it is True only if every checksum
-    that the file has holds. A chunk that declares more than ``MAX_CHUNK_BYTES`` counts as damaged
-    and is never decompressed. Messages on channels that are not the log's, or that are not
-    well-formed, are counted as 'skipped'.
+    schema. What is damaged or cut off is left out and said in the rows of ``quality`` and in
+    ``info.incomplete_reason``; ``info.complete`` is True only if every checksum that the file has
+    holds. A chunk that declares more than ``chunks.MAX_CHUNK_BYTES`` counts as damaged and is never
+    decompressed. Messages that are not the log's, or not well-formed, are counted as 'skipped'.
 
     Args:
         data: the file's bytes; they are not changed.
@@ -382,113 +367,127 @@ def read(data: bytes | memoryview, *, where: str, default_info: MatchInfo | None
 
 
 class _Reading:
-    """One file on its way from bytes to arrays."""
+    """One file on its way from bytes to arrays: what was found in it so far, and what is wrong."""
 
     def __init__(self, view: memoryview, where: str) -> None:
         self._view, self._where = view, where
         self._flaws: list[Flaw] = []
         self._reasons: list[str] = []
-        self._skipped: dict[str, list[I64]] = {}
         self._schemas: dict[int, Schema] = {}
-        self._channels: dict[int, Channel] = {}
-        self._parts: dict[int, list[Messages]] = {FRAME: [], REFEREE: [], DECISION: []}
-        self._seen = self._budget = 0
+        self._inbox = Inbox()
 
     def log(self, default_info: MatchInfo | None) -> MatchLog:
-        """The match."""
+        """The match; see :func:`read`."""
         magic = len(MCAP0_MAGIC)
         if MCAP0_MAGIC not in (bytes(self._view[:magic]), bytes(self._view[-magic:])):
-            raise DamagedLog("is not an MCAP file", where=self._where, next_step="Import it if it is a recording")
+            raise self._error("is not an MCAP file", "Import recordings of other formats first")
         summary = self._summary()
-        records, found_end = self._records(summary)
+        records = self._survey(summary)
         self._declare(self._view, records)
-        own, bad_copies = self._description(records)
+        own = self._description(records)
         info = own[0] if own else default_info
         if info is None:
-            what = "the record that says which match it is is damaged" if bad_copies else "does not say which match it is"
-            raise DamagedLog(what, where=self._where, next_step="Give the teams and the pitch with `default_info`")
-        self._check_data_section(records, found_end, bad_copies)
-        self._read_all(records, summary)
-        missing = (summary.messages or 0) - self._seen if summary else 0
+            raise self._error(
+                self._reasons[0] if self._reasons else "does not say which match it is",
+                "Say which match it is: its teams, pitch and kind (default_info)",
+            )
+        self._read_chunks(records, summary)
+        missing = (summary.messages or 0) - self._inbox.seen if summary else 0
         if missing > 0:
-            self._reasons.append(f"{missing} of {self._seen + missing} messages are missing")
-        return self._assemble(info, own[1] if own else Quality.empty(), foreign=not own)
+            self._reasons.append(f"{missing} of {self._inbox.seen + missing} messages are missing")
+        self._check_data_section(records)
+        return self._assemble(info, own[1] if own else Quality.empty(), foreign=own is None)
 
-    def _damaged(self, note: str, *, flaw: str = "damaged chunk", span: tuple[int, int] | None = None) -> None:
+    def _error(self, what: str, next_step: str) -> DamagedLog:
+        return DamagedLog(what, where=self._where, next_step=next_step)
+
+    def _damaged(
+        self, note: str, *, flaw: str = "damaged chunk", span: tuple[int, int] | None = None
+    ) -> None:
         start, end = (span[0], span[1] + 1) if span else (None, None)
         self._flaws.append(Flaw(flaw, start, end, 1, f"{self._where}: {note}"))
         self._reasons.append(note)
 
-    def _skip(self, label: str, t_ns: I64) -> None:
-        if len(t_ns):
-            self._skipped.setdefault(label, []).append(t_ns)
+    def _decoded(
+        self, opcode: Opcode, decode: Callable[[ReadDataStream], R], content: memoryview, records: Records
+    ) -> list[R]:
+        """All records of a kind."""
+        found = []
+        for i in np.flatnonzero(records.opcodes == opcode).tolist():
+            body, length = int(records.bodies[i]), int(records.lengths[i])
+            try:
+                found.append(decode(ReadDataStream(BytesIO(content[body:body + length]))))
+            except (McapError, struct.error, UnicodeDecodeError):
+                self._damaged(f"the {opcode.name.lower().replace('_', ' ')} record at byte {body} is damaged")
+        return found
 
-    # the file's frame: summary, records, checksums, declarations
+    # what is around the messages
 
     def _summary(self) -> _Summary | None:
         """The summary, or None if there is none, or none that can be trusted."""
         view, end = self._view, len(self._view) - len(MCAP0_MAGIC)
         footer_start = end - _FOOTER_BYTES
-        footer = _decode(Footer, view[footer_start + FRAMING_BYTES:end]) if footer_start > 0 else None
-        if footer is None or bytes(view[end:]) != MCAP0_MAGIC or view[footer_start] != Opcode.FOOTER:
+        if footer_start < 0 or bytes(view[end:]) != MCAP0_MAGIC or view[footer_start] != Opcode.FOOTER:
             self._damaged("the file is cut off, or its end is damaged", flaw="truncated")
             return None
+        footer = Footer.read(ReadDataStream(BytesIO(view[footer_start + FRAMING_BYTES:end])))
         if footer.summary_crc == 0:
             return None
         start = footer.summary_start or footer_start
         if start > footer_start or zlib.crc32(view[start:end - 4]) != footer.summary_crc:
-            self._damaged("the summary is damaged (CRC)")
+            self._damaged("the summary at its end is damaged (CRC)")
             return None
-        records, _, _ = find_records(as_array(view), start, footer_start, [])
-        chunks = _decoded(ChunkIndex, Opcode.CHUNK_INDEX, view, records)
-        statistics = _decoded(Statistics, Opcode.STATISTICS, view, records)
-        places = [chunk.chunk_start_offset for chunk in chunks]
-        places += [m.offset for m in _decoded(MetadataIndex, Opcode.METADATA_INDEX, view, records)]
+        records, _ = walk(as_array(view), start, footer_start)
         self._declare(view, records)
+        chunks = self._decoded(Opcode.CHUNK_INDEX, ChunkIndex.read, view, records)
+        metadata = self._decoded(Opcode.METADATA_INDEX, MetadataIndex.read, view, records)
+        statistics = self._decoded(Opcode.STATISTICS, Statistics.read, view, records)
+        landmarks = [*(c.chunk_start_offset for c in chunks), *(m.offset for m in metadata)]
         return _Summary(
             start, chunks, statistics[0].message_count if statistics else None,
-            sorted([*places, start - _DATA_END_BYTES]),
+            sorted([*landmarks, start - _DATA_END_BYTES]),
         )
 
     def _survey(self, summary: _Summary | None) -> Records:
-        """The records of the data section; says where they are damaged or end too early."""
+        """The records of the data section; where they are damaged or end too early, it says so."""
         content = as_array(self._view)
-        stop = summary.start if summary else len(content)
-        records, end, damaged = find_records(
-            content, len(MCAP0_MAGIC), stop, summary.landmarks if summary else []
-        )
+        stop, landmarks = (summary.start, summary.landmarks) if summary else (len(content), [])
+        records, end, damaged = find_records(content, len(MCAP0_MAGIC), stop, landmarks)
         for place in damaged:
             self._damaged(f"the record at byte {place} is damaged")
-        if not len(records.opcodes) or records.opcodes[-1] != Opcode.DATA_END:
-            if not self._reasons:
-                self._damaged(f"the data end without notice at byte {end}", flaw="truncated")
+        if not self._reasons and (not len(records.opcodes) or records.opcodes[-1] != Opcode.DATA_END):
+            self._damaged(f"its data end without notice at byte {end}", flaw="truncated")
         return records
 
     def _check_data_section(self, records: Records) -> None:
-        """Check the CRC over everything before the DataEnd, unless damage has been found already."""
-        ends = _decoded(DataEnd, Opcode.DATA_END, self._view, records)
-        if self._reasons or not ends or ends[0].data_section_crc == 0:
+        """Check the CRC over all before the DataEnd, unless it is known already that it cannot hold."""
+        ends = self._decoded(Opcode.DATA_END, DataEnd.read, self._view, records)
+        if self._reasons or not ends or ends[-1].data_section_crc == 0:
             return
-        if zlib.crc32(self._view[:int(records.bodies[-1]) - FRAMING_BYTES]) != ends[0].data_section_crc:
+        if zlib.crc32(self._view[:int(records.bodies[-1]) - FRAMING_BYTES]) != ends[-1].data_section_crc:
             self._damaged("bytes outside the chunks' content are damaged (CRC of the data section)")
 
     def _declare(self, content: memoryview, records: Records) -> None:
-        """Take note of schemas and channels; the first declaration counts."""
-        for schema in _decoded(Schema, Opcode.SCHEMA, content, records):
+        """Take note of schemas and channels; the first declaration, the summary's, counts."""
+        for schema in self._decoded(Opcode.SCHEMA, Schema.read, content, records):
             self._schemas.setdefault(schema.id, schema)
-        for channel in _decoded(Channel, Opcode.CHANNEL, content, records):
-            self._channels.setdefault(channel.id, channel)
+        for channel in self._decoded(Opcode.CHANNEL, Channel.read, content, records):
+            by = self._schemas.get(channel.schema_id)
+            definition = None
+            if by and (channel.message_encoding, by.encoding) == (MessageEncoding.CDR, SchemaEncoding.ROS2):
+                definition = by.data.decode(errors="replace")
+            self._inbox.declare(channel.id, channel.topic, definition)
 
     def _description(self, records: Records) -> tuple[MatchInfo, pl.DataFrame] | None:
         """What the file says of its match: the last copy whose own CRC holds."""
         good = None
-        for copy in _decoded(Metadata, Opcode.METADATA, self._view, records):
+        for copy in self._decoded(Opcode.METADATA, Metadata.read, self._view, records):
             if copy.name != METADATA:
                 continue
             described = _described(copy.metadata)
             good = described or good
             if described is None:
-                self._damaged("a copy of the metadata is damaged (CRC)")
+                self._damaged("a copy of the metadata that say which match it is is damaged")
         return good
 
     # the messages
@@ -496,52 +495,122 @@ class _Reading:
     def _read_chunks(self, records: Records, summary: _Summary | None) -> None:
         """Read all chunks, and the messages between them, in the order of the file."""
         is_chunk = records.opcodes == Opcode.CHUNK
-        chunks = dict(zip(records.bodies[is_chunk].tolist(), records.lengths[is_chunk].tolist(), strict=True))
-        spans = {}
+        found = records.keep(is_chunk)
+        lengths = dict(zip(found.bodies.tolist(), found.lengths.tolist(), strict=True))
+        spans: dict[int, tuple[int, int] | None] = {}
         for index in summary.chunks if summary else ():
             body = index.chunk_start_offset + FRAMING_BYTES
-            chunks[body] = index.chunk_length - FRAMING_BYTES
+            lengths[body] = index.chunk_length - FRAMING_BYTES
             spans[body] = (index.message_start_time, index.message_end_time)
-        edges = [0, *sorted(chunks), len(self._view)]
         loose = records.keep(records.opcodes == Opcode.MESSAGE)
+        places = sorted(lengths)
         declared = 0
-        for number, (body, after) in enumerate(pairwise(edges)):
+        for number, (body, after) in enumerate(pairwise([0, *places, len(self._view)])):
             if number:
-                sealed = self._view[body:body + chunks[body]]
-                declared += chunk_size(sealed)
+                chunk = self._view[body:body + lengths[body]]
+                declared += chunk_size(chunk)
                 if declared > MAX_LOG_BYTES:
-                    raise DamagedLog(
-                        f"declares more than {MAX_LOG_BYTES} bytes", where=self._where,
-                        next_step="Do not trust it; split it if it is yours",
-                    )
+                    raise self._error(f"declares more than {MAX_LOG_BYTES} bytes", "Split it if you trust it")
                 try:
-                    self._read_messages(*unseal(sealed))
-                except DamagedChunk as error:
-                    self._damaged(
-                        f"chunk {number} of {len(chunks)} {error}", span=spans.get(body, chunk_span(sealed))
-                    )
+                    self._read_messages(*unseal(chunk))
+                except DamagedChunk as damage:
+                    span = spans.get(body, chunk_span(chunk))
+                    self._damaged(f"chunk {number} of {len(places)} {damage}", span=span)
             if len(loose.bodies):
                 between = (loose.bodies > body) & (loose.bodies < after)
                 self._read_messages(as_array(self._view), loose.keep(between))
 
     def _read_messages(self, content: U8, records: Records) -> None:
-        """Sort messages by channel, and take out those that are whole."""
         if (records.opcodes != Opcode.MESSAGE).any():
             self._declare(content.data, records)
-            records = records.keep(records.opcodes == Opcode.MESSAGE)
-        self._seen += len(records.bodies)
-        ids = np.unique(records.channels).tolist()
-        for channel in ids:
-            own = records if len(ids) == 1 else records.keep(records.channels == channel)
-            if channel < 0:
-                self._skip("messages without a whole address", np.zeros(len(own.bodies), np.int64))
-                continue
-            topic, why_not = self._topic(channel)
-            head = TOPICS[topic - 1].head
-            whole = own.lengths >= head.itemsize - FRAMING_BYTES
-            if topic in self._parts:
-                self._parts[topic].append(take_out(content, own.bodies))
-
+        self._inbox.take(content, records)
 
     # the match
 
+    def _assemble(self, info: MatchInfo, carried: pl.DataFrame, *, foreign: bool) -> MatchLog:
+        frames = self._inbox.frames()
+        if not len(frames) and (self._reasons or foreign):
+            why = self._reasons[0] if self._reasons else "it has no /frame of ours"
+            raise self._error(f"none of its frames can be read ({why})", "Get another copy of the file")
+        referee = self._inbox.referee(info.match_id)
+        decisions = self._inbox.decisions(info.match_id)
+        flaws = [*self._flaws, *self._inbox.skipped(self._where)]
+        origin = 0
+        if foreign:
+            times = [frames.t_ns, referee["t_ns"].to_numpy(), decisions["t_ns"].to_numpy()]
+            origin = min(int(t_ns.min()) for t_ns in times if len(t_ns))
+            frames.t_ns[:] -= origin
+            referee = referee.with_columns(pl.col("t_ns") - origin)
+            decisions = decisions.with_columns(pl.col("t_ns", "end_ns") - origin)
+        if self._reasons:
+            reasons = [info.incomplete_reason] if info.incomplete_reason else []
+            reasons += self._reasons[:_REASONS]
+            if len(self._reasons) > _REASONS:
+                reasons.append(f"{len(self._reasons) - _REASONS} more (see quality)")
+            info = info.model_copy(update={"complete": False, "incomplete_reason": "; ".join(reasons)})
+        quality = carried
+        if flaws:
+            found = quality_table(info.match_id, flaws).with_columns(pl.col("start_ns", "end_ns") - origin)
+            quality = pl.concat([carried, found])
+        return MatchLog(info, frames, referee, decisions, quality)
+
+
+_REASONS = 3
+
+
+def _described(texts: dict[str, str]) -> tuple[MatchInfo, pl.DataFrame] | None:
+    """What :func:`_description` made, or None if it does not pass its own CRC."""
+    if texts.get("crc32") != _checksum(texts):
+        return None
+    try:
+        info = MatchInfo.model_validate_json(texts["info"])
+        rows = [{**row, "match_id": info.match_id} for row in json.loads(texts["quality"])]
+        return info, pl.DataFrame(rows, schema=Quality.dtypes()) if rows else Quality.empty()
+    except (ValidationError, ValueError, KeyError, pl.exceptions.PolarsError):
+        return None
+
+
+# --- the table -----------------------------------------------------------------------------------
+
+
+def row(log: MatchLog) -> pl.DataFrame:
+    """The match as one row of schema Matches.
+
+    The sampling rate is 1 / median of the positive intervals between consecutive samples; the score
+    is the last that the referee is known to have said.
+    """
+    info, frames = log.info, log.frames
+    steps = np.diff(frames.t_ns)
+    steps = steps[steps > 0]
+    robots, samples = frames.robots, frames.robot_frames()
+    most = max(
+        int(np.bincount(samples[robots["team"] == team], minlength=1).max()) for team in (HOME, AWAY)
+    )
+    started = info.started_at
+    if started is not None:
+        started = started.replace(tzinfo=UTC) if started.tzinfo is None else started.astimezone(UTC)
+    scores = {
+        score: log.referee.sort("t_ns", maintain_order=True)[score].drop_nulls().to_list()
+        for score in ("score_home", "score_away")
+    }
+    values = {
+        "match_id": info.match_id,
+        "source": info.source,
+        "home": info.home,
+        "away": info.away,
+        "started_at": started,
+        "duration_s": int(frames.t_ns.max() - frames.t_ns.min()) / 1e9 if len(frames) else 0.0,
+        "hz": 1e9 / float(np.median(steps)) if len(steps) else None,
+        "robots_per_team": most,
+        **{score: known[-1] if known else None for score, known in scores.items()},
+        "complete": info.complete,
+        "incomplete_reason": info.incomplete_reason,
+        "kind": info.pitch.kind.value,
+        "pitch_length": info.pitch.length,
+        "pitch_width": info.pitch.width,
+        "goal_width": info.pitch.goal_width,
+        "frames": len(frames),
+        "format": info.format,
+        "direction_inferred": any(period.inferred for period in info.periods),
+    }
+    return pl.DataFrame([values], schema=Matches.dtypes())

@@ -62,6 +62,8 @@ class Scales:
         ball_radius: metres.
         max_ball_speed: a ball that moves faster was not moved by anybody, m/s.
         max_robot_speed: the same for a robot, m/s.
+        omnidirectional: whether robots drive sideways as well; their course is then their direction of
+            motion, else it is where they head or, reversing, the opposite.
     """
 
     contact: float
@@ -74,6 +76,7 @@ class Scales:
     ball_radius: float
     max_ball_speed: float
     max_robot_speed: float
+    omnidirectional: bool = False
 
 
 PITCHES: dict[Kind, Pitch] = {
@@ -91,6 +94,7 @@ SCALES: dict[Kind, Scales] = {
     Kind.SSL: Scales(
         contact=0.125, contact_fade=0.015, close=0.50, near=1.20, far=6.0, speed=2.5,
         robot_radius=0.09, ball_radius=0.02135, max_ball_speed=10.0, max_robot_speed=6.0,
+        omnidirectional=True,
     ),
     # kickable_margin 0.7 + player 0.3 + ball 0.085; speeds are metres a cycle of 0.1 s
     Kind.SIM2D: Scales(

@@ -1,7 +1,8 @@
 """The replay page: a match, its situations and its goals to look at in a browser.
 
-One self-contained HTML file: markup and style from ``replay.html``, behaviour from ``replay.js``,
-and the match as one deflated, base64-encoded payload. The page fetches nothing, and all text that
+One self-contained HTML file: markup and style from ``replay.html``; behaviour from
+``replay_match.js`` (reads the payload), ``replay_draw.js`` (paints) and ``replay.js`` (keys, clicks,
+time); and the match as one deflated, base64-encoded payload. The page fetches nothing, and all text that
 comes from data is inside the payload (or escaped, in the title), so data can never become markup.
 
 Payload, after base64 and inflate (zlib): uint32 little-endian length of the JSON; the JSON in
@@ -97,11 +98,10 @@ def page(
         BadSettings: if ``hz`` is out of its bounds.
     """
     if not 0 < hz <= 1000:
-        raise BadSettings(f"hz cannot be {hz}", where="replay", next_step="Choose up to 1000 samples a second")
+        raise BadSettings(f"hz cannot be {hz}", where="replay", next_step="Choose one in (0, 1000]")
     if trajectories.is_empty():
-        raise NotFound(
-            "has no trajectories", where=str(match["match_id"][0]), next_step="Run `pitchlore run` on it first"
-        )
+        name = str(match["match_id"][0])
+        raise NotFound("has no trajectories", where=name, next_step="Run `pitchlore run` on it first")
     bodies = _bodies(trajectories)
     shown = _shown(trajectories, hz)
     quantum = _quantum(pitch)
@@ -110,10 +110,10 @@ def page(
     raw = struct.pack("<I", len(text)) + text + _samples(trajectories, bodies, shown, quantum)
     payload = base64.b64encode(zlib.compress(raw, 9)).decode("ascii")
     title = html.escape(f"{facts['home']} – {facts['away']} · Pitchlore replay")
-    # the title goes in last: nothing in it is looked at again
-    return _asset("replay.html").replace("{{script}}", _asset("replay.js")).replace("{{payload}}", payload).replace(
-        "{{title}}", title
-    )
+    script = "".join(_asset(name) for name in ("replay_match.js", "replay_draw.js", "replay.js"))
+    blank = _asset("replay.html").replace("{{script}}", script)
+    # the title goes in last, so that nothing in it is taken for a blank to fill
+    return blank.replace("{{payload}}", payload).replace("{{title}}", title)
 
 
 def _asset(name: str) -> str:
@@ -141,7 +141,7 @@ def _shown(trajectories: pl.DataFrame, hz: float) -> pl.DataFrame:
         # half a microsecond of grace for times that were rounded down from the slot's edge
         .unique(((pl.col("t_ns") + 500) / slot_ns).floor(), keep="first", maintain_order=True)
         .with_columns(
-            ms=(pl.col("t_ns") / 1e6).round().cast(pl.Int64),
+            ms=_ms("t_ns"),
             joined=(
                 pl.col("segment").eq_missing(pl.col("segment").shift())
                 & (pl.col("t_ns").diff() <= gap_ns).fill_null(value=False)
@@ -192,6 +192,66 @@ def _held(values: I64, known: npt.NDArray[np.bool_]) -> I64:
 
 
 def _planes(differences: I64, width: int) -> bytes:
-    """Zigzagged differences [N], byte plane by byte plane, ``width`` planes."""
-    zigzag = ((differences << 1) ^ (differences >> 63)).astype(f"<u{width}")
+    """Differences [N] modulo 256 ** width, zigzagged, as ``width`` byte planes."""
+    signed = differences.astype(f"<i{width}").astype(np.int64)
+    zigzag = ((signed << 1) ^ (signed >> 63)).astype(f"<u{width}")
     return zigzag.view(np.uint8).reshape(-1, width).T.tobytes()
+
+
+def _facts(
+    match: pl.DataFrame,
+    bodies: pl.DataFrame,
+    shown: pl.DataFrame,
+    situations: pl.DataFrame,
+    goals: pl.DataFrame,
+    referee: pl.DataFrame,
+    pitch: Pitch,
+) -> dict[str, Any]:
+    """The JSON half of the payload; all times are milliseconds since the first sample."""
+    row = match.row(0, named=True)
+    kept = ("match_id", "home", "away", "complete", "incomplete_reason")
+    scales = SCALES[pitch.kind]
+    scores = referee.drop_nulls(["score_home", "score_away"]).sort("t_ns", maintain_order=True)
+    play = shown.drop_nulls("segment").group_by("segment", maintain_order=True)
+    stretches = play.agg(pl.col("ms").min().alias("start"), pl.col("ms").max().alias("end"))
+    events = referee.sort("t_ns", maintain_order=True)
+    names = situations.select("code", "name").unique().sort("code")
+    return {name: row[name] for name in kept} | {
+        "pitch": pitch.model_dump(mode="json"),
+        "robot_radius": scales.robot_radius,
+        "ball_radius": scales.ball_radius,
+        "gap": int(GAP_S * 1e3),
+        "turn": TURN,
+        "samples": len(shown),
+        "bodies": bodies.select("team", "robot").rows(),
+        "play": stretches.select("start", "end").rows(),
+        "scores": scores.select(_ms("t_ns"), "score_home", "score_away").rows(),
+        "goals": goals.sort("t_ns").select(_ms("t_ns"), "team", "robot", "kind").rows(),
+        "events": events.select(_ms("t_ns"), "event", "team", "note").rows(),
+        "families": FAMILIES,
+        "names": {str(code): name for code, name in names.rows()},
+        "situations": _situations(situations, bodies),
+    }
+
+
+def _situations(situations: pl.DataFrame, bodies: pl.DataFrame) -> dict[str, list[Any]]:
+    """Columns of equal length, sorted by body and start; strength in percent, the end exclusive."""
+    return (
+        situations.with_columns(pl.col("team").cast(pl.String))
+        .join(bodies, on=["team", "robot"])
+        .sort("body", "start_ns")
+        .select(
+            "body",
+            "code",
+            _ms("start_ns").alias("start"),
+            _ms("end_ns").alias("end"),
+            (pl.col("strength") * 100).round().cast(pl.Int8).alias("strength"),
+            "target",
+            pl.col("role").cast(pl.String),
+        )
+        .to_dict(as_series=False)
+    )
+
+
+def _ms(column: str) -> pl.Expr:
+    return (pl.col(column) / 1e6).round().cast(pl.Int64)

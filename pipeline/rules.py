@@ -8,7 +8,7 @@ Signals
     ``ball_distance``, ``own_goal_distance``, …: from the robot's centre.
     ``ball_off_heading``: angle between the robot's heading and the bearing of the ball.
     ``ball_off_course``: the same for its course, the direction in which it drives: its heading, or the
-    opposite of it while it reverses.
+    opposite of it while it reverses; of robots that drive sideways, their direction of motion.
     ``robot_off_ball_course``: angle between the ball's direction of travel and the bearing of the robot.
     ``heading_off_ball_course``: angle between the robot's heading and the ball's direction of travel.
     ``ball_x``, ``ball_y``: the point of the robot's line across (along) the pitch that is level with the
@@ -212,7 +212,7 @@ RULES: tuple[Rule, ...] = (
     ),
     Rule(
         47, "close by", "ball_distance is CLOSE and not facing_ball", "touching and not facing_ball",
-        _O, _BALL, 0.15,
+        _L, _BALL, 0.15,
     ),
     _turn(57, "ball", _BALL),
     _level(67, "ball_x"),

@@ -97,7 +97,7 @@ class RoundSettings(_Settings):
     Attributes:
         n: length of the grams.
         rows, columns: of the map.
-        activation: least share of the recognised situations that a neuron must be activated by.
+        activation: least share of ``BehaviourSettings.share_of`` that a neuron must be activated by.
     """
 
     n: int = Field(ge=1, le=4)
@@ -110,9 +110,14 @@ class BehaviourSettings(_Settings):
     """How behaviours are selected (paper section 3.2.2).
 
     Attributes:
-        rounds: longest first.
+        rounds: longest first. A map of at most 1 / activation neurons always has one that passes
+            if the share is of the groups: the busiest.
+        share_of: what a neuron's activations are a share of: the groups that the round is over
+            (each of its situations starts one, but the last few of a run), or all situations
+            recognised, those used up by longer behaviours included.
         value_over: a group must be worth more than this.
-        support_at_least: a group must have been seen this often.
+        support_at_least: a group must have been seen this often; the paper asks for no more than 1,
+            but what was seen once is worth only what the next goal happened to be.
         keep_random: whether a group of nothing but "moves randomly" may become a behaviour;
             every state offers that action anyway.
         epochs: passes of the map's training over the distinct grams.
@@ -126,8 +131,9 @@ class BehaviourSettings(_Settings):
         RoundSettings(n=2, rows=4, columns=4, activation=0.06),
         RoundSettings(n=1, rows=5, columns=5, activation=0.04),
     )
+    share_of: Literal["groups", "situations"] = "groups"
     value_over: float = 0.0
-    support_at_least: int = Field(default=1, ge=1)
+    support_at_least: int = Field(default=3, ge=1)
     keep_random: bool = False
     epochs: int = Field(default=20, ge=1)
     sigma_end: float = Field(default=0.5, gt=0)

@@ -56,10 +56,8 @@ class Scene:
         robot: int64 [B], the robots' numbers.
         present: bool [B, T], whether the robot can be used there.
         role: int8 [B, T], index in ROLES as last seen; -1 before the first time.
-        x, y: float64 [B, T], metres.
-        cos, sin: float64 [B, T], of the heading.
-        speed: float64 [B, T], m/s.
-        travel: float64 [B, T], -1 while it reverses, else 1.
+        poses: float64 [7, B, T]: x and y in metres, cosine and sine of the heading, speed in m/s, cosine
+            and sine of the course, the direction in which it drives.
         ball: float64 [5, T], the ball's x, y, speed, and cosine and sine of its direction of travel.
     """
 
@@ -69,12 +67,7 @@ class Scene:
     robot: I64
     present: Flags
     role: I8
-    x: F64
-    y: F64
-    cos: F64
-    sin: F64
-    speed: F64
-    travel: F64
+    poses: F64
     ball: F64
 
 
@@ -125,22 +118,16 @@ def scene(trajectories: pl.DataFrame, scales: Scales) -> Scene:
     shape = (len(rows), samples)
     present = np.zeros(shape, dtype=np.bool_)
     dense_role = np.full(shape, -1, dtype=np.int8)
-    x, y, cos, sin, speed, travel = (np.full(shape, np.nan) for _ in range(6))
+    still = STILL * scales.speed
+    poses = np.full((7, *shape), np.nan)
     for out, row in enumerate(rows):
         part = slice(starts[row], ends[row])
         keep = usable[part]
         at = column[part][keep]
         present[out, at] = True
         dense_role[out, at] = role[part][keep]
-        x[out, at], y[out, at] = values["x"][part][keep], values["y"][part][keep]
-        c, s = np.cos(values["theta"][part][keep]), np.sin(values["theta"][part][keep])
-        vx, vy = values["vx"][part][keep], values["vy"][part][keep]
-        cos[out, at], sin[out, at], speed[out, at] = c, s, np.sqrt(vx * vx + vy * vy)
-        forward = vx * c + vy * s
-        travel[out, at] = np.where(
-            np.isnan(forward), np.nan, np.where(forward < -STILL * scales.speed, -1.0, 1.0)
-        )
         _carry(dense_role[out])
+        _pose(*(values[name][part][keep] for name in values), at, still, scales.omnidirectional, poses[:, out])
 
     ball = np.full((5, samples), np.nan)
     if bodies[0][0] == BODIES.index("ball"):
@@ -151,13 +138,33 @@ def scene(trajectories: pl.DataFrame, scales: Scales) -> Scene:
         ball[0, at], ball[1, at] = values["x"][part][keep], values["y"][part][keep]
         vx[at], vy[at] = values["vx"][part][keep], values["vy"][part][keep]
         ball[2] = np.sqrt(vx * vx + vy * vy)
-        _ball_course(vx, vy, segment, STILL * scales.speed, ball)
+        _ball_course(vx, vy, segment, still, ball)
     return Scene(
         t_ns=t_ns, segment=segment,
         team=np.array([bodies[row][0] - 1 for row in rows], dtype=np.int8),
         robot=np.array([bodies[row][1] for row in rows], dtype=np.int64),
-        present=present, role=dense_role, x=x, y=y, cos=cos, sin=sin, speed=speed, travel=travel, ball=ball,
+        present=present, role=dense_role, poses=poses, ball=ball,
     )
+
+
+@numba.njit(cache=True, nogil=True)
+def _pose(
+    x: F64, y: F64, theta: F64, vx: F64, vy: F64, at: I64, still: float, omnidirectional: bool, out: F64
+) -> None:
+    """Fill columns ``at`` [n] of ``out`` [7, T] with x, y, cos, sin, speed, and cos and sin of the course."""
+    for i in range(len(x)):
+        cos, sin = np.cos(theta[i]), np.sin(theta[i])
+        speed = np.sqrt(vx[i] * vx[i] + vy[i] * vy[i])
+        course_cos, course_sin = cos, sin
+        if np.isnan(speed):
+            course_cos, course_sin = np.nan, np.nan
+        elif omnidirectional and speed >= still and not np.isnan(cos):
+            course_cos, course_sin = vx[i] / speed, vy[i] / speed
+        elif not omnidirectional and vx[i] * cos + vy[i] * sin < -still:
+            course_cos, course_sin = -cos, -sin
+        k = at[i]
+        out[0, k], out[1, k], out[2, k], out[3, k], out[4, k] = x[i], y[i], cos, sin, speed
+        out[5, k], out[6, k] = course_cos, course_sin
 
 
 @numba.njit(cache=True, nogil=True)
@@ -181,12 +188,16 @@ def _ball_course(vx: F64, vy: F64, segment: I32, still: float, ball: F64) -> Non
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def ball_distances(x: F64, y: F64, ball: F64) -> F64:
-    """Distance of each robot to the ball, float64 [B, T] in metres, NaN where either is missing."""
-    out = np.empty_like(x)
-    for b in range(x.shape[0]):
-        for k in range(x.shape[1]):
-            dx, dy = ball[0, k] - x[b, k], ball[1, k] - y[b, k]
+def ball_distances(poses: F64, ball: F64) -> F64:
+    """Distance of each robot to the ball, float64 [B, T] in metres, NaN where either is missing.
+
+    Args:
+        poses, ball: as in :class:`Scene`.
+    """
+    out = np.empty(poses.shape[1:])
+    for b in range(out.shape[0]):
+        for k in range(out.shape[1]):
+            dx, dy = ball[0, k] - poses[0, b, k], ball[1, k] - poses[1, b, k]
             out[b, k] = np.sqrt(dx * dx + dy * dy)
     return out
 
@@ -211,13 +222,14 @@ def nearest_to_ball(distances: F64, among: Flags, ball: F64) -> F64:
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def angle(dot: float, cross: float) -> float:
-    """Angle in [0, pi] between two directions, from their dot product and the size of their cross product.
+def between(ax: float, ay: float, bx: float, by: float) -> float:
+    """Angle in [0, pi] between two directions of any length; NaN if either has none.
 
-    ``atan2(cross, dot)`` within 1e-15 for cross >= 0, without a call or branch, so that a loop of it
-    becomes SIMD; NaN if both are zero. The quotient is brought into tan(±pi/8), where an odd polynomial
-    of degree 23 (Chebyshev interpolation of atan) is exact to rounding.
+    ``atan2(|a × b|, a · b)`` within 1e-15, but without a call or a branch, so that a loop of it becomes
+    SIMD. The quotient is brought into ±tan(pi / 8), where an odd polynomial of degree 21 (Chebyshev
+    interpolation of the arctangent) is exact to rounding.
     """
+    dot, cross = ax * bx + ay * by, abs(ax * by - ay * bx)
     along = abs(dot)
     small, large = (cross, along) if cross < along else (along, cross)
     wide = small > 0.41421356237309503 * large
@@ -248,7 +260,7 @@ def fill_own(
     point of view is the home team's with the goals swapped.
 
     Args:
-        mine: float64 [6, N], the robot's x, y, cos, sin, speed, travel.
+        mine: float64 [7, N], the robot's x, y, cos, sin, speed, course_cos, course_sin.
         ball: float64 [5, N], as in :class:`Scene`.
         opponent, teammate: float64 [N], distance of the nearest (other) one to the ball.
         at: first sample of the block.
@@ -256,26 +268,17 @@ def fill_own(
         own_goal_x: where the own goal is, metres; the adversary's is at minus that.
         out: float64 [at least len(OWN), at least n].
     """
-    x, y, cos, sin, speed, travel = (
-        mine[0, at:at + n], mine[1, at:at + n], mine[2, at:at + n],
-        mine[3, at:at + n], mine[4, at:at + n], mine[5, at:at + n],
-    )
-    ball_x, ball_y, ball_speed, ball_cos, ball_sin = (
-        ball[0, at:at + n], ball[1, at:at + n], ball[2, at:at + n], ball[3, at:at + n], ball[4, at:at + n],
-    )
+    x, y, cos, sin = mine[0, at:at + n], mine[1, at:at + n], mine[2, at:at + n], mine[3, at:at + n]
+    speed, course_cos, course_sin = mine[4, at:at + n], mine[5, at:at + n], mine[6, at:at + n]
+    ball_x, ball_y, ball_speed = ball[0, at:at + n], ball[1, at:at + n], ball[2, at:at + n]
+    ball_cos, ball_sin = ball[3, at:at + n], ball[4, at:at + n]
     for j in range(n):
         dx, dy = ball_x[j] - x[j], ball_y[j] - y[j]
         out[0, j] = np.sqrt(dx * dx + dy * dy)
-        out[1, j] = angle(cos[j] * dx + sin[j] * dy, abs(cos[j] * dy - sin[j] * dx))
-    for j in range(n):
-        out[2, j] = out[1, j] if travel[j] > 0.0 else pi - out[1, j] + 0.0 * travel[j]
-    for j in range(n):
-        dx, dy = x[j] - ball_x[j], y[j] - ball_y[j]
-        out[3, j] = angle(ball_cos[j] * dx + ball_sin[j] * dy, abs(ball_cos[j] * dy - ball_sin[j] * dx))
-    for j in range(n):
-        out[4, j] = angle(
-            cos[j] * ball_cos[j] + sin[j] * ball_sin[j], abs(cos[j] * ball_sin[j] - sin[j] * ball_cos[j])
-        )
+        out[1, j] = between(cos[j], sin[j], dx, dy)
+        out[2, j] = between(course_cos[j], course_sin[j], dx, dy)
+        out[3, j] = between(ball_cos[j], ball_sin[j], -dx, -dy)
+        out[4, j] = between(cos[j], sin[j], ball_cos[j], ball_sin[j])
     for j in range(n):
         out[5, j] = speed[j]
         out[6, j] = ball_speed[j]
@@ -284,22 +287,19 @@ def fill_own(
         out[9, j] = opponent[at + j]
         out[10, j] = teammate[at + j]
     for j in range(n):
-        dx = ball_x[j] - x[j]
+        dx, dy = ball_x[j] - x[j], ball_y[j] - y[j]
         out[11, j] = abs(dx)
-        out[12, j] = angle(travel[j] * cos[j] * dx, abs(sin[j] * dx))
-    for j in range(n):
-        dy = ball_y[j] - y[j]
+        out[12, j] = between(course_cos[j], course_sin[j], dx, 0.0)
         out[13, j] = abs(dy)
-        out[14, j] = angle(travel[j] * sin[j] * dy, abs(cos[j] * dy))
+        out[14, j] = between(course_cos[j], course_sin[j], 0.0, dy)
     for goal in range(2):
         goal_x = own_goal_x if goal == 0 else -own_goal_x
         row = 15 + 3 * goal
         for j in range(n):
             dx, dy = goal_x - x[j], -y[j]
             out[row, j] = np.sqrt(dx * dx + dy * dy)
-            out[row + 1, j] = angle(cos[j] * dx + sin[j] * dy, abs(cos[j] * dy - sin[j] * dx))
-        for j in range(n):
-            out[row + 2, j] = out[row + 1, j] if travel[j] > 0.0 else pi - out[row + 1, j] + 0.0 * travel[j]
+            out[row + 1, j] = between(cos[j], sin[j], dx, dy)
+            out[row + 2, j] = between(course_cos[j], course_sin[j], dx, dy)
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -312,13 +312,11 @@ def fill_other(mine: F64, other_x: F64, other_y: F64, at: int, n: int, out: F64)
         at, n: the block.
         out: float64 [at least len(OTHER), at least n].
     """
-    x, y, cos, sin, speed, travel = (
-        mine[0, at:at + n], mine[1, at:at + n], mine[2, at:at + n],
-        mine[3, at:at + n], mine[4, at:at + n], mine[5, at:at + n],
-    )
+    x, y, speed = mine[0, at:at + n], mine[1, at:at + n], mine[4, at:at + n]
+    course_cos, course_sin = mine[5, at:at + n], mine[6, at:at + n]
     to_x, to_y = other_x[at:at + n], other_y[at:at + n]
     for j in range(n):
         dx, dy = to_x[j] - x[j], to_y[j] - y[j]
         out[0, j] = np.sqrt(dx * dx + dy * dy)
-        out[1, j] = angle(travel[j] * (cos[j] * dx + sin[j] * dy), abs(cos[j] * dy - sin[j] * dx))
+        out[1, j] = between(course_cos[j], course_sin[j], dx, dy)
         out[2, j] = speed[j]

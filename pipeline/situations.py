@@ -65,12 +65,12 @@ def recognise(trajectories: pl.DataFrame, pitch: Pitch, settings: SituationSetti
             "holds more than one match", where="trajectories", next_step="Recognise one match at a time"
         )
     scene = signals.scene(trajectories, SCALES[pitch.kind])
-    distances = signals.ball_distances(scene.x, scene.y, scene.ball)
+    distances = signals.ball_distances(scene.poses, scene.ball)
     median_ns = _median_intervals(scene)
     parts = [
         _situations_of(row, scene, distances, median_ns, pitch, settings) for row in range(len(scene.robot))
     ]
-    rows = np.concatenate([np.empty((0, 9), dtype=np.int64), *(part[0] for part in parts)])
+    rows = np.concatenate([np.empty((0, 7), dtype=np.int64), *(part[0] for part in parts)])
     strengths = np.concatenate([np.empty(0), *(part[1] for part in parts)])
     return _table(match_id, scene, rows, strengths)
 
@@ -186,21 +186,139 @@ def _situations_of(
     """The situations of one robot.
 
     Returns:
-        int64 [S, 9] rows (row, role, code, target, start_ns, end_ns, segment, k0, k1) and their strengths
-        float64 [S]; a target is the row of a robot, or minus its place in Target less one.
+        int64 [S, 7] rows (row, role, code, target, start_ns, end_ns, segment), see :func:`_target_names`
+        for the targets, and the strengths float64 [S].
     """
     samples = _samples(scene, row, median_ns, settings)
-    n = len(samples.index)
-    if n == 0:
-        return np.empty((0, 9), dtype=np.int64), np.empty(0)
+    if len(samples.index) == 0:
+        return np.empty((0, 7), dtype=np.int64), np.empty(0)
     found, strengths = _occurrences(row, scene, samples, distances, pitch, settings)
-    code, target = _meaning(row, scene, samples, found)
-    real = code > 0
-    found, strengths, code, target = found[real], strengths[real], code[real], target[real]
-    priority = _PRIORITY[code]
-    # last the rule, then the other robot: their order only makes the result definite
-    order = np.lexsort(
-        (found[:, occurrences.OTHER], found[:, occurrences.RULE], code, found[:, occurrences.K0], priority)
+    code, target = _meanings(row, scene, samples, found)
+    named = code > 0
+    found, strengths, code, target = found[named], strengths[named], code[named], target[named]
+    # priority, start, code; then rule and other robot, which only make the order definite
+    key = _PRIORITY[code]
+    for part, bits in (
+        (found[:, occurrences.K0], 32), (code, 8),
+        (found[:, occurrences.RULE], 7), (found[:, occurrences.OTHER] + 1, 10),
+    ):
+        key = (key << bits) | part
+    rows, strengths = occurrences.resolve(
+        np.argsort(key), found, strengths, code, target,
+        np.minimum(_LONGEST_NS[code], _ns(settings.longest_s)),
+        samples.t_ns, samples.until_ns, samples.piece, settings.least_share,
+        RANDOM, _ns(settings.random_least_s), _ns(settings.random_longest_s),
     )
-    longest_ns = np.where(_WHILE[found[:, occurrences.RULE]], _LIMIT_NS[code], _ns(settings.longest_s))
-    return None
+    code, target, k0, k1 = rows.T
+    index = samples.index[k0]
+    return np.column_stack((
+        np.full(len(rows), row), scene.role[row, index], code, target,
+        samples.t_ns[k0], samples.until_ns[k1 - 1], scene.segment[index],
+    )), strengths
+
+
+def _occurrences(
+    row: int, scene: signals.Scene, samples: _Samples, distances: F64, pitch: Pitch, settings: SituationSettings
+) -> tuple[I64, F64]:
+    """All that the rules find in one robot's samples, [M, 4] (rule of RULES, other robot's row, k0, k1)."""
+    rules = _compiled(pitch.kind)
+    n = len(samples.index)
+    index = samples.index
+    ours = scene.team == scene.team[row]
+    mates = ours & (np.arange(len(ours)) != row)
+    opponent = signals.nearest_to_ball(distances, ~ours, scene.ball)[index]
+    teammate = signals.nearest_to_ball(distances, mates, scene.ball)[index]
+    mine = scene.poses[:, row, index]
+    ball = scene.ball[:, index]
+    own_goal_x = -pitch.goal_x if scene.team[row] == 0 else pitch.goal_x
+    subjects = [(-1, rules["own"])] + [
+        (other, rules[Target.TEAMMATE if ours[other] else Target.OPPONENT])
+        for other in range(len(ours)) if other != row and scene.present[other, index].any()
+    ]
+    parts: list[tuple[I64, F64]] = []
+    for other, about in subjects:
+        registers = np.empty((about.code.registers, BLOCK))
+        other_x, other_y = scene.poses[0, other, index], scene.poses[1, other, index]
+        marks = np.full((len(about.rules), 2), -1, dtype=np.int64)
+        degrees = np.zeros(len(about.rules))
+        found = np.empty((len(about.rules) * (BLOCK + 1), 4), dtype=np.int64)
+        strengths = np.empty(len(found))
+        lull_ns = np.where(about.start == occurrences.WHILE, _ns(settings.flicker_s), _ns(settings.lull_s))
+        pieces: list[tuple[I64, F64]] = []
+        for at in range(0, n, BLOCK):
+            width = min(BLOCK, n - at)
+            if other < 0:
+                signals.fill_own(mine, ball, opponent, teammate, at, width, own_goal_x, registers)
+            else:
+                signals.fill_other(mine, other_x, other_y, at, width, registers)
+            conditions.execute(about.code.steps, about.code.lines, registers, width)
+            count = occurrences.advance(
+                registers, about.initial, about.final, about.start, about.limit_ns, about.hold_ns, lull_ns,
+                _ns(settings.longest_s), settings.fire_at - ROUNDING, samples.t_ns, samples.fresh, at, width,
+                other, marks, degrees, found, strengths,
+            )
+            pieces.append((found[:count].copy(), strengths[:count].copy()))
+        count = occurrences.finish(
+            about.start, about.hold_ns, samples.t_ns, other, marks, degrees, found, strengths
+        )
+        pieces.append((found[:count], strengths[:count]))
+        whole, whole_strengths = (np.concatenate(column) for column in zip(*pieces, strict=True))
+        whole, whole_strengths = occurrences.cut(
+            whole, whole_strengths, about.start, np.minimum(about.limit_ns, _ns(settings.longest_s)),
+            about.hold_ns, about.once, samples.t_ns, samples.until_ns,
+        )
+        whole[:, occurrences.RULE] = about.rules[whole[:, occurrences.RULE]]
+        parts.append((whole, whole_strengths))
+    return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+
+
+def _meanings(row: int, scene: signals.Scene, samples: _Samples, found: I64) -> tuple[I64, I64]:
+    """Code (0: none) and target of each occurrence; the roles at its start decide the code."""
+    rule, other = found[:, occurrences.RULE], found[:, occurrences.OTHER]
+    start = samples.index[found[:, occurrences.K0]]
+    role, other_role = scene.role[row, start], scene.role[other, start]
+    turn = np.where(_TARGET[rule] == Target.TEAMMATE, (other_role - role) % len(ROLES), other_role)
+    unknown = (other >= 0) & (other_role < 0)
+    code = np.where(other < 0, _CODES[rule, 0], np.where(unknown, 0, _CODES[rule, turn]))
+    things = len(scene.robot) + np.array([_THINGS.index(t) if t in _THINGS else -1 for t in _TARGET])
+    return code, np.where(other >= 0, other, np.where(_TARGET[rule] == Target.NOTHING, -1, things[rule]))
+
+
+#: Targets that are not robots; in numbers they come after the robots' rows, -1 is none.
+_THINGS = (Target.BALL, Target.OWN_GOAL, Target.ADVERSARY_GOAL)
+_TARGET = np.array([rule.target for rule in RULES])
+_CODES = np.array([rule.code if isinstance(rule.code, tuple) else (rule.code,) * 3 for rule in RULES])
+_PRIORITY = np.zeros(max(TABLE_1) + 1, dtype=np.int64)
+_LONGEST_NS = np.full(max(TABLE_1) + 1, np.iinfo(np.int64).max)
+for _code, (_, _priority) in TABLE_1.items():
+    _PRIORITY[_code] = _priority or 0
+for _rule in RULES:
+    if _rule.start == Start.WHILE and isinstance(_rule.code, int):
+        # merging does not undo the cutting
+        _LONGEST_NS[_rule.code] = max(_ns(rule.limit_s) for rule in RULES if rule.code == _rule.code)
+
+
+def _target_names(scene: signals.Scene) -> list[str | None]:
+    """Names of the targets by number; the last is that of -1."""
+    robots = [f"{TEAMS[team]}-{robot}" for team, robot in zip(scene.team, scene.robot, strict=True)]
+    return [*robots, *(str(thing) for thing in _THINGS), None]
+
+
+def _table(match_id: str, scene: signals.Scene, rows: I64, strengths: F64) -> pl.DataFrame:
+    row, role, code, target, start_ns, end_ns, segment = rows.T
+    names = pl.Series([TABLE_1[c][0] if c in TABLE_1 else "" for c in range(max(TABLE_1) + 1)])
+    targets = pl.Series(_target_names(scene), dtype=pl.String)
+    columns = {
+        "match_id": pl.repeat(match_id, len(rows), eager=True),
+        "team": pl.Series(np.array(TEAMS)[scene.team[row]]),
+        "robot": scene.robot[row],
+        "role": pl.Series(np.array(ROLES)[role]),
+        "code": code,
+        "name": names.gather(code),
+        "start_ns": start_ns,
+        "end_ns": end_ns,
+        "strength": pl.Series(strengths).fill_nan(None),
+        "target": targets.gather(np.where(target < 0, len(targets) - 1, target)),
+        "segment": segment,
+    }
+    return pl.DataFrame(columns).cast(dict(Situations.dtypes()))

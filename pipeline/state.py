@@ -12,7 +12,6 @@ elements do give it exactly.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -173,27 +172,33 @@ def _encode(elements: U8, digits: tuple[Column, ...]) -> I64:
     return states
 
 
-@dataclass(frozen=True, slots=True)
-class Breaks:
-    """Where one level ends and the next begins; each is the last value of the lower level.
+class Breaks(NamedTuple):
+    """Where one level ends and the next begins; a distance, angle or speed itself is of the lower level.
 
     Attributes:
-        robot_ball: too close, near; metres.
-        ball_goal: very close, close; metres.
-        front, back: orientation to the ball, radians; back includes its own.
-        pointing: least half-angle under which a robot points at a goal, radians.
-        ball_speed: slow, medium; m/s.
+        too_close: robot to ball, metres.
+        near: robot to ball, metres.
+        very_close: ball to goal, metres.
+        close: ball to goal, metres.
+        front: orientation to the ball, radians.
+        side: orientation to the ball, radians (it is itself "back").
+        pointing: half the angle under which a robot points at a goal at least, radians.
+        slow: of the ball, m/s.
+        medium: of the ball, m/s.
         moving: a ball at least so fast has a direction, m/s.
         goal_x: goal line from the centre, metres.
         half_goal: half the goal's width, metres.
     """
 
-    robot_ball: tuple[float, float]
-    ball_goal: tuple[float, float]
+    too_close: float
+    near: float
+    very_close: float
+    close: float
     front: float
-    back: float
+    side: float
     pointing: float
-    ball_speed: tuple[float, float]
+    slow: float
+    medium: float
     moving: float
     goal_x: float
     half_goal: float
@@ -202,36 +207,24 @@ class Breaks:
     def of(cls, pitch: Pitch) -> Breaks:
         """The break points on a pitch.
 
-        Those of a VSSS pitch (1.5 m) are 0.20 and 0.45 m (crossings of the fuzzy Distance),
-        0.40 m (corner of the goal area) and 0.75 m (half the field), 0.10 and 0.60 m/s. On
-        other pitches the first two and the speeds go with the league's robots, the others
-        with the length.
+        On a VSSS pitch: 0.20 and 0.45 m (crossings of the fuzzy Distance), 0.40 m (corner of the
+        goal area) and 0.75 m (half the field), 0.10, 0.60 and 0.05 m/s. Elsewhere the first two
+        and the speeds go with the league's robots, the others with the pitch's length.
         """
         scales = SCALES[pitch.kind]
         return cls(
-            robot_ball=(scales.close, scales.near),
-            ball_goal=(0.40 / 1.5 * pitch.length, pitch.length / 2),
-            front=np.pi / 4,
-            back=3 * np.pi / 4,
-            pointing=np.pi / 6,
-            ball_speed=(0.10 * scales.speed, 0.60 * scales.speed),
-            moving=0.05 * scales.speed,
-            goal_x=pitch.goal_x,
-            half_goal=pitch.goal_width / 2,
+            too_close=scales.close, near=scales.near,
+            very_close=0.40 / 1.5 * pitch.length, close=pitch.length / 2,
+            front=np.pi / 4, side=3 * np.pi / 4, pointing=np.pi / 6,
+            slow=0.10 * scales.speed, medium=0.60 * scales.speed, moving=0.05 * scales.speed,
+            goal_x=pitch.goal_x, half_goal=pitch.goal_width / 2,
         )
-
-    def array(self) -> F64:
-        """All of them, float64 [11], as :func:`look` takes them."""
-        return np.array([
-            *self.robot_ball, *self.ball_goal, self.front, self.back, self.pointing,
-            *self.ball_speed, self.goal_x, self.half_goal,
-        ])
 
 
 @njit(cache=True, nogil=True)
 def look(
     robots: F64, sides: npt.NDArray[np.int64], roles: npt.NDArray[np.int64], ball: F64,
-    flip: float, direction: float, score: int, situation: int, breaks: F64, out: U8,
+    flip: float, direction: float, score: int, situation: int, breaks: Breaks, out: U8,
 ) -> bool:
     """Write one team's view of one moment into ``out``; callable from other kernels.
 
@@ -248,7 +241,7 @@ def look(
         direction: of the ball's last motion in the pitch's frame, radians; NaN if it never moved.
         score: level 0 losing, 1 drawing, 2 winning.
         situation: level 0 normal, 1 fault, 2 goal.
-        breaks: :meth:`Breaks.array`.
+        breaks: of the pitch.
         out: uint8 [36], written.
 
     Returns:
@@ -260,7 +253,6 @@ def look(
     speed = np.hypot(ball[2], ball[3])
     if np.isnan(bx + by + speed):
         return False
-    close, near, area, half, front, back, pointing, slow, medium, goal_x, half_goal = breaks
     for slot in range(6):
         side, role = slot // 3, slot % 3
         best, best_rank, best_distance = -1, 3, np.inf
@@ -277,24 +269,24 @@ def look(
         x, y, theta = flip * robots[best, 0], flip * robots[best, 1], robots[best, 2]
         if flip < 0:
             theta += np.pi
-        out[slot] = 0 if best_distance <= close else (1 if best_distance <= near else 2)
+        out[slot] = 0 if best_distance <= breaks.too_close else (1 if best_distance <= breaks.near else 2)
         bearing = np.abs(_turn(np.arctan2(by - y, bx - x) - theta))
-        out[8 + slot] = 0 if bearing <= front else (2 if bearing >= back else 1)
+        out[8 + slot] = 0 if bearing <= breaks.front else (2 if bearing >= breaks.side else 1)
         # the adversary's own goal is at +x
-        own_x = -goal_x if side == 0 else goal_x
+        own_x = -breaks.goal_x if side == 0 else breaks.goal_x
         for goal in range(2):
             gx = own_x if goal == 0 else -own_x
             bearing = np.abs(_turn(np.arctan2(-y, gx - x) - theta))
-            reach = max(pointing, np.arctan2(half_goal, np.hypot(gx - x, y)))
+            reach = max(breaks.pointing, np.arctan2(breaks.half_goal, np.hypot(gx - x, y)))
             out[14 + 2 * slot + goal] = 1 if bearing <= reach else 0
         out[26 + slot] = 1 if (x > bx if side == 0 else x < bx) else 0
     for goal in range(2):
-        distance = np.hypot(bx - (-goal_x if goal == 0 else goal_x), by)
-        out[6 + goal] = 0 if distance <= area else (1 if distance <= half else 2)
+        distance = np.hypot(bx - (-breaks.goal_x if goal == 0 else breaks.goal_x), by)
+        out[6 + goal] = 0 if distance <= breaks.very_close else (1 if distance <= breaks.close else 2)
     if not np.isnan(direction):
         seen = direction if flip > 0 else direction + np.pi
         out[32] = int(np.floor((seen + np.pi / 8) / (np.pi / 4))) % 8
-    out[33] = 0 if speed <= slow else (1 if speed <= medium else 2)
+    out[33] = 0 if speed <= breaks.slow else (1 if speed <= breaks.medium else 2)
     out[34] = score
     out[35] = situation
     return True
@@ -309,7 +301,7 @@ def _turn(angle: float) -> float:
 @njit(cache=True, nogil=True)
 def _look_at_all(
     robots: F64, teams: I64, roles: I64, offsets: I64, ball: F64, direction: F64,
-    moment: I64, observer: I64, score: I64, situation: I64, breaks: F64, out: U8, known: Bool,
+    moment: I64, observer: I64, score: I64, situation: I64, breaks: Breaks, out: U8, known: Bool,
 ) -> None:
     for k in range(len(moment)):
         m = moment[k]
@@ -362,16 +354,17 @@ def elements(
     at[at == len(times)] = 0
     moment = np.where(times[at] == t_ns, at, -1) if len(times) else np.full(len(t_ns), -1)
     observer = np.asarray(team, dtype=np.int64)
-    segment_known = balls["segment"].is_not_null().to_numpy()
-    playing = segment_known[moment] & (moment >= 0) if len(times) else np.zeros(len(t_ns), dtype=np.bool_)
+    stopped = pl.DataFrame({"t_ns": t_ns}).join(
+        balls.filter(pl.col("segment").is_null()), on="t_ns", how="left", maintain_order="left"
+    )["frame"].is_not_null().to_numpy()
     _look_at_all(
         robots.select("x", "y", "theta").cast(pl.Float64).fill_null(np.nan).to_numpy(order="c"),
         _index(robots["team"], TEAMS), _index(robots["role"], ROLES), offsets,
         balls.select("x", "y", "vx", "vy").cast(pl.Float64).fill_null(np.nan).to_numpy(order="c"),
         balls["direction"].fill_null(np.nan).to_numpy(),
         moment, observer, score_levels(referee, observer, t_ns),
-        np.where(playing, NORMAL, _stopped_levels(referee, t_ns)),
-        breaks.array(), out, known,
+        np.where(stopped, _stopped_levels(referee, t_ns), NORMAL),
+        breaks, out, known,
     )
     return out, known
 

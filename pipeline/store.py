@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 import polars as pl
 from pydantic import BaseModel, ValidationError
 
-from pipeline.errors import CorruptFile, NotFound, PitchloreError, StorageFailed
+from pipeline.errors import CorruptFile, NotFound, PitchloreError, StorageFailed, in_one_line
 from pipeline.receipts import SOFTWARE, FileRecord, Manifest, Quarantined, Receipt, digest
 from pipeline.tables import from_parquet, to_parquet
 from schemas import Table
@@ -193,6 +193,18 @@ class Store:
         data = self.read(receipt, role)
         return from_parquet(data, schema, where=str(self.root / receipt.files[role].path))
 
+    def verify_receipts(self, noun: str) -> list[str]:
+        """What is wrong with the files that a noun's receipts name, one line each."""
+        problems = []
+        for path in sorted((self.root / noun).glob("*.receipt.json")):
+            try:
+                receipt = _read_model(path, Receipt)
+                for role in receipt.files:
+                    self.read(receipt, role)
+            except PitchloreError as error:
+                problems.append(str(error))
+        return problems
+
     def _receipt_path(self, noun: str, name: str) -> Path:
         return self.root / noun / f"{_safe(name)}.receipt.json"
 
@@ -345,7 +357,7 @@ class Store:
 
     def quarantine(self, noun: str, name: str, error: Exception) -> Quarantined:
         """Record why a stage could not take a match; nothing of the match is touched."""
-        record = Quarantined(noun=noun, name=name, error=type(error).__name__, reason=str(error))
+        record = Quarantined(noun=noun, name=name, error=type(error).__name__, reason=in_one_line(error))
         self.write_bytes(self._quarantine_path(noun, name), _pretty(record))
         return record
 

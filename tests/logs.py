@@ -1,16 +1,11 @@
-"""Match logs for tests: made by hand, and from the recordings beside the checkout."""
-
-from pathlib import Path
+"""Match logs made by hand."""
 
 import numpy as np
 import polars as pl
-import pytest
 
 from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
 from pipeline.pitch import PITCHES, Kind
 from schemas import Referee
-
-RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "matches"
 
 
 def ns(seconds):
@@ -70,32 +65,3 @@ def make_log(t_s, bodies, *, referee=(), periods=(), kind=Kind.VSSS, t_ns=None):
     offsets = np.concatenate(([0], np.cumsum(np.bincount(frame, minlength=frames)))).astype(np.int64)
     number = np.arange(frames, dtype=np.uint32)
     return MatchLog(info, Frames(number, t_ns, ball, offsets, robot[order]), referee_rows(*referee))
-
-
-def recorded_log(name):
-    """A recording beside the checkout as a match log; the test is skipped where it is absent."""
-    path = RECORDINGS / name
-    if not path.exists():
-        pytest.skip(f"the recording {name} is not beside this checkout")
-    table = pl.read_parquet(path)
-    home, kind = ("blue", Kind.VSSS) if name.startswith("rsim") else ("TIGERs", Kind.SSL)
-    frames = table.group_by("frame").agg(pl.col("t", "game_state").first()).sort("frame")
-    t_s = frames["t"].to_numpy() - frames["t"][0]
-    bodies = {}
-    for (team, player), rows in table.group_by("team", "player"):
-        path = np.full((len(t_s), 3), np.nan)
-        path[frames["frame"].search_sorted(rows["frame"])] = (
-            rows.select("x", "y", pl.col("heading").fill_null(float("nan"))).to_numpy()
-        )
-        bodies["ball" if team == "ball" else (int(team != home), player)] = path
-    if kind is Kind.SSL:
-        return make_log(t_s, bodies, kind=kind)
-    words = {"goal": "goal", "kickoff": "kick-off", "freeball": "fault", "half": "half"}
-    events = [
-        (t, words[part[0]], {"b": "home", "y": "away"}.get(part[-1]))
-        for t, state in zip(t_s, frames["game_state"], strict=True) if state != "play"
-        for part in (word.split("_") for word in state.split("+"))
-    ]
-    half = next(t for t, event, _ in events if event == "half")
-    periods = ((0, half, 1), (half, t_s[-1] + 1, -1))
-    return make_log(t_s, bodies, referee=events, periods=periods)

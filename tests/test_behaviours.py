@@ -12,7 +12,7 @@ from pipeline.grams import cover, grams, merge, value
 from pipeline.settings import BehaviourSettings, GramSettings, RoundSettings
 from schemas import ROLES, Grams, Patterns
 
-ANY = BehaviourSettings(support_at_least=1, value_over=0.0, sigma_end=0.1)
+ANY = BehaviourSettings(share_of="situations", support_at_least=1, value_over=0.0, sigma_end=0.1)
 ONE = RoundSettings(n=2, rows=1, columns=2, activation=0.10)
 
 
@@ -48,6 +48,14 @@ def test_have_a_busy_neuron_and_a_value_over_the_threshold():
 def test_need_at_least_the_share_of_all_recognised_situations(recognised, kept):
     report = select(BUSY, recognised, ANY, ONE).report
     assert (report.neurons_kept, report.groups_kept > 0) == (kept, kept == 1)
+
+
+@pytest.mark.parametrize(("activation", "kept"), [(0.2, 2), (0.22, 1), (0.78, 1), (0.79, 0)])
+def test_or_the_share_of_the_groups_however_many_situations_there_were(activation, kept):
+    by_groups = ANY.model_copy(update={"share_of": "groups"})
+    report = select(BUSY, 1_000_000, by_groups, ONE.model_copy(update={"activation": activation})).report
+    assert report.threshold == pytest.approx(41 * activation)
+    assert report.neurons_kept == kept
 
 
 def test_need_the_support_of_the_settings():
@@ -96,6 +104,16 @@ def test_do_not_depend_on_the_order_of_the_grams(found, random, recognised):
     assert_frame_equal(one.patterns, two.patterns, check_exact=True)
     assert one.report == two.report
     assert sum(one.report.activations) == one.report.windows == sum(row[2] for row in listed)
+
+
+@given(rows)
+@settings(max_examples=40, deadline=None)
+def test_the_default_maps_are_so_small_that_the_busiest_neuron_always_passes(found):
+    listed = [(role, codes, count, 0.0, 0.0) for role, codes, count, _ in found]
+    default = BehaviourSettings()
+    for round_ in default.rounds:
+        assert round_.rows * round_.columns * round_.activation <= 1
+    assert select(table(*listed), 10**9, default, default.rounds[2]).report.neurons_kept >= 1
 
 
 def test_rounds_go_from_long_to_short_over_what_is_left():

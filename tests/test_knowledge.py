@@ -25,9 +25,9 @@ rows = st.lists(st.tuples(st.integers(0, 3), st.sampled_from(NAMES), st.floats(-
 
 
 class TestOccasions:
-    def test_count_behaviours_by_state_and_leave_moves_randomly_out(self):
+    def test_count_behaviours_by_state_and_moves_randomly_as_code_194(self):
         found = occasions([
-            decisions((5, "striker-046", 0.5), (5, None, 0.9), (2, "striker-046", -0.25)),
+            decisions((5, "striker-046", 0.5), (5, None, 0.75), (2, "striker-046", -0.25)),
             decisions((5, "striker-046", 0.25), (5, "striker-001-011", 0.5)),
         ], version=3)
         Occasions.validate(found)
@@ -35,6 +35,7 @@ class TestOccasions:
             (3, "striker", 2, "striker-046", 1, -0.25),
             (3, "striker", 5, "striker-001-011", 1, 0.5),
             (3, "striker", 5, "striker-046", 2, 0.375),
+            (3, "striker", 5, "striker-194", 1, 0.75),
         ]
 
     @given(rows, st.randoms(use_true_random=False))

@@ -185,10 +185,10 @@ class TestLevels:
         assert see(bodies([0.0], ball=(0.0, 0.0, speed, 0.0), **SIX))["ball velocity"] == level
 
     def test_scale_with_the_kind_of_match(self):
-        assert Breaks.of(VSSS).ball_goal == pytest.approx((0.40, 0.75))
+        assert Breaks.of(VSSS)[2:4] == pytest.approx((0.40, 0.75))
         large = PITCHES[Kind.SIM2D]
-        assert Breaks.of(large).ball_goal == pytest.approx((28.0, 52.5))
-        assert Breaks.of(large).ball_speed == pytest.approx((0.8, 4.8))
+        assert Breaks.of(large)[2:4] == pytest.approx((28.0, 52.5))
+        assert (Breaks.of(large).slow, Breaks.of(large).medium) == pytest.approx((0.8, 4.8))
         scene = {name: (50 * x, 50 * y, theta, role) for name, (x, y, theta, role) in SIX.items()}
         assert see(bodies([0.0], ball=(8.0, 0.0), **scene), pitch=large)["distance of own striker to ball"] == "too close"
 
@@ -336,6 +336,6 @@ def test_one_moment_can_be_looked_at_without_tables():
     roles = np.array([ROLES.index(WORDS[SIX[name][3]]) for name in names])
     out = np.empty(36, dtype=np.uint8)
     ball = np.array([0.0, 0.0, 0.3, 0.0])
-    assert look(robots, sides, roles, ball, 1.0, 0.0, 1, 0, Breaks.of(VSSS).array(), out)
+    assert look(robots, sides, roles, ball, 1.0, 0.0, 1, 0, Breaks.of(VSSS), out)
     found, _ = elements(bodies([0.0], ball=tuple(ball), **SIX), NOBODY, VSSS, np.array([0]), np.array([0]))
     assert out.tolist() == found[0].tolist()

@@ -4,14 +4,16 @@ from dataclasses import replace
 import numpy as np
 import polars as pl
 import pytest
+from conftest import SAMPLE
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from logs import make_log, ns, recorded_log
+from logs import make_log, ns
 from polars.testing import assert_frame_equal
 
 from pipeline.errors import DamagedLog
 from pipeline.frame import AWAY, HOME, Frames, MatchLog
+from pipeline.importers import rcg, tracking
 from pipeline.pitch import Kind
 from pipeline.settings import TrajectorySettings
 from pipeline.timeline import order_samples
@@ -94,19 +96,20 @@ def test_unknown_headings_are_null_and_do_not_stop_velocities():
     assert np.allclose(table["omega"].drop_nulls(), 0.5, atol=1e-4)
 
 
-def test_a_short_hole_is_spanned_and_a_long_one_is_not():
+@pytest.mark.parametrize(("missing", "spanned"), [(4, True), (20, False)])
+def test_a_short_hole_is_spanned_and_a_long_one_is_not(missing, spanned):
     t = at_60hz(2)
-    x = np.where(t < 1, 0.0, 0.5 * (t - 1))  # stands, then drives
-    for missing, spans in ((4, True), (20, False)):
-        path = np.stack((x, 0 * t, 0 * t), axis=1)
-        path[60 : 60 + missing] = np.nan
-        table, _ = run(make_log(t, {(HOME, 1): path, "ball": still(len(t))}))
-        robot = of(table, "home", 1)
-        assert robot.height == len(t) - missing
-        last_before = robot.filter(pl.col("frame") == 59)["vx"].item()
-        first_after = robot.filter(pl.col("frame") == 60 + missing)["vx"].item()
-        assert (last_before == 0.0) is not spans or missing == 4
-        assert first_after == pytest.approx(0.5, abs=1e-4) or spans
+    path = np.stack((np.where(t < 1, 0.0, 0.5 * (t - 1)), 0 * t, 0 * t), axis=1)  # stands, then drives
+    path[60 : 60 + missing] = np.nan
+    robot = of(run(make_log(t, {(HOME, 1): path, "ball": still(len(t))}))[0], "home", 1)
+    assert robot.height == len(t) - missing
+    before, after = (robot.filter(pl.col("frame") == frame)["vx"].item() for frame in (59, 60 + missing))
+    if spanned:
+        assert before > 0.05
+        assert after < 0.45
+    else:
+        assert before == 0.0
+        assert after == pytest.approx(0.5, abs=1e-4)
 
 
 def test_one_sample_alone_has_no_velocity():
@@ -120,7 +123,8 @@ def test_one_sample_alone_has_no_velocity():
 
 def test_nothing_is_flagged_in_a_clean_log_and_bodies_are_sorted():
     t = at_60hz(1)
-    table, quality = run(make_log(t, {(AWAY, 0): still(60, 0.5), (HOME, 7): still(60), "ball": still(60), (HOME, 2): still(60, -0.3)}))
+    bodies = {(AWAY, 0): still(60, 0.5), (HOME, 7): still(60), "ball": still(60), (HOME, 2): still(60, -0.3)}
+    table, quality = run(make_log(t, bodies))
     assert quality.is_empty()
     keys = table.select("team", "robot").unique(maintain_order=True).rows()
     assert keys == [("ball", None), ("home", 2), ("home", 7), ("away", 0)]
@@ -187,7 +191,11 @@ def test_every_frame_is_kept_or_accounted_for(times, reorder_ns):
 
 def test_a_goal_ends_its_segment_and_play_stops_until_the_kick_off():
     t = np.arange(100) * 0.1
-    log = make_log(t, {"ball": still(100)}, kind=Kind.SIM2D, referee=[(0, "kick-off", "home"), (3, "goal", "home"), (5, "kick-off", "away"), (7, "stop", None), (8, "play", None), (9, "end", None)])
+    events = [
+        (0, "kick-off", "home"), (3, "goal", "home"), (5, "kick-off", "away"),
+        (7, "stop", None), (8, "play", None), (9, "end", None),
+    ]
+    log = make_log(t, {"ball": still(100)}, referee=events)
     segment = run(log)[0]["segment"].to_list()
     assert segment[:30] == [0] * 30
     assert segment[30:50] == [None] * 20
@@ -207,7 +215,8 @@ def test_a_goal_with_its_restart_at_once_begins_the_next_segment():
 def test_velocities_do_not_reach_over_a_restart():
     t = at_60hz(2)
     x = np.where(t < 1, 0.4 * t, 0.0)  # put back at 1 s
-    table, quality = run(make_log(t, {"ball": np.stack((x, 0 * x), axis=1)}, referee=[(1, "goal", "home"), (1, "kick-off", "away")]))
+    events = [(1, "goal", "home"), (1, "kick-off", "away")]
+    table, quality = run(make_log(t, {"ball": np.stack((x, 0 * x), axis=1)}, referee=events))
     assert np.allclose(table["vx"][:60], 0.4, atol=1e-5)
     assert np.allclose(table["vx"][60:], 0.0, atol=1e-7)
     assert quality.is_empty()
@@ -215,9 +224,9 @@ def test_velocities_do_not_reach_over_a_restart():
 
 def test_before_a_first_kick_off_play_is_not_on_but_before_a_first_goal_it_is():
     t = np.arange(20) * 0.1
-    body = {"ball": still(20)}
-    assert run(make_log(t, body, referee=[(1, "kick-off", "home")]))[0]["segment"].to_list() == [None] * 10 + [0] * 10
-    assert run(make_log(t, body, referee=[(1, "goal", "home")]))[0]["segment"].to_list() == [0] * 10 + [None] * 10
+    for event, expected in (("kick-off", [None] * 10 + [0] * 10), ("goal", [0] * 10 + [None] * 10)):
+        table, _ = run(make_log(t, {"ball": still(20)}, referee=[(1, event, "home")]))
+        assert table["segment"].to_list() == expected
 
 
 def test_play_that_goes_on_does_not_cut_and_a_fault_does():
@@ -238,8 +247,11 @@ def test_a_gap_cuts_and_is_flagged():
 
 def test_the_second_half_is_turned():
     t = at_60hz(2)
-    bodies = {"ball": still(120, 0.3, 0.2), (HOME, 1): still(120, 0.1, -0.4, 0.5), (AWAY, 1): still(120, 0.6, 0.0, -math.pi)}
-    table, _ = run(make_log(t, bodies, referee=[(1, "half", None), (1, "kick-off", "away")], periods=[(0, 1, 1), (1, 2, -1)]))
+    bodies = {
+        "ball": still(120, 0.3, 0.2), (HOME, 1): still(120, 0.1, -0.4, 0.5), (AWAY, 1): still(120, 0.6, 0.0, -math.pi)
+    }
+    events, periods = [(1, "half", None), (1, "kick-off", "away")], [(0, 1, 1), (1, 2, -1)]
+    table, _ = run(make_log(t, bodies, referee=events, periods=periods))
     first, second = table.filter(pl.col("frame") == 10), table.filter(pl.col("frame") == 70)
     assert first["turned"].to_list() == [False] * 3
     assert second["turned"].to_list() == [True] * 3
@@ -330,6 +342,15 @@ def test_a_wrong_first_sample_is_the_suspect_one():
     table, _ = run(make_log(t, {"ball": np.stack((x, 0 * x), axis=1)}))
     assert table.filter("suspect")["frame"].to_list() == [0]
     assert table["segment"].to_list() == [0] * 60
+
+
+def test_what_was_near_in_the_segment_before_is_not_a_wrong_first_sample():
+    t = at_60hz(2)
+    x = np.where(t < 1.02, -0.4, 0.4)  # put elsewhere two samples after the fault
+    bodies = {(HOME, 0): np.stack((x, 0 * x, 0 * x), axis=1), "ball": still(120)}
+    table, quality = run(make_log(t, bodies, referee=[(0, "play", None), (1, "fault", None)]))
+    assert not table["suspect"].any()
+    assert quality.select("flaw", "start_ns", "count").rows() == [("robot jump", ns(62 / 60), 1)]
 
 
 # ---- what is not there
@@ -447,14 +468,18 @@ def test_velocities_do_not_depend_on_other_segments(log, seed):
 # ---- recordings
 
 
-def test_the_recorded_vsss_match_is_clean():
-    log = recorded_log("rsim-vss-3v3.parquet")
-    table, quality = run(log)
+@pytest.fixture(scope="module")
+def sample():
+    return tracking.read(SAMPLE.read_bytes(), name=SAMPLE.name, match_id="sample")
+
+
+def test_the_sample_match_is_clean(sample):
+    table, quality = run(sample)
     assert table.height == 24_000 * 7
     assert quality.is_empty()
     assert not table["suspect"].any()
     assert table["segment"].null_count() == 0  # play goes on at once
-    assert table["segment"].max() + 1 == log.referee["t_ns"].n_unique()
+    assert table["segment"].max() + 1 == sample.referee["t_ns"].n_unique()
     speed = (table["vx"] ** 2 + table["vy"] ** 2).sqrt()
     assert speed.null_count() == 0
     assert speed.max() < 1.3  # the simulator's robots drive at 1.2 m/s at most
@@ -463,9 +488,19 @@ def test_the_recorded_vsss_match_is_clean():
     assert dict(goalkeepers.rows())["away"] > 0.3
 
 
-def test_real_robots_flags_are_right():
-    """Looked at by eye: one outlier run of the ball, one ball put elsewhere, one robot (see DECISIONS.md)."""
-    table, quality = run(recorded_log("ssl-2025-robocin-tigers-345s.parquet"))
+def test_the_order_of_robots_in_a_frame_does_not_matter(sample):
+    frames = sample.frames
+    cut = int(frames.offsets[500])
+    short = Frames(frames.number[:500], frames.t_ns[:500], frames.ball[:500], frames.offsets[:501], frames.robots[:cut])
+    backwards = replace(short, robots=np.ascontiguousarray(short.robots.reshape(500, 6)[:, ::-1]).reshape(-1))
+    assert_frame_equal(run(MatchLog(sample.info, short))[0], run(MatchLog(sample.info, backwards))[0])
+
+
+def test_real_robots_flags_are_right(recording):
+    """Looked at by eye: one run of outliers, one ball and one robot put elsewhere (see DECISIONS.md)."""
+    path = recording("ssl-2025-robocin-tigers-345s.parquet")
+    log = tracking.read(path.read_bytes(), name=path.name, match_id="recorded")
+    table, quality = run(replace(log, referee=log.referee.clear()))  # all of it as play
     jumps = quality.filter(pl.col("flaw") != "gap").select("flaw", "count", pl.col("start_ns") // 1_000_000)
     assert jumps.rows() == [("ball jump", 9, 72_031), ("ball jump", 1, 258_621), ("robot jump", 1, 184_247)]
     assert quality.filter(pl.col("flaw") == "gap").height == 14
@@ -475,10 +510,11 @@ def test_real_robots_flags_are_right():
     assert max(fastest["home"], fastest["away"]) < 5
 
 
-def test_the_same_log_gives_the_same_table_in_any_order_of_robots():
-    log = recorded_log("rsim-vss-3v3.parquet")
-    frames = log.frames
-    cut = int(frames.offsets[500])
-    short = Frames(frames.number[:500], frames.t_ns[:500], frames.ball[:500], frames.offsets[:501], frames.robots[:cut])
-    backwards = replace(short, robots=np.ascontiguousarray(frames.robots[:cut].reshape(500, 6)[:, ::-1].reshape(-1)))
-    assert_frame_equal(run(MatchLog(log.info, short))[0], run(MatchLog(log.info, backwards))[0])
+def test_a_simulated_2d_match_stops_at_its_goals_and_players_are_put_back_after(recording):
+    path = recording("rcssserver-3v3.rcg.gz")
+    table, quality = run(rcg.read(path.read_bytes(), name=path.name, match_id="recorded"))
+    stops = table.group_by("segment").agg(pl.col("t_ns").max()).drop_nulls("segment").sort("segment")
+    assert stops["t_ns"].to_list()[:3] == [21_700_000_000, 56_800_000_000, 92_100_000_000]
+    put = quality.filter(pl.col("note").str.starts_with("put elsewhere"))
+    assert {21_900_000_000, 57_000_000_000, 92_300_000_000} <= set(put["start_ns"])
+    assert not table["suspect"].any()

@@ -8,6 +8,7 @@ from typing import Annotated
 import polars as pl
 from cyclopts import App, Parameter
 
+from flows.catalog import RECEIPTED, VERSIONED
 from flows.commands.common import Common, console, print_frame, print_json
 from pipeline.errors import NotFound
 from pipeline.knowledge import diff as difference
@@ -97,27 +98,29 @@ def diff(before: int, after: int | None = None, *, json: Json = False, common: C
 
 @app.command
 def verify(version: int | None = None, *, json: Json = False, common: Common = DEFAULTS) -> None:
-    """Check every file of every version (or of one) against its manifest's SHA-256.
+    """Check every file of every version (or of one), and of every receipt, against its SHA-256.
 
     Example: pitchlore kb verify
 
     Args:
-        version: Check only this one.
+        version: Check only this version of the knowledge.
         json: Print JSON.
         common: Options of every command.
     """
     store = common.store
     versions = [("knowledge", version)] if version else [
-        (noun, v) for noun in ("knowledge", "policies") for v in store.versions(noun)
+        (noun, v) for noun in VERSIONED for v in store.versions(noun)
     ]
     problems = {f"{noun} {v}": store.verify_version(noun, v) for noun, v in versions}
+    if version is None:
+        problems |= {noun: store.verify_receipts(noun) for noun in RECEIPTED}
     bad = [line for lines in problems.values() for line in lines]
     if json:
         print_json(problems)
     else:
         for line in bad:
             console().print(line, markup=False)
-        console().print(f"{len(versions)} versions checked, {len(bad)} problems")
+        console().print(f"{len(problems)} versions and stages checked, {len(bad)} problems")
     sys.exit(1 if bad else 0)
 
 

@@ -18,7 +18,7 @@ Sign = Literal[1, -1]
 #: A period whose vote is weaker is not told apart from chance.
 WEAK = 0.2
 #: A change of sides without a half-time event needs such a vote on both of its sides, ...
-CLEAR = 0.4
+CLEAR = 0.5
 #: ... and each of them this share of the match.
 LEAST_SHARE = 0.1
 #: A sample counts for the time until the next one, but for no longer than this.
@@ -40,9 +40,8 @@ class Directions(NamedTuple):
 def infer_periods(frames: Frames, boundaries: Sequence[int], first: Sign | None = None) -> Directions:
     """The direction in which home attacks in each period, from where the bodies stand.
 
-    Each sample votes half by which team's mean stands nearer to which goal, half by whose robots
-    are the rearmost at either end (a goalkeeper stays at home, whoever has the better of the
-    match). A period's vote is the mean over its time. Without half-time events a single change of
+    Each sample has three votes: which team's mean stands nearer to which goal, and whose robot is
+    the rearmost at either end (a goalkeeper stays at home, whoever has the better of the match). A period's vote is the mean over its time. Without half-time events a single change of
     sides is looked for, and taken only if the bodies are clear before and after it.
 
     Args:
@@ -108,7 +107,10 @@ def direction_flaws(directions: Directions, t_ns: I64) -> list[Flaw]:
 
 
 def votes_of(frames: Frames) -> F64:
-    """[F] the vote of each sample in {-1, -0.5, 0, 0.5, 1}; 0 where a team is not seen."""
+    """[F] the mean of each sample's three votes, in [-1, 1]; 0 where a team is not seen.
+
+    Positive where home seems to attack +x. Each vote is -1, 0 or 1.
+    """
     count = len(frames)
     frame_of = frames.robot_frames()
     x = frames.robots["x"].astype(np.float64)
@@ -123,11 +125,11 @@ def votes_of(frames: Frames) -> F64:
         np.minimum.at(low[team], frame_of[mine], x[mine])
         np.maximum.at(high[team], frame_of[mine], x[mine])
     both = np.isfinite(low).all(axis=0)
-    # who is rearmost at the -x end, and who at the +x end: +1 each if that end is home's own
+    # who is the furthest out at either end: +1 if that is home at the -x end, away at the +x end
     west = np.sign(np.where(both, low[AWAY], 0) - np.where(both, low[HOME], 0))
     east = np.sign(np.where(both, high[AWAY], 0) - np.where(both, high[HOME], 0))
     middle = np.sign(mean[AWAY] - mean[HOME])
-    result: F64 = np.where(both, middle / 2 + (west + east) / 4, 0.0)
+    result: F64 = np.where(both, (middle + west + east) / 3, 0.0)
     return result
 
 

@@ -73,6 +73,8 @@ class _Record:
     names: list[str] = field(default_factory=lambda: [_NO_TEAM, _NO_TEAM])
     skipped: int = 0
     last_bad: bool = False
+    #: show lines that were not whole since the last one that was
+    lost: int = 0
 
 
 def read(data: bytes, *, name: str, match_id: str) -> MatchLog:
@@ -132,18 +134,13 @@ def read(data: bytes, *, name: str, match_id: str) -> MatchLog:
 def _scan(text: bytes) -> _Record:
     """Reads line by line; a line that cannot be read is counted and skipped."""
     record = _Record()
-    tick = -1
-    cycle = -1
     for raw in text.split(b"\n"):
         line = raw.strip()
         if not line:
             continue
         record.last_bad = False
         if line.startswith(b"(show "):
-            cycle, step = _advance(line, cycle)
-            tick += step
-            if not _scan_show(line, tick, record):
-                record.last_bad = True
+            record.last_bad = not _scan_show(line, record)
         elif mode := _MODE.fullmatch(line):
             record.marks.append((len(record.numbers), int(mode[1]), mode[2].decode()))
         elif team := _TEAM.fullmatch(line):
@@ -159,25 +156,24 @@ def _scan(text: bytes) -> _Record:
     return record
 
 
-def _advance(line: bytes, cycle: int) -> tuple[int, int]:
-    """The cycle of a show line and by how many steps time goes on to it."""
-    found = re.match(rb"\(show (\d{1,9})\b", line)
-    if found is None:
-        return cycle, 1
-    now = int(found[1])
-    gap = now - cycle if cycle >= 0 else 1
-    return now, gap if 1 <= gap <= _LONGEST_GAP else 1
-
-
-def _scan_show(line: bytes, tick: int, record: _Record) -> bool:
+def _scan_show(line: bytes, record: _Record) -> bool:
     """Takes in a show line; False if it is not whole."""
     head = _SHOW.match(line)
-    if head is None or line.count(b"(") != line.count(b")"):
+    players = [] if head is None else _PLAYER.findall(line, head.end())
+    if (
+        head is None
+        or line.count(b"(") != line.count(b")")
+        or len(players) != len(_PLAYER_START.findall(line, head.end()))
+    ):
+        record.lost += 1
         return False
-    players = _PLAYER.findall(line, head.end())
-    if len(players) != len(_PLAYER_START.findall(line, head.end())):
-        return False
-    record.numbers.append(int(head[1]))
+    cycle = int(head[1])
+    tick = 0
+    if record.ticks:
+        gap = cycle - record.numbers[-1]
+        tick = record.ticks[-1] + max(gap if gap <= _LONGEST_GAP else 1, 1 + record.lost)
+    record.lost = 0
+    record.numbers.append(cycle)
     record.ticks.append(tick)
     record.balls.append(head.groups()[1:])
     record.players.append(players)
@@ -206,7 +202,7 @@ def _frames(record: _Record) -> Frames:
     """The samples, in our axes and units."""
     per_second = 1000 / record.server.step_ms
     t_ns = np.array(record.ticks, dtype=np.int64)
-    t_ns = (t_ns - t_ns[0]) * (record.server.step_ms * 1_000_000)
+    t_ns = t_ns * (record.server.step_ms * 1_000_000)
     ball = np.array(record.balls, dtype="S").astype(np.float64)
     counts = np.array([len(players) for players in record.players], dtype=np.int64)
     frame_of: I64 = np.repeat(np.arange(len(counts), dtype=np.int64), counts)

@@ -54,12 +54,11 @@ def read(data: bytes, *, name: str, match_id: str, mapping: TrackingMap | None =
     names, table, unnamed = _teams(table, mapping.teams, name)
     flaws += unnamed
     table, numbers = _players(table, names, flaws)
-    rows = _arrange(_in_metres(table, mapping), names)
+    rows = _arrange(_in_metres(table, mapping))
     pitch, guessed_pitch = guess_pitch(
         rows.column("x"), mapping.pitch, corner=mapping.axes.origin == "corner"
     )
     rows = _turned(rows, mapping, pitch)
-    flaws += _not_numbers(rows, swap=False)
     frames = _frames(rows)
     course = _course(rows, frames)
     guessed: dict[str, object] = {}
@@ -71,8 +70,6 @@ def read(data: bytes, *, name: str, match_id: str, mapping: TrackingMap | None =
             names = (names[1], names[0])
             rows = rows._replace(team=np.where(rows.team < 2, 1 - rows.team, rows.team))
             frames = _frames(rows)
-            flaws = [_swapped(flaw) for flaw in flaws]
-            numbers = {team: numbers[team] for team in names if team in numbers}
     if guessed_pitch:
         guessed["pitch"] = pitch.model_dump(mode="json")
     if numbers:
@@ -83,14 +80,15 @@ def read(data: bytes, *, name: str, match_id: str, mapping: TrackingMap | None =
         frames, [event.t_ns for event in events if event.event == "half"],
         None if attacks is None else (1 if attacks == "right" else -1),
     )
-    flaws += unknown + direction_flaws(directions, frames.t_ns)
+    flaws += _not_numbers(rows) + unknown + direction_flaws(directions, frames.t_ns)
     if unpacked.damage is not None:
         flaws.append(Flaw("truncated", unpacked.damage, start_ns=int(frames.t_ns.max())))
+    damage = next((flaw.note for flaw in flaws if flaw.flaw == "truncated"), None)
     info = MatchInfo(
         match_id=match_id, source=name, format="tracking", home=names[0], away=names[1], pitch=pitch,
         periods=directions.periods, settings={"map": mapping.settings(), "guessed": guessed},
-        software=f"pitchlore {__version__}", complete=unpacked.damage is None,
-        incomplete_reason=unpacked.damage,
+        software=f"pitchlore {__version__}", complete=damage is None,
+        incomplete_reason=damage,
     )
     return MatchLog(
         info=info, frames=frames, referee=referee(match_id, events), quality=quality(match_id, flaws)
@@ -182,7 +180,7 @@ def _in_metres(table: pl.DataFrame, mapping: TrackingMap) -> pl.DataFrame:
     )
 
 
-def _arrange(table: pl.DataFrame, names: tuple[str, str]) -> _Rows:
+def _arrange(table: pl.DataFrame) -> _Rows:
     """The rows of each frame together, in the order in which frames are in the file.
 
     A body that comes twice at one frame number and time is a frame that was recorded twice. A
@@ -232,9 +230,9 @@ def _seen(rows: _Rows) -> npt.NDArray[np.bool_]:
     return np.isfinite(rows.column("x")) & np.isfinite(rows.column("y"))
 
 
-def _not_numbers(rows: _Rows, *, swap: bool) -> list[Flaw]:
+def _not_numbers(rows: _Rows) -> list[Flaw]:
     """One flaw a body whose place was at some time not a number."""
-    bad = rows.table.filter(rows.table["given"] & ~pl.Series(_seen(rows)))
+    bad = rows.table.with_columns(pl.Series("side", rows.team)).filter("given", ~pl.Series(_seen(rows)))
     found = bad.group_by("side", "id").agg(
         pl.len(), pl.col("t_ns").min().alias("start"), pl.col("t_ns").max().alias("end")
     )
@@ -247,17 +245,12 @@ def _not_numbers(rows: _Rows, *, swap: bool) -> list[Flaw]:
     ]
 
 
-def _swapped(flaw: Flaw) -> Flaw:
-    return flaw
-
-
 def _frames(rows: _Rows) -> Frames:
     """The samples, as recorded."""
     seen = _seen(rows)
     ball, robot = seen & (rows.team == 2), seen & (rows.team < 2)
     columns = {name: rows.column(name) for name in ("x", "y", "vx", "vy", "theta", "omega")}
-    for name in ("vx", "vy", "theta", "omega"):
-        columns[name][~np.isfinite(columns[name])] = np.nan
+    columns = {name: np.where(np.isfinite(values), values, np.nan) for name, values in columns.items()}
     balls = {name: np.full(len(rows.first), np.nan) for name in ("x", "y", "vx", "vy")}
     for name, values in balls.items():
         values[rows.frame[ball]] = columns[name][ball]
@@ -276,16 +269,17 @@ def _frames(rows: _Rows) -> Frames:
 def _course(rows: _Rows, frames: Frames) -> Course:
     """What the table says of the course of the match, in order of time."""
     order = np.argsort(frames.t_ns, kind="stable")
-    facts = rows.table[rows.first[order].tolist()]
-
-    def words(name: str) -> list[str | None] | None:
-        return facts[name].to_list() if name in facts.columns and facts[name].null_count() < len(facts) else None
-
+    names = [name for name in ("game_state", "segment", "score_home", "score_away") if name in rows.table]
+    facts = rows.table.select(names)[rows.first[order]]
+    given = {name for name in names if facts[name].null_count() < len(facts)}
     score = None
-    if "score_home" in facts.columns and "score_away" in facts.columns:
-        score = facts.select(pl.col("score_home", "score_away").fill_null(-1)).to_numpy().astype(np.int64)
+    if {"score_home", "score_away"} <= given:
+        score = facts.select(pl.col("score_home", "score_away").fill_null(-1)).to_numpy()
     return Course(
-        frames.t_ns[order], words("game_state"), score if score is not None and (score >= 0).any() else None,
-        words("segment"), frames.ball["x"][order].astype(np.float64),
+        frames.t_ns[order],
+        facts["game_state"].to_list() if "game_state" in given else None,
+        score,
+        facts["segment"].to_list() if "segment" in given else None,
+        frames.ball["x"][order].astype(np.float64),
         frames.ball["y"][order].astype(np.float64),
     )

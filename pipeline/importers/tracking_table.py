@@ -51,6 +51,10 @@ def load(data: bytes, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame, li
             wrong type, or has frames, scores or times that cannot be.
     """
     parquet = data.startswith(b"PAR1")
+    flaws = []
+    if not parquet and _is_cut(data):
+        data = data[: data.rindex(b"\n") + 1]
+        flaws.append(Flaw("truncated", "the incomplete last line was left out"))
     raw = _read_parquet(data, mapping.columns, name) if parquet else _read_csv(data, mapping.columns, name)
     columns = [_typed(raw, ours, name, text=not parquet) for ours in raw.columns if ours != "t"]
     columns.append(_times(raw["t"], mapping.units.nanoseconds, name, text=not parquet))
@@ -58,7 +62,6 @@ def load(data: bytes, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame, li
     if "frame" not in table.columns:
         table = table.with_columns((pl.col("t_ns").rank("dense").cast(pl.Int64) - 1).alias("frame"))
     whole = table.drop_nulls(["frame", "t_ns", "team"])
-    flaws = []
     if len(whole) < len(table):
         flaws.append(Flaw("skipped", "rows without a frame, time or team", len(table) - len(whole)))
     if whole.is_empty():
@@ -120,7 +123,7 @@ def _read_csv(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
         # as text: what cannot be read as a number is told apart from what is not there
         table = pl.read_csv(
             io.BytesIO(data), has_header=False, skip_rows=1, new_columns=found, separator=mark,
-            infer_schema=False, encoding="utf8-lossy", truncate_ragged_lines=True,
+            infer_schema=False, encoding="utf8-lossy",
             columns=[found.index(theirs) for theirs in chosen.values()],
         )
     except pl.exceptions.PolarsError as error:
@@ -129,6 +132,14 @@ def _read_csv(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
             f"cannot be read as CSV ({first})", where=name, next_step="Mend or write it again"
         ) from error
     return table.select(pl.col(theirs).str.strip_chars().alias(ours) for ours, theirs in chosen.items())
+
+
+def _is_cut(csv: bytes) -> bool:
+    """Whether the last line has no end and fewer fields than the header."""
+    header, ended, rest = csv.partition(b"\n")
+    last = rest[rest.rfind(b"\n") + 1 :]
+    mark = separator(header.decode("utf-8", "replace")).encode()
+    return bool(ended) and bool(last) and last.count(mark) < header.count(mark)
 
 
 def _typed(raw: pl.DataFrame, ours: str, name: str, *, text: bool) -> pl.Series:

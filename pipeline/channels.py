@@ -1,0 +1,167 @@
+"""The channels of a log: which there are, how they are defined, and what their messages hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import resources
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+
+from pipeline import cdr
+from pipeline.cdr import Bools, Messages
+from pipeline.chunks import FRAMING_BYTES, MESSAGE, U8, Records
+from pipeline.frame import I64, Frames
+from pipeline.timeline import Flaw
+from schemas import Decisions, Referee, Table
+
+#: Ids of the log's channels, and of their schemas.
+FRAME, REFEREE, DECISION = 1, 2, 3
+
+
+class Topic(NamedTuple):
+    """What a channel is for.
+
+    Attributes:
+        name: of the channel.
+        message: name of its definition in ``schemas/``.
+        parts: of the definitions that it refers to.
+        head: layout of the fixed part of its messages.
+    """
+
+    name: str
+    message: str
+    parts: tuple[str, ...]
+    head: np.dtype[np.void]
+
+    def definition(self) -> str:
+        """The definition with those it refers to, as MCAP's ``ros2msg`` encoding wants it."""
+        folder = resources.files("schemas")
+        text = folder.joinpath(f"{self.message}.msg").read_text(encoding="utf-8")
+        for part in self.parts:
+            text += "=" * 80 + f"\nMSG: pitchlore/{part}\n"
+            text += folder.joinpath(f"{part}.msg").read_text(encoding="utf-8")
+        return text
+
+
+TOPICS = {
+    FRAME: Topic("/frame", "Frame", ("Robot",), cdr.FRAME_HEAD),
+    REFEREE: Topic("/referee", "RefereeEvent", (), cdr.REFEREE_HEAD),
+    DECISION: Topic("/decision", "Decision", (), cdr.DECISION_HEAD),
+}
+
+
+class Inbox:
+    """Messages as they come out of a file, sorted by topic; what fits none is counted.
+
+    Attributes:
+        seen: messages taken so far, of any kind.
+    """
+
+    def __init__(self) -> None:
+        self.seen = 0
+        self._topics: dict[int, int | str] = {}
+        self._parts: dict[int, list[Messages]] = {topic: [] for topic in TOPICS}
+        self._skipped: dict[str, list[I64]] = {}
+
+    def declare(self, channel: int, name: str, definition: str | None) -> None:
+        """Say what a channel is; the first declaration counts.
+
+        Args:
+            channel: its id.
+            name: of its topic.
+            definition: of its messages if they are CDR by a ``ros2msg`` definition, else None.
+        """
+        if channel in self._topics:
+            return
+        self._topics[channel] = f"messages on {name}, which is not of a match"
+        for ours, topic in TOPICS.items():
+            if topic.name == name:
+                alike = definition is not None and fields(definition) == fields(topic.definition())
+                self._topics[channel] = ours if alike else f"messages on {name}, which are defined otherwise"
+
+    def take(self, content: U8, records: Records) -> None:
+        """Take the messages among records of ``content`` (uint8), in their order."""
+        is_message = records.opcodes == MESSAGE
+        if not is_message.all():
+            records = records.keep(is_message)
+        self.seen += len(records.bodies)
+        channels = np.flatnonzero(np.bincount(records.channels + 1)) - 1
+        for channel in channels:
+            own = records if len(channels) == 1 else records.keep(records.channels == channel)
+            topic = self._topics.get(int(channel), "messages on a channel that is not declared")
+            if isinstance(topic, str):
+                self._skip(topic, cdr.log_times(content, own))
+                continue
+            head = TOPICS[topic].head
+            whole = own.lengths >= head.itemsize - FRAMING_BYTES
+            if not whole.all():
+                self._skip(_malformed(topic), cdr.log_times(content, own.keep(~whole)))
+                own = own.keep(whole)
+            self._parts[topic].append(cdr.take_out(content, own.bodies, own.lengths, head))
+
+    def frames(self) -> Frames:
+        """The samples, in the order in which they were taken."""
+        messages = self._messages(FRAME)
+        sound = cdr.sound_frames(messages)
+        self._skip(_malformed(FRAME), messages.heads["log_time"][~sound])
+        return cdr.unpack_frames(messages.keep(sound))
+
+    def referee(self, match_id: str) -> pl.DataFrame:
+        """Rows of schema Referee, in order of time."""
+        return self._table(REFEREE, Referee, cdr.unpack_referee, match_id, by=("t_ns",))
+
+    def decisions(self, match_id: str) -> pl.DataFrame:
+        """Rows of schema Decisions, in its order."""
+        return self._table(DECISION, Decisions, cdr.unpack_decisions, match_id, by=("team", "robot", "t_ns"))
+
+    def skipped(self, where: str) -> list[Flaw]:
+        """What was left out so far, by reason."""
+        flaws = []
+        for reason, times in sorted(self._skipped.items()):
+            t_ns = np.concatenate(times)
+            note = f"{where}: {reason}: left out"
+            flaws.append(Flaw("skipped", int(t_ns.min()), int(t_ns.max()) + 1, len(t_ns), note))
+        return flaws
+
+    def _skip(self, reason: str, t_ns: I64) -> None:
+        if len(t_ns):
+            self._skipped.setdefault(reason, []).append(t_ns)
+
+    def _messages(self, topic: int) -> Messages:
+        return cdr.concatenate(self._parts[topic], TOPICS[topic].head)
+
+    def _table(
+        self,
+        topic: int,
+        schema: type[Table],
+        unpack: Callable[[Messages], tuple[pl.DataFrame, Bools]],
+        match_id: str,
+        *,
+        by: tuple[str, ...],
+    ) -> pl.DataFrame:
+        messages = self._messages(topic)
+        if not len(messages):
+            return schema.empty()
+        rows, sound = unpack(messages)
+        self._skip(_malformed(topic), messages.heads["log_time"][~sound])
+        table = rows.with_columns(match_id=pl.lit(match_id)).select(*schema.dtypes())
+        good, failure = schema.filter(table)
+        broken: I64 = failure.invalid()["t_ns"].to_numpy()
+        self._skip(f"messages on {TOPICS[topic].name} that break the rules of {schema.tag()}", broken)
+        return good.sort(by, maintain_order=True)
+
+
+def fields(definition: str) -> list[tuple[str, str]]:
+    """Type and name of each field: what decides how a message is laid out.
+
+    Comments and constants do not, nor does the package that a part is from.
+    """
+    lines = (line.split("#")[0].split() for line in definition.splitlines())
+    kept = [line for line in lines if len(line) >= 2 and "=" not in "".join(line)]
+    return [(kind.split("/")[-1], name.split("/")[-1]) for kind, name, *_ in kept]
+
+
+def _malformed(topic: int) -> str:
+    return f"malformed messages on {TOPICS[topic].name}"

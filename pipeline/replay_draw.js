@@ -1,0 +1,326 @@
+// How the page paints a match: the pitch, the overview of the ball, and the robots' time lines.
+
+const GUTTER = 118, EDGE = 14, AXIS = 20, TEAM_GAP = 6;
+const FLASH = 2500, TRAIL = 900;
+const IDLE = [184, 194]; // not worth a label where it is crowded: does not move, moves randomly
+
+const COLOURS = ["ink", "muted", "line", "grass", "chalk", "outside", "ball", "halo", "label", "home", "away", "dead"];
+
+/** The markings of each league (metres, for the right half; the left one is its mirror image). */
+const MARKINGS = {
+  vsss: { circle: 0.2, areas: [[0.15, 0.7]], corner: 0.07, marks: [[0.375, 0], [0.375, 0.4], [0.375, -0.4]], margin: 0.06 },
+  ssl: { circle: 0.5, areas: [[1.8, 3.6]], corner: 0, marks: [], margin: 0.35 },
+  "2d": { circle: 9.15, areas: [[16.5, 40.32], [5.5, 18.32]], corner: 0, marks: [[41.5, 0]], margin: 2.5 },
+};
+
+/** Paints the moment `state.t`, and `state.view` to `state.view + state.span` of the time lines. */
+function painter(match, state) {
+  const { time, mask, x, joined, pitch, quantum, situations: table, samples: S } = match;
+  const { end, robots, ball, teams, crowded, family, dead } = match;
+  const rowHeight = crowded ? 17 : 22;
+
+  let colours = {};
+  /** Takes the colours that painting uses from the style sheet, whose theme may have changed. */
+  function readColours() {
+    const style = getComputedStyle(document.documentElement);
+    const names = [...COLOURS, ...match.families.map((_, i) => `family-${i}`)];
+    colours = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
+  }
+
+  /** Fit the canvas to its box at the screen's resolution; its context in CSS pixels. */
+  function fitted(canvas) {
+    const ratio = window.devicePixelRatio || 1, { clientWidth: w, clientHeight: h } = canvas;
+    if (canvas.width !== Math.round(w * ratio) || canvas.height !== Math.round(h * ratio)) {
+      canvas.width = Math.round(w * ratio); canvas.height = Math.round(h * ratio);
+    }
+    const c = canvas.getContext("2d");
+    c.setTransform(ratio, 0, 0, ratio, 0, 0);
+    c.clearRect(0, 0, w, h);
+    return { c, w, h };
+  }
+
+  const sans = (size, weight = 400) => `${weight} ${size}px system-ui, "Segoe UI", "DejaVu Sans", sans-serif`;
+  const mono = (size, weight = 400) => `${weight} ${size}px ui-monospace, "DejaVu Sans Mono", Menlo, monospace`;
+
+  function drawMarkings(c, scale) {
+    const { length, width, goal_width: mouth, goal_depth: depth, kind } = pitch;
+    const { circle, areas, corner, marks } = MARKINGS[kind];
+    const X = length / 2, Y = width / 2;
+    c.lineJoin = "round";
+    for (const [side, team] of [[-1, "home"], [1, "away"]]) { // who defends it
+      c.fillStyle = colours[team]; c.globalAlpha = 0.22;
+      c.fillRect(side > 0 ? X : -X - depth, -mouth / 2, depth, mouth);
+      c.globalAlpha = 1; c.strokeStyle = colours[team]; c.lineWidth = 2.5 / scale;
+      c.beginPath(); c.moveTo(side * X, -mouth / 2); c.lineTo(side * (X + depth), -mouth / 2);
+      c.lineTo(side * (X + depth), mouth / 2); c.lineTo(side * X, mouth / 2); c.stroke();
+    }
+    c.beginPath();
+    const corners = [[X, Y], [-X, Y], [-X, -Y], [X, -Y]];
+    corners.forEach(([cx, cy], i) => { // cut by the corner triangles, where there are any
+      const alongFirst = i % 2 === 1;
+      const a = [cx - Math.sign(cx) * corner, cy], b = [cx, cy - Math.sign(cy) * corner];
+      for (const [px, py] of alongFirst ? [a, b] : [b, a]) c.lineTo(px, py);
+    });
+    c.closePath();
+    c.fillStyle = colours.grass; c.fill();
+    c.strokeStyle = colours.chalk; c.lineWidth = 1.5 / scale; c.stroke();
+    c.beginPath(); c.moveTo(0, -Y); c.lineTo(0, Y); c.stroke();
+    c.beginPath(); c.arc(0, 0, circle, 0, 7); c.stroke();
+    for (const side of [-1, 1]) {
+      for (const [deep, wide] of areas) c.strokeRect(side > 0 ? X - deep : -X, -wide / 2, deep, wide);
+      for (const [mx, my] of marks) {
+        c.beginPath(); c.arc(side * mx, my, 2 / scale, 0, 7); c.fillStyle = colours.chalk; c.fill();
+      }
+    }
+  }
+
+  function drawRobot(c, scale, robot, at) {
+    const r = Math.max(match.robot_radius, 8 / scale);
+    c.save();
+    c.translate(at.x, at.y);
+    c.fillStyle = colours[robot.team]; c.strokeStyle = colours.halo; c.lineWidth = 1.5 / scale;
+    c.globalAlpha = at.suspect ? 0.4 : 1;
+    c.rotate(at.heading ?? 0);
+    c.beginPath();
+    if (pitch.kind === "vsss") c.rect(-r, -r, 2 * r, 2 * r);
+    else if (pitch.kind === "ssl" && at.heading !== null) { c.arc(0, 0, r, 0.6, 2 * Math.PI - 0.6); c.closePath(); }
+    else c.arc(0, 0, r, 0, 7);
+    c.fill(); c.stroke();
+    const small = r * scale < 14;
+    if (at.heading !== null && small) { // a nose before the front
+      c.strokeStyle = colours[robot.team]; c.lineWidth = 2.5 / scale;
+      c.beginPath(); c.moveTo(r, 0); c.lineTo(r * 1.6, 0); c.stroke();
+    } else if (at.heading !== null) { // an arrow on the front
+      c.fillStyle = colours.halo; c.beginPath();
+      c.moveTo(r * 0.98, 0); c.lineTo(r * 0.52, r * 0.46); c.lineTo(r * 0.52, -r * 0.46); c.fill();
+    }
+    c.rotate(-(at.heading ?? 0));
+    c.scale(1 / scale, -1 / scale);
+    c.fillStyle = "#fff"; c.textAlign = "center"; c.textBaseline = "middle";
+    c.font = sans(Math.max(9, Math.min(20, r * scale * 0.95)), 700);
+    const back = at.heading === null || small ? 0 : r * scale * 0.18;
+    c.fillText(robot.id, -back * Math.cos(at.heading ?? 0), back * Math.sin(at.heading ?? 0) + 0.5);
+    c.restore();
+  }
+
+  function drawBall(c, scale, now) {
+    const r = Math.max(match.ball_radius, 4 / scale);
+    if (now.i >= 0) {
+      c.strokeStyle = colours.ball;
+      let next = match.pose(ball, now);
+      for (let i = now.i, right = state.t; next && i >= 0 && state.t - time[i] < TRAIL; i--) {
+        const at = match.pose(ball, { i, part: 0 });
+        if (!at || at.suspect || next.suspect) break;
+        c.globalAlpha = 0.38 * (1 - (state.t - right) / TRAIL); c.lineWidth = r * 1.3;
+        c.beginPath(); c.moveTo(next.x, next.y); c.lineTo(at.x, at.y); c.stroke();
+        next = at; right = time[i];
+        if (!joined[i]) break;
+      }
+      c.globalAlpha = 1;
+    }
+    const at = match.pose(ball, now);
+    if (!at) return;
+    c.beginPath(); c.arc(at.x, at.y, r, 0, 7);
+    c.strokeStyle = colours.halo; c.lineWidth = 3 / scale; c.stroke();
+    c.fillStyle = colours.ball;
+    if (at.suspect) { c.strokeStyle = colours.ball; c.lineWidth = 1.5 / scale; c.stroke(); } else c.fill();
+  }
+
+  /** Code and name beside each robot where they cover nothing else; for want of room the code alone. */
+  function drawLabels(c, places, width, height) {
+    const size = crowded ? 10.5 : 12, h = size + 7;
+    const taken = places.map(({ px, py, reach }) => ({ l: px - reach + 4, t: py - reach + 4, w: 2 * reach - 8, h: 2 * reach - 8 }));
+    const free = (b) => taken.every((o) => b.l > o.l + o.w || o.l > b.l + b.w || b.t > o.t + o.h || o.t > b.t + b.h);
+    const around = ({ px, py, reach }, w) => [
+      [-w / 2, -reach - h], [-w / 2, reach], [reach, -h / 2], [-reach - w, -h / 2], [0, -reach - h], [-w, -reach - h], [0, reach], [-w, reach],
+    ].map(([dx, dy]) => ({ l: clamp(px + dx, 3, width - w - 3), t: clamp(py + dy, 3, height - h - 3), w, h }));
+    for (const place of places) {
+      const index = match.situationAt(place.robot, state.t), code = table.code[index];
+      if (index < 0 || (crowded && IDLE.includes(code))) continue;
+      const name = match.shortName(code);
+      c.font = mono(size, 600);
+      const codeWidth = c.measureText(three(code)).width;
+      c.font = sans(size);
+      const boxes = around(place, codeWidth + c.measureText(name).width + 18);
+      const box = boxes.find(free) ?? around(place, codeWidth + 12).find(free) ?? boxes[0];
+      taken.push(box);
+      c.fillStyle = colours.label; c.strokeStyle = colours[`family-${family.get(code)}`]; c.lineWidth = 1.5;
+      c.beginPath(); c.roundRect(box.l, box.t, box.w, box.h, 4); c.fill(); c.stroke();
+      c.textAlign = "left"; c.textBaseline = "middle";
+      c.font = mono(size, 600); c.fillStyle = colours[place.robot.team];
+      c.fillText(three(code), box.l + 6, box.t + h / 2 + 0.5);
+      if (box.w < codeWidth + 18) continue;
+      c.font = sans(size); c.fillStyle = colours.ink; c.fillText(name, box.l + 12 + codeWidth, box.t + h / 2 + 0.5);
+    }
+  }
+
+  function banner(c, w, h, text, colour, alpha) {
+    c.globalAlpha = alpha; c.font = sans(22, 700); c.textAlign = "center"; c.textBaseline = "middle";
+    const width = Math.min(w - 20, c.measureText(text).width + 44);
+    c.fillStyle = colour; c.beginPath(); c.roundRect((w - width) / 2, 14, width, 42, 10); c.fill();
+    c.fillStyle = "#fff"; c.fillText(text, w / 2, 35.5, width - 20); c.globalAlpha = 1;
+  }
+
+  function drawPitch() {
+    const { c, w, h } = fitted($("pitch"));
+    const { margin } = MARKINGS[pitch.kind];
+    const scale = Math.min(w / (pitch.length + 2 * (pitch.goal_depth + margin)), h / (pitch.width + 2 * margin));
+    c.fillStyle = colours.outside; c.fillRect(0, 0, w, h);
+    c.save();
+    c.translate(w / 2, h / 2); c.scale(scale, -scale);
+    drawMarkings(c, scale);
+    const now = match.moment(state.t), places = [];
+    for (const robot of robots) {
+      const at = match.pose(robot.body, now);
+      if (!at) continue;
+      drawRobot(c, scale, robot, at);
+      const reach = Math.max(match.robot_radius * scale * 1.35, 13);
+      places.push({ robot, px: w / 2 + at.x * scale, py: h / 2 - at.y * scale, reach });
+    }
+    if (ball >= 0) drawBall(c, scale, now);
+    c.restore();
+    if (state.labels) drawLabels(c, places, w, h);
+    const g = before(match.goalTimes, state.t);
+    if (g >= 0 && state.t - match.goalTimes[g] < FLASH) {
+      const [t, team, robot, kind] = match.goals[g], fade = 1 - (state.t - t) / FLASH;
+      c.strokeStyle = colours[team]; c.lineWidth = 8; c.globalAlpha = fade; c.strokeRect(4, 4, w - 8, h - 8);
+      banner(c, w, h, `Goal for ${teams[team]}${match.story(team, robot, kind)}`, colours[team], Math.min(1, 2 * fade));
+    } else if (now.i < 0) banner(c, w, h, "nothing recorded here", colours.muted, 0.9);
+    else if (match.stoppage(state.t)) banner(c, w, h, "play is stopped", colours.muted, 0.75);
+  }
+
+  let hatch = null;
+  function hatching(c) {
+    if (hatch && hatch.colour === colours.dead) return hatch.pattern;
+    const tile = document.createElement("canvas");
+    tile.width = tile.height = 8;
+    const p = tile.getContext("2d");
+    p.strokeStyle = colours.dead; p.lineWidth = 1.6;
+    p.beginPath(); p.moveTo(-2, 10); p.lineTo(10, -2); p.moveTo(-2, 2); p.lineTo(2, -2); p.moveTo(6, 10); p.lineTo(10, 6); p.stroke();
+    hatch = { colour: colours.dead, pattern: c.createPattern(tile, "repeat") };
+    return hatch.pattern;
+  }
+
+  function marker(c, px, top, bottom, team) {
+    c.strokeStyle = c.fillStyle = colours[team]; c.lineWidth = 2;
+    c.beginPath(); c.moveTo(px, top); c.lineTo(px, bottom); c.stroke();
+    c.beginPath(); c.arc(px, top + 4, 4.5, 0, 7); c.fill();
+  }
+
+  function drawOverview() {
+    const { c, w, h } = fitted($("overview"));
+    const wide = w - GUTTER - EDGE, px = (t) => GUTTER + (t / (end || 1)) * wide, middle = h / 2 - 1;
+    const reach = middle - 5;
+    c.fillStyle = colours.muted; c.font = sans(11); c.textAlign = "left"; c.textBaseline = "middle";
+    c.fillText("ball, whole match", 14, middle);
+    c.fillStyle = hatching(c);
+    for (const [a, b] of dead) c.fillRect(px(a), 4, Math.max(1, px(b) - px(a)), h - 10);
+    if (ball >= 0) { // the mean place of the ball along the pitch in each pixel: blue when home is attacking
+      let i = 0;
+      for (let column = 0; column < wide; column++) {
+        let sum = 0, n = 0;
+        for (; i < S && time[i] <= ((column + 1) / wide) * end; i++) {
+          if (mask[ball * S + i] & SEEN) { sum += x[ball * S + i] * quantum; n++; }
+        }
+        if (!n) continue;
+        const v = Math.max(-1, Math.min(1, sum / n / (pitch.length / 2))) * reach;
+        c.fillStyle = colours[v > 0 ? "home" : "away"]; c.globalAlpha = 0.55;
+        c.fillRect(GUTTER + column, v > 0 ? middle - v : middle, 1, Math.max(0.5, Math.abs(v)));
+      }
+      c.globalAlpha = 1;
+    }
+    for (const [t, team] of match.goals) marker(c, px(t), 3, h - 4, team);
+    c.strokeStyle = colours.ink; c.lineWidth = 1.5; c.globalAlpha = 0.9;
+    c.beginPath(); c.roundRect(px(state.view), 1.5, Math.max(3, px(state.view + state.span) - px(state.view)), h - 4, 4); c.stroke();
+    c.globalAlpha = 0.07; c.fillStyle = colours.ink; c.fill(); c.globalAlpha = 1;
+    c.beginPath(); c.moveTo(px(state.t), 0); c.lineTo(px(state.t), h); c.stroke();
+  }
+
+  const rowTop = (n) => AXIS + n * rowHeight + (robots[n].team === "away" && robots[0].team === "home" ? TEAM_GAP : 0);
+  const lineHeight = () => (robots.length ? rowTop(robots.length - 1) + rowHeight + 4 : AXIS);
+
+  function drawTimeline() {
+    const { c, w, h } = fitted($("timeline"));
+    const wide = w - GUTTER - EDGE, from = state.view, to = from + state.span;
+    const px = (t) => GUTTER + ((t - from) / state.span) * wide;
+    c.save(); c.beginPath(); c.rect(GUTTER, 0, wide, h); c.clip();
+    c.fillStyle = hatching(c);
+    for (const [a, b] of dead) if (b > from && a < to) c.fillRect(px(a), AXIS, px(b) - px(a), h - AXIS - 2);
+    const step = [1, 2, 5, 10, 30, 60, 120, 300, 600].find((s) => (s * 1000 * wide) / state.span > 70) ?? 1200;
+    c.font = mono(10.5); c.textAlign = "center"; c.textBaseline = "middle"; c.lineWidth = 1; c.strokeStyle = colours.line;
+    for (let t = Math.ceil(from / 1000 / step) * step * 1000; t <= to; t += step * 1000) {
+      c.fillStyle = colours.muted; c.fillText(clock(t), px(t), 10);
+      c.beginPath(); c.moveTo(px(t), AXIS - 3); c.lineTo(px(t), h); c.stroke();
+    }
+    robots.forEach((robot, n) => drawRow(c, robot, rowTop(n), px, from, to));
+    c.setLineDash([4, 3]); c.strokeStyle = colours.ink; c.lineWidth = 1.2; c.globalAlpha = 0.7;
+    for (const [t] of match.restarts) if (t >= from && t <= to) { c.beginPath(); c.moveTo(px(t), AXIS - 4); c.lineTo(px(t), h); c.stroke(); }
+    c.setLineDash([]); c.globalAlpha = 1;
+    for (const [t, team] of match.goals) if (t >= from && t <= to) marker(c, px(t), AXIS - 8, h, team);
+    c.restore();
+    robots.forEach((robot, n) => drawGutter(c, robot, rowTop(n)));
+    const p = px(state.t);
+    if (p >= GUTTER - 1 && p <= GUTTER + wide + 1) {
+      c.strokeStyle = c.fillStyle = colours.ink; c.lineWidth = 2;
+      c.beginPath(); c.moveTo(p, 8); c.lineTo(p, h); c.stroke();
+      c.beginPath(); c.moveTo(p - 6, 3); c.lineTo(p + 6, 3); c.lineTo(p, 12); c.fill();
+    }
+  }
+
+  function drawRow(c, robot, top, px, from, to) {
+    const own = robot.situations;
+    c.textAlign = "left"; c.textBaseline = "middle";
+    for (let i = Math.max(0, before(own.start, from)); i < own.start.length && own.start[i] < to; i++) {
+      const code = table.code[own.index[i]], l = px(own.start[i]), r = px(own.end[i]);
+      const current = own.start[i] <= state.t && state.t < own.end[i];
+      c.fillStyle = colours[`family-${family.get(code)}`];
+      c.fillRect(l, top + 2, Math.max(0.7, r - l - (r - l > 4 ? 1 : 0)), rowHeight - 4);
+      if (r - l > 24) {
+        const name = match.shortName(code);
+        c.save(); c.beginPath(); c.rect(l, top, r - l - 3, rowHeight); c.clip();
+        c.fillStyle = textOn(colours[`family-${family.get(code)}`]);
+        c.font = mono(10.5, 600); c.fillText(three(code), l + 3, top + rowHeight / 2 + 0.5);
+        c.font = sans(11);
+        if (r - l > 34 + c.measureText(name).width) c.fillText(name, l + 27, top + rowHeight / 2 + 0.5);
+        c.restore();
+      }
+      if (current && r - l > 4) { c.strokeStyle = colours.ink; c.lineWidth = 1.5; c.strokeRect(l, top + 2, r - l - 1, rowHeight - 4); }
+    }
+  }
+
+  function drawGutter(c, robot, top) {
+    c.fillStyle = colours[robot.team];
+    c.beginPath(); c.roundRect(14, top + 2, 22, rowHeight - 4, 4); c.fill();
+    c.fillStyle = "#fff"; c.font = mono(11, 600); c.textAlign = "center"; c.textBaseline = "middle";
+    c.fillText(robot.id, 25, top + rowHeight / 2 + 0.5);
+    c.fillStyle = colours.muted; c.font = sans(11.5); c.textAlign = "left";
+    let name = teams[robot.team];
+    while (c.measureText(name).width > GUTTER - 50 && name.length > 1) name = `${name.slice(0, -2).trimEnd()}…`;
+    c.fillText(name, 43, top + rowHeight / 2 + 0.5);
+  }
+
+  /** Black or white, whichever reads better on the colour `#rrggbb`. */
+  function textOn(colour) {
+    const [r, g, b] = [1, 3, 5].map((i) => parseInt(colour.slice(i, i + 2), 16));
+    return 0.299 * r + 0.587 * g + 0.114 * b > 140 ? "#101512" : "#fff";
+  }
+
+  /** The time under a point of a canvas, by its place in the window. */
+  function timeAt(canvas, clientX) {
+    const box = canvas.getBoundingClientRect();
+    const part = (clientX - box.left - GUTTER) / (box.width - GUTTER - EDGE);
+    return canvas.id === "overview" ? part * end : state.view + part * state.span;
+  }
+
+  /** The robot whose row is under a point of the time line; undefined where there is none. */
+  function robotAt(clientX, clientY) {
+    const box = $("timeline").getBoundingClientRect(), y = clientY - box.top;
+    return clientX - box.left < GUTTER ? undefined : robots.find((_, n) => y >= rowTop(n) && y < rowTop(n) + rowHeight);
+  }
+
+  function paint() {
+    drawPitch(); drawOverview(); drawTimeline();
+  }
+
+  return { paint, readColours, timeAt, robotAt, lineHeight };
+}

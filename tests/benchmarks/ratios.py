@@ -1,0 +1,37 @@
+"""Print what `make bench` measured as ratios: ours against each alternative of its group.
+
+A benchmark says in ``extra_info`` how many ``units`` of work it did (``unit`` names them); one
+whose name holds ``ours`` is the one that the others of its group are compared with.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+
+def rate(benchmark: dict[str, Any]) -> float:
+    """Units of work a second, by the fastest round."""
+    return float(benchmark["extra_info"].get("units", 1)) / float(benchmark["stats"]["min"])
+
+
+def main(path: str) -> None:
+    """Print a Markdown table of a pytest-benchmark JSON file."""
+    groups: dict[str, list[dict[str, Any]]] = defaultdict(list)
+    for benchmark in json.loads(Path(path).read_text(encoding="utf-8"))["benchmarks"]:
+        groups[benchmark["group"] or benchmark["name"]].append(benchmark)
+    print("| what | who | rate | ours is |\n|---|---|---|---|")
+    for group, members in sorted(groups.items()):
+        ours = max((rate(b) for b in members if "ours" in b["name"]), default=None)
+        for benchmark in sorted(members, key=rate, reverse=True):
+            unit = benchmark["extra_info"].get("unit", "runs")
+            ratio = "" if ours is None or "ours" in benchmark["name"] else f"{ours / rate(benchmark):,.2f}×"
+            name = benchmark["name"].removeprefix("test_").replace("_", " ")
+            print(f"| {group} | {name} | {rate(benchmark):,.0f} {unit}/s | {ratio} |")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,118 @@
+"""One match of 8 minutes at 60 Hz, 3 a side: the whole stage, and its velocities by other means."""
+
+import numpy as np
+import polars as pl
+import pytest
+from scipy.signal import savgol_filter
+
+from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
+from pipeline.kinematics import slopes
+from pipeline.pitch import PITCHES, Kind
+from pipeline.settings import TrajectorySettings
+from pipeline.trajectories import trajectories
+from schemas import Referee
+
+FRAMES, ROBOTS = 28_800, 6
+ROWS = FRAMES * (ROBOTS + 1)
+HALF_NS = 50_000_000
+
+
+@pytest.fixture(scope="module")
+def log():
+    """Bodies on smooth curves; a goal and a kick-off every 20 s; the teams change sides."""
+    rng = np.random.default_rng(0)
+    t_ns = np.rint(np.arange(FRAMES) / 60 * 1e9).astype(np.int64)
+    t = t_ns[:, None] / 1e9
+    rate, phase = rng.uniform(0.2, 1.5, (2, ROBOTS + 1)), rng.uniform(0, 6, (2, ROBOTS + 1))
+    x, y = 0.6 * np.sin(rate[0] * t + phase[0]), 0.5 * np.sin(rate[1] * t + phase[1])
+    ball = np.zeros(FRAMES, dtype=BALL_DTYPE)
+    ball["x"], ball["y"] = x[:, -1], y[:, -1]
+    robots = np.zeros((FRAMES, ROBOTS), dtype=ROBOT_DTYPE)
+    robots["team"], robots["id"] = [0, 0, 0, 1, 1, 1], [0, 1, 2, 0, 1, 2]
+    robots["x"], robots["y"] = x[:, :-1], y[:, :-1]
+    robots["theta"] = np.angle(np.exp(1j * (2 * t + phase[0, :-1])))
+    goals = np.arange(20, 480, 20, dtype=np.int64) * 10**9
+    referee = pl.DataFrame({"match_id": "bench", "t_ns": np.repeat(goals, 2), "event": ["goal", "kick-off"] * len(goals)})
+    half = 240 * 10**9
+    info = MatchInfo(
+        match_id="bench", source="bench", format="world", home="a", away="b", pitch=PITCHES[Kind.VSSS],
+        software="bench", periods=(
+            Period(start_ns=0, end_ns=half, home_attacks=1, inferred=False),
+            Period(start_ns=half, end_ns=2 * half, home_attacks=-1, inferred=False),
+        ),
+    )
+    offsets = np.arange(FRAMES + 1, dtype=np.int64) * ROBOTS
+    frames = Frames(np.arange(FRAMES, dtype=np.uint32), t_ns, ball, offsets, robots.reshape(-1))
+    empty = Referee.empty()
+    events = referee.cast({name: empty.schema[name] for name in referee.columns})
+    return MatchLog(info, frames, pl.concat([empty, events], how="diagonal"))
+
+
+@pytest.fixture(scope="module")
+def table(log):
+    return trajectories(log, TrajectorySettings())[0].with_columns(robot=pl.col("robot").fill_null(-1))
+
+
+@pytest.mark.benchmark(group="trajectories")
+def test_ours(benchmark, log):
+    benchmark.extra_info.update(units=ROWS, unit="rows")
+    table, _ = benchmark(trajectories, log, TrajectorySettings())
+    assert table.height == ROWS
+
+
+def kernel(part, t_ns, values):
+    return slopes(part, t_ns, values, HALF_NS, 3)
+
+
+@pytest.mark.benchmark(group="velocities")
+def test_velocities_ours(benchmark, table):
+    benchmark.extra_info.update(units=ROWS, unit="rows")
+    part = table.select(pl.struct("team", "robot", "segment").rle_id().cast(pl.Int64)).to_series().to_numpy()
+    values = table.select("x", "y").to_numpy().T.astype(np.float64)
+    vx, vy = benchmark(kernel, part, table["t_ns"].to_numpy(), np.ascontiguousarray(values))
+    assert np.array_equal(vx, table["vx"])
+    assert np.array_equal(vy, table["vy"])
+
+
+def rolling(table):
+    """The same estimate in polars: covariance over variance in a rolling window."""
+    t = (pl.col("t_ns") - pl.col("t_ns").first()).cast(pl.Float64) / 1e9
+    return table.rolling(
+        "t_ns", period="100000000i", offset="-50000000i", closed="both", group_by=["team", "robot", "segment"]
+    ).agg(*((pl.cov(t, v, ddof=0) / t.var(ddof=0)).alias(v) for v in ("x", "y")))
+
+
+@pytest.mark.benchmark(group="velocities")
+def test_velocities_polars_rolling(benchmark, table):
+    benchmark.extra_info.update(units=ROWS, unit="rows")
+    found = benchmark.pedantic(rolling, (table,), rounds=3)
+    assert np.allclose(found["x"], table["vx"], atol=1e-3)
+
+
+def savgol(table):
+    """Savitzky-Golay of scipy, which takes the times for regular and knows no segments."""
+    return [
+        savgol_filter(body.select("x", "y").to_numpy(), 7, 1, deriv=1, delta=1 / 60, axis=0)
+        for body in table.partition_by("team", "robot", maintain_order=True)
+    ]
+
+
+@pytest.mark.benchmark(group="velocities")
+def test_velocities_scipy_savgol(benchmark, table):
+    benchmark.extra_info.update(units=ROWS, unit="rows")
+    found = np.concatenate(benchmark(savgol, table))
+    assert np.median(np.abs(found[:, 0] - table["vx"].to_numpy())) < 1e-3
+
+
+def fit_each(table):
+    """numpy.polyfit a window, for the ball's first minute."""
+    ball = table.head(3_600)
+    t, places = ball["t_ns"].to_numpy() / 1e9, ball.select("x", "y").to_numpy().astype(np.float64)
+    return [np.polyfit(t[i - 3 : i + 4] - t[i], places[i - 3 : i + 4], 1)[0] for i in range(3, len(t) - 3)]
+
+
+@pytest.mark.benchmark(group="velocities")
+def test_velocities_polyfit(benchmark, table):
+    benchmark.extra_info.update(units=3_594, unit="rows")
+    found = np.array(benchmark.pedantic(fit_each, (table,), rounds=3))
+    assert np.median(np.abs(found[:, 0] - table["vx"].to_numpy()[3:3_597])) < 1e-4

@@ -1,0 +1,82 @@
+"""What all tests share: Prefect that talks to nobody, and places of recordings."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import polars as pl
+import pytest
+
+if TYPE_CHECKING:
+    from flows.run import RunReport
+
+os.environ["PREFECT_SERVER_ANALYTICS_ENABLED"] = "false"
+os.environ["PREFECT_LOGGING_LEVEL"] = "CRITICAL"
+os.environ["DO_NOT_TRACK"] = "1"
+
+ROOT = Path(__file__).parent.parent
+SAMPLE = ROOT / "data" / "samples" / "rsim-vss-3v3.parquet"
+RECORDINGS = ROOT.parent / "shared" / "matches"
+
+
+@pytest.fixture(scope="session")
+def prefect_server() -> Iterator[None]:
+    """An embedded Prefect with a database of its own, started once a session (about 10 s)."""
+    from prefect.testing.utilities import prefect_test_harness
+
+    with prefect_test_harness(server_startup_timeout=120):
+        yield
+
+
+def clip(start_s: float, end_s: float) -> pl.DataFrame:
+    """A stretch of the sample recording, in its own form (a tracking table)."""
+    table = pl.read_parquet(SAMPLE)
+    return table.filter(pl.col("t").is_between(start_s, end_s, closed="left"))
+
+
+@pytest.fixture(scope="session")
+def recording() -> object:
+    """A function that gives a recording that nobody here simulated, or skips where it is absent."""
+
+    def find(name: str) -> Path:
+        path = RECORDINGS / name
+        if not path.exists():
+            pytest.skip(f"{name} is not beside this checkout (it may not be copied into the project)")
+        return path
+
+    return find
+
+
+CLIPS = {"early": (0.0, 60.0), "late": (290.0, 350.0)}
+
+
+@pytest.fixture(scope="session")
+def clips(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("clips")
+    for name, (start, end) in CLIPS.items():
+        clip(start, end).write_parquet(folder / f"{name}.parquet")
+    return folder
+
+
+def fill(data: Path, clips: Path) -> None:
+    shutil.copytree(clips, data / "inbox")
+
+
+def run(data: Path, **options) -> RunReport:
+    """One run of all stages."""
+    from flows.run import RunReport, run_flow
+
+    return RunReport.model_validate(run_flow(data, **options))
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory, clips, prefect_server) -> Path:
+    """A data folder after one whole run."""
+    data = tmp_path_factory.mktemp("finished")
+    fill(data, clips)
+    assert run(data).failures == {}
+    return data

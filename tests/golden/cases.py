@@ -1,0 +1,104 @@
+"""The goldens: each is a text that carries its own settings, made by one function from the sample."""
+
+from __future__ import annotations
+
+import io
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import polars as pl
+
+from pipeline import behaviours, decisions, grams, knowledge, matches, policies
+from pipeline.frame import MatchLog
+from pipeline.goals import attribute
+from pipeline.importers import source, tracking
+from pipeline.settings import Settings
+from pipeline.situations import recognise
+from pipeline.trajectories import trajectories
+
+HERE = Path(__file__).parent
+SAMPLE = HERE.parent.parent / "data" / "samples" / "rsim-vss-3v3.parquet"
+
+
+def _log(start_s: float, end_s: float) -> MatchLog:
+    """A stretch of the sample, through the importer and the log's own format."""
+    table = pl.read_parquet(SAMPLE).filter(pl.col("t").is_between(start_s, end_s, closed="left"))
+    buffer = io.BytesIO()
+    table.write_parquet(buffer)
+    log = tracking.read(
+        buffer.getvalue(), name="clip.parquet", match_id=source.match_id("clip.parquet", b""),
+        mapping=tracking.TrackingMap(),
+    )
+    written = io.BytesIO()
+    matches.write(log, written)
+    return matches.read(written.getvalue(), where="clip")
+
+
+def _text(settings: dict[str, object], *tables: pl.DataFrame) -> str:
+    """Settings as a comment, then each table as CSV with numbers a person can compare."""
+    lines = [f"# {json.dumps(settings, sort_keys=True)}"]
+    for table in tables:
+        shown = table.with_columns(
+            pl.col(name).list.eval(pl.element().cast(pl.String).str.zfill(3)).list.join("-")
+            for name, dtype in table.schema.items() if isinstance(dtype, pl.List)
+        )
+        lines.append(shown.write_csv(float_precision=5).rstrip())
+    return "\n\n".join(lines) + "\n"
+
+
+def situations() -> str:
+    """Trajectories of 20 s thinned to one sample a second, and all situations in them."""
+    log, settings = _log(20.0, 40.0), Settings()
+    bodies, flaws = trajectories(log, settings.trajectories)
+    found = recognise(bodies, log.info.pitch, settings.situations)
+    thinned = bodies.filter(pl.col("frame") % 40 == 0).drop("match_id")
+    chosen = {"clip_s": [20.0, 40.0], "trajectories": settings.trajectories.model_dump(mode="json"),
+              "situations": settings.situations.model_dump(mode="json")}
+    return _text(chosen, flaws.drop("match_id"), thinned, found.drop("match_id"))
+
+
+def knowledge_and_policy() -> str:
+    """Behaviours of all rounds over two minutes, the busiest occasions, and their action values."""
+    log, settings = _log(0.0, 120.0), Settings()
+    pitch = log.info.pitch
+    bodies, _ = trajectories(log, settings.trajectories)
+    found = recognise(bodies, pitch, settings.situations)
+    goals = attribute(log.referee, bodies, found, pitch, settings.goals)
+    valued = grams.value(found, goals, settings.grams)
+    patterns: list[pl.DataFrame] = []
+    for round_ in settings.behaviours.rounds:
+        taken = grams.cover(valued, pl.concat(patterns), settings.grams) if patterns else None
+        counted = grams.merge([grams.grams(valued, round_.n, taken, settings.grams)])
+        patterns.append(behaviours.select(counted, found.height, settings.behaviours, round_).patterns)
+    seen = decisions.observe(
+        valued, bodies, log.referee, pl.concat(patterns), pitch, settings.grams, settings.knowledge)
+    occasions = knowledge.occasions([seen], 1)
+    policy, _ = policies.train(
+        [seen], occasions, None, settings.policies, settings.knowledge.optimistic, 1, 1)
+    chosen = {"clip_s": [0.0, 120.0]} | settings.model_dump(mode="json", exclude={"trajectories"})
+    return _text(
+        chosen, goals.drop("match_id"), knowledge.behaviours(patterns, 1).drop("version"),
+        occasions.drop("version").head(40), policy.drop("version", "knowledge_version").head(40),
+    )
+
+
+#: Noun and file name to what makes it.
+CASES: dict[str, Callable[[], str]] = {
+    "situations/rsim-20s.txt": situations,
+    "knowledge/rsim-120s.txt": knowledge_and_policy,
+}
+
+
+def main() -> None:
+    """Make all goldens anew."""
+    for name, make in CASES.items():
+        path = HERE / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(make(), encoding="utf-8")
+        print(path, file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,245 @@
+"""End to end under Prefect: new things are made once, bad matches step aside, the rest goes on."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import polars as pl
+import pytest
+from conftest import clip, fill, run
+
+from flows.catalog import catalog_path
+from flows.matches import Recording, import_recording, inbox, matches_flow
+from flows.policies import policies_flow
+from pipeline import catalog, matches
+from pipeline.errors import BadRecording, StorageFailed
+from pipeline.settings import BehaviourSettings, GramSettings, PolicySettings, Settings, TrajectorySettings
+from pipeline.store import Store
+from schemas import Policies
+
+pytestmark = pytest.mark.usefixtures("prefect_server")
+
+def products(data: Path) -> dict[str, bytes]:
+    """Everything that a run makes, but the catalogue and the claims."""
+    return {
+        str(p.relative_to(data)): p.read_bytes()
+        for p in sorted(data.rglob("*"))
+        if p.is_file() and "inbox" not in p.parts and p.suffix not in (".duckdb", ".claim")
+    }
+
+
+def test_one_run_makes_everything_and_the_next_one_nothing(tmp_path, clips):
+    fill(tmp_path, clips)
+    first = run(tmp_path)
+    assert first.failures == {}
+    assert [s.noun for s in first.stages] == [
+        "matches", "trajectories", "situations", "goals", "grams", "behaviours", "decisions"]
+    assert [len(s.made) for s in first.stages] == [2, 2, 2, 2, 8, 4, 2]
+    assert (first.knowledge, first.knowledge_is_new, first.policy, first.policy_is_new) == (1, True, 1, True)
+    before = products(tmp_path)
+    second = run(tmp_path)
+    assert second.made == 0
+    assert [s.kept for s in second.stages] == [2, 2, 2, 2, 8, 4, 2]
+    assert products(tmp_path) == before
+
+
+def test_the_same_inputs_give_the_same_bytes(tmp_path, clips, finished):
+    fill(tmp_path, clips)
+    run(tmp_path)
+    assert products(tmp_path) == products(finished)
+
+
+def test_the_catalogue_answers(finished):
+    path = catalog_path(Store(finished))
+    for table in ("matches", "trajectories", "situations", "grams", "behaviours", "occasions", "decisions", "policies"):
+        assert catalog.query(path, f"select count(*) from {table}").item() > 0
+    overlaps = catalog.query(path, """
+        select count(*) from (select end_ns > lead(start_ns) over (partition by match_id, team, robot
+        order by start_ns) as crosses from situations) where crosses""")
+    assert overlaps.item() == 0
+
+
+def test_a_new_match_makes_only_what_depends_on_it(tmp_path, clips, finished):
+    data = tmp_path / "data"
+    shutil.copytree(finished, data)
+    clip(100.0, 130.0).write_csv(data / "inbox" / "third.csv")
+    report = run(data)
+    made = {s.noun: len(s.made) for s in report.stages}
+    assert [made[n] for n in ("matches", "trajectories", "situations", "goals")] == [1, 1, 1, 1]
+    assert (report.knowledge, report.policy) == (2, 2)
+    assert Store(data).manifest("knowledge", 2).parent == 1
+
+
+def test_other_settings_remake_only_their_stage_and_what_follows(tmp_path, finished):
+    data = tmp_path / "data"
+    shutil.copytree(finished, data)
+    report = run(data, settings=Settings(grams=GramSettings(alpha=0.99)))
+    made = {s.noun: len(s.made) for s in report.stages}
+    assert made["matches"] == made["trajectories"] == made["situations"] == made["goals"] == 0
+    assert made["grams"] > 0
+    report = run(data, settings=Settings(
+        grams=GramSettings(alpha=0.99), behaviours=BehaviourSettings(value_over=-1.0)))
+    assert {s.noun: len(s.made) for s in report.stages}["behaviours"] == 4
+
+
+def test_a_bad_match_is_quarantined_and_the_others_finish(tmp_path, clips):
+    fill(tmp_path, clips)
+    (tmp_path / "inbox" / "broken.csv").write_text("this is not a match\n")
+    report = run(tmp_path)
+    (what, why), = report.failures.items()
+    assert what.endswith("broken.csv")
+    assert why
+    assert [len(s.made) for s in report.stages][:3] == [2, 2, 2]
+    (record,) = Store(tmp_path).quarantined()
+    assert record.noun == "matches"
+    assert record.name.startswith("broken-")
+    (tmp_path / "inbox" / "broken.csv").unlink()
+
+
+def test_a_match_whose_log_is_damaged_later_steps_aside(tmp_path, finished):
+    data = tmp_path / "data"
+    shutil.copytree(finished, data)
+    store = Store(data)
+    receipt = next(iter(store.receipts("matches")))
+    path = data / receipt.files["log"].path
+    path.write_bytes(path.read_bytes()[:-100])
+    assert run(data).made == 0, "what was made of it still holds"
+    report = run(data, settings=Settings(trajectories=TrajectorySettings(gap_s=0.4)))
+    failed = {s.noun: set(s.failed) for s in report.stages if s.failed}
+    assert failed == {"trajectories": {receipt.name}}
+    assert [q.noun for q in store.quarantined()] == ["trajectories"]
+    assert report.knowledge == 2, "the knowledge is emitted without it"
+    assert store.manifest("knowledge", 2).counts["matches"] == 1
+
+
+def test_a_disk_error_is_tried_again(tmp_path, clips, monkeypatch):
+    fill(tmp_path, clips)
+    commit, failures = Store.commit, [2]
+
+    def flaky(self, noun, *args, **kwargs):
+        if noun == "situations" and failures[0]:
+            failures[0] -= 1
+            raise StorageFailed("cannot be written (No space left on device)")
+        return commit(self, noun, *args, **kwargs)
+
+    monkeypatch.setattr(Store, "commit", flaky)
+    assert run(tmp_path).failures == {}
+    assert failures == [0]
+
+
+def test_kill_9_in_the_middle_then_run_again_gives_the_same_bytes(tmp_path, clips, finished):
+    fill(tmp_path, clips)
+    script = f"from pathlib import Path; from flows.run import run_flow; run_flow(Path({str(tmp_path)!r}))"
+    from prefect.settings import PREFECT_API_URL
+
+    environment = {**os.environ, "PREFECT_API_URL": str(PREFECT_API_URL.value())}
+    process = subprocess.Popen([sys.executable, "-c", script], env=environment,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 120
+    while not list((tmp_path / "situations").glob("*.receipt.json")):
+        assert process.poll() is None, "it ended before it could be killed"
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert not (tmp_path / "knowledge").exists()
+    assert run(tmp_path).failures == {}
+    assert products(tmp_path) == products(finished)
+
+
+def test_importing_twice_gives_one_match(tmp_path, clips):
+    store = Store(tmp_path)
+    file = clips / "early.parquet"
+    receipt, new = import_recording(store, Recording(file=file))
+    assert new
+    renamed = tmp_path / "Another Name.parquet"
+    shutil.copy(file, renamed)
+    ours = tmp_path / receipt.files["log"].path
+    for again in (file, renamed, ours):
+        assert import_recording(store, Recording(file=again)) == (receipt, False)
+    assert len(list(store.receipts("matches"))) == 1
+
+
+def test_a_log_from_another_machine_is_the_same_match(tmp_path, clips):
+    there, here = Store(tmp_path / "there"), Store(tmp_path / "here")
+    sent, _ = import_recording(there, Recording(file=clips / "early.parquet"))
+    got, new = import_recording(here, Recording(file=there.root / sent.files["log"].path))
+    assert new
+    assert got.name == sent.name
+    assert got.files["log"].sha256 == sent.files["log"].sha256
+
+
+def test_a_damaged_log_is_replaced_by_the_whole_one(tmp_path, clips):
+    there, here = Store(tmp_path / "there"), Store(tmp_path / "here")
+    sent, _ = import_recording(there, Recording(file=clips / "early.parquet"))
+    whole = there.root / sent.files["log"].path
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(whole.read_bytes()[: whole.stat().st_size * 2 // 3])
+    first, _ = import_recording(here, Recording(file=cut))
+    assert not first.details["complete"]
+    second, new = import_recording(here, Recording(file=whole))
+    assert new
+    assert second.name == first.name
+    assert second.details["complete"]
+    third, new = import_recording(here, Recording(file=cut))
+    assert (third, new) == (second, False)
+
+
+def test_two_matches_of_one_id_are_not_mixed(tmp_path, clips):
+    store = Store(tmp_path)
+    receipt, _ = import_recording(store, Recording(file=clips / "early.parquet"))
+    log = matches.read(store.read(receipt, "log"), where="log")
+    other = matches.read(store.read(receipt, "log"), where="log")
+    import dataclasses
+    import io
+
+    info = log.info.model_copy(update={"home": "impostors"})
+    buffer = io.BytesIO()
+    matches.write(dataclasses.replace(other, info=info), buffer)
+    path = tmp_path / "impostor.mcap"
+    path.write_bytes(buffer.getvalue())
+    with pytest.raises(BadRecording, match="another match is here"):
+        import_recording(store, Recording(file=path))
+    assert store.receipt("matches", receipt.name) == receipt
+
+
+def test_the_inbox_pairs_maps_with_recordings(tmp_path):
+    folder = tmp_path / "inbox" / "league"
+    folder.mkdir(parents=True)
+    for name in ("a.csv", "a.csv.toml", "b.csv", ".hidden"):
+        (folder / name).touch()
+    found = inbox(Store(tmp_path))
+    assert [(r.file.name, r.mapping and r.mapping.name) for r in found] == [("a.csv", "a.csv.toml"), ("b.csv", None)]
+
+
+def test_results_are_json(finished):
+    report = matches_flow(finished)
+    assert json.loads(json.dumps(report)) == report
+
+
+def test_training_again_with_other_settings_starts_from_the_parent(tmp_path, finished):
+    data = tmp_path / "data"
+    shutil.copytree(finished, data)
+    assert policies_flow(data) == {"version": 1, "new": False}
+    assert policies_flow(data, PolicySettings(sweeps=9)) == {"version": 2, "new": True}
+    store = Store(data)
+    assert store.manifest("policies", 2).parent == 1
+    tables = [store.read_version_table(store.manifest("policies", v), "policies", Policies) for v in (1, 2)]
+    assert tables[0].drop("version", "q").equals(tables[1].drop("version", "q"))
+    assert not tables[0]["q"].equals(tables[1]["q"])
+
+
+def test_knowledge_has_only_pairs_that_were_seen(finished):
+    rows = catalog.query(catalog_path(Store(finished)), """
+        select (select count(*) from policies) as pairs,
+               (select count(*) from occasions) as occasions,
+               (select count(*) from policies join occasions using (role, state, behaviour_id)) as shared""")
+    assert rows["pairs"].item() == rows["occasions"].item() == rows["shared"].item()
+    assert isinstance(rows, pl.DataFrame)

@@ -1,0 +1,258 @@
+from dataclasses import replace
+
+import numpy as np
+import polars as pl
+import pytest
+from conftest import SAMPLE
+from logs import make_log, ns
+
+from pipeline.frame import AWAY, HOME
+from pipeline.goals import attribute
+from pipeline.importers import rcg, tracking
+from pipeline.pitch import PITCHES, Kind
+from pipeline.settings import GoalSettings, TrajectorySettings
+from pipeline.trajectories import trajectories
+from schemas import Goals, Situations
+
+VSSS = PITCHES[Kind.VSSS]
+
+
+def situations(*rows):
+    """Rows of schema Situations from (team, robot, code, start, end in seconds)."""
+    empty = Situations.empty()
+    names = ("team", "robot", "code", "start_ns", "end_ns")
+    table = pl.DataFrame(
+        [(team, robot, code, int(ns(start)), int(ns(end))) for team, robot, code, start, end in rows],
+        schema={name: empty.schema[name] for name in names}, orient="row",
+    )
+    return pl.concat([empty, table], how="diagonal")
+
+
+def judge(log, *done, **changes):
+    table, _ = trajectories(log, TrajectorySettings())
+    found = attribute(log.referee, table, situations(*done), log.info.pitch, GoalSettings(**changes))
+    return Goals.validate(found)
+
+
+def verdict(log, *done, **changes):
+    row = judge(log, *done, **changes).row(0, named=True)
+    return row["robot"], row["kind"]
+
+
+def fixed(t, x, y):
+    return np.stack((0 * t + x, 0 * t + y, 0 * t), axis=1)
+
+
+def shot(*, speed=1.0, aside=0.0, kick=2.0, goal=None, others=None, turns_at=9.0):
+    """Home 1 holds the ball at the centre until the kick; it rolls to the goal, in at the end.
+
+    ``aside`` is the y at which the straight line crosses the goal line; at x = ``turns_at`` the
+    ball turns towards the middle of the goal.
+    """
+    goal = goal or kick + 0.75 / speed + 0.05
+    t = np.arange(round(goal * 60) + 12) / 60
+    x = np.clip((t - kick) * speed, 0, None)
+    slope = aside / 0.75
+    y = np.where(x < turns_at, slope * x, slope * turns_at * (0.75 - x) / (0.75 - turns_at))
+    bodies = {"ball": np.stack((x, y), axis=1), (HOME, 1): fixed(t, -0.06, 0), (AWAY, 0): fixed(t, 0.5, -0.4)}
+    bodies |= {key: fixed(t, *place) for key, place in (others or {}).items()}
+    return make_log(t, bodies, referee=[(0, "kick-off", "home"), (goal, "goal", "home")])
+
+
+KICK = ("home", 1, 21, 1.9, 2.3)
+BESIDE_THE_PATH = {(AWAY, 2): (0.4, 0.06)}
+
+
+# ---- rule 1 and 2: last touch by the scoring team
+
+
+@pytest.mark.parametrize("code", [21, 11, 1])
+def test_own_action_on_a_line_into_the_goal_is_direct(code):
+    assert verdict(shot(), ("home", 1, code, 1.9, 2.3)) == (1, "direct")
+
+
+def test_own_action_off_the_line_is_indirect():
+    assert verdict(shot(aside=0.19), KICK) == (1, "direct")
+    assert verdict(shot(aside=0.3, turns_at=0.3), KICK) == (1, "indirect")
+
+
+@pytest.mark.parametrize(
+    "done",
+    [
+        [],
+        [("home", 1, 47, 1.9, 2.3)],
+        [("home", 1, 194, 1.9, 2.3)],
+        [("home", 3, 21, 1.9, 2.3)],  # of another robot
+        [("away", 1, 21, 1.9, 2.3)],
+        [("home", 1, 21, 0.5, 1.9)],  # over before the last touch
+        [("home", 1, 21, 2.2, 2.6)],  # begun after it
+    ],
+)
+def test_anything_else_by_the_scoring_team_is_indirect(done):
+    assert verdict(shot(), *done) == (1, "indirect")
+
+
+def test_a_ball_pushed_over_the_line_is_direct():
+    t = np.arange(180) / 60
+    x = 0.25 * t
+    bodies = {"ball": np.stack((x, 0 * x), axis=1), (HOME, 1): np.stack((x - 0.06, 0 * x, 0 * x), axis=1)}
+    log = make_log(t, bodies, referee=[(0, "kick-off", "home"), (2.9, "goal", "home")])
+    assert verdict(log, ("home", 1, 11, 1.0, 2.9)) == (1, "direct")
+
+
+def test_the_nearest_of_two_that_touch_at_once_has_it():
+    log = shot(others={(HOME, 5): (-0.065, 0.0)})
+    assert verdict(log) == (1, "indirect")
+    log = shot(others={(HOME, 5): (-0.05, 0.0)})
+    assert verdict(log) == (5, "indirect")
+
+
+# ---- rule 3: last touch by the defending team
+
+
+def test_a_deflected_shot_is_indirect_and_the_shooters():
+    assert verdict(shot(others=BESIDE_THE_PATH), KICK) == (1, "indirect")
+    assert verdict(shot(others=BESIDE_THE_PATH)) == (1, "indirect")  # by its line alone
+
+
+def test_a_shot_beside_the_goal_that_the_adversary_turns_in_is_its_error():
+    log = shot(aside=0.4, turns_at=0.4, others={(AWAY, 2): (0.4, 0.25)})
+    assert verdict(log) == (2, "error")
+    assert verdict(log, KICK) == (2, "error")
+
+
+def test_a_kick_that_hits_the_adversary_is_indirect():
+    log = shot(aside=0.4, turns_at=0.4, others={(AWAY, 2): (0.4, 0.25)})
+    touches = np.hypot(log.frames.ball["x"] - 0.4, log.frames.ball["y"] - 0.25) < 0.0775
+    arrives = log.frames.t_ns[touches][0] / 1e9  # where a hit ends, exclusive
+    hit = ("away", 2, 47, 2.2, arrives)
+    assert verdict(log, KICK, hit) == (1, "indirect")
+    assert verdict(log, hit) == (2, "error")  # no kick
+    assert verdict(log, KICK, ("away", 2, 47, 2.0, arrives - 0.1)) == (2, "error")  # another hit
+
+
+def test_a_shot_longer_ago_is_not_deflected_but_an_error():
+    log = shot(speed=0.3, others=BESIDE_THE_PATH)  # 0.4 m at 0.3 m/s
+    assert verdict(log, KICK) == (2, "error")
+    assert verdict(log, KICK, deflect_s=1.6, before_s=3.0) == (1, "indirect")
+
+
+def test_an_own_goal_without_the_scoring_team_is_an_error():
+    t = np.arange(180) / 60
+    x = 0.25 * t
+    bodies = {"ball": np.stack((x, 0 * x), axis=1), (AWAY, 3): np.stack((x - 0.06, 0 * x, 0 * x), axis=1)}
+    log = make_log(t, bodies, referee=[(0, "kick-off", "home"), (2.9, "goal", "home")])
+    assert verdict(log, ("away", 3, 11, 1.0, 2.9)) == (3, "error")
+
+
+# ---- rule 4, and what does not count
+
+
+def test_with_no_touch_in_the_window_the_last_toucher_has_it():
+    log = shot(speed=0.3)
+    assert verdict(log, KICK, before_s=0.5) == (1, "direct")
+
+
+def test_an_older_touch_does_not_count_while_there_is_a_newer_one():
+    # 1.3 s before the keeper's touch: outside the window, and so not a shot
+    log = shot(speed=0.3, others=BESIDE_THE_PATH)
+    assert verdict(log, KICK, deflect_s=1.6, before_s=1.5) == (2, "error")
+
+
+def test_a_goal_that_nobody_touched_is_nobodys():
+    t = np.arange(120) / 60
+    log = make_log(t, {"ball": np.stack((t / 2, 0 * t), axis=1)}, referee=[(1.6, "goal", "home")])
+    assert verdict(log) == (None, None)
+
+
+def test_a_goal_before_the_first_sample_is_nobodys():
+    assert verdict(make_log([1.0, 1.1], {"ball": np.zeros((2, 2))}, referee=[(0.0, "goal", "away")])) == (None, None)
+
+
+def test_touches_before_the_restart_do_not_count():
+    t = np.arange(240) / 60
+    ball = np.stack((np.where(t < 2, 0.0, 0.3 + (t - 2) * 0.3), 0 * t), axis=1)
+    bodies = {"ball": ball, (HOME, 1): fixed(t, -0.06, 0)}
+    log = make_log(t, bodies, referee=[(0, "kick-off", "home"), (2, "fault", None), (3.6, "goal", "home")])
+    assert verdict(log, KICK) == (None, None)
+
+
+def test_bodies_put_back_on_the_goals_frame_do_not_count():
+    log = shot()
+    goal = int(log.referee["t_ns"][-1])
+    back = log.frames.t_ns >= goal
+    log.frames.ball["x"][back] = 0.5
+    log.frames.ball["y"][back] = -0.4  # on away 0
+    assert verdict(log, KICK) == (1, "direct")
+
+
+def test_touches_while_play_is_stopped_do_not_count():
+    log = shot(goal=4.0, others={(AWAY, 3): (1.2, 0.0)})  # the ball rolls on, into away 3
+    assert verdict(log, KICK) == (3, "error")
+    stop = make_log([], {}, referee=[(2.8, "stop", None)]).referee
+    stopped = replace(log, referee=pl.concat([log.referee, stop]).sort("t_ns"))
+    assert verdict(stopped, KICK) == (1, "direct")
+
+
+def test_a_suspect_ball_touches_nobody():
+    log = shot(others={(AWAY, 3): (-0.6, -0.5)})
+    log.frames.ball["x"][150], log.frames.ball["y"][150] = -0.6, -0.5
+    assert verdict(log, KICK) == (1, "direct")
+
+
+def test_a_goal_of_neither_team_has_no_row_and_two_goals_have_two():
+    log = shot()
+    extra = [(2.7, "goal", None), (2.75, "goal", "away")]
+    referee = pl.concat([log.referee, make_log([], {}, referee=extra).referee]).sort("t_ns")
+    table, _ = trajectories(log, TrajectorySettings())
+    found = Goals.validate(attribute(referee, table, Situations.empty(), VSSS))
+    assert found["t_ns"].to_list() == [int(ns(2.75)), int(ns(2.8))]
+    assert found["team"].to_list() == ["away", "home"]
+
+
+def test_no_goals_no_rows():
+    assert judge(make_log([0.0, 0.1], {"ball": np.zeros((2, 2))})).is_empty()
+
+
+@pytest.mark.parametrize(
+    ("scene", "done"),
+    [
+        ({}, [KICK]),
+        ({"aside": 0.3, "turns_at": 0.3}, [KICK]),
+        ({"others": BESIDE_THE_PATH}, []),
+        ({"aside": 0.4, "turns_at": 0.4, "others": {(AWAY, 2): (0.4, 0.25)}}, [KICK]),
+    ],
+)
+def test_the_teams_are_treated_alike(scene, done):
+    log = shot(**scene)
+    kinds = judge(log, *done).select("robot", "kind").rows()
+    for body in (log.frames.ball, log.frames.robots):
+        body["x"] *= -1
+        body["y"] *= -1
+    log.frames.robots["team"] = 1 - log.frames.robots["team"]
+    other = {"home": "away", "away": "home"}
+    swap = pl.col("team").cast(pl.String).replace(other).cast(log.referee.schema["team"])
+    table, _ = trajectories(log, TrajectorySettings())
+    mirrored = situations(*((other[team], *rest) for team, *rest in done))
+    found = attribute(log.referee.with_columns(swap), table, mirrored, VSSS)
+    assert found["team"].to_list() == ["away"]
+    assert found.select("robot", "kind").rows() == kinds
+
+
+# ---- a recording
+
+
+def test_every_goal_of_the_recorded_match_was_made_by_somebody():
+    log = tracking.read(SAMPLE.read_bytes(), name=SAMPLE.name, match_id="sample")
+    found = judge(log)
+    assert found.group_by("team").len().sort("team")["len"].to_list() == [21, 4]
+    assert found["robot"].null_count() == 0
+    # without situations nothing can be direct; both of the other kinds occur
+    assert set(found["kind"]) == {"indirect", "error"}
+
+
+def test_every_goal_of_a_simulated_2d_match_was_made_by_somebody(recording):
+    path = recording("rcssserver-3v3.rcg.gz")
+    found = judge(rcg.read(path.read_bytes(), name=path.name, match_id="recorded"))
+    assert found["team"].to_list() == ["away"] * 3
+    assert found["robot"].null_count() == 0

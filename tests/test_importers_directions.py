@@ -1,0 +1,122 @@
+"""Which way home attacks, told from where the bodies stand."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from recordings import RSIM, imported, recording
+
+from pipeline.frame import Frames
+from pipeline.importers import directions, tracking
+from pipeline.importers.rows import pack
+
+STEP = 100_000_000
+
+
+def frames(sides: list[float], rng: np.random.Generator, *, spread: float = 0.2) -> Frames:
+    """Three a side at 10 Hz; side +1: home's mean is at -0.25, away's at +0.25."""
+    count = len(sides)
+    team = np.tile(np.repeat([0, 1], 3), count)
+    places = np.repeat(sides, 6) * np.where(team == 0, -0.25, 0.25)
+    return pack(
+        np.arange(count, dtype=np.uint32),
+        np.arange(count, dtype=np.int64) * STEP,
+        {},
+        np.repeat(np.arange(count), 6),
+        {
+            "team": team.astype(np.uint8), "id": np.tile(np.arange(3), 2 * count).astype(np.uint16),
+            "x": places + rng.normal(0, spread, len(team)), "y": rng.normal(0, 0.2, len(team)),
+        },
+    )
+
+
+def attacks(found: directions.Directions) -> list[int]:
+    return [period.home_attacks for period in found.periods]
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    first=st.sampled_from([1, -1]), half=st.integers(200, 800), seed=st.integers(0, 2**16),
+    tell=st.booleans(),
+)
+def test_a_change_of_sides_is_found_with_and_without_the_half_time_event(
+    first: int, half: int, seed: int, tell: bool
+) -> None:
+    sides = [float(first)] * half + [-float(first)] * (1000 - half)
+    match = frames(sides, np.random.default_rng(seed))
+    found = directions.infer_periods(match, [half * STEP] if tell else [])
+    assert attacks(found) == [first, -first]
+    assert all(period.inferred for period in found.periods)
+    assert abs(found.periods[0].end_ns - half * STEP) <= (0 if tell else 2 * STEP)
+    assert found.periods[1].start_ns == found.periods[0].end_ns
+    assert found.periods[1].end_ns == 999 * STEP + 1
+
+
+@settings(max_examples=40, deadline=None)
+@given(first=st.sampled_from([1.0, -1.0]), seed=st.integers(0, 2**16))
+def test_a_match_without_a_change_of_sides_has_one_period(first: float, seed: int) -> None:
+    found = directions.infer_periods(frames([first] * 500, np.random.default_rng(seed)), [])
+    assert attacks(found) == [first]
+
+
+def test_a_spell_of_pressure_is_no_change_of_sides() -> None:
+    """For a fifth of the match all of home stands in away's half; its goalkeeper stays."""
+    match = frames([1.0] * 1000, np.random.default_rng(3), spread=0.05)
+    late = np.repeat(np.arange(1000) >= 800, 6)
+    pressing = late & (match.robots["team"] == 0) & (match.robots["id"] > 0)
+    match.robots["x"][pressing] += 0.9
+    assert attacks(directions.infer_periods(match, [])) == [1]
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 2**16))
+def test_bodies_that_say_nothing_are_unknown_and_taken_for_plus_x(seed: int) -> None:
+    match = frames([0.0] * 1000, np.random.default_rng(seed))
+    found = directions.infer_periods(match, [])
+    flaws = directions.direction_flaws(found, match.t_ns)
+    assert attacks(found) == [1]
+    assert [(flaw.flaw, flaw.count, flaw.start_ns) for flaw in flaws] == [("direction unknown", 1000, 0)]
+    assert "too weak" in str(flaws[0].note)
+
+
+def test_what_is_known_of_the_first_period_is_not_inferred() -> None:
+    match = frames([1.0] * 500 + [-1.0] * 500, np.random.default_rng(0))
+    found = directions.infer_periods(match, [500 * STEP], first=-1)
+    assert [(p.home_attacks, p.inferred) for p in found.periods] == [(-1, False), (-1, True)]
+    flaws = directions.direction_flaws(found, match.t_ns)
+    assert [flaw.start_ns for flaw in flaws] == [500 * STEP]
+
+
+def test_the_vote_is_weighed_by_time_and_gaps_do_not_count() -> None:
+    """Forty samples of one direction last longer than eighty quick ones of the other."""
+    match = frames([1.0] * 40 + [-1.0] * 80, np.random.default_rng(0), spread=0.0)
+    match.t_ns[:40] = np.arange(40) * 400_000_000
+    match.t_ns[40:] = 40 * 400_000_000 + np.arange(80) * 10_000_000
+    assert attacks(directions.infer_periods(match, [])) == [1]
+    match.t_ns[-1] += 3_600_000_000_000  # an hour without samples is no hour of -x
+    assert attacks(directions.infer_periods(match, [])) == [1]
+
+
+def test_half_times_outside_the_match_do_not_matter() -> None:
+    match = frames([1.0] * 100, np.random.default_rng(0))
+    found = directions.infer_periods(match, [-5, 0, 10**12])
+    assert len(found.periods) == 1
+
+
+@pytest.mark.parametrize("hidden", [False, True])
+def test_the_real_change_of_sides_is_found(hidden: bool) -> None:
+    """rc-robosim: the last sample of the first half is at 299.975 s."""
+    match = imported(RSIM)
+    if hidden:
+        table = pl.read_parquet(recording(RSIM)).with_columns(
+            pl.col("game_state").str.replace("half+kickoff_y", "freeball", literal=True)
+        )
+        match = tracking.read(table.write_csv().encode(), name="x.csv", match_id="x-1")
+        assert "half" not in match.referee["event"]
+    one, two = match.info.periods
+    assert (one.home_attacks, two.home_attacks) == (1, -1)
+    assert one.end_ns == two.start_ns == 300_000_000_000
+    assert match.quality["flaw"].to_list() == ["direction inferred"] * 2

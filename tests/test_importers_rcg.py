@@ -1,0 +1,237 @@
+"""RoboCup 2D text logs: hand-written ones with known values, and damaged ones."""
+
+from __future__ import annotations
+
+import gzip
+
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from recordings import INSPER, RCSS, imported
+
+from pipeline.errors import BadRecording
+from pipeline.frame import AWAY, HOME, MatchLog
+from pipeline.importers import rcg
+from pipeline.pitch import Kind
+
+PARAMS = "(server_param (goal_width 7.32)(half_time 1)(simulator_step 100))"
+# the tail of a player's group differs between versions and states: arm, focus, stamina, counts
+TAILS = {
+    4: " (v h 180) (s 4000 1 1) (c 0 0 1 0 38 0 0 0 0 0 0)",
+    5: " 3.5 -20.1 (v h 90) (s 8000 1 1 130600) (f r 7) (c 0 0 1 0 38 0 0 0 0 0 0)",
+    6: " (v l 120) (fp 0 0) (s 8000 1 1 130600) (c 0 0 1 0 38 0 0 0 0 0 0 0)",
+}
+
+
+def show(cycle: int, ball: str = "0 0 0 0", version: int = 6, left: str = "-10 0 0 0 0 0") -> str:
+    tail = TAILS[version]
+    return (
+        f"(show {cycle} (({'b'}) {ball}) ((l 1) 0 0x9 {left}{tail}) ((l 2) 0 0 -12 -37 0 0 0 0{tail})"
+        f" ((r 11) 3 0x1 20 5 0 0 180 90{tail}))"
+    )
+
+
+def log(*lines: str, version: int = 6) -> bytes:
+    return "\n".join([f"ULG{version}", *lines, ""]).encode()
+
+
+def read(data: bytes) -> MatchLog:
+    return rcg.read(data, name="game.rcg", match_id="game-0")
+
+
+def events(match: MatchLog) -> list[tuple[object, ...]]:
+    tenths = pl.col("t_ns") // 100_000_000
+    text = pl.col("event", "team").cast(pl.String)
+    return match.referee.select(tenths, text, "score_home", "score_away", "note").rows()
+
+
+@pytest.mark.parametrize("version", [4, 5, 6])
+def test_server_axes_and_cycles_become_ours(version: int) -> None:
+    line = show(7, "1.5 -20 0.25 -0.5", version, left="-10.5 4 0.1 0.2 30 -45")
+    match = read(log(line, version=version))
+    assert match.frames.ball.tolist() == [(1.5, 20.0, 2.5, 5.0)]
+    left, right = match.frames.robots
+    assert left["team"] == HOME
+    assert right["team"] == AWAY
+    assert (left["id"], right["id"]) == (1, 11)
+    assert (left["x"], left["y"]) == (-10.5, -4.0)
+    assert left["vx"] == pytest.approx(1.0)
+    assert left["vy"] == pytest.approx(-2.0)
+    assert left["theta"] == pytest.approx(-np.pi / 6)  # the body's: the neck does not matter
+    assert right["theta"] == pytest.approx(np.pi)
+    assert np.isnan(left["omega"])
+    assert match.frames.number.tolist() == [7]
+    assert match.info.settings == {"version": version, "step_ms": 100}
+
+
+def test_a_player_who_is_not_on_the_pitch_is_not_there() -> None:
+    match = read(log(show(1), show(2).replace("(l 1) 0 0x9", "(l 1) 0 0x80000")))
+    assert match.frames.counts().tolist() == [2, 1]  # 2 is not connected, 1 was sent off
+
+
+def test_time_goes_on_while_the_cycle_stands_still_and_over_missing_lines() -> None:
+    match = read(log(show(5), show(6), show(6), show(6), show(9), show(10)))
+    assert match.frames.number.tolist() == [5, 6, 6, 6, 9, 10]
+    assert (match.frames.t_ns // 100_000_000).tolist() == [0, 1, 2, 3, 6, 7]
+    stopped = read(log(show(6), show(6), "(show 6 ((b) 0 0", show(6)))
+    assert (stopped.frames.t_ns // 100_000_000).tolist() == [0, 1, 3]
+
+
+def test_the_course_of_a_match() -> None:
+    match = read(log(
+        PARAMS,
+        "(playmode 0 before_kick_off)", "(team 0 Left null 0 0)", show(0),
+        "(playmode 1 kick_off_l)", "(team 1 Left Right 0 0)", show(1),
+        "(playmode 2 play_on)", show(2),
+        "(playmode 3 offside_l)", show(3),
+        "(playmode 4 free_kick_r)", show(4),
+        "(playmode 5 play_on)", show(5),
+        "(playmode 6 goal_r)", "(team 6 Left Right 0 1)", show(6),
+        "(playmode 7 kick_off_l)", show(7),
+        "(playmode 8 drop_ball)", show(8),
+        "(playmode 10 before_kick_off)", show(10),
+        "(playmode 11 kick_off_r)", show(11),
+        "(playmode 12 goal_kick_l)", show(12),
+        "(playmode 13 penalty_setup_l)", show(13),
+        "(playmode 20 time_over)", show(14), "(msg 20 1 \"(result 0-1)\")", "(team 20 Left Right 0 1)",
+    ))
+    assert events(match) == [
+        (0, "stop", None, 0, 0, "before_kick_off"),
+        (1, "kick-off", "home", 0, 0, "kick_off_l"),
+        (2, "play", None, 0, 0, "play_on"),
+        (3, "stop", None, 0, 0, "offside_l"),  # the offender's; the restart follows
+        (4, "fault", "away", 0, 0, "free_kick_r"),
+        (5, "play", None, 0, 0, "play_on"),
+        (6, "goal", "away", 0, 1, "goal_r"),
+        (7, "kick-off", "home", 0, 1, "kick_off_l"),
+        (8, "fault", None, 0, 1, "drop_ball"),
+        (10, "half", None, 0, 1, "before_kick_off"),  # half_time 1 s: ten cycles
+        (11, "kick-off", "away", 0, 1, "kick_off_r"),
+        (12, "fault", "home", 0, 1, "goal_kick_l"),
+        (13, "stop", None, 0, 1, "penalty_setup_l"),  # a shoot-out is no play
+        (14, "end", None, 0, 1, "time_over"),
+    ]
+    info = match.info
+    assert (info.home, info.away) == ("Left", "Right")
+    assert info.complete
+    assert info.pitch.kind is Kind.SIM2D
+    assert info.pitch.goal_width == 7.32
+    # the server never changes sides, not even at half-time
+    assert [(p.start_ns, p.end_ns, p.home_attacks, p.inferred) for p in info.periods] == [
+        (0, 1_400_000_001, 1, False)
+    ]
+    assert match.quality.is_empty()
+
+
+def test_half_time_without_a_pause_is_the_second_kick_off() -> None:
+    match = read(log(PARAMS, show(9), "(playmode 11 kick_off_r)", show(11)))
+    assert [row[1] for row in events(match)] == ["half", "kick-off"]
+
+
+def test_a_log_that_begins_in_the_second_half_has_no_half_time_and_keeps_its_score() -> None:
+    match = read(log(
+        PARAMS, "(team 15 A B 2 1)", show(15), "(playmode 16 goal_l)", "(team 16 A B 3 1)", show(16),
+        "(playmode 17 kick_off_r)", show(17),
+    ))
+    assert [(row[1], row[3], row[4]) for row in events(match)] == [("goal", 3, 1), ("kick-off", 3, 1)]
+
+
+def test_a_goal_counts_once_even_if_only_the_score_tells_of_it() -> None:
+    only_score = read(log("(team 0 A B 0 0)", show(1), "(team 2 A B 1 0)", show(2)))
+    assert events(only_score) == [(1, "goal", "home", 1, 0, "team")]
+    score_first = read(log(
+        "(team 0 A B 0 0)", show(1), "(team 2 A B 1 0)", "(playmode 2 goal_l)", show(2)
+    ))
+    assert [row[1] for row in events(score_first)] == ["goal"]
+
+
+def test_a_cut_log_is_kept_and_marked() -> None:
+    whole = log("(playmode 0 kick_off_l)", show(1), show(2), show(3))
+    match = read(whole)
+    assert not match.info.complete
+    assert match.info.incomplete_reason == "the log ends before time over"
+
+    cut = read(whole[:-40])
+    assert len(cut.frames) == 2
+    assert cut.info.incomplete_reason == "the log is cut off"
+    flaw = cut.quality.row(0, named=True)
+    assert (flaw["flaw"], flaw["count"], flaw["start_ns"]) == ("truncated", 1, 100_000_000)
+    assert "last line was left out" in flaw["note"]
+
+    filled = read(whole + bytes(1000))  # a recorder that was killed before it cut its file to size
+    assert len(filled.frames) == 3
+    assert filled.info.incomplete_reason == "the log is cut off"
+
+
+def test_a_cut_gzip_is_kept_and_marked() -> None:
+    lines = [show(i, f"{i * 0.37 % 50:.4f} {i * 0.11 % 30:.4f} 0.1 0.2") for i in range(2000)]
+    packed = gzip.compress(log(*lines, "(playmode 2000 time_over)"))
+    match = read(packed[: len(packed) // 2])
+    assert 500 < len(match.frames) < 2000
+    assert match.info.incomplete_reason == "the gzip stream is cut off"
+    assert match.quality["flaw"].to_list() == ["truncated"]
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        show(2)[:-30],  # two lines run into each other
+        show(2).replace("20 5 0 0 180", "20 five 0 0 180"),
+        show(2).replace("((b) 0 0", "((b) nan 0"),
+        "(show two ((b) 0 0 0 0))",
+        "(playmode 2 )",
+        "garbage",
+        "(server_param (goal_width",
+    ],
+)
+def test_a_malformed_line_is_skipped_and_counted(broken: str) -> None:
+    match = read(log(show(1), broken, show(3), broken, show(5), "(playmode 6 time_over)"))
+    assert match.frames.number.tolist() == [1, 3, 5]
+    assert (match.frames.t_ns // 100_000_000).tolist() == [0, 2, 4]  # its time is not lost
+    assert match.quality.select(pl.col("flaw").cast(pl.String), "count").rows() == [("skipped", 2)]
+    assert match.info.complete
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        (b"", "does not begin with ULG4"),
+        (b"ULG\x03" + bytes(200), "binary log of version 1 to 3. Convert it to version 4"),
+        (b"ULG6\n", "no whole show line"),
+        (log(PARAMS, "(playmode 1 kick_off_l)"), "no whole show line"),
+        (b"<xml/>", "does not begin with ULG4"),
+    ],
+)
+def test_what_is_no_text_log_is_refused(data: bytes, says: str) -> None:
+    with pytest.raises(BadRecording, match=says):
+        read(data)
+
+
+@given(st.integers(0, 10_000), st.binary(max_size=5))
+def test_no_damage_makes_it_fail_otherwise_than_by_refusing(at: int, junk: bytes) -> None:
+    whole = log(PARAMS, "(playmode 0 kick_off_l)", "(team 0 A B 0 0)", show(1), show(2), "(team 2 A B 1 0)")
+    at %= len(whole)
+    try:
+        match = read(whole[:at] + junk + whole[at + len(junk) :])
+    except BadRecording:
+        return
+    assert match.frames.t_ns[0] == 0
+    assert 1 <= len(match.frames) <= 2
+
+
+def test_unknown_numbers_of_cycles_do_not_run_away() -> None:
+    match = read(log(*(show(cycle) for cycle in (0, 999_999_999, 3, 999_999_999))))
+    assert (match.frames.t_ns // 100_000_000).tolist() == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("name", "version", "count"), [(RCSS, 6, 2149), (INSPER, 5, 332)]
+)
+def test_real_logs_are_read_whole(name: str, version: int, count: int) -> None:
+    match = imported(name)
+    assert len(match.frames) == count
+    assert match.info.settings["version"] == version
+    assert match.info.complete == (name == RCSS)
+    assert "skipped" not in match.quality["flaw"]
