@@ -83,26 +83,38 @@ class Messages:
         return Messages(self.heads[mask], self.tails[np.repeat(mask, self.tail_bytes())], offsets)
 
 
-def concatenate(parts: Sequence[Messages], head: np.dtype[np.void]) -> Messages:
-    """One batch after another; ``head`` is the dtype of the heads, needed when there are none."""
-    if not parts:
-        return Messages(np.empty(0, head), np.empty(0, np.uint8), np.zeros(1, np.int64))
-    if len(parts) == 1:
-        return parts[0]
-    ends = np.cumsum([len(part.tails) for part in parts])
-    offsets = [part.offsets[1:] + (end - len(part.tails)) for part, end in zip(parts, ends, strict=True)]
-    return Messages(
-        _join([part.heads for part in parts]),
-        np.concatenate([part.tails for part in parts]),
-        np.concatenate([np.zeros(1, np.int64), *offsets]),
-    )
+class Collector:
+    """Messages as they are taken out of one chunk after another, without copying them again.
 
+    Args:
+        head: layout of the fixed part of their records.
+        capacity: bytes that all records may take together; memory is used only as they come.
+    """
 
-def _join(parts: Sequence[Heads]) -> Heads:
-    # numpy copies structured arrays field by field; as raw bytes it is one copy
-    raw = np.dtype((np.void, parts[0].dtype.itemsize))
-    joined: Heads = np.concatenate([part.view(raw) for part in parts]).view(parts[0].dtype)
-    return joined
+    def __init__(self, head: np.dtype[np.void], capacity: int) -> None:
+        self._head = head
+        most = capacity // head.itemsize
+        self._heads = np.empty((most, head.itemsize), dtype=np.uint8)
+        self._tails = np.empty(capacity, dtype=np.uint8)
+        self._offsets = np.empty(most + 1, dtype=np.int64)
+        self._offsets[0] = self._count = 0
+
+    def take(self, content: U8, records: Records) -> None:
+        """Take message records of ``content``, each with a body at least as long as the head's part."""
+        if not len(records.bodies):
+            return
+        first, last = self._count, self._count + len(records.bodies)
+        self._count = last
+        offsets = self._offsets[first:last + 1]
+        np.cumsum(records.lengths - (self._head.itemsize - FRAMING_BYTES), out=offsets[1:])
+        offsets[1:] += offsets[0]
+        _split(content, records.bodies - FRAMING_BYTES, offsets, self._heads[first:last], self._tails)
+
+    def messages(self) -> Messages:
+        """All that was taken so far, in that order."""
+        offsets = self._offsets[:self._count + 1]
+        heads = self._heads[:self._count].view(self._head).reshape(-1)
+        return Messages(heads, self._tails[:offsets[-1]], offsets)
 
 
 # --- records to bytes and back -----------------------------------------------------------
@@ -121,19 +133,6 @@ def lay_out(messages: Messages) -> tuple[U8, I64]:
     out = np.empty(int(starts[-1]), dtype=np.uint8)
     _merge(_bytes_of(heads).reshape(-1, size), messages.tails, messages.offsets, out)
     return out, starts
-
-
-def take_out(content: U8, bodies: I64, lengths: I64, head: np.dtype[np.void]) -> Messages:
-    """The message records whose bodies start at ``bodies`` [K] and have ``lengths`` [K] bytes.
-
-    Every length must be at least that of the head's part of the body.
-    """
-    offsets = np.zeros(len(bodies) + 1, dtype=np.int64)
-    np.cumsum(lengths - (head.itemsize - FRAMING_BYTES), out=offsets[1:])
-    heads = np.empty((len(bodies), head.itemsize), dtype=np.uint8)
-    tails = np.empty(int(offsets[-1]), dtype=np.uint8)
-    _split(content, bodies - FRAMING_BYTES, offsets, heads, tails)
-    return Messages(heads.view(head).reshape(-1), tails, offsets)
 
 
 def log_times(content: U8, records: Records) -> I64:

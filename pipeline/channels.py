@@ -62,7 +62,7 @@ class Inbox:
     def __init__(self) -> None:
         self.seen = 0
         self._topics: dict[int, int | str] = {}
-        self._parts: dict[int, list[Messages]] = {topic: [] for topic in TOPICS}
+        self._collectors: dict[int, cdr.Collector] = {}
         self._skipped: dict[str, list[I64]] = {}
 
     def declare(self, channel: int, name: str, definition: str | None) -> None:
@@ -81,6 +81,10 @@ class Inbox:
                 alike = definition is not None and fields(definition) == fields(topic.definition())
                 self._topics[channel] = ours if alike else f"messages on {name}, which are defined otherwise"
 
+    def reserve(self, capacity: int) -> None:
+        """Make room, before any is taken, for message records of so many bytes together."""
+        self._collectors = {i: cdr.Collector(topic.head, capacity) for i, topic in TOPICS.items()}
+
     def take(self, content: U8, records: Records) -> None:
         """Take the messages among records of ``content`` (uint8), in their order."""
         is_message = records.opcodes == MESSAGE
@@ -94,16 +98,15 @@ class Inbox:
             if isinstance(topic, str):
                 self._skip(topic, cdr.log_times(content, own))
                 continue
-            head = TOPICS[topic].head
-            whole = own.lengths >= head.itemsize - FRAMING_BYTES
+            whole = own.lengths >= TOPICS[topic].head.itemsize - FRAMING_BYTES
             if not whole.all():
                 self._skip(_malformed(topic), cdr.log_times(content, own.keep(~whole)))
                 own = own.keep(whole)
-            self._parts[topic].append(cdr.take_out(content, own.bodies, own.lengths, head))
+            self._collectors[topic].take(content, own)
 
     def frames(self) -> Frames:
         """The samples, in the order in which they were taken."""
-        messages = self._messages(FRAME)
+        messages = self._collectors[FRAME].messages()
         sound = cdr.sound_frames(messages)
         self._skip(_malformed(FRAME), messages.heads["log_time"][~sound])
         return cdr.unpack_frames(messages.keep(sound))
@@ -122,15 +125,13 @@ class Inbox:
         for reason, times in sorted(self._skipped.items()):
             t_ns = np.concatenate(times)
             note = f"{where}: {reason}: left out"
-            flaws.append(Flaw("skipped", int(t_ns.min()), int(t_ns.max()) + 1, len(t_ns), note))
+            end = min(int(t_ns.max()) + 1, 2**63 - 1)
+            flaws.append(Flaw("skipped", int(t_ns.min()), end, len(t_ns), note))
         return flaws
 
     def _skip(self, reason: str, t_ns: I64) -> None:
         if len(t_ns):
             self._skipped.setdefault(reason, []).append(t_ns)
-
-    def _messages(self, topic: int) -> Messages:
-        return cdr.concatenate(self._parts[topic], TOPICS[topic].head)
 
     def _table(
         self,
@@ -141,7 +142,7 @@ class Inbox:
         *,
         by: tuple[str, ...],
     ) -> pl.DataFrame:
-        messages = self._messages(topic)
+        messages = self._collectors[topic].messages()
         if not len(messages):
             return schema.empty()
         rows, sound = unpack(messages)

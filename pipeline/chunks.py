@@ -121,7 +121,7 @@ class ChunkBuffer:
         while first < count:
             room = self._capacity - self._size
             last = int(np.searchsorted(starts, starts[first] + room, side="right")) - 1
-            if last == first and self._pieces:
+            if last <= first and self._pieces:
                 yield from self.seal()
                 continue
             last = max(last, first + 1)
@@ -163,17 +163,15 @@ def _seal(pieces: Sequence[Piece], compressor: zstandard.ZstdCompressor) -> Seal
     return SealedChunk(b"".join(parts), length, index_offsets, start, end, len(blob), len(content))
 
 
-def chunk_span(body: memoryview) -> tuple[int, int] | None:
-    """First and last log time in nanoseconds that a chunk declares, None if they make no sense."""
-    if len(body) < _CHUNK_HEAD.size:
-        return None
-    start, end = _CHUNK_HEAD.unpack_from(body)[:2]
-    return (start, end) if start <= end < 2**63 else None
+def chunk_span(body: memoryview) -> tuple[int, int]:
+    """First and last log time that a chunk declares, both included; 0 and 0 if it is too short."""
+    return _CHUNK_HEAD.unpack_from(body)[:2] if len(body) >= _CHUNK_HEAD.size else (0, 0)
 
 
 def chunk_size(body: memoryview) -> int:
-    """How many bytes of content a chunk declares, at most ``MAX_CHUNK_BYTES``."""
-    return min(_CHUNK_HEAD.unpack_from(body)[2], MAX_CHUNK_BYTES) if len(body) >= _CHUNK_HEAD.size else 0
+    """How many bytes of content a chunk declares; 0 if they are more than ``MAX_CHUNK_BYTES``."""
+    size: int = _CHUNK_HEAD.unpack_from(body)[2] if len(body) >= _CHUNK_HEAD.size else 0
+    return size if size <= MAX_CHUNK_BYTES else 0
 
 
 def unseal(body: memoryview) -> tuple[U8, Records]:

@@ -125,27 +125,25 @@ def membership(term: Trapezoid, x: npt.ArrayLike) -> F64:
         Float64 in [0, 1] of the same shape, NaN where ``x`` is NaN.
     """
     values = np.asarray(x, dtype=np.float64)
-    flat = values.ravel()
-    degrees: F64 = np.where(np.isnan(flat), np.nan, skfuzzy.trapmf(flat, term)).reshape(values.shape)
-    return degrees
+    degrees: F64 = skfuzzy.trapmf(values.ravel(), term)  # type: ignore[no-untyped-call]
+    return np.where(np.isnan(values), np.nan, degrees.reshape(values.shape))
 
 
-def crossings(term: Trapezoid, degree: float = 0.5) -> tuple[float, ...]:
-    """The values at which the term's membership crosses ``degree``: scikit-fuzzy's lambda-cut.
+def crossings(term: Trapezoid, degree: float = 0.5) -> tuple[float | None, float | None]:
+    """The values at which the term's membership rises and falls through ``degree``: its lambda-cut.
 
-    One value for a shoulder, two for a hill, ascending.
+    None for the side of a shoulder, on which it neither rises nor falls.
     """
-    corners = np.unique(term)
-    inner = corners[np.abs(corners) < FAR_OFF]
-    margin = inner[-1] - inner[0]
-    low = inner[0] if term.a == term.b else inner[0] - margin
-    high = inner[-1] if term.c == term.d else inner[-1] + margin
-    # a shoulder's end belongs to the term; towards a far-off corner the plateau is sampled just beyond
-    low = low - margin if term.b <= -FAR_OFF else low
-    high = high + margin if term.c >= FAR_OFF else high
-    universe = np.unique(np.concatenate((inner, [low, high])))
-    cuts = skfuzzy.lambda_cut_boundaries(universe, membership(term, universe), degree)
-    return tuple(float(cut) for cut in cuts)
+    def cut(low: float, high: float) -> float | None:
+        if low == high:
+            return None
+        universe = np.array([low, high])
+        cuts = skfuzzy.lambda_cut_boundaries(  # type: ignore[no-untyped-call]
+            universe, membership(term, universe), degree
+        )
+        return float(cuts[0])
+
+    return cut(term.a, term.b), cut(term.c, term.d)
 
 
 def likeliest(variable: dict[str, Trapezoid], x: float) -> str:

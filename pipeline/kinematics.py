@@ -80,7 +80,7 @@ def find_jumps(
                     if t_ns[last] - t_ns[first] >= accept_ns:
                         moved[there] = True
                     else:
-                        suspect[max(first, begin) : there] = True
+                        suspect[begin:there] = True
                     suspect[there : i + 1] = False
                     first, last, there = there, i, -1
                 continue

@@ -404,7 +404,7 @@ class _Reading:
     def _damaged(
         self, note: str, *, flaw: str = "damaged chunk", span: tuple[int, int] | None = None
     ) -> None:
-        start, end = (span[0], span[1] + 1) if span else (None, None)
+        start, end = (span[0], span[1] + 1) if span and span[0] <= span[1] < 2**63 - 1 else (None, None)
         self._flaws.append(Flaw(flaw, start, end, 1, f"{self._where}: {note}"))
         self._reasons.append(note)
 
@@ -494,28 +494,26 @@ class _Reading:
 
     def _read_chunks(self, records: Records, summary: _Summary | None) -> None:
         """Read all chunks, and the messages between them, in the order of the file."""
-        is_chunk = records.opcodes == Opcode.CHUNK
-        found = records.keep(is_chunk)
-        lengths = dict(zip(found.bodies.tolist(), found.lengths.tolist(), strict=True))
-        spans: dict[int, tuple[int, int] | None] = {}
+        found = records.keep(records.opcodes == Opcode.CHUNK)
+        loose = records.keep(records.opcodes == Opcode.MESSAGE)
+        bounds = dict(zip(found.bodies.tolist(), (found.bodies + found.lengths).tolist(), strict=True))
+        spans = {}
         for index in summary.chunks if summary else ():
             body = index.chunk_start_offset + FRAMING_BYTES
-            lengths[body] = index.chunk_length - FRAMING_BYTES
+            bounds[body] = index.chunk_start_offset + index.chunk_length
             spans[body] = (index.message_start_time, index.message_end_time)
-        loose = records.keep(records.opcodes == Opcode.MESSAGE)
-        places = sorted(lengths)
-        declared = 0
-        for number, (body, after) in enumerate(pairwise([0, *places, len(self._view)])):
+        chunks = {body: self._view[body:bounds[body]] for body in sorted(bounds)}
+        declared = sum(map(chunk_size, chunks.values()))
+        if declared > MAX_LOG_BYTES:
+            raise self._error(f"declares more than {MAX_LOG_BYTES} bytes", "Split it if you trust it")
+        self._inbox.reserve(declared + int(loose.lengths.sum()) + FRAMING_BYTES * len(loose.lengths))
+        for number, (body, after) in enumerate(pairwise([0, *chunks, len(self._view)])):
             if number:
-                chunk = self._view[body:body + lengths[body]]
-                declared += chunk_size(chunk)
-                if declared > MAX_LOG_BYTES:
-                    raise self._error(f"declares more than {MAX_LOG_BYTES} bytes", "Split it if you trust it")
                 try:
-                    self._read_messages(*unseal(chunk))
+                    self._read_messages(*unseal(chunks[body]))
                 except DamagedChunk as damage:
-                    span = spans.get(body, chunk_span(chunk))
-                    self._damaged(f"chunk {number} of {len(places)} {damage}", span=span)
+                    span = spans.get(body, chunk_span(chunks[body]))
+                    self._damaged(f"chunk {number} of {len(chunks)} {damage}", span=span)
             if len(loose.bodies):
                 between = (loose.bodies > body) & (loose.bodies < after)
                 self._read_messages(as_array(self._view), loose.keep(between))

@@ -11,16 +11,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 
 from pipeline.errors import SchemaMismatch
 from pipeline.learning.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN, Batch, Learned, sarsa_lambda
 from pipeline.settings import PolicySettings
-from schemas import Policies
+from schemas import Decisions, Policies
 from schemas.table import ROLES
-
-U8 = npt.NDArray[np.uint8]
 
 _PAIR = ["role", "state", "behaviour_id"]
 
@@ -101,7 +98,7 @@ def train(
 
     Args:
         decisions: tables of schema Decisions, one match each, of the robots that learn; consumed
-            one at a time and learned from in this order. Only 25 bytes a decision are kept.
+            one at a time and learned from in this order. About 30 bytes a decision are kept.
         occasions: schema Occasions, of one version of the knowledge: the pairs to value.
         parent: schema Policies, the version before, or None.
         settings: of the learning rule.
@@ -119,10 +116,10 @@ def train(
         BadSettings: if the values grow beyond all bounds.
     """
     pairs = _initial(occasions, parent, optimistic)
-    index = pairs.select(*_PAIR, pl.int_range(pl.len(), dtype=pl.Int64).alias("pair"))
-    flat = [_flatten(match, index) for match in decisions]
-    batch = _join([rows for rows, _ in flat])
-    roles = np.concatenate([np.empty(0, np.uint8), *(roles for _, roles in flat)])
+    known = pl.Enum(pairs["behaviour_id"].unique().sort())
+    matches = [_slim(match, known) for match in decisions]
+    rows = _with_pairs(pl.concat([_slim(Decisions.empty(), known), *matches]), pairs, known)
+    batch = Batch(**{name: rows[name].to_numpy() for name in ("pair", "elapsed", "reward", "ends")})
 
     learned = sarsa_lambda(
         pairs["q"].to_numpy(),
@@ -141,7 +138,7 @@ def train(
         pl.Series("q", learned.q, dtype=pl.Float64),
         pl.Series("visits", visits, dtype=pl.Int64),
     )
-    return policy, TrainingReport(len(flat), _training(pairs, roles, learned))
+    return policy, TrainingReport(len(matches), _training(pairs, rows["role"], learned))
 
 
 def greedy(policies: pl.DataFrame) -> pl.DataFrame:
@@ -181,54 +178,54 @@ def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, optimistic: f
     )
 
 
-def _flatten(match: pl.DataFrame, index: pl.DataFrame) -> tuple[Batch, U8]:
-    """One match's decisions [T], and the role of each as its position in ROLES, uint8 [T]."""
+def _slim(match: pl.DataFrame, known: pl.Enum) -> pl.DataFrame:
+    """One match's decisions in order, in few bytes each: their pair's key, elapsed, reward, ends.
+
+    A behaviour that is not ``known`` is null.
+    """
     moves_randomly = pl.format("{}-{}", pl.col("role").cast(pl.String), pl.lit(_MOVES_RANDOMLY))
     episode = pl.struct("team", "robot", "episode").rle_id()
-    rows = (
+    return (
         match.sort("team", "robot", "t_ns")
-        .with_columns(
-            pl.col("behaviour_id").fill_null(moves_randomly),
-            last=(episode != episode.shift(-1)).fill_null(value=True),
-        )
-        .join(index, on=_PAIR, how="left", maintain_order="left")
+        .with_columns(last=(episode != episode.shift(-1)).fill_null(value=True))
         .select(
-            pl.col("pair").fill_null(UNKNOWN),
+            "role",
+            "state",
+            pl.col("behaviour_id").fill_null(moves_randomly).cast(known, strict=False),
             ((pl.col("end_ns") - pl.col("t_ns")) / 1e9).alias("elapsed"),
             "reward",
             # an episode whose last decision does not say how it ended was cut there
             pl.when(pl.col("ends") == "terminal").then(TERMINAL)
             .when(pl.col("ends").is_not_null() | pl.col("last")).then(TRUNCATED)
             .otherwise(CONTINUES).cast(pl.Int8).alias("ends"),
-            pl.col("role").to_physical().cast(pl.UInt8),
         )
     )
-    arrays = {name: rows[name].to_numpy() for name in ("pair", "elapsed", "reward", "ends")}
-    return Batch(**arrays), rows["role"].to_numpy()
 
 
-def _join(matches: list[Batch]) -> Batch:
-    """The matches one after the other."""
-    empty = Batch(np.empty(0, np.int64), np.empty(0), np.empty(0), np.empty(0, np.int8))
-    batches = [empty, *matches]
-    return Batch(
-        pair=np.concatenate([batch.pair for batch in batches]),
-        elapsed=np.concatenate([batch.elapsed for batch in batches]),
-        reward=np.concatenate([batch.reward for batch in batches]),
-        ends=np.concatenate([batch.ends for batch in batches]),
+def _with_pairs(rows: pl.DataFrame, pairs: pl.DataFrame, known: pl.Enum) -> pl.DataFrame:
+    """The decisions with the index of their ``pair``, UNKNOWN where it is none of ``pairs``."""
+    index = pairs.select(
+        "role",
+        "state",
+        pl.col("behaviour_id").cast(known),
+        pl.int_range(pl.len(), dtype=pl.Int64).alias("pair"),
+    )
+    return rows.join(index, on=_PAIR, how="left", maintain_order="left").with_columns(
+        pl.col("pair").fill_null(UNKNOWN)
     )
 
 
-def _training(pairs: pl.DataFrame, roles: U8, learned: Learned) -> dict[str, RoleTraining]:
-    """Each role's part in the training, from its pairs, and from its decisions' errors."""
+def _training(pairs: pl.DataFrame, roles: pl.Series, learned: Learned) -> dict[str, RoleTraining]:
+    """Each role's part in the training, from its pairs and from its decisions' roles and errors [T]."""
     out = {}
-    for i, role in enumerate(ROLES):
+    for role in ROLES:
         own = pairs.filter(pl.col("role") == role)
-        first, last = (np.abs(errors[(roles == i) & ~np.isnan(errors)]) for errors in learned[1:])
+        made = (roles == role).to_numpy()
+        first, last = (np.abs(errors[made & ~np.isnan(errors)]) for errors in learned[1:])
         out[role] = RoleTraining(
             pairs=len(own),
             new_pairs=int(own["new"].sum()),
-            decisions=int((roles == i).sum()),
+            decisions=int(made.sum()),
             transitions=len(first),
             first_error=float(first.mean()) if len(first) else None,
             last_error=float(last.mean()) if len(last) else None,

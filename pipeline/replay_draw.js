@@ -216,14 +216,16 @@ function painter(match, state) {
     c.fillStyle = hatching(c);
     for (const [a, b] of dead) c.fillRect(px(a), 4, Math.max(1, px(b) - px(a)), h - 10);
     if (ball >= 0) { // the mean place of the ball along the pitch in each pixel: blue when home is attacking
-      let i = 0;
-      for (let column = 0; column < wide; column++) {
+      let mean = 0, seen = -Infinity;
+      for (let column = 0, i = 0; column < wide; column++) {
+        const until = ((column + 1) / wide) * end;
         let sum = 0, n = 0;
-        for (; i < S && time[i] <= ((column + 1) / wide) * end; i++) {
-          if (mask[ball * S + i] & SEEN) { sum += x[ball * S + i] * quantum; n++; }
+        for (; i < S && time[i] <= until; i++) {
+          if (mask[ball * S + i] & SEEN) { sum += x[ball * S + i] * quantum; n++; seen = time[i]; }
         }
-        if (!n) continue;
-        const v = Math.max(-1, Math.min(1, sum / n / (pitch.length / 2))) * reach;
+        if (n) mean = sum / n;
+        if (until - seen > match.gap && !n) continue;
+        const v = clamp(mean / (pitch.length / 2), -1, 1) * reach;
         c.fillStyle = colours[v > 0 ? "home" : "away"]; c.globalAlpha = 0.55;
         c.fillRect(GUTTER + column, v > 0 ? middle - v : middle, 1, Math.max(0.5, Math.abs(v)));
       }
@@ -279,9 +281,10 @@ function painter(match, state) {
         const name = match.shortName(code);
         c.save(); c.beginPath(); c.rect(l, top, r - l - 3, rowHeight); c.clip();
         c.fillStyle = textOn(colours[`family-${family.get(code)}`]);
-        c.font = mono(10.5, 600); c.fillText(three(code), l + 3, top + rowHeight / 2 + 0.5);
+        const seen = Math.max(l, GUTTER), middle = top + rowHeight / 2 + 0.5;
+        c.font = mono(10.5, 600); c.fillText(three(code), seen + 3, middle);
         c.font = sans(11);
-        if (r - l > 34 + c.measureText(name).width) c.fillText(name, l + 27, top + rowHeight / 2 + 0.5);
+        if (r - seen > 34 + c.measureText(name).width) c.fillText(name, seen + 27, middle);
         c.restore();
       }
       if (current && r - l > 4) { c.strokeStyle = colours.ink; c.lineWidth = 1.5; c.strokeRect(l, top + 2, r - l - 1, rowHeight - 4); }

@@ -127,7 +127,11 @@ def scene(trajectories: pl.DataFrame, scales: Scales) -> Scene:
         present[out, at] = True
         dense_role[out, at] = role[part][keep]
         _carry(dense_role[out])
-        _pose(*(values[name][part][keep] for name in values), at, still, scales.omnidirectional, poses[:, out])
+        pose = {name: column_values[part][keep] for name, column_values in values.items()}
+        _pose(
+            pose["x"], pose["y"], pose["theta"], pose["vx"], pose["vy"],
+            at, still, scales.omnidirectional, poses[:, out],
+        )
 
     ball = np.full((5, samples), np.nan)
     if bodies[0][0] == BODIES.index("ball"):
@@ -184,7 +188,8 @@ def _ball_course(vx: F64, vy: F64, segment: I32, still: float, ball: F64) -> Non
             cos, sin = np.nan, np.nan
         if ball[2, k] >= still:
             cos, sin = vx[k] / ball[2, k], vy[k] / ball[2, k]
-        ball[3, k], ball[4, k] = cos, sin
+        if not np.isnan(ball[0, k]):
+            ball[3, k], ball[4, k] = cos, sin
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -194,9 +199,9 @@ def ball_distances(poses: F64, ball: F64) -> F64:
     Args:
         poses, ball: as in :class:`Scene`.
     """
-    out = np.empty(poses.shape[1:])
-    for b in range(out.shape[0]):
-        for k in range(out.shape[1]):
+    out = np.empty_like(poses[0])
+    for b in range(len(out)):
+        for k in range(len(ball[0])):
             dx, dy = ball[0, k] - poses[0, b, k], ball[1, k] - poses[1, b, k]
             out[b, k] = np.sqrt(dx * dx + dy * dy)
     return out

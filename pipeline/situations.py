@@ -6,19 +6,19 @@ geometry to signals, signals to degrees of conditions, degrees to occurrences, o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline import conditions, fuzzy, occurrences, signals
+from pipeline import conditions, occurrences, signals
 from pipeline.errors import SchemaMismatch
-from pipeline.fuzzy import Variable
-from pipeline.pitch import SCALES, Kind, Pitch
-from pipeline.rules import MACROS, RANDOM, RULES, TABLE_1, Rule, Start, Target
+from pipeline.pitch import SCALES, Pitch
+from pipeline.rulebook import RuleSet, compiled, rule_table, term_table
+from pipeline.rules import RANDOM, RULES, TABLE_1, Start, Target
 from pipeline.settings import SituationSettings
 from schemas import ROLES, TEAMS, Situations
 
@@ -26,13 +26,13 @@ F64 = npt.NDArray[np.float64]
 I64 = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
 
-#: Samples that are worked on at a time: their registers stay in the second-level cache.
-BLOCK = 512
+#: Float64 registers worked on at a time: as many as stay in a second-level cache of half a megabyte or more.
+REGISTERS = 80_000
 
 #: Degrees are rounded: a condition that should hold to exactly ``fire_at`` does hold.
 ROUNDING = 1e-9
 
-_STARTS = {Start.ONSET: occurrences.ONSET, Start.LATEST: occurrences.LATEST, Start.WHILE: occurrences.WHILE}
+__all__ = ["recognise", "rule_table", "term_table"]
 
 
 def recognise(trajectories: pl.DataFrame, pitch: Pitch, settings: SituationSettings) -> pl.DataFrame:
@@ -67,76 +67,18 @@ def recognise(trajectories: pl.DataFrame, pitch: Pitch, settings: SituationSetti
     scene = signals.scene(trajectories, SCALES[pitch.kind])
     distances = signals.ball_distances(scene.poses, scene.ball)
     median_ns = _median_intervals(scene)
+    workers = {name: _Worker(rules, settings) for name, rules in compiled(pitch.kind).items()}
     parts = [
-        _situations_of(row, scene, distances, median_ns, pitch, settings) for row in range(len(scene.robot))
+        _situations_of(row, scene, distances, median_ns, pitch, settings, workers)
+        for row in range(len(scene.robot))
     ]
     rows = np.concatenate([np.empty((0, 7), dtype=np.int64), *(part[0] for part in parts)])
     strengths = np.concatenate([np.empty(0), *(part[1] for part in parts)])
     return _table(match_id, scene, rows, strengths)
 
 
-@dataclass(frozen=True, slots=True)
-class _Rules:
-    """Rules that look at the same signals, compiled.
-
-    Attributes:
-        rules: int64 [V], their places in RULES.
-        code: their conditions.
-        initial, final: int32 [V], registers of the conditions.
-        start, limit_ns, hold_ns: int64 [V].
-        once: bool [V].
-    """
-
-    rules: I64
-    code: conditions.Code
-    initial: npt.NDArray[np.int32]
-    final: npt.NDArray[np.int32]
-    start: I64
-    limit_ns: I64
-    hold_ns: I64
-    once: Flags
-
-
 def _ns(seconds: float) -> int:
     return round(seconds * 1e9)
-
-
-def _variable(signal: str) -> Variable:
-    """The fuzzy variable that a signal is a value of."""
-    if signal.endswith("_distance"):
-        return Variable.DISTANCE
-    if signal == "heading_off_ball_course":
-        return Variable.ORIENTATION
-    return Variable.BEARING if "_off_" in signal else Variable.VELOCITY
-
-
-@cache
-def _compiled(kind: Kind) -> dict[str, _Rules]:
-    """The rules about the robot itself, about opponents and about teammates."""
-    terms = fuzzy.terms(SCALES[kind])
-
-    def lines(signal: str, term: str) -> fuzzy.Lines:
-        return fuzzy.lines(terms[_variable(signal)][term])
-
-    def group(members: Sequence[int], names: tuple[str, ...]) -> _Rules:
-        rules = [RULES[i] for i in members]
-        texts = [text for rule in rules for text in (rule.initial, rule.final or rule.initial)]
-        code = conditions.compile_conditions([conditions.parse(text, MACROS) for text in texts], names, lines)
-        return _Rules(
-            rules=np.array(members, dtype=np.int64), code=code,
-            initial=code.outputs[0::2].copy(), final=code.outputs[1::2].copy(),
-            start=np.array([_STARTS[rule.start] for rule in rules], dtype=np.int64),
-            limit_ns=np.array([_ns(rule.limit_s) for rule in rules], dtype=np.int64),
-            hold_ns=np.array([_ns(rule.hold_s) for rule in rules], dtype=np.int64),
-            once=np.array([rule.once for rule in rules], dtype=np.bool_),
-        )
-
-    places: dict[str, list[int]] = {"own": [], Target.OPPONENT: [], Target.TEAMMATE: []}
-    for i, rule in enumerate(RULES):
-        places.get(rule.target, places["own"]).append(i)
-    return {
-        name: group(members, signals.OWN if name == "own" else signals.OTHER) for name, members in places.items()
-    }
 
 
 def _median_intervals(scene: signals.Scene) -> I64:
@@ -181,7 +123,8 @@ def _samples(scene: signals.Scene, row: int, median_ns: I64, settings: Situation
 
 
 def _situations_of(
-    row: int, scene: signals.Scene, distances: F64, median_ns: I64, pitch: Pitch, settings: SituationSettings
+    row: int, scene: signals.Scene, distances: F64, median_ns: I64, pitch: Pitch, settings: SituationSettings,
+    workers: dict[str, _Worker],
 ) -> tuple[I64, F64]:
     """The situations of one robot.
 
@@ -192,7 +135,7 @@ def _situations_of(
     samples = _samples(scene, row, median_ns, settings)
     if len(samples.index) == 0:
         return np.empty((0, 7), dtype=np.int64), np.empty(0)
-    found, strengths = _occurrences(row, scene, samples, distances, pitch, settings)
+    found, strengths = _occurrences(row, scene, samples, distances, pitch, workers)
     code, target = _meanings(row, scene, samples, found)
     named = code > 0
     found, strengths, code, target = found[named], strengths[named], code[named], target[named]
@@ -217,58 +160,82 @@ def _situations_of(
     )), strengths
 
 
+class _Worker:
+    """Runs one group of rules over a robot's samples; its buffers serve one robot after the other."""
+
+    def __init__(self, rules: RuleSet, settings: SituationSettings) -> None:
+        self.rules = rules
+        self.settings = settings
+        self.block = REGISTERS // rules.code.registers
+        self.registers = np.empty((rules.code.registers, self.block))
+        self.found = np.empty((len(rules.places) * (self.block + 1), 4), dtype=np.int64)
+        self.strengths = np.empty(len(self.found))
+        self.lull_ns = np.where(
+            rules.start == occurrences.WHILE, _ns(settings.flicker_s), _ns(settings.lull_s)
+        )
+
+    def run(
+        self, samples: _Samples, other: int, fill: Callable[[int, int, F64], None]
+    ) -> tuple[I64, F64]:
+        """Occurrences int64 [M, 4] (rule of RULES, other robot, k0, k1) and their strengths float64 [M].
+
+        Args:
+            samples: the robot's.
+            other: row of the other robot that the rules are about, -1 if none.
+            fill: fills the signals of a block: (first sample, samples, registers).
+        """
+        rules, t_ns = self.rules, samples.t_ns
+        marks = np.full((len(rules.places), 2), -1, dtype=np.int64)
+        degrees = np.zeros(len(rules.places))
+        parts: list[tuple[I64, F64]] = []
+        for at in range(0, len(t_ns), self.block):
+            n = min(self.block, len(t_ns) - at)
+            fill(at, n, self.registers)
+            conditions.execute(rules.code.steps, rules.code.lines, self.registers, n)
+            count = occurrences.advance(
+                self.registers, rules.initial, rules.final, rules.start, rules.limit_ns, rules.hold_ns,
+                self.lull_ns, _ns(self.settings.longest_s), self.settings.fire_at - ROUNDING,
+                t_ns, samples.fresh, at, n, other, marks, degrees, self.found, self.strengths,
+            )
+            parts.append((self.found[:count].copy(), self.strengths[:count].copy()))
+        count = occurrences.finish(
+            rules.start, rules.hold_ns, t_ns, other, marks, degrees, self.found, self.strengths
+        )
+        parts.append((self.found[:count], self.strengths[:count]))
+        found, strengths = occurrences.cut(
+            np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts]),
+            rules.start, np.minimum(rules.limit_ns, _ns(self.settings.longest_s)), rules.hold_ns, rules.once,
+            t_ns, samples.until_ns,
+        )
+        found[:, occurrences.RULE] = rules.places[found[:, occurrences.RULE]]
+        return found, strengths
+
+
 def _occurrences(
-    row: int, scene: signals.Scene, samples: _Samples, distances: F64, pitch: Pitch, settings: SituationSettings
+    row: int, scene: signals.Scene, samples: _Samples, distances: F64, pitch: Pitch,
+    workers: dict[str, _Worker],
 ) -> tuple[I64, F64]:
-    """All that the rules find in one robot's samples, [M, 4] (rule of RULES, other robot's row, k0, k1)."""
-    rules = _compiled(pitch.kind)
-    n = len(samples.index)
+    """All that the rules find in one robot's samples, see :meth:`_Worker.run`."""
     index = samples.index
+    # most robots are there all the time: a slice of the arrays then costs nothing
+    part = slice(index[0], index[-1] + 1) if index[-1] - index[0] + 1 == len(index) else index
     ours = scene.team == scene.team[row]
     mates = ours & (np.arange(len(ours)) != row)
-    opponent = signals.nearest_to_ball(distances, ~ours, scene.ball)[index]
-    teammate = signals.nearest_to_ball(distances, mates, scene.ball)[index]
-    mine = scene.poses[:, row, index]
-    ball = scene.ball[:, index]
+    mine = np.ascontiguousarray(scene.poses[:, row, part])
+    ball = np.ascontiguousarray(scene.ball[:, part])
+    opponent = signals.nearest_to_ball(distances, ~ours, scene.ball)[part]
+    teammate = signals.nearest_to_ball(distances, mates, scene.ball)[part]
     own_goal_x = -pitch.goal_x if scene.team[row] == 0 else pitch.goal_x
-    subjects = [(-1, rules["own"])] + [
-        (other, rules[Target.TEAMMATE if ours[other] else Target.OPPONENT])
-        for other in range(len(ours)) if other != row and scene.present[other, index].any()
-    ]
-    parts: list[tuple[I64, F64]] = []
-    for other, about in subjects:
-        registers = np.empty((about.code.registers, BLOCK))
-        other_x, other_y = scene.poses[0, other, index], scene.poses[1, other, index]
-        marks = np.full((len(about.rules), 2), -1, dtype=np.int64)
-        degrees = np.zeros(len(about.rules))
-        found = np.empty((len(about.rules) * (BLOCK + 1), 4), dtype=np.int64)
-        strengths = np.empty(len(found))
-        lull_ns = np.where(about.start == occurrences.WHILE, _ns(settings.flicker_s), _ns(settings.lull_s))
-        pieces: list[tuple[I64, F64]] = []
-        for at in range(0, n, BLOCK):
-            width = min(BLOCK, n - at)
-            if other < 0:
-                signals.fill_own(mine, ball, opponent, teammate, at, width, own_goal_x, registers)
-            else:
-                signals.fill_other(mine, other_x, other_y, at, width, registers)
-            conditions.execute(about.code.steps, about.code.lines, registers, width)
-            count = occurrences.advance(
-                registers, about.initial, about.final, about.start, about.limit_ns, about.hold_ns, lull_ns,
-                _ns(settings.longest_s), settings.fire_at - ROUNDING, samples.t_ns, samples.fresh, at, width,
-                other, marks, degrees, found, strengths,
-            )
-            pieces.append((found[:count].copy(), strengths[:count].copy()))
-        count = occurrences.finish(
-            about.start, about.hold_ns, samples.t_ns, other, marks, degrees, found, strengths
-        )
-        pieces.append((found[:count], strengths[:count]))
-        whole, whole_strengths = (np.concatenate(column) for column in zip(*pieces, strict=True))
-        whole, whole_strengths = occurrences.cut(
-            whole, whole_strengths, about.start, np.minimum(about.limit_ns, _ns(settings.longest_s)),
-            about.hold_ns, about.once, samples.t_ns, samples.until_ns,
-        )
-        whole[:, occurrences.RULE] = about.rules[whole[:, occurrences.RULE]]
-        parts.append((whole, whole_strengths))
+
+    def own(at: int, n: int, registers: F64) -> None:
+        signals.fill_own(mine, ball, opponent, teammate, at, n, own_goal_x, registers)
+
+    parts = [workers["own"].run(samples, -1, own)]
+    for other in np.flatnonzero(scene.present[:, part].any(axis=1)):
+        if other != row:
+            x, y = scene.poses[0, other, part], scene.poses[1, other, part]
+            worker = workers[Target.TEAMMATE if ours[other] else Target.OPPONENT]
+            parts.append(worker.run(samples, int(other), partial(signals.fill_other, mine, x, y)))
     return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
 
 
@@ -321,4 +288,4 @@ def _table(match_id: str, scene: signals.Scene, rows: I64, strengths: F64) -> pl
         "target": targets.gather(np.where(target < 0, len(targets) - 1, target)),
         "segment": segment,
     }
-    return pl.DataFrame(columns).cast(dict(Situations.dtypes()))
+    return pl.DataFrame(columns).cast(pl.Schema(Situations.dtypes()))

@@ -92,9 +92,7 @@ def train(
         sigma = sigma_start * (sigma_end / sigma_start) ** (epoch / max(epochs - 1, 1))
         near = np.stack([som.neighborhood(at, sigma).ravel() for at in np.ndindex(rows, columns)])
         sums, hits = _accumulate(samples, weight, neurons)
-        reached = near.T @ hits
-        moved = reached > 0
-        neurons[moved] = (near.T @ sums)[moved] / reached[moved, None]
+        _move(neurons, near, sums, hits)
     first, second, distance = _nearest(samples, neurons)
     gap = np.maximum(abs(first // columns - second // columns), abs(first % columns - second % columns))
     return Map(
@@ -178,6 +176,24 @@ def _accumulate(samples: F64, weight: F64, neurons: F64) -> tuple[F64, F64]:
         for i in range(samples.shape[1]):
             sums[best, i] += weight[d] * samples[d, i]
     return sums, hits
+
+
+@njit(cache=True, nogil=True)
+def _move(neurons: F64, near: F64, sums: F64, hits: F64) -> None:
+    """Put each neuron [K, n] in place at the mean of the samples near it, by ``near`` [best, neuron].
+
+    Plain loops, because the last bits of a BLAS product differ between processors.
+    """
+    for k in range(len(neurons)):
+        reached = 0.0
+        for best in range(len(neurons)):
+            reached += near[best, k] * hits[best]
+        if reached > 0:
+            for i in range(neurons.shape[1]):
+                total = 0.0
+                for best in range(len(neurons)):
+                    total += near[best, k] * sums[best, i]
+                neurons[k, i] = total / reached
 
 
 @njit(cache=True, nogil=True)

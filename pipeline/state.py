@@ -12,6 +12,7 @@ elements do give it exactly.
 
 from __future__ import annotations
 
+import math
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -32,8 +33,7 @@ Key = Literal["full36", "ego19", "team19"]
 #: The paper's count of states (section 4).
 PAPER_STATES = 80_621_568
 
-SLOTS = ("own goalkeeper", "own midfield", "own striker",
-         "adversary's goalkeeper", "adversary's midfield", "adversary's striker")
+SLOTS = tuple(f"{side} {role}" for side in ("own", "adversary's") for role in ROLES)
 DRAWING = 1
 NORMAL, FAULT, GOAL = 0, 1, 2
 
@@ -55,25 +55,20 @@ class Element(NamedTuple):
     levels: tuple[str, ...]
 
 
-def _table() -> tuple[Element, ...]:
-    rows = [Element(f"distance of {slot} to ball", ("too close", "near", "far")) for slot in SLOTS]
-    rows += [Element(f"distance of ball to {goal} goal", ("very close", "close", "far"))
-             for goal in ("own", "adversary's")]
-    rows += [Element(f"orientation of {slot} to ball", ("front", "side", "back")) for slot in SLOTS]
-    rows += [Element(f"orientation of {slot} to {goal} goal", ("away", "pointing"))
-             for slot in SLOTS for goal in ("its own", "its adversary's")]
-    rows += [Element(f"{slot} in relation to ball and its own goal", ("before", "after")) for slot in SLOTS]
-    rows += [
-        Element("ball direction", tuple(f"{45 * sector} degrees" for sector in range(8))),
-        Element("ball velocity", ("slow", "medium", "fast")),
-        Element("score", ("losing", "drawing", "winning")),
-        Element("game situation", ("normal", "fault", "goal")),
-    ]
-    return tuple(rows)
-
-
 #: The 36 elements in the order of Table 2.
-TABLE: tuple[Element, ...] = _table()
+TABLE = (
+    *(Element(f"distance of {slot} to ball", ("too close", "near", "far")) for slot in SLOTS),
+    *(Element(f"distance of ball to {goal} goal", ("very close", "close", "far"))
+      for goal in ("own", "adversary's")),
+    *(Element(f"orientation of {slot} to ball", ("front", "side", "back")) for slot in SLOTS),
+    *(Element(f"orientation of {slot} to {goal} goal", ("away", "pointing"))
+      for slot in SLOTS for goal in ("its own", "its adversary's")),
+    *(Element(f"{slot} in relation to ball and its own goal", ("before", "after")) for slot in SLOTS),
+    Element("ball direction", tuple(f"{45 * sector} degrees" for sector in range(8))),
+    Element("ball velocity", ("slow", "medium", "fast")),
+    Element("score", ("losing", "drawing", "winning")),
+    Element("game situation", ("normal", "fault", "goal")),
+)
 LEVELS: I64 = np.array([len(element.levels) for element in TABLE], dtype=np.int64)
 _GLOBALS = (_DIRECTION, _SPEED, _SCORE, _SITUATION)
 
@@ -123,10 +118,7 @@ def columns(key: Key, slot: int = 0) -> tuple[Column, ...]:
 
 def size(key: Key) -> int:
     """How many states a key tells apart."""
-    product = 1
-    for column in columns(key):
-        product *= column.levels
-    return product
+    return math.prod(column.levels for column in columns(key))
 
 
 def encode(elements: U8, key: Key, slot: npt.NDArray[np.integer] | None = None) -> I64:
@@ -147,8 +139,7 @@ def encode(elements: U8, key: Key, slot: npt.NDArray[np.integer] | None = None) 
     if key != "ego19":
         return _encode(elements, columns(key))
     if slot is None:
-        raise BadSettings("state key ego19 needs the slot of the deciding robot",
-                          next_step="Give slot, or use full36 or team19")
+        raise BadSettings("state key ego19 needs the deciding robot's slot", next_step="Give slot")
     states = np.zeros(len(elements), dtype=np.int64)
     for own in range(len(ROLES)):
         rows = slot == own
@@ -249,7 +240,7 @@ def look(
         heading is missing; ``out`` is then all 0.
     """
     out[:] = 0
-    bx, by = flip * ball[0], flip * ball[1]
+    bx, by = ball[0], ball[1]
     speed = np.hypot(ball[2], ball[3])
     if np.isnan(bx + by + speed):
         return False
@@ -260,36 +251,39 @@ def look(
             if sides[r] != side:
                 continue
             rank = abs(roles[r] - role)
-            distance = np.hypot(flip * robots[r, 0] - bx, flip * robots[r, 1] - by)
+            distance = np.hypot(robots[r, 0] - bx, robots[r, 1] - by)
             if rank < best_rank or (rank == best_rank and distance < best_distance):
                 best, best_rank, best_distance = r, rank, distance
         if best < 0 or np.isnan(robots[best, 2]):
-            out[:] = 0
+            out[:] = 0  # slots before this one are written
             return False
-        x, y, theta = flip * robots[best, 0], flip * robots[best, 1], robots[best, 2]
-        if flip < 0:
-            theta += np.pi
-        out[slot] = 0 if best_distance <= breaks.too_close else (1 if best_distance <= breaks.near else 2)
+        x, y, theta = robots[best, 0], robots[best, 1], robots[best, 2]
+        attacks = flip if side == 0 else -flip
+        out[_BALL_DISTANCE + slot] = _level(best_distance, breaks.too_close, breaks.near)
         bearing = np.abs(_turn(np.arctan2(by - y, bx - x) - theta))
-        out[8 + slot] = 0 if bearing <= breaks.front else (2 if bearing >= breaks.side else 1)
-        # the adversary's own goal is at +x
-        own_x = -breaks.goal_x if side == 0 else breaks.goal_x
+        out[_BALL_ORIENTATION + slot] = 0 if bearing <= breaks.front else (2 if bearing >= breaks.side else 1)
         for goal in range(2):
-            gx = own_x if goal == 0 else -own_x
+            gx = attacks * breaks.goal_x * (2 * goal - 1)
             bearing = np.abs(_turn(np.arctan2(-y, gx - x) - theta))
             reach = max(breaks.pointing, np.arctan2(breaks.half_goal, np.hypot(gx - x, y)))
-            out[14 + 2 * slot + goal] = 1 if bearing <= reach else 0
-        out[26 + slot] = 1 if (x > bx if side == 0 else x < bx) else 0
+            out[_GOAL_ORIENTATION + 2 * slot + goal] = 1 if bearing <= reach else 0
+        out[_AFTER_BALL + slot] = 1 if attacks * (x - bx) > 0 else 0
     for goal in range(2):
-        distance = np.hypot(bx - (-breaks.goal_x if goal == 0 else breaks.goal_x), by)
-        out[6 + goal] = 0 if distance <= breaks.very_close else (1 if distance <= breaks.close else 2)
+        distance = np.hypot(bx - flip * breaks.goal_x * (2 * goal - 1), by)
+        out[_GOAL_DISTANCE + goal] = _level(distance, breaks.very_close, breaks.close)
     if not np.isnan(direction):
-        seen = direction if flip > 0 else direction + np.pi
-        out[32] = int(np.floor((seen + np.pi / 8) / (np.pi / 4))) % 8
-    out[33] = 0 if speed <= breaks.slow else (1 if speed <= breaks.medium else 2)
-    out[34] = score
-    out[35] = situation
+        sector = int(np.floor((direction + np.pi / 8) / (np.pi / 4)))
+        out[_DIRECTION] = (sector if flip > 0 else sector + 4) % 8
+    out[_SPEED] = _level(speed, breaks.slow, breaks.medium)
+    out[_SCORE] = score
+    out[_SITUATION] = situation
     return True
+
+
+@njit(cache=True, nogil=True)
+def _level(value: float, low: float, high: float) -> int:
+    """0 up to ``low``, 1 up to ``high``, else 2."""
+    return 0 if value <= low else (1 if value <= high else 2)
 
 
 @njit(cache=True, nogil=True)
@@ -340,9 +334,8 @@ def elements(
     known = np.zeros(len(t_ns), dtype=np.bool_)
     out = np.zeros((len(t_ns), ELEMENTS), dtype=np.uint8)
     breaks = Breaks.of(pitch)
-    balls = _balls(trajectories, breaks.moving)
     wanted = pl.DataFrame({"t_ns": np.unique(t_ns)})
-    balls = wanted.join(balls, on="t_ns").sort("t_ns")
+    balls = wanted.join(_balls(trajectories, breaks.moving), on="t_ns").sort("t_ns")
     robots = (
         trajectories.filter(pl.col("team").is_in(TEAMS), ~pl.col("suspect"), pl.col("role").is_not_null())
         .join(balls.select("t_ns"), on="t_ns", how="semi")
@@ -351,12 +344,9 @@ def elements(
     times = balls["t_ns"].to_numpy()
     offsets = np.searchsorted(robots["t_ns"].to_numpy(), np.append(times, np.iinfo(np.int64).max))
     at = np.searchsorted(times, t_ns)
-    at[at == len(times)] = 0
-    moment = np.where(times[at] == t_ns, at, -1) if len(times) else np.full(len(t_ns), -1)
+    moment = np.where(np.isin(t_ns, times), at, -1)
     observer = np.asarray(team, dtype=np.int64)
-    stopped = pl.DataFrame({"t_ns": t_ns}).join(
-        balls.filter(pl.col("segment").is_null()), on="t_ns", how="left", maintain_order="left"
-    )["frame"].is_not_null().to_numpy()
+    stopped = np.isin(t_ns, balls.filter(pl.col("segment").is_null())["t_ns"].to_numpy())
     _look_at_all(
         robots.select("x", "y", "theta").cast(pl.Float64).fill_null(np.nan).to_numpy(order="c"),
         _index(robots["team"], TEAMS), _index(robots["role"], ROLES), offsets,

@@ -100,6 +100,25 @@ def test_a_ball_pushed_over_the_line_is_direct():
     assert verdict(log, ("home", 1, 11, 1.0, 2.9)) == (1, "direct")
 
 
+def test_a_ball_last_touched_behind_the_line_is_in_though_it_comes_back():
+    t = np.arange(210) / 60
+    x = np.where(t < 3.04, 0.25 * t, 0.76 - 0.1 * (t - 3.04))
+    robot = np.where(t < 3.04, x - 0.06, 0.7 - (t - 3.04))
+    bodies = {"ball": np.stack((x, 0 * x), axis=1), (HOME, 1): np.stack((robot, 0 * x, 0 * x), axis=1)}
+    log = make_log(t, bodies, referee=[(0, "kick-off", "home"), (3.2, "goal", "home")])
+    assert verdict(log, ("home", 1, 11, 1.0, 3.2)) == (1, "direct")
+
+
+def test_the_line_does_not_reach_to_where_the_ball_was_put():
+    log = shot()
+    t = log.frames.t_ns / 1e9
+    put = t > 2.05
+    log.frames.ball["x"][put] = (0.3 + 0.45 / 0.75 * (t - 2.05))[put]
+    log.frames.ball["y"][put] = (-0.5 + 0.5 / 0.75 * (t - 2.05))[put]
+    assert trajectories(log, TrajectorySettings())[0]["segment"].max() == 1  # a new one where it was put
+    assert verdict(log, KICK) == (1, "direct")
+
+
 def test_the_nearest_of_two_that_touch_at_once_has_it():
     log = shot(others={(HOME, 5): (-0.065, 0.0)})
     assert verdict(log) == (1, "indirect")
@@ -129,6 +148,25 @@ def test_a_kick_that_hits_the_adversary_is_indirect():
     assert verdict(log, KICK, hit) == (1, "indirect")
     assert verdict(log, hit) == (2, "error")  # no kick
     assert verdict(log, KICK, ("away", 2, 47, 2.0, arrives - 0.1)) == (2, "error")  # another hit
+
+
+def test_the_shots_line_ends_at_the_adversarys_touch():
+    # aside until away 2, close by, turns it: too soon for the whole of line_s
+    log = shot(aside=0.4, turns_at=0.05, others={(AWAY, 2): (0.1, 0.05)})
+    assert verdict(log) == (2, "error")
+    assert verdict(shot(aside=0.1, turns_at=0.05, others={(AWAY, 2): (0.1, 0.05)})) == (1, "indirect")
+
+
+@pytest.mark.parametrize(("dropped", "kind"), [(2, "indirect"), (3, "error")])
+def test_a_touch_goes_on_over_two_samples_without_contact(dropped, kind):
+    log = shot(aside=0.4, turns_at=0.4, others={(AWAY, 2): (0.4, 0.25)})
+    ball = log.frames.ball
+    touching = np.flatnonzero(np.hypot(ball["x"] - 0.4, ball["y"] - 0.25) < 0.0775)
+    assert len(touching) > dropped + 1
+    ball["y"][touching[1 : 1 + dropped]] -= 0.08
+    hit = ("away", 2, 47, 2.2, log.frames.t_ns[touching[0]] / 1e9)
+    robot, found = verdict(log, KICK, hit)
+    assert (robot, found) == (1 if kind == "indirect" else 2, kind)
 
 
 def test_a_shot_longer_ago_is_not_deflected_but_an_error():

@@ -196,3 +196,14 @@ def test_the_same_content_has_the_same_hash_whatever_it_is_called() -> None:
     mapped = source.match_id("a.csv", CSV, {"units": {"length": "cm"}, "teams": {"home": "b"}})
     assert mapped[-12:] != one[-12:]
     assert source.match_id("a.csv", CSV, {"teams": {"home": "b"}, "units": {"length": "cm"}}) == mapped
+
+
+def test_of_a_corrupt_gzip_what_comes_before_the_damage_is_kept() -> None:
+    noise = random.Random(2).randbytes(300_000).hex().encode()
+    packed = bytearray(gzip.compress(noise, compresslevel=0))  # stored: the damage is met at a block's head
+    packed[len(packed) // 2 :] = b"\xff" * (len(packed) - len(packed) // 2)
+    data, damage = source.content(bytes(packed))
+    assert damage is not None
+    assert "corrupt" in damage
+    assert len(data) > 0.45 * len(noise)
+    assert noise.startswith(data[: int(0.45 * len(noise))])

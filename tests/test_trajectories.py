@@ -67,6 +67,16 @@ def test_slow_sampling_still_gets_three_samples():
     t = np.arange(10) * 0.1
     table, _ = run(make_log(t, {"ball": np.stack((0.5 * t**2, 0 * t), axis=1)}, kind=Kind.SIM2D))
     assert np.allclose(table["vx"].to_numpy()[1:-1], t[1:-1], atol=1e-5)
+    assert table["vx"][0] == pytest.approx(0.1, abs=1e-5)  # three at the edge, too: of their middle
+
+
+def test_times_rounded_to_nanoseconds_do_not_change_the_window():
+    k = np.arange(60)
+    t_ns = ns(k / 60) + k % 2  # three steps are 50 ms, the window's half, and a nanosecond more or less
+    t = k / 60 - 0.5
+    vx = run(make_log(None, {"ball": np.stack((t**3, 0 * t), axis=1)}, t_ns=t_ns))[0]["vx"].to_numpy()
+    # the line through 7 samples of a cubic h apart is 7 h^2 too steep, the one through 5 is 3.4 h^2
+    assert np.allclose((vx - 3 * t**2)[3:-3], 7 / 60**2, atol=1e-5)
 
 
 def test_noise_gain_is_as_documented():
@@ -174,6 +184,15 @@ def test_one_wild_time_does_not_cost_the_rest_of_the_match(at):
     assert quality.select("flaw", "count").rows() == [("clock jump back", 1)]
 
 
+def test_a_clock_that_jumps_back_over_a_gap_and_further_is_left_out():
+    before, after, again = at_60hz(10), 20 + at_60hz(1), 5 + at_60hz(25)
+    t = np.concatenate((before, after, again))
+    table, quality = run(make_log(t, {"ball": still(len(t))}))
+    kept = np.concatenate((before, after, again[again > after[-1]]))
+    assert table["t_ns"].to_list() == ns(kept).tolist()
+    assert quality.filter(pl.col("flaw") == "clock jump back")["count"].to_list() == [len(t) - len(kept)]
+
+
 @given(
     st.lists(st.integers(0, 3_000_000_000), min_size=1, max_size=60),
     st.sampled_from([0, 1_000_000, 500_000_000]),
@@ -233,6 +252,12 @@ def test_play_that_goes_on_does_not_cut_and_a_fault_does():
     t = np.arange(30) * 0.1
     log = make_log(t, {"ball": still(30)}, referee=[(0, "kick-off", None), (1, "play", None), (2, "fault", "home")])
     assert run(log)[0]["segment"].to_list() == [0] * 20 + [1] * 10
+
+
+def test_a_change_of_period_cuts_though_the_referee_says_nothing():
+    t = np.arange(20) * 0.1
+    table, _ = run(make_log(t, {"ball": still(20)}, periods=[(0, 1, 1), (1, 2, 1)]))
+    assert table["segment"].to_list() == [0] * 10 + [1] * 10
 
 
 def test_a_gap_cuts_and_is_flagged():
@@ -342,6 +367,14 @@ def test_a_wrong_first_sample_is_the_suspect_one():
     table, _ = run(make_log(t, {"ball": np.stack((x, 0 * x), axis=1)}))
     assert table.filter("suspect")["frame"].to_list() == [0]
     assert table["segment"].to_list() == [0] * 60
+
+
+def test_a_wrong_first_sample_after_a_gap_is_the_suspect_one():
+    t = np.concatenate((at_60hz(1), 2 + at_60hz(1)))
+    x = np.where(t == 2, 0.7, -0.4)
+    table, _ = run(make_log(t, {"ball": np.stack((x, 0 * x), axis=1)}))
+    assert table.filter("suspect")["t_ns"].to_list() == [2_000_000_000]
+    assert table["segment"].max() == 1
 
 
 def test_what_was_near_in_the_segment_before_is_not_a_wrong_first_sample():

@@ -41,8 +41,9 @@ def infer_periods(frames: Frames, boundaries: Sequence[int], first: Sign | None 
     """The direction in which home attacks in each period, from where the bodies stand.
 
     Each sample has three votes: which team's mean stands nearer to which goal, and whose robot is
-    the rearmost at either end (a goalkeeper stays at home, whoever has the better of the match). A period's vote is the mean over its time. Without half-time events a single change of
-    sides is looked for, and taken only if the bodies are clear before and after it.
+    the rearmost at either end (a goalkeeper stays at home, whoever has the better of the match). A
+    period's vote is the mean over its time. Without half-time events a single change of sides is
+    looked for, and taken only if the bodies are clear before and after it.
 
     Args:
         frames: the samples.
@@ -57,8 +58,8 @@ def infer_periods(frames: Frames, boundaries: Sequence[int], first: Sign | None 
     order = np.argsort(frames.t_ns, kind="stable")
     t_ns = frames.t_ns[order]
     vote = votes_of(frames)[order]
-    weight = np.minimum(np.diff(t_ns, append=t_ns[-1]), _LONGEST_NS).astype(np.float64)
-    weight[-1] = 1.0  # so that a match of one sample has a vote
+    # at least a nanosecond, so that a match of one sample has a vote
+    weight = np.clip(np.diff(t_ns, append=t_ns[-1]), 1, _LONGEST_NS).astype(np.float64)
     start, end = int(t_ns[0]), int(t_ns[-1]) + 1
     cuts = sorted({at for at in boundaries if start < at < end})
     if not cuts:
@@ -69,8 +70,8 @@ def infer_periods(frames: Frames, boundaries: Sequence[int], first: Sign | None 
     votes = []
     for index, (low, high) in enumerate(pairwise(edges)):
         inside = (t_ns >= low) & (t_ns < high)
-        total = float(weight[inside].sum())
-        strength = float((vote[inside] * weight[inside]).sum()) / total if total else 0.0
+        # a period between two half-times may have no sample
+        strength = float(np.average(vote[inside], weights=weight[inside])) if inside.any() else 0.0
         known = first if index == 0 else None
         guess: Sign = -1 if strength <= -WEAK else 1
         periods.append(
@@ -141,10 +142,10 @@ def _change(vote: F64, weight: F64) -> int | None:
     votes = np.cumsum(vote * weight)
     time = np.cumsum(weight)
     last = int(np.argmax(np.abs(2 * votes - votes[-1])))
-    before = votes[last] / time[last]
     rest = time[-1] - time[last]
     if min(time[last], rest) < LEAST_SHARE * time[-1]:
         return None
+    before = votes[last] / time[last]
     after = (votes[-1] - votes[last]) / rest
     if before * after >= 0 or min(abs(before), abs(after)) < CLEAR:
         return None

@@ -31,7 +31,7 @@ _AT_GOAL = 0.9
 
 
 def guess_pitch(x: F64, given: PitchMap, *, corner: bool) -> tuple[Pitch, bool]:
-    """The pitch, as far as it is not given by how far along it positions reach.
+    """The pitch: as it is given, or by how far along it positions reach.
 
     Args:
         x: positions along the pitch, metres, NaN where unknown.
@@ -39,7 +39,7 @@ def guess_pitch(x: F64, given: PitchMap, *, corner: bool) -> tuple[Pitch, bool]:
         corner: whether they are counted from the corner.
 
     Returns:
-        The pitch, and whether its kind or size was guessed.
+        The pitch, and whether its kind was guessed.
     """
     known = x[np.isfinite(x)]
     # outliers of a camera are rarer than a thousandth
@@ -48,13 +48,12 @@ def guess_pitch(x: F64, given: PitchMap, *, corner: bool) -> tuple[Pitch, bool]:
         half /= 2
     kind = given.kind or next((kind for kind, longest in _LONGEST if half <= longest), Kind.SIM2D)
     pitch = PITCHES[kind]
-    if kind is Kind.VSSS and half > _FIVE_FROM:
+    if given.kind is None and kind is Kind.VSSS and half > _FIVE_FROM:
         pitch = _FIVE_A_SIDE
-    if kind is Kind.SSL and half <= _B_UP_TO:
+    if given.kind is None and kind is Kind.SSL and half <= _B_UP_TO:
         pitch = _DIVISION_B
     told = given.model_dump(exclude_none=True)
-    guessed = given.kind is None or given.length is None
-    return Pitch.model_validate({**pitch.model_dump(), **told}), guessed
+    return Pitch.model_validate({**pitch.model_dump(), **told}), given.kind is None
 
 
 def guess_home(

@@ -22,7 +22,8 @@ from pipeline.importers.rows import SIDES, Event, Flaw, Side, pack, quality, ref
 from pipeline.importers.source import content
 from pipeline.pitch import PITCHES, Kind
 
-_NUMBER = rb"(-?(?:\d+(?:\.\d*)?|\.\d+)(?:e[+-]?\d+)?)"
+#: As a C++ stream writes it; the pitch is not large enough for a positive exponent.
+_NUMBER = rb"(-?\d{1,6}(?:\.\d{1,9})?(?:e-\d{1,3})?)"
 #: The head of a show line up to its players; versions 4 to 6 agree on it.
 _SHOW = re.compile(
     rb"\(show (\d{1,9})(?: \((?:pm|tm) [^()]*\))* \(\(b\) " + b" ".join([_NUMBER] * 4) + rb"\)"

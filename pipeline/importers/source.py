@@ -24,8 +24,8 @@ MAX_BYTES = 2 << 30
 #: Deflate can pack a thousandfold; logs of matches were seen to pack 5 to 25 times.
 MAX_RATIO = 400
 _RATIO_MATTERS_FROM = 64 << 20
-#: Deflate makes at most a thousand times as much of it.
-_PIECE = 1 << 16
+#: Deflate makes at most a thousand times as much of it; where the stream is corrupt, so much is lost.
+_PIECE = 1 << 12
 _PEEK = 1 << 16
 
 _GZIP = b"\x1f\x8b"
@@ -50,7 +50,8 @@ class Content(NamedTuple):
 def content(data: bytes, *, limit: int = MAX_BYTES, ratio: int = MAX_RATIO) -> Content:
     """A recording's content: gunzipped if it is gzipped, else as it is.
 
-    Of a cut or corrupt gzip stream what comes before the damage is kept.
+    Of a cut or corrupt gzip stream what can be unpacked is kept; its sum is not checked then, so that
+    the end may be garbage, which the readers of the formats skip or refuse.
 
     Args:
         data: the file's bytes.

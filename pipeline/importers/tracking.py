@@ -16,12 +16,16 @@ from pipeline.importers.guesses import guess_home, guess_pitch
 from pipeline.importers.rows import SIDES, Flaw, pack, quality, referee
 from pipeline.importers.source import content
 from pipeline.importers.tracking_events import Course, referee_events
-from pipeline.importers.tracking_map import Teams, TrackingMap
+from pipeline.importers.tracking_map import Teams, TrackingMap, load_map
 from pipeline.importers.tracking_table import load
 from pipeline.pitch import Pitch
 
+__all__ = ["TrackingMap", "load_map", "read"]
+
 F64 = npt.NDArray[np.float64]
 
+#: No body is further away or faster, metres and metres or radians a second.
+_FURTHEST = 1e6
 #: Numbers that a robot can have (schemas: Int16).
 _MAX_ID = 32767
 #: A file with so many runs of one frame's rows for each frame is sorted by body, not by time.
@@ -83,7 +87,8 @@ def read(data: bytes, *, name: str, match_id: str, mapping: TrackingMap | None =
     flaws += _not_numbers(rows) + unknown + direction_flaws(directions, frames.t_ns)
     if unpacked.damage is not None:
         flaws.append(Flaw("truncated", unpacked.damage, start_ns=int(frames.t_ns.max())))
-    damage = next((flaw.note for flaw in flaws if flaw.flaw == "truncated"), None)
+    cut = next((flaw.note for flaw in flaws if flaw.flaw == "truncated"), None)
+    damage = unpacked.damage or cut
     info = MatchInfo(
         match_id=match_id, source=name, format="tracking", home=names[0], away=names[1], pitch=pitch,
         periods=directions.periods, settings={"map": mapping.settings(), "guessed": guessed},
@@ -111,10 +116,11 @@ class _Rows(NamedTuple):
     team: I64
 
     def column(self, name: str) -> F64:
-        """A column as float64 [N], NaN where it is null or not there."""
+        """A column as float64 [N], NaN where it is null, not there or no number that can be."""
         if name not in self.table.columns:
             return np.full(len(self.table), np.nan)
-        return self.table[name].cast(pl.Float64).fill_null(float("nan")).to_numpy()
+        values = self.table[name].cast(pl.Float64).fill_null(float("nan")).to_numpy()
+        return np.where(np.abs(values) < _FURTHEST, values, np.nan)
 
 
 def _teams(
@@ -250,7 +256,6 @@ def _frames(rows: _Rows) -> Frames:
     seen = _seen(rows)
     ball, robot = seen & (rows.team == 2), seen & (rows.team < 2)
     columns = {name: rows.column(name) for name in ("x", "y", "vx", "vy", "theta", "omega")}
-    columns = {name: np.where(np.isfinite(values), values, np.nan) for name, values in columns.items()}
     balls = {name: np.full(len(rows.first), np.nan) for name in ("x", "y", "vx", "vy")}
     for name, values in balls.items():
         values[rows.frame[ball]] = columns[name][ball]
@@ -270,7 +275,7 @@ def _course(rows: _Rows, frames: Frames) -> Course:
     """What the table says of the course of the match, in order of time."""
     order = np.argsort(frames.t_ns, kind="stable")
     names = [name for name in ("game_state", "segment", "score_home", "score_away") if name in rows.table]
-    facts = rows.table.select(names)[rows.first[order]]
+    facts = rows.table.select("t_ns", *names)[rows.first[order]]
     given = {name for name in names if facts[name].null_count() < len(facts)}
     score = None
     if {"score_home", "score_away"} <= given:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -254,8 +255,7 @@ def _without_states(referee: _Referee, goals: dict[int, list[tuple[Side, int]]],
     course = referee.course
     referee.emit(0, "play", None)
     near = np.hypot(course.ball_x, course.ball_y) <= centre
-    turns = sorted(goals)
-    for index, until in zip(turns, [*turns[1:], len(course.t_ns)], strict=True):
+    for index, until in pairwise([*sorted(goals), len(course.t_ns)]):
         _goals_at(referee, index, goals[index], [], scores=True)
         if referee.playing:  # the score was only taken back
             continue

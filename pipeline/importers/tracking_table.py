@@ -104,8 +104,10 @@ def _read_parquet(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
                 next_step="Split it into matches",
             )
         chosen = _chosen(file.schema_arrow.names, columns, name)
-        table = pl.from_arrow(file.read(columns=list(chosen.values())))
-    except (pa.ArrowException, OSError, pl.exceptions.PolarsError) as error:
+        arrow = file.read(columns=list(chosen.values()))
+        arrow.validate(full=True)  # polars takes text for valid UTF-8 and panics if it is not
+        table = pl.from_arrow(arrow)
+    except (pa.ArrowException, OSError, ValueError, pl.exceptions.PolarsError) as error:
         first = str(error).partition("\n")[0][:120]
         raise BadRecording(
             f"cannot be read as Parquet ({first})", where=name, next_step="Copy or write it again"
@@ -119,6 +121,8 @@ def _read_csv(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
     mark = separator(header)
     found = [field.strip(' "') for field in header.split(mark)]
     chosen = _chosen(found, columns, name)
+    if not data.partition(b"\n")[2].strip():
+        raise BadRecording("has a header and no row", where=name, next_step="Copy or write it again")
     try:
         # as text: what cannot be read as a number is told apart from what is not there
         table = pl.read_csv(

@@ -220,9 +220,11 @@ def sarsa_lambda(
     trace = np.zeros_like(learned)
     active = np.empty(len(learned), dtype=np.int64)
     errors = [np.empty(len(batch)) for _ in range(min(sweeps, 2))]
+    # read-only arrays are another type to numba, and would have the kernel compiled once more
+    pair, reward, ends = batch.pair.copy(), batch.reward.copy(), batch.ends.copy()
     for sweep in range(sweeps):
         _sweep(
-            batch.pair, discounts, batch.reward, batch.ends, step_size, trace_decay, traces == "replacing",
+            pair, discounts, reward, ends, step_size, trace_decay, traces == "replacing",
             learned, errors[min(sweep, 1)], trace, active,
         )
     if not np.isfinite(learned).all():

@@ -1,0 +1,77 @@
+"""Counting the grams of a match, against polars window functions over the same table."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+from pipeline.grams import grams, merge, value
+from pipeline.settings import GramSettings
+from schemas import ROLES, TEAMS, Goals, Situations
+
+SETTINGS = GramSettings()
+CODES = np.array([1, 11, 21, 22, 34, 44, 46, 47, 57, 68, 78, 88, 108, 118, 138, 150, 162, 173, 184, 194])
+
+
+def valued(seed=0, situations=8_000):
+    """A match as long as a recorded one: six robots, 0.4 s a situation."""
+    rng = np.random.default_rng(seed)
+    each = situations // 6
+    end = np.cumsum(rng.integers(1, 32, each) * 25_000_000)
+    table = pl.concat([
+        pl.DataFrame({
+            "match_id": "bench-0", "team": team, "robot": robot, "role": rng.choice(ROLES, each),
+            "code": rng.choice(CODES, each), "name": "", "start_ns": np.concatenate(([0], end[:-1])),
+            "end_ns": end, "strength": None, "target": None, "segment": np.arange(each) // 50,
+        }, schema=Situations.dtypes())
+        for team in TEAMS for robot in range(3)
+    ])
+    times = np.arange(1, 20) * 25_000_000_000
+    goals = pl.DataFrame({"match_id": "bench-0", "t_ns": times, "team": rng.choice(TEAMS, 19), "robot": None,
+                          "kind": None}, schema=Goals.dtypes())
+    return value(table, goals, SETTINGS)
+
+
+def with_polars(table, n):
+    """The same count and sum by shifts over each robot's segments."""
+    keys = ["team", "robot", "segment"]
+    ahead = [pl.col("code").shift(-i).over(keys).alias(f"c{i}") for i in range(n)]
+    follows = [
+        ((pl.col("start_ns").shift(-i) - pl.col("end_ns").shift(1 - i)) < SETTINGS.gap_s * 1e9).over(keys)
+        .alias(f"f{i}") for i in range(1, n)
+    ]
+    mean = sum(pl.col("value").shift(-i).over(keys) for i in range(n)) / n
+    return (
+        table.with_columns(*ahead, *follows, mean.alias("mean"))
+        .filter(pl.all_horizontal(pl.col(f"c{n - 1}").is_not_null(), *(f"f{i}" for i in range(1, n))))
+        .group_by("team", "role", codes=pl.concat_list([f"c{i}" for i in range(n)]))
+        .agg(count=pl.len(), value_sum=pl.col("mean").sum())
+        .sort("team", "role", "codes")
+    )
+
+
+@pytest.mark.benchmark(group="4-grams of one match")
+@pytest.mark.parametrize("how", ["ours", "polars"])
+def test_of_a_match(benchmark, how):
+    table = valued()
+    ours = grams(table, 4, None, SETTINGS)
+    theirs = with_polars(table, 4)
+    assert ours["count"].to_list() == theirs["count"].to_list()
+    assert np.allclose(ours["value_sum"], theirs["value_sum"], atol=1e-6)
+    run = (lambda: grams(table, 4, None, SETTINGS)) if how == "ours" else (lambda: with_polars(table, 4))
+    benchmark.pedantic(run, rounds=20, warmup_rounds=2)
+    benchmark.extra_info["situations"] = table.height
+
+
+@pytest.mark.benchmark(group="merging the 4-grams of 100 matches")
+@pytest.mark.parametrize("how", ["ours", "polars"])
+def test_of_many_matches(benchmark, how):
+    tables = [grams(valued(seed), 4, None, SETTINGS) for seed in range(10)] * 10
+
+    def with_polars_group_by():
+        return pl.concat(tables).group_by("role", "codes").agg(
+            pl.col("count", "value_sum", "value_square_sum").sum()
+        ).sort("role", "codes")
+
+    run = (lambda: merge(tables)) if how == "ours" else with_polars_group_by
+    benchmark.pedantic(run, rounds=3, warmup_rounds=1)
+    benchmark.extra_info["rows"] = sum(table.height for table in tables)

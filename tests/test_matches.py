@@ -1,0 +1,651 @@
+"""The match log: what is written is read back, by us and by mcap; what is damaged is said."""
+
+from __future__ import annotations
+
+import io
+import struct
+import tracemalloc
+import zlib
+from datetime import UTC, datetime
+
+import numpy as np
+import polars as pl
+import pytest
+import zstandard
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mcap.data_stream import RecordBuilder
+from mcap.reader import make_reader
+from mcap.records import Chunk, ChunkIndex, DataEnd, Message, Metadata
+from mcap.stream_reader import StreamReader
+from mcap.writer import CompressionType
+from mcap.writer import Writer as McapWriter
+from mcap_ros2._dynamic import serialize_dynamic
+from mcap_ros2.decoder import DecoderFactory
+from mcap_ros2.writer import Writer as Ros2Writer
+
+from pipeline import chunks, matches
+from pipeline.channels import DECISION, FRAME, REFEREE, TOPICS
+from pipeline.errors import BadRecording, DamagedLog, SchemaMismatch
+from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
+from pipeline.pitch import PITCHES, Kind
+from schemas import Decisions, Matches, Quality, Referee
+
+INFO = MatchInfo(
+    match_id="final-0123456789ab", source="final.rcg", format="rcg", home="Löwen", away="Tigers",
+    started_at=datetime(2024, 5, 1, 12, 0, tzinfo=UTC), pitch=PITCHES[Kind.VSSS],
+    periods=(Period(start_ns=0, end_ns=10**12, home_attacks=1, inferred=True),), seed=7,
+    settings={"noise": 0.1}, software="pitchlore 0.1.0",
+)  # fmt: skip
+SMALL = 2048  # bytes a chunk: a handful of frames
+
+
+def frames_of(counts: list[int], *, t_ns: list[int] | None = None, seed: int = 0) -> Frames:
+    """Random bodies, with so many robots in each frame; the ball is unseen in every fifth."""
+    rng = np.random.default_rng(seed)
+    ball = np.zeros(len(counts), BALL_DTYPE)
+    robots = np.zeros(sum(counts), ROBOT_DTYPE)
+    for array in (ball, robots):
+        for name in set(array.dtype.names) - {"team", "id"}:
+            array[name] = rng.normal(size=len(array))
+            array[name][::5] = np.nan
+    robots["team"], robots["id"] = rng.integers(0, 2, len(robots)), rng.integers(0, 2**16, len(robots))
+    times = [i * 16_666_667 for i in range(len(counts))] if t_ns is None else t_ns
+    return Frames(
+        number=np.arange(len(counts), dtype=np.uint32) + 100, t_ns=np.array(times, dtype=np.int64), ball=ball,
+        offsets=np.concatenate(([0], np.cumsum(counts))).astype(np.int64), robots=robots,
+    )
+
+
+def referee_of(*rows: tuple) -> pl.DataFrame:
+    names = [name for name in Referee.dtypes() if name != "match_id"]
+    table = pl.DataFrame(rows, schema={name: Referee.dtypes()[name] for name in names}, orient="row")
+    return table.with_columns(match_id=pl.lit(INFO.match_id)).select(*Referee.dtypes())
+
+
+def decisions_of(count: int) -> pl.DataFrame:
+    rows = [
+        (
+            INFO.match_id, ("home", "away")[i % 2], i % 3 + 1, ("goalkeeper", "midfield", "striker")[i % 3],
+            i * 10**7, i * 10**7 + 5, i * 7**15, None if i % 4 == 0 else f"striker-{i % 7 + 1:03d}-002", i % 5 == 0,
+            -1.0 if i % 6 == 0 else 0.25, i // 10, (None, "terminal", "truncated")[i % 3], i / 1000,
+        )
+        for i in range(count)
+    ]  # fmt: skip
+    return pl.DataFrame(rows, schema=Decisions.dtypes(), orient="row").sort("team", "robot", "t_ns")
+
+
+def match(counts: list[int] | None = None, *, decisions: int = 20) -> MatchLog:
+    counts = [6, 6, 5, 6, 0, 6, 6, 4] * 8 if counts is None else counts
+    referee = referee_of(
+        (0, "kick-off", None, None, None, None),
+        (5 * 10**8, "goal", "away", 0, 1, "GOAL_BLUE"),
+        (10**9, "end", None, 0, 1, None),
+    )
+    return MatchLog(INFO, frames_of(counts), referee, decisions_of(decisions))
+
+
+def written(log: MatchLog, **options: int) -> bytes:
+    stream = io.BytesIO()
+    matches.write(log, stream, **options)
+    return stream.getvalue()
+
+
+def assert_same_frames(ours: Frames, theirs: Frames) -> None:
+    for name in ("number", "t_ns", "offsets"):
+        np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
+    for name in ("ball", "robots"):
+        one, other = getattr(ours, name), getattr(theirs, name)
+        for column in one.dtype.names:
+            np.testing.assert_array_equal(one[column], other[column])
+
+
+def same(one: MatchLog, other: MatchLog) -> bool:
+    try:
+        assert_same_frames(one.frames, other.frames)
+    except AssertionError:
+        return False
+    return one.info == other.info and one.referee.equals(other.referee) and one.decisions.equals(other.decisions)
+
+
+def rows_of(frames: Frames) -> list[tuple]:
+    """Each frame as bytes that can be compared, NaN or not."""
+    robots = [frames.robots[a:b] for a, b in zip(frames.offsets, frames.offsets[1:], strict=False)]
+    packed = [b"".join(r[name].tobytes() for name in r.dtype.names) for r in robots]
+    return list(zip(frames.number.tolist(), frames.t_ns.tolist(),
+                    [b.tobytes() for b in frames.ball], packed, strict=True))  # fmt: skip
+
+
+def records(data: bytes, kind: type) -> list:
+    return [r for r in StreamReader(io.BytesIO(data), emit_chunks=True).records if isinstance(r, kind)]
+
+
+def chunk_indexes(data: bytes) -> list[ChunkIndex]:
+    return make_reader(io.BytesIO(data)).get_summary().chunk_indexes
+
+
+def flipped(data: bytes, bit: int) -> bytes:
+    changed = bytearray(data)
+    changed[bit // 8] ^= 1 << bit % 8
+    return bytes(changed)
+
+
+# --- round trips -----------------------------------------------------------------------------
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(data=st.data())
+def test_what_is_written_is_read_back(data):
+    counts = data.draw(st.lists(st.integers(0, 23), max_size=40))
+    # times repeat and go back, as recorders let them
+    times = data.draw(st.lists(st.integers(0, 2**62), min_size=len(counts), max_size=len(counts)))
+    text = st.none() | st.text(st.characters(exclude_characters="\0", codec="utf-8"), min_size=1)
+    score = st.none() | st.integers(0, 2**15 - 1)
+    row = st.tuples(
+        st.integers(0, 2**62), st.sampled_from(["goal", "kick-off", "end"]),
+        st.sampled_from([None, "home", "away"]), score, score, text,
+    )  # fmt: skip
+    referee = referee_of(*data.draw(st.lists(row, max_size=5))).sort("t_ns", maintain_order=True)
+    log = MatchLog(INFO, frames_of(counts, t_ns=times), referee, decisions_of(data.draw(st.integers(0, 30))))
+    chunk_bytes = data.draw(st.sampled_from([1, 700, 5000, 1 << 20]))
+    back = matches.read(written(log, chunk_bytes=chunk_bytes), where="a.mcap")
+    assert same(back, log)
+    assert back.info.complete
+    assert back.quality.is_empty()
+    Referee.validate(back.referee)
+    Decisions.validate(back.decisions)
+
+
+def test_the_same_log_gives_the_same_bytes_whatever_lies_in_the_padding():
+    log = match()
+    dirty = Frames(log.frames.number, log.frames.t_ns, log.frames.ball, log.frames.offsets, log.frames.robots.copy())
+    dirty.robots.view(np.uint8)[1::ROBOT_DTYPE.itemsize] = 0xAB
+    assert written(log) == written(MatchLog(INFO, dirty, log.referee, log.decisions))
+
+
+def test_flaws_found_by_an_importer_travel_with_the_log():
+    quality = pl.DataFrame(
+        [(INFO.match_id, "gap", 5, 9, "home", 3, 2, "no samples"), (INFO.match_id, "skipped", None, None, None, None, 1, None)],
+        schema=Quality.dtypes(), orient="row",
+    )  # fmt: skip
+    log = match()
+    back = matches.read(written(MatchLog(INFO, log.frames, quality=quality)), where="a.mcap")
+    assert back.quality.equals(quality)
+    assert back.info.complete
+
+
+def test_an_empty_log_is_a_log():
+    log = MatchLog(INFO, frames_of([]))
+    assert same(matches.read(written(log), where="a.mcap"), log)
+
+
+def test_a_log_that_was_salvaged_stays_incomplete_when_it_is_written_again():
+    info = INFO.model_copy(update={"complete": False, "incomplete_reason": "chunk 3 of 9 is gone"})
+    log = match()
+    assert matches.read(written(MatchLog(info, log.frames)), where="a.mcap").info == info
+
+
+# --- mcap's own tools ------------------------------------------------------------------------
+
+
+def test_mcap_reads_our_file_and_finds_every_checksum_right():
+    data = written(match(), chunk_bytes=SMALL)
+    kinds = [type(r).__name__ for r in StreamReader(io.BytesIO(data), validate_crcs=True).records]
+    assert kinds[:2] == ["Header", "Metadata"]  # a file cut off anywhere still says what it is
+    assert records(data, DataEnd)[0].data_section_crc != 0
+    assert all(chunk.uncompressed_crc for chunk in records(data, Chunk))
+
+
+def test_mcap_ros2_decodes_our_messages():
+    log = match()
+    reader = make_reader(io.BytesIO(written(log, chunk_bytes=SMALL)), True, [DecoderFactory()])
+    decoded = {topic.name: [] for topic in TOPICS.values()}
+    for _, channel, message, value in reader.iter_decoded_messages(log_time_order=False):
+        assert message.publish_time == message.log_time
+        decoded[channel.topic].append((message.log_time, value))
+    offsets = log.frames.offsets
+    for i, (t_ns, value) in enumerate(decoded["/frame"]):
+        assert (t_ns, value.frame) == (log.frames.t_ns[i], log.frames.number[i])
+        np.testing.assert_array_equal([value.ball_x, value.ball_y, value.ball_vx, value.ball_vy], list(log.frames.ball[i]))
+        theirs = [(r.team, r.id, r.x, r.y, r.theta, r.vx, r.vy, r.omega) for r in value.robots]
+        np.testing.assert_array_equal(theirs, [tuple(r) for r in log.frames.robots[offsets[i]:offsets[i + 1]]])
+    assert len(decoded["/frame"]) == len(log.frames)
+    assert [(t, v.event, v.team, v.score_home, v.score_away, v.note) for t, v in decoded["/referee"]] == [
+        (0, "kick-off", "", -1, -1, ""), (5 * 10**8, "goal", "away", 0, 1, "GOAL_BLUE"), (10**9, "end", "", 0, 1, ""),
+    ]  # fmt: skip
+    by_time = log.decisions.sort("t_ns")
+    assert [(t, v.state, v.behaviour_id, v.reward, v.random, v.end_ns) for t, v in decoded["/decision"]] == list(
+        by_time.with_columns(pl.col("behaviour_id").fill_null(""))
+        .select("t_ns", "state", "behaviour_id", "reward", "random", "end_ns").iter_rows()
+    )  # fmt: skip
+
+
+def test_mcap_finds_messages_by_time_through_our_indexes():
+    log = match([6] * 200)
+    reader = make_reader(io.BytesIO(written(log, chunk_bytes=SMALL)), True)
+    found = [m.log_time for _, _, m in reader.iter_messages("/frame", starting_at=10**9, ending_before=2 * 10**9)]
+    assert found == [t for t in log.frames.t_ns.tolist() if 10**9 <= t < 2 * 10**9]
+    statistics = reader.get_summary().statistics
+    assert statistics.channel_message_counts == {FRAME: 200, REFEREE: 3, DECISION: 20}
+    assert (statistics.message_start_time, statistics.message_end_time) == (0, log.frames.t_ns[-1])
+
+
+def frame_dict(frames: Frames, i: int) -> dict:
+    names = ROBOT_DTYPE.names
+    ball = frames.ball[i]
+    robots = [
+        {name: value.item() for name, value in zip(names, robot, strict=True)}
+        for robot in frames.robots[frames.offsets[i]:frames.offsets[i + 1]]
+    ]
+    return {"frame": int(frames.number[i]), **{f"ball_{k}": float(ball[k]) for k in BALL_DTYPE.names}, "robots": robots}
+
+
+def foreign(log: MatchLog, *, epoch: int, chunked: bool, compression: CompressionType, chunk_size: int = SMALL) -> bytes:
+    """The log as another program writes it: message by message, channels interleaved."""
+    stream = io.BytesIO()
+    writer = McapWriter(stream, chunk_size, compression, use_chunking=chunked, enable_data_crcs=True)
+    writer.start("ros2")
+    channel, encode = {}, {}
+    for i, topic in TOPICS.items():
+        name = f"other_msgs/msg/{topic.message}"
+        text = topic.definition().replace("pitchlore/", "other_msgs/")
+        schema = writer.register_schema(name, "ros2msg", text.encode())
+        channel[i] = writer.register_channel(topic.name, "cdr", schema)
+        encode[i] = serialize_dynamic(name, text)[name]
+    events = [(t, FRAME, frame_dict(log.frames, i)) for i, t in enumerate(log.frames.t_ns.tolist())]
+    for event in log.referee.iter_rows(named=True):
+        scores = {k: -1 if event[k] is None else event[k] for k in ("score_home", "score_away")}
+        texts = {k: event[k] or "" for k in ("event", "team", "note")}
+        events.append((event["t_ns"], REFEREE, scores | texts))
+    for row in log.decisions.iter_rows(named=True):
+        codes = {
+            "team": ("home", "away").index(row["team"]), "ends": (None, "terminal", "truncated").index(row["ends"]),
+            "role": ("goalkeeper", "midfield", "striker").index(row["role"]), "end_ns": row["end_ns"] + epoch,
+            "behaviour_id": row["behaviour_id"] or "",
+        }  # fmt: skip
+        events.append((row["t_ns"], DECISION, row | codes))
+    for t_ns, i, value in sorted(events, key=lambda event: event[0]):
+        writer.add_message(channel[i], t_ns + epoch, encode[i](value), t_ns + epoch)
+    writer.finish()
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize("compression", list(CompressionType))
+@pytest.mark.parametrize("chunked", [True, False])
+def test_we_read_what_other_programs_write_on_our_definitions(compression, chunked):
+    log = match()
+    data = foreign(log, epoch=1_700_000_000 * 10**9, chunked=chunked, compression=compression)
+    with pytest.raises(DamagedLog, match="does not say which match it is"):
+        matches.read(data, where="other.mcap")
+    back = matches.read(data, where="other.mcap", default_info=INFO)
+    assert same(back, log)
+    assert back.quality.is_empty()
+
+
+def test_we_read_the_ros2_writers_files():
+    log = match()
+    stream = io.BytesIO()
+    writer = Ros2Writer(stream, chunk_size=SMALL)
+    schema = writer.register_msgdef("pitchlore/msg/Frame", TOPICS[FRAME].definition())
+    for i, t_ns in enumerate(log.frames.t_ns.tolist()):
+        writer.write_message("/frame", schema, frame_dict(log.frames, i), t_ns)
+    writer.finish()
+    back = matches.read(stream.getvalue(), where="ros.mcap", default_info=INFO)
+    assert_same_frames(back.frames, log.frames)
+    assert back.info == INFO
+
+
+def with_messages(*messages: tuple[str, str, str, bytes]) -> bytes:
+    """A file of ours as to its metadata, with messages (topic, encoding, definition, payload) of any kind."""
+    stream = io.BytesIO()
+    writer = McapWriter(stream)
+    writer.start("ros2")
+    writer.add_metadata(**_first_metadata(match()))
+    ids = {}
+    for t_ns, (topic, encoding, text, payload) in enumerate(messages):
+        if topic not in ids:
+            schema = writer.register_schema("x/msg/X", "ros2msg", text.encode())
+            ids[topic] = writer.register_channel(topic, encoding, schema)
+        writer.add_message(ids[topic], t_ns, payload, t_ns)
+    writer.finish()
+    return stream.getvalue()
+
+
+def _first_metadata(log: MatchLog) -> dict:
+    record = records(written(log), Metadata)[0]
+    return {"name": record.name, "data": record.metadata}
+
+
+ENCAPSULATION = bytes([0, 1, 0, 0])
+NO_ROBOTS = ENCAPSULATION + struct.pack("<I4fI", 7, 1, 2, 3, 4, 0)
+
+
+@pytest.mark.parametrize(
+    ("payload", "why"),
+    [
+        (NO_ROBOTS[:-1] + b"\x01", "a robot is announced that does not follow"),
+        (NO_ROBOTS[:-4] + struct.pack("<I", 1) + bytes(29), "a byte too many"),
+        (NO_ROBOTS[:10], "shorter than any frame"),
+        (b"", "nothing at all"),
+        (bytes(4) + NO_ROBOTS[4:], "big-endian"),
+    ],
+)
+def test_malformed_messages_are_counted_and_left_out(payload, why):
+    text = TOPICS[FRAME].definition()
+    back = matches.read(with_messages(("/frame", "cdr", text, NO_ROBOTS), ("/frame", "cdr", text, payload)), where="a")
+    assert back.frames.number.tolist() == [7], why
+    assert back.quality.select("flaw", "count", "start_ns", "end_ns").rows() == [("skipped", 1, 1, 2)]
+    assert back.info.complete  # the file is as its writer meant it
+
+
+def test_channels_that_are_not_the_logs_are_counted_and_left_out():
+    text = TOPICS[FRAME].definition()
+    data = with_messages(
+        ("/frame", "cdr", text, NO_ROBOTS), ("/rosout", "cdr", "string data", b"abc"), ("/rosout", "", "", b"abc"),
+        ("/referee", "cdr", "string event", b"abc"), ("/decision", "json", TOPICS[DECISION].definition(), b"{}"),
+    )  # fmt: skip
+    back = matches.read(data, where="a.mcap")
+    assert len(back.frames) == 1
+    assert back.quality.select("flaw", "count").rows() == [("skipped", 1), ("skipped", 1), ("skipped", 2)]
+    assert "/rosout" in back.quality["note"][2]
+
+
+@pytest.mark.parametrize("event", ["penalty", "goal"])
+def test_an_event_that_does_not_fit_the_table_is_left_out_with_a_note(event):
+    text = event.encode() + b"\0"
+    score = -2 if event == "goal" else 0
+    payload = ENCAPSULATION + struct.pack("<hhI", score, 0, len(text)) + text
+    payload += bytes(-(len(payload)) % 4) + bytes(8)  # two empty strings of length 0
+    data = with_messages(
+        ("/frame", "cdr", TOPICS[FRAME].definition(), NO_ROBOTS), ("/referee", "cdr", TOPICS[REFEREE].definition(), payload)
+    )
+    back = matches.read(data, where="a.mcap")
+    assert back.referee.is_empty()
+    assert back.quality.select("flaw", "count", "start_ns").rows() == [("skipped", 1, 1)]
+
+
+# --- the recorder ------------------------------------------------------------------------------
+
+
+def one_by_one(recorder: matches.Recorder, frames: Frames) -> None:
+    for i in range(len(frames)):
+        a, b = frames.offsets[i], frames.offsets[i + 1]
+        recorder.frames(Frames(
+            frames.number[i:i + 1], frames.t_ns[i:i + 1], frames.ball[i:i + 1],
+            np.array([0, b - a], dtype=np.int64), frames.robots[a:b],
+        ))  # fmt: skip
+
+
+def test_a_match_may_be_recorded_while_it_is_played():
+    log = match()
+    stream = io.BytesIO()
+    final = INFO.model_copy(update={"away": "Panthers"})
+    recorder = matches.Recorder(stream, INFO, chunk_bytes=SMALL)
+    recorder.referee(log.referee[:1])
+    one_by_one(recorder, log.frames)
+    recorder.decisions(log.decisions)
+    recorder.referee(log.referee[1:])
+    recorder.close(info=final)
+    assert same(matches.read(stream.getvalue(), where="a.mcap"), MatchLog(final, log.frames, log.referee, log.decisions))
+
+
+def test_a_killed_recorder_loses_at_most_one_chunk():
+    log = match([6] * 100)
+    stream = io.BytesIO()
+    one_by_one(matches.Recorder(stream, INFO, chunk_bytes=SMALL), log.frames)  # never closed
+    back = matches.read(stream.getvalue(), where="a.mcap")
+    assert 100 - SMALL // 227 <= len(back.frames) < 100
+    assert rows_of(back.frames) == rows_of(log.frames)[:len(back.frames)]
+    assert not back.info.complete
+    assert back.quality["flaw"].to_list() == ["truncated"]
+
+
+def test_an_exception_leaves_the_log_unfinished_and_a_quiet_end_finishes_it():
+    stream = io.BytesIO()
+
+    def crash_while_playing():
+        with matches.Recorder(stream, INFO, chunk_bytes=1) as recorder:
+            recorder.frames(frames_of([2, 2]))
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        crash_while_playing()
+    back = matches.read(stream.getvalue(), where="a.mcap")
+    assert (len(back.frames), back.info.complete) == (1, False)
+    stream = io.BytesIO()
+    with matches.Recorder(stream, INFO) as recorder:
+        recorder.frames(frames_of([2]))
+    assert matches.read(stream.getvalue(), where="a.mcap").info.complete
+
+
+def test_what_cannot_be_logged_is_refused():
+    with pytest.raises(BadRecording, match="before time zero"):
+        written(MatchLog(INFO, frames_of([1, 1], t_ns=[0, -1])))
+    with pytest.raises(SchemaMismatch, match="score_home"):
+        written(MatchLog(INFO, frames_of([1]), referee_of((0, "goal", None, -5, None, None))))
+
+
+def test_a_stream_that_refuses_is_not_hidden():
+    class Full(io.BytesIO):
+        def write(self, data):
+            if self.tell() > 3000:
+                raise OSError(28, "No space left on device")
+            return super().write(data)
+
+    with pytest.raises(OSError, match="No space"):
+        matches.write(match([6] * 500), Full(), chunk_bytes=SMALL)
+
+
+# --- damage ------------------------------------------------------------------------------------
+
+
+def test_a_damaged_chunk_is_reported_and_the_others_are_kept():
+    log = match([6] * 100, decisions=0)
+    data = written(log, chunk_bytes=SMALL)
+    indexes = chunk_indexes(data)
+    broken = indexes[3]
+    where = broken.chunk_start_offset + broken.chunk_length - 20
+    back = matches.read(flipped(data, 8 * where), where="final.mcap")
+    lost = [i for i, t in enumerate(log.frames.t_ns) if broken.message_start_time <= t <= broken.message_end_time]
+    assert rows_of(back.frames) == [row for i, row in enumerate(rows_of(log.frames)) if i not in lost]
+    assert not back.info.complete
+    assert f"chunk 4 of {len(indexes)}" in back.info.incomplete_reason
+    assert f"{len(lost)} of 103 messages are missing" in back.info.incomplete_reason
+    row, = back.quality.rows(named=True)
+    assert (row["flaw"], row["start_ns"], row["end_ns"]) == (
+        "damaged chunk", broken.message_start_time, broken.message_end_time + 1,
+    )  # fmt: skip
+    assert "final.mcap: chunk 4" in row["note"]
+
+
+def test_a_wrong_length_of_a_chunk_loses_nothing_as_the_index_knows_better():
+    log = match([6] * 100)
+    data = written(log, chunk_bytes=SMALL)
+    for index in chunk_indexes(data)[::5]:
+        for bit in (0, 3, 9, 20, 40, 63):  # of the length, from a byte too many to half of all there is
+            back = matches.read(flipped(data, 8 * (index.chunk_start_offset + 1) + bit), where="a.mcap")
+            assert_same_frames(back.frames, log.frames)
+            assert back.decisions.equals(log.decisions)
+            assert not back.info.complete
+
+
+def test_no_single_flipped_bit_passes_unnoticed():
+    log = match([3, 3, 2, 3] * 10, decisions=6)
+    data = written(log, chunk_bytes=SMALL)
+    whole = set(rows_of(log.frames))
+    rng = np.random.default_rng(1)
+    bits = np.unique(np.concatenate([
+        rng.choice(len(data) * 8, 300, replace=False),  # anywhere
+        8 * 8 * 5 + np.arange(0, 8 * 400, 37),  # the metadata and definitions at its start
+        len(data) * 8 - 1 - np.arange(0, 8 * 700, 29),  # the summary, the footer, the magic
+    ]))  # fmt: skip
+    unharmed = 0
+    for bit in bits.tolist():
+        try:
+            back = matches.read(flipped(data, bit), where="a.mcap")
+        except DamagedLog:
+            continue
+        if same(back, log):
+            unharmed += 1
+            continue
+        assert not back.info.complete, f"bit {bit} changed the log without notice"
+        assert back.info.incomplete_reason
+        assert set(rows_of(back.frames)) <= whole, f"bit {bit} made up a frame"
+        assert not back.quality.is_empty()
+    assert unharmed == 0  # every byte of the file is under a checksum
+
+
+@settings(max_examples=60, deadline=None)
+@given(share=st.floats(0, 1, exclude_max=True))
+def test_every_whole_chunk_of_a_truncated_file_is_salvaged(share):
+    log = MatchLog(INFO, frames_of([6, 5] * 30))
+    data = written(log, chunk_bytes=SMALL)
+    end = int(share * len(data))
+    ends = [c.chunk_start_offset + c.chunk_length for c in chunk_indexes(data)]
+    if end < ends[0]:
+        with pytest.raises(DamagedLog):
+            matches.read(data[:end], where="a.mcap")
+        return
+    back = matches.read(memoryview(data)[:end], where="a.mcap")
+    after = [c.message_start_time for c in chunk_indexes(data) if c.chunk_start_offset + c.chunk_length > end]
+    kept = [row for row in rows_of(log.frames) if not after or row[1] < after[0]]
+    assert rows_of(back.frames) == kept
+    assert not back.info.complete
+    assert "truncated" in back.quality["flaw"].to_list()
+
+
+def copies_of_metadata(data: bytes) -> list[int]:
+    places = [i for i in range(len(data)) if data.startswith(b"final.rcg", i)]
+    assert len(places) == 2
+    return places
+
+
+def test_one_damaged_copy_of_the_metadata_is_named_and_the_other_serves():
+    log = match()
+    data = written(log)
+    for place in copies_of_metadata(data):
+        back = matches.read(flipped(data, 8 * place), where="a.mcap")
+        assert back.info.source == "final.rcg"
+        assert "metadata" in back.info.incomplete_reason
+        assert_same_frames(back.frames, log.frames)
+
+
+def test_without_a_sound_copy_the_user_is_asked_which_match_it_is():
+    data = written(match())
+    for place in copies_of_metadata(data):
+        data = flipped(data, 8 * place)
+    with pytest.raises(DamagedLog, match=r"a\.mcap: a copy of the metadata .* is damaged\. Say which match"):
+        matches.read(data, where="a.mcap")
+    assert not matches.read(data, where="a.mcap", default_info=INFO).info.complete
+
+
+@pytest.mark.parametrize("data", [b"", b"PAR1", b"\x89MCAP0\r", bytes(5000), b"\x89MCAP0\r\n", b"\x89MCAP0\r\n" * 2])
+def test_what_is_no_log_is_refused_in_one_line(data):
+    with pytest.raises(DamagedLog) as error:
+        matches.read(data, where="a.mcap")
+    assert str(error.value).startswith("a.mcap: ")
+    assert "\n" not in str(error.value)
+
+
+def test_a_log_without_a_single_readable_frame_is_refused():
+    data = written(match([6] * 8))  # one chunk
+    index, = chunk_indexes(data)
+    with pytest.raises(DamagedLog, match="none of its frames can be read"):
+        matches.read(flipped(data, 8 * (index.chunk_start_offset + 60)), where="a.mcap")
+
+
+def with_chunk(compression: str, blob: bytes, size: int, crc: int = 0) -> bytes:
+    """A cut-off log whose second chunk is as given."""
+    stream = io.BytesIO()
+    recorder = matches.Recorder(stream, INFO, chunk_bytes=1)
+    recorder.frames(frames_of([3, 3]))
+    builder = RecordBuilder()
+    Chunk(compression, blob, message_end_time=9, message_start_time=5, uncompressed_crc=crc, uncompressed_size=size).write(builder)
+    return stream.getvalue() + builder.end()
+
+
+BOMB = zstandard.ZstdCompressor(level=3).compress(bytes(256 << 20))
+
+
+@pytest.mark.parametrize(
+    ("compression", "blob", "size", "why"),
+    [
+        ("zstd", BOMB, 256 << 20, "over the limit"),
+        ("zstd", BOMB, 2**63, "over the limit"),
+        ("zstd", BOMB, 1000, "two different sizes"),
+        ("zstd", zstandard.ZstdCompressor(write_content_size=False).compress(bytes(8 << 20)), 1000, "does not decompress"),
+        ("zstd", zstandard.compress(bytes(100)) + b"more", 100, "does not decompress"),
+        ("lz4", b"nonsense", 100, "does not decompress"),
+        ("", bytes(100), 200, "size"),
+        ("brotli", bytes(100), 100, "neither zstd nor lz4"),
+        ("zstd", zstandard.compress(bytes(range(100))), 100, "whole records"),
+    ],
+)  # fmt: skip
+def test_a_chunk_that_is_not_what_it_declares_is_never_unpacked(compression, blob, size, why):
+    data = with_chunk(compression, blob, size)
+    tracemalloc.start()
+    back = matches.read(data, where="a.mcap")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 4 << 20
+    assert len(back.frames) == 1
+    assert why in back.quality["note"].str.join(" ")[0]
+    assert back.quality.filter(flaw="damaged chunk").select("start_ns", "end_ns").rows() == [(5, 10)]
+
+
+def test_many_chunks_that_are_small_on_their_own_are_a_bomb_together(monkeypatch):
+    monkeypatch.setattr(matches, "MAX_LOG_BYTES", 10 * SMALL)
+    with pytest.raises(DamagedLog, match="declares more than"):
+        matches.read(written(match([6] * 200), chunk_bytes=SMALL), where="a.mcap")
+
+
+def test_a_chunk_without_a_crc_is_read_as_the_format_allows():
+    content = io.BytesIO(written(MatchLog(INFO, frames_of([2]))))
+    chunk = records(content.getvalue(), Chunk)[0]
+    raw = zstandard.decompress(chunk.data)
+    assert len(matches.read(with_chunk("", raw, len(raw)), where="a.mcap").frames) == 2
+    bad = with_chunk("", raw, len(raw), zlib.crc32(raw) ^ 1)
+    assert len(matches.read(bad, where="a.mcap").frames) == 1
+
+
+def test_walking_records_stops_at_a_length_that_leads_out_of_the_file():
+    for length in (2**63, 2**64 - 1, 10**15, 5):
+        content = chunks.as_array(struct.pack("<BQ", 5, 4) + bytes(4) + struct.pack("<BQ", 5, length) + bytes(4))
+        found, end = chunks.walk(content, 0, len(content))
+        assert (len(found.opcodes), end) == (1, 13)
+
+
+def test_mcap_message_records_are_laid_out_as_mcap_lays_them_out():
+    frames = frames_of([2])
+    builder = RecordBuilder()
+    encode = serialize_dynamic("pitchlore/msg/Frame", TOPICS[FRAME].definition())["pitchlore/msg/Frame"]
+    Message(FRAME, log_time=0, data=encode(frame_dict(frames, 0)), publish_time=0, sequence=0).write(builder)
+    chunk = records(written(MatchLog(INFO, frames)), Chunk)[0]
+    assert zstandard.decompress(chunk.data) == builder.end()
+
+
+# --- the table ---------------------------------------------------------------------------------
+
+
+def test_the_row_of_a_match():
+    frames = frames_of([0, 3, 4, 2], t_ns=[0, 20_000_000, 20_000_000, 60_000_000])
+    frames.robots["team"] = [0, 0, 1, 1, 1, 1, 0, 0, 1]
+    referee = referee_of(
+        (0, "kick-off", None, None, None, None), (10, "goal", "home", 1, 0, None), (20, "end", None, None, None, None)
+    )
+    row, = Matches.validate(matches.row(MatchLog(INFO, frames, referee))).rows(named=True)
+    assert row == {
+        "match_id": INFO.match_id, "source": "final.rcg", "home": "Löwen", "away": "Tigers",
+        "started_at": datetime(2024, 5, 1, 12, 0, tzinfo=UTC), "duration_s": 0.06,
+        "hz": pytest.approx(1 / 0.03),  # the median of 20 and 40 ms; equal times are no interval
+        "robots_per_team": 3, "score_home": 1, "score_away": 0, "complete": True, "incomplete_reason": None,
+        "kind": "vsss", "pitch_length": 1.5, "pitch_width": 1.3, "goal_width": 0.4, "frames": 4, "format": "rcg",
+        "direction_inferred": True,
+    }  # fmt: skip
+
+
+def test_what_is_not_known_of_a_match_is_null():
+    info = INFO.model_copy(update={"started_at": None})
+    row, = Matches.validate(matches.row(MatchLog(info, frames_of([])))).rows(named=True)
+    assert [row[name] for name in ("started_at", "hz", "score_home", "score_away")] == [None] * 4
+    assert (row["duration_s"], row["frames"], row["robots_per_team"]) == (0.0, 0, 0)

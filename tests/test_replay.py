@@ -1,0 +1,288 @@
+"""The replay page: what was recorded is on it, nothing else gets in, and it needs no network."""
+
+import base64
+import json
+import re
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.errors import BadSettings, NotFound
+from pipeline.pitch import PITCHES, Kind
+from pipeline.replay import FAMILIES, HEADED, SEEN, SUSPECT, TURN, page
+from schemas import Goals, Matches, Referee, Situations, Trajectories
+
+SAMPLE = Path(__file__).parents[1] / "data" / "samples" / "rsim-vss-3v3.parquet"
+MS = 1_000_000
+VSSS = PITCHES[Kind.VSSS]
+NASTY = "</script><script>alert(1)</script><!--{{payload}}{{title}}\"'&\u2028"
+
+
+def match(**changed):
+    row = dict.fromkeys(Matches.dtypes()) | {
+        "match_id": "m-1", "source": "m.parquet", "home": "Blues", "away": "Oranges", "duration_s": 1.0,
+        "robots_per_team": 3, "complete": True, "kind": "vsss", "frames": 1, "format": "tracking",
+    }
+    return pl.DataFrame([row | changed], schema=Matches.dtypes())
+
+
+def trajectories(rows):
+    """Of (t_ms, team, robot, x, y, theta[, segment[, suspect]]); frames are numbered by time."""
+    filled = [(*row, *(0, False)[len(row) - 6:]) for row in rows]
+    times = sorted({row[0] for row in filled})
+    table = pl.DataFrame(
+        [
+            {"match_id": "m-1", "frame": times.index(t), "t_ns": t * MS, "team": team, "robot": robot, "x": x, "y": y,
+             "theta": theta, "segment": segment, "suspect": suspect, "turned": False}
+            for t, team, robot, x, y, theta, segment, suspect in filled
+        ],
+        schema_overrides=Trajectories.dtypes(),
+    )
+    missing = {name: pl.lit(None, dtype) for name, dtype in Trajectories.dtypes().items() if name not in table.columns}
+    return table.with_columns(**missing).select(*Trajectories.dtypes()).sort("team", "robot", "t_ns")
+
+
+def situations(rows):
+    """Of (team, robot, code, name, start_ms, end_ms, strength, target)."""
+    return pl.DataFrame(
+        [("m-1", team, robot, "striker", code, name, start * MS, end * MS, strength, target, 0)
+         for team, robot, code, name, start, end, strength, target in rows],
+        schema=Situations.dtypes(), orient="row",
+    )
+
+
+STILL = trajectories([(0, "ball", None, 0.0, 0.0, None), (0, "home", 1, -0.3, 0.1, 0.0), (0, "away", 2, 0.3, 0.1, 3.0)])
+
+
+def make(played=STILL, done=None, goals=None, referee=None, pitch=VSSS, about=None, **options):
+    return page(
+        match() if about is None else about, played, Situations.empty() if done is None else done,
+        Goals.empty() if goals is None else goals, Referee.empty() if referee is None else referee, pitch, **options,
+    )
+
+
+def decode(html):
+    """The page's facts and samples, by the format that pipeline/replay.py documents."""
+    (payload,) = re.findall(r'<script type="application/octet-stream" id="payload">([A-Za-z0-9+/=]*)</script>', html)
+    raw = zlib.decompress(base64.b64decode(payload, validate=True))
+    (length,) = struct.unpack_from("<I", raw)
+    facts = json.loads(raw[4 : 4 + length])
+    S, B, at = facts["samples"], len(facts["bodies"]), 4 + length
+
+    def take(n):
+        nonlocal at
+        at += n
+        return np.frombuffer(raw[at - n : at], np.uint8)
+
+    def values(rows, width):
+        planes = take(rows * S * width).reshape(width, rows, S).astype(np.int64)
+        zigzag = sum(plane << 8 * i for i, plane in enumerate(planes))
+        total = np.cumsum((zigzag >> 1) ^ -(zigzag & 1), axis=1)
+        return total if width == 4 else total.astype(np.int16)
+
+    facts["time"] = values(1, 4)[0]
+    facts["joined"], facts["mask"] = take(S), take(S * B).reshape(B, S)
+    facts["x"], facts["y"], facts["heading"] = (values(B, 2) for _ in range(3))
+    assert at == len(raw)
+    return facts
+
+
+def bodies(facts):
+    """(t_ms, team, robot) -> (x, y, theta or None, suspect) of everything on the page."""
+    out = {}
+    for b, (team, robot) in enumerate(facts["bodies"]):
+        for s in np.flatnonzero(facts["mask"][b] & SEEN):
+            mask = facts["mask"][b, s]
+            theta = facts["heading"][b, s] * 2 * np.pi / TURN if mask & HEADED else None
+            x, y = (facts[axis][b, s] * facts["quantum"] for axis in "xy")
+            out[int(facts["time"][s]), team, robot] = (x, y, theta, bool(mask & SUSPECT))
+    return out
+
+
+def turned(a, b):
+    """The angle between two headings."""
+    return abs((a - b + np.pi) % (2 * np.pi) - np.pi)
+
+
+coordinates = st.floats(-0.75, 0.75, width=32)
+recorded = st.dictionaries(
+    st.tuples(
+        st.integers(0, 40).map(lambda slot: slot * 50),
+        st.sampled_from([("ball", None), ("home", 0), ("home", 11), ("away", 0), ("away", 7)]),
+    ),
+    st.tuples(coordinates, coordinates, st.none() | st.floats(-3.125, 3.125, width=32), st.booleans()),
+    min_size=1, max_size=60,
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(recorded, st.sampled_from(Kind))
+def test_every_body_is_where_it_was_and_missing_where_it_was_missing(rows, kind):
+    table = trajectories([
+        (t, *body, x, y, None if body[0] == "ball" else theta, 0, suspect)
+        for (t, body), (x, y, theta, suspect) in rows.items()
+    ])
+    facts = decode(make(table, pitch=PITCHES[kind]))
+    shown = bodies(facts)
+    assert shown.keys() == {(t, *body) for t, body in rows}
+    for (t, team, robot), (x, y, theta, suspect) in shown.items():
+        was_x, was_y, was_theta, was_suspect = rows[t, (team, robot)]
+        assert abs(x - was_x) <= facts["quantum"] / 2 + 1e-9
+        assert abs(y - was_y) <= facts["quantum"] / 2 + 1e-9
+        assert suspect == was_suspect
+        if team == "ball" or was_theta is None:
+            assert theta is None
+        else:
+            assert turned(theta, was_theta) <= np.pi / TURN + 1e-6
+
+
+@pytest.mark.parametrize(("kind", "quantum"), [(Kind.VSSS, 0.001), (Kind.SSL, 0.001), (Kind.SIM2D, 0.005)])
+def test_positions_are_as_fine_as_a_screen_can_show(kind, quantum):
+    assert decode(make(pitch=PITCHES[kind]))["quantum"] == quantum
+
+
+def test_a_jump_across_the_whole_range_survives():
+    table = trajectories([(0, "ball", None, -32.0, 0.0, None), (50, "ball", None, 32.0, 0.0, None), (100, "ball", None, -32.0, 1.0, None)])
+    assert [x for x, *_ in bodies(decode(make(table))).values()] == pytest.approx([-32.0, 32.0, -32.0])
+
+
+def test_the_first_sample_of_each_slot_is_shown_when_it_was_recorded():
+    table = trajectories([(t, "ball", None, t / 1000, 0.0, None) for t in (0, 12, 49, 51, 60, 99, 100, 140, 151)])
+    facts = decode(make(table, hz=20))
+    assert facts["time"].tolist() == [0, 51, 100, 151]
+    assert facts["x"][0].tolist() == [0, 51, 100, 151]
+    assert decode(make(table, hz=1000))["samples"] == 9
+
+
+def test_gaps_and_restarts_are_not_bridged():
+    table = trajectories([
+        (0, "ball", None, 0.0, 0.0, None, 0), (50, "ball", None, 0.0, 0.0, None, 0),
+        (100, "ball", None, 0.1, 0.0, None, 1),  # another stretch of play
+        (150, "ball", None, 0.1, 0.0, None, None), (200, "ball", None, 0.1, 0.0, None, None),  # play is stopped
+        (900, "ball", None, 0.1, 0.0, None, None),  # more than half a second without a sample
+    ])
+    facts = decode(make(table))
+    assert facts["joined"].tolist() == [0, 1, 0, 0, 1, 0]
+    assert facts["play"] == [[0, 50], [100, 100]]
+
+
+def test_situations_goals_scores_and_restarts_are_on_the_page():
+    done = situations([
+        ("home", 1, 21, "Robot kicks the ball", 0, 400, 0.756, "ball"),
+        ("home", 1, 194, "Robot moves randomly", 400, 900, None, None),
+        ("away", 2, 139, "Robot approaches midfield adversary", 100, 300, 1.0, "home-1"),
+    ])
+    goals = pl.DataFrame([("m-1", 900 * MS, "home", 1, "direct")], schema=Goals.dtypes(), orient="row")
+    referee = pl.DataFrame(
+        [("m-1", 900 * MS, "goal", "home", 1, 0, None), ("m-1", 950 * MS, "kick-off", "away", 1, 0, "kickoff_y")],
+        schema=Referee.dtypes(), orient="row",
+    )
+    facts = decode(make(done=done, goals=goals, referee=referee))
+    assert facts["bodies"] == [["ball", None], ["home", 1], ["away", 2]]
+    assert facts["situations"] == {
+        "body": [1, 1, 2], "code": [21, 194, 139], "start": [0, 400, 100], "end": [400, 900, 300],
+        "strength": [76, None, 100], "target": ["ball", None, "home-1"], "role": ["striker"] * 3,
+    }
+    assert facts["names"]["21"] == "Robot kicks the ball"
+    assert facts["goals"] == [[900, "home", 1, "direct"]]
+    assert facts["scores"] == [[900, 1, 0], [950, 1, 0]]
+    assert facts["events"] == [[900, "goal", "home", None], [950, "kick-off", "away", "kickoff_y"]]
+
+
+def test_every_code_of_the_paper_has_one_family():
+    codes = [1, 11, 21, 22, 23, 33, 34, 44, 45, 46, 47, 57, 67, 68, 78, 88, 98, 108, 118, 128, 138, 139, 140,
+             150, 151, 152, 162, 163, 173, 174, 184, 194]
+    for code in codes:
+        assert sum(first <= code <= last for _, ranges in FAMILIES for first, last in ranges) == 1, code
+    style = make()
+    assert all(style.count(f"--family-{i}: #") == 2 for i in range(len(FAMILIES)))  # light and dark
+
+
+@pytest.mark.parametrize("place", ["home", "away", "incomplete_reason", "name", "target", "note"])
+def test_data_never_becomes_markup(place):
+    plain = make(about=match(home="H", away="A", incomplete_reason="x"))
+    about = {"home": "H", "away": "A", "incomplete_reason": "x"}
+    done, referee = None, None
+    if place in about:
+        about[place] = NASTY
+    elif place == "note":
+        referee = pl.DataFrame([("m-1", 0, "stop", None, None, None, NASTY)], schema=Referee.dtypes(), orient="row")
+    else:
+        row = {"name": "n", "target": "t"} | {place: NASTY}
+        done = situations([("home", 1, 21, row["name"], 0, 400, 0.5, row["target"])])
+    html = make(about=match(**about), done=done, referee=referee)
+    outside = r"(id=\"payload\">)[^<]*(?=</script>)|(<title>)[^<]*(?=</title>)"
+    assert re.sub(outside, "", html) == re.sub(outside, "", plain)
+    assert json.dumps(NASTY)[1:-1] in json.dumps(decode(html), default=str)  # as it was, but as data
+
+
+def test_team_names_are_in_the_title():
+    assert "<title>A &amp; B – &lt;i&gt; · Pitchlore replay</title>" in make(about=match(home="A & B", away="<i>"))
+
+
+def test_the_page_asks_the_network_for_nothing():
+    html = make()
+    assert "default-src 'none'" in html
+    assert "://" not in html
+    assert not re.search(r"<(link|img|iframe|base)\b|\bsrc=|@import|fetch\(|XMLHttpRequest|WebSocket|import\(", html)
+
+
+def test_the_script_reads_the_mask_as_it_was_written():
+    assert f"const SEEN = {SEEN}, SUSPECT = {SUSPECT}, HEADED = {HEADED};" in make()
+
+
+def test_the_markup_has_every_part_that_the_script_asks_for():
+    html = make()
+    asked = set(re.findall(r'\$\("([\w-]+)"\)', html))
+    asked |= {"goal-back", "goal-on", "frame-back", "frame-on", "labels", "skip", "whole", "help"}
+    assert len(asked) > 15
+    assert [name for name in asked if f'id="{name}"' not in html] == []
+
+
+def test_the_same_tables_give_the_same_page_in_any_order_of_rows():
+    table = trajectories([(t, team, 1, t / 1000, 0.0, 1.0) for t in range(0, 1000, 50) for team in ("home", "away")])
+    assert make(table) == make(table.sample(fraction=1.0, shuffle=True, seed=1))
+
+
+def test_nothing_to_show_is_said():
+    with pytest.raises(NotFound, match=r"^m-1: has no trajectories\. Run"):
+        make(Trajectories.empty())
+
+
+@pytest.mark.parametrize("hz", [0, -1, float("nan"), 1e6])
+def test_a_rate_that_cannot_be_is_refused(hz):
+    with pytest.raises(BadSettings, match="hz cannot be"):
+        make(hz=hz)
+
+
+def test_ten_minutes_of_a_real_match_fit_in_a_megabyte():
+    raw = pl.read_parquet(SAMPLE)
+    table = raw.select(
+        match_id=pl.lit("m-1"), frame=pl.col("frame").cast(pl.UInt32),
+        t_ns=(pl.col("t") * 1000).round().cast(pl.Int64) * MS,
+        team=pl.col("team").replace_strict({"ball": "ball", "blue": "home", "yellow": "away"}).cast(Trajectories.dtypes()["team"]),
+        robot=pl.col("player").cast(pl.Int16), x="x", y="y", theta="heading",
+        segment=pl.lit(0, pl.Int32), suspect=pl.lit(value=False),
+    )
+    # as many situations as the recogniser finds: one every 0.4 s of each robot
+    done = situations([
+        (team, robot, 46, "Robot approaches the ball", t, t + 390 + 7 * (t % 5), (t % 101) / 100, "ball")
+        for team in ("home", "away") for robot in range(3) for t in range(0, 599_000, 437)
+    ])
+    html = make(table, done=done)
+    assert len(html.encode()) < 1_000_000
+    facts = decode(html)
+    assert facts["samples"] == 12_000
+    rows = table.filter(pl.col("frame") % 2 == 0)
+    shown = bodies(facts)
+    assert len(shown) == len(rows)
+    for t, team, robot, x, y, theta in rows[::97].select("t_ns", "team", "robot", "x", "y", "theta").rows():
+        at = shown[t // MS, team, robot]
+        assert at[:2] == pytest.approx((x, y), abs=0.0005 + 1e-7)
+        assert (at[2] is None) if theta is None else turned(at[2], theta) <= np.pi / TURN + 1e-6
