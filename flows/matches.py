@@ -61,8 +61,8 @@ def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]
         BadRecording, DamagedLog: if nothing can be made of it; the file's name goes into quarantine.
     """
     data = store.foreign(recording.file)
-    mapping = tracking.load_map(store.foreign(recording.mapping).decode()) if recording.mapping else None
-    settings = mapping.model_dump(mode="json") if mapping else {}
+    mapping = _mapping(store, recording.mapping) if recording.mapping else None
+    settings = mapping.settings() if mapping else {}
     name = source.match_id(recording.file.name, data, settings)
     try:
         identity = name.rsplit("-", 1)[1]
@@ -79,6 +79,10 @@ def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]
     return receipt, new
 
 
+def _mapping(store: Store, path: Path) -> tracking.TrackingMap:
+    return tracking.load_map(store.foreign(path).decode(errors="replace"), where=str(path))
+
+
 def _read(recording: Recording, data: bytes, name: str, mapping: tracking.TrackingMap | None) -> MatchLog:
     file = recording.file.name
     found = source.detect(data, file)
@@ -86,7 +90,7 @@ def _read(recording: Recording, data: bytes, name: str, mapping: tracking.Tracki
         return log.read(data, where=str(recording.file))
     if found == "rcg":
         return rcg.read(data, name=file, match_id=name)
-    return tracking.read(data, name=file, match_id=name, mapping=mapping or tracking.TrackingMap())
+    return tracking.read(data, name=file, match_id=name, mapping=mapping)
 
 
 def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, object]) -> tuple[Receipt, bool]:

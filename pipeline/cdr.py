@@ -311,17 +311,17 @@ def unpack_decisions(messages: Messages) -> tuple[pl.DataFrame, Bools]:
     for name, values in (("team", len(TEAMS)), ("role", len(ROLES)), ("random", 2), ("ends", 1 + len(ENDS))):
         mask &= heads[name] < values
     tails = messages.tails.tobytes()
-    names = [_text(tails[start:end], end - start) for start, end in pairwise(messages.offsets.tolist())]
-    mask &= np.array([name is not None for name in names], dtype=np.bool_)
+    texts = [tails[start:end] for start, end in pairwise(messages.offsets.tolist())]
+    names = {text: _text(text, len(text)) for text in set(texts)}  # few behaviours, many decisions
+    mask &= np.array([names[text] is not None for text in texts], dtype=np.bool_)
     kept = heads[mask]
+    schema = {name: dtype for name, dtype in Decisions.dtypes().items() if name != "match_id"}
+    codes = {"team": kept["team"], "role": kept["role"], "ends": kept["ends"] - np.uint8(1)}  # goes on: 255
     columns = {
-        "team": np.array(TEAMS)[kept["team"]],
-        "role": np.array(ROLES)[kept["role"]],
+        **{name: kept[name] for name in ("end_ns", "state", "reward", "value", "episode", "robot")},
+        **{name: pl.Series(code).replace(255, None).cat.to(schema[name]) for name, code in codes.items()},
         "t_ns": kept["log_time"],
         "random": kept["random"].astype(np.bool_),
-        "ends": pl.Series(np.array(["", *ENDS])[kept["ends"]]).replace("", None),
-        "behaviour_id": pl.Series([names[i] or None for i in np.flatnonzero(mask)], dtype=pl.String),
-        **{name: kept[name] for name in ("end_ns", "state", "reward", "value", "episode", "robot")},
+        "behaviour_id": pl.Series([names[texts[i]] or None for i in np.flatnonzero(mask)], dtype=pl.String),
     }
-    schema = {name: dtype for name, dtype in Decisions.dtypes().items() if name != "match_id"}
-    return pl.DataFrame(columns).select(pl.col(name).cast(dtype) for name, dtype in schema.items()), mask
+    return pl.DataFrame(columns, schema_overrides=schema).select(*schema), mask

@@ -149,8 +149,9 @@ class Inbox:
         self._skip(_malformed(topic), messages.heads["log_time"][~sound])
         table = rows.with_columns(match_id=pl.lit(match_id)).select(*schema.dtypes())
         good, failure = schema.filter(table)
-        broken: I64 = failure.invalid()["t_ns"].to_numpy()
-        self._skip(f"messages on {TOPICS[topic].name} that break the rules of {schema.tag()}", broken)
+        if len(failure):
+            broken: I64 = failure.invalid()["t_ns"].to_numpy()
+            self._skip(f"messages on {TOPICS[topic].name} that break the rules of {schema.tag()}", broken)
         return good.sort(by, maintain_order=True)
 
 

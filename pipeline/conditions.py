@@ -79,7 +79,8 @@ def parse(text: str, macros: Mapping[str, str]) -> Expression:
 
     def refuse(what: str) -> BadSettings:
         return BadSettings(
-            what, where=f"condition {text!r}", next_step="Use and, or, not, very(…), macros and 'signal is TERM'"
+            what, where=f"condition {text!r}",
+            next_step="Use and, or, not, very(…), macros and 'signal is TERM'",
         )
 
     def joined(kind: type[And] | type[Or], parts: Sequence[Expression]) -> Expression:
@@ -172,7 +173,9 @@ def compile_conditions(
         match expression:
             case Is(signal, term):
                 if signal not in place:
-                    raise BadSettings(f"{signal} is not a signal", next_step=f"Use one of {', '.join(signals)}")
+                    raise BadSettings(
+                        f"{signal} is not a signal", next_step=f"Use one of {', '.join(signals)}"
+                    )
                 row = lines(signal, term)
                 step = (IS, place[signal], rows.setdefault(row, len(rows)))
             case Not(operand):

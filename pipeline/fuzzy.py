@@ -8,7 +8,7 @@ against :func:`membership`, scikit-fuzzy's own evaluation.
 from __future__ import annotations
 
 from enum import StrEnum
-from math import inf, pi
+from math import pi
 from typing import NamedTuple
 
 import numpy as np
@@ -161,6 +161,6 @@ def lines(term: Trapezoid) -> Lines:
     return Lines(rise, up, fall, down)
 
 
-def shown(term: Trapezoid) -> tuple[float, ...]:
-    """The corners, with infinity where a far-off corner stands for it."""
-    return tuple(float(np.copysign(inf, corner)) if abs(corner) >= FAR_OFF else float(corner) for corner in term)
+def corners(term: Trapezoid) -> tuple[float | None, ...]:
+    """The corners a, b, c, d as a person would write them: None where nothing ends the term."""
+    return tuple(None if abs(corner) >= FAR_OFF else float(corner) for corner in term)

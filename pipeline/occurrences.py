@@ -50,16 +50,21 @@ def advance(
 
     Args:
         registers: float64 [R, at least n], degrees for the samples at … at + n - 1.
-        initial, final: int32 [V], registers of the conditions; ``final`` is not used for WHILE.
+        initial: int32 [V], registers of the initial conditions.
+        final: int32 [V], registers of the final conditions; not used for WHILE.
         start: int64 [V], ONSET, LATEST or WHILE.
-        limit_ns, hold_ns, lull_ns: int64 [V].
+        limit_ns: int64 [V], how long a mark holds.
+        hold_ns: int64 [V], how long WHILE must hold.
+        lull_ns: int64 [V], how long a condition may fail within one stretch.
         longest_ns: no ONSET occurrence lasts longer, its start gives way.
         fire_at: a condition holds from this degree on.
         t_ns: int64 [N], time of each sample.
         fresh: bool [N], whether a piece begins there.
-        at, n: the block.
+        at: first sample of the block.
+        n: samples in the block.
         other: index of the other robot the rules are about, -1 if none.
-        marks, degrees: int64 [V, 2] and float64 [V], the state between blocks; updated.
+        marks: int64 [V, 2], the state between blocks; updated.
+        degrees: float64 [V], the degree of each mark; updated.
         found: int64 [at least V * (n + 1), 4], filled with occurrences (rule, other, k0, k1).
         strengths: float64, as long as ``found``.
 
@@ -79,15 +84,15 @@ def advance(
         if start[v] == WHILE:
             for j in range(n):
                 k = at + j
-                if held >= 0 and (
-                    fresh[k] or (ic[j] >= fire_at and held < k - 1 and t_ns[k] - t_ns[held] > lull_ns[v] + CLOCK_NS)
-                ):
+                holds = ic[j] >= fire_at
+                ends = holds and held < k - 1 and t_ns[k] - t_ns[held] > lull_ns[v] + CLOCK_NS
+                if held >= 0 and (fresh[k] or ends):
                     if t_ns[held] - t_ns[set_in] >= hold_ns[v] - CLOCK_NS:
                         found[count] = v, other, set_in, held + 1
                         strengths[count] = degree
                         count += 1
                     held = -1
-                if ic[j] >= fire_at:
+                if holds:
                     if held < 0:
                         set_in, degree = k, ic[j]
                     held, degree = k, min(degree, ic[j])
@@ -138,7 +143,8 @@ def chunk_end(t_ns: I64, until_ns: I64, k0: int, k1: int, longest_ns: int) -> in
     Args:
         t_ns: int64 [N], time of each sample.
         until_ns: int64 [N], where each sample's own interval ends.
-        k0, k1: the stretch, within one piece.
+        k0: start of the stretch, within one piece.
+        k1: its end, exclusive.
         longest_ns: no chunk of more than one sample lasts longer.
 
     Returns:
@@ -158,12 +164,17 @@ def chunk_end(t_ns: I64, until_ns: I64, k0: int, k1: int, longest_ns: int) -> in
 def cut(
     found: I64, strengths: F64, start: I64, limit_ns: I64, hold_ns: I64, once: Flags, t_ns: I64, until_ns: I64
 ) -> tuple[I64, F64]:
-    """Cut WHILE stretches into chunks of at most ``limit_ns``; of a rule that counts once keep the first hold.
+    """Cut WHILE stretches into chunks of at most ``limit_ns``; of a rule that counts once keep the hold.
 
     Args:
-        found, strengths: occurrences as :func:`advance` fills them in.
-        start, limit_ns, hold_ns, once: the rules', [V].
-        t_ns, until_ns: as for :func:`chunk_end`.
+        found: int64 [M, 4], occurrences as :func:`advance` fills them in.
+        strengths: float64 [M], their strengths.
+        start: int64 [V], as for :func:`advance`.
+        limit_ns: int64 [V], the longest chunks.
+        hold_ns: int64 [V], as for :func:`advance`.
+        once: bool [V], whether only the first ``hold_ns`` of a stretch count.
+        t_ns: as for :func:`chunk_end`.
+        until_ns: as for :func:`chunk_end`.
 
     Returns:
         The occurrences and their strengths, in the same form.
@@ -210,13 +221,18 @@ def resolve(
 
     Args:
         order: int64 [M], occurrences from the highest priority to the lowest.
-        found, strengths: int64 [M, 4] and float64 [M], the occurrences.
-        code, target, longest_ns: int64 [M], of each occurrence.
-        t_ns, until_ns: as for :func:`chunk_end`.
+        found: int64 [M, 4], the occurrences (rule, other, k0, k1).
+        strengths: float64 [M], theirs.
+        code: int64 [M], theirs.
+        target: int64 [M], theirs; equal for equal targets.
+        longest_ns: int64 [M], how long their codes may last when merged.
+        t_ns: as for :func:`chunk_end`.
+        until_ns: as for :func:`chunk_end`.
         piece: int64 [N], number of the piece of each sample.
         share: least share of an occurrence that must be free.
         gap_code: the code of a gap.
-        gap_least_ns, gap_longest_ns: shorter gaps are dropped, longer ones cut.
+        gap_least_ns: shorter gaps are dropped.
+        gap_longest_ns: longer gaps are cut.
 
     Returns:
         int64 [S, 4] rows (code, target or -1, k0, k1), in order of time, and their strengths float64 [S],

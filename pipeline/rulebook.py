@@ -129,7 +129,7 @@ def term_table(kind: Kind) -> pl.DataFrame:
     """Every term of the five fuzzy variables for a kind of match (the paper's Figure 1).
 
     Returns:
-        Columns variable, meaning, unit, term, the trapezoid's corners a, b, c, d (infinite where nothing
+        Columns variable, meaning, unit, term, the trapezoid's corners a, b, c, d (null where nothing
         ends it), and rises_at and falls_at, where its membership crosses 0.5 by scikit-fuzzy's lambda-cut
         (null on the side of a shoulder).
     """
@@ -138,7 +138,7 @@ def term_table(kind: Kind) -> pl.DataFrame:
         meaning, unit = fuzzy.MEANINGS[variable]
         for term, trapezoid in terms.items():
             rises_at, falls_at = fuzzy.crossings(trapezoid)
-            rows.append((str(variable), meaning, unit, term, *fuzzy.shown(trapezoid), rises_at, falls_at))
+            rows.append((str(variable), meaning, unit, term, *fuzzy.corners(trapezoid), rises_at, falls_at))
     columns = ("variable", "meaning", "unit", "term", "a", "b", "c", "d", "rises_at", "falls_at")
     return pl.DataFrame(rows, schema={
         name: pl.String if name in columns[:4] else pl.Float64 for name in columns

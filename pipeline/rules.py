@@ -196,7 +196,8 @@ RULES: tuple[Rule, ...] = (
     ),
     *_ladder(34, "ball", _BALL, _FARTHER),
     Rule(
-        44, "", "beside_ball and facing_ball and speed_over_ball is (EQUAL or FASTER or MUCH_FASTER) and moving",
+        44, "",
+        "beside_ball and facing_ball and speed_over_ball is (EQUAL or FASTER or MUCH_FASTER) and moving",
         "has_ball", _O, _BALL, 0.15,
     ),
     Rule(
@@ -207,7 +208,8 @@ RULES: tuple[Rule, ...] = (
     ),
     *_ladder(46, "ball", _BALL, _NEARER),
     Rule(
-        47, "comes", "beside_ball and not facing_ball and ball_comes and speed_over_ball is (SLOWER or MUCH_SLOWER)",
+        47, "comes",
+        "beside_ball and not facing_ball and ball_comes and speed_over_ball is (SLOWER or MUCH_SLOWER)",
         "touching and not facing_ball", _O, _BALL, 0.15,
     ),
     Rule(

@@ -1,4 +1,4 @@
-"""Where everything is and how it moves, as the signals that the rules speak of.
+"""Signals: what the rules speak of, computed from where everything is and how it moves.
 
 All signals are float64 and NaN where a body or what is asked of it (heading, velocity) is missing.
 Angles are in [0, pi]; they come from dot and cross products, so nothing has to be wrapped.
@@ -6,31 +6,19 @@ Angles are in [0, pi]; they come from dot and cross products, so nothing has to 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 
 import numba
 import numpy as np
 import numpy.typing as npt
-import polars as pl
-
-from pipeline.errors import SchemaMismatch
-from pipeline.pitch import Scales
-from schemas import BODIES, ROLES
 
 F64 = npt.NDArray[np.float64]
-I64 = npt.NDArray[np.int64]
-I32 = npt.NDArray[np.int32]
-I8 = npt.NDArray[np.int8]
 Flags = npt.NDArray[np.bool_]
 
 #: Distance to somebody who is not there: no term of nearness holds.
 NOBODY = 1e6
 
-#: Below this share of the kind's speed scale a direction of motion is not known, m/s for VSSS.
-STILL = 0.05
-
-#: Signals of a robot, in the order of :func:`fill_own`; what comes before the first dot of RULES.
+#: Signals of a robot, in the order of :func:`fill_own`.
 OWN: tuple[str, ...] = (
     "ball_distance", "ball_off_heading", "ball_off_course",
     "robot_off_ball_course", "heading_off_ball_course",
@@ -45,161 +33,15 @@ OWN: tuple[str, ...] = (
 OTHER: tuple[str, ...] = ("other_distance", "other_off_course", "speed")
 
 
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """A match as dense arrays: B robots (home first, by number) at T samples.
-
-    Attributes:
-        t_ns: int64 [T], increasing.
-        segment: int32 [T], -1 while play is stopped.
-        team: int8 [B], 0 home, 1 away.
-        robot: int64 [B], the robots' numbers.
-        present: bool [B, T], whether the robot can be used there.
-        role: int8 [B, T], index in ROLES as last seen; -1 before the first time.
-        poses: float64 [7, B, T]: x and y in metres, cosine and sine of the heading, speed in m/s, cosine
-            and sine of the course, the direction in which it drives.
-        ball: float64 [5, T], the ball's x, y, speed, and cosine and sine of its direction of travel.
-    """
-
-    t_ns: I64
-    segment: I32
-    team: I8
-    robot: I64
-    present: Flags
-    role: I8
-    poses: F64
-    ball: F64
-
-
-def scene(trajectories: pl.DataFrame, scales: Scales) -> Scene:
-    """The dense arrays of a table of trajectories.
-
-    Rows that are suspect, have a position that is not finite, or (of robots) no role, are missing bodies.
-
-    Args:
-        trajectories: rows of schema Trajectories of one match, sorted as it says.
-        scales: what the kind of match is scaled by.
-
-    Raises:
-        SchemaMismatch: if a body's rows are not together and in order of time.
-    """
-    frame = trajectories["frame"].to_numpy().astype(np.int64)
-    first = int(frame.min())
-    seen = np.zeros(int(frame.max()) - first + 1, dtype=np.bool_)
-    seen[frame - first] = True
-    column = (np.cumsum(seen) - 1)[frame - first]
-    samples = int(np.count_nonzero(seen))
-
-    team = trajectories["team"].to_physical().to_numpy().astype(np.int64)
-    robot = trajectories["robot"].cast(pl.Int64).fill_null(-1).to_numpy()
-    starts = np.flatnonzero(np.concatenate(([True], (np.diff(team) != 0) | (np.diff(robot) != 0))))
-    ends = np.append(starts[1:], len(team))
-    bodies = list(zip(team[starts].tolist(), robot[starts].tolist(), strict=True))
-    inside = np.ones(len(team), dtype=np.bool_)
-    inside[starts] = False
-    if bodies != sorted(set(bodies)) or np.any(np.diff(column)[inside[1:]] <= 0):
-        raise SchemaMismatch(
-            "is not sorted by team, robot and time", where="trajectories", next_step="Sort it as its schema says"
-        )
-
-    t_ns = np.empty(samples, dtype=np.int64)
-    t_ns[column] = trajectories["t_ns"].to_numpy()
-    segment = np.empty(samples, dtype=np.int32)
-    segment[column] = trajectories["segment"].fill_null(-1).to_numpy()
-
-    values = {
-        name: trajectories[name].to_numpy().astype(np.float64) for name in ("x", "y", "theta", "vx", "vy")
-    }
-    role = trajectories["role"].to_physical().cast(pl.Int8).fill_null(-1).to_numpy()
-    usable = np.isfinite(values["x"]) & np.isfinite(values["y"]) & ~trajectories["suspect"].to_numpy()
-    usable &= (role >= 0) | (team == BODIES.index("ball"))
-
-    rows = [row for row, body in enumerate(bodies) if body[0] != BODIES.index("ball")]
-    shape = (len(rows), samples)
-    present = np.zeros(shape, dtype=np.bool_)
-    dense_role = np.full(shape, -1, dtype=np.int8)
-    still = STILL * scales.speed
-    poses = np.full((7, *shape), np.nan)
-    for out, row in enumerate(rows):
-        part = slice(starts[row], ends[row])
-        keep = usable[part]
-        at = column[part][keep]
-        present[out, at] = True
-        dense_role[out, at] = role[part][keep]
-        _carry(dense_role[out])
-        pose = {name: column_values[part][keep] for name, column_values in values.items()}
-        _pose(
-            pose["x"], pose["y"], pose["theta"], pose["vx"], pose["vy"],
-            at, still, scales.omnidirectional, poses[:, out],
-        )
-
-    ball = np.full((5, samples), np.nan)
-    if bodies[0][0] == BODIES.index("ball"):
-        part = slice(starts[0], ends[0])
-        keep = usable[part]
-        at = column[part][keep]
-        vx, vy = np.full(samples, np.nan), np.full(samples, np.nan)
-        ball[0, at], ball[1, at] = values["x"][part][keep], values["y"][part][keep]
-        vx[at], vy[at] = values["vx"][part][keep], values["vy"][part][keep]
-        ball[2] = np.sqrt(vx * vx + vy * vy)
-        _ball_course(vx, vy, segment, still, ball)
-    return Scene(
-        t_ns=t_ns, segment=segment,
-        team=np.array([bodies[row][0] - 1 for row in rows], dtype=np.int8),
-        robot=np.array([bodies[row][1] for row in rows], dtype=np.int64),
-        present=present, role=dense_role, poses=poses, ball=ball,
-    )
-
-
-@numba.njit(cache=True, nogil=True)
-def _pose(
-    x: F64, y: F64, theta: F64, vx: F64, vy: F64, at: I64, still: float, omnidirectional: bool, out: F64
-) -> None:
-    """Fill columns ``at`` [n] of ``out`` [7, T] with x, y, cos, sin, speed, and cos and sin of the course."""
-    for i in range(len(x)):
-        cos, sin = np.cos(theta[i]), np.sin(theta[i])
-        speed = np.sqrt(vx[i] * vx[i] + vy[i] * vy[i])
-        course_cos, course_sin = cos, sin
-        if np.isnan(speed):
-            course_cos, course_sin = np.nan, np.nan
-        elif omnidirectional and speed >= still and not np.isnan(cos):
-            course_cos, course_sin = vx[i] / speed, vy[i] / speed
-        elif not omnidirectional and vx[i] * cos + vy[i] * sin < -still:
-            course_cos, course_sin = -cos, -sin
-        k = at[i]
-        out[0, k], out[1, k], out[2, k], out[3, k], out[4, k] = x[i], y[i], cos, sin, speed
-        out[5, k], out[6, k] = course_cos, course_sin
-
-
-@numba.njit(cache=True, nogil=True)
-def _carry(role: I8) -> None:
-    """Fill unknown roles with the last known one, in place."""
-    for k in range(1, len(role)):
-        if role[k] < 0:
-            role[k] = role[k - 1]
-
-
-@numba.njit(cache=True, nogil=True, error_model="numpy")
-def _ball_course(vx: F64, vy: F64, segment: I32, still: float, ball: F64) -> None:
-    """Fill rows 3 and 4 of ``ball``: the direction of travel, held within a segment while the ball is still."""
-    cos, sin = np.nan, np.nan
-    for k in range(len(vx)):
-        if k > 0 and segment[k] != segment[k - 1]:
-            cos, sin = np.nan, np.nan
-        if ball[2, k] >= still:
-            cos, sin = vx[k] / ball[2, k], vy[k] / ball[2, k]
-        if not np.isnan(ball[0, k]):
-            ball[3, k], ball[4, k] = cos, sin
-
-
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def ball_distances(poses: F64, ball: F64) -> F64:
     """Distance of each robot to the ball, float64 [B, T] in metres, NaN where either is missing.
 
     Args:
-        poses, ball: as in :class:`Scene`.
+        poses: as in :class:`pipeline.scene.Scene`.
+        ball: as in :class:`pipeline.scene.Scene`.
     """
-    out = np.empty_like(poses[0])
+    out: F64 = np.empty_like(poses[0])
     for b in range(len(out)):
         for k in range(len(ball[0])):
             dx, dy = ball[0, k] - poses[0, b, k], ball[1, k] - poses[1, b, k]
@@ -216,7 +58,7 @@ def nearest_to_ball(distances: F64, among: Flags, ball: F64) -> F64:
     Args:
         distances: float64 [B, T], as :func:`ball_distances`.
         among: bool [B], the robots to choose from.
-        ball: as in :class:`Scene`.
+        ball: as in :class:`pipeline.scene.Scene`.
     """
     nearest = np.where(np.isnan(ball[0]), np.nan, NOBODY)
     for b in range(distances.shape[0]):
@@ -266,8 +108,9 @@ def fill_own(
 
     Args:
         mine: float64 [7, N], the robot's x, y, cos, sin, speed, course_cos, course_sin.
-        ball: float64 [5, N], as in :class:`Scene`.
-        opponent, teammate: float64 [N], distance of the nearest (other) one to the ball.
+        ball: float64 [5, N], as in :class:`pipeline.scene.Scene`.
+        opponent: float64 [N], distance of the nearest opponent to the ball.
+        teammate: float64 [N], distance of the nearest teammate to the ball.
         at: first sample of the block.
         n: samples in the block.
         own_goal_x: where the own goal is, metres; the adversary's is at minus that.
@@ -313,8 +156,10 @@ def fill_other(mine: F64, other_x: F64, other_y: F64, at: int, n: int, out: F64)
 
     Args:
         mine: as for :func:`fill_own`.
-        other_x, other_y: float64 [N], NaN where the other is missing.
-        at, n: the block.
+        other_x: float64 [N], NaN where the other is missing.
+        other_y: float64 [N], the same.
+        at: first sample of the block.
+        n: samples in the block.
         out: float64 [at least len(OTHER), at least n].
     """
     x, y, speed = mine[0, at:at + n], mine[1, at:at + n], mine[4, at:at + n]

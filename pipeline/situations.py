@@ -19,6 +19,7 @@ from pipeline.errors import SchemaMismatch
 from pipeline.pitch import SCALES, Pitch
 from pipeline.rulebook import RuleSet, compiled, rule_table, term_table
 from pipeline.rules import RANDOM, RULES, TABLE_1, Start, Target
+from pipeline.scene import Scene, arrange
 from pipeline.settings import SituationSettings
 from schemas import ROLES, TEAMS, Situations
 
@@ -64,7 +65,7 @@ def recognise(trajectories: pl.DataFrame, pitch: Pitch, settings: SituationSetti
         raise SchemaMismatch(
             "holds more than one match", where="trajectories", next_step="Recognise one match at a time"
         )
-    scene = signals.scene(trajectories, SCALES[pitch.kind])
+    scene = arrange(trajectories, SCALES[pitch.kind])
     distances = signals.ball_distances(scene.poses, scene.ball)
     median_ns = _median_intervals(scene)
     workers = {name: _Worker(rules, settings) for name, rules in compiled(pitch.kind).items()}
@@ -81,7 +82,7 @@ def _ns(seconds: float) -> int:
     return round(seconds * 1e9)
 
 
-def _median_intervals(scene: signals.Scene) -> I64:
+def _median_intervals(scene: Scene) -> I64:
     """Median sampling interval of each sample's segment, int64 [T] nanoseconds; 0 in one of one sample."""
     medians = np.zeros(len(scene.t_ns), dtype=np.int64)
     edges = np.flatnonzero(np.diff(scene.segment)) + 1
@@ -110,7 +111,7 @@ class _Samples:
     fresh: Flags
 
 
-def _samples(scene: signals.Scene, row: int, median_ns: I64, settings: SituationSettings) -> _Samples:
+def _samples(scene: Scene, row: int, median_ns: I64, settings: SituationSettings) -> _Samples:
     index = np.flatnonzero(scene.present[row] & (scene.segment >= 0))
     t_ns, segment = scene.t_ns[index], scene.segment[index]
     away = (np.diff(index) > 1) & (np.diff(t_ns) > _ns(settings.flicker_s) + occurrences.CLOCK_NS)
@@ -123,7 +124,7 @@ def _samples(scene: signals.Scene, row: int, median_ns: I64, settings: Situation
 
 
 def _situations_of(
-    row: int, scene: signals.Scene, distances: F64, median_ns: I64, pitch: Pitch, settings: SituationSettings,
+    row: int, scene: Scene, distances: F64, median_ns: I64, pitch: Pitch, settings: SituationSettings,
     workers: dict[str, _Worker],
 ) -> tuple[I64, F64]:
     """The situations of one robot.
@@ -212,7 +213,7 @@ class _Worker:
 
 
 def _occurrences(
-    row: int, scene: signals.Scene, samples: _Samples, distances: F64, pitch: Pitch,
+    row: int, scene: Scene, samples: _Samples, distances: F64, pitch: Pitch,
     workers: dict[str, _Worker],
 ) -> tuple[I64, F64]:
     """All that the rules find in one robot's samples, see :meth:`_Worker.run`."""
@@ -239,7 +240,7 @@ def _occurrences(
     return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
 
 
-def _meanings(row: int, scene: signals.Scene, samples: _Samples, found: I64) -> tuple[I64, I64]:
+def _meanings(row: int, scene: Scene, samples: _Samples, found: I64) -> tuple[I64, I64]:
     """Code (0: none) and target of each occurrence; the roles at its start decide the code."""
     rule, other = found[:, occurrences.RULE], found[:, occurrences.OTHER]
     start = samples.index[found[:, occurrences.K0]]
@@ -265,13 +266,13 @@ for _rule in RULES:
         _LONGEST_NS[_rule.code] = max(_ns(rule.limit_s) for rule in RULES if rule.code == _rule.code)
 
 
-def _target_names(scene: signals.Scene) -> list[str | None]:
+def _target_names(scene: Scene) -> list[str | None]:
     """Names of the targets by number; the last is that of -1."""
     robots = [f"{TEAMS[team]}-{robot}" for team, robot in zip(scene.team, scene.robot, strict=True)]
     return [*robots, *(str(thing) for thing in _THINGS), None]
 
 
-def _table(match_id: str, scene: signals.Scene, rows: I64, strengths: F64) -> pl.DataFrame:
+def _table(match_id: str, scene: Scene, rows: I64, strengths: F64) -> pl.DataFrame:
     row, role, code, target, start_ns, end_ns, segment = rows.T
     names = pl.Series([TABLE_1[c][0] if c in TABLE_1 else "" for c in range(max(TABLE_1) + 1)])
     targets = pl.Series(_target_names(scene), dtype=pl.String)

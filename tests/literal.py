@@ -8,6 +8,7 @@ dict, and priorities are painted on a list. Both must find the same situations.
 from __future__ import annotations
 
 import ast
+import itertools
 import math
 from collections import defaultdict
 from typing import Any, NamedTuple
@@ -216,7 +217,7 @@ class Robot:
         match = self.match
         at = match.frames.index(self.frames[k])
         times = [match.time[f] for f in match.frames if match.segment[f] == match.segment[self.frames[k]]]
-        steps = sorted(b - a for a, b in zip(times, times[1:], strict=False))
+        steps = sorted(b - a for a, b in itertools.pairwise(times))
         middle = (steps[(len(steps) - 1) // 2] + steps[len(steps) // 2]) / 2 if steps else 0
         end = self.t[k] + int(middle)
         return min(end, match.time[match.frames[at + 1]]) if at + 1 < len(match.frames) else end

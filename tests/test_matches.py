@@ -240,10 +240,15 @@ def frame_dict(frames: Frames, i: int) -> dict:
     return {"frame": int(frames.number[i]), **{f"ball_{k}": float(ball[k]) for k in BALL_DTYPE.names}, "robots": robots}
 
 
-def foreign(log: MatchLog, *, epoch: int, chunked: bool, compression: CompressionType, chunk_size: int = SMALL) -> bytes:
+def foreign(
+    log: MatchLog, *, epoch: int = 0, chunked: bool = True, compression: CompressionType = CompressionType.NONE,
+    crcs: bool = True,
+) -> bytes:  # fmt: skip
     """The log as another program writes it: message by message, channels interleaved."""
     stream = io.BytesIO()
-    writer = McapWriter(stream, chunk_size, compression, use_chunking=chunked, enable_data_crcs=True)
+    writer = McapWriter(
+        stream, SMALL, compression, use_chunking=chunked, enable_crcs=crcs, enable_data_crcs=crcs
+    )
     writer.start("ros2")
     channel, encode = {}, {}
     for i, topic in TOPICS.items():
@@ -493,6 +498,25 @@ def test_no_single_flipped_bit_passes_unnoticed():
         assert set(rows_of(back.frames)) <= whole, f"bit {bit} made up a frame"
         assert not back.quality.is_empty()
     assert unharmed == 0  # every byte of the file is under a checksum
+
+
+@pytest.mark.parametrize("chunked", [True, False])
+def test_garbage_that_no_checksum_covers_is_read_or_refused_but_never_crashes(chunked):
+    data = foreign(match([2, 1] * 6, decisions=4), chunked=chunked, crcs=False)
+    rng = np.random.default_rng(2)
+    refused = 0
+    for _ in range(300):
+        changed = bytearray(data)
+        for place in rng.integers(0, len(data), rng.integers(1, 4)):
+            changed[place] = rng.choice([0, 1, 5, 127, 128, 255])
+        try:
+            back = matches.read(bytes(changed), where="a.mcap", default_info=INFO)
+            Referee.validate(back.referee)
+            Decisions.validate(back.decisions)
+            Quality.validate(back.quality)
+        except DamagedLog:
+            refused += 1
+    assert refused < 100
 
 
 @settings(max_examples=60, deadline=None)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import polars as pl
 from cyclopts import Parameter
-from pipeline.situations import rule_table, term_table
+from pipeline.rulebook import rule_table, term_table
 
 from flows.catalog import refresh
 from flows.commands.common import Common, console, print_frame, print_json

@@ -1,0 +1,176 @@
+"""A match as dense arrays: every robot and the ball at every sample."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from pipeline.errors import SchemaMismatch
+from pipeline.pitch import Scales
+from schemas import BODIES
+
+F64 = npt.NDArray[np.float64]
+I64 = npt.NDArray[np.int64]
+I32 = npt.NDArray[np.int32]
+I8 = npt.NDArray[np.int8]
+Flags = npt.NDArray[np.bool_]
+
+#: Below this share of the kind's speed scale a direction of motion is not known, m/s for VSSS.
+STILL = 0.05
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A match as dense arrays: B robots (home first, by number) at T samples.
+
+    Attributes:
+        t_ns: int64 [T], increasing.
+        segment: int32 [T], -1 while play is stopped.
+        team: int8 [B], 0 home, 1 away.
+        robot: int64 [B], the robots' numbers.
+        present: bool [B, T], whether the robot can be used there.
+        role: int8 [B, T], index in ROLES as last seen; -1 before the first time.
+        poses: float64 [7, B, T]: x and y in metres, cosine and sine of the heading, speed in m/s, cosine
+            and sine of the course, the direction in which it drives.
+        ball: float64 [5, T], the ball's x, y, speed, and cosine and sine of its direction of travel.
+    """
+
+    t_ns: I64
+    segment: I32
+    team: I8
+    robot: I64
+    present: Flags
+    role: I8
+    poses: F64
+    ball: F64
+
+
+def arrange(trajectories: pl.DataFrame, scales: Scales) -> Scene:
+    """The dense arrays of a table of trajectories.
+
+    Rows that are suspect, have a position that is not finite, or (of robots) no role, are missing bodies.
+
+    Args:
+        trajectories: rows of schema Trajectories of one match, sorted as it says; not empty.
+        scales: what the kind of match is scaled by.
+
+    Raises:
+        SchemaMismatch: if a body's rows are not together and in order of time.
+    """
+    sample, samples = _samples(trajectories["frame"].to_numpy())
+    bodies = dict(_bodies(trajectories, sample))
+    t_ns = np.empty(samples, dtype=np.int64)
+    t_ns[sample] = trajectories["t_ns"].to_numpy()
+    segment = np.empty(samples, dtype=np.int32)
+    segment[sample] = trajectories["segment"].fill_null(-1).to_numpy()
+
+    x, y, theta, vx, vy = (
+        trajectories[name].to_numpy().astype(np.float64) for name in ("x", "y", "theta", "vx", "vy")
+    )
+    roles = trajectories["role"].to_physical().cast(pl.Int8).fill_null(-1).to_numpy()
+    is_ball = (trajectories["team"] == BALL).to_numpy()
+    usable = np.isfinite(x) & np.isfinite(y) & ~trajectories["suspect"].to_numpy() & (is_ball | (roles >= 0))
+
+    still = STILL * scales.speed
+    ball = np.full((5, samples), np.nan)
+    robots = [body for body in bodies if body[0] != BODIES.index(BALL)]
+    poses = np.full((7, len(robots), samples), np.nan)
+    present = np.zeros((len(robots), samples), dtype=np.bool_)
+    role = np.full((len(robots), samples), -1, dtype=np.int8)
+    for body, rows in bodies.items():
+        keep = usable[rows]
+        at = sample[rows][keep]
+        motion = (x[rows][keep], y[rows][keep], vx[rows][keep], vy[rows][keep])
+        if body in robots:
+            row = robots.index(body)
+            present[row, at] = True
+            role[row, at] = roles[rows][keep]
+            _carry(role[row])
+            _pose(*motion, theta[rows][keep], at, still, scales.omnidirectional, poses[:, row])
+        else:
+            _ball(*motion, at, segment, still, ball)
+    return Scene(
+        t_ns=t_ns, segment=segment,
+        team=np.array([team - BODIES.index("home") for team, _ in robots], dtype=np.int8),
+        robot=np.array([robot for _, robot in robots], dtype=np.int64),
+        present=present, role=role, poses=poses, ball=ball,
+    )
+
+
+#: The ball's name as a team.
+BALL = BODIES[0]
+
+
+def _samples(frame: npt.NDArray[np.uint32]) -> tuple[I64, int]:
+    """The place of each row's frame among the frames that occur, int64 [rows], and how many occur."""
+    since = frame.astype(np.int64) - int(frame.min())
+    occurs = np.zeros(int(since.max()) + 1, dtype=np.bool_)
+    occurs[since] = True
+    return (np.cumsum(occurs) - 1)[since], int(np.count_nonzero(occurs))
+
+
+def _bodies(trajectories: pl.DataFrame, sample: I64) -> Iterator[tuple[tuple[int, int], slice]]:
+    """Each body, (team of BODIES, number or -1), with its rows."""
+    team = trajectories["team"].to_physical().to_numpy().astype(np.int64)
+    robot = trajectories["robot"].cast(pl.Int64).fill_null(-1).to_numpy()
+    same = (np.diff(team) == 0) & (np.diff(robot) == 0)
+    edges = [0, *(np.flatnonzero(~same) + 1).tolist(), len(team)]
+    bodies = [(int(team[start]), int(robot[start])) for start in edges[:-1]]
+    if bodies != sorted(set(bodies)) or np.any(np.diff(sample)[same] <= 0):
+        raise SchemaMismatch(
+            "is not sorted by team, robot and time", where="trajectories",
+            next_step="Sort it as its schema says",
+        )
+    for body, start, end in zip(bodies, edges[:-1], edges[1:], strict=True):
+        yield body, slice(start, end)
+
+
+@numba.njit(cache=True, nogil=True)
+def _carry(role: I8) -> None:
+    """Fill unknown roles with the last known one, in place."""
+    for k in range(1, len(role)):
+        if role[k] < 0:
+            role[k] = role[k - 1]
+
+
+@numba.njit(cache=True, nogil=True)
+def _pose(
+    x: F64, y: F64, vx: F64, vy: F64, theta: F64, at: I64, still: float, omnidirectional: bool, out: F64
+) -> None:
+    """Fill columns ``at`` [n] of ``out`` [7, T] with x, y, cos, sin, speed, and cos and sin of the course."""
+    for i in range(len(x)):
+        cos, sin = np.cos(theta[i]), np.sin(theta[i])
+        speed = np.sqrt(vx[i] * vx[i] + vy[i] * vy[i])
+        course_cos, course_sin = cos, sin
+        if np.isnan(speed):
+            course_cos, course_sin = np.nan, np.nan
+        elif omnidirectional and speed >= still and not np.isnan(cos):
+            course_cos, course_sin = vx[i] / speed, vy[i] / speed
+        elif not omnidirectional and vx[i] * cos + vy[i] * sin < -still:
+            course_cos, course_sin = -cos, -sin
+        k = at[i]
+        out[0, k], out[1, k], out[2, k], out[3, k], out[4, k] = x[i], y[i], cos, sin, speed
+        out[5, k], out[6, k] = course_cos, course_sin
+
+
+
+
+@numba.njit(cache=True, nogil=True)
+def _ball(x: F64, y: F64, vx: F64, vy: F64, at: I64, segment: I32, still: float, out: F64) -> None:
+    """Fill columns ``at`` [n] of ``out`` [5, T] with x, y, speed, and cos and sin of the direction of travel.
+
+    While the ball is still, its last direction of the segment is held.
+    """
+    cos, sin = np.nan, np.nan
+    for i in range(len(x)):
+        k = at[i]
+        if i > 0 and np.any(segment[at[i - 1] + 1:k + 1] != segment[at[i - 1]]):
+            cos, sin = np.nan, np.nan
+        speed = np.sqrt(vx[i] * vx[i] + vy[i] * vy[i])
+        if speed >= still:
+            cos, sin = vx[i] / speed, vy[i] / speed
+        out[0, k], out[1, k], out[2, k], out[3, k], out[4, k] = x[i], y[i], speed, cos, sin
