@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.situations import recognise
-
 from flows.stage import Made, Stage, data_folder, match_names, need, our_flow, run_stage, stage_task
 from pipeline.pitch import Pitch
 from pipeline.settings import SituationSettings
+from pipeline.situations import recognise
 from pipeline.store import Store
 from schemas import Situations, Trajectories
 

@@ -37,6 +37,7 @@ _RECORD = [
 ]
 #: Up to and including the length word of ``robots``; the tail is ROBOT_DTYPE [robots].
 FRAME_HEAD = np.dtype([*_RECORD, ("number", "<u4"), ("ball", BALL_DTYPE), ("robots", "<u4")])
+_RAW_BALL = np.dtype((np.void, BALL_DTYPE.itemsize))
 #: The tail is three strings: event, team, note.
 REFEREE_HEAD = np.dtype([*_RECORD, ("score_home", "<i2"), ("score_away", "<i2")])
 #: Up to and including the length word of ``behaviour_id``; the tail is its bytes.
@@ -208,7 +209,7 @@ def unpack_frames(messages: Messages) -> Frames:
     return Frames(
         number=heads["number"].copy(),
         t_ns=heads["log_time"].copy(),
-        ball=heads["ball"].copy(),
+        ball=heads["ball"].view(_RAW_BALL).copy().view(BALL_DTYPE),  # one move a ball, not one a field
         offsets=messages.offsets // ROBOT_DTYPE.itemsize,
         robots=messages.tails.view(ROBOT_DTYPE),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from importlib import resources
 from typing import NamedTuple
 
@@ -35,6 +36,7 @@ class Topic(NamedTuple):
     parts: tuple[str, ...]
     head: np.dtype[np.void]
 
+    @cache  # noqa: B019 - there are three topics
     def definition(self) -> str:
         """The definition with those it refers to, as MCAP's ``ros2msg`` encoding wants it."""
         folder = resources.files("schemas")

@@ -45,6 +45,9 @@ def advance(
     condition may mark. A mark holds for ``limit_ns`` after its latest sample, but always for the next
     one; completing deletes it. Stretches of a condition bridge lulls of up to ``lull_ns``.
 
+    An occurrence of a WHILE rule ends at the last sample at which the condition held, which then belongs
+    to what follows (the kick after guiding the ball); at the end of a piece, where nothing follows, after it.
+
     The strength of an occurrence is the lesser of the initial condition's degree where it last held and
     the final condition's where it was met; of WHILE, the least degree at which the condition held.
 
@@ -88,7 +91,7 @@ def advance(
                 ends = holds and held < k - 1 and t_ns[k] - t_ns[held] > lull_ns[v] + CLOCK_NS
                 if held >= 0 and (fresh[k] or ends):
                     if t_ns[held] - t_ns[set_in] >= hold_ns[v] - CLOCK_NS:
-                        found[count] = v, other, set_in, held + 1
+                        found[count] = v, other, set_in, held + 1 if held == k - 1 else held
                         strengths[count] = degree
                         count += 1
                     held = -1
@@ -130,7 +133,7 @@ def finish(
     for v in range(len(start)):
         held, set_in = marks[v, HELD], marks[v, SET_IN]
         if start[v] == WHILE and held >= 0 and t_ns[held] - t_ns[set_in] >= hold_ns[v] - CLOCK_NS:
-            found[count] = v, other, set_in, held + 1
+            found[count] = v, other, set_in, held + 1 if held == len(t_ns) - 1 else held
             strengths[count] = degrees[v]
             count += 1
     return count

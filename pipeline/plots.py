@@ -28,8 +28,8 @@ def memberships(terms: pl.DataFrame) -> Figure:
         margin = 0.15 * (high - low)
         for index, row in enumerate(rows.iter_rows(named=True)):
             a, b, c, d = (row[corner] for corner in "abcd")
-            left = [(low - margin, 1.0)] if a is None or b is None else [(a, 0.0), (b, 1.0)]
-            right = [(high + margin, 1.0)] if c is None or d is None else [(c, 1.0), (d, 0.0)]
+            left = [(low - margin, 1.0)] if a is None or b is None else [(a, float(a == b)), (b, 1.0)]
+            right = [(high + margin, 1.0)] if c is None or d is None else [(c, 1.0), (d, float(c == d))]
             x, y = zip(*left, *right, strict=True)
             axes.plot(x, y, color=COLOURS[index % len(COLOURS)], label=row["term"].lower())
         axes.set_xlabel(f"{variable} [{rows['unit'][0]}]")

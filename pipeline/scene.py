@@ -20,7 +20,10 @@ I32 = npt.NDArray[np.int32]
 I8 = npt.NDArray[np.int8]
 Flags = npt.NDArray[np.bool_]
 
-#: Below this share of the kind's speed scale a direction of motion is not known, m/s for VSSS.
+#: The ball's name as a team.
+BALL = BODIES[0]
+
+#: A body slower than this, times the kind's speed scale, has no direction of motion; m/s.
 STILL = 0.05
 
 @dataclass(frozen=True, slots=True)
@@ -101,10 +104,6 @@ def arrange(trajectories: pl.DataFrame, scales: Scales) -> Scene:
     )
 
 
-#: The ball's name as a team.
-BALL = BODIES[0]
-
-
 def _samples(frame: npt.NDArray[np.uint32]) -> tuple[I64, int]:
     """The place of each row's frame among the frames that occur, int64 [rows], and how many occur."""
     since = frame.astype(np.int64) - int(frame.min())
@@ -158,7 +157,6 @@ def _pose(
 
 
 
-
 @numba.njit(cache=True, nogil=True)
 def _ball(x: F64, y: F64, vx: F64, vy: F64, at: I64, segment: I32, still: float, out: F64) -> None:
     """Fill columns ``at`` [n] of ``out`` [5, T] with x, y, speed, and cos and sin of the direction of travel.
@@ -168,8 +166,9 @@ def _ball(x: F64, y: F64, vx: F64, vy: F64, at: I64, segment: I32, still: float,
     cos, sin = np.nan, np.nan
     for i in range(len(x)):
         k = at[i]
-        if i > 0 and np.any(segment[at[i - 1] + 1:k + 1] != segment[at[i - 1]]):
-            cos, sin = np.nan, np.nan
+        for j in range(at[i - 1] if i > 0 else k, k):
+            if segment[j + 1] != segment[j]:
+                cos, sin = np.nan, np.nan
         speed = np.sqrt(vx[i] * vx[i] + vy[i] * vy[i])
         if speed >= still:
             cos, sin = vx[i] / speed, vy[i] / speed

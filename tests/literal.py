@@ -252,7 +252,9 @@ class Robot:
                     runs.append([k])
         found = []
         for run in runs:
-            k0, k1 = run[0], run[-1] + 1
+            last = run[-1]
+            at_the_end = last + 1 == len(self.t) or self.piece[last + 1] != self.piece[last]
+            k0, k1 = run[0], last + at_the_end
             if self.t[run[-1]] - self.t[k0] < rule.hold_s * 1e9 - CLOCK:
                 continue
             degree = min(degrees.of(rule.initial, k) for k in run)

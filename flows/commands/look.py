@@ -7,15 +7,16 @@ from typing import Annotated
 
 import polars as pl
 from cyclopts import Parameter
-from pipeline.rulebook import rule_table, term_table
 
 from flows.catalog import refresh
 from flows.commands.common import Common, console, print_frame, print_json
 from pipeline import catalog
 from pipeline.errors import NotFound
 from pipeline.pitch import Kind, Pitch
+from pipeline.plots import memberships, png
 from pipeline.receipts import Receipt
 from pipeline.replay import page
+from pipeline.rulebook import rule_table, term_table
 from pipeline.store import Store
 from schemas import PUBLIC, Goals, Matches, Referee, Situations, Trajectories
 
@@ -31,8 +32,6 @@ def sql(
     common: Common = DEFAULTS,
 ) -> None:
     """Ask the catalogue in SQL (DuckDB's), read-only.
-
-    Example: pitchlore sql "select code, name, count(*) n from situations group by all order by n desc"
 
     Args:
         query: One statement.
@@ -63,19 +62,23 @@ def situations(
     *,
     kind: Kind = Kind.VSSS,
     terms: Annotated[bool, Parameter(negative=())] = False,
+    plot: Path | None = None,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
     """Print the rules of the 31 situations, or the fuzzy terms they are made of.
 
-    Example: pitchlore situations --terms --kind ssl
-
     Args:
         kind: The league whose distances and speeds are shown.
         terms: Print the terms' trapezoids instead of the rules.
+        plot: Draw the terms into this PNG file instead (the paper's Figure 1, reconstructed).
         json: Print JSON.
         common: Options of every command.
     """
+    if plot is not None:
+        common.store.write_bytes(plot, png(memberships(term_table(kind))))
+        console().print(f"{plot}: membership functions of {kind.value}", soft_wrap=True)
+        return
     frame = term_table(kind) if terms else rule_table()
     if json:
         print_json(frame.to_dicts())
@@ -88,8 +91,6 @@ def replay(
     common: Common = DEFAULTS,
 ) -> None:
     """Write a match as one web page: the pitch, the situations, the goals; no network needed.
-
-    Example: pitchlore replay rsim-vss-3v3
 
     Args:
         match: The match's id, or the beginning of it.

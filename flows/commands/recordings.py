@@ -32,8 +32,6 @@ def import_files(
 ) -> None:
     """Import recordings: tracking tables (Parquet, CSV), RoboCup 2D logs (.rcg), our own logs (.mcap).
 
-    Example: pitchlore import derby.csv --map our-camera.toml
-
     Args:
         files: Recordings of any supported format, told by their content.
         mapping: A TOML file that names a tracking table's columns, units, axes and teams.
@@ -63,8 +61,6 @@ def run(
 ) -> None:
     """Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.
 
-    Example: pitchlore run --settings club.toml
-
     Args:
         settings: A TOML file with the settings that differ from the defaults.
         train: Whether to train a policy when the knowledge is new.
@@ -84,8 +80,6 @@ def run(
 
 def train(*, settings: Path | None = None, json: Json = False, common: Common = DEFAULTS) -> None:
     """Train the next policy version on the newest knowledge.
-
-    Example: pitchlore train --settings longer.toml
 
     Args:
         settings: A TOML file with the settings that differ from the defaults.
@@ -108,8 +102,6 @@ def train(*, settings: Path | None = None, json: Json = False, common: Common = 
 
 def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Common = DEFAULTS) -> None:
     """Stay and run everything new on a schedule; needs a Prefect server (PREFECT_API_URL).
-
-    Example: pitchlore serve --cron "0 6 * * 1"
 
     Args:
         cron: When to run, as minute, hour, day of month, month, day of week.

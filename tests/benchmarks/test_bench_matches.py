@@ -5,7 +5,7 @@ import io
 import numpy as np
 import pytest
 import zstandard
-from mcap.reader import NonSeekingReader
+from mcap.reader import make_reader
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
@@ -64,12 +64,11 @@ def ours_read(data, chunks):
 
 
 def mcap_and_mcap_ros2(data, chunks):
-    reader = NonSeekingReader(io.BytesIO(data), True, [DecoderFactory()])
-    return sum(1 for _ in reader.iter_decoded_messages(log_time_order=False))
+    return sum(1 for _ in make_reader(io.BytesIO(data), True, [DecoderFactory()]).iter_decoded_messages())
 
 
 def mcap_iterator(data, chunks):
-    return sum(1 for _ in NonSeekingReader(io.BytesIO(data), True).iter_messages(log_time_order=False))
+    return sum(1 for _ in make_reader(io.BytesIO(data), True).iter_messages())
 
 
 def limit_zstd_and_copy(data, chunks):
@@ -103,15 +102,14 @@ def mcap_writer_of_ready_payloads(log, payloads, raw):
 
 
 def limit_zstd(log, payloads, raw):
-    compressor = zstandard.ZstdCompressor(level=1)
+    compressor = zstandard.ZstdCompressor(level=matches.LEVEL)
     return sum(len(compressor.compress(content)) for content in raw)
 
 
 @pytest.mark.benchmark(group="write a match log")
 @pytest.mark.parametrize("how", [ours_write, mcap_writer_of_ready_payloads, limit_zstd])
 def test_write(benchmark, how, log, data, chunks):
-    reader = NonSeekingReader(io.BytesIO(data))
-    payloads = [(m.log_time, m.data) for _, _, m in reader.iter_messages(log_time_order=False)]
+    payloads = [(m.log_time, m.data) for _, _, m in make_reader(io.BytesIO(data)).iter_messages()]
     raw = [zstandard.decompress(chunk.data) for chunk in chunks]
     benchmark.extra_info.update(units=FRAMES, unit="messages")
     size = benchmark.pedantic(how, args=(log, payloads, raw), rounds=10, warmup_rounds=1)

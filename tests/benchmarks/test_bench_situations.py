@@ -1,0 +1,150 @@
+"""Situations: fuzzy conditions against scikit-fuzzy's two ways, and the whole recogniser.
+
+The rows are the signals of one robot in the recorded match; the conditions are those of all rules about
+the robot itself. scikit-fuzzy's control simulation gets them as its own rules, one consequent for all
+(it has no ``very``: such a condition goes without); its arithmetic way is `trapmf` and numpy's minimum.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import skfuzzy
+from recordings import RSIM, imported
+from skfuzzy import control
+
+from pipeline import conditions, fuzzy, signals
+from pipeline.conditions import And, Expression, Is, Not, Or, Very, execute, parse
+from pipeline.pitch import SCALES, Kind
+from pipeline.rulebook import compiled, variable_of
+from pipeline.rules import MACROS, RULES, Start
+from pipeline.scene import arrange
+from pipeline.settings import SituationSettings, TrajectorySettings
+from pipeline.situations import recognise
+from pipeline.trajectories import trajectories
+
+TERMS = fuzzy.terms(SCALES[Kind.VSSS])
+OWN = compiled(Kind.VSSS)["own"]
+TEXTS = [
+    text for place in OWN.places for rule in [RULES[place]]
+    for text in ([rule.initial] if rule.start == Start.WHILE else [rule.initial, rule.final])
+]
+EXPRESSIONS = [parse(text, MACROS) for text in TEXTS]
+BLOCK = 512
+
+
+@pytest.fixture(scope="module")
+def table():
+    return trajectories(imported(RSIM), TrajectorySettings())[0]
+
+
+@pytest.fixture(scope="module")
+def rows(table):
+    """Signals OWN of one robot, float64 [len(OWN), N]; no NaN, which the control simulation refuses."""
+    scene = arrange(table, SCALES[Kind.VSSS])
+    distances = signals.ball_distances(scene.poses, scene.ball)
+    near = signals.nearest_to_ball(distances, scene.team == 1, scene.ball)
+    n = len(scene.t_ns)
+    out = np.empty((len(signals.OWN), n))
+    signals.fill_own(np.ascontiguousarray(scene.poses[:, 0]), scene.ball, near, near, 0, n, -0.75, out)
+    return np.ascontiguousarray(out[:, ~np.isnan(out).any(axis=0)])
+
+
+@pytest.mark.benchmark(group=f"{len(EXPRESSIONS)} fuzzy conditions")
+def test_ours(benchmark, rows):
+    n = rows.shape[1] // BLOCK * BLOCK
+    registers = np.empty((OWN.code.registers, BLOCK))
+
+    def run():
+        for at in range(0, n, BLOCK):
+            registers[: len(rows)] = rows[:, at:at + BLOCK]
+            execute(OWN.code.steps, OWN.code.lines, registers, BLOCK)
+
+    run()
+    benchmark(run)
+    benchmark.extra_info |= {"units": n, "unit": "rows"}
+
+
+def degree(expression: Expression, rows: np.ndarray) -> np.ndarray:
+    """The same by scikit-fuzzy's memberships and numpy, with no sharing."""
+    match expression:
+        case Is(signal, term):
+            return fuzzy.membership(TERMS[variable_of(signal)][term], rows[signals.OWN.index(signal)])
+        case Not(operand):
+            return 1 - degree(operand, rows)
+        case Very(operand):
+            return degree(operand, rows) ** 2
+        case And(left, right):
+            return np.minimum(degree(left, rows), degree(right, rows))
+        case Or(left, right):
+            return np.maximum(degree(left, rows), degree(right, rows))
+
+
+@pytest.mark.benchmark(group=f"{len(EXPRESSIONS)} fuzzy conditions")
+def test_skfuzzy_trapmf_and_numpy(benchmark, rows):
+    some = rows[:, :2_000]
+    found = benchmark(lambda: [degree(expression, some) for expression in EXPRESSIONS])
+    benchmark.extra_info |= {"units": some.shape[1], "unit": "rows"}
+    code = conditions.compile_conditions(
+        EXPRESSIONS, signals.OWN, lambda signal, term: fuzzy.lines(TERMS[variable_of(signal)][term])
+    )
+    registers = np.empty((code.registers, some.shape[1]))
+    registers[: len(some)] = some
+    execute(code.steps, code.lines, registers, some.shape[1])
+    np.testing.assert_allclose(registers[code.outputs], found, atol=1e-9)
+
+
+def simulation() -> control.ControlSystemSimulation:
+    """Our conditions as scikit-fuzzy control rules."""
+    antecedents: dict[str, control.Antecedent] = {}
+    for signal in signals.OWN:
+        terms = TERMS[variable_of(signal)]
+        ends = [corner for term in terms.values() for corner in term if abs(corner) < fuzzy.FAR_OFF]
+        variable = control.Antecedent(np.linspace(min(ends) - 1, max(ends) + 1, 101), signal)
+        for name, term in terms.items():
+            variable[name] = skfuzzy.trapmf(variable.universe, term)
+        antecedents[signal] = variable
+    situation = control.Consequent(np.arange(len(EXPRESSIONS) + 2), "situation")
+
+    def term(expression: Expression):
+        match expression:
+            case Is(signal, name):
+                return antecedents[signal][name]
+            case Not(operand):
+                return ~term(operand)
+            case Very(operand):
+                return term(operand)
+            case And(left, right):
+                return term(left) & term(right)
+            case Or(left, right):
+                return term(left) | term(right)
+
+    rules = []
+    for place, expression in enumerate(EXPRESSIONS):
+        situation[str(place)] = skfuzzy.trimf(situation.universe, [place, place + 1, place + 2])
+        rules.append(control.Rule(term(expression), situation[str(place)]))
+    return control.ControlSystemSimulation(control.ControlSystem(rules))
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")  # scikit-fuzzy's use of this numpy
+@pytest.mark.benchmark(group=f"{len(EXPRESSIONS)} fuzzy conditions")
+def test_skfuzzy_control_with_arrays(benchmark, rows):
+    some = rows[:, 2_000:4_000]
+    asks = simulation()
+    used = {variable.label for variable in asks.ctrl.antecedents}
+
+    def run():
+        asks.reset()
+        asks.inputs({signal: row for signal, row in zip(signals.OWN, some, strict=True) if signal in used})
+        asks.compute()
+
+    benchmark.pedantic(run, rounds=3, warmup_rounds=1)
+    benchmark.extra_info |= {"units": some.shape[1], "unit": "rows"}
+
+
+@pytest.mark.benchmark(group="whole recogniser")
+def test_ours_whole(benchmark, table):
+    pitch, options = imported(RSIM).info.pitch, SituationSettings()
+    recognise(table, pitch, options)
+    benchmark.pedantic(recognise, (table, pitch, options), rounds=20)
+    benchmark.extra_info |= {"units": table.filter(table["team"] != "ball").height, "unit": "robot-samples"}

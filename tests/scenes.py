@@ -1,0 +1,100 @@
+"""Tiny hand-made matches: bodies on given paths, as tables of trajectories."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import polars as pl
+
+from schemas import ROLES, Trajectories
+
+Path = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+
+def stands(x: float, y: float, theta: float = 0.0) -> Path:
+    """A body that stays where it is."""
+    return goes((0.0, x, y, theta))
+
+
+def goes(*waypoints: tuple[float, float, float, float]) -> Path:
+    """A body that goes through (time, x, y, theta) in straight lines at constant speeds."""
+    times, *columns = np.array(waypoints).T
+    return lambda t: tuple(np.interp(t, times, column) for column in columns)
+
+
+def film(
+    bodies: Mapping[str, Path],
+    seconds: float,
+    *,
+    hz: float = 40.0,
+    roles: Mapping[str, str] | None = None,
+) -> pl.DataFrame:
+    """Rows of schema Trajectories.
+
+    Args:
+        bodies: 'ball', 'home-1', … and their paths.
+        seconds: from 0, exclusive.
+        hz: samples a second.
+        roles: of robots; by default by their distance to their own goal.
+    """
+    t = np.arange(round(seconds * hz)) / hz
+    places = {body: path(t) for body, path in bodies.items()}
+    rows = []
+    for body, (x, y, theta) in places.items():
+        team, _, robot = body.partition("-")
+        role: list[str | None] = [None] * len(t)
+        if team != "ball":
+            goal = -0.75 if team == "home" else 0.75
+            mine = np.hypot(x - goal, y)
+            ahead = sum(
+                (np.hypot(px - goal, py) < mine).astype(int)
+                for other, (px, py, _) in places.items() if other.startswith(team) and other != body
+            )
+            role = [ROLES[min(rank, 2)] for rank in np.broadcast_to(ahead, len(t))]
+            role = [(roles or {}).get(body, by_place) for by_place in role]
+        rows.append(pl.DataFrame({
+            "match_id": "scene", "frame": np.arange(len(t)), "t_ns": np.round(t * 1e9).astype(np.int64),
+            "team": team, "robot": int(robot) if robot else None, "role": role, "x": x, "y": y,
+            "theta": None if team == "ball" else np.angle(np.exp(1j * theta)),
+            "vx": np.gradient(x, t), "vy": np.gradient(y, t), "omega": None,
+            "segment": 0, "suspect": False, "turned": False,
+        }, schema_overrides=Trajectories.dtypes()).select(*Trajectories.dtypes()))
+    return pl.concat(rows).sort("team", "robot", "t_ns")
+
+
+def walk(seed: int, *, omnidirectional: bool = False) -> pl.DataFrame:
+    """A random match full of faults: irregular times, missing and suspect bodies, stops, unknown headings."""
+    rng = np.random.default_rng(seed)
+    samples = int(rng.integers(2, 70))
+    scale = float(rng.choice([0.01, 0.03, 0.12]))
+    t = np.cumsum(rng.uniform(0.5, 1.5, samples) * scale)
+    t_ns = np.round((t - t[0]) * 1e9).astype(np.int64)
+    stopped = rng.random(samples) < 0.02
+    segment = np.cumsum((rng.random(samples) < 0.03) | np.insert(stopped[:-1], 0, False))
+    home, away = rng.integers(0, 4, 2)
+    names = ["ball", *(f"home-{i}" for i in range(home)), *(f"away-{i}" for i in range(1, away + 1))]
+    rows = []
+    for name in names:
+        team, _, robot = name.partition("-")
+        turn = np.cumsum(rng.normal(0, 4, samples) * np.gradient(t)) + rng.uniform(-np.pi, np.pi)
+        speed = rng.choice([0.0, 0.3, 0.8]) * np.clip(rng.normal(1, 0.5) + np.cumsum(rng.normal(0, 0.2, samples)), -1, 1)
+        drift = rng.normal(0, 1, samples) if omnidirectional else 0
+        vx, vy = speed * np.cos(turn + drift), speed * np.sin(turn + drift)
+        x = np.clip(rng.uniform(-0.2, 0.2) + np.cumsum(vx * np.gradient(t)), -0.75, 0.75)
+        y = np.clip(rng.uniform(-0.2, 0.2) + np.cumsum(vy * np.gradient(t)), -0.65, 0.65)
+        robots = team != "ball"
+        table = pl.DataFrame({
+            "match_id": "walk", "frame": np.arange(samples), "t_ns": t_ns, "team": team,
+            "robot": int(robot) if robot else None,
+            "role": rng.choice(ROLES, samples) if robots else None, "x": x, "y": y,
+            "theta": np.angle(np.exp(1j * turn)) if robots else None, "vx": vx, "vy": vy, "omega": None,
+            "segment": segment, "suspect": rng.random(samples) < 0.03, "turned": False,
+        }, schema_overrides=Trajectories.dtypes()).select(*Trajectories.dtypes())
+        table = table.with_columns(
+            pl.when(pl.Series(stopped)).then(None).otherwise(pl.col("segment")).alias("segment"),
+            pl.when(pl.Series(rng.random(samples) < 0.03)).then(None).otherwise(pl.col("theta")).alias("theta"),
+            pl.when(pl.Series(rng.random(samples) < 0.03)).then(None).otherwise(pl.col("vx")).alias("vx"),
+        )
+        rows.append(table.filter(pl.Series(rng.random(samples) >= rng.choice([0, 0, 0.02, 0.3]))))
+    return pl.concat(rows).sort("team", "robot", "t_ns")

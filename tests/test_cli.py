@@ -1,0 +1,250 @@
+"""The command line: exit codes, one-line errors, output for people and for programs."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+
+import pytest
+from conftest import ROOT, clip
+
+from flows.cli import main
+from pipeline.pitch import Kind
+from pipeline.store import Store
+from schemas import PUBLIC
+
+
+@pytest.fixture
+def call(capsys, monkeypatch):
+    """Call `pitchlore …`; exit code, standard output, standard error."""
+    monkeypatch.setenv("COLUMNS", "250")
+
+    def run(*words: str) -> tuple[int, str, str]:
+        try:
+            main([str(word) for word in words])
+            code = 0
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        said = capsys.readouterr()
+        return code, said.out, said.err
+
+    return run
+
+
+@pytest.fixture
+def copied(finished, tmp_path):
+    return shutil.copytree(finished, tmp_path / "data")
+
+
+def test_help_has_an_example_for_every_command(call):
+    code, out, _ = call("--help")
+    assert code == 0
+    for command in ("import", "run", "train", "kb", "sql", "situations", "replay", "serve"):
+        assert command in out
+        if command != "kb":
+            assert f"Example: pitchlore {command}" in call(command, "--help")[1]
+    for command in ("list", "show", "diff", "verify"):
+        assert f"Example: pitchlore kb {command}" in call("kb", command, "--help")[1]
+
+
+def test_sql_for_people_and_for_programs(call, finished):
+    query = "select code, name, count(*) n from situations group by all order by n desc, code limit 3"
+    code, out, _ = call("sql", query, "--data", finished)
+    assert code == 0
+    assert "3 rows" in out
+    code, out, _ = call("sql", query, "--json", "--data", finished)
+    rows = json.loads(out)
+    assert code == 0
+    assert len(rows) == 3
+    assert rows[0]["n"] >= rows[1]["n"] >= rows[2]["n"] > 0
+    assert set(rows[0]) == {"code", "name", "n"}
+
+
+def test_sql_binds_parameters(call, finished):
+    _, out, _ = call("sql", "select count(*) n from situations where team = ? and code = ?::int", "home", "184",
+                     "--json", "--data", finished)
+    assert json.loads(out)[0]["n"] > 0
+
+
+def test_sql_lists_tables_and_columns(call, tmp_path):
+    _, out, _ = call("sql", "--tables", "--json", "--data", tmp_path)
+    listed = {(row["table"], row["column"]) for row in json.loads(out)}
+    assert listed == {(name, column) for name, schema in PUBLIC.items() for column in schema.dtypes()}
+
+
+@pytest.mark.parametrize(("query", "said"), [
+    ("selec 1", "Parser Error"),
+    ("select * from situation", "situation"),
+    ("select * from read_csv('/etc/passwd')", "disabled"),
+])
+def test_a_refused_query_is_one_line(call, finished, query, said):
+    code, out, err = call("sql", query, "--data", finished)
+    assert code == 1
+    assert out == ""
+    assert err.count("\n") == 1
+    assert err.startswith("pitchlore: ")
+    assert said in err
+    assert "--tables" in err
+
+
+def test_situations_prints_the_rules_and_the_terms(call):
+    code, out, _ = call("situations", "--json")
+    rules = json.loads(out)
+    assert code == 0
+    assert {int(rule["code"]) for rule in rules} >= {1, 11, 21, 22, 23, 33, 34, 44, 45, 46, 47, 57, 184}
+    assert len({int(rule["code"]) for rule in rules}) == 32
+    contact = {}
+    for kind in Kind:
+        _, out, _ = call("situations", "--terms", "--json", "--kind", kind.name)
+        terms = json.loads(out)
+        assert len({term["variable"] for term in terms}) == 5
+        contact[kind] = next(t["d"] for t in terms if t["term"].upper() == "CONTACT")
+    assert contact[Kind.VSSS] == pytest.approx(0.085)
+    assert contact[Kind.VSSS] < contact[Kind.SSL] < contact[Kind.SIM2D]
+    assert "Robot kicks the ball" in call("situations")[1]
+
+
+def test_terms_can_be_plotted(call, tmp_path):
+    code, out, _ = call("situations", "--terms", "--plot", tmp_path / "terms.png")
+    assert code == 0
+    assert "terms.png" in out
+    assert (tmp_path / "terms.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_kb_lists_shows_and_compares(call, copied):
+    _, out, _ = call("kb", "list", "--json", "--data", copied)
+    (version,) = json.loads(out)
+    assert version["version"] == 1
+    assert version["parent"] is None
+    _, out, _ = call("kb", "show", "1", "--json", "--data", copied)
+    assert len(json.loads(out)["behaviours"]) == version["behaviours"] > 0
+    assert "same behaviours" in call("kb", "diff", "1", "1", "--data", copied)[1]
+    code, _, err = call("kb", "show", "7", "--data", copied)
+    assert code == 1
+    assert "no version 7 (there are: 1)" in err
+
+
+def test_kb_verify_finds_a_flipped_bit(call, copied):
+    assert call("kb", "verify", "--data", copied)[0] == 0
+    path = Store(copied).version_folder("knowledge", 1) / "occasions.parquet"
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    code, out, _ = call("kb", "verify", "--data", copied)
+    assert code == 1
+    assert "occasions.parquet" in out
+    assert "SHA-256" in out
+
+
+def test_kb_without_knowledge_says_what_to_do(call, tmp_path):
+    assert "pitchlore run" in call("kb", "list", "--data", tmp_path)[1]
+    code, _, err = call("kb", "show", "--data", tmp_path)
+    assert code == 1
+    assert "Run `pitchlore run` first" in err
+
+
+def test_replay_writes_one_page(call, copied):
+    code, out, _ = call("replay", "early", "--data", copied)
+    assert code == 0
+    page = next((copied / "replays").glob("early-*.html"))
+    assert str(page) in out
+    text = page.read_text(encoding="utf-8")
+    assert text.lower().startswith("<!doctype html>")
+    assert "http://" not in text.replace("http://www.w3.org", "")
+    code, _, err = call("replay", "nobody", "--data", copied)
+    assert code == 1
+    assert "there is no such match (there are: early-" in err
+
+
+@pytest.mark.usefixtures("prefect_server")
+def test_import_run_and_train(call, tmp_path):
+    recording = tmp_path / "derby.csv"
+    clip(0.0, 40.0).write_csv(recording)
+    data = tmp_path / "data"
+    code, out, _ = call("import", recording, "--json", "--data", data)
+    assert code == 0
+    (name,) = json.loads(out)["made"]
+    assert name.startswith("derby-")
+    code, out, _ = call("run", "--data", data)
+    assert code == 0
+    assert "knowledge version 1 (new)" in out
+    assert "policy version 1 (new)" in out
+    code, out, _ = call("run", "--data", data)
+    assert code == 0
+    assert "nothing was recomputed" in out
+    settings = tmp_path / "club.toml"
+    settings.write_text("[policies]\nsweeps = 3\n")
+    assert "policy version 2 trained" in call("train", "--settings", settings, "--data", data)[1]
+    assert "has not learned" in call("train", "--settings", settings, "--data", data)[1]
+
+
+@pytest.mark.usefixtures("prefect_server")
+def test_import_names_what_it_cannot_take_and_goes_on(call, tmp_path):
+    good, bad = tmp_path / "good.csv", tmp_path / "notes.txt"
+    clip(0.0, 10.0).write_csv(good)
+    bad.write_text("dear diary")
+    code, out, _ = call("import", bad, good, tmp_path / "gone.csv", "--data", tmp_path / "data")
+    assert code == 1
+    assert "1 imported, 0 already here, 2 in quarantine" in out
+    assert "notes.txt" in out
+    assert "gone.csv" in out
+
+
+@pytest.mark.usefixtures("prefect_server")
+def test_train_without_knowledge_says_what_to_do(call, tmp_path):
+    code, _, err = call("train", "--data", tmp_path)
+    assert code == 1
+    assert "there is no knowledge to train on. Import recordings" in err
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    ("policies = 3", "policies"),
+    ("[policies]\nsweep = 3", "policies.sweep: extra inputs are not permitted"),
+    ("[policies]\nsweeps = 0", "policies.sweeps: input should be greater than or equal to 1"),
+    ("[policies\n", "is not TOML"),
+])
+def test_bad_settings_name_the_key(call, tmp_path, text, said):
+    path = tmp_path / "s.toml"
+    path.write_text(text)
+    code, _, err = call("run", "--settings", path, "--data", tmp_path)
+    assert code == 1
+    assert said in err
+    assert str(path) in err
+
+
+def test_no_traceback_without_debug(call, tmp_path, monkeypatch):
+    monkeypatch.setattr(Store, "versions", lambda *_: 1 / 0)
+    code, _, err = call("kb", "list", "--data", tmp_path)
+    assert code == 1
+    assert err == ("pitchlore: Unexpected ZeroDivisionError: division by zero. "
+                   "Run again with --debug and report what it says.\n")
+    assert "Traceback" in call("kb", "list", "--data", tmp_path, "--debug")[2]
+
+
+def test_the_data_folder_can_come_from_the_environment(finished):
+    done = subprocess.run(
+        [sys.executable, "-c", "from flows.cli import main; main()", "kb", "list", "--json"],
+        env={**os.environ, "PITCHLORE_DATA": str(finished)}, capture_output=True, text=True, check=True,
+    )
+    assert json.loads(done.stdout)[0]["version"] == 1
+
+
+def test_looking_does_not_load_prefect(finished):
+    script = ("import sys; from flows.cli import main\n"
+              "try: main(['sql', 'select 1'])\nexcept SystemExit: pass\n"
+              "assert 'prefect' not in sys.modules, 'slow start'")
+    subprocess.run([sys.executable, "-c", script], env={**os.environ, "PITCHLORE_DATA": str(finished)},
+                   check=True, capture_output=True)
+
+
+def test_every_lock_line_is_pinned_and_names_no_registry():
+    lock = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+    assert "://" not in lock
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["dependencies"]
+    for requirement in declared:
+        name = requirement.split(">")[0].split("<")[0].split("=")[0].split("[")[0].strip().lower()
+        assert f"\n{name}==" in f"\n{lock}" or f"\n{name}[" in f"\n{lock}", name

@@ -1,0 +1,170 @@
+"""The fuzzy language: its terms are scikit-fuzzy's, its conditions mean what they say."""
+
+from __future__ import annotations
+
+from math import isnan, pi, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline import fuzzy, signals
+from pipeline.conditions import compile_conditions, execute, parse
+from pipeline.errors import BadSettings
+from pipeline.fuzzy import Trapezoid, Variable
+from pipeline.pitch import SCALES, Kind
+from pipeline.rulebook import variable_of
+from pipeline.rules import MACROS, RULES
+
+ALL_TERMS = [
+    pytest.param(term, domain, id=f"{kind} {variable} {name}")
+    for kind in Kind
+    for variable, terms in fuzzy.terms(SCALES[kind]).items()
+    for domain in [{
+        Variable.DISTANCE: (0, 200), Variable.ORIENTATION: (0, pi), Variable.BEARING: (0, pi),
+        Variable.PLAYING_TIME: (0, 600), Variable.VELOCITY: (-40, 40),
+    }[variable]]
+    for name, term in terms.items()
+]
+
+
+def run(text: str, values: dict[str, list[float]], terms: dict[str, Trapezoid], macros=None) -> np.ndarray:
+    """Degrees of one condition by the compiled code."""
+    code = compile_conditions([parse(text, macros or {})], list(values), lambda _, term: fuzzy.lines(terms[term]))
+    n = len(next(iter(values.values())))
+    registers = np.empty((code.registers, n))
+    registers[: len(values)] = list(values.values())
+    execute(code.steps, code.lines, registers, n)
+    return registers[code.outputs[0]]
+
+
+LOW, HIGH = Trapezoid(0, 0, 1, 3), Trapezoid(1, 3, fuzzy.FAR_OFF, fuzzy.FAR_OFF)
+
+
+class TestTerms:
+    @pytest.mark.parametrize(("term", "domain"), ALL_TERMS)
+    def test_fast_is_scikit_fuzzys(self, term, domain):
+        rng = np.random.default_rng(0)
+        corners = np.array([c for c in term if abs(c) < fuzzy.FAR_OFF])
+        near = (corners[:, None] + np.array([-1e-3, -1e-9, 0, 1e-9, 1e-3])).ravel()
+        x = np.concatenate([rng.uniform(*domain, 2_000), np.clip(near, *domain), domain])
+        fast = run("x is T", {"x": list(x)}, {"T": term})
+        np.testing.assert_allclose(fast, fuzzy.membership(term, x), rtol=0, atol=1e-9)
+
+    @pytest.mark.parametrize("kind", list(Kind))
+    def test_neighbours_sum_to_one(self, kind):
+        for terms in fuzzy.terms(SCALES[kind]).values():
+            corners = np.unique([c for term in terms.values() for c in term if abs(c) < fuzzy.FAR_OFF])
+            x = np.linspace(corners[0], corners[-1], 5_001)
+            np.testing.assert_allclose(sum(fuzzy.membership(term, x) for term in terms.values()), 1, atol=1e-9)
+
+    def test_small_leagues_numbers(self):
+        terms = fuzzy.terms(SCALES[Kind.VSSS])
+        expected = {
+            "CONTACT": (0, 0, 0.070, 0.085), "CLOSE": (0.070, 0.085, 0.15, 0.25), "NEAR": (0.15, 0.25, 0.35, 0.55),
+            "FAR": (0.35, 0.55, 0.75, 0.95), "VERY_FAR": (0.75, 0.95, fuzzy.FAR_OFF, fuzzy.FAR_OFF),
+        }
+        for name, corners in expected.items():
+            assert terms[Variable.DISTANCE][name] == pytest.approx(corners)
+        assert terms[Variable.VELOCITY]["FASTER"] == pytest.approx((0.05, 0.10, 0.40, 0.60))
+        assert terms[Variable.VELOCITY]["SLOWER"] == pytest.approx((-0.60, -0.40, -0.10, -0.05))
+
+    @pytest.mark.parametrize("kind", list(Kind))
+    def test_crossings_are_the_scales(self, kind):
+        scales, terms = SCALES[kind], fuzzy.terms(SCALES[kind])[Variable.DISTANCE]
+        crossings = [fuzzy.crossings(term) for term in terms.values()]
+        ends = [scales.contact, scales.close, scales.near, scales.far]
+        assert [falls for _, falls in crossings] == pytest.approx([*ends, None])
+        assert [rises for rises, _ in crossings] == pytest.approx([None, *ends])
+
+    def test_unknown_stays_unknown(self):
+        assert isnan(fuzzy.membership(LOW, np.nan)[()])
+        np.testing.assert_array_equal(fuzzy.membership(LOW, [[0.5, np.nan]]), [[1.0, np.nan]])
+
+    def test_likeliest(self):
+        times = fuzzy.terms(SCALES[Kind.VSSS])[Variable.PLAYING_TIME]
+        assert [fuzzy.likeliest(times, x) for x in (0.02, 0.2, 0.7, 9.0)] == ["INSTANT", "SHORT", "MEDIUM", "LONG"]
+
+
+class TestConditions:
+    TERMS = {"LOW": LOW, "HIGH": HIGH}
+
+    def degrees(self, text: str, **values: float) -> float:
+        return float(run(text, {name: [x] for name, x in values.items()}, self.TERMS, {"both": "x is LOW and y is LOW"})[0])
+
+    def test_operators_are_zadehs(self):
+        # x = 2.5 is LOW to 1/4 and HIGH to 3/4, y = 1.5 is LOW to 3/4 and HIGH to 1/4
+        assert self.degrees("x is LOW and y is LOW", x=2.5, y=1.5) == 0.25
+        assert self.degrees("x is LOW or y is LOW", x=2.5, y=1.5) == 0.75
+        assert self.degrees("not x is LOW", x=2.5) == 0.75
+        assert self.degrees("very(y is LOW)", y=1.5) == 0.5625
+        assert self.degrees("x is (LOW or HIGH)", x=2.5) == 0.75
+        assert self.degrees("both", x=2.5, y=1.5) == 0.25
+        assert self.degrees("not both or y is HIGH and x is LOW", x=2.5, y=1.5) == 0.75
+
+    @pytest.mark.parametrize("text", [
+        "x is LOW", "not x is LOW", "very(x is LOW)", "x is LOW and y is LOW", "y is LOW and x is LOW",
+        "x is LOW or y is LOW", "y is LOW or x is LOW", "not (x is LOW and y is HIGH) or y is LOW",
+    ])
+    def test_unknown_is_infectious(self, text):
+        assert isnan(self.degrees(text, x=np.nan, y=0.0))
+        assert isnan(self.degrees(text, x=np.nan, y=9.0))
+
+    @pytest.mark.parametrize(("text", "complaint"), [
+        ("x is", "cannot be read"), ("nobody", "not a macro"), ("x == LOW", "grammar"), ("x is not LOW", "grammar"),
+        ("x is LOW if y else z", "grammar"), ("__import__('os')", "grammar"), ("very(x is LOW, 2)", "grammar"),
+        ("x is (LOW and HIGH)", "neither a term nor"), ("x is 3", "neither a term nor"), ("loop", "made of itself"),
+        ("x.y is LOW", "grammar"),
+    ])
+    def test_only_the_grammar(self, text, complaint):
+        with pytest.raises(BadSettings, match=complaint):
+            parse(text, {"loop": "x is LOW or loop"})
+
+    def test_unknown_signal(self):
+        with pytest.raises(BadSettings, match="ball_speeed is not a signal"):
+            compile_conditions([parse("ball_speeed is LOW", {})], ["ball_speed"], lambda *_: fuzzy.lines(LOW))
+
+    def test_common_parts_are_computed_once(self):
+        one = compile_conditions([parse("x is LOW and y is HIGH", {})], ["x", "y"], lambda _, t: fuzzy.lines(self.TERMS[t]))
+        two = compile_conditions(
+            [parse("x is LOW and y is HIGH", {}), parse("not (x is LOW and y is HIGH)", {})], ["x", "y"],
+            lambda _, t: fuzzy.lines(self.TERMS[t]),
+        )
+        assert len(two.steps) == len(one.steps) + 1
+
+    @given(st.lists(st.floats(-10, 10) | st.just(np.nan), min_size=1, max_size=40))
+    def test_degrees_are_degrees(self, x):
+        found = run("not very(x is LOW) or x is HIGH", {"x": x}, self.TERMS)
+        assert np.array_equal(np.isnan(found), np.isnan(x))
+        assert ((found >= 0) & (found <= 1) | np.isnan(found)).all()
+
+    def test_every_rule_speaks_of_known_signals_and_terms(self):
+        terms = fuzzy.terms(SCALES[Kind.VSSS])
+        names = list(dict.fromkeys(signals.OWN + signals.OTHER))
+        texts = [text for rule in RULES for text in (rule.initial, rule.final) if text]
+        code = compile_conditions(
+            [parse(text, MACROS) for text in texts], names, lambda s, t: fuzzy.lines(terms[variable_of(s)][t])
+        )
+        assert len(code.outputs) == len(texts)
+
+
+class TestAngles:
+    DIRECTION = st.floats(-1e3, 1e3).filter(lambda x: x == 0 or abs(x) > 1e-6)
+
+    @given(DIRECTION, DIRECTION, DIRECTION, DIRECTION)
+    def test_between(self, ax, ay, bx, by):
+        found = signals.between(ax, ay, bx, by)
+        if (ax == ay == 0) or (bx == by == 0):
+            assert isnan(found)
+        else:
+            assert found == pytest.approx(np.arctan2(abs(ax * by - ay * bx), ax * bx + ay * by), abs=1e-15)
+            assert 0 <= found <= pi
+
+    def test_well_known_angles(self):
+        for degrees in range(0, 181, 15):
+            turn = np.deg2rad(degrees)
+            assert signals.between(1.0, 0.0, np.cos(turn), np.sin(turn)) == pytest.approx(turn, abs=2e-16 * 8)
+        assert signals.between(1.0, 1.0, -1.0, 1.0) == pi / 2
+        assert signals.between(1.0, 0.0, sqrt(2), -sqrt(2)) == pytest.approx(pi / 4)
+        assert isnan(signals.between(np.nan, 0.0, 1.0, 0.0))

@@ -1,0 +1,466 @@
+"""Situations: the right code at the right time, and nothing a user could not rely on."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from literal import Found, recognise_literally
+from polars.testing import assert_frame_equal
+from recordings import INSPER, RCSS, RSIM, SSL, imported
+from scenes import film, goes, stands, walk
+
+from pipeline.errors import SchemaMismatch
+from pipeline.pitch import PITCHES, Kind, Pitch
+from pipeline.rules import RULES, TABLE_1, Start
+from pipeline.settings import SituationSettings, TrajectorySettings
+from pipeline.situations import recognise, rule_table, term_table
+from pipeline.trajectories import trajectories
+from schemas import Situations
+
+VSSS = PITCHES[Kind.VSSS]
+DEFAULT = SituationSettings()
+SAMPLE_S = 1 / 40
+
+#: A striker drives up the halfway line towards a robot at (0, 0.5), or away from it; the goals are abeam.
+TO, FRO = goes((0, 0, -0.3, pi / 2), (1, 0, 0.2, pi / 2)), goes((0, 0, 0.4, -pi / 2), (1, 0, -0.1, -pi / 2))
+THERE = stands(0, 0.5)
+
+#: What happens, for how long; the code, target and time range (s) of robot home-1's situation.
+SCENES = {
+    "has a resting ball": (
+        {"ball": stands(0.06, 0), "home-1": stands(0, 0)}, 1.0, 1, "ball", 0.0, 1.0,
+    ),
+    "guides the ball": (
+        {"ball": goes((0, -0.24, 0, 0), (1, 0.06, 0, 0)), "home-1": goes((0, -0.3, 0, 0), (1, 0, 0, 0))},
+        1.0, 11, "ball", 0.15, 1.0,
+    ),
+    "kicks the ball it pushes": (
+        {
+            "ball": goes((0, -0.24, 0, 0), (0.5, -0.09, 0, 0), (1, 0.41, 0, 0)),
+            "home-1": goes((0, -0.3, 0, 0), (1, 0, 0, 0)),
+        },
+        1.0, 21, "ball", 0.5, 0.55,
+    ),
+    "kicks the ball with its side": (
+        {"ball": goes((0, 0, 0.06, 0), (0.5, 0, 0.06, 0), (0.9, 0, 0.46, 0)), "home-1": stands(0, 0)},
+        0.9, 21, "ball", 0.475, 0.525,
+    ),
+    "loses the ball": (
+        {
+            "ball": goes((0, 0.06, 0, 0), (0.5, 0.06, 0, 0), (1.2, 0.30, 0, 0)),
+            "home-1": stands(0, 0), "away-1": stands(0.36, 0, pi),
+        },
+        1.2, 22, "ball", 0.525, 1.15,
+    ),
+    "yields the ball": (
+        {
+            "ball": goes((0, 0.06, 0, 0), (0.5, 0.06, 0, 0), (1.2, 0.30, 0, 0)),
+            "home-1": stands(0, 0), "home-2": stands(0.36, 0, pi),
+        },
+        1.2, 23, "ball", 0.525, 1.15,
+    ),
+    "leaves the ball, reversing": (
+        {"ball": stands(0.06, 0), "home-1": goes((0, 0, 0, 0), (0.5, 0, 0, 0), (0.9, -0.16, 0, 0))},
+        0.9, 33, "ball", 0.525, 0.55,
+    ),
+    "moves away from the ball": (
+        {"ball": stands(-0.1, 0), "home-1": goes((0, 0, 0, 0), (0.8, 0.4, 0, 0))}, 0.8, 34, "ball", 0.0, 0.7,
+    ),
+    "moves away from the ball, reversing": (
+        {"ball": stands(-0.1, 0), "home-1": goes((0, 0, 0, pi), (0.8, 0.4, 0, pi))}, 0.8, 34, "ball", 0.0, 0.7,
+    ),
+    "reaches the ball": (
+        {"ball": stands(0.4, 0), "home-1": goes((0, 0, 0, 0), (0.68, 0.34, 0, 0))}, 0.68, 44, "ball", 0.0, 0.65,
+    ),
+    "receives the ball": (
+        {"ball": goes((0, 0.5, 0, 0), (0.88, 0.06, 0, 0)), "home-1": stands(0, 0)}, 0.88, 45, "ball", 0.1, 0.85,
+    ),
+    "approaches the ball": (
+        {"ball": stands(0.3, 0), "home-1": goes((0, -0.3, 0, 0), (0.6, 0, 0, 0))}, 0.6, 46, "ball", 0.0, 0.3,
+    ),
+    "is hit by the ball": (
+        {"ball": goes((0, 0.5, 0, 0), (0.88, 0.06, 0, 0)), "home-1": stands(0, 0, pi / 2)},
+        0.88, 47, "ball", 0.1, 0.85,
+    ),
+    "backs into the ball": (
+        {"ball": stands(0.2, 0), "home-1": goes((0, 0, 0, pi / 2), (0.8, 0.14, 0, pi / 2))},
+        0.8, 47, "ball", 0.675, 0.7,
+    ),
+    "turns to the ball": (
+        {"ball": stands(0, 0.5), "home-1": goes((0, 0, 0, -pi / 2), (1, 0, 0, pi / 2))},
+        1.0, 57, "ball", 0.775, 0.875,
+    ),
+    "drives level with the ball along the pitch": (
+        {"ball": stands(0.1, 0.2), "home-1": goes((0, -0.4, -0.4, 0), (1, 0.1, -0.4, 0))},
+        1.0, 67, "ball", 0.0, 0.85,
+    ),
+    "drives level with the ball across the pitch": (
+        {"ball": stands(0.3, 0.2), "home-1": goes((0, -0.2, -0.3, pi / 2), (1, -0.2, 0.2, pi / 2))},
+        1.0, 68, "ball", 0.0, 0.85,
+    ),
+    "turns to its own goal": (
+        {"home-1": goes((0, 0, 0, 0), (1, 0, 0, pi))}, 1.0, 78, "own-goal", 0.775, 0.875,
+    ),
+    "approaches its own goal": (
+        {"home-1": goes((0, 0.2, 0, pi), (1.2, -0.4, 0, pi))}, 1.2, 88, "own-goal", 0.0, 1.0,
+    ),
+    "moves away from its own goal": (
+        {"home-1": goes((0, -0.65, 0, 0), (0.8, -0.25, 0, 0))}, 0.8, 98, "own-goal", 0.0, 0.7,
+    ),
+    "turns to the adversary's goal": (
+        {"home-1": goes((0, 0, 0, pi), (1, 0, 0, 0))}, 1.0, 108, "adversary-goal", 0.775, 0.875,
+    ),
+    "approaches the adversary's goal": (
+        {"home-1": goes((0, 0, 0, 0), (0.8, 0.4, 0, 0))}, 0.8, 118, "adversary-goal", 0.0, 0.6,
+    ),
+    "moves away from the adversary's goal": (
+        {"home-1": goes((0, 0.65, 0, pi), (0.8, 0.25, 0, pi))}, 0.8, 128, "adversary-goal", 0.0, 0.7,
+    ),
+    "stands": ({"home-1": stands(0.1, 0.3)}, 1.0, 184, None, 0.0, 1.0),
+    "wanders": ({"home-1": goes((0, 0, -0.1, pi / 2), (1, 0, 0.1, pi / 2))}, 1.0, 194, None, 0.0, 1.0),
+}
+
+
+def found_by(table: pl.DataFrame, *, team: str = "home", robot: int = 1) -> pl.DataFrame:
+    """One robot's situations."""
+    situations = Situations.validate(recognise(table, VSSS, DEFAULT))
+    return situations.filter((pl.col("team") == team) & (pl.col("robot") == robot))
+
+
+def check(table: pl.DataFrame, code: int, target: str | None, start_s: float, end_s: float) -> None:
+    """Exactly one situation of the code, there (to a sample)."""
+    rows = found_by(table).filter(pl.col("code") == code)
+    assert rows.height == 1, found_by(table)["code"].to_list()
+    row = rows.row(0, named=True)
+    assert row["target"] == target
+    assert row["name"] == TABLE_1[code][0]
+    assert row["start_ns"] / 1e9 == pytest.approx(start_s, abs=1.01 * SAMPLE_S)
+    assert row["end_ns"] / 1e9 == pytest.approx(end_s, abs=1.01 * SAMPLE_S)
+    assert (row["strength"] is None) if code == 194 else row["strength"] >= 0.5 - 1e-6
+
+
+class TestScenes:
+    @pytest.mark.parametrize("name", SCENES)
+    def test_scene(self, name):
+        bodies, seconds, code, target, start_s, end_s = SCENES[name]
+        check(film(bodies, seconds), code, target, start_s, end_s)
+
+    @pytest.mark.parametrize(("role", "approaches", "leaves"), [
+        ("goalkeeper", 138, 150), ("midfield", 139, 151), ("striker", 140, 152),
+    ])
+    def test_opponent_by_its_role(self, role, approaches, leaves):
+        roles = {"away-4": role}
+        check(film({"home-1": TO, "away-4": THERE}, 1.0, roles=roles), approaches, "away-4", 0.0, 0.7)
+        check(film({"home-1": FRO, "away-4": THERE}, 1.0, roles=roles), leaves, "away-4", 0.0, 0.7)
+
+    @pytest.mark.parametrize(("mine", "theirs", "approaches", "leaves"), [
+        ("goalkeeper", "midfield", 162, 173), ("midfield", "striker", 162, 173), ("striker", "goalkeeper", 162, 173),
+        ("goalkeeper", "striker", 163, 174), ("midfield", "goalkeeper", 163, 174), ("striker", "midfield", 163, 174),
+    ])
+    def test_teammate_by_the_circle_of_roles(self, mine, theirs, approaches, leaves):
+        roles = {"home-1": mine, "home-2": theirs}
+        check(film({"home-1": TO, "home-2": THERE}, 1.0, roles=roles), approaches, "home-2", 0.0, 0.7)
+        check(film({"home-1": FRO, "home-2": THERE}, 1.0, roles=roles), leaves, "home-2", 0.0, 0.7)
+
+    def test_teammate_of_the_same_role_is_nobody(self):
+        roles = {"home-1": "midfield", "home-2": "midfield"}
+        assert found_by(film({"home-1": TO, "home-2": THERE}, 1.0, roles=roles))["code"].unique().to_list() == [194]
+
+    def test_every_code_has_a_scene(self):
+        shown = {scene[2] for scene in SCENES.values()} | {138, 139, 140, 150, 151, 152, 162, 163, 173, 174}
+        assert shown == set(TABLE_1)
+
+    def test_possession_reads_reaches_with_guides_kicks(self):
+        table = film({
+            "ball": goes((0, 0, 0, 0), (0.5, 0, 0, 0), (1.1, 0.24, 0, 0), (1.6, 0.74, 0, 0)),
+            "home-1": goes((0, -0.26, 0, 0), (0.5, -0.06, 0, 0), (1.1, 0.18, 0, 0), (1.6, 0.38, 0, 0)),
+        }, 1.6)
+        assert found_by(table)["code"].to_list()[:4] == [44, 1, 11, 21]
+
+
+class TestMeaning:
+    def test_role_is_the_one_at_the_start(self):
+        table = film({"home-1": stands(0.1, 0.3)}, 1.0).with_columns(
+            role=pl.when(pl.col("frame") < 10).then(pl.lit("striker")).otherwise(pl.lit("midfield")).cast(
+                pl.Enum(["goalkeeper", "midfield", "striker"])
+            )
+        )
+        assert found_by(table)["role"].to_list() == ["striker"]
+
+    def test_long_rest_is_cut_evenly(self):
+        rows = found_by(film({"home-1": stands(0.1, 0.3)}, 5.0))
+        lasts = (rows["end_ns"] - rows["start_ns"]) / 1e9
+        assert rows["code"].to_list() == [184] * 3
+        assert lasts.to_list() == pytest.approx([5 / 3] * 3, abs=SAMPLE_S)
+
+    def test_flicker_does_not_end_a_rest(self):
+        table = film({"home-1": stands(0.1, 0.3)}, 1.0)
+        jerk = table.with_columns(vx=pl.when(pl.col("frame").is_in([20, 21, 22])).then(0.3).otherwise("vx"))
+        assert found_by(jerk)["code"].to_list() == [184]
+        jerk = table.with_columns(vx=pl.when(pl.col("frame").is_between(16, 24)).then(0.3).otherwise("vx"))
+        assert found_by(jerk)["code"].to_list() == [194]  # neither rest is long enough
+
+    def test_limit_passes(self):
+        slow = {"ball": stands(0, 0.5), "home-1": goes((0, 0, 0, -pi / 2), (1, 0, 0, pi / 2))}
+        assert 57 in found_by(film(slow, 1.0))["code"]
+        # 36 to 24 degrees in more than half a second is no turn to the ball
+        slower = {"ball": stands(0, 0.5), "home-1": goes((0, 0, 0, 0), (4.2, 0, 0, pi / 2))}
+        assert 57 not in found_by(film(slower, 4.2))["code"]
+
+    def test_slow_sampling_still_completes(self):
+        # at 2.5 Hz every limit of 044 and 046 is shorter than the sampling interval
+        table = film({"ball": stands(0.4, 0), "home-1": goes((0, -0.5, 0, 0), (2, 0.34, 0, 0))}, 2.4, hz=2.5)
+        assert {46, 44} <= set(found_by(table)["code"])
+
+    def test_away_sees_its_own_goal(self):
+        table = film({"away-1": goes((0, -0.2, 0, 0), (1.2, 0.4, 0, 0))}, 1.2)
+        assert found_by(table, team="away")["target"].to_list()[0] == "own-goal"
+
+    def test_sideways_driver_approaches_where_it_drives(self):
+        bodies = {"ball": stands(0, 3.0), "home-1": goes((0, 0, 1.0, 0), (1, 0, 2.0, 0))}
+        codes = {kind: set(recognise(film(bodies, 1.0), PITCHES[kind], DEFAULT)["code"]) for kind in Kind}
+        assert 46 in codes[Kind.SSL]
+        assert 46 not in codes[Kind.SIM2D]
+
+    def test_fire_at_decides(self):
+        table = film(SCENES["reaches the ball"][0], 0.68)
+        assert 44 not in recognise(table, VSSS, SituationSettings(fire_at=1.0))["code"]
+
+    def test_exactly_half_fires(self):
+        # 0.775 m from the ball is exactly where FAR begins to fade: full; 0.45 is exactly half NEAR, half FAR
+        table = film({"ball": stands(0.45, 0), "home-1": goes((0, 0, 0, pi / 2), (1, 0, 0, 0))}, 1.0)
+        assert 57 in found_by(table)["code"]
+
+
+class TestMissing:
+    def test_no_ball_no_situation_with_it(self):
+        for name, (bodies, seconds, _, target, _, _) in SCENES.items():
+            if target == "ball":
+                table = film(bodies, seconds).filter(pl.col("team") != "ball")
+                assert "ball" not in found_by(table)["target"].to_list(), name
+
+    def test_suspect_is_missing(self):
+        bodies, seconds, *_ = SCENES["reaches the ball"]
+        table = film(bodies, seconds)
+        suspect = table.with_columns(suspect=pl.col("team") == "ball")
+        assert_frame_equal(found_by(suspect), found_by(table.filter(pl.col("team") != "ball")))
+
+    def test_unknown_is_not_fulfilled_under_not_either(self):
+        # without a heading the robot is neither facing the ball nor not facing it
+        table = film(SCENES["is hit by the ball"][0], 0.88).with_columns(theta=pl.lit(None, pl.Float32))
+        assert set(found_by(table)["code"]) == {184}
+
+    def test_absent_robot_does_nothing(self):
+        table = film({"home-1": stands(0.1, 0.3), "home-2": stands(0.3, 0.3)}, 3.0)
+        gone = table.filter((pl.col("robot") != 1) | ~pl.col("frame").is_between(40, 79))
+        rows = found_by(gone)
+        assert rows.filter((pl.col("start_ns") < 2_000_000_000) & (pl.col("end_ns") > 1_000_000_000)).is_empty()
+        assert rows["code"].unique().to_list() == [184]
+
+    def test_short_absence_is_bridged(self):
+        table = film({"home-1": stands(0.1, 0.3), "home-2": stands(0.3, 0.3)}, 1.0)
+        gone = table.filter((pl.col("robot") != 1) | ~pl.col("frame").is_in([20, 21]))
+        assert found_by(gone)["code"].to_list() == [184]
+
+    def test_contact_of_those_present(self):
+        # a second opponent that is not seen does not make it unknown whether one touches the ball
+        bodies = SCENES["loses the ball"][0] | {"away-2": stands(-0.5, 0.5)}
+        table = film(bodies, 1.2).filter((pl.col("robot") != 2) | (pl.col("frame") < 3) | pl.col("robot").is_null())
+        assert 22 in found_by(table)["code"]
+
+    def test_play_stopped(self):
+        table = film({"home-1": stands(0.1, 0.3)}, 3.0).with_columns(
+            segment=pl.when(pl.col("frame").is_between(40, 79)).then(None).otherwise(pl.col("frame") // 80).cast(pl.Int32)
+        )
+        rows = found_by(table)
+        assert rows["start_ns"].to_list() == [0, 2_000_000_000]
+        assert rows["end_ns"].to_list() == [1_000_000_000, 3_000_000_000]
+        assert rows["segment"].to_list() == [0, 1]
+
+    def test_nothing_at_all(self):
+        empty = film({"home-1": stands(0, 0)}, 1.0).clear()
+        assert recognise(empty, VSSS, DEFAULT).schema == Situations.empty().schema
+        stopped = film({"home-1": stands(0, 0)}, 1.0).with_columns(segment=pl.lit(None, pl.Int32))
+        assert recognise(stopped, VSSS, DEFAULT).is_empty()
+        assert recognise(film({"ball": stands(0, 0)}, 1.0), VSSS, DEFAULT).is_empty()
+
+    def test_unsorted_is_refused(self):
+        table = film({"ball": stands(0, 0), "home-1": stands(0, 0)}, 1.0)
+        for broken in (table.sort("t_ns", "team"), table.reverse()):
+            with pytest.raises(SchemaMismatch, match="sorted"):
+                recognise(broken, VSSS, DEFAULT)
+
+    def test_two_matches_are_refused(self):
+        table = film({"home-1": stands(0, 0)}, 1.0)
+        with pytest.raises(SchemaMismatch, match="more than one match"):
+            recognise(pl.concat([table, table.with_columns(match_id=pl.lit("other"))]), VSSS, DEFAULT)
+
+
+def rows_of(table: pl.DataFrame, pitch: Pitch, options: SituationSettings = DEFAULT) -> list[Found]:
+    columns = ("team", "robot", "role", "code", "start_ns", "end_ns", "strength", "target", "segment")
+    return [Found(*row) for row in recognise(table, pitch, options).select(columns).iter_rows()]
+
+
+def assert_same(fast: list[Found], slow: list[Found]) -> None:
+    assert [row._replace(strength=None) for row in fast] == [row._replace(strength=None) for row in slow]
+    for one, other in zip(fast, slow, strict=True):
+        assert one.strength == (None if other.strength is None else pytest.approx(other.strength, abs=1e-6))
+
+
+class TestLiteral:
+    @pytest.mark.parametrize(("name", "start_s", "end_s", "least_codes"), [
+        (RSIM, 290, 310, 25), (SSL, 113, 115, 10), (RCSS, 0, 30, 15), (INSPER, 5, 9, 15),
+    ])
+    def test_same_on_recordings(self, name, start_s, end_s, least_codes):
+        log = imported(name)
+        table, _ = trajectories(log, TrajectorySettings())
+        clip = table.filter(pl.col("t_ns").is_between(start_s * 10**9, end_s * 10**9, closed="left"))
+        fast = rows_of(clip, log.info.pitch)
+        assert len({row.code for row in fast}) >= least_codes
+        assert_same(fast, recognise_literally(clip, log.info.pitch, DEFAULT))
+
+    @settings(max_examples=60, deadline=None)
+    @given(seed=st.integers(0, 2**32 - 1), sideways=st.booleans())
+    def test_same_on_walks(self, seed, sideways):
+        pitch = VSSS.model_copy(update={"kind": Kind.SSL if sideways else Kind.VSSS})
+        table = walk(seed, omnidirectional=sideways)
+        assert_same(rows_of(table, pitch), recognise_literally(table, pitch, DEFAULT))
+
+    @settings(max_examples=15, deadline=None)
+    @given(
+        seed=st.integers(0, 2**32 - 1), fire_at=st.floats(0.05, 1.0), share=st.floats(0, 1),
+        seconds=st.tuples(*[st.floats(0.01, 1.0)] * 5),
+    )
+    def test_same_under_any_settings(self, seed, fire_at, share, seconds):
+        flicker, lull, longest, least, random = seconds
+        options = SituationSettings(
+            fire_at=fire_at, least_share=share, flicker_s=flicker, lull_s=lull, longest_s=longest,
+            random_least_s=least, random_longest_s=random,
+        )
+        table = walk(seed)
+        assert_same(rows_of(table, VSSS, options), recognise_literally(table, VSSS, options))
+
+
+class TestProperties:
+    @settings(max_examples=60, deadline=None)
+    @given(seed=st.integers(0, 2**32 - 1))
+    def test_one_sequence_a_robot(self, seed):
+        table = walk(seed)
+        situations = Situations.validate(recognise(table, VSSS, DEFAULT))
+        assert situations.select("team", "robot", "start_ns").rows() == sorted(
+            situations.select("team", "robot", "start_ns").rows(), key=lambda row: (row[0] == "away", *row[1:])
+        )
+        later = situations.with_columns(before=pl.col("end_ns").shift(1).over("team", "robot"))
+        assert later.filter(pl.col("before") > pl.col("start_ns")).is_empty()
+        longest = (situations["end_ns"] - situations["start_ns"]).max()
+        intervals = table["t_ns"].unique().sort().diff().max()
+        assert longest is None or longest <= max(2_000_001_000, 2 * (intervals or 0))
+        inside = table.filter(pl.col("segment").is_not_null()).group_by("segment").agg(
+            first=pl.col("t_ns").min(), last=pl.col("t_ns").max()
+        )
+        joined = situations.join(inside, on="segment")
+        assert joined.filter(
+            (pl.col("start_ns") < pl.col("first")) | (pl.col("start_ns") > pl.col("last"))
+        ).is_empty()
+        assert situations["strength"].is_between(0.5 - 1e-6, 1).all()
+
+    @settings(max_examples=25, deadline=None)
+    @given(seed=st.integers(0, 2**32 - 1))
+    def test_half_a_turn_swaps_the_teams(self, seed):
+        table = walk(seed)
+        def swap(situations_or_table):
+            team = pl.col("team").cast(pl.String).replace({"home": "away", "away": "home"})
+            return situations_or_table.with_columns(team.cast(situations_or_table.schema["team"]))
+
+        turned = table.with_columns(
+            -pl.col("x", "y", "vx", "vy"), theta=(pl.col("theta").cast(pl.Float64) + pi).cast(pl.Float32),
+        )
+        turned = swap(turned).sort("team", "robot", "t_ns")
+        here, there = recognise(table, VSSS, DEFAULT), recognise(turned, VSSS, DEFAULT)
+        back = swap(there).with_columns(
+            target=pl.col("target").str.replace_many(["home-", "away-"], ["away-", "home-"]),
+        ).sort("team", "robot", "start_ns")
+        assert_frame_equal(here, back, abs_tol=1e-5)
+
+    @settings(max_examples=25, deadline=None)
+    @given(seed=st.integers(0, 2**32 - 1))
+    def test_a_mirror_changes_nothing(self, seed):
+        table = walk(seed)
+        mirrored = table.with_columns(-pl.col("y", "vy", "theta"))
+        assert_frame_equal(recognise(table, VSSS, DEFAULT), recognise(mirrored, VSSS, DEFAULT))
+
+    @settings(max_examples=25, deadline=None)
+    @given(seed=st.integers(0, 2**32 - 1), team=st.sampled_from(["home", "away"]))
+    def test_a_stranger_far_off_changes_nothing(self, seed, team):
+        table = walk(seed)
+        times = table.select("frame", "t_ns", "segment").unique("frame").sort("frame")
+        stranger = times.with_columns(
+            match_id=pl.lit("walk"), team=pl.lit(team), robot=9, role=pl.lit("striker"), x=50.0, y=50.0,
+            theta=0.0, vx=0.0, vy=0.0, omega=0.0, suspect=False, turned=False,
+        ).select(table.columns).cast(pl.Schema(table.schema))
+        more = pl.concat([table, stranger]).sort("team", "robot", "t_ns")
+        found = recognise(more, VSSS, DEFAULT)
+        assert_frame_equal(found.filter(pl.col("robot") != 9), recognise(table, VSSS, DEFAULT))
+
+    @settings(max_examples=25, deadline=None)
+    @given(seed=st.integers(0, 2**32 - 1), shift=st.integers(0, 10**15))
+    def test_time_has_no_origin(self, seed, shift):
+        table = walk(seed)
+        later = recognise(table.with_columns(pl.col("t_ns") + shift, pl.col("frame") + 1000), VSSS, DEFAULT)
+        assert_frame_equal(
+            later.with_columns(pl.col("start_ns", "end_ns") - shift), recognise(table, VSSS, DEFAULT)
+        )
+
+    @settings(max_examples=25, deadline=None)
+    @given(seed=st.integers(0, 2**32 - 1))
+    def test_a_missing_robot_is_left_alone(self, seed):
+        table = walk(seed)
+        frames = table["frame"].max()
+        gone = table.filter((pl.col("team") == "ball") | ~pl.col("frame").is_between(frames // 3, 2 * frames // 3))
+        seen = {body: rows["t_ns"] for body, rows in gone.group_by("team", "robot")}
+        for row in recognise(gone, VSSS, DEFAULT).iter_rows(named=True):
+            times = seen[row["team"], row["robot"]].to_numpy()
+            within = times[(times >= row["start_ns"]) & (times < row["end_ns"])]
+            neighbours = table["t_ns"].unique().sort().to_numpy()
+            steps = np.searchsorted(neighbours, within)
+            assert all(
+                later - earlier <= 1 or neighbours[later] - neighbours[earlier] <= 100_001_000
+                for earlier, later in zip(steps, steps[1:], strict=False)
+            )
+
+    def test_blocks_do_not_show(self, monkeypatch):
+        table, _ = trajectories(imported(RSIM), TrajectorySettings())
+        clip = table.filter(pl.col("t_ns") < 30 * 10**9)
+        whole = recognise(clip, VSSS, DEFAULT)
+        monkeypatch.setattr("pipeline.situations.REGISTERS", 3_000)
+        assert_frame_equal(whole, recognise(clip, VSSS, DEFAULT))
+
+
+class TestTables:
+    def test_rules_cover_table_1(self):
+        table = rule_table()
+        assert set(table["code"]) == set(TABLE_1)
+        assert table.filter(pl.col("code") != 194)["initial"].null_count() == 0
+        assert {code: priority for code, priority in table.select("code", "priority").iter_rows()} == {
+            code: priority for code, (_, priority) in TABLE_1.items()
+        }
+
+    def test_only_lasting_rules_have_no_final_condition(self):
+        assert all(bool(rule.final) == (rule.start != Start.WHILE) for rule in RULES)
+        assert all(rule.hold_s <= rule.limit_s for rule in RULES)
+
+    @pytest.mark.parametrize("kind", list(Kind))
+    def test_terms_have_crossings(self, kind):
+        table = term_table(kind)
+        assert set(table["variable"]) == {"distance", "orientation", "bearing", "playing time", "velocity"}
+        assert table.select((pl.col("rises_at").is_not_null() | pl.col("falls_at").is_not_null()).all()).item()
+
+    def test_priorities_are_the_papers(self, recording):
+        path = recording("README.md").parent.parent / "paper" / "table1_situations.csv"
+        paper = pl.read_csv(path)
+        assert {row["code"]: (row["name"], row["priority"]) for row in paper.iter_rows(named=True)} == TABLE_1
