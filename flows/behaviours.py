@@ -1,7 +1,5 @@
 """Flow of the noun behaviours: one small task a round, over the grams of all matches."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from flows.stage import Made, Stage, data_folder, need, our_flow, run_stage, sound_matches, stage_task

@@ -19,25 +19,44 @@ app = App(
 
 #: Where each command is, what it does, and an example; they are imported when they are called.
 COMMANDS = (
-    ("import", "recordings:import_files", "Import recordings: tracking tables (Parquet, CSV), RoboCup 2D logs "
-     "(.rcg), our own logs (.mcap).", "pitchlore import derby.csv --map our-camera.toml"),
-    ("run", "recordings:run", "Bring every stage up to date with what is new: the inbox, all matches, "
-     "knowledge, policy.", "pitchlore run --settings club.toml"),
-    ("train", "recordings:train", "Train the next policy version on the newest knowledge.",
-     "pitchlore train --settings longer.toml"),
-    ("serve", "recordings:serve", "Stay and run everything new on a schedule; needs a Prefect server "
-     "(PREFECT_API_URL).", 'pitchlore serve --cron "0 6 * * 1"'),
-    ("kb", "knowledge:app", "List, show, compare and verify the versions of the knowledge.",
-     "pitchlore kb show 3"),
-    ("sql", "look:sql", "Ask the catalogue in SQL (DuckDB's), read-only.",
-     'pitchlore sql "select name, count(*) n from situations group by all order by n desc"'),
-    ("situations", "look:situations", "Print the rules of the 31 situations, or the fuzzy terms they are made "
-     "of.", "pitchlore situations --terms --kind ssl"),
-    ("replay", "look:replay", "Write a match as one web page: the pitch, the situations, the goals.",
-     "pitchlore replay rsim-vss-3v3"),
+    (
+        "import", "recordings:import_files",
+        "Import recordings: tracking tables (Parquet, CSV), RoboCup 2D logs (.rcg), our own logs (.mcap).",
+        "pitchlore import derby.csv --map our-camera.toml",
+    ),
+    (
+        "run", "recordings:run",
+        "Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.",
+        "pitchlore run --settings club.toml",
+    ),
+    (
+        "train", "recordings:train", "Train the next policy version on the newest knowledge.",
+        "pitchlore train --settings longer.toml",
+    ),
+    (
+        "serve", "recordings:serve",
+        "Stay and run everything new on a schedule; needs a Prefect server (PREFECT_API_URL).",
+        'pitchlore serve --cron "0 6 * * 1"',
+    ),
+    (
+        "sql", "look:sql", "Ask the catalogue in SQL (DuckDB's), read-only.",
+        'pitchlore sql "select name, count(*) n from situations group by all order by n desc"',
+    ),
+    (
+        "situations", "look:situations",
+        "Print the rules of the 31 situations, or the fuzzy terms they are made of.",
+        "pitchlore situations --terms --kind ssl",
+    ),
+    (
+        "replay", "look:replay",
+        "Write a match as one web page: the pitch, the situations, the goals.",
+        "pitchlore replay rsim-vss-3v3",
+    ),
 )
 for name, target, meaning, example in COMMANDS:
     app.command(f"flows.commands.{target}", name=name, help=meaning, help_epilogue=f"Example: {example}")
+app.command("flows.commands.knowledge:app", name="kb",
+            help="List, show, compare and verify the versions of the knowledge.")
 
 
 def main(arguments: list[str] | None = None) -> None:

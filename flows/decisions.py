@@ -1,7 +1,5 @@
 """Flow of the noun decisions: one task a match, once all behaviours are known."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import polars as pl

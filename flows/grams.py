@@ -4,8 +4,6 @@ An output is named ``<match>.n4``: the grams of four situations, and so on down 
 shorter length are counted in what the behaviours of the longer ones have left.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import polars as pl

@@ -1,7 +1,5 @@
 """Flow of the noun knowledge: one immutable version for all that is known now."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import polars as pl

@@ -1,7 +1,5 @@
 """Flow of the noun matches: recordings in, one log a match out; one task a file."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 
@@ -70,7 +68,7 @@ def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]
             if receipt.name.endswith(f"-{identity}"):
                 return receipt, False
         match = _read(recording, data, name, mapping)
-        receipt, new = _commit(store, match, digest(source.content(data).data), settings)
+        receipt, new = _commit(store, match, digest(source.content(data, recording.file.name).data), settings)
     except Exception as error:
         if not getattr(error, "transient", False):
             store.quarantine("matches", name, error)

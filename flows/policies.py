@@ -1,7 +1,5 @@
 """Flow of the noun policies: batch Sarsa(lambda) from one policy version to the next."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
 

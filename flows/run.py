@@ -1,7 +1,5 @@
 """The flow that chains all stages, for all that is new."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar

@@ -1,7 +1,5 @@
 """Flow of the noun situations: one task a match."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from flows.stage import Made, Stage, data_folder, match_names, need, our_flow, run_stage, stage_task

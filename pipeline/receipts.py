@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -12,7 +14,26 @@ from pydantic import BaseModel, ConfigDict, Field
 from pipeline import __version__
 from schemas import Table
 
-SOFTWARE = f"pitchlore {__version__}"
+
+def _code() -> str:
+    """SHA-256 over the stages' and schemas' source: what is computed changes only with it."""
+    sources = sorted(
+        (f"{package}/{path.relative_to(root).as_posix()}", path)
+        for package in ("pipeline", "schemas")
+        for root in [Path(str(files(package)))]
+        for path in root.rglob("*")
+        if path.suffix in (".py", ".msg")
+    )
+    return digest(b"\0".join(name.encode() + b"\0" + path.read_bytes() for name, path in sources))
+
+
+def digest(data: bytes) -> str:
+    """SHA-256 in hex."""
+    return hashlib.sha256(data).hexdigest()
+
+
+#: Name, version and code of what writes receipts; part of every key.
+SOFTWARE = f"pitchlore {__version__}+{_code()[:8]}"
 
 
 class FileRecord(BaseModel):
@@ -45,7 +66,7 @@ class Receipt(BaseModel):
         inputs: label to SHA-256.
         settings: of the stage.
         seed: None where the stage draws nothing.
-        software: name and version of the writer.
+        software: name, version and code of the writer.
         files: by what they hold.
         details: counts and facts that later stages and reports need.
     """
@@ -111,11 +132,6 @@ class Quarantined(BaseModel):
     name: str
     error: str
     reason: str
-
-
-def digest(data: bytes) -> str:
-    """SHA-256 in hex."""
-    return hashlib.sha256(data).hexdigest()
 
 
 def canonical(value: object) -> bytes:

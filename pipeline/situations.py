@@ -213,8 +213,7 @@ class _Worker:
 
 
 def _occurrences(
-    row: int, scene: Scene, samples: _Samples, distances: F64, pitch: Pitch,
-    workers: dict[str, _Worker],
+    row: int, scene: Scene, samples: _Samples, distances: F64, pitch: Pitch, workers: dict[str, _Worker]
 ) -> tuple[I64, F64]:
     """All that the rules find in one robot's samples, see :meth:`_Worker.run`."""
     index = samples.index
@@ -256,14 +255,17 @@ def _meanings(row: int, scene: Scene, samples: _Samples, found: I64) -> tuple[I6
 _THINGS = (Target.BALL, Target.OWN_GOAL, Target.ADVERSARY_GOAL)
 _TARGET = np.array([rule.target for rule in RULES])
 _CODES = np.array([rule.code if isinstance(rule.code, tuple) else (rule.code,) * 3 for rule in RULES])
-_PRIORITY = np.zeros(max(TABLE_1) + 1, dtype=np.int64)
-_LONGEST_NS = np.full(max(TABLE_1) + 1, np.iinfo(np.int64).max)
-for _code, (_, _priority) in TABLE_1.items():
-    _PRIORITY[_code] = _priority or 0
-for _rule in RULES:
-    if _rule.start == Start.WHILE and isinstance(_rule.code, int):
-        # merging does not undo the cutting
-        _LONGEST_NS[_rule.code] = max(_ns(rule.limit_s) for rule in RULES if rule.code == _rule.code)
+_PRIORITY = np.array([TABLE_1.get(code, ("", None))[1] or 0 for code in range(RANDOM + 1)])
+_NAMES = pl.Series([TABLE_1.get(code, ("", None))[0] for code in range(RANDOM + 1)])
+
+#: How long situations of a code may last when merged, so that merging does not undo the cutting.
+_LONGEST_NS = np.array([
+    max(
+        (_ns(rule.limit_s) for rule in RULES if rule.start == Start.WHILE and rule.code == code),
+        default=np.iinfo(np.int64).max,
+    )
+    for code in range(RANDOM + 1)
+])
 
 
 def _target_names(scene: Scene) -> list[str | None]:
@@ -273,8 +275,8 @@ def _target_names(scene: Scene) -> list[str | None]:
 
 
 def _table(match_id: str, scene: Scene, rows: I64, strengths: F64) -> pl.DataFrame:
+    """Rows of schema Situations from what :func:`_situations_of` returns."""
     row, role, code, target, start_ns, end_ns, segment = rows.T
-    names = pl.Series([TABLE_1[c][0] if c in TABLE_1 else "" for c in range(max(TABLE_1) + 1)])
     targets = pl.Series(_target_names(scene), dtype=pl.String)
     columns = {
         "match_id": pl.repeat(match_id, len(rows), eager=True),
@@ -282,7 +284,7 @@ def _table(match_id: str, scene: Scene, rows: I64, strengths: F64) -> pl.DataFra
         "robot": scene.robot[row],
         "role": pl.Series(np.array(ROLES)[role]),
         "code": code,
-        "name": names.gather(code),
+        "name": _NAMES.gather(code),
         "start_ns": start_ns,
         "end_ns": end_ns,
         "strength": pl.Series(strengths).fill_nan(None),

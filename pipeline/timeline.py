@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ import polars as pl
 from numba import njit
 
 from pipeline.frame import I64, Period
-from schemas import Quality
+from pipeline.quality import Flaw
 
 Bools = npt.NDArray[np.bool_]
 I32 = npt.NDArray[np.int32]
@@ -27,19 +26,6 @@ CONCLUDING = ("goal", "half", "end")
 STOPPING = (*CONCLUDING, "stop")
 
 
-@dataclass(frozen=True, slots=True)
-class Flaw:
-    """One row of schema Quality without its ``match_id``; see there for the fields."""
-
-    flaw: str
-    start_ns: int | None
-    end_ns: int | None
-    count: int
-    note: str
-    team: str | None = None
-    robot: int | None = None
-
-
 class Stretches(NamedTuple):
     """What each sample [F] belongs to.
 
@@ -50,13 +36,6 @@ class Stretches(NamedTuple):
 
     number: I32
     segment: I32
-
-
-def quality_table(match_id: str, flaws: list[Flaw]) -> pl.DataFrame:
-    """Rows of schema Quality, in the order given."""
-    rows = [asdict(flaw) for flaw in flaws]
-    table = pl.DataFrame(rows, schema_overrides=Quality.dtypes()) if rows else Quality.empty()
-    return table.with_columns(match_id=pl.lit(match_id, dtype=pl.String)).select(*Quality.dtypes())
 
 
 def order_samples(t_ns: I64, reorder_ns: int) -> tuple[I64, list[Flaw]]:
@@ -86,10 +65,10 @@ def order_samples(t_ns: I64, reorder_ns: int) -> tuple[I64, list[Flaw]]:
         ("duplicate frame", t_ns[kept[repeated]], "same time as an earlier frame: the first is kept"),
         ("reordered frame", t_ns[verdict == LATE], "recorded late: sorted back"),
         ("clock jump back", t_ns[verdict == CLOCK_BACK], "not later than the latest time seen: left out"),
-        ("clock jump back", t_ns[verdict == CLOCK_AHEAD], "the clock leapt ahead and came back: left out"),
+        ("clock leap ahead", t_ns[verdict == CLOCK_AHEAD], "the clock came back: left out"),
     )
     flaws = [
-        Flaw(flaw, int(times.min()), int(times.max()) + 1, len(times), note)
+        Flaw(flaw, note, len(times), int(times.min()), int(times.max()) + 1)
         for flaw, times, note in found
         if len(times)
     ]
@@ -182,6 +161,6 @@ def find_gaps(t_ns: I64, gap_ns: int) -> list[Flaw]:
     """One flaw for each time between samples longer than ``gap_ns``; t_ns is int64 [F], increasing."""
     long = np.flatnonzero(np.diff(t_ns) > gap_ns)
     return [
-        Flaw("gap", start, end, 1, f"{(end - start) / 1e9:.3f} s without samples")
+        Flaw("gap", f"{(end - start) / 1e9:.3f} s without samples", start_ns=start, end_ns=end)
         for start, end in zip(t_ns[long].tolist(), t_ns[long + 1].tolist(), strict=True)
     ]

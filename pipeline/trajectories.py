@@ -13,8 +13,9 @@ from pipeline.errors import DamagedLog
 from pipeline.frame import AWAY, F32, I64, MatchLog, home_attacks, runs, wrap
 from pipeline.kinematics import REPEATED, assign_roles, find_jumps, slopes
 from pipeline.pitch import SCALES, Scales
+from pipeline.quality import Flaw, quality_table
 from pipeline.settings import TrajectorySettings
-from pipeline.timeline import Flaw, Stretches, cut_stretches, find_gaps, order_samples, quality_table
+from pipeline.timeline import Stretches, cut_stretches, find_gaps, order_samples
 from schemas import BODIES, ROLES, Trajectories
 
 Bools = npt.NDArray[np.bool_]
@@ -81,7 +82,8 @@ def trajectories(log: MatchLog, settings: TrajectorySettings) -> tuple[pl.DataFr
     Returns:
         Rows of schema Trajectories, sorted as it says: one for each body with finite x and y in each
         frame that is kept. And rows of schema Quality for what was found here: duplicate frame,
-        reordered frame, clock jump back, gap, not a number, ball jump, robot jump, ball lost.
+        reordered frame, clock jump back, clock leap ahead, gap, not a number, ball jump, robot jump,
+        ball lost.
 
     Raises:
         DamagedLog: if a robot has a team other than home or away, or a number over 32767.
@@ -207,7 +209,7 @@ def _finite(bodies: _Bodies, t_ns: I64, team: str | None) -> tuple[_Bodies, list
 
 def _flaw_over(flaw: str, times: I64, note: str, team: str | None = None) -> list[Flaw]:
     """One flaw over all the times, none where there are none."""
-    return [Flaw(flaw, int(times.min()), int(times.max()) + 1, len(times), note, team)] if len(times) else []
+    return [Flaw(flaw, note, len(times), int(times.min()), int(times.max()) + 1, team)] if len(times) else []
 
 
 def _with_roles(robots: _Bodies, goal_x: float, t_ns: I64) -> tuple[_Bodies, list[Flaw]]:
@@ -260,8 +262,8 @@ def _jump_flaws(bodies: _Bodies, t_ns: I64, suspect: Bools, moved: Bools) -> lis
         flaws.append(
             Flaw(
                 "ball jump" if is_ball else "robot jump",
-                int(t_ns[bodies.frame[begin]]), int(t_ns[bodies.frame[end - 1]]) + 1, end - begin,
                 note + ", a new segment begins" if is_ball and note.startswith("put") else note,
+                end - begin, int(t_ns[bodies.frame[begin]]), int(t_ns[bodies.frame[end - 1]]) + 1,
                 team, None if is_ball else int(bodies.robot[begin]),
             )
         )
@@ -276,7 +278,7 @@ def _ball_lost(ball: _Bodies, t_ns: I64, hole_ns: int) -> list[Flaw]:
     for begin, end in runs(lost):
         back = int(t_ns[end]) if end < len(t_ns) else int(t_ns[-1]) + 1
         if back - t_ns[begin] > hole_ns:
-            flaws.append(Flaw("ball lost", int(t_ns[begin]), back, end - begin, "no ball: no rows", "ball"))
+            flaws.append(Flaw("ball lost", "no ball: no rows", end - begin, int(t_ns[begin]), back, "ball"))
     return flaws
 
 

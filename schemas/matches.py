@@ -10,9 +10,9 @@ from schemas.table import BODIES, TEAMS, Table, match_id, unit
 
 EVENTS = ("kick-off", "goal", "fault", "stop", "play", "half", "end")
 FLAWS = (
-    "duplicate frame", "reordered frame", "clock jump back", "gap", "ball jump", "robot jump",
-    "damaged chunk", "truncated", "ball lost", "not a number", "direction inferred",
-    "direction unknown", "skipped",
+    "duplicate frame", "reordered frame", "clock jump back", "clock leap ahead", "gap", "ball jump",
+    "robot jump", "damaged chunk", "damaged record", "truncated", "ball lost", "not a number",
+    "direction inferred", "direction unknown", "skipped",
 )
 
 

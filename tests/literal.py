@@ -148,7 +148,8 @@ class Degrees:
     def __init__(self, match: Match, me: Body, other: Body | None, frames: list[int]) -> None:
         self.terms = fuzzy.terms(match.scales)
         self.signals = [match.signals(me, frame, other) for frame in frames]
-        self.known: dict[tuple[str, str], Any] = {}
+        self.known: dict[tuple[str, str], list[float]] = {}
+        self.walked: dict[tuple[str, int], float] = {}
 
     def term(self, signal: str, term: str, k: int) -> float:
         """Membership of one signal, by scikit-fuzzy."""
@@ -160,19 +161,19 @@ class Degrees:
                 else Variable.VELOCITY
             )
             values = [signals[signal] for signals in self.signals]
-            self.known[signal, term] = fuzzy.membership(self.terms[variable][term], values)
-        return float(self.known[signal, term][k])
+            self.known[signal, term] = fuzzy.membership(self.terms[variable][term], values).tolist()
+        return self.known[signal, term][k]
 
     def of(self, text: str, k: int) -> float:
         """Degree of a condition at sample k."""
-        return self.walk(tree(text), k)
+        if (text, k) not in self.walked:
+            self.walked[text, k] = self.walk(tree(text), k)
+        return self.walked[text, k]
 
     def walk(self, node: ast.expr, k: int) -> float:
         if isinstance(node, ast.BoolOp):
             degrees = [self.walk(value, k) for value in node.values]
-            if any(math.isnan(degree) for degree in degrees):
-                return NAN
-            return min(degrees) if isinstance(node.op, ast.And) else max(degrees)
+            return unless_unknown(min if isinstance(node.op, ast.And) else max, degrees)
         if isinstance(node, ast.UnaryOp):
             return 1 - self.walk(node.operand, k)
         if isinstance(node, ast.Call):
@@ -180,9 +181,13 @@ class Degrees:
         if isinstance(node, ast.Compare):
             signal, terms = node.left, node.comparators[0]
             names = terms.values if isinstance(terms, ast.BoolOp) else [terms]
-            degrees = [self.term(signal.id, name.id, k) for name in names]
-            return NAN if any(math.isnan(degree) for degree in degrees) else max(degrees)
+            return unless_unknown(max, [self.term(signal.id, name.id, k) for name in names])
         return self.of(MACROS[node.id], k)
+
+
+def unless_unknown(extreme: Any, degrees: list[float]) -> float:
+    """The least or greatest degree; unknown if any is."""
+    return NAN if math.isnan(sum(degrees)) else extreme(degrees)
 
 
 _TREES: dict[str, ast.expr] = {}

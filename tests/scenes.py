@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from math import pi
 
 import numpy as np
 import polars as pl
@@ -98,3 +99,103 @@ def walk(seed: int, *, omnidirectional: bool = False) -> pl.DataFrame:
         )
         rows.append(table.filter(pl.Series(rng.random(samples) >= rng.choice([0, 0, 0.02, 0.3]))))
     return pl.concat(rows).sort("team", "robot", "t_ns")
+
+
+#: A striker drives up the halfway line towards a robot at (0, 0.5), or away from it; the goals are abeam.
+TO, FRO = goes((0, 0, -0.3, pi / 2), (1, 0, 0.2, pi / 2)), goes((0, 0, 0.4, -pi / 2), (1, 0, -0.1, -pi / 2))
+THERE = stands(0, 0.5)
+
+#: What happens, for how long; the code, target and time range (s) of robot home-1's situation.
+SCENES = {
+    "has a resting ball": (
+        {"ball": stands(0.06, 0), "home-1": stands(0, 0)}, 1.0, 1, "ball", 0.0, 1.0,
+    ),
+    "guides the ball": (
+        {"ball": goes((0, -0.24, 0, 0), (1, 0.06, 0, 0)), "home-1": goes((0, -0.3, 0, 0), (1, 0, 0, 0))},
+        1.0, 11, "ball", 0.15, 1.0,
+    ),
+    "kicks the ball it pushes": (
+        {
+            "ball": goes((0, -0.24, 0, 0), (0.5, -0.09, 0, 0), (1, 0.41, 0, 0)),
+            "home-1": goes((0, -0.3, 0, 0), (1, 0, 0, 0)),
+        },
+        1.0, 21, "ball", 0.5, 0.55,
+    ),
+    "kicks the ball with its side": (
+        {"ball": goes((0, 0, 0.06, 0), (0.5, 0, 0.06, 0), (0.9, 0, 0.46, 0)), "home-1": stands(0, 0)},
+        0.9, 21, "ball", 0.475, 0.525,
+    ),
+    "loses the ball": (
+        {
+            "ball": goes((0, 0.06, 0, 0), (0.5, 0.06, 0, 0), (1.2, 0.30, 0, 0)),
+            "home-1": stands(0, 0), "away-1": stands(0.36, 0, pi),
+        },
+        1.2, 22, "ball", 0.525, 1.15,
+    ),
+    "yields the ball": (
+        {
+            "ball": goes((0, 0.06, 0, 0), (0.5, 0.06, 0, 0), (1.2, 0.30, 0, 0)),
+            "home-1": stands(0, 0), "home-2": stands(0.36, 0, pi),
+        },
+        1.2, 23, "ball", 0.525, 1.15,
+    ),
+    "leaves the ball, reversing": (
+        {"ball": stands(0.06, 0), "home-1": goes((0, 0, 0, 0), (0.5, 0, 0, 0), (0.9, -0.16, 0, 0))},
+        0.9, 33, "ball", 0.525, 0.55,
+    ),
+    "moves away from the ball": (
+        {"ball": stands(-0.1, 0), "home-1": goes((0, 0, 0, 0), (0.8, 0.4, 0, 0))}, 0.8, 34, "ball", 0.0, 0.7,
+    ),
+    "moves away from the ball, reversing": (
+        {"ball": stands(-0.1, 0), "home-1": goes((0, 0, 0, pi), (0.8, 0.4, 0, pi))}, 0.8, 34, "ball", 0.0, 0.7,
+    ),
+    "reaches the ball": (
+        {"ball": stands(0.4, 0), "home-1": goes((0, 0, 0, 0), (0.68, 0.34, 0, 0))}, 0.68, 44, "ball", 0.0, 0.65,
+    ),
+    "receives the ball": (
+        {"ball": goes((0, 0.5, 0, 0), (0.88, 0.06, 0, 0)), "home-1": stands(0, 0)}, 0.88, 45, "ball", 0.1, 0.85,
+    ),
+    "approaches the ball": (
+        {"ball": stands(0.3, 0), "home-1": goes((0, -0.3, 0, 0), (0.6, 0, 0, 0))}, 0.6, 46, "ball", 0.0, 0.3,
+    ),
+    "is hit by the ball": (
+        {"ball": goes((0, 0.5, 0, 0), (0.88, 0.06, 0, 0)), "home-1": stands(0, 0, pi / 2)},
+        0.88, 47, "ball", 0.1, 0.85,
+    ),
+    "backs into the ball": (
+        {"ball": stands(0.2, 0), "home-1": goes((0, 0, 0, pi / 2), (0.8, 0.14, 0, pi / 2))},
+        0.8, 47, "ball", 0.675, 0.7,
+    ),
+    "turns to the ball": (
+        {"ball": stands(0, 0.5), "home-1": goes((0, 0, 0, -pi / 2), (1, 0, 0, pi / 2))},
+        1.0, 57, "ball", 0.775, 0.875,
+    ),
+    "drives level with the ball along the pitch": (
+        {"ball": stands(0.1, 0.2), "home-1": goes((0, -0.4, -0.4, 0), (1, 0.1, -0.4, 0))},
+        1.0, 67, "ball", 0.0, 0.85,
+    ),
+    "drives level with the ball across the pitch": (
+        {"ball": stands(0.3, 0.2), "home-1": goes((0, -0.2, -0.3, pi / 2), (1, -0.2, 0.2, pi / 2))},
+        1.0, 68, "ball", 0.0, 0.85,
+    ),
+    "turns to its own goal": (
+        {"home-1": goes((0, 0, 0, 0), (1, 0, 0, pi))}, 1.0, 78, "own-goal", 0.775, 0.875,
+    ),
+    "approaches its own goal": (
+        {"home-1": goes((0, 0.2, 0, pi), (1.2, -0.4, 0, pi))}, 1.2, 88, "own-goal", 0.0, 1.0,
+    ),
+    "moves away from its own goal": (
+        {"home-1": goes((0, -0.65, 0, 0), (0.8, -0.25, 0, 0))}, 0.8, 98, "own-goal", 0.0, 0.7,
+    ),
+    "turns to the adversary's goal": (
+        {"home-1": goes((0, 0, 0, pi), (1, 0, 0, 0))}, 1.0, 108, "adversary-goal", 0.775, 0.875,
+    ),
+    "approaches the adversary's goal": (
+        {"home-1": goes((0, 0, 0, 0), (0.8, 0.4, 0, 0))}, 0.8, 118, "adversary-goal", 0.0, 0.6,
+    ),
+    "moves away from the adversary's goal": (
+        {"home-1": goes((0, 0.65, 0, pi), (0.8, 0.25, 0, pi))}, 0.8, 128, "adversary-goal", 0.0, 0.7,
+    ),
+    "stands": ({"home-1": stands(0.1, 0.3)}, 1.0, 184, None, 0.0, 1.0),
+    "wanders": ({"home-1": goes((0, 0, -0.1, pi / 2), (1, 0, 0.1, pi / 2))}, 1.0, 194, None, 0.0, 1.0),
+}

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import polars as pl
 import pytest
-from conftest import clip, fill, run
+from conftest import ROOT, clip, fill, run
 
 from flows.catalog import catalog_path
 from flows.matches import Recording, import_recording, inbox, matches_flow
@@ -243,3 +243,13 @@ def test_knowledge_has_only_pairs_that_were_seen(finished):
                (select count(*) from policies join occasions using (role, state, behaviour_id)) as shared""")
     assert rows["pairs"].item() == rows["occasions"].item() == rows["shared"].item()
     assert isinstance(rows, pl.DataFrame)
+
+
+def test_a_worker_can_load_the_flow_from_its_file(monkeypatch):
+    """Prefect runs a deployment's flow from its file, where annotations must be real types."""
+    from prefect.flows import load_flow_from_entrypoint
+
+    monkeypatch.chdir(ROOT)
+    loaded = load_flow_from_entrypoint("flows/run.py:run_flow")
+    parameters = loaded.validate_parameters({"data": "data", "settings": {"policies": {"sweeps": 2}}})
+    assert parameters["settings"].policies.sweeps == 2

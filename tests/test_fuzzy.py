@@ -16,6 +16,7 @@ from pipeline.fuzzy import Trapezoid, Variable
 from pipeline.pitch import SCALES, Kind
 from pipeline.rulebook import variable_of
 from pipeline.rules import MACROS, RULES
+from pipeline.situations import ROUNDING
 
 ALL_TERMS = [
     pytest.param(term, domain, id=f"{kind} {variable} {name}")
@@ -160,6 +161,13 @@ class TestAngles:
         else:
             assert found == pytest.approx(np.arctan2(abs(ax * by - ay * bx), ax * bx + ay * by), abs=1e-15)
             assert 0 <= found <= pi
+
+    @given(st.floats(1e-3, 1e3))
+    def test_diagonal_is_exactly_half_parallel(self, along):
+        # 45 degrees is where PARALLEL ends: rounding must not decide whether it holds
+        parallel = fuzzy.terms(SCALES[Kind.VSSS])[Variable.ORIENTATION]["PARALLEL"]
+        turn = signals.between(1.0, 0.0, along, -along)
+        assert abs(run("x is T", {"x": [turn]}, {"T": parallel})[0] - 0.5) < ROUNDING
 
     def test_well_known_angles(self):
         for degrees in range(0, 181, 15):

@@ -133,33 +133,33 @@ def test_what_is_no_recording_is_refused_with_a_next_step(junk: bytes) -> None:
 def test_gzip_is_unpacked_whole_in_parts_or_refused() -> None:
     noise = random.Random(1).randbytes(300_000)
     packed = gzip.compress(noise)
-    assert source.content(noise) == (noise, None)
-    assert source.content(packed) == (noise, None)
-    assert source.content(packed + packed) == (noise + noise, None)
-    assert source.content(packed + b"\0" * 512) == (noise, None)
+    assert source.content(noise, "a.gz") == (noise, None)
+    assert source.content(packed, "a.gz") == (noise, None)
+    assert source.content(packed + packed, "a.gz") == (noise + noise, None)
+    assert source.content(packed + b"\0" * 512, "a.gz") == (noise, None)
 
-    data, damage = source.content(packed[: len(packed) // 2])
+    data, damage = source.content(packed[: len(packed) // 2], "a.gz")
     assert noise.startswith(data)
     assert len(data) > 100_000
     assert damage == "the gzip stream is cut off"
 
-    data, damage = source.content(packed + b"tail")
+    data, damage = source.content(packed + b"tail", "a.gz")
     assert data == noise
     assert damage is not None
 
     wrong_sum = packed[:-8] + bytes(8)
-    assert source.content(wrong_sum).damage is not None
+    assert source.content(wrong_sum, "a.gz").damage is not None
 
-    with pytest.raises(BadRecording, match="cut off"):
-        source.content(packed[:11])
+    with pytest.raises(BadRecording, match=r"^a\.gz: .*cut off"):
+        source.content(packed[:11], "a.gz")
 
 
 def test_a_decompression_bomb_is_refused() -> None:
     bomb = gzip.compress(bytes(100 << 20), compresslevel=1)
-    with pytest.raises(BadRecording, match="unpacks to more than"):
-        source.content(bomb, ratio=100)
-    with pytest.raises(BadRecording, match="unpacks to more than"):
-        source.content(bomb, limit=1 << 20)
+    with pytest.raises(BadRecording, match=r"^bomb\.gz: unpacks to more than"):
+        source.content(bomb, "bomb.gz", ratio=100)
+    with pytest.raises(BadRecording, match=r"^bomb\.gz: unpacks to more than"):
+        source.content(bomb, "bomb.gz", limit=1 << 20)
 
 
 @pytest.mark.parametrize(
@@ -202,7 +202,7 @@ def test_of_a_corrupt_gzip_what_comes_before_the_damage_is_kept() -> None:
     noise = random.Random(2).randbytes(300_000).hex().encode()
     packed = bytearray(gzip.compress(noise, compresslevel=0))  # stored: the damage is met at a block's head
     packed[len(packed) // 2 :] = b"\xff" * (len(packed) - len(packed) // 2)
-    data, damage = source.content(bytes(packed))
+    data, damage = source.content(bytes(packed), "a.gz")
     assert damage is not None
     assert "corrupt" in damage
     assert len(data) > 0.45 * len(noise)

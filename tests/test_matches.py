@@ -24,10 +24,12 @@ from mcap_ros2._dynamic import serialize_dynamic
 from mcap_ros2.decoder import DecoderFactory
 from mcap_ros2.writer import Writer as Ros2Writer
 
-from pipeline import chunks, matches
-from pipeline.channels import DECISION, FRAME, REFEREE, TOPICS
+from pipeline import matches
 from pipeline.errors import BadRecording, DamagedLog, SchemaMismatch
 from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
+from pipeline.matches import reader
+from pipeline.matches.channels import DECISION, FRAME, REFEREE, TOPICS
+from pipeline.matches.records import as_array, walk
 from pipeline.pitch import PITCHES, Kind
 from schemas import Decisions, Matches, Quality, Referee
 
@@ -551,6 +553,7 @@ def test_one_damaged_copy_of_the_metadata_is_named_and_the_other_serves():
         back = matches.read(flipped(data, 8 * place), where="a.mcap")
         assert back.info.source == "final.rcg"
         assert "metadata" in back.info.incomplete_reason
+        assert back.quality["flaw"].to_list() == ["damaged record"]
         assert_same_frames(back.frames, log.frames)
 
 
@@ -618,7 +621,7 @@ def test_a_chunk_that_is_not_what_it_declares_is_never_unpacked(compression, blo
 
 
 def test_many_chunks_that_are_small_on_their_own_are_a_bomb_together(monkeypatch):
-    monkeypatch.setattr(matches, "MAX_LOG_BYTES", 10 * SMALL)
+    monkeypatch.setattr(reader, "MAX_LOG_BYTES", 10 * SMALL)
     with pytest.raises(DamagedLog, match="declares more than"):
         matches.read(written(match([6] * 200), chunk_bytes=SMALL), where="a.mcap")
 
@@ -634,8 +637,8 @@ def test_a_chunk_without_a_crc_is_read_as_the_format_allows():
 
 def test_walking_records_stops_at_a_length_that_leads_out_of_the_file():
     for length in (2**63, 2**64 - 1, 10**15, 5):
-        content = chunks.as_array(struct.pack("<BQ", 5, 4) + bytes(4) + struct.pack("<BQ", 5, length) + bytes(4))
-        found, end = chunks.walk(content, 0, len(content))
+        content = as_array(struct.pack("<BQ", 5, 4) + bytes(4) + struct.pack("<BQ", 5, length) + bytes(4))
+        found, end = walk(content, 0, len(content))
         assert (len(found.opcodes), end) == (1, 13)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import pi
 
 import numpy as np
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from literal import Found, recognise_literally
 from polars.testing import assert_frame_equal
 from recordings import INSPER, RCSS, RSIM, SSL, imported
-from scenes import film, goes, stands, walk
+from scenes import FRO, SCENES, THERE, TO, film, goes, stands, walk
 
 from pipeline.errors import SchemaMismatch
 from pipeline.pitch import PITCHES, Kind, Pitch
@@ -25,106 +26,6 @@ from schemas import Situations
 VSSS = PITCHES[Kind.VSSS]
 DEFAULT = SituationSettings()
 SAMPLE_S = 1 / 40
-
-#: A striker drives up the halfway line towards a robot at (0, 0.5), or away from it; the goals are abeam.
-TO, FRO = goes((0, 0, -0.3, pi / 2), (1, 0, 0.2, pi / 2)), goes((0, 0, 0.4, -pi / 2), (1, 0, -0.1, -pi / 2))
-THERE = stands(0, 0.5)
-
-#: What happens, for how long; the code, target and time range (s) of robot home-1's situation.
-SCENES = {
-    "has a resting ball": (
-        {"ball": stands(0.06, 0), "home-1": stands(0, 0)}, 1.0, 1, "ball", 0.0, 1.0,
-    ),
-    "guides the ball": (
-        {"ball": goes((0, -0.24, 0, 0), (1, 0.06, 0, 0)), "home-1": goes((0, -0.3, 0, 0), (1, 0, 0, 0))},
-        1.0, 11, "ball", 0.15, 1.0,
-    ),
-    "kicks the ball it pushes": (
-        {
-            "ball": goes((0, -0.24, 0, 0), (0.5, -0.09, 0, 0), (1, 0.41, 0, 0)),
-            "home-1": goes((0, -0.3, 0, 0), (1, 0, 0, 0)),
-        },
-        1.0, 21, "ball", 0.5, 0.55,
-    ),
-    "kicks the ball with its side": (
-        {"ball": goes((0, 0, 0.06, 0), (0.5, 0, 0.06, 0), (0.9, 0, 0.46, 0)), "home-1": stands(0, 0)},
-        0.9, 21, "ball", 0.475, 0.525,
-    ),
-    "loses the ball": (
-        {
-            "ball": goes((0, 0.06, 0, 0), (0.5, 0.06, 0, 0), (1.2, 0.30, 0, 0)),
-            "home-1": stands(0, 0), "away-1": stands(0.36, 0, pi),
-        },
-        1.2, 22, "ball", 0.525, 1.15,
-    ),
-    "yields the ball": (
-        {
-            "ball": goes((0, 0.06, 0, 0), (0.5, 0.06, 0, 0), (1.2, 0.30, 0, 0)),
-            "home-1": stands(0, 0), "home-2": stands(0.36, 0, pi),
-        },
-        1.2, 23, "ball", 0.525, 1.15,
-    ),
-    "leaves the ball, reversing": (
-        {"ball": stands(0.06, 0), "home-1": goes((0, 0, 0, 0), (0.5, 0, 0, 0), (0.9, -0.16, 0, 0))},
-        0.9, 33, "ball", 0.525, 0.55,
-    ),
-    "moves away from the ball": (
-        {"ball": stands(-0.1, 0), "home-1": goes((0, 0, 0, 0), (0.8, 0.4, 0, 0))}, 0.8, 34, "ball", 0.0, 0.7,
-    ),
-    "moves away from the ball, reversing": (
-        {"ball": stands(-0.1, 0), "home-1": goes((0, 0, 0, pi), (0.8, 0.4, 0, pi))}, 0.8, 34, "ball", 0.0, 0.7,
-    ),
-    "reaches the ball": (
-        {"ball": stands(0.4, 0), "home-1": goes((0, 0, 0, 0), (0.68, 0.34, 0, 0))}, 0.68, 44, "ball", 0.0, 0.65,
-    ),
-    "receives the ball": (
-        {"ball": goes((0, 0.5, 0, 0), (0.88, 0.06, 0, 0)), "home-1": stands(0, 0)}, 0.88, 45, "ball", 0.1, 0.85,
-    ),
-    "approaches the ball": (
-        {"ball": stands(0.3, 0), "home-1": goes((0, -0.3, 0, 0), (0.6, 0, 0, 0))}, 0.6, 46, "ball", 0.0, 0.3,
-    ),
-    "is hit by the ball": (
-        {"ball": goes((0, 0.5, 0, 0), (0.88, 0.06, 0, 0)), "home-1": stands(0, 0, pi / 2)},
-        0.88, 47, "ball", 0.1, 0.85,
-    ),
-    "backs into the ball": (
-        {"ball": stands(0.2, 0), "home-1": goes((0, 0, 0, pi / 2), (0.8, 0.14, 0, pi / 2))},
-        0.8, 47, "ball", 0.675, 0.7,
-    ),
-    "turns to the ball": (
-        {"ball": stands(0, 0.5), "home-1": goes((0, 0, 0, -pi / 2), (1, 0, 0, pi / 2))},
-        1.0, 57, "ball", 0.775, 0.875,
-    ),
-    "drives level with the ball along the pitch": (
-        {"ball": stands(0.1, 0.2), "home-1": goes((0, -0.4, -0.4, 0), (1, 0.1, -0.4, 0))},
-        1.0, 67, "ball", 0.0, 0.85,
-    ),
-    "drives level with the ball across the pitch": (
-        {"ball": stands(0.3, 0.2), "home-1": goes((0, -0.2, -0.3, pi / 2), (1, -0.2, 0.2, pi / 2))},
-        1.0, 68, "ball", 0.0, 0.85,
-    ),
-    "turns to its own goal": (
-        {"home-1": goes((0, 0, 0, 0), (1, 0, 0, pi))}, 1.0, 78, "own-goal", 0.775, 0.875,
-    ),
-    "approaches its own goal": (
-        {"home-1": goes((0, 0.2, 0, pi), (1.2, -0.4, 0, pi))}, 1.2, 88, "own-goal", 0.0, 1.0,
-    ),
-    "moves away from its own goal": (
-        {"home-1": goes((0, -0.65, 0, 0), (0.8, -0.25, 0, 0))}, 0.8, 98, "own-goal", 0.0, 0.7,
-    ),
-    "turns to the adversary's goal": (
-        {"home-1": goes((0, 0, 0, pi), (1, 0, 0, 0))}, 1.0, 108, "adversary-goal", 0.775, 0.875,
-    ),
-    "approaches the adversary's goal": (
-        {"home-1": goes((0, 0, 0, 0), (0.8, 0.4, 0, 0))}, 0.8, 118, "adversary-goal", 0.0, 0.6,
-    ),
-    "moves away from the adversary's goal": (
-        {"home-1": goes((0, 0.65, 0, pi), (0.8, 0.25, 0, pi))}, 0.8, 128, "adversary-goal", 0.0, 0.7,
-    ),
-    "stands": ({"home-1": stands(0.1, 0.3)}, 1.0, 184, None, 0.0, 1.0),
-    "wanders": ({"home-1": goes((0, 0, -0.1, pi / 2), (1, 0, 0.1, pi / 2))}, 1.0, 194, None, 0.0, 1.0),
-}
-
 
 def found_by(table: pl.DataFrame, *, team: str = "home", robot: int = 1) -> pl.DataFrame:
     """One robot's situations."""
@@ -231,11 +132,6 @@ class TestMeaning:
         table = film(SCENES["reaches the ball"][0], 0.68)
         assert 44 not in recognise(table, VSSS, SituationSettings(fire_at=1.0))["code"]
 
-    def test_exactly_half_fires(self):
-        # 0.775 m from the ball is exactly where FAR begins to fade: full; 0.45 is exactly half NEAR, half FAR
-        table = film({"ball": stands(0.45, 0), "home-1": goes((0, 0, 0, pi / 2), (1, 0, 0, 0))}, 1.0)
-        assert 57 in found_by(table)["code"]
-
 
 class TestMissing:
     def test_no_ball_no_situation_with_it(self):
@@ -324,7 +220,7 @@ class TestLiteral:
         assert len({row.code for row in fast}) >= least_codes
         assert_same(fast, recognise_literally(clip, log.info.pitch, DEFAULT))
 
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=40, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1), sideways=st.booleans())
     def test_same_on_walks(self, seed, sideways):
         pitch = VSSS.model_copy(update={"kind": Kind.SSL if sideways else Kind.VSSS})
@@ -347,7 +243,7 @@ class TestLiteral:
 
 
 class TestProperties:
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=40, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1))
     def test_one_sequence_a_robot(self, seed):
         table = walk(seed)
@@ -369,7 +265,7 @@ class TestProperties:
         ).is_empty()
         assert situations["strength"].is_between(0.5 - 1e-6, 1).all()
 
-    @settings(max_examples=25, deadline=None)
+    @settings(max_examples=20, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1))
     def test_half_a_turn_swaps_the_teams(self, seed):
         table = walk(seed)
@@ -387,14 +283,14 @@ class TestProperties:
         ).sort("team", "robot", "start_ns")
         assert_frame_equal(here, back, abs_tol=1e-5)
 
-    @settings(max_examples=25, deadline=None)
+    @settings(max_examples=20, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1))
     def test_a_mirror_changes_nothing(self, seed):
         table = walk(seed)
         mirrored = table.with_columns(-pl.col("y", "vy", "theta"))
         assert_frame_equal(recognise(table, VSSS, DEFAULT), recognise(mirrored, VSSS, DEFAULT))
 
-    @settings(max_examples=25, deadline=None)
+    @settings(max_examples=20, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1), team=st.sampled_from(["home", "away"]))
     def test_a_stranger_far_off_changes_nothing(self, seed, team):
         table = walk(seed)
@@ -407,7 +303,7 @@ class TestProperties:
         found = recognise(more, VSSS, DEFAULT)
         assert_frame_equal(found.filter(pl.col("robot") != 9), recognise(table, VSSS, DEFAULT))
 
-    @settings(max_examples=25, deadline=None)
+    @settings(max_examples=20, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1), shift=st.integers(0, 10**15))
     def test_time_has_no_origin(self, seed, shift):
         table = walk(seed)
@@ -416,7 +312,7 @@ class TestProperties:
             later.with_columns(pl.col("start_ns", "end_ns") - shift), recognise(table, VSSS, DEFAULT)
         )
 
-    @settings(max_examples=25, deadline=None)
+    @settings(max_examples=20, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1))
     def test_a_missing_robot_is_left_alone(self, seed):
         table = walk(seed)
@@ -430,7 +326,7 @@ class TestProperties:
             steps = np.searchsorted(neighbours, within)
             assert all(
                 later - earlier <= 1 or neighbours[later] - neighbours[earlier] <= 100_001_000
-                for earlier, later in zip(steps, steps[1:], strict=False)
+                for earlier, later in pairwise(steps)
             )
 
     def test_blocks_do_not_show(self, monkeypatch):
@@ -446,7 +342,7 @@ class TestTables:
         table = rule_table()
         assert set(table["code"]) == set(TABLE_1)
         assert table.filter(pl.col("code") != 194)["initial"].null_count() == 0
-        assert {code: priority for code, priority in table.select("code", "priority").iter_rows()} == {
+        assert dict(table.select("code", "priority").iter_rows()) == {
             code: priority for code, (_, priority) in TABLE_1.items()
         }
 

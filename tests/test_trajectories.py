@@ -181,7 +181,7 @@ def test_one_wild_time_does_not_cost_the_rest_of_the_match(at):
     t[at] = 86_400
     table, quality = run(make_log(t, {"ball": still(len(t))}))
     assert table.height == 299
-    assert quality.select("flaw", "count").rows() == [("clock jump back", 1)]
+    assert quality.select("flaw", "count").rows() == [("clock leap ahead", 1)]
 
 
 def test_a_clock_that_jumps_back_over_a_gap_and_further_is_left_out():

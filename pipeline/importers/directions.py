@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.frame import AWAY, HOME, I64, Frames, Period
-from pipeline.importers.rows import Flaw
+from pipeline.quality import Flaw
 
 F64 = npt.NDArray[np.float64]
 Sign = Literal[1, -1]

@@ -18,9 +18,10 @@ import numpy.typing as npt
 from pipeline import __version__
 from pipeline.errors import BadRecording
 from pipeline.frame import I64, Frames, MatchInfo, MatchLog, Period, wrap
-from pipeline.importers.rows import SIDES, Event, Flaw, Side, pack, quality, referee
+from pipeline.importers.rows import SIDES, Event, Side, pack, referee
 from pipeline.importers.source import content
 from pipeline.pitch import PITCHES, Kind
+from pipeline.quality import Flaw, quality_table
 
 #: As a C++ stream writes it; the pitch is not large enough for a positive exponent.
 _NUMBER = rb"(-?\d{1,6}(?:\.\d{1,9})?(?:e-\d{1,3})?)"
@@ -92,7 +93,7 @@ def read(data: bytes, *, name: str, match_id: str) -> MatchLog:
     Raises:
         BadRecording: if it is not a text log of version 4 or later, or has no whole show line.
     """
-    unpacked = content(data)
+    unpacked = content(data, name)
     version = re.match(rb"ULG([4-9])\r?\n", unpacked.data)
     if version is None:
         binary = unpacked.data.startswith(b"ULG")
@@ -128,7 +129,7 @@ def read(data: bytes, *, name: str, match_id: str) -> MatchLog:
         incomplete_reason=reason,
     )
     return MatchLog(
-        info=info, frames=frames, referee=referee(match_id, events), quality=quality(match_id, flaws)
+        info=info, frames=frames, referee=referee(match_id, events), quality=quality_table(match_id, flaws)
     )
 
 

@@ -1,4 +1,4 @@
-"""What every importer writes besides positions: referee events, flaws, and packed frames."""
+"""What every importer writes besides positions: referee events and packed frames."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 import polars as pl
 
 from pipeline.frame import BALL_DTYPE, I64, ROBOT_DTYPE, Frames
-from schemas import Quality, Referee
+from schemas import Referee
 
 Side = Literal["home", "away"]
 
@@ -33,19 +33,6 @@ class Event:
     note: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Flaw:
-    """One row of schema Quality."""
-
-    flaw: str
-    note: str | None = None
-    count: int = 1
-    start_ns: int | None = None
-    end_ns: int | None = None
-    team: str | None = None
-    robot: int | None = None
-
-
 def other(team: Side) -> Side:
     """The team that plays against it."""
     return "away" if team == "home" else "home"
@@ -55,12 +42,6 @@ def referee(match_id: str, events: Sequence[Event]) -> pl.DataFrame:
     """Rows of schema Referee in order of time; events of one time keep their order."""
     rows = [{"match_id": match_id, **asdict(event)} for event in sorted(events, key=lambda e: e.t_ns)]
     return Referee.validate(pl.DataFrame(rows, schema=Referee.dtypes()))
-
-
-def quality(match_id: str, flaws: Sequence[Flaw]) -> pl.DataFrame:
-    """Rows of schema Quality, in the order in which they were found."""
-    rows = [{"match_id": match_id, **asdict(flaw)} for flaw in flaws]
-    return Quality.validate(pl.DataFrame(rows, schema=Quality.dtypes()))
 
 
 def pack(

@@ -47,7 +47,7 @@ class Content(NamedTuple):
     damage: str | None
 
 
-def content(data: bytes, *, limit: int = MAX_BYTES, ratio: int = MAX_RATIO) -> Content:
+def content(data: bytes, name: str, *, limit: int = MAX_BYTES, ratio: int = MAX_RATIO) -> Content:
     """A recording's content: gunzipped if it is gzipped, else as it is.
 
     Of a cut or corrupt gzip stream what can be unpacked is kept; its sum is not checked then, so that
@@ -55,6 +55,7 @@ def content(data: bytes, *, limit: int = MAX_BYTES, ratio: int = MAX_RATIO) -> C
 
     Args:
         data: the file's bytes.
+        name: the file's name, for the message.
         limit: most bytes that are unpacked.
         ratio: most times that more than 64 MiB may be larger than the file.
 
@@ -79,7 +80,7 @@ def content(data: bytes, *, limit: int = MAX_BYTES, ratio: int = MAX_RATIO) -> C
             total += len(chunks[-1])
             if total > limit or (total > _RATIO_MATTERS_FROM and total > ratio * len(data)):
                 raise BadRecording(
-                    f"unpacks to more than {total >> 20} MiB from {len(data)} bytes",
+                    f"unpacks to more than {total >> 20} MiB from {len(data)} bytes", where=name,
                     next_step="Make sure that it is a recording of one match; unpack it yourself if it is",
                 )
             if not piece:
@@ -87,7 +88,7 @@ def content(data: bytes, *, limit: int = MAX_BYTES, ratio: int = MAX_RATIO) -> C
     if damage is None and data[at:].strip(b"\0"):
         damage = "the gzip stream is followed by something else"
     if not total and damage is not None:
-        raise BadRecording(damage, next_step="Copy or record it again")
+        raise BadRecording(damage, where=name, next_step="Copy or record it again")
     return Content(b"".join(chunks), damage)
 
 
@@ -125,7 +126,7 @@ def match_id(name: str, data: bytes, settings: Mapping[str, object] | None = Non
         data: the file's bytes.
         settings: what it is imported with where that is not the default; JSON-able.
     """
-    digest = hashlib.sha256(content(data).data)
+    digest = hashlib.sha256(content(data, name).data)
     if settings:
         digest.update(json.dumps(settings, sort_keys=True, separators=(",", ":")).encode())
     return f"{slug(name)}-{digest.hexdigest()[:12]}"

@@ -13,12 +13,13 @@ from pipeline.errors import BadRecording
 from pipeline.frame import I64, Frames, MatchInfo, MatchLog, wrap
 from pipeline.importers.directions import direction_flaws, infer_periods, votes_of
 from pipeline.importers.guesses import guess_home, guess_pitch
-from pipeline.importers.rows import SIDES, Flaw, pack, quality, referee
+from pipeline.importers.rows import SIDES, pack, referee
 from pipeline.importers.source import content
 from pipeline.importers.tracking_events import Course, referee_events
 from pipeline.importers.tracking_map import Teams, TrackingMap, load_map
 from pipeline.importers.tracking_table import load
 from pipeline.pitch import Pitch
+from pipeline.quality import Flaw, quality_table
 
 __all__ = ["TrackingMap", "load_map", "read"]
 
@@ -53,7 +54,7 @@ def read(data: bytes, *, name: str, match_id: str, mapping: TrackingMap | None =
         BadRecording: if it cannot be read as such a table; the message says what it lacks.
     """
     mapping = mapping or TrackingMap()
-    unpacked = content(data)
+    unpacked = content(data, name)
     table, flaws = load(unpacked.data, mapping, name)
     names, table, unnamed = _teams(table, mapping.teams, name)
     flaws += unnamed
@@ -96,7 +97,7 @@ def read(data: bytes, *, name: str, match_id: str, mapping: TrackingMap | None =
         incomplete_reason=damage,
     )
     return MatchLog(
-        info=info, frames=frames, referee=referee(match_id, events), quality=quality(match_id, flaws)
+        info=info, frames=frames, referee=referee(match_id, events), quality=quality_table(match_id, flaws)
     )
 
 

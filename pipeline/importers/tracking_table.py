@@ -10,9 +10,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from pipeline.errors import BadRecording
-from pipeline.importers.rows import MAX_SCORE, Flaw
+from pipeline.importers.rows import MAX_SCORE
 from pipeline.importers.source import separator
 from pipeline.importers.tracking_map import Columns, TrackingMap
+from pipeline.quality import Flaw
 
 REQUIRED = ("t", "team", "player", "x", "y")
 _WHOLE = ("frame", "score_home", "score_away")

@@ -29,7 +29,8 @@ def main(path: str) -> None:
         for benchmark in sorted(members, key=rate, reverse=True):
             unit = benchmark["extra_info"].get("unit", "runs")
             ratio = "" if ours is None or "ours" in benchmark["name"] else f"{ours / rate(benchmark):,.2f}×"
-            name = benchmark["name"].removeprefix("test_").replace("_", " ")
+            test, _, case = benchmark["name"].removeprefix("test_").partition("[")
+            name = case.removesuffix("]") or test.replace("_", " ")
             print(f"| {group} | {name} | {rate(benchmark):,.0f} {unit}/s | {ratio} |")
 
 

@@ -1,4 +1,4 @@
-"""Sarsa(lambda): the kernel beside the same rule on dicts; compare times per transition."""
+"""Sarsa(lambda): the kernel on 10^6 transitions beside the same rule on dicts, on fewer."""
 
 import numpy as np
 import pytest
@@ -44,18 +44,18 @@ def on_dicts(batch, step_size, discount, trace_decay):
     return q
 
 
-@pytest.mark.benchmark(group="sarsa-lambda: 1e6 transitions (dict: 2e4)")
-def test_kernel(benchmark):
+@pytest.mark.benchmark(group="learn action values by Sarsa(λ)")
+def test_ours(benchmark):
     batch, q = made_up(1_000_000), np.zeros(PAIRS)
     sarsa_lambda(q, made_up(10), **RULE)
-    benchmark.extra_info["transitions"] = len(batch)
+    benchmark.extra_info.update(units=len(batch), unit="transitions")
     benchmark.pedantic(sarsa_lambda, (q, batch), RULE, rounds=5)
 
 
-@pytest.mark.benchmark(group="sarsa-lambda: 1e6 transitions (dict: 2e4)")
-def test_dict(benchmark):
+@pytest.mark.benchmark(group="learn action values by Sarsa(λ)")
+def test_python_dicts(benchmark):
     batch = made_up(20_000)
-    benchmark.extra_info["transitions"] = len(batch)
+    benchmark.extra_info.update(units=len(batch), unit="transitions")
     q = benchmark.pedantic(on_dicts, (batch,), RULE, rounds=3)
     learned = sarsa_lambda(np.zeros(PAIRS), batch, **RULE).q
     np.testing.assert_allclose([learned[pair] for pair in q], list(q.values()), rtol=0, atol=1e-12)

@@ -1,6 +1,7 @@
 """The map's training: distinct grams with their counts against every sample, and against MiniSom's own.
 
-The quantisation error of each is in its ``extra_info``.
+A unit of work is a gram of the matches, however often it occurs. The quantisation error of each is in
+its ``extra_info``.
 """
 
 import warnings
@@ -57,38 +58,41 @@ def offline(codes, decay):
     return som.get_weights()
 
 
-@pytest.mark.benchmark(group="one match, 3 x 3, 20 epochs")
+@pytest.mark.benchmark(group="train a 3 × 3 map on the 4-grams of one match, 20 epochs")
 @pytest.mark.parametrize("how", [
-    "distinct", "every sample", "MiniSom.train to one", "MiniSom.train default",
-    "MiniSom.train_batch_offline to one", "MiniSom.train_batch_offline default",
+    "ours, distinct grams", "ours, every gram", "MiniSom.train, sigma to one", "MiniSom.train, default",
+    "MiniSom.train_batch_offline, sigma to one", "MiniSom.train_batch_offline, default",
 ])
 def test_against_minisom(benchmark, how):
     raw = samples(1)
     distinct, counts = np.unique(raw, axis=0, return_counts=True)
     decay = "linear_decay_to_one" if how.endswith("to one") else "asymptotic_decay"
     run, arguments = {
-        "distinct": (ours, (distinct, counts)),
-        "every sample": (ours, (raw, np.ones(len(raw), dtype=np.int64))),
+        "ours, distinct grams": (ours, (distinct, counts)),
+        "ours, every gram": (ours, (raw, np.ones(len(raw), dtype=np.int64))),
     }.get(how, (online if "offline" not in how else offline, (raw, decay)))
     rounds = 1 if how.startswith("MiniSom") else 10
     ours(distinct[:10], counts[:10])
     weights = benchmark.pedantic(run, args=arguments, rounds=rounds)
-    benchmark.extra_info["quantisation_error"] = error(weights, distinct, counts)
-    benchmark.extra_info["distinct"] = len(distinct)
+    benchmark.extra_info.update(
+        units=len(raw), unit="grams", distinct=len(distinct), quantisation_error=error(weights, distinct, counts)
+    )
 
 
-@pytest.mark.benchmark(group="cost by number of matches")
-@pytest.mark.parametrize("matches", [1, 10, 100])
+@pytest.mark.benchmark(group="train a 3 × 3 map on the 4-grams of many matches, 20 epochs")
+@pytest.mark.parametrize("matches", [1, 10, 100], ids="ours, distinct grams of {} matches".format)
 def test_of_distinct_grams(benchmark, matches):
-    distinct, counts = np.unique(samples(matches), axis=0, return_counts=True)
-    benchmark.extra_info["distinct"] = len(distinct)
+    raw = samples(matches)
+    distinct, counts = np.unique(raw, axis=0, return_counts=True)
+    benchmark.extra_info.update(units=len(raw), unit="grams", distinct=len(distinct))
     ours(distinct[:10], counts[:10])
     benchmark.pedantic(ours, args=(distinct, counts), rounds=5)
 
 
-@pytest.mark.benchmark(group="cost by number of matches")
-@pytest.mark.parametrize("matches", [1, 10])
-def test_of_every_sample_merged_first(benchmark, matches):
+@pytest.mark.benchmark(group="train a 3 × 3 map on the 4-grams of many matches, 20 epochs")
+@pytest.mark.parametrize("matches", [1, 10], ids="ours, every gram of {} matches".format)
+def test_of_every_gram(benchmark, matches):
     raw = samples(matches)
+    benchmark.extra_info.update(units=len(raw), unit="grams")
     ours(raw[:10], np.ones(10, dtype=np.int64))
     benchmark.pedantic(ours, args=(raw, np.ones(len(raw), dtype=np.int64)), rounds=5)

@@ -53,7 +53,7 @@ def table(log):
     return trajectories(log, TrajectorySettings())[0].with_columns(robot=pl.col("robot").fill_null(-1))
 
 
-@pytest.mark.benchmark(group="trajectories")
+@pytest.mark.benchmark(group="trajectories of one match, the whole stage")
 def test_ours(benchmark, log):
     benchmark.extra_info.update(units=ROWS, unit="rows")
     table, _ = benchmark(trajectories, log, TrajectorySettings())
@@ -64,8 +64,8 @@ def kernel(part, t_ns, values):
     return slopes(part, t_ns, values, HALF_NS, 3)
 
 
-@pytest.mark.benchmark(group="velocities")
-def test_velocities_ours(benchmark, table):
+@pytest.mark.benchmark(group="estimate velocities from positions")
+def test_ours_kernel(benchmark, table):
     benchmark.extra_info.update(units=ROWS, unit="rows")
     part = table.select(pl.struct("team", "robot", "segment").rle_id().cast(pl.Int64)).to_series().to_numpy()
     values = table.select("x", "y").to_numpy().T.astype(np.float64)
@@ -82,8 +82,8 @@ def rolling(table):
     ).agg(*((pl.cov(t, v, ddof=0) / t.var(ddof=0)).alias(v) for v in ("x", "y")))
 
 
-@pytest.mark.benchmark(group="velocities")
-def test_velocities_polars_rolling(benchmark, table):
+@pytest.mark.benchmark(group="estimate velocities from positions")
+def test_polars_rolling(benchmark, table):
     benchmark.extra_info.update(units=ROWS, unit="rows")
     found = benchmark.pedantic(rolling, (table,), rounds=3)
     assert np.allclose(found["x"], table["vx"], atol=1e-3)
@@ -97,8 +97,8 @@ def savgol(table):
     ]
 
 
-@pytest.mark.benchmark(group="velocities")
-def test_velocities_scipy_savgol(benchmark, table):
+@pytest.mark.benchmark(group="estimate velocities from positions")
+def test_scipy_savgol_filter(benchmark, table):
     benchmark.extra_info.update(units=ROWS, unit="rows")
     found = np.concatenate(benchmark(savgol, table))
     assert np.median(np.abs(found[:, 0] - table["vx"].to_numpy())) < 1e-3
@@ -111,8 +111,8 @@ def fit_each(table):
     return [np.polyfit(t[i - 3 : i + 4] - t[i], places[i - 3 : i + 4], 1)[0] for i in range(3, len(t) - 3)]
 
 
-@pytest.mark.benchmark(group="velocities")
-def test_velocities_polyfit(benchmark, table):
+@pytest.mark.benchmark(group="estimate velocities from positions")
+def test_numpy_polyfit(benchmark, table):
     benchmark.extra_info.update(units=3_594, unit="rows")
     found = np.array(benchmark.pedantic(fit_each, (table,), rounds=3))
     assert np.median(np.abs(found[:, 0] - table["vx"].to_numpy()[3:3_597])) < 1e-4

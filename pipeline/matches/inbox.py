@@ -1,57 +1,19 @@
-"""The channels of a log: which there are, how they are defined, and what their messages hold."""
+"""What comes in: the messages of a file, sorted by topic, as the tables of a match."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
-from importlib import resources
-from typing import NamedTuple
 
 import numpy as np
 import polars as pl
 
-from pipeline import cdr
-from pipeline.cdr import Bools, Messages
-from pipeline.chunks import FRAMING_BYTES, MESSAGE, U8, Records
 from pipeline.frame import I64, Frames
-from pipeline.timeline import Flaw
+from pipeline.matches import cdr
+from pipeline.matches.channels import DECISION, FRAME, REFEREE, TOPICS, fields
+from pipeline.matches.messages import Bools, Collector, Messages, log_times
+from pipeline.matches.records import FRAMING_BYTES, MESSAGE, U8, Records
+from pipeline.quality import Flaw
 from schemas import Decisions, Referee, Table
-
-#: Ids of the log's channels, and of their schemas.
-FRAME, REFEREE, DECISION = 1, 2, 3
-
-
-class Topic(NamedTuple):
-    """What a channel is for.
-
-    Attributes:
-        name: of the channel.
-        message: name of its definition in ``schemas/``.
-        parts: of the definitions that it refers to.
-        head: layout of the fixed part of its messages.
-    """
-
-    name: str
-    message: str
-    parts: tuple[str, ...]
-    head: np.dtype[np.void]
-
-    @cache  # noqa: B019 - there are three topics
-    def definition(self) -> str:
-        """The definition with those it refers to, as MCAP's ``ros2msg`` encoding wants it."""
-        folder = resources.files("schemas")
-        text = folder.joinpath(f"{self.message}.msg").read_text(encoding="utf-8")
-        for part in self.parts:
-            text += "=" * 80 + f"\nMSG: pitchlore/{part}\n"
-            text += folder.joinpath(f"{part}.msg").read_text(encoding="utf-8")
-        return text
-
-
-TOPICS = {
-    FRAME: Topic("/frame", "Frame", ("Robot",), cdr.FRAME_HEAD),
-    REFEREE: Topic("/referee", "RefereeEvent", (), cdr.REFEREE_HEAD),
-    DECISION: Topic("/decision", "Decision", (), cdr.DECISION_HEAD),
-}
 
 
 class Inbox:
@@ -64,7 +26,7 @@ class Inbox:
     def __init__(self) -> None:
         self.seen = 0
         self._topics: dict[int, int | str] = {}
-        self._collectors: dict[int, cdr.Collector] = {}
+        self._collectors: dict[int, Collector] = {}
         self._skipped: dict[str, list[I64]] = {}
 
     def declare(self, channel: int, name: str, definition: str | None) -> None:
@@ -85,7 +47,7 @@ class Inbox:
 
     def reserve(self, capacity: int) -> None:
         """Make room, before any is taken, for message records of so many bytes together."""
-        self._collectors = {i: cdr.Collector(topic.head, capacity) for i, topic in TOPICS.items()}
+        self._collectors = {i: Collector(topic.head, capacity) for i, topic in TOPICS.items()}
 
     def take(self, content: U8, records: Records) -> None:
         """Take the messages among records of ``content`` (uint8), in their order."""
@@ -98,11 +60,11 @@ class Inbox:
             own = records if len(channels) == 1 else records.keep(records.channels == channel)
             topic = self._topics.get(int(channel), "messages on a channel that is not declared")
             if isinstance(topic, str):
-                self._skip(topic, cdr.log_times(content, own))
+                self._skip(topic, log_times(content, own))
                 continue
             whole = own.lengths >= TOPICS[topic].head.itemsize - FRAMING_BYTES
             if not whole.all():
-                self._skip(_malformed(topic), cdr.log_times(content, own.keep(~whole)))
+                self._skip(_malformed(topic), log_times(content, own.keep(~whole)))
                 own = own.keep(whole)
             self._collectors[topic].take(content, own)
 
@@ -128,7 +90,7 @@ class Inbox:
             t_ns = np.concatenate(times)
             note = f"{where}: {reason}: left out"
             end = min(int(t_ns.max()) + 1, 2**63 - 1)
-            flaws.append(Flaw("skipped", int(t_ns.min()), end, len(t_ns), note))
+            flaws.append(Flaw("skipped", note, len(t_ns), int(t_ns.min()), end))
         return flaws
 
     def _skip(self, reason: str, t_ns: I64) -> None:
@@ -155,16 +117,6 @@ class Inbox:
             broken: I64 = failure.invalid()["t_ns"].to_numpy()
             self._skip(f"messages on {TOPICS[topic].name} that break the rules of {schema.tag()}", broken)
         return good.sort(by, maintain_order=True)
-
-
-def fields(definition: str) -> list[tuple[str, str]]:
-    """Type and name of each field: what decides how a message is laid out.
-
-    Comments and constants do not, nor does the package that a part is from.
-    """
-    lines = (line.split("#")[0].split() for line in definition.splitlines())
-    kept = [line for line in lines if len(line) >= 2 and "=" not in "".join(line)]
-    return [(kind.split("/")[-1], name.split("/")[-1]) for kind, name, *_ in kept]
 
 
 def _malformed(topic: int) -> str:

@@ -1,177 +1,38 @@
-"""The log's messages in batches: MCAP message records with CDR payloads, as numpy arrays.
+"""The log's messages as CDR payloads: samples, referee events and decisions.
 
-A message is a *head* of fixed layout (the record's framing and the payload's fixed fields) and a
-*tail* of any length (the robots of a frame, the strings of an event). A whole chunk is laid out
-from heads and tails, or taken apart into them, without a Python loop over its messages.
-
-Sources: the MCAP specification (message record), OMG CDR (XCDR1, little-endian; alignment counts
-from behind the four bytes of encapsulation), and the definitions in ``schemas/*.msg``.
+Sources: OMG CDR (XCDR1, little-endian; alignment counts from behind the four bytes of
+encapsulation), and the definitions in ``schemas/*.msg``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
-from numba import njit
 
-from pipeline.chunks import FRAMING_BYTES, MESSAGE, U8, Records
 from pipeline.frame import BALL_DTYPE, I64, ROBOT_DTYPE, Frames
+from pipeline.matches.messages import RECORD, Bools, Heads, Messages, bytes_of
 from schemas import ROLES, TEAMS, Decisions, Referee
 from schemas.decisions import ENDS
 from schemas.matches import EVENTS
 
-Bools = npt.NDArray[np.bool_]
-Heads = npt.NDArray[np.void]
-
 #: The bytes 00 01 00 00: plain CDR, little-endian, no options.
 LITTLE_ENDIAN_CDR = 0x0000_0100
 
-_RECORD = [
-    ("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"),
-    ("log_time", "<i8"), ("publish_time", "<i8"), ("encapsulation", "<u4"),
-]
 #: Up to and including the length word of ``robots``; the tail is ROBOT_DTYPE [robots].
-FRAME_HEAD = np.dtype([*_RECORD, ("number", "<u4"), ("ball", BALL_DTYPE), ("robots", "<u4")])
+FRAME_HEAD = np.dtype([*RECORD, ("number", "<u4"), ("ball", BALL_DTYPE), ("robots", "<u4")])
 _RAW_BALL = np.dtype((np.void, BALL_DTYPE.itemsize))
 #: The tail is three strings: event, team, note.
-REFEREE_HEAD = np.dtype([*_RECORD, ("score_home", "<i2"), ("score_away", "<i2")])
+REFEREE_HEAD = np.dtype([*RECORD, ("score_home", "<i2"), ("score_away", "<i2")])
 #: Up to and including the length word of ``behaviour_id``; the tail is its bytes.
 DECISION_HEAD = np.dtype([
-    *_RECORD,
+    *RECORD,
     ("end_ns", "<i8"), ("state", "<i8"), ("reward", "<f8"), ("value", "<f8"), ("episode", "<i4"),
     ("robot", "<i2"), ("team", "u1"), ("role", "u1"), ("random", "u1"), ("ends", "u1"),
     ("padding", "V2"), ("name_bytes", "<u4"),
 ])  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class Messages:
-    """Messages of one channel.
-
-    Attributes:
-        heads: [K], of one of the ``*_HEAD`` dtypes; opcode and length are set by :func:`lay_out`.
-        tails: uint8 [offsets[-1]], all tails one after another.
-        offsets: int64 [K + 1]; the tail of message i is ``tails[offsets[i]:offsets[i + 1]]``.
-    """
-
-    heads: Heads
-    tails: U8
-    offsets: I64
-
-    def __len__(self) -> int:
-        return len(self.heads)
-
-    def __getitem__(self, part: slice) -> Messages:
-        """Consecutive messages; the step must be 1."""
-        first, last, _ = part.indices(len(self))
-        offsets = self.offsets[first:max(first, last) + 1]
-        return Messages(self.heads[part], self.tails[offsets[0]:offsets[-1]], offsets - offsets[0])
-
-    def tail_bytes(self) -> I64:
-        """Length of each tail, int64 [K]."""
-        return np.diff(self.offsets)
-
-    def keep(self, mask: Bools) -> Messages:
-        """Only the messages where ``mask`` [K] is true; itself if that is all of them."""
-        if mask.all():
-            return self
-        offsets = np.concatenate(([0], np.cumsum(self.tail_bytes()[mask])))
-        return Messages(self.heads[mask], self.tails[np.repeat(mask, self.tail_bytes())], offsets)
-
-
-class Collector:
-    """Messages as they are taken out of one chunk after another, without copying them again.
-
-    Args:
-        head: layout of the fixed part of their records.
-        capacity: bytes that all records may take together; memory is used only as they come.
-    """
-
-    def __init__(self, head: np.dtype[np.void], capacity: int) -> None:
-        self._head = head
-        most = capacity // head.itemsize
-        self._heads = np.empty((most, head.itemsize), dtype=np.uint8)
-        self._tails = np.empty(capacity, dtype=np.uint8)
-        self._offsets = np.empty(most + 1, dtype=np.int64)
-        self._offsets[0] = self._count = 0
-
-    def take(self, content: U8, records: Records) -> None:
-        """Take message records of ``content``, each with a body at least as long as the head's part."""
-        if not len(records.bodies):
-            return
-        first, last = self._count, self._count + len(records.bodies)
-        self._count = last
-        offsets = self._offsets[first:last + 1]
-        np.cumsum(records.lengths - (self._head.itemsize - FRAMING_BYTES), out=offsets[1:])
-        offsets[1:] += offsets[0]
-        _split(content, records.bodies - FRAMING_BYTES, offsets, self._heads[first:last], self._tails)
-
-    def messages(self) -> Messages:
-        """All that was taken so far, in that order."""
-        offsets = self._offsets[:self._count + 1]
-        heads = self._heads[:self._count].view(self._head).reshape(-1)
-        return Messages(heads, self._tails[:offsets[-1]], offsets)
-
-
-# --- records to bytes and back -----------------------------------------------------------
-
-
-def lay_out(messages: Messages) -> tuple[U8, I64]:
-    """The messages as MCAP records, one behind the other.
-
-    Returns:
-        The bytes, uint8 [starts[-1]], and where each record starts, int64 [K + 1].
-    """
-    heads, size = messages.heads, messages.heads.dtype.itemsize
-    heads["opcode"] = MESSAGE
-    heads["length"] = messages.tail_bytes() + (size - FRAMING_BYTES)
-    starts = messages.offsets + size * np.arange(len(messages) + 1, dtype=np.int64)
-    out = np.empty(int(starts[-1]), dtype=np.uint8)
-    _merge(_bytes_of(heads).reshape(-1, size), messages.tails, messages.offsets, out)
-    return out, starts
-
-
-def log_times(content: U8, records: Records) -> I64:
-    """Log times of message records, int64 [K]; those without a whole address count as 0."""
-    times = np.zeros(len(records.bodies), dtype=np.int64)
-    addressed = records.channels >= 0
-    places = records.bodies[addressed, None] + np.arange(6, 14)
-    times[addressed] = content[places].view("<i8").reshape(-1)
-    return times
-
-
-@njit(cache=True, nogil=True)
-def _merge(heads: U8, tails: U8, offsets: I64, out: U8) -> None:
-    size = heads.shape[1]
-    for k in range(heads.shape[0]):
-        at, length = offsets[k] + k * size, offsets[k + 1] - offsets[k]
-        _copy(heads[k], out[at:at + size])
-        _copy(tails[offsets[k]:offsets[k + 1]], out[at + size:at + size + length])
-
-
-@njit(cache=True, nogil=True)
-def _split(content: U8, starts: I64, offsets: I64, heads: U8, tails: U8) -> None:
-    size = heads.shape[1]
-    for k in range(heads.shape[0]):
-        at, length = starts[k], offsets[k + 1] - offsets[k]
-        _copy(content[at:at + size], heads[k])
-        _copy(content[at + size:at + size + length], tails[offsets[k]:offsets[k + 1]])
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _copy(source: U8, target: U8) -> None:
-    # over slices, whose indices cannot be negative, this loop becomes wide moves: 20 times faster
-    for j in range(len(source)):
-        target[j] = source[j]
-
-
-def _bytes_of(array: npt.NDArray[np.void]) -> U8:
-    return np.ascontiguousarray(array).view(np.uint8)
 
 
 def _heads(head: np.dtype[np.void], channel: int, t_ns: I64) -> Heads:
@@ -191,7 +52,7 @@ def pack_frames(frames: Frames, channel: int) -> Messages:
     heads["number"] = frames.number
     heads["ball"] = frames.ball
     heads["robots"] = frames.counts()
-    tails = _bytes_of(frames.robots[int(frames.offsets[0]):]).copy()
+    tails = bytes_of(frames.robots[int(frames.offsets[0]):]).copy()
     tails[1::ROBOT_DTYPE.itemsize] = 0  # the padding after `team` may hold anything in memory
     return Messages(heads, tails, (frames.offsets - frames.offsets[0]) * ROBOT_DTYPE.itemsize)
 

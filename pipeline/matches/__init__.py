@@ -1,0 +1,26 @@
+"""Match logs as MCAP: the recorder and the reader, beside each other.
+
+The only door to mcap, and the only module that touches a log's bytes. Both sides move whole chunks
+between bytes and numpy arrays; no loop runs over messages. Every byte that is written is covered by
+a CRC, and every CRC is checked on reading: what is damaged is reported and left out, what is whole
+is kept.
+
+==============  ==============================================================
+recorder        writes the file: chunks as they fill, then the summary
+reader          finds the file's parts, and what of them is whole
+description     the metadata record: which match it is, what is wrong with it
+channels        which channels there are, and their definitions
+inbox           messages that were read, sorted by topic, as tables
+cdr             payloads: samples, events and decisions to bytes and back
+messages        message records in batches: heads and tails
+chunks          chunks: sealed with their indexes, opened and checked
+records         records as bytes: found, walked over, encoded
+table           the row of a match in the table Matches
+==============  ==============================================================
+"""
+
+from pipeline.matches.reader import MAX_LOG_BYTES, read
+from pipeline.matches.recorder import CHUNK_BYTES, LEVEL, Recorder, write
+from pipeline.matches.table import row
+
+__all__ = ["CHUNK_BYTES", "LEVEL", "MAX_LOG_BYTES", "Recorder", "read", "row", "write"]

@@ -1,0 +1,75 @@
+"""The channels of a log: which there are and how their messages are defined."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import resources
+from typing import NamedTuple
+
+import numpy as np
+from mcap.records import Channel, Schema
+from mcap.well_known import MessageEncoding, SchemaEncoding
+
+from pipeline.matches import cdr
+
+#: Ids of the log's channels, and of their schemas.
+FRAME, REFEREE, DECISION = 1, 2, 3
+
+
+class Topic(NamedTuple):
+    """What a channel is for.
+
+    Attributes:
+        name: of the channel.
+        message: name of its definition in ``schemas/``.
+        parts: of the definitions that it refers to.
+        head: layout of the fixed part of its messages.
+    """
+
+    name: str
+    message: str
+    parts: tuple[str, ...]
+    head: np.dtype[np.void]
+
+    @cache  # noqa: B019 - there are three topics
+    def definition(self) -> str:
+        """The definition with those it refers to, as MCAP's ``ros2msg`` encoding wants it."""
+        folder = resources.files("schemas")
+        text = folder.joinpath(f"{self.message}.msg").read_text(encoding="utf-8")
+        for part in self.parts:
+            text += "=" * 80 + f"\nMSG: pitchlore/{part}\n"
+            text += folder.joinpath(f"{part}.msg").read_text(encoding="utf-8")
+        return text
+
+
+TOPICS = {
+    FRAME: Topic("/frame", "Frame", ("Robot",), cdr.FRAME_HEAD),
+    REFEREE: Topic("/referee", "RefereeEvent", (), cdr.REFEREE_HEAD),
+    DECISION: Topic("/decision", "Decision", (), cdr.DECISION_HEAD),
+}
+
+
+def declarations() -> tuple[list[Schema], list[Channel]]:
+    """The records that a log declares its channels with."""
+    schemas = [
+        Schema(
+            id=i, name=f"pitchlore/msg/{topic.message}", encoding=SchemaEncoding.ROS2,
+            data=topic.definition().encode(),
+        )
+        for i, topic in TOPICS.items()
+    ]
+    channels = [
+        Channel(id=i, topic=topic.name, message_encoding=MessageEncoding.CDR, metadata={}, schema_id=i)
+        for i, topic in TOPICS.items()
+    ]
+    return schemas, channels
+
+
+def fields(definition: str) -> list[tuple[str, str]]:
+    """Type and name of each field: what decides how a message is laid out.
+
+    Comments and constants do not, nor does the package that a part is from.
+    """
+    lines = (line.split("#")[0].split() for line in definition.splitlines())
+    kept = [line for line in lines if len(line) >= 2 and "=" not in "".join(line)]
+    return [(kind.split("/")[-1], name.split("/")[-1]) for kind, name, *_ in kept]

@@ -1,0 +1,157 @@
+"""MCAP's records as bytes: found, walked over, and encoded.
+
+Nothing here trusts what it reads: a length that leads out of the file is found before anything is
+made of it.
+
+Source: the MCAP specification, section Records.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from mcap.data_stream import RecordBuilder
+from mcap.records import McapRecord
+from numba import njit
+
+from pipeline.frame import I64
+
+U8 = npt.NDArray[np.uint8]
+
+MESSAGE, CHUNK, MESSAGE_INDEX, DATA_END = 0x05, 0x06, 0x07, 0x0F
+#: Opcode and length, before every record's body.
+FRAMING_BYTES = 9
+
+
+class Records(NamedTuple):
+    """Records in order, [K] each.
+
+    Attributes:
+        opcodes: uint8.
+        channels: int64, of message records; -1 for others and for messages without a whole address.
+        bodies: int64, where each body starts.
+        lengths: int64, of each body in bytes.
+    """
+
+    opcodes: U8
+    channels: I64
+    bodies: I64
+    lengths: I64
+
+    def keep(self, mask: npt.NDArray[np.bool_] | slice) -> Records:
+        """Only those where ``mask`` [K] is true."""
+        return Records(self.opcodes[mask], self.channels[mask], self.bodies[mask], self.lengths[mask])
+
+
+def encoded(*records: McapRecord) -> bytes:
+    """Records that hold no messages, one behind the other."""
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    data: bytes = builder.end()  # type: ignore[no-untyped-call]
+    return data
+
+
+def as_array(data: bytes | memoryview) -> U8:
+    """The same bytes as a read-only array, uint8."""
+    array = np.frombuffer(data, dtype=np.uint8)
+    array.flags.writeable = False
+    return array
+
+
+def find_records(
+    content: U8, start: int, stop: int, landmarks: Sequence[int]
+) -> tuple[Records, int, list[int]]:
+    """The records in ``content[start:stop]``, up to and including the DataEnd.
+
+    Args:
+        content: uint8, the whole file.
+        start: where the first record starts.
+        stop: where records end at the latest, exclusive.
+        landmarks: where records are known to start, ascending; after damage the search goes on there.
+
+    Returns:
+        The records; where the last of them ends; and where damaged ones start.
+    """
+    parts, damaged = [], []
+    ahead = [place for place in landmarks if start < place < stop]
+    while True:
+        records, end = walk(content, start, stop)
+        starts = records.bodies - FRAMING_BYTES
+        whole = len(starts)
+        run_over = [place for place in ahead if place < end and not _includes(starts, place)]
+        if run_over:  # the record that runs over the landmark has a wrong length
+            resume = run_over[0]
+            whole = int(np.searchsorted(starts, resume)) - 1
+        else:
+            resume = next((place for place in ahead if place >= end), -1)
+            if resume >= 0 and whole and records.opcodes[-1] == DATA_END:  # that is not what it is
+                whole -= 1
+        parts.append(records.keep(slice(0, whole)))
+        if resume < 0:
+            break
+        damaged.append(int(starts[whole]) if whole < len(starts) else end)
+        start, ahead = resume, [place for place in ahead if place > resume]
+    return _join(parts), end, damaged
+
+
+def _join(parts: Sequence[Records]) -> Records:
+    return Records(
+        np.concatenate([part.opcodes for part in parts]),
+        np.concatenate([part.channels for part in parts]),
+        np.concatenate([part.bodies for part in parts]),
+        np.concatenate([part.lengths for part in parts]),
+    )
+
+
+def _includes(ascending: I64, value: int) -> bool:
+    at = int(np.searchsorted(ascending, value))
+    return at < len(ascending) and int(ascending[at]) == value
+
+
+def walk(content: U8, start: int, stop: int) -> tuple[Records, int]:
+    """The records in ``content[start:stop]``, up to and including a DataEnd.
+
+    Returns:
+        The records, and where the last whole one ends: less than ``stop`` after a DataEnd, or if
+        what follows is no whole record.
+    """
+    opcodes, channels, bodies, lengths, end = _walk(content, start, stop)
+    return Records(opcodes, channels, bodies, lengths), int(end)
+
+
+@njit(cache=True, nogil=True)
+def _walk(content: U8, start: int, stop: int) -> tuple[U8, I64, I64, I64, np.int64]:
+    count, end = 0, np.int64(start)
+    while end + FRAMING_BYTES <= stop:
+        length = _uint64(content, end + 1)
+        if length < 0 or length > stop - end - FRAMING_BYTES:
+            break
+        opcode = content[end]
+        count += 1
+        end += FRAMING_BYTES + length
+        if opcode == DATA_END:
+            break
+    opcodes = np.empty(count, dtype=np.uint8)
+    channels = np.full(count, -1, dtype=np.int64)
+    bodies = np.empty(count, dtype=np.int64)
+    lengths = np.empty(count, dtype=np.int64)
+    at = np.int64(start)
+    for k in range(count):
+        opcodes[k], bodies[k], lengths[k] = content[at], at + FRAMING_BYTES, _uint64(content, at + 1)
+        if opcodes[k] == MESSAGE and lengths[k] >= 22:  # channel, sequence and two times
+            channels[k] = np.int64(content[at + 9]) | (np.int64(content[at + 10]) << 8)
+        at += FRAMING_BYTES + lengths[k]
+    return opcodes, channels, bodies, lengths, end
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _uint64(content: U8, at: np.int64) -> np.int64:
+    # a value of 2**63 or more comes out negative
+    value = np.int64(0)
+    for j in range(8):
+        value |= np.int64(content[at + j]) << (8 * j)
+    return value

@@ -1,0 +1,54 @@
+"""The match as a row of the catalogue's table."""
+
+from __future__ import annotations
+
+from datetime import UTC
+
+import numpy as np
+import polars as pl
+
+from pipeline.frame import AWAY, HOME, MatchLog
+from schemas import Matches
+
+
+def row(log: MatchLog) -> pl.DataFrame:
+    """The match as one row of schema Matches.
+
+    The sampling rate is 1 / median of the positive intervals between consecutive samples; the score
+    is the last that the referee is known to have said.
+    """
+    info, frames = log.info, log.frames
+    steps = np.diff(frames.t_ns)
+    steps = steps[steps > 0]
+    robots, samples = frames.robots, frames.robot_frames()
+    most = max(
+        int(np.bincount(samples[robots["team"] == team], minlength=1).max()) for team in (HOME, AWAY)
+    )
+    started = info.started_at
+    if started is not None:
+        started = started.replace(tzinfo=UTC) if started.tzinfo is None else started.astimezone(UTC)
+    scores = {
+        score: log.referee.sort("t_ns", maintain_order=True)[score].drop_nulls().to_list()
+        for score in ("score_home", "score_away")
+    }
+    values = {
+        "match_id": info.match_id,
+        "source": info.source,
+        "home": info.home,
+        "away": info.away,
+        "started_at": started,
+        "duration_s": int(frames.t_ns.max() - frames.t_ns.min()) / 1e9 if len(frames) else 0.0,
+        "hz": 1e9 / float(np.median(steps)) if len(steps) else None,
+        "robots_per_team": most,
+        **{score: known[-1] if known else None for score, known in scores.items()},
+        "complete": info.complete,
+        "incomplete_reason": info.incomplete_reason,
+        "kind": info.pitch.kind.value,
+        "pitch_length": info.pitch.length,
+        "pitch_width": info.pitch.width,
+        "goal_width": info.pitch.goal_width,
+        "frames": len(frames),
+        "format": info.format,
+        "direction_inferred": any(period.inferred for period in info.periods),
+    }
+    return pl.DataFrame([values], schema=Matches.dtypes())
