@@ -14,11 +14,14 @@ from pathlib import Path
 import polars as pl
 import pytest
 from conftest import ROOT, clip, fill, run
+from prefect import Flow, Task
 
+import flows.matches
 from flows.catalog import catalog_path
 from flows.matches import Recording, import_recording, inbox, matches_flow
 from flows.policies import policies_flow
-from pipeline import catalog, matches
+from pipeline import catalog
+from pipeline import matches as log_format
 from pipeline.errors import BadRecording, StorageFailed
 from pipeline.settings import BehaviourSettings, GramSettings, PolicySettings, Settings, TrajectorySettings
 from pipeline.store import Store
@@ -154,6 +157,27 @@ def test_kill_9_in_the_middle_then_run_again_gives_the_same_bytes(tmp_path, clip
     assert products(tmp_path) == products(finished)
 
 
+def test_two_flows_emit_knowledge_at_once_and_both_land(tmp_path, finished):
+    data = tmp_path / "data"
+    shutil.copytree(finished, data)
+    script = (
+        "import sys; from pathlib import Path; from flows.knowledge import emit\n"
+        "from pipeline.settings import KnowledgeSettings; from pipeline.store import Store\n"
+        "print(emit(Store(Path(sys.argv[1])), KnowledgeSettings(optimistic=float(sys.argv[2])))[0].version)"
+    )
+    emitters = [
+        subprocess.Popen([sys.executable, "-c", script, str(data), optimistic], stdout=subprocess.PIPE, text=True)
+        for optimistic in ("0.25", "0.75")
+    ]
+    versions = sorted(int(process.communicate(timeout=60)[0]) for process in emitters)
+    store = Store(data)
+    assert versions == [2, 3]
+    assert store.versions("knowledge") == [1, 2, 3]
+    assert {store.manifest("knowledge", v).settings["optimistic"] for v in versions} == {0.25, 0.75}
+    for version in versions:
+        assert store.verify_version("knowledge", version) == []
+
+
 def test_importing_twice_gives_one_match(tmp_path, clips):
     store = Store(tmp_path)
     file = clips / "early.parquet"
@@ -195,14 +219,14 @@ def test_a_damaged_log_is_replaced_by_the_whole_one(tmp_path, clips):
 def test_two_matches_of_one_id_are_not_mixed(tmp_path, clips):
     store = Store(tmp_path)
     receipt, _ = import_recording(store, Recording(file=clips / "early.parquet"))
-    log = matches.read(store.read(receipt, "log"), where="log")
-    other = matches.read(store.read(receipt, "log"), where="log")
+    log = log_format.read(store.read(receipt, "log"), where="log")
+    other = log_format.read(store.read(receipt, "log"), where="log")
     import dataclasses
     import io
 
     info = log.info.model_copy(update={"home": "impostors"})
     buffer = io.BytesIO()
-    matches.write(dataclasses.replace(other, info=info), buffer)
+    log_format.write(dataclasses.replace(other, info=info), buffer)
     path = tmp_path / "impostor.mcap"
     path.write_bytes(buffer.getvalue())
     with pytest.raises(BadRecording, match="another match is here"):
@@ -253,3 +277,17 @@ def test_a_worker_can_load_the_flow_from_its_file(monkeypatch):
     loaded = load_flow_from_entrypoint("flows/run.py:run_flow")
     parameters = loaded.validate_parameters({"data": "data", "settings": {"policies": {"sweeps": 2}}})
     assert parameters["settings"].policies.sweeps == 2
+
+
+def test_prefect_keeps_results_as_json_and_never_as_pickles():
+    from flows import behaviours, decisions, goals, grams, knowledge, policies, run, situations, trajectories
+
+    modules = (behaviours, decisions, goals, grams, knowledge, flows.matches, policies, run, situations,
+               trajectories)
+    members = [value for module in modules for value in vars(module).values()]
+    found = {value.name: value for value in members if isinstance(value, Flow)}
+    tasks = {value.name: value for value in members if isinstance(value, Task)}
+    assert len(found) == 10
+    assert len(tasks) == 9
+    assert {flow.result_serializer for flow in found.values()} == {"json"}
+    assert not any(task.persist_result for task in tasks.values())

@@ -1,5 +1,7 @@
 """The map: weighted distinct grams train it as all samples would, and the same input gives the same bytes."""
 
+import io
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -141,3 +143,22 @@ def test_distance_map_is_flat_where_all_neurons_are_alike_and_peaks_at_one_else(
 def test_ties_go_to_the_lowest_neuron():
     som = Map(1, 2, np.array([[0.0], [10.0]]), 0.0, 0.0)
     assert best_matching_units(som, np.array([[5], [6]], dtype=np.int16)).tolist() == [0, 1]
+
+
+class _Payload:
+    """Makes a file when it is unpickled."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return (open, (str(self.path), "w"))
+
+
+def test_a_map_file_cannot_run_code(tmp_path):
+    trap = tmp_path / "trap"
+    buffer = io.BytesIO()
+    np.savez(buffer, weights_1=np.array([_Payload(trap)], dtype=object), errors_1=np.zeros(2))
+    with pytest.raises(CorruptFile, match="not a file of maps"):
+        from_bytes(buffer.getvalue())
+    assert not trap.exists()

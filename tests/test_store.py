@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import dataframely as dy
 import polars as pl
 import pytest
 
@@ -19,7 +20,17 @@ from pipeline.errors import CorruptFile, NotFound, SchemaMismatch, StorageFailed
 from pipeline.receipts import Receipt, key_of
 from pipeline.store import Store
 from pipeline.tables import SCHEMA_KEY, from_parquet, to_parquet
-from schemas import Goals
+from schemas import (
+    Decisions,
+    Goals,
+    Grams,
+    Matches,
+    Occasions,
+    Patterns,
+    Policies,
+    Situations,
+    Trajectories,
+)
 
 STEPS = ("write_bytes", "open", "fsync", "replace", "rename", "mkdir")
 
@@ -320,3 +331,16 @@ def test_a_hostile_name_never_becomes_a_path(tmp_path, name):
     with pytest.raises(StorageFailed, match="not a safe file name"):
         Store(tmp_path / "data").commit("goals", name, "0" * 16, inputs={}, settings={})
     assert not (tmp_path / "data").exists()
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
+@pytest.mark.parametrize(("schema", "column"), [
+    (Trajectories, "x"), (Trajectories, "vx"), (Situations, "strength"), (Grams, "value_sum"),
+    (Patterns, "value"), (Decisions, "reward"), (Occasions, "value"), (Policies, "q"), (Matches, "hz"),
+])
+def test_nan_and_infinity_never_get_into_a_table(schema, column, value):
+    row = schema.sample(1, generator=dy.random.Generator(seed=1))
+    to_parquet(row, schema, where="x")
+    bad = row.with_columns(pl.lit(value, dtype=schema.dtypes()[column]).alias(column))
+    with pytest.raises(SchemaMismatch, match=column):
+        to_parquet(bad, schema, where="x")

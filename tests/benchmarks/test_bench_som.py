@@ -80,7 +80,7 @@ def test_against_minisom(benchmark, how):
 
 
 @pytest.mark.benchmark(group="train a 3 × 3 map on the 4-grams of many matches, 20 epochs")
-@pytest.mark.parametrize("matches", [1, 10, 100], ids="ours, distinct grams of {} matches".format)
+@pytest.mark.parametrize("matches", [1, 10, 100], ids="ours, distinct grams, matches: {}".format)
 def test_of_distinct_grams(benchmark, matches):
     raw = samples(matches)
     distinct, counts = np.unique(raw, axis=0, return_counts=True)
@@ -90,7 +90,7 @@ def test_of_distinct_grams(benchmark, matches):
 
 
 @pytest.mark.benchmark(group="train a 3 × 3 map on the 4-grams of many matches, 20 epochs")
-@pytest.mark.parametrize("matches", [1, 10], ids="ours, every gram of {} matches".format)
+@pytest.mark.parametrize("matches", [1, 10], ids="ours, every gram, matches: {}".format)
 def test_of_every_gram(benchmark, matches):
     raw = samples(matches)
     benchmark.extra_info.update(units=len(raw), unit="grams")

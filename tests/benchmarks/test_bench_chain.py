@@ -1,0 +1,125 @@
+"""The whole chain of one match, Prefect aside: seconds of play per second, on one thread of stages."""
+
+import io
+import shutil
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import polars as pl
+import pytest
+from conftest import SAMPLE
+
+from flows import goals, grams, situations, trajectories
+from flows.matches import Recording, import_recording
+from pipeline.catalog import query
+from pipeline.settings import Settings
+from pipeline.store import Store
+from pipeline.tables import to_parquet
+from schemas import Trajectories
+
+PLAY_S = 600.0
+SETTINGS = Settings()
+
+
+def chain(data: Path) -> None:
+    """Recording to 4-grams, every file written, checked and synced."""
+    store = Store(data)
+    receipt, _ = import_recording(store, Recording(file=SAMPLE))
+    trajectories.STAGE.perform(store, receipt.name, SETTINGS.trajectories)
+    situations.STAGE.perform(store, receipt.name, SETTINGS.situations)
+    goals.STAGE.perform(store, receipt.name, SETTINGS.goals)
+    grams.STAGE.perform(store, grams.output(receipt.name, 4), SETTINGS.grams)
+
+
+@pytest.mark.benchmark(group="a match from recording to grams, files written and synced")
+def test_ours(benchmark, tmp_path):
+    chain(tmp_path / "warm")
+    folders = iter(range(100))
+    benchmark.extra_info.update(units=PLAY_S, unit="seconds of play")
+    benchmark.pedantic(lambda: chain(tmp_path / str(next(folders))), rounds=5)
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory) -> pl.DataFrame:
+    store = Store(tmp_path_factory.mktemp("table"))
+    receipt, _ = import_recording(store, Recording(file=SAMPLE))
+    trajectories.STAGE.perform(store, receipt.name, SETTINGS.trajectories)
+    made = store.receipt("trajectories", receipt.name)
+    return store.read_table(made, "trajectories", Trajectories)
+
+
+@pytest.mark.benchmark(group="trajectories to Parquet")
+@pytest.mark.parametrize("how", ["ours, checked against the schema", "polars, zstd 1, unchecked", "pyarrow defaults"])
+def test_write(benchmark, table, how):
+    import pyarrow.parquet
+
+    def plain() -> bytes:
+        buffer = io.BytesIO()
+        if how.startswith("polars"):
+            table.write_parquet(buffer, compression="zstd", compression_level=1)
+        else:
+            pyarrow.parquet.write_table(table.to_arrow(), buffer)
+        return buffer.getvalue()
+
+    run = (lambda: to_parquet(table, Trajectories, where="x")) if how.startswith("ours") else plain
+    benchmark.extra_info.update(units=table.height, unit="rows", megabytes=round(len(run()) / 1e6, 2))
+    benchmark.pedantic(run, rounds=7)
+
+
+MERGE = textwrap.dedent("""
+    import resource, sys
+    from pathlib import Path
+    from flows.behaviours import STAGE
+    from pipeline.settings import Settings
+    from pipeline.store import Store
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    STAGE.perform(Store(Path(sys.argv[1])), "n4", Settings().behaviours)
+    print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024)
+""")
+
+
+@pytest.mark.benchmark(group="behaviours of four over many matches")
+@pytest.mark.parametrize("copies", [10, 100, 1000], ids=lambda n: f"ours, {n} matches")
+def test_many(benchmark, tmp_path, copies):
+    """Copies of one match under other ids: the same distinct grams, so memory must not grow with them."""
+    store = Store(tmp_path)
+    chain(tmp_path)
+    (name,) = (receipt.name for receipt in store.receipts("matches"))
+    for index in range(copies - 1):
+        for noun, suffix in (("matches", ""), ("situations", ""), ("grams", ".n4")):
+            text = (tmp_path / noun / f"{name}{suffix}.receipt.json").read_text()
+            copy = text.replace(f'"name": "{name}', f'"name": "copy{index}-{name}')
+            (tmp_path / noun / f"copy{index}-{name}{suffix}.receipt.json").write_text(copy)
+    assert len(list(store.receipts("grams"))) == copies
+
+    def run() -> str:
+        return subprocess.run([sys.executable, "-c", MERGE, str(tmp_path)], check=True, capture_output=True,
+                              text=True).stdout
+
+    benchmark.extra_info.update(units=copies, unit="matches")
+    benchmark.extra_info["megabytes more"] = int(benchmark.pedantic(run, rounds=1))
+
+
+@pytest.mark.benchmark(group="SQL over 100 matches")
+def test_sql_ours(benchmark, tmp_path):
+    from flows.catalog import refresh
+
+    store = Store(tmp_path)
+    chain(tmp_path)
+    receipt = next(iter(store.receipts("situations")))
+    for index in range(99):
+        path = tmp_path / "situations" / f"copy{index}-{receipt.name}.receipt.json"
+        file = receipt.files["situations"]
+        copy = tmp_path / "situations" / f"copy{index}.parquet"
+        shutil.copy(tmp_path / file.path, copy)
+        files = {"situations": file.model_copy(update={"path": f"situations/{copy.name}"})}
+        path.write_text(receipt.model_copy(update={"name": f"copy{index}", "files": files}).model_dump_json())
+    catalog = refresh(store)
+    sql = ("select match_id, team, name, count(*) n, avg((end_ns-start_ns)/1e9) s from situations "
+           "group by all order by n desc")
+    benchmark.extra_info.update(units=100, unit="matches")
+    assert benchmark.pedantic(lambda: query(catalog, sql), rounds=5).height > 0
+
+
