@@ -1,7 +1,8 @@
 """Situations: who does what, from when to when (paper section 3.2.1, Table 1).
 
-The rules (:mod:`pipeline.rules`) are compiled once for each kind of match and run over blocks of samples:
-geometry to signals, signals to degrees of conditions, degrees to occurrences, occurrences to one sequence.
+The rules (:mod:`pipeline.recognition.rules`) are compiled once for each kind of match and run over
+blocks of samples: geometry to signals, signals to degrees of conditions, degrees to occurrences,
+occurrences to one sequence.
 """
 
 from __future__ import annotations
@@ -14,12 +15,12 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline import conditions, occurrences, signals
 from pipeline.errors import SchemaMismatch
 from pipeline.pitch import SCALES, Pitch
-from pipeline.rulebook import RuleSet, compiled, rule_table, term_table
-from pipeline.rules import RANDOM, RULES, TABLE_1, Start, Target
-from pipeline.scene import Scene, arrange
+from pipeline.recognition import conditions, occurrences, signals
+from pipeline.recognition.rulebook import RuleSet, compiled, rule_table, term_table
+from pipeline.recognition.rules import RANDOM, RULES, TABLE_1, Start, Target
+from pipeline.recognition.scene import Scene, arrange
 from pipeline.settings import SituationSettings
 from schemas import ROLES, TEAMS, Situations
 
@@ -52,8 +53,9 @@ def recognise(trajectories: pl.DataFrame, pitch: Pitch, settings: SituationSetti
         Rows of schema Situations, sorted by team, robot, start_ns. ``start_ns`` is the time of the first
         sample (inclusive); ``end_ns`` that of the first sample after (exclusive), or, where nothing
         follows without interruption, the last sample's time and the segment's median interval, at most
-        the time of the match's next sample. ``strength`` is as :func:`pipeline.occurrences.advance`
-        defines it; a merged situation has the least of its parts'.
+        the time of the match's next sample. ``strength`` is as
+        :func:`pipeline.recognition.occurrences.advance` defines it; a merged situation has the least
+        of its parts'.
 
     Raises:
         SchemaMismatch: if the table holds several matches or is not sorted.

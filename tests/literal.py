@@ -18,7 +18,7 @@ import polars as pl
 from pipeline import fuzzy
 from pipeline.fuzzy import Variable
 from pipeline.pitch import SCALES, Pitch
-from pipeline.rules import MACROS, RULES, TABLE_1, Rule, Start, Target
+from pipeline.recognition.rules import MACROS, RULES, TABLE_1, Rule, Start, Target
 from pipeline.settings import SituationSettings
 from schemas import ROLES
 

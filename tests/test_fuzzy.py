@@ -9,13 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline import fuzzy, signals
-from pipeline.conditions import compile_conditions, execute, parse
+from pipeline import fuzzy
 from pipeline.errors import BadSettings
 from pipeline.fuzzy import Trapezoid, Variable
 from pipeline.pitch import SCALES, Kind
-from pipeline.rulebook import variable_of
-from pipeline.rules import MACROS, RULES
+from pipeline.recognition import signals
+from pipeline.recognition.conditions import compile_conditions, execute, parse
+from pipeline.recognition.rulebook import variable_of
+from pipeline.recognition.rules import MACROS, RULES
 from pipeline.situations import ROUNDING
 
 ALL_TERMS = [

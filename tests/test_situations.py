@@ -17,7 +17,7 @@ from scenes import FRO, SCENES, THERE, TO, film, goes, stands, walk
 
 from pipeline.errors import SchemaMismatch
 from pipeline.pitch import PITCHES, Kind, Pitch
-from pipeline.rules import RULES, TABLE_1, Start
+from pipeline.recognition.rules import RULES, TABLE_1, Start
 from pipeline.settings import SituationSettings, TrajectorySettings
 from pipeline.situations import recognise, rule_table, term_table
 from pipeline.trajectories import trajectories

@@ -15,8 +15,8 @@ from pipeline.errors import NotFound
 from pipeline.pitch import Kind, Pitch
 from pipeline.plots import memberships, png
 from pipeline.receipts import Receipt
+from pipeline.recognition.rulebook import rule_table, term_table
 from pipeline.replay import page
-from pipeline.rulebook import rule_table, term_table
 from pipeline.store import Store
 from schemas import PUBLIC, Goals, Matches, Referee, Situations, Trajectories
 

@@ -13,12 +13,13 @@ import skfuzzy
 from recordings import RSIM, imported
 from skfuzzy import control
 
-from pipeline import conditions, fuzzy, signals
-from pipeline.conditions import And, Expression, Is, Not, Or, Very, execute, parse
+from pipeline import fuzzy
 from pipeline.pitch import SCALES, Kind
-from pipeline.rulebook import compiled, variable_of
-from pipeline.rules import MACROS, RULES, Start
-from pipeline.scene import arrange
+from pipeline.recognition import conditions, signals
+from pipeline.recognition.conditions import And, Expression, Is, Not, Or, Very, execute, parse
+from pipeline.recognition.rulebook import compiled, variable_of
+from pipeline.recognition.rules import MACROS, RULES, Start
+from pipeline.recognition.scene import arrange
 from pipeline.settings import SituationSettings, TrajectorySettings
 from pipeline.situations import recognise
 from pipeline.trajectories import trajectories

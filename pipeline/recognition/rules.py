@@ -2,7 +2,7 @@
 
 Codes, names and priorities are the paper's (Table 1). The conditions and times are ours, for the paper
 prints none (SITUATIONS in DECISIONS.md says why each is what it is). The language of the conditions is
-that of :mod:`pipeline.conditions`.
+that of :mod:`pipeline.recognition.conditions`.
 
 Signals
     ``ball_distance``, ``own_goal_distance``, …: from the robot's centre.

@@ -10,11 +10,12 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline import fuzzy, occurrences, signals
-from pipeline.conditions import Code, compile_conditions, parse
+from pipeline import fuzzy
 from pipeline.fuzzy import Variable
 from pipeline.pitch import SCALES, Kind
-from pipeline.rules import MACROS, RANDOM, RULES, TABLE_1, Start, Target
+from pipeline.recognition import occurrences, signals
+from pipeline.recognition.conditions import Code, compile_conditions, parse
+from pipeline.recognition.rules import MACROS, RANDOM, RULES, TABLE_1, Start, Target
 from pipeline.settings import SituationSettings
 
 I64 = npt.NDArray[np.int64]
@@ -32,7 +33,7 @@ class RuleSet:
         places: int64 [V], which rules of RULES they are.
         code: their conditions.
         initial, final: int32 [V], registers of the conditions.
-        start: int64 [V], ONSET, LATEST or WHILE of :mod:`pipeline.occurrences`.
+        start: int64 [V], ONSET, LATEST or WHILE of :mod:`pipeline.recognition.occurrences`.
         limit_ns, hold_ns: int64 [V].
         once: bool [V].
     """

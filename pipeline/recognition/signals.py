@@ -38,8 +38,8 @@ def ball_distances(poses: F64, ball: F64) -> F64:
     """Distance of each robot to the ball, float64 [B, T] in metres, NaN where either is missing.
 
     Args:
-        poses: as in :class:`pipeline.scene.Scene`.
-        ball: as in :class:`pipeline.scene.Scene`.
+        poses: as in :class:`pipeline.recognition.scene.Scene`.
+        ball: as in :class:`pipeline.recognition.scene.Scene`.
     """
     out: F64 = np.empty_like(poses[0])
     for b in range(len(out)):
@@ -58,7 +58,7 @@ def nearest_to_ball(distances: F64, among: Flags, ball: F64) -> F64:
     Args:
         distances: float64 [B, T], as :func:`ball_distances`.
         among: bool [B], the robots to choose from.
-        ball: as in :class:`pipeline.scene.Scene`.
+        ball: as in :class:`pipeline.recognition.scene.Scene`.
     """
     nearest = np.where(np.isnan(ball[0]), np.nan, NOBODY)
     for b in range(distances.shape[0]):
@@ -108,7 +108,7 @@ def fill_own(
 
     Args:
         mine: float64 [7, N], the robot's x, y, cos, sin, speed, course_cos, course_sin.
-        ball: float64 [5, N], as in :class:`pipeline.scene.Scene`.
+        ball: float64 [5, N], as in :class:`pipeline.recognition.scene.Scene`.
         opponent: float64 [N], distance of the nearest opponent to the ball.
         teammate: float64 [N], distance of the nearest teammate to the ball.
         at: first sample of the block.

@@ -1,7 +1,7 @@
 """The replay page: a match, its situations and its goals to look at in a browser.
 
-One self-contained HTML file: markup and style from ``replay.html``; behaviour from
-``replay_match.js`` (reads the payload), ``replay_draw.js`` (paints) and ``replay.js`` (keys, clicks,
+One self-contained HTML file: markup and style from ``page.html``; behaviour from
+``match.js`` (reads the payload), ``draw.js`` (paints) and ``controls.js`` (keys, clicks,
 time); and the match as one deflated, base64-encoded payload. The page fetches nothing, and all text that
 comes from data is inside the payload (or escaped, in the title), so data can never become markup.
 
@@ -110,14 +110,14 @@ def page(
     raw = struct.pack("<I", len(text)) + text + _samples(trajectories, bodies, shown, quantum)
     payload = base64.b64encode(zlib.compress(raw, 9)).decode("ascii")
     title = html.escape(f"{facts['home']} – {facts['away']} · Pitchlore replay")
-    script = "".join(_asset(name) for name in ("replay_match.js", "replay_draw.js", "replay.js"))
-    blank = _asset("replay.html").replace("{{script}}", script)
+    script = "".join(_asset(name) for name in ("match.js", "draw.js", "controls.js"))
+    blank = _asset("page.html").replace("{{script}}", script)
     # the title goes in last, so that nothing in it is taken for a blank to fill
     return blank.replace("{{payload}}", payload).replace("{{title}}", title)
 
 
 def _asset(name: str) -> str:
-    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+    return resources.files(__name__).joinpath(name).read_text(encoding="utf-8")
 
 
 def _bodies(trajectories: pl.DataFrame) -> pl.DataFrame:

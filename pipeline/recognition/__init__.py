@@ -1,0 +1,1 @@
+"""How situations are recognised: rules as text, the scene as signals, conditions, occurrences."""
