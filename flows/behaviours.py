@@ -2,7 +2,17 @@
 
 from pathlib import Path
 
-from flows.stage import Made, Stage, data_folder, need, our_flow, run_stage, sound_matches, stage_task
+from flows.stage import (
+    Made,
+    Stage,
+    conclude,
+    data_folder,
+    need,
+    our_flow,
+    run_stage,
+    sound_matches,
+    stage_task,
+)
 from pipeline.behaviours import select
 from pipeline.grams import merge
 from pipeline.receipts import Receipt
@@ -62,4 +72,4 @@ def behaviours_flow(
 ) -> dict[str, object]:
     """Select the behaviours of length ``n`` if the grams have changed."""
     store = data_folder(data)
-    return run_stage(make_behaviours, STAGE, store, [round_name(n)], settings).model_dump()
+    return conclude(run_stage(make_behaviours, STAGE, store, [round_name(n)], settings))

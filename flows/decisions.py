@@ -4,7 +4,7 @@ from pathlib import Path
 
 import polars as pl
 
-from flows.stage import Made, Stage, data_folder, match_names, need, our_flow, run_stage, stage_task
+from flows.stage import Made, Stage, conclude, data_folder, match_names, need, our_flow, run_stage, stage_task
 from pipeline.decisions import observe
 from pipeline.grams import value
 from pipeline.pitch import Pitch
@@ -54,4 +54,4 @@ def make_decisions(data: Path, name: str, settings: DecisionSettings) -> str:
 def decisions_flow(data: Path, settings: DecisionSettings = DecisionSettings()) -> dict[str, object]:
     """Find the decisions of all matches that need it."""
     store = data_folder(data)
-    return run_stage(make_decisions, STAGE, store, match_names(store), settings).model_dump()
+    return conclude(run_stage(make_decisions, STAGE, store, match_names(store), settings))

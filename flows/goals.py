@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from flows.stage import Made, Stage, data_folder, match_names, need, our_flow, run_stage, stage_task
+from flows.stage import Made, Stage, conclude, data_folder, match_names, need, our_flow, run_stage, stage_task
 from pipeline.goals import attribute
 from pipeline.pitch import Pitch
 from pipeline.settings import GoalSettings
@@ -38,4 +38,4 @@ def make_goals(data: Path, name: str, settings: GoalSettings) -> str:
 def goals_flow(data: Path, settings: GoalSettings = GoalSettings()) -> dict[str, object]:
     """Attribute the goals of all matches that need it."""
     store = data_folder(data)
-    return run_stage(make_goals, STAGE, store, match_names(store), settings).model_dump()
+    return conclude(run_stage(make_goals, STAGE, store, match_names(store), settings))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import polars as pl
 
-from flows.stage import Made, Stage, data_folder, match_names, need, our_flow, run_stage, stage_task
+from flows.stage import Made, Stage, conclude, data_folder, match_names, need, our_flow, run_stage, stage_task
 from pipeline.grams import cover, grams, value
 from pipeline.receipts import Receipt
 from pipeline.settings import GramSettings
@@ -68,4 +68,4 @@ def grams_flow(
     """Count the grams of length ``n`` of all matches that need it."""
     store = data_folder(data)
     names = [output(match, n) for match in match_names(store)]
-    return run_stage(make_grams, STAGE, store, names, settings).model_dump()
+    return conclude(run_stage(make_grams, STAGE, store, names, settings))

@@ -30,7 +30,7 @@ def emit(store: Store, settings: KnowledgeSettings) -> tuple[Manifest, bool]:
     with store.claim("knowledge") as version:
         patterns = (store.read_table(receipt, "patterns", Patterns) for receipt in rounds)
         known = behaviours(patterns, version)
-        occurred = occasions((store.read_table(r, "decisions", Decisions) for r in seen), version)
+        occurred = occasions((store.read_table(r, "decisions", Decisions) for r in seen), version, settings)
         parent = store.latest("knowledge")
         manifest = store.commit_version(
             "knowledge", version, parent=parent.version if parent else None, key=key, inputs=inputs,

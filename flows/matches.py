@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from flows.stage import StageReport, data_folder, our_flow, run_tasks, stage_task
+from flows.stage import StageReport, conclude, data_folder, our_flow, run_tasks, stage_task
 from pipeline import matches as log
 from pipeline.errors import BadRecording
 from pipeline.frame import MatchLog
@@ -148,4 +148,4 @@ def import_all(store: Store, recordings: list[Recording]) -> StageReport:
 def matches_flow(data: Path, recordings: list[Recording] | None = None) -> dict[str, object]:
     """Import the recordings, by default those in the inbox."""
     store = data_folder(data)
-    return import_all(store, inbox(store) if recordings is None else recordings).model_dump()
+    return conclude(import_all(store, inbox(store) if recordings is None else recordings))

@@ -3,6 +3,8 @@
 from dataclasses import asdict
 from pathlib import Path
 
+from prefect.artifacts import create_markdown_artifact
+
 from flows.stage import data_folder, need, our_flow, stage_task
 from pipeline.errors import NotFound
 from pipeline.policies import train
@@ -52,7 +54,7 @@ def learn(store: Store, settings: PolicySettings) -> tuple[Manifest, bool]:
             (store.read_table(receipt, "decisions", Decisions) for receipt in receipts),
             store.read_version_table(knowledge, "occasions", Occasions),
             store.read_version_table(parent, "policies", Policies) if parent else None,
-            settings, knowledge.settings["optimistic"], version, knowledge.version,
+            settings, version, knowledge.version,
         )
         if parent is not None:
             inputs["parent"] = parent.files["policies"].sha256
@@ -71,9 +73,20 @@ def make_policy(data: Path, name: str, settings: PolicySettings) -> tuple[int, b
     return manifest.version, new
 
 
+def publish(store: Store, version: int) -> None:
+    """Show a version's training as an artifact of the flow run."""
+    counts = store.manifest("policies", version).counts
+    lines = [f"# Policy version {version} on knowledge version {counts['knowledge_version']}", "",
+             "| role | pairs | new | decisions | mean error, first and last sweep |", "|---|---|---|---|---|"]
+    lines += [f"| {role} | {c['pairs']} | {c['new_pairs']} | {c['decisions']} | {c['first_error']} "
+              f"{c['last_error']} |" for role, c in counts["roles"].items()]
+    create_markdown_artifact("\n".join(lines), key="policy", description="the newest policy")
+
+
 @our_flow(name="policies")
 def policies_flow(data: Path, settings: PolicySettings = PolicySettings()) -> dict[str, object]:
     """Train the next policy if the knowledge or the settings are new."""
     store = data_folder(data)
     version, new = make_policy(store.root, "policy", settings)
+    publish(store, version)
     return {"version": version, "new": new}

@@ -129,3 +129,4 @@ def _versions(run: _Run, train: bool) -> None:
         report.policy, report.policy_is_new = policies.make_policy(
             store.root, "policy", run.settings.policies)
         listener.get().advance("policies", "policy")
+        policies.publish(store, report.policy)

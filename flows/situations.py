@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from flows.stage import Made, Stage, data_folder, match_names, need, our_flow, run_stage, stage_task
+from flows.stage import Made, Stage, conclude, data_folder, match_names, need, our_flow, run_stage, stage_task
 from pipeline.pitch import Pitch
 from pipeline.settings import SituationSettings
 from pipeline.situations import recognise
@@ -34,4 +34,4 @@ def make_situations(data: Path, name: str, settings: SituationSettings) -> str:
 def situations_flow(data: Path, settings: SituationSettings = SituationSettings()) -> dict[str, object]:
     """Recognise the situations of all matches that need it."""
     store = data_folder(data)
-    return run_stage(make_situations, STAGE, store, match_names(store), settings).model_dump()
+    return conclude(run_stage(make_situations, STAGE, store, match_names(store), settings))

@@ -10,6 +10,7 @@ from typing import Any, Generic, ParamSpec, Protocol, TypeVar, cast
 
 import polars as pl
 from prefect import Flow, Task
+from prefect.artifacts import create_markdown_artifact
 from prefect.cache_policies import NO_CACHE
 from prefect.client.schemas.objects import State, TaskRun
 from prefect.futures import as_completed
@@ -213,9 +214,13 @@ def run_tasks(job: Task[..., Any], noun: str, work: Mapping[str, Mapping[str, An
     return report
 
 
-def survivors(names: Iterable[str], report: StageReport) -> list[str]:
-    """The names that a stage did not fail on."""
-    return [name for name in names if name not in report.failed]
+def conclude(report: StageReport) -> dict[str, object]:
+    """Show a stage's report as an artifact of its flow run; the run's result."""
+    lines = [f"{len(report.made)} made, {report.kept} kept, {len(report.failed)} in quarantine", ""]
+    lines += [f"- {name}" for name in report.made]
+    lines += [f"- **{name}**: {why}" for name, why in report.failed.items()]
+    create_markdown_artifact("\n".join(lines), key=report.noun, description="what the flow made")
+    return report.model_dump()
 
 
 def data_folder(data: Path) -> Store:

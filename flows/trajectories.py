@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from flows.stage import Made, Stage, data_folder, match_names, need, our_flow, run_stage, stage_task
+from flows.stage import Made, Stage, conclude, data_folder, match_names, need, our_flow, run_stage, stage_task
 from pipeline import matches as log
 from pipeline.settings import TrajectorySettings
 from pipeline.store import Store
@@ -33,4 +33,4 @@ def make_trajectories(data: Path, name: str, settings: TrajectorySettings) -> st
 def trajectories_flow(data: Path, settings: TrajectorySettings = TrajectorySettings()) -> dict[str, object]:
     """Make the trajectories of all matches that need it."""
     store = data_folder(data)
-    return run_stage(make_trajectories, STAGE, store, match_names(store), settings).model_dump()
+    return conclude(run_stage(make_trajectories, STAGE, store, match_names(store), settings))

@@ -16,7 +16,7 @@ class PitchloreError(Exception):
     transient = False
 
     def __init__(self, what: str, *, where: str = "", next_step: str = "") -> None:
-        self.what = what
+        self.what = what.rstrip(". ")
         self.where = where
         self.next_step = next_step
         super().__init__(what, where, next_step)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import polars as pl
 
 from pipeline.sequences import exact
+from pipeline.settings import KnowledgeSettings
 from schemas import ROLES, Behaviours, Occasions
 
 _PAIR = ("role", "state", "behaviour_id")
@@ -47,7 +48,9 @@ def behaviours(patterns: Iterable[pl.DataFrame], version: int) -> pl.DataFrame:
     )
 
 
-def occasions(decisions: Iterable[pl.DataFrame], version: int) -> pl.DataFrame:
+def occasions(
+    decisions: Iterable[pl.DataFrame], version: int, settings: KnowledgeSettings = KnowledgeSettings()
+) -> pl.DataFrame:
     """Count the states in which behaviours were begun.
 
     The result does not depend on the order of the tables; memory is bounded by the number of
@@ -58,9 +61,11 @@ def occasions(decisions: Iterable[pl.DataFrame], version: int) -> pl.DataFrame:
             counts as the behaviour of the one code 194: the paper's learner starts from it in
             every new state and values it as any other (sections 4 and 6).
         version: of the knowledge, at least 1.
+        settings: optimistic.
 
     Returns:
-        Rows of schema Occasions.
+        Rows of schema Occasions. ``initial`` is the greatest value of the behaviours seen in the
+        state by the role, so that each of them is tried (paper section 3.2.2, last sentence).
     """
     moves_randomly = pl.format("{}-194", pl.col("role").cast(pl.String))
     total = Occasions.empty().select(*_PAIR, "count", value_sum="value")
@@ -84,6 +89,9 @@ def occasions(decisions: Iterable[pl.DataFrame], version: int) -> pl.DataFrame:
         .with_columns(
             pl.lit(version, dtype=pl.Int32).alias("version"), value=pl.col("value_sum") / pl.col("count")
         )
+        .with_columns(initial=pl.max_horizontal(
+            pl.col("value").max().over("role", "state"), pl.lit(settings.optimistic, dtype=pl.Float64)
+        ))
         .select(list(Occasions.dtypes()))
         .sort(_PAIR)
     )

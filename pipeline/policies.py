@@ -85,7 +85,6 @@ def train(
     occasions: pl.DataFrame,
     parent: pl.DataFrame | None,
     settings: PolicySettings,
-    optimistic: float,
     version: int,
     knowledge_version: int,
 ) -> tuple[pl.DataFrame, TrainingReport]:
@@ -100,10 +99,10 @@ def train(
         decisions: tables of schema Decisions, one match each, of the robots that learn; consumed
             one at a time and learned from in this order. About 30 bytes a decision are kept.
         occasions: schema Occasions, of one version of the knowledge: the pairs to value.
-        parent: schema Policies, the version before, or None.
+        parent: schema Policies, the version before, or None. A pair that it has starts from its
+            value; a new one from the greatest value that it gives to a behaviour usable in that
+            state and role; where it gives none, from the occasion's ``initial``.
         settings: of the learning rule.
-        optimistic: first value of a new pair in a state in which the parent values no behaviour
-            that is still usable; elsewhere it is the greatest of those values.
         version: of the new policy.
         knowledge_version: of ``occasions``.
 
@@ -115,7 +114,7 @@ def train(
         SchemaMismatch: if a table names a pair twice, or a time or reward is not usable.
         BadSettings: if the values grow beyond all bounds.
     """
-    pairs = _initial(occasions, parent, optimistic)
+    pairs = _initial(occasions, parent)
     known = pl.Enum(pairs["behaviour_id"].unique().sort())
     matches = [_slim(match, known) for match in decisions]
     rows = _with_pairs(pl.concat([_slim(Decisions.empty(), known), *matches]), pairs, known)
@@ -157,7 +156,7 @@ def greedy(policies: pl.DataFrame) -> pl.DataFrame:
     )
 
 
-def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, optimistic: float) -> pl.DataFrame:
+def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None) -> pl.DataFrame:
     """The pairs in order, with the ``q`` they start from and whether they are ``new``."""
     known = Policies.empty() if parent is None else parent
     for name, frame in (("occasions", occasions), ("parent", known)):
@@ -168,11 +167,11 @@ def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, optimistic: f
             )
     best = pl.col("q").max().over("role", "state")
     return (
-        occasions.select(_PAIR)
+        occasions.select(*_PAIR, "initial")
         .sort(_PAIR)
         .join(known.select(*_PAIR, "q"), on=_PAIR, how="left", maintain_order="left")
         .with_columns(
-            pl.coalesce("q", best, pl.lit(optimistic, pl.Float64)).alias("q"),
+            pl.coalesce("q", best, "initial").alias("q"),
             pl.col("q").is_null().alias("new"),
         )
     )

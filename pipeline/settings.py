@@ -145,7 +145,7 @@ class KnowledgeSettings(_Settings):
 
     Attributes:
         state_key: which elements of the state are kept (STATE in DECISIONS.md).
-        optimistic: action value of a behaviour in a state where nothing is known yet.
+        optimistic: least initial action value of a behaviour in a state.
     """
 
     state_key: Literal["full36", "ego19", "team19"] = "full36"

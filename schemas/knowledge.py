@@ -22,3 +22,7 @@ class Occasions(Table):
     behaviour_id = behaviour_id()
     count = dy.Int64(min=1, description="how often the behaviour was started in the state")
     value = dy.Float64(description="mean of those instances' values, in (-1, 1)")
+    initial = dy.Float64(description=(
+        "optimistic action value that the behaviour enters the state with: the greatest value of the "
+        "behaviours seen there in this role"
+    ))

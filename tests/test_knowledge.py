@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 
 from pipeline.knowledge import behaviours, diff, occasions
+from pipeline.settings import KnowledgeSettings
 from schemas import Behaviours, Decisions, Occasions
 
 NAMES = ["striker-001-011", "striker-046", None]
@@ -52,6 +53,14 @@ class TestOccasions:
         whole = occasions(tables, 1)
         monkeypatch.setattr("pipeline.knowledge._BUFFERED_ROWS", 2)
         assert_frame_equal(occasions(tables, 1), whole, check_exact=True)
+
+    def test_begin_with_the_greatest_value_of_their_state_and_role(self):
+        seen = decisions((5, "striker-046", 0.5), (5, "striker-001-011", -0.25), (2, "striker-046", -0.5))
+        initial = ["state", "behaviour_id", "initial"]
+        assert occasions([seen], 1).select(initial).rows() == [
+            (2, "striker-046", 0.0), (5, "striker-001-011", 0.5), (5, "striker-046", 0.5)]
+        hopeful = occasions([seen], 1, KnowledgeSettings(optimistic=0.75))
+        assert hopeful["initial"].to_list() == [0.75, 0.75, 0.75]
 
     def test_of_nothing_are_none(self):
         assert Occasions.is_valid(occasions([], 1))

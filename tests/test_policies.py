@@ -15,9 +15,9 @@ SECOND = 1_000_000_000
 PLAIN = PolicySettings(step_size=1.0, discount=1.0, trace_decay=1.0, sweeps=1)
 
 
-def occasions(*pairs):
+def occasions(*pairs, initial=0.0):
     """Occasions of (role, state, behaviour_id) in any order."""
-    rows = [(1, role, state, behaviour, 1, 0.0) for role, state, behaviour in pairs]
+    rows = [(1, role, state, behaviour, 1, 0.0, initial) for role, state, behaviour in pairs]
     return pl.DataFrame(rows, schema=Occasions.dtypes(), orient="row").sort("role", "state", "behaviour_id")
 
 
@@ -54,7 +54,7 @@ def test_a_goal_teaches_the_behaviours_that_led_to_it():
         ("striker", 5, GUIDE, 0.0, None, 0),
         ("striker", 7, KICK, 1.0, "terminal", 0),
     )
-    table, report = train([match], known, None, PLAIN, 0.0, 3, 2)
+    table, report = train([match], known, None, PLAIN, 3, 2)
     Policies.validate(table)
     assert values(table) == {("striker", 5, GUIDE): 1.0, ("striker", 7, GUIDE): 0.0, ("striker", 7, KICK): 1.0}
     assert table["visits"].to_list() == [1, 0, 1]
@@ -68,7 +68,7 @@ def test_a_goal_teaches_the_behaviours_that_led_to_it():
 def test_more_sweeps_leave_less_error_and_count_visits_once():
     known = occasions(("striker", 5, GUIDE), ("striker", 7, KICK))
     match = decisions(("striker", 5, GUIDE, 0.0, None, 0), ("striker", 7, KICK, 1.0, "terminal", 0))
-    table, report = train([match], known, None, PolicySettings(sweeps=50), 0.0, 1, 1)
+    table, report = train([match], known, None, PolicySettings(sweeps=50), 1, 1)
     assert report.roles["striker"].last_error < report.roles["striker"].first_error
     assert table["visits"].to_list() == [1, 1]
 
@@ -80,7 +80,7 @@ def test_only_pairs_that_the_knowledge_holds_are_trained():
         ("striker", 8, KICK, 0.0, None, 0),
         ("striker", 7, GUIDE, 1.0, "terminal", 0),
     )
-    table, report = train([match], occasions(("striker", 7, KICK)), None, PLAIN, 0.0, 1, 1)
+    table, report = train([match], occasions(("striker", 7, KICK)), None, PLAIN, 1, 1)
     assert values(table) == {("striker", 7, KICK): 1.0}
     assert (report.decisions, report.transitions) == (3, 1)
 
@@ -88,17 +88,18 @@ def test_only_pairs_that_the_knowledge_holds_are_trained():
 def test_a_new_behaviour_starts_with_the_best_value_of_its_state():
     known = occasions(
         ("striker", 7, KICK), ("striker", 7, GUIDE), ("striker", 7, "striker-046"), ("striker", 8, KICK),
+        initial=0.125,
     )
     parent = policy(
         ("striker", 7, KICK, -0.25), ("striker", 7, GUIDE, -0.5),
         ("striker", 7, "striker-044", 0.75),  # no longer in the knowledge, so not usable
         ("midfield", 7, "midfield-046", 0.5),  # another role's table
     )
-    table, report = train([], known, parent, PLAIN, 0.125, 2, 2)
+    table, report = train([], known, parent, PLAIN, 2, 2)
     assert values(table) == {
         ("striker", 7, GUIDE): -0.5, ("striker", 7, KICK): -0.25,
         ("striker", 7, "striker-046"): -0.25,  # the greatest in state 7
-        ("striker", 8, KICK): 0.125,  # nothing is known in state 8
+        ("striker", 8, KICK): 0.125,  # the parent knows nothing in state 8: the occasion says
     }
     assert (report.pairs, report.new_pairs) == (4, 2)
 
@@ -106,7 +107,7 @@ def test_a_new_behaviour_starts_with_the_best_value_of_its_state():
 def test_value_follows_a_robot_whose_role_changes():
     known = occasions(("striker", 5, KICK), ("goalkeeper", 6, BLOCK))
     match = decisions(("goalkeeper", 6, BLOCK, 0.0, None, 0), ("striker", 5, KICK, 1.0, "terminal", 0))
-    table, _ = train([match], known, None, PLAIN, 0.0, 1, 1)
+    table, _ = train([match], known, None, PLAIN, 1, 1)
     assert values(table) == {("goalkeeper", 6, BLOCK): 1.0, ("striker", 5, KICK): 1.0}
 
 
@@ -115,7 +116,7 @@ def test_a_random_move_is_the_behaviour_194_where_the_knowledge_holds_it():
     match = decisions(
         ("striker", 5, None, 0.0, None, 0), ("striker", 6, None, 0.0, None, 0), ("striker", 7, KICK, 1.0, "terminal", 0),
     )
-    table, report = train([match], known, None, PLAIN, 0.0, 1, 1)
+    table, report = train([match], known, None, PLAIN, 1, 1)
     assert values(table) == {("striker", 5, "striker-194"): 1.0, ("striker", 7, KICK): 1.0}
     assert report.transitions == 2
 
@@ -128,7 +129,7 @@ def test_robots_episodes_and_matches_are_separate_sequences():
         decisions(("striker", 6, KICK, 0.0, None, 1), robot=2),  # cut without a word at the last row
     ])
     other = decisions(("striker", 7, KICK, 0.0, "truncated", 1), goal, match="m-2")
-    table, report = train([match, other], known, None, PLAIN, 0.0, 1, 1)
+    table, report = train([match, other], known, None, PLAIN, 1, 1)
     assert values(table) == {
         ("striker", 5, KICK): 0.0, ("striker", 6, KICK): 0.0, ("striker", 7, KICK): 0.0, ("striker", 8, GUIDE): 1.0
     }
@@ -138,12 +139,12 @@ def test_robots_episodes_and_matches_are_separate_sequences():
 def test_time_counts_in_seconds():
     known = occasions(("striker", 5, KICK))
     match = decisions(("striker", 5, KICK, 1.0, "terminal", 0)).with_columns(end_ns=pl.lit(2 * SECOND + SECOND // 2))
-    table, _ = train([match], known, None, PLAIN.model_copy(update={"discount": 0.9}), 0.0, 1, 1)
+    table, _ = train([match], known, None, PLAIN.model_copy(update={"discount": 0.9}), 1, 1)
     assert table["q"][0] == pytest.approx(0.9**2.5, abs=1e-15)
 
 
 def test_nothing_known_nothing_played():
-    table, report = train([], Occasions.empty(), None, PolicySettings(), 0.0, 1, 1)
+    table, report = train([], Occasions.empty(), None, PolicySettings(), 1, 1)
     assert table.schema == Policies.empty().schema
     assert len(table) == 0
     assert (report.matches, report.pairs, report.decisions) == (0, 0, 0)
@@ -152,7 +153,7 @@ def test_nothing_known_nothing_played():
 def test_a_match_without_anything_known_changes_no_value():
     parent = policy(("striker", 7, KICK, 0.5))
     match = decisions(("striker", 9, KICK, 1.0, "terminal", 0))
-    table, _ = train([match, Decisions.empty()], occasions(("striker", 7, KICK)), parent, PLAIN, 0.0, 2, 1)
+    table, _ = train([match, Decisions.empty()], occasions(("striker", 7, KICK)), parent, PLAIN, 2, 1)
     assert values(table) == values(parent)
 
 
@@ -173,8 +174,8 @@ def test_order_of_rows_does_not_matter_and_runs_repeat(rows, random):
     pairs = occasions(*random.sample(known.rows(), k=len(known) // 2))
     shuffled = list(range(len(match)))
     random.shuffle(shuffled)
-    once, report = train([match], pairs, None, PolicySettings(), 0.0, 1, 1)
-    again, _ = train([match[shuffled]], pairs.sample(fraction=1.0, shuffle=True, seed=1), None, PolicySettings(), 0.0, 1, 1)
+    once, report = train([match], pairs, None, PolicySettings(), 1, 1)
+    again, _ = train([match[shuffled]], pairs.sample(fraction=1.0, shuffle=True, seed=1), None, PolicySettings(), 1, 1)
     assert once.equals(again)
     assert once.select("role", "state", "behaviour_id").equals(pairs.select("role", "state", "behaviour_id"))
     held = match.join(pairs, on=["role", "state", "behaviour_id"], how="semi")
@@ -195,10 +196,10 @@ def test_greedy_takes_the_best_and_the_first_of_equals():
 def test_two_versions_at_once_are_refused():
     known = occasions(("striker", 7, KICK))
     with pytest.raises(SchemaMismatch, match=r"^occasions: names a pair .* twice"):
-        train([], pl.concat([known, known]), None, PLAIN, 0.0, 1, 1)
+        train([], pl.concat([known, known]), None, PLAIN, 1, 1)
     parent = policy(("striker", 7, KICK, 0.5))
     with pytest.raises(SchemaMismatch, match=r"^parent: names a pair .* twice"):
-        train([], known, pl.concat([parent, parent]), PLAIN, 0.0, 1, 1)
+        train([], known, pl.concat([parent, parent]), PLAIN, 1, 1)
 
 
 @pytest.mark.parametrize(
@@ -208,11 +209,11 @@ def test_two_versions_at_once_are_refused():
 def test_decisions_that_cannot_be_are_refused(wrong, says):
     match = decisions(("striker", 7, KICK, 0.0, "terminal", 0)).with_columns(**{k: pl.lit(v) for k, v in wrong.items()})
     with pytest.raises(SchemaMismatch, match=says):
-        train([match], occasions(("striker", 7, KICK)), None, PLAIN, 0.0, 1, 1)
+        train([match], occasions(("striker", 7, KICK)), None, PLAIN, 1, 1)
 
 
 def test_values_that_explode_stop_the_training():
     steps = PolicySettings(step_size=1.0, discount=1.0, trace_decay=1.0, traces="accumulating", sweeps=200)
     rows = [("striker", 7, KICK, 1.0, None, 0)] * 999 + [("striker", 7, KICK, 1.0, "terminal", 0)]
     with pytest.raises(BadSettings, match="beyond all bounds"):
-        train([decisions(*rows)], occasions(("striker", 7, KICK)), None, steps, 0.0, 1, 1)
+        train([decisions(*rows)], occasions(("striker", 7, KICK)), None, steps, 1, 1)

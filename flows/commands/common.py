@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from pipeline.recognition.rules import TABLE_1
 from pipeline.store import Store
 
 
@@ -57,6 +58,14 @@ def print_frame(frame: pl.DataFrame, title: str = "") -> None:
     for row in frame.iter_rows():
         table.add_row(*map(_cell, row))
     console().print(table)
+
+
+def spelt(codes: str) -> pl.Expr:
+    """What a behaviour's codes mean, for people: column ``reads``."""
+    names = {code: name.removeprefix("Robot ") for code, (name, _) in TABLE_1.items()}
+    return pl.col(codes).list.eval(
+        pl.element().replace_strict(names, return_dtype=pl.String)
+    ).list.join(", ").alias("reads")
 
 
 def _cell(value: object) -> str:

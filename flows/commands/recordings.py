@@ -10,7 +10,7 @@ import polars as pl
 from cyclopts import Parameter
 
 from flows.catalog import catalog_path, refresh
-from flows.commands.common import Common, bars, console, print_frame, print_json
+from flows.commands.common import Common, bars, console, print_frame, print_json, spelt
 from flows.matches import Recording, matches_flow
 from flows.policies import policies_flow
 from flows.run import RunReport, run_flow
@@ -161,7 +161,7 @@ def _print_run(store: Store, report: RunReport) -> None:
 def _print_behaviours(store: Store, version: int) -> None:
     known = store.read_version_table(store.manifest("knowledge", version), "behaviours", Behaviours)
     best = known.sort("value", "support", descending=True).group_by("role", maintain_order=True).head(6)
-    print_frame(best.select("behaviour_id", "n", "support", "value", "spread", "neuron"),
+    print_frame(best.select("behaviour_id", "support", "value", "spread", spelt("codes")),
                 title=f"best of {known.height} behaviours")
 
 
@@ -179,5 +179,8 @@ def _print_rounds(store: Store) -> None:
 def _print_training(store: Store) -> None:
     newest = store.latest("policies")
     assert newest is not None
-    rows = [{"role": role} | counts for role, counts in newest.counts["roles"].items()]
-    print_frame(pl.DataFrame(rows), title=f"training of policy version {newest.version}")
+    columns = ("pairs", "new_pairs", "decisions", "transitions", "first_error", "last_error")
+    rows = [{"role": role} | {c: counts[c] for c in columns}
+            for role, counts in newest.counts["roles"].items()]
+    print_frame(pl.DataFrame(rows).rename({c: c.replace("_", " ") for c in columns}),
+                title=f"training of policy version {newest.version} (error: mean |TD error| of a sweep)")

@@ -74,9 +74,8 @@ def knowledge_and_policy() -> str:
         patterns.append(behaviours.select(counted, found.height, settings.behaviours, round_).patterns)
     seen = decisions.observe(
         valued, bodies, log.referee, pl.concat(patterns), pitch, settings.grams, settings.knowledge)
-    occasions = knowledge.occasions([seen], 1)
-    policy, _ = policies.train(
-        [seen], occasions, None, settings.policies, settings.knowledge.optimistic, 1, 1)
+    occasions = knowledge.occasions([seen], 1, settings.knowledge)
+    policy, _ = policies.train([seen], occasions, None, settings.policies, 1, 1)
     chosen = {"clip_s": [0.0, 120.0]} | settings.model_dump(mode="json", exclude={"trajectories"})
     return _text(
         chosen, goals.drop("match_id"), knowledge.behaviours(patterns, 1).drop("version"),
