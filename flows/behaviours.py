@@ -4,19 +4,20 @@ from pathlib import Path
 
 from flows.stage import (
     Made,
+    Scope,
     Stage,
     conclude,
     data_folder,
     need,
     our_flow,
     run_stage,
-    sound_matches,
+    scope_of,
     stage_task,
 )
 from pipeline.behaviours import select
 from pipeline.grams import merge
 from pipeline.receipts import Receipt
-from pipeline.settings import BehaviourSettings
+from pipeline.settings import BehaviourSettings, Settings
 from pipeline.som import to_bytes
 from pipeline.store import Store
 from schemas import Grams, Patterns
@@ -27,24 +28,26 @@ def round_name(n: int) -> str:
     return f"n{n}"
 
 
-def gram_receipts(store: Store, name: str) -> list[Receipt]:
+def gram_receipts(store: Store, name: str, scope: Scope) -> list[Receipt]:
     """The receipts of the grams that a round is over."""
-    return [need(store, "grams", f"{match}.{name}") for match in sound_matches(store)]
+    return [need(store, "grams", f"{match}.{name}") for match in scope.matches]
 
 
-def sources(store: Store, name: str) -> list[Receipt]:
-    """What a round is made from: the grams, and the situations whose number they are a share of."""
-    situations = [need(store, "situations", match) for match in sound_matches(store)]
-    return [*gram_receipts(store, name), *situations]
+def situation_receipts(store: Store, scope: Scope) -> list[Receipt]:
+    """The receipts of the situations whose number the thresholds are a share of."""
+    return [need(store, "situations", match) for match in scope.matches]
 
 
-def compute(store: Store, name: str, settings: BehaviourSettings) -> Made:
+def sources(store: Store, name: str, scope: Scope) -> list[Receipt]:
+    """What a round is made from."""
+    return [*gram_receipts(store, name, scope), *situation_receipts(store, scope)]
+
+
+def compute(store: Store, name: str, settings: BehaviourSettings, scope: Scope) -> Made:
     """Behaviours of one length over all matches."""
     round_ = next(r for r in settings.rounds if round_name(r.n) == name)
-    merged = merge(store.read_table(receipt, "grams", Grams) for receipt in gram_receipts(store, name))
-    recognised = sum(
-        int(need(store, "situations", match).details["situations"]) for match in sound_matches(store)
-    )
+    merged = merge(store.read_table(receipt, "grams", Grams) for receipt in gram_receipts(store, name, scope))
+    recognised = sum(int(r.details["situations"]) for r in situation_receipts(store, scope))
     selection = select(merged, recognised, settings, round_)
     return Made(
         tables=[(selection.patterns, Patterns)],
@@ -61,15 +64,15 @@ STAGE = Stage("behaviours", (Patterns,), sources, compute)
 
 
 @stage_task(name="behaviours")
-def make_behaviours(data: Path, name: str, settings: BehaviourSettings) -> str:
+def make_behaviours(data: Path, name: str, settings: BehaviourSettings, scope: Scope) -> str:
     """Select the behaviours of one length; the key of the receipt."""
-    return STAGE.perform(Store(data), name, settings).key
+    return STAGE.perform(Store(data), name, settings, scope).key
 
 
 @our_flow(name="behaviours")
-def behaviours_flow(
-    data: Path, n: int = 4, settings: BehaviourSettings = BehaviourSettings()
-) -> dict[str, object]:
+def behaviours_flow(data: Path, n: int = 4, settings: Settings = Settings()) -> dict[str, object]:
     """Select the behaviours of length ``n`` if the grams have changed."""
     store = data_folder(data)
-    return conclude(run_stage(make_behaviours, STAGE, store, [round_name(n)], settings))
+    scope = scope_of(store, settings)
+    report = run_stage(make_behaviours, STAGE, store, [round_name(n)], settings.behaviours, scope)
+    return conclude(store, report)

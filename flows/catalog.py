@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from pipeline import catalog
+from pipeline.receipts import FileRecord, digest
 from pipeline.store import Store
 from schemas import PUBLIC
 
-#: The nouns whose receipts, and whose versions, hold public tables.
-RECEIPTED = ("matches", "trajectories", "situations", "goals", "grams", "behaviours", "decisions")
+#: The nouns with an output a match in their order, and those with versions, that hold public tables.
+PER_MATCH = ("matches", "trajectories", "situations", "goals", "grams", "decisions")
 VERSIONED = ("knowledge", "policies")
+RECEIPTED = (*PER_MATCH, "behaviours")
 
 
 def catalog_path(store: Store) -> Path:
@@ -18,28 +21,56 @@ def catalog_path(store: Store) -> Path:
     return store.root / "catalog.duckdb"
 
 
-def sources(store: Store) -> dict[str, list[Path]]:
-    """Public table to its files: by receipts and manifests, never by what lies in a folder."""
-    tags = {schema.tag(): name for name, schema in PUBLIC.items()}
-    files: dict[str, list[Path]] = {}
-    for noun in RECEIPTED:
+def sources(store: Store) -> dict[str, list[tuple[Path, FileRecord]]]:
+    """Public table to its files: by receipts and manifests, never by what lies in a folder.
+
+    A match that is not there any more has no rows; one in quarantine has none of the stage that
+    refused it, nor of those after it, for they would be of other settings than the others' rows.
+    """
+    names = {schema.tag(): name for name, schema in PUBLIC.items()}
+    files: dict[str, list[tuple[Path, FileRecord]]] = {}
+
+    def add(folder: Path, records: Iterable[FileRecord]) -> None:
+        for record in records:
+            if record.table in names and record.rows:
+                files.setdefault(names[record.table], []).append((folder / record.path, record))
+
+    standing = {receipt.name for receipt in store.receipts("matches")}
+    refused = {(record.noun, record.name.rsplit(".n", 1)[0]) for record in store.quarantined()}
+    for noun in PER_MATCH:
+        standing -= {match for stage, match in refused if stage == noun and noun != "matches"}
         for receipt in store.receipts(noun):
-            for record in receipt.files.values():
-                if record.table in tags and record.rows:
-                    files.setdefault(tags[record.table], []).append(store.root / record.path)
+            if receipt.name.rsplit(".n", 1)[0] in standing:
+                add(store.root, receipt.files.values())
     for noun in VERSIONED:
-        for version in store.versions(noun):
-            folder = store.version_folder(noun, version)
-            for record in store.manifest(noun, version).files.values():
-                if record.table in tags and record.rows:
-                    files.setdefault(tags[record.table], []).append(folder / record.path)
+        for manifest in store.manifests(noun):
+            add(store.version_folder(noun, manifest.version), manifest.files.values())
     return files
 
 
-def refresh(store: Store) -> Path:
-    """Build the catalogue aside and move it into place, if it is not up to date; its path."""
-    path, files = catalog_path(store), sources(store)
-    if catalog.stale(path, files):
+def refresh(store: Store) -> tuple[Path, list[Path]]:
+    """Build the catalogue aside and move it into place, if it is not up to date.
+
+    A file that is new to it, or was touched since, is checked against its SHA-256; one that is lost
+    or damaged is left out, so that the others can be asked.
+
+    Returns:
+        The catalogue's path, and the files that were left out.
+    """
+    path = catalog_path(store)
+    known = catalog.listing(path)
+    listed: dict[str, list[Path]] = {}
+    left_out: list[Path] = []
+    for name, files in sources(store).items():
+        for file, record in files:
+            seen = catalog.glance(file)
+            trusted = seen is not None and known.get((name, str(file.resolve()))) == seen
+            if trusted or (seen is not None and digest(store.foreign(file)) == record.sha256):
+                listed.setdefault(name, []).append(file)
+            else:
+                left_out.append(file)
+    wanted = {(name, str(f.resolve())): catalog.glance(f) for name, files in listed.items() for f in files}
+    if wanted != known or not path.exists():
         with store.aside(path) as temporary:
-            catalog.build(temporary, files)
-    return path
+            catalog.build(temporary, listed)
+    return path, left_out

@@ -15,6 +15,7 @@ app = App(
     name="pitchlore",
     version=__version__,
     help="Recorded robot-soccer matches in; situations, behaviours, knowledge and a trained policy out.",
+    suppress_keyboard_interrupt=False,  # main says what it leaves
 )
 
 #: Where each command is, what it does, and an example; they are imported when they are called.
@@ -46,6 +47,20 @@ COMMANDS = (
         "situations", "look:situations",
         "Print the rules of the 31 situations, or the fuzzy terms they are made of.",
         "pitchlore situations --terms --kind ssl",
+    ),
+    (
+        "quarantine", "upkeep:quarantine", "List what could not be taken, by which stage and why.",
+        "pitchlore quarantine --clear",
+    ),
+    (
+        "forget", "upkeep:forget",
+        "Remove a match and all that was made of it; knowledge and policies keep what they learned.",
+        "pitchlore forget derby-1f2e3d4c5b6a",
+    ),
+    (
+        "prune", "upkeep:prune",
+        "Remove the files of earlier settings or code that nothing refers to any more.",
+        "pitchlore prune",
     ),
     (
         "replay", "look:replay",

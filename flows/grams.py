@@ -8,14 +8,23 @@ from pathlib import Path
 
 import polars as pl
 
-from flows.stage import Made, Stage, conclude, data_folder, match_names, need, our_flow, run_stage, stage_task
+from flows.stage import (
+    Made,
+    Scope,
+    Stage,
+    conclude,
+    data_folder,
+    need,
+    our_flow,
+    run_stage,
+    scope_of,
+    stage_task,
+)
 from pipeline.grams import cover, grams, value
 from pipeline.receipts import Receipt
-from pipeline.settings import GramSettings
+from pipeline.settings import GramSettings, Settings
 from pipeline.store import Store
 from schemas import Goals, Grams, Patterns, Situations
-
-LONGEST = 4
 
 
 def output(match: str, n: int) -> str:
@@ -29,23 +38,23 @@ def of(name: str) -> tuple[str, int]:
     return match, int(n)
 
 
-def earlier_rounds(store: Store, n: int) -> list[Receipt]:
+def earlier_rounds(store: Store, n: int, scope: Scope) -> list[Receipt]:
     """The receipts of the behaviours longer than ``n``, longest first."""
-    return [need(store, "behaviours", f"n{longer}") for longer in range(LONGEST, n, -1)]
+    return [need(store, "behaviours", f"n{longer}") for longer in scope.longer(n)]
 
 
-def sources(store: Store, name: str) -> list[Receipt]:
+def sources(store: Store, name: str, scope: Scope) -> list[Receipt]:
     """What a match's grams are made from."""
     match, n = of(name)
-    return [need(store, "situations", match), need(store, "goals", match), *earlier_rounds(store, n)]
+    return [need(store, "situations", match), need(store, "goals", match), *earlier_rounds(store, n, scope)]
 
 
-def compute(store: Store, name: str, settings: GramSettings) -> Made:
+def compute(store: Store, name: str, settings: GramSettings, scope: Scope) -> Made:
     """Grams of one match and length."""
     match, n = of(name)
     situations = store.read_table(need(store, "situations", match), "situations", Situations)
     goals = store.read_table(need(store, "goals", match), "goals", Goals)
-    rounds = [store.read_table(receipt, "patterns", Patterns) for receipt in earlier_rounds(store, n)]
+    rounds = [store.read_table(receipt, "patterns", Patterns) for receipt in earlier_rounds(store, n, scope)]
     valued = value(situations, goals, settings)
     taken = cover(valued, pl.concat(rounds), settings) if rounds else None
     table = grams(valued, n, taken, settings)
@@ -56,16 +65,16 @@ STAGE = Stage("grams", (Grams,), sources, compute)
 
 
 @stage_task(name="grams")
-def make_grams(data: Path, name: str, settings: GramSettings) -> str:
+def make_grams(data: Path, name: str, settings: GramSettings, scope: Scope) -> str:
     """Count the grams of one match and length; the key of the receipt."""
-    return STAGE.perform(Store(data), name, settings).key
+    return STAGE.perform(Store(data), name, settings, scope).key
 
 
 @our_flow(name="grams")
-def grams_flow(
-    data: Path, n: int = LONGEST, settings: GramSettings = GramSettings()
-) -> dict[str, object]:
+def grams_flow(data: Path, n: int = 4, settings: Settings = Settings()) -> dict[str, object]:
     """Count the grams of length ``n`` of all matches that need it."""
     store = data_folder(data)
-    names = [output(match, n) for match in match_names(store)]
-    return conclude(run_stage(make_grams, STAGE, store, names, settings))
+    scope = scope_of(store, settings)
+    names = [output(match, n) for match in scope.matches]
+    report = run_stage(make_grams, STAGE, store, names, settings.grams, scope)
+    return conclude(store, report)

@@ -5,20 +5,27 @@ from pathlib import Path
 import polars as pl
 from prefect.artifacts import create_markdown_artifact
 
-from flows.stage import data_folder, need, our_flow, sound_matches, stage_task
+from flows.catalog import refresh
+from flows.stage import Scope, data_folder, need, our_flow, run_one, scope_of, stage_task
+from pipeline.errors import NotFound
 from pipeline.knowledge import behaviours, occasions
 from pipeline.receipts import Manifest, key_of
-from pipeline.settings import KnowledgeSettings
+from pipeline.settings import KnowledgeSettings, Settings
 from pipeline.store import Store
 from schemas import ROLES, Behaviours, Decisions, Occasions, Patterns
 
-ROUNDS = ("n4", "n3", "n2", "n1")
 
+def emit(store: Store, settings: KnowledgeSettings, scope: Scope) -> tuple[Manifest, bool]:
+    """Emit the next version, unless the newest one was made from the same; and whether it is new.
 
-def emit(store: Store, settings: KnowledgeSettings) -> tuple[Manifest, bool]:
-    """Emit the next version, unless the newest one was made from the same; and whether it is new."""
-    rounds = [need(store, "behaviours", name) for name in ROUNDS]
-    seen = [need(store, "decisions", match) for match in sound_matches(store)]
+    Raises:
+        NotFound: if there is no match to know anything from.
+    """
+    if not scope.matches:
+        raise NotFound("there is no match to know anything from", where=str(store.root),
+                       next_step="Import recordings and run the stages first")
+    rounds = [need(store, "behaviours", f"n{n}") for n in scope.lengths]
+    seen = [need(store, "decisions", match) for match in scope.matches]
     inputs: dict[str, str] = {}
     for receipt in (*rounds, *seen):
         inputs |= receipt.digests()
@@ -68,9 +75,9 @@ def describe(manifest: Manifest, known: pl.DataFrame) -> str:
 
 
 @stage_task(name="knowledge")
-def make_knowledge(data: Path, name: str, settings: KnowledgeSettings) -> tuple[int, bool]:
+def make_knowledge(data: Path, name: str, settings: KnowledgeSettings, scope: Scope) -> tuple[int, bool]:
     """Emit knowledge; the version that stands now, and whether it is new."""
-    manifest, new = emit(Store(data), settings)
+    manifest, new = emit(Store(data), settings, scope)
     return manifest.version, new
 
 
@@ -82,9 +89,12 @@ def publish(store: Store, version: int) -> None:
 
 
 @our_flow(name="knowledge")
-def knowledge_flow(data: Path, settings: KnowledgeSettings = KnowledgeSettings()) -> dict[str, object]:
+def knowledge_flow(data: Path, settings: Settings = Settings()) -> dict[str, object]:
     """Emit a version of the knowledge if there is anything new to know."""
     store = data_folder(data)
-    version, new = make_knowledge(store.root, "knowledge", settings)
+    scope = scope_of(store, settings)
+    version, new = run_one(
+        make_knowledge, "knowledge", store.root, "knowledge", settings.knowledge, scope)
+    refresh(store)
     publish(store, version)
     return {"version": version, "new": new}

@@ -3,6 +3,7 @@
 import io
 from pathlib import Path
 
+import polars as pl
 from pydantic import BaseModel
 
 from flows.stage import StageReport, conclude, data_folder, our_flow, run_tasks, stage_task
@@ -10,7 +11,7 @@ from pipeline import matches as log
 from pipeline.errors import BadRecording
 from pipeline.frame import MatchLog
 from pipeline.importers import rcg, source, tracking
-from pipeline.receipts import Receipt, digest, key_of
+from pipeline.receipts import SOFTWARE, Receipt, digest, key_of
 from pipeline.store import Store
 from schemas import Matches, Quality, Referee
 
@@ -53,7 +54,8 @@ def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]
     """Import one file; the match's receipt, and whether it is new.
 
     The same recording under another name, packed or not, or as the log that we made of it, is the
-    match that is already there.
+    match that is already there; it is made anew only if its files are damaged or lost, or if it
+    was imported by other code.
 
     Raises:
         BadRecording, DamagedLog: if nothing can be made of it; the file's name goes into quarantine.
@@ -63,18 +65,35 @@ def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]
     settings = mapping.settings() if mapping else {}
     name = source.match_id(recording.file.name, data, settings)
     try:
-        identity = name.rsplit("-", 1)[1]
-        for receipt in store.receipts("matches"):
-            if receipt.name.endswith(f"-{identity}"):
-                return receipt, False
-        match = _read(recording, data, name, mapping)
-        receipt, new = _commit(store, match, digest(source.content(data, recording.file.name).data), settings)
+        sha256 = digest(source.content(data, recording.file.name).data)
+        there = _same_recording(store, name)
+        if there is not None and _stands(store, there, sha256, settings):
+            store.release("matches", name)
+            return there, False
+        match = _read(recording, data, name if there is None else there.name, mapping)
+        with store.locked("matches"):
+            receipt, new = _commit(store, match, sha256, settings)
     except Exception as error:
         if not getattr(error, "transient", False):
             store.quarantine("matches", name, error)
         raise
     store.release("matches", name)
     return receipt, new
+
+
+def _same_recording(store: Store, name: str) -> Receipt | None:
+    """The match made of the same content, whatever its file was called."""
+    identity = name.rsplit("-", 1)[1]
+    return next((r for r in store.receipts("matches") if r.name.endswith(f"-{identity}")), None)
+
+
+def _key(name: str, sha256: str, settings: dict[str, object]) -> str:
+    return key_of("matches", name, inputs={"source": sha256}, settings=settings, tables=SCHEMAS)
+
+
+def _stands(store: Store, receipt: Receipt, sha256: str, settings: dict[str, object]) -> bool:
+    """Whether a match need not be made anew from this content."""
+    return receipt.key == _key(receipt.name, sha256, settings) and store.intact(receipt)
 
 
 def _mapping(store: Store, path: Path) -> tracking.TrackingMap:
@@ -92,25 +111,33 @@ def _read(recording: Recording, data: bytes, name: str, mapping: tracking.Tracki
 
 
 def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, object]) -> tuple[Receipt, bool]:
-    """Write a match; a log of a match that is already there replaces it only if that one has flaws."""
+    """Write a match; what another recording made of it is replaced only if that one has flaws.
+
+    Called with the noun locked: of two threads that import the same content the second finds it.
+    """
+    there = _same_recording(store, match.info.match_id)
+    if there is not None and there.name != match.info.match_id:
+        return there, False
     name = match.info.match_id
     buffer = io.BytesIO()
     log.write(match, buffer)
     data = buffer.getvalue()
     there = store.receipt("matches", name)
-    if there is not None:
-        if there.files["log"].sha256 == digest(data) or not match.info.complete:
+    if there is not None and store.intact(there):
+        same_source = there.inputs["source"] == sha256
+        if there.files["log"].sha256 == digest(data) and (not same_source or there.software == SOFTWARE):
             return there, False
-        if there.details["complete"]:
+        if not same_source and not match.info.complete:
+            return there, False
+        if not same_source and there.details["complete"]:
             raise BadRecording(
                 f"another match is here as {name} already", where=match.info.source,
                 next_step="Give one of the two logs another match id",
             )
     row = log.row(match)
-    inputs = {"source": sha256}
-    key = key_of("matches", name, inputs=inputs, settings=settings, tables=SCHEMAS)
+    flaws = match.quality.group_by("flaw").agg(pl.col("count").sum()).sort("flaw")
     receipt = store.commit(
-        "matches", name, key, inputs=inputs, settings=settings,
+        "matches", name, _key(name, sha256, settings), inputs={"source": sha256}, settings=settings,
         tables={"matches": (row, Matches), "referee": (match.referee, Referee),
                 "quality": (match.quality, Quality)},
         blobs={"log": ("mcap", data)},
@@ -118,6 +145,7 @@ def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, obje
             "pitch": match.info.pitch.model_dump(mode="json"), "complete": match.info.complete,
             "source": match.info.source, "home": match.info.home, "away": match.info.away,
             "duration_s": float(row["duration_s"][0]), "frames": int(row["frames"][0]),
+            "flaws": dict(flaws.cast({"flaw": pl.String}).iter_rows()),
         },
     )
     return receipt, True
@@ -148,4 +176,4 @@ def import_all(store: Store, recordings: list[Recording]) -> StageReport:
 def matches_flow(data: Path, recordings: list[Recording] | None = None) -> dict[str, object]:
     """Import the recordings, by default those in the inbox."""
     store = data_folder(data)
-    return conclude(import_all(store, inbox(store) if recordings is None else recordings))
+    return conclude(store, import_all(store, inbox(store) if recordings is None else recordings))

@@ -5,11 +5,12 @@ from pathlib import Path
 
 from prefect.artifacts import create_markdown_artifact
 
-from flows.stage import data_folder, need, our_flow, stage_task
+from flows.catalog import refresh
+from flows.stage import data_folder, need, our_flow, run_one, stage_task
 from pipeline.errors import NotFound
 from pipeline.policies import train
 from pipeline.receipts import Manifest, Receipt, key_of
-from pipeline.settings import PolicySettings
+from pipeline.settings import PolicySettings, Settings
 from pipeline.store import Store
 from schemas import Decisions, Occasions, Policies
 
@@ -49,7 +50,7 @@ def learn(store: Store, settings: PolicySettings) -> tuple[Manifest, bool]:
     if newest is not None and newest.key == key:
         return newest, False
     with store.claim("policies") as version:
-        parent = store.latest("policies")
+        parent = _parent(store, knowledge)
         policy, report = train(
             (store.read_table(receipt, "decisions", Decisions) for receipt in receipts),
             store.read_version_table(knowledge, "occasions", Occasions),
@@ -61,9 +62,18 @@ def learn(store: Store, settings: PolicySettings) -> tuple[Manifest, bool]:
         manifest = store.commit_version(
             "policies", version, parent=parent.version if parent else None, key=key, inputs=inputs,
             settings=dumped, tables={"policies": (policy, Policies)},
-            counts={"knowledge_version": knowledge.version, **asdict(report)},
+            counts={"knowledge_version": knowledge.version,
+                    "state_key": knowledge.settings["state_key"], **asdict(report)},
         )
         return manifest, True
+
+
+def _parent(store: Store, knowledge: Manifest) -> Manifest | None:
+    """The newest policy, if its states are numbered by the same state key."""
+    newest = store.latest("policies")
+    if newest is None:
+        return None
+    return newest if newest.counts["state_key"] == knowledge.settings["state_key"] else None
 
 
 @stage_task(name="train")
@@ -84,9 +94,10 @@ def publish(store: Store, version: int) -> None:
 
 
 @our_flow(name="policies")
-def policies_flow(data: Path, settings: PolicySettings = PolicySettings()) -> dict[str, object]:
+def policies_flow(data: Path, settings: Settings = Settings()) -> dict[str, object]:
     """Train the next policy if the knowledge or the settings are new."""
     store = data_folder(data)
-    version, new = make_policy(store.root, "policy", settings)
+    version, new = run_one(make_policy, "policies", store.root, "policy", settings.policies)
+    refresh(store)
     publish(store, version)
     return {"version": version, "new": new}

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from flows import behaviours, decisions, goals, grams, knowledge, policies, situations, trajectories
 from flows.catalog import refresh
 from flows.matches import Recording, import_all, inbox
-from flows.stage import Stage, StageReport, data_folder, listener, match_names, our_flow, run_stage
+from flows.stage import Scope, Stage, StageReport, data_folder, match_names, our_flow, run_one, run_stage
 from pipeline.settings import Settings
 from pipeline.store import Store
 
@@ -68,11 +68,17 @@ class _Run:
         self.store = store
         self.settings = settings
         self.report = RunReport()
-        self.matches: list[str] = []
+        self.scope = Scope(
+            matches=tuple(match_names(store)), lengths=tuple(r.n for r in settings.behaviours.rounds))
+
+    def drop(self, failed: set[str]) -> None:
+        """Go on without the matches that failed."""
+        left = tuple(match for match in self.scope.matches if match not in failed)
+        self.scope = self.scope.model_copy(update={"matches": left})
 
     def stage(self, job: Task[..., Any], stage: Stage[S], names: Sequence[str], settings: S) -> set[str]:
         """Run a stage and take its report down; the names that failed."""
-        report = run_stage(job, stage, self.store, names, settings)
+        report = run_stage(job, stage, self.store, names, settings, self.scope)
         total = self.report.stage(report.noun)
         total.made += report.made
         total.kept += report.kept
@@ -81,17 +87,38 @@ class _Run:
 
     def per_match(self, job: Task[..., Any], stage: Stage[S], settings: S) -> None:
         """Run a stage of one output a match."""
-        failed = self.stage(job, stage, self.matches, settings)
-        self.matches = [match for match in self.matches if match not in failed]
+        self.drop(self.stage(job, stage, self.scope.matches, settings))
 
-    def round(self, n: int) -> None:
+    def round(self, n: int) -> bool:
         """Count the grams of one length in every match, then select the behaviours among them."""
-        names = [grams.output(match, n) for match in self.matches]
-        failed = {grams.of(name)[0] for name in
-                  self.stage(grams.make_grams, grams.STAGE, names, self.settings.grams)}
-        self.matches = [match for match in self.matches if match not in failed]
-        self.stage(behaviours.make_behaviours, behaviours.STAGE, [behaviours.round_name(n)],
-                   self.settings.behaviours)
+        names = [grams.output(match, n) for match in self.scope.matches]
+        failed = self.stage(grams.make_grams, grams.STAGE, names, self.settings.grams)
+        self.drop({grams.of(name)[0] for name in failed})
+        if not self.scope.matches:
+            return False
+        return not self.stage(behaviours.make_behaviours, behaviours.STAGE, [behaviours.round_name(n)],
+                              self.settings.behaviours)
+
+    def emit(self, train: bool) -> None:
+        """Emit knowledge and train a policy if there is anything new."""
+        version, self.report.knowledge_is_new = run_one(
+            knowledge.make_knowledge, "knowledge",
+            self.store.root, "knowledge", self.settings.knowledge, self.scope)
+        knowledge.publish(self.store, version)
+        if train:
+            version, self.report.policy_is_new = run_one(
+                policies.make_policy, "policies", self.store.root, "policy", self.settings.policies)
+            policies.publish(self.store, version)
+
+    def look_at_versions(self) -> None:
+        """Report the newest versions, and those that cannot be read."""
+        for noun in ("knowledge", "policies"):
+            unreadable = self.store.unreadable(noun)
+            if unreadable:
+                self.report.stage(noun).failed |= unreadable
+        known, learned = self.store.latest("knowledge"), self.store.latest("policies")
+        self.report.knowledge = known.version if known else None
+        self.report.policy = learned.version if learned else None
 
 
 @our_flow(name="run")
@@ -100,33 +127,19 @@ def run_flow(
 ) -> dict[str, Any]:
     """Import what is new in the inbox (or ``recordings``) and bring every stage up to date."""
     store = data_folder(data)
+    imported = import_all(store, inbox(store) if recordings is None else recordings)
     run = _Run(store, settings)
-    run.report.stages.append(import_all(store, inbox(store) if recordings is None else recordings))
-    run.matches = match_names(store)
+    run.report.stages.append(imported)
+    imported.failed |= store.unreadable("matches")
     run.per_match(trajectories.make_trajectories, trajectories.STAGE, settings.trajectories)
     run.per_match(situations.make_situations, situations.STAGE, settings.situations)
     run.per_match(goals.make_goals, goals.STAGE, settings.goals)
-    if run.matches:
-        for round_ in settings.behaviours.rounds:
-            run.round(round_.n)
+    known = bool(run.scope.matches) and all(run.round(n) for n in run.scope.lengths)
+    if known:
         run.per_match(decisions.make_decisions, decisions.STAGE, settings.decisions)
-        _versions(run, train)
+    if known and run.scope.matches:
+        run.emit(train)
+    run.look_at_versions()
     refresh(store)
     create_markdown_artifact(run.report.markdown(), key="run", description="what the run did")
     return run.report.model_dump()
-
-
-def _versions(run: _Run, train: bool) -> None:
-    """Emit knowledge and train a policy if there is anything new."""
-    store, report = run.store, run.report
-    listener.get().begin("knowledge", 1)
-    report.knowledge, report.knowledge_is_new = knowledge.make_knowledge(
-        store.root, "knowledge", run.settings.knowledge)
-    listener.get().advance("knowledge", "knowledge")
-    knowledge.publish(store, report.knowledge)
-    if train:
-        listener.get().begin("policies", 1)
-        report.policy, report.policy_is_new = policies.make_policy(
-            store.root, "policy", run.settings.policies)
-        listener.get().advance("policies", "policy")
-        policies.publish(store, report.policy)

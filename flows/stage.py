@@ -15,10 +15,12 @@ from prefect.cache_policies import NO_CACHE
 from prefect.client.schemas.objects import State, TaskRun
 from prefect.futures import as_completed
 from prefect.task_runners import ThreadPoolTaskRunner
-from pydantic import BaseModel
+from pydantic import BaseModel, ConfigDict
 
-from pipeline.errors import NotFound, in_one_line
+from flows.catalog import refresh
+from pipeline.errors import BadSettings, CorruptFile, NotFound, in_one_line
 from pipeline.receipts import Receipt, key_of
+from pipeline.settings import Settings
 from pipeline.store import Store
 from schemas import Table
 
@@ -69,6 +71,24 @@ class StageReport(BaseModel):
     failed: dict[str, str] = {}
 
 
+class Scope(BaseModel):
+    """What a run is over; what is made of all matches is made of these.
+
+    Attributes:
+        matches: their ids, sorted.
+        lengths: of the grams, longest first.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    matches: tuple[str, ...]
+    lengths: tuple[int, ...]
+
+    def longer(self, n: int) -> list[int]:
+        """The lengths over ``n``, longest first."""
+        return [length for length in self.lengths if length > n]
+
+
 @dataclass(frozen=True, slots=True)
 class Made:
     """What a stage computed: tables (each file is named for its table), other files, facts."""
@@ -85,23 +105,23 @@ class Stage(Generic[S]):
     Attributes:
         noun: the stage.
         schemas: of the tables it makes.
-        sources: the receipts an output is made from.
-        compute: store, name and settings in, what was made out.
+        sources: store, name and scope in, the receipts an output is made from out.
+        compute: store, name, settings and scope in, what was made out.
     """
 
     noun: str
     schemas: tuple[type[Table], ...]
-    sources: Callable[[Store, str], Iterable[Receipt]]
-    compute: Callable[[Store, str, S], Made]
+    sources: Callable[[Store, str, Scope], Iterable[Receipt]]
+    compute: Callable[[Store, str, S, Scope], Made]
 
-    def done(self, store: Store, name: str, settings: S) -> bool:
+    def done(self, store: Store, name: str, settings: S, scope: Scope) -> bool:
         """Whether the output is already there, made from these very inputs with these settings."""
         try:
-            return store.holding(self.noun, name, self._key(store, name, settings)[0]) is not None
-        except NotFound:
+            return store.holding(self.noun, name, self._key(store, name, settings, scope)[0]) is not None
+        except (NotFound, CorruptFile):
             return False
 
-    def perform(self, store: Store, name: str, settings: S) -> Receipt:
+    def perform(self, store: Store, name: str, settings: S, scope: Scope) -> Receipt:
         """Make and commit an output.
 
         Raises:
@@ -109,8 +129,8 @@ class Stage(Generic[S]):
                 put in quarantine with the reason first.
         """
         try:
-            key, inputs = self._key(store, name, settings)
-            made = self.compute(store, name, settings)
+            key, inputs = self._key(store, name, settings, scope)
+            made = self.compute(store, name, settings, scope)
             receipt = store.commit(
                 self.noun, name, key, inputs=inputs, settings=settings.model_dump(mode="json"),
                 tables={schema.NAME: (table, schema) for table, schema in made.tables},
@@ -123,9 +143,9 @@ class Stage(Generic[S]):
         store.release(self.noun, name)
         return receipt
 
-    def _key(self, store: Store, name: str, settings: S) -> tuple[str, dict[str, str]]:
+    def _key(self, store: Store, name: str, settings: S, scope: Scope) -> tuple[str, dict[str, str]]:
         inputs: dict[str, str] = {}
-        for receipt in self.sources(store, name):
+        for receipt in self.sources(store, name, scope):
             inputs |= receipt.digests()
         dumped = settings.model_dump(mode="json")
         return key_of(self.noun, name, inputs=inputs, settings=dumped, tables=self.schemas), inputs
@@ -149,10 +169,13 @@ def match_names(store: Store) -> list[str]:
     return [receipt.name for receipt in store.receipts("matches")]
 
 
-def sound_matches(store: Store) -> list[str]:
-    """The matches that no stage has in quarantine: those that count in what is made of all matches."""
+def scope_of(store: Store, settings: Settings) -> Scope:
+    """The scope of a single stage's flow: all matches that no stage has in quarantine."""
     bad = {record.name.rsplit(".n", 1)[0] for record in store.quarantined()}
-    return [name for name in match_names(store) if name not in bad]
+    return Scope(
+        matches=tuple(name for name in match_names(store) if name not in bad),
+        lengths=tuple(round_.n for round_ in settings.behaviours.rounds),
+    )
 
 
 def may_succeed_later(_task: Task[Any, Any], _run: TaskRun, state: State[Any]) -> bool:
@@ -186,13 +209,14 @@ def our_flow(*, name: str) -> Callable[[Callable[P, R]], Flow[P, R]]:
 
 
 def run_stage(
-    job: Task[..., Any], stage: Stage[S], store: Store, names: Sequence[str], settings: S
+    job: Task[..., Any], stage: Stage[S], store: Store, names: Sequence[str], settings: S, scope: Scope
 ) -> StageReport:
     """Make what is new of a stage: a task for each output, none for what is already there."""
-    todo = [name for name in names if not stage.done(store, name, settings)]
-    report = run_tasks(
-        job, stage.noun, {name: {"data": store.root, "name": name, "settings": settings} for name in todo}
-    )
+    todo = [name for name in names if not stage.done(store, name, settings, scope)]
+    arguments = {"data": store.root, "settings": settings, "scope": scope}
+    report = run_tasks(job, stage.noun, {name: {"name": name} | arguments for name in todo})
+    for name in set(names) - set(todo):
+        store.release(stage.noun, name)
     report.kept = len(names) - len(todo)
     return report
 
@@ -214,8 +238,17 @@ def run_tasks(job: Task[..., Any], noun: str, work: Mapping[str, Mapping[str, An
     return report
 
 
-def conclude(report: StageReport) -> dict[str, object]:
-    """Show a stage's report as an artifact of its flow run; the run's result."""
+def run_one(job: Task[P, R], noun: str, *args: P.args, **kwargs: P.kwargs) -> R:
+    """Run the only task of a stage; its result."""
+    listener.get().begin(noun, 1)
+    result = job(*args, **kwargs)
+    listener.get().advance(noun, noun)
+    return result
+
+
+def conclude(store: Store, report: StageReport) -> dict[str, object]:
+    """Bring the catalogue up to date and show the report as an artifact of the flow run; its result."""
+    refresh(store)
     lines = [f"{len(report.made)} made, {report.kept} kept, {len(report.failed)} in quarantine", ""]
     lines += [f"- {name}" for name in report.made]
     lines += [f"- **{name}**: {why}" for name, why in report.failed.items()]
@@ -225,6 +258,8 @@ def conclude(report: StageReport) -> dict[str, object]:
 
 def data_folder(data: Path) -> Store:
     """The store of a run, with what killed runs left lying about swept up."""
+    if data.exists() and not data.is_dir():
+        raise BadSettings("is not a folder", where=str(data), next_step="Name the data folder with --data")
     store = Store(data)
     store.sweep()
     return store

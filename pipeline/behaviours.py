@@ -10,8 +10,7 @@ import polars as pl
 from pipeline.settings import BehaviourSettings, RoundSettings
 from pipeline.som import Map, best_matching_units, train
 from schemas import Patterns
-
-MOVES_RANDOMLY = 194
+from schemas.situations import MOVES_RANDOMLY
 
 
 class Report(NamedTuple):

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import duckdb
 import polars as pl
@@ -13,7 +14,15 @@ import polars as pl
 from pipeline.errors import BadQuery, NotFound
 from schemas import PUBLIC, Table
 
+T = TypeVar("T")
+
 FILES = "catalog_files"
+
+#: DuckDB's types that have no equal in a polars table: it refuses them, or loses what they mean.
+_WITHOUT_EQUAL = frozenset(
+    ("interval", "union", "variant", "geometry", "bignum", "bit", "time with time zone")
+)
+_NESTED = frozenset(("list", "array", "struct", "map"))
 
 
 def build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
@@ -25,27 +34,42 @@ def build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
             without files becomes a view without rows.
     """
     with duckdb.connect(str(path)) as connection:
-        connection.execute(f"create table {FILES} (table_name varchar, path varchar)")
+        connection.execute(
+            f"create table {FILES} (table_name varchar, path varchar, size bigint, changed_ns bigint)"
+        )
         for name, schema in PUBLIC.items():
             files = [str(file.resolve()) for file in sources.get(name, ())]
             for file in files:
-                connection.execute(f"insert into {FILES} values (?, ?)", [name, file])
+                connection.execute(f"insert into {FILES} values (?, ?, ?, ?)",
+                                   [name, file, *(glance(Path(file)) or (None, None))])
             connection.execute(f"create view {name} as {_select(schema, files)}")
             connection.execute(f"comment on view {name} is {_quote(_first_line(schema))}")
             for column, meaning in schema.meanings().items():
                 connection.execute(f'comment on column {name}."{column}" is {_quote(meaning)}')
 
 
-def stale(path: Path, sources: Mapping[str, Sequence[Path]]) -> bool:
-    """Whether the catalogue is missing, or lists other files than ``sources``."""
+def glance(file: Path) -> tuple[int, int] | None:
+    """Size and time of change [ns] of a file, None if it is not there."""
+    try:
+        found = file.stat()
+    except OSError:
+        return None
+    return found.st_size, found.st_mtime_ns
+
+
+def listing(path: Path) -> dict[tuple[str, str], tuple[int, int] | None]:
+    """What a catalogue lists: table and file to what the file looked like at a glance then.
+
+    Empty if there is no catalogue, or none that can be read.
+    """
     if not path.exists():
-        return True
-    wanted = {(name, str(file.resolve())) for name, files in sources.items() for file in files}
+        return {}
     try:
         with _opened(path) as connection:
-            return set(connection.execute(f"select table_name, path from {FILES}").fetchall()) != wanted
+            rows = connection.execute(f"select table_name, path, size, changed_ns from {FILES}").fetchall()
     except duckdb.Error:
-        return True
+        return {}
+    return {(name, file): (size, changed) for name, file, size, changed in rows}
 
 
 def query(path: Path, sql: str, parameters: Sequence[object] = ()) -> pl.DataFrame:
@@ -58,7 +82,9 @@ def query(path: Path, sql: str, parameters: Sequence[object] = ()) -> pl.DataFra
 
     Raises:
         NotFound: if there is no catalogue.
-        BadQuery: if DuckDB refuses the statement, with its own words.
+        BadQuery: if DuckDB refuses the statement, with its own words; if there is not exactly one; if
+            a column's name is there twice, or its type or times have no equal in a polars table.
+        KeyboardInterrupt: as it came; DuckDB has stopped working then.
     """
     if not path.exists():
         raise NotFound("there is no catalogue yet", where=str(path), next_step="Run `pitchlore run` first")
@@ -70,12 +96,62 @@ def query(path: Path, sql: str, parameters: Sequence[object] = ()) -> pl.DataFra
         connection.execute("set python_enable_replacements = false")
         connection.execute("set lock_configuration = true")
         try:
-            relation: Any = connection.sql(sql, params=list(parameters) or None)
-            return pl.DataFrame(None if relation is None else relation.to_arrow_table())
+            return _interruptible(connection, lambda: _rows(connection, sql, parameters))
         except duckdb.Error as error:
             raise BadQuery(
                 " ".join(str(error).split()), next_step="`pitchlore sql --tables` lists tables and columns"
             ) from error
+
+
+def _rows(connection: duckdb.DuckDBPyConnection, sql: str, parameters: Sequence[object]) -> pl.DataFrame:
+    """The rows of the one statement."""
+    statements = connection.extract_statements(sql)
+    if len(statements) != 1:
+        raise BadQuery(f"{len(statements)} statements were given, not one",
+                       next_step="Ask one at a time; `with … as (…)` names steps within one")
+    relation: Any = connection.sql(statements[0], params=list(parameters) or None)
+    if relation is None:
+        return pl.DataFrame()
+    twice = sorted({name for name in relation.columns if relation.columns.count(name) > 1})
+    if twice:
+        raise BadQuery(f"column {twice[0]} is there twice",
+                       next_step="Give one of them another name with `as`")
+    for name, dtype in zip(relation.columns, relation.types, strict=True):
+        if _has_no_equal(dtype):
+            raise BadQuery(f"column {name} is of type {dtype}, which no table of ours can hold",
+                           next_step="Cast it, as in `column::varchar`")
+    frame = pl.DataFrame(relation.to_arrow_table())
+    for column in frame.select(pl.selectors.date() | pl.selectors.datetime()):
+        if not column.drop_nulls().dt.year().is_between(1, 9999).fill_null(value=False).all():
+            raise BadQuery(f"column {column.name} has times outside the years 1 to 9999",
+                           next_step="Cast it, as in `column::varchar`")
+    return frame
+
+
+def _has_no_equal(dtype: Any) -> bool:
+    """Whether DuckDB's type, or one that it is made of, has no equal in a polars table."""
+    if dtype.id in _NESTED:  # an array's size is among its children
+        return any(_has_no_equal(child) for name, child in dtype.children if name != "size")
+    return dtype.id in _WITHOUT_EQUAL
+
+
+def _interruptible(connection: duckdb.DuckDBPyConnection, work: Callable[[], T]) -> T:
+    """What ``work`` returns, done in a thread so that Ctrl-C reaches Python and stops DuckDB.
+
+    On the main thread DuckDB looks for signals only between its own steps, which may be long.
+    """
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        future = pool.submit(work)
+        try:
+            while not future.done():
+                wait([future], timeout=0.1)
+        except KeyboardInterrupt:
+            while not future.done():  # an interrupt before the query has begun is forgotten
+                connection.interrupt()
+                wait([future], timeout=0.1)
+            raise
+        return future.result()
+
 
 @contextmanager
 def _opened(path: Path) -> Iterator[duckdb.DuckDBPyConnection]:

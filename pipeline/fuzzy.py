@@ -1,8 +1,8 @@
 """The five fuzzy variables: scikit-fuzzy's trapezoids define every term (paper section 3.2.1, Figure 1).
 
-The figure's numbers are not in any text that could be found; these are ours (SITUATIONS in DECISIONS.md).
-The recogniser evaluates the same trapezoids as pairs of straight lines (:func:`lines`), which is verified
-against :func:`membership`, scikit-fuzzy's own evaluation.
+The figure's numbers are not in any text that could be found; these are ours (DECISIONS.md, "Sources of
+numbers"). The recogniser evaluates the same trapezoids as pairs of straight lines (:func:`lines`), which is
+verified against :func:`membership`, scikit-fuzzy's own evaluation.
 """
 
 from __future__ import annotations

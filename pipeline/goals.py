@@ -93,7 +93,7 @@ def attribute(
        touched the ball at most ``deflect_s`` earlier and either its line already went into the goal,
        or that touch was 021 and the defender was hit (047). Otherwise an error of the adversary, and
        the defending robot's.
-    4. No touch: null, nobody's.
+    4. No touch, or a goal whose team is not known: null, nobody's.
 
     Only samples in play, strictly before the goal, that are not suspect count: a goal may be given
     after the bodies were put back, or when play has long stopped.
@@ -106,12 +106,10 @@ def attribute(
         settings: of the stage, None for the defaults.
 
     Returns:
-        Rows of schema Goals by time: one for each goal whose team the referee names; a goal of
-        neither team counts for nobody and has none.
+        Rows of schema Goals by time, one a goal.
     """
     settings = settings or GoalSettings()
-    given = referee.filter(pl.col("event") == "goal", pl.col("team").is_not_null())
-    given = given.sort("t_ns", maintain_order=True)
+    given = referee.filter(pl.col("event") == "goal").sort("t_ns", maintain_order=True)
     in_play = trajectories.filter(pl.col("segment").is_not_null(), ~pl.col("suspect"))
     ball, touches = _touches(in_play, SCALES[pitch.kind].contact)
     done = _episodes(situations)
@@ -120,6 +118,9 @@ def attribute(
 
     made: list[tuple[int | None, Kind | None]] = []
     for goal in given.iter_rows(named=True):
+        if goal["team"] is None:
+            made.append((None, None))
+            continue
         before = int(np.searchsorted(times, goal["t_ns"]))
         window = _window(touches, times[:before], breaks, settings)
         seen = ball.before(goal["t_ns"])

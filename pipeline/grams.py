@@ -39,13 +39,15 @@ def value(situations: pl.DataFrame, goals: pl.DataFrame, settings: GramSettings)
     Returns:
         The situations with column ``value`` (float64): alpha^t if the next goal after the
         situation's start is for the robot's team, -alpha^t if it is against, 0 if none
-        follows. t is the time from the situation's start to that goal in ticks, not rounded
-        because samples need not come at the tick. A situation that starts at the very time
-        of a goal is after it.
+        follows. It is 0 too if that next goal's team is null: neither good nor bad can be said,
+        and no later goal is looked at. t is the time from the situation's start to the goal in
+        ticks, not rounded because samples need not come at the tick. A situation that starts at
+        the very time of a goal is after it.
     """
     goals = goals.select("t_ns", "team").sort("t_ns")
     goal_ns = goals["t_ns"].to_numpy()
-    scorer = goals["team"].cast(pl.Enum(TEAMS)).to_physical().to_numpy()
+    nobody = len(TEAMS)
+    scorer = goals["team"].cast(pl.Enum(TEAMS)).to_physical().fill_null(nobody).to_numpy()
     start = situations["start_ns"].to_numpy()
     team = situations["team"].cast(pl.Enum(TEAMS)).to_physical().to_numpy()
     values = np.zeros(len(start), dtype=np.float64)
@@ -54,6 +56,7 @@ def value(situations: pl.DataFrame, goals: pl.DataFrame, settings: GramSettings)
     following = following[before]
     ticks = (goal_ns[following] - start[before]) / (settings.tick_s * 1e9)
     sign = np.where(scorer[following] == team[before], 1.0, -1.0)
+    sign[scorer[following] == nobody] = 0.0
     values[before] = sign * settings.alpha**ticks
     return situations.with_columns(pl.Series("value", values))
 

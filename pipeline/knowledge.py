@@ -10,6 +10,7 @@ import polars as pl
 from pipeline.sequences import exact
 from pipeline.settings import KnowledgeSettings
 from schemas import ROLES, Behaviours, Occasions
+from schemas.behaviours import moves_randomly
 
 _PAIR = ("role", "state", "behaviour_id")
 
@@ -67,7 +68,6 @@ def occasions(
         Rows of schema Occasions. ``initial`` is the greatest value of the behaviours seen in the
         state by the role, so that each of them is tried (paper section 3.2.2, last sentence).
     """
-    moves_randomly = pl.format("{}-194", pl.col("role").cast(pl.String))
     total = Occasions.empty().select(*_PAIR, "count", value_sum="value")
     held: list[pl.DataFrame] = []
     rows = 0
@@ -76,7 +76,7 @@ def occasions(
             table.select(
                 "role",
                 "state",
-                pl.col("behaviour_id").fill_null(moves_randomly),
+                pl.col("behaviour_id").fill_null(moves_randomly()),
                 pl.lit(1, dtype=pl.Int64).alias("count"),
                 pl.Series("value_sum", exact(table["value"].to_numpy())),
             )

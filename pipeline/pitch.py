@@ -47,7 +47,7 @@ class Pitch(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Scales:
-    """What the fuzzy terms of a kind of match are stretched by (SOURCES in DECISIONS.md).
+    """What the fuzzy terms of a kind of match are stretched by (DECISIONS.md, "Sources of numbers").
 
     Distances are the 0.5 crossings of the Distance variable, metres.
 

@@ -17,12 +17,10 @@ from pipeline.errors import SchemaMismatch
 from pipeline.learning.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN, Batch, Learned, sarsa_lambda
 from pipeline.settings import PolicySettings
 from schemas import Decisions, Policies
+from schemas.behaviours import moves_randomly
 from schemas.table import ROLES
 
 _PAIR = ["role", "state", "behaviour_id"]
-
-#: The paper's code of "robot moves randomly" (Table 1).
-_MOVES_RANDOMLY = 194
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,22 +138,6 @@ def train(
     return policy, TrainingReport(len(matches), _training(pairs, rows["role"], learned))
 
 
-def greedy(policies: pl.DataFrame) -> pl.DataFrame:
-    """The best behaviour of each state: of equals, the first by behaviour_id.
-
-    Args:
-        policies: schema Policies, of one version.
-
-    Returns:
-        The rows of ``policies`` (same columns) with the greatest q of their role and state, sorted
-        by role, state.
-    """
-    return (
-        policies.sort("role", "state", "q", "behaviour_id", descending=[False, False, True, False])
-        .unique(["role", "state"], keep="first", maintain_order=True)
-    )
-
-
 def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None) -> pl.DataFrame:
     """The pairs in order, with the ``q`` they start from and whether they are ``new``."""
     known = Policies.empty() if parent is None else parent
@@ -182,7 +164,6 @@ def _slim(match: pl.DataFrame, known: pl.Enum) -> pl.DataFrame:
 
     A behaviour that is not ``known`` is null.
     """
-    moves_randomly = pl.format("{}-{}", pl.col("role").cast(pl.String), pl.lit(_MOVES_RANDOMLY))
     episode = pl.struct("team", "robot", "episode").rle_id()
     return (
         match.sort("team", "robot", "t_ns")
@@ -190,7 +171,7 @@ def _slim(match: pl.DataFrame, known: pl.Enum) -> pl.DataFrame:
         .select(
             "role",
             "state",
-            pl.col("behaviour_id").fill_null(moves_randomly).cast(known, strict=False),
+            pl.col("behaviour_id").fill_null(moves_randomly()).cast(known, strict=False),
             ((pl.col("end_ns") - pl.col("t_ns")) / 1e9).alias("elapsed"),
             "reward",
             # an episode whose last decision does not say how it ended was cut there

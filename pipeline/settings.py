@@ -7,10 +7,9 @@ same bytes. Units are in the names (``_s`` seconds, ``_ns`` nanoseconds, ``_m`` 
 from __future__ import annotations
 
 import tomllib
-from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from pipeline.errors import BadSettings
 
@@ -40,7 +39,7 @@ class TrajectorySettings(_Settings):
 
 
 class GoalSettings(_Settings):
-    """How goals are attributed (FIGURES in DECISIONS.md).
+    """How goals are attributed (``pipeline.goals.attribute``); the paper gives no times, these are ours.
 
     Attributes:
         before_s: contacts so long before the goal are looked at first.
@@ -54,7 +53,7 @@ class GoalSettings(_Settings):
 
 
 class SituationSettings(_Settings):
-    """How situations are recognised (SITUATIONS in DECISIONS.md).
+    """How situations are recognised (DECISIONS.md, "Situations").
 
     Attributes:
         fire_at: a fuzzy condition holds from this degree on.
@@ -110,8 +109,9 @@ class BehaviourSettings(_Settings):
     """How behaviours are selected (paper section 3.2.2).
 
     Attributes:
-        rounds: longest first. A map of at most 1 / activation neurons always has one that passes
-            if the share is of the groups: the busiest.
+        rounds: longest first, none twice, for a later round counts only what the earlier ones leave.
+            A map of at most 1 / activation neurons always has one that passes if the share is of the
+            groups: the busiest.
         share_of: what a neuron's activations are a share of: the groups that the round is over
             (each of its situations starts one, but the last few of a run), or all situations
             recognised, those used up by longer behaviours included.
@@ -139,12 +139,21 @@ class BehaviourSettings(_Settings):
     sigma_end: float = Field(default=0.5, gt=0)
     seed: int = 0
 
+    @field_validator("rounds")
+    @classmethod
+    def _longest_first(cls, rounds: tuple[RoundSettings, ...]) -> tuple[RoundSettings, ...]:
+        lengths = [round_.n for round_ in rounds]
+        if not lengths or lengths != sorted(set(lengths), reverse=True):
+            found = ", ".join(map(str, lengths)) or "none"
+            raise ValueError(f"there must be a round, and n must fall from each to the next (it is: {found})")
+        return rounds
+
 
 class KnowledgeSettings(_Settings):
     """How occasions become knowledge.
 
     Attributes:
-        state_key: which elements of the state are kept (STATE in DECISIONS.md).
+        state_key: which elements of the state are kept (DECISIONS.md, "The paper contradicts itself").
         optimistic: least initial action value of a behaviour in a state.
     """
 
@@ -195,28 +204,26 @@ class Settings(_Settings):
         return DecisionSettings(grams=self.grams, knowledge=self.knowledge)
 
 
-def load_settings(path: Path | None) -> Settings:
+def parse_settings(data: bytes, where: str) -> Settings:
     """The defaults, with what a TOML file says on top.
 
+    Args:
+        data: the file's bytes.
+        where: its name, for errors.
+
     Raises:
-        BadSettings: if the file is missing, is not TOML, or has a key or value that does not fit.
+        BadSettings: if it is not TOML, or has a key or value that does not fit; names the first.
     """
-    if path is None:
-        return Settings()
     try:
-        return Settings.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
+        return Settings.model_validate(tomllib.loads(data.decode()))
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise BadSettings(
-            f"cannot be read ({error.strerror})", where=str(path), next_step="Name an existing settings file"
-        ) from error
-    except tomllib.TOMLDecodeError as error:
-        raise BadSettings(
-            f"is not TOML ({error})", where=str(path), next_step="Mend the line it names"
+            f"is not TOML ({error})", where=where, next_step="Mend the line it names"
         ) from error
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"])
         raise BadSettings(
-            f"{key}: {first['msg'].lower()}", where=str(path),
+            f"{key}: {first['msg'].removeprefix('Value error, ').lower()}", where=where,
             next_step="See pipeline/settings.py for all keys and their bounds",
         ) from error

@@ -19,10 +19,11 @@ from pipeline.errors import SchemaMismatch
 from pipeline.pitch import SCALES, Pitch
 from pipeline.recognition import conditions, occurrences, signals
 from pipeline.recognition.rulebook import RuleSet, compiled, rule_table, term_table
-from pipeline.recognition.rules import RANDOM, RULES, TABLE_1, Start, Target
+from pipeline.recognition.rules import RULES, TABLE_1, Start, Target
 from pipeline.recognition.scene import Scene, arrange
 from pipeline.settings import SituationSettings
 from schemas import ROLES, TEAMS, Situations
+from schemas.situations import MOVES_RANDOMLY
 
 F64 = npt.NDArray[np.float64]
 I64 = npt.NDArray[np.int64]
@@ -153,7 +154,7 @@ def _situations_of(
         np.argsort(key), found, strengths, code, target,
         np.minimum(_LONGEST_NS[code], _ns(settings.longest_s)),
         samples.t_ns, samples.until_ns, samples.piece, settings.least_share,
-        RANDOM, _ns(settings.random_least_s), _ns(settings.random_longest_s),
+        MOVES_RANDOMLY, _ns(settings.random_least_s), _ns(settings.random_longest_s),
     )
     code, target, k0, k1 = rows.T
     index = samples.index[k0]
@@ -257,8 +258,8 @@ def _meanings(row: int, scene: Scene, samples: _Samples, found: I64) -> tuple[I6
 _THINGS = (Target.BALL, Target.OWN_GOAL, Target.ADVERSARY_GOAL)
 _TARGET = np.array([rule.target for rule in RULES])
 _CODES = np.array([rule.code if isinstance(rule.code, tuple) else (rule.code,) * 3 for rule in RULES])
-_PRIORITY = np.array([TABLE_1.get(code, ("", None))[1] or 0 for code in range(RANDOM + 1)])
-_NAMES = pl.Series([TABLE_1.get(code, ("", None))[0] for code in range(RANDOM + 1)])
+_PRIORITY = np.array([TABLE_1.get(code, ("", None))[1] or 0 for code in range(MOVES_RANDOMLY + 1)])
+_NAMES = pl.Series([TABLE_1.get(code, ("", None))[0] for code in range(MOVES_RANDOMLY + 1)])
 
 #: How long situations of a code may last when merged, so that merging does not undo the cutting.
 _LONGEST_NS = np.array([
@@ -266,7 +267,7 @@ _LONGEST_NS = np.array([
         (_ns(rule.limit_s) for rule in RULES if rule.start == Start.WHILE and rule.code == code),
         default=np.iinfo(np.int64).max,
     )
-    for code in range(RANDOM + 1)
+    for code in range(MOVES_RANDOMLY + 1)
 ])
 
 

@@ -3,7 +3,8 @@
 Each team sees the match turned so that its own goal is at -x. The six robots of the paper
 become six slots: own goalkeeper, midfield, striker, then the adversary's; every element of a
 robot is relative to that robot's *own* team's goals. Levels count from 0; those that the
-paper does not state, and all break points, are ours (STATE in DECISIONS.md).
+paper does not state, and all break points, are ours (DECISIONS.md, "The paper contradicts
+itself" and "Knowledge, learning").
 
 The elements do not multiply to the 80,621,568 states that the paper counts, and cannot:
 that number is 2^12 3^9, while eleven elements have three levels. Two keys that keep fewer
@@ -360,7 +361,10 @@ def elements(
 
 
 def score_levels(referee: pl.DataFrame, team: I64, t_ns: I64) -> I64:
-    """Level of the score element for each team and time, int64 [K]; an event counts from its own time."""
+    """Level of the score element for each team and time, int64 [K]; an event counts from its own time.
+
+    A goal of which neither team nor score is known leaves the level as it was.
+    """
     events = referee.filter(
         (pl.col("score_home").is_not_null() & pl.col("score_away").is_not_null())
         | ((pl.col("event") == "goal") & pl.col("team").is_not_null())

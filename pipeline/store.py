@@ -21,14 +21,17 @@ from typing import Any, TypeVar
 import polars as pl
 from pydantic import BaseModel, ValidationError
 
-from pipeline.errors import CorruptFile, NotFound, PitchloreError, StorageFailed, in_one_line
+from pipeline.errors import BadSettings, CorruptFile, NotFound, PitchloreError, StorageFailed, in_one_line
 from pipeline.receipts import SOFTWARE, FileRecord, Manifest, Quarantined, Receipt, digest
 from pipeline.tables import from_parquet, to_parquet
 from schemas import Table
 
 SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}$")
+KEYED_FILE = re.compile(r"-[0-9a-f]{12}\.(?!receipt\.)[a-z0-9_-]+\.[a-z]+$")
 VERSION_FOLDER = re.compile(r"^v(\d{4,})$")
 M = TypeVar("M", bound=BaseModel)
+REMEDY_OF_VERSION = "Restore the version's folder from a backup; the other versions are not affected"
+REMEDY = "Delete it and run again to make it anew, or restore it from a backup"
 
 
 class Store:
@@ -110,13 +113,32 @@ class Store:
         return _read_model(path, Receipt) if path.exists() else None
 
     def receipts(self, noun: str) -> Iterator[Receipt]:
-        """All receipts of a noun, in order of name."""
+        """All readable receipts of a noun, in order of name; see also :meth:`unreadable`."""
         for path in sorted((self.root / noun).glob("*.receipt.json")):
-            yield _read_model(path, Receipt)
+            with suppress(CorruptFile):
+                yield _read_model(path, Receipt)
+
+    def unreadable(self, noun: str) -> dict[str, str]:
+        """Receipts and manifests of a noun that cannot be read: name to what is wrong."""
+        found = {}
+        for path in sorted((self.root / noun).glob("*.receipt.json")):
+            try:
+                _read_model(path, Receipt)
+            except CorruptFile as error:
+                found[path.name.removesuffix(".receipt.json")] = str(error)
+        for version in self.versions(noun):
+            try:
+                self.manifest(noun, version)
+            except (CorruptFile, NotFound) as error:
+                found[f"version {version}"] = str(error)
+        return found
 
     def holding(self, noun: str, name: str, key: str) -> Receipt | None:
         """The receipt of an output if it stands for this very work and its files are there."""
-        receipt = self.receipt(noun, name)
+        try:
+            receipt = self.receipt(noun, name)
+        except CorruptFile:
+            return None
         if receipt is None or receipt.key != key:
             return None
         for record in receipt.files.values():
@@ -193,6 +215,49 @@ class Store:
         data = self.read(receipt, role)
         return from_parquet(data, schema, where=str(self.root / receipt.files[role].path))
 
+    def intact(self, receipt: Receipt) -> bool:
+        """Whether all files of a receipt are there, byte for byte."""
+        try:
+            for role in receipt.files:
+                self.read(receipt, role)
+        except CorruptFile:
+            return False
+        return True
+
+    def forget(self, noun: str, name: str) -> bool:
+        """Remove an output, its receipt first; whether there was one."""
+        path = self._receipt_path(noun, name)
+        if not path.exists():
+            return False
+        with suppress(CorruptFile):
+            files = _read_model(path, Receipt).files.values()
+            path.unlink()
+            for record in files:
+                (self.root / record.path).unlink(missing_ok=True)
+        path.unlink(missing_ok=True)
+        return True
+
+    def prune(self, noun: str) -> list[Path]:
+        """Remove the files of a noun that no receipt names any more; which."""
+        if self.unreadable(noun):
+            return []
+        named = {self.root / record.path
+                 for receipt in self.receipts(noun) for record in receipt.files.values()}
+        left = [path for path in sorted((self.root / noun).glob("*"))
+                if path.is_file() and KEYED_FILE.search(path.name) and path not in named]
+        for path in left:
+            path.unlink()
+        return left
+
+    @contextmanager
+    def locked(self, noun: str) -> Iterator[None]:
+        """Hold a noun against every other thread and process for a moment."""
+        folder = self.root / noun
+        folder.mkdir(parents=True, exist_ok=True)
+        with (folder / ".lock").open("a") as held:
+            fcntl.flock(held, fcntl.LOCK_EX)
+            yield
+
     def verify_receipts(self, noun: str) -> list[str]:
         """What is wrong with the files that a noun's receipts name, one line each."""
         problems = []
@@ -234,10 +299,18 @@ class Store:
                               next_step="Restore the version's folder from a backup")
         return manifest
 
+    def manifests(self, noun: str) -> list[Manifest]:
+        """The readable manifests of a noun, ascending; see also :meth:`unreadable`."""
+        found = []
+        for version in self.versions(noun):
+            with suppress(CorruptFile, NotFound):
+                found.append(self.manifest(noun, version))
+        return found
+
     def latest(self, noun: str) -> Manifest | None:
-        """The manifest of the newest version, None if there is none."""
-        versions = self.versions(noun)
-        return self.manifest(noun, versions[-1]) if versions else None
+        """The manifest of the newest readable version, None if there is none."""
+        manifests = self.manifests(noun)
+        return manifests[-1] if manifests else None
 
     def version_folder(self, noun: str, version: int) -> Path:
         """Where a version's files are."""
@@ -384,7 +457,7 @@ def _sync(path: Path, flags: int) -> None:
 
 def _safe(name: str) -> str:
     if not SAFE_NAME.match(name):
-        raise StorageFailed(f"{name!r} is not a safe file name", next_step="Name it otherwise")
+        raise BadSettings(f"{name!r} is not a safe file name", next_step="Name it otherwise")
     return name
 
 
@@ -398,7 +471,7 @@ def _read_model(path: Path, model: type[M]) -> M:
         return model.model_validate_json(path.read_bytes())
     except (ValidationError, OSError) as error:
         raise CorruptFile(f"is not a readable {model.__name__.lower()}", where=str(path),
-                          next_step="Delete it and run again, or restore it from a backup") from error
+                          next_step=REMEDY if model is Receipt else REMEDY_OF_VERSION) from error
 
 
 def _verified(folder: Path, files: Mapping[str, FileRecord], role: str, what: str) -> bytes:
@@ -406,14 +479,14 @@ def _verified(folder: Path, files: Mapping[str, FileRecord], role: str, what: st
         raise NotFound(f"{what} has no {role} (there are: {', '.join(sorted(files))})",
                        next_step="Run the stages again")
     path = folder / files[role].path
+    remedy = "Import the recording again" if what.startswith("matches ") else REMEDY
     try:
         data = path.read_bytes()
     except OSError as error:
         raise CorruptFile(f"cannot be read ({error.strerror})", where=str(path),
-                          next_step="Run again to make it anew, or restore it from a backup") from error
+                          next_step=remedy) from error
     if digest(data) != files[role].sha256:
-        raise CorruptFile("is not what was written (SHA-256 differs)", where=str(path),
-                          next_step="Delete it and run again, or restore it from a backup")
+        raise CorruptFile("is not what was written (SHA-256 differs)", where=str(path), next_step=remedy)
     return data
 
 

@@ -41,6 +41,17 @@ def check(frame: pl.DataFrame, schema: type[Table], *, where: str) -> None:
     Raises:
         SchemaMismatch: naming the first columns or rules that do not hold.
     """
+    _check_columns(frame, schema, where)
+    _, failure = schema.filter(frame)
+    if len(failure):
+        broken = ", ".join(f"{rule} ({count} rows)" for rule, count in sorted(failure.counts().items())[:4])
+        raise SchemaMismatch(
+            f"breaks the rules of table {schema.tag()}: {broken}",
+            where=where, next_step="Look for NaN, infinite or impossible values in the source",
+        )
+
+
+def _check_columns(frame: pl.DataFrame, schema: type[Table], where: str) -> None:
     wanted = schema.dtypes()
     if list(frame.schema.items()) != list(wanted.items()):
         missing = [c for c in wanted if c not in frame.columns]
@@ -52,20 +63,13 @@ def check(frame: pl.DataFrame, schema: type[Table], *, where: str) -> None:
             f"does not fit table {schema.tag()}: " + ("; ".join(problems[:4]) or "columns are out of order"),
             where=where, next_step="Make it again with this version of pitchlore",
         )
-    _, failure = schema.filter(frame)
-    if len(failure):
-        broken = ", ".join(f"{rule} ({count} rows)" for rule, count in sorted(failure.counts().items())[:4])
-        raise SchemaMismatch(
-            f"breaks the rules of table {schema.tag()}: {broken}",
-            where=where, next_step="Look for NaN, infinite or impossible values in the source",
-        )
 
 
 def from_parquet(data: bytes, schema: type[Table], *, where: str) -> pl.DataFrame:
     """The table in Parquet bytes that :func:`to_parquet` made.
 
     Raises:
-        SchemaMismatch: if it is tagged as another table or version.
+        SchemaMismatch: if it is tagged as another table or version, or has other columns.
         CorruptFile: if it is not Parquet at all.
     """
     try:
@@ -79,4 +83,5 @@ def from_parquet(data: bytes, schema: type[Table], *, where: str) -> pl.DataFram
             f"holds table {tag or 'of unknown origin'}, not {schema.tag()}", where=where,
             next_step="Make it again with this version of pitchlore",
         )
+    _check_columns(frame, schema, where)
     return frame

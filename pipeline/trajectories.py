@@ -72,7 +72,7 @@ def trajectories(log: MatchLog, settings: TrajectorySettings) -> tuple[pl.DataFr
     60 Hz and 13 s at 40 Hz with the default window.
 
     A body that jumps further than ``max_speed * dt`` plus a robot's radius (real vision and its clock
-    err by that much: see DECISIONS.md) is suspect, until it has kept to its new place for
+    err by that much: DECISIONS.md, "Trajectories") is suspect, until it has kept to its new place for
     ``jump_accept_s``: then it has been put there, and for the ball a new segment begins.
 
     Args:

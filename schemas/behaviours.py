@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import ClassVar
 
 import dataframely as dy
+import polars as pl
 
+from schemas.situations import MOVES_RANDOMLY
 from schemas.table import ROLES, Table
 
 
@@ -15,6 +17,11 @@ def behaviour_id() -> dy.String:
         regex=r"^(goalkeeper|midfield|striker)(-\d{3}){1,4}$",
         description="role and codes, the same in every version",
     )
+
+
+def moves_randomly() -> pl.Expr:
+    """The identity of the behaviour of the one code 194, of the role in each row's column ``role``."""
+    return pl.format(f"{{}}-{MOVES_RANDOMLY:03d}", pl.col("role").cast(pl.String))
 
 
 class Patterns(Table):

@@ -19,6 +19,6 @@ class Goals(Table):
 
     match_id = match_id()
     t_ns = dy.Int64(description="when the referee gave it", metadata=unit("ns"))
-    team = dy.Enum(TEAMS, description="the team that it counts for")
-    robot = dy.Int16(nullable=True, description="number of the robot (of either team) that made it; null where nobody touched the ball")
+    team = dy.Enum(TEAMS, nullable=True, description="the team that it counts for; null where the source does not say")
+    robot = dy.Int16(nullable=True, description="number of the robot (of either team) that made it; null where nobody touched the ball or the team is null")
     kind = dy.Enum(KINDS, nullable=True, description="direct action, indirect action, or error of the adversary; null where it cannot be told")

@@ -12,7 +12,7 @@ EVENTS = ("kick-off", "goal", "fault", "stop", "play", "half", "end")
 FLAWS = (
     "duplicate frame", "reordered frame", "clock jump back", "clock leap ahead", "gap", "ball jump",
     "robot jump", "damaged chunk", "damaged record", "truncated", "ball lost", "not a number",
-    "direction inferred", "direction unknown", "skipped",
+    "direction inferred", "direction unknown", "skipped", "slow sampling",
 )
 
 

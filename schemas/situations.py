@@ -9,6 +9,9 @@ import polars as pl
 
 from schemas.table import ROLES, TEAMS, Table, match_id, unit
 
+#: The paper's code of "robot moves randomly" (Table 1): the time that no rule explains.
+MOVES_RANDOMLY = 194
+
 
 class Situations(Table):
     """One situation of one robot; those of one robot never overlap.

@@ -16,8 +16,8 @@ ROLES = ("goalkeeper", "midfield", "striker")
 class Table(dy.Schema):
     """Base of all schemas.
 
-    A subclass names its table and counts its version up whenever a column changes its name,
-    type or meaning; columns may be added without.
+    A subclass names its table and counts its version up whenever its columns change in any way,
+    so that no file is ever read as something that it is not.
     """
 
     NAME: ClassVar[str]

@@ -2,10 +2,10 @@
 
 import polars as pl
 import pytest
-from _phrases import goals, phrase, situations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
+from rows import consecutive, goals, situations
 
 from pipeline.behaviours import select
 from pipeline.grams import cover, grams, merge, value
@@ -117,9 +117,9 @@ def test_the_default_maps_are_so_small_that_the_busiest_neuron_always_passes(fou
 
 
 def test_rounds_go_from_long_to_short_over_what_is_left():
-    """A phrase that recurs before goals is kept whole; what lies between is left for the shorter rounds."""
+    """A gram that recurs before goals is kept whole; what lies between is left for the shorter rounds."""
     words = [44, 1, 11, 21]
-    table_ = situations(*(phrase([*words, 194, 46], start=10.0 * i, segment=i) for i in range(10)))
+    table_ = situations(*(consecutive([*words, 194, 46], start=10.0 * i, segment=i) for i in range(10)))
     valued = value(table_, goals(*((10.0 * i + 5, "home") for i in range(10))), GramSettings())
     known = Patterns.empty()
     for n in (4, 3, 2, 1):

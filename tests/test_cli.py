@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import time
 import tomllib
 
+import polars as pl
 import pytest
 from conftest import ROOT, clip
 
@@ -80,6 +83,9 @@ def test_sql_lists_tables_and_columns(call, tmp_path):
     ("selec 1", "Parser Error"),
     ("select * from situation", "situation"),
     ("select * from read_csv('/etc/passwd')", "disabled"),
+    ("select 1; select 2", "2 statements were given, not one"),
+    ("/* nothing */", "0 statements were given, not one"),
+    ("select interval 1 day as later", "column later is of type INTERVAL"),
 ])
 def test_a_refused_query_is_one_line(call, finished, query, said):
     code, out, err = call("sql", query, "--data", finished)
@@ -88,7 +94,70 @@ def test_a_refused_query_is_one_line(call, finished, query, said):
     assert err.count("\n") == 1
     assert err.startswith("pitchlore: ")
     assert said in err
-    assert "--tables" in err
+
+
+def test_sql_says_what_to_do_next(call, finished):
+    assert "--tables" in call("sql", "selec 1", "--data", finished)[2]
+    assert "::varchar" in call("sql", "select interval 1 day", "--data", finished)[2]
+
+
+def test_sql_as_json_is_json_whatever_the_values(call, finished):
+    query = """select 'nan'::double x, ['-infinity'::float, 1.5] xs, date '2008-06-01' d, time '12:30' t,
+        timestamp '2008-06-01 12:30:00' at, {'a': timestamptz '2008-06-01 12:30:00+00'} s, 'ab'::blob b,
+        sum(range) n, 1.25::decimal(9, 2) q, map {2: 'two'} m from range(4)"""
+    code, out, _ = call("sql", query, "--json", "--data", finished)
+    assert code == 0
+    assert json.loads(out) == [{
+        "x": None, "xs": [None, 1.5], "d": "2008-06-01", "t": "12:30:00", "at": "2008-06-01T12:30:00",
+        "s": {"a": "2008-06-01T12:30:00+00:00"}, "b": "6162", "n": 6, "q": 1.25, "m": {"2": "two"},
+    }]
+
+
+def test_an_interrupted_query_stops_and_says_so(finished):
+    forever = "select count(*) from range(100000) a, range(100000) b, range(1000) c where ? is not null"
+    with subprocess.Popen(
+        [sys.executable, "-c", INTERRUPTIBLE, "sql", forever, "x", "--data", str(finished)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    ) as process:
+        try:
+            assert process.stdout.readline() == "asked\n"
+            time.sleep(0.5)  # into the query
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=20)
+        finally:
+            process.kill()
+    assert process.returncode == 130
+    assert out == ""
+    assert err == "pitchlore: Stopped. What was finished is kept; run the command again to go on.\n"
+
+
+#: The command line, which says when it asks the catalogue. SIGINT is ignored in what a shell's `&` starts.
+INTERRUPTIBLE = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from pipeline import catalog
+from flows.cli import main
+ask = catalog.query
+def query(*arguments):
+    print("asked", flush=True)
+    return ask(*arguments)
+catalog.query = query
+main()
+"""
+
+
+@pytest.mark.parametrize("words", [
+    ("sql", "select 1"), ("kb", "list"), ("run",), ("train",), ("import", "x.csv"), ("situations",), ("replay", "x"),
+    ("serve",),
+])
+@pytest.mark.parametrize("inside", ["", "data"])
+def test_a_data_folder_that_is_a_file_is_one_line(call, tmp_path, words, inside):
+    file = tmp_path / "match.csv"
+    file.write_text("t,x\n")
+    code, out, err = call(*words, "--data", file / inside)
+    assert code == 1
+    assert out == ""
+    assert err == f"pitchlore: {file}: is not a folder. Name the data folder with --data.\n"
 
 
 def test_situations_prints_the_rules_and_the_terms(call):
@@ -126,6 +195,14 @@ def test_kb_lists_shows_and_compares(call, copied):
     code, _, err = call("kb", "show", "7", "--data", copied)
     assert code == 1
     assert "no version 7 (there are: 1)" in err
+
+
+@pytest.mark.parametrize("words", [("show", "0"), ("verify", "0"), ("diff", "1", "0"), ("diff", "0", "1")])
+def test_kb_has_no_version_0(call, finished, words):
+    code, out, err = call("kb", *words, "--data", finished)
+    assert code == 1
+    assert out == ""
+    assert "no version 0 (there are: 1)" in err
 
 
 def test_kb_verify_finds_a_flipped_bit(call, copied):
@@ -195,6 +272,35 @@ def test_import_names_what_it_cannot_take_and_goes_on(call, tmp_path):
 
 
 @pytest.mark.usefixtures("prefect_server")
+def test_import_shows_the_flaws(call, tmp_path):
+    lossy = clip(0.0, 20.0)
+    lossy.filter(~pl.col("t").is_between(5.0, 8.0)).write_csv(tmp_path / "lossy.csv")
+    code, out, _ = call("import", tmp_path / "lossy.csv", "--data", tmp_path / "data")
+    (receipt,) = Store(tmp_path / "data").receipts("matches")
+    assert code == 0
+    assert receipt.details["flaws"]
+    assert ", ".join(f"{word} {n}" for word, n in receipt.details["flaws"].items()) in out
+
+
+@pytest.mark.usefixtures("prefect_server")
+def test_run_shows_what_is_still_in_quarantine(call, tmp_path):
+    bad = tmp_path / "notes.txt"
+    bad.write_text("dear diary")
+    data = tmp_path / "data"
+    call("import", bad, "--data", data)
+    (record,) = Store(data).quarantined()
+    code, out, _ = call("run", "--data", data)
+    assert code == 0
+    assert f"still in quarantine\nmatches {record.name}: {record.reason}\n" in out
+    (data / "inbox").mkdir()
+    bad.rename(data / "inbox" / "notes.txt")
+    code, out, _ = call("run", "--data", data)
+    assert code == 1
+    assert f"quarantined {data / 'inbox' / 'notes.txt'}" in out.replace("matches ", "")
+    assert "still in quarantine" not in out
+
+
+@pytest.mark.usefixtures("prefect_server")
 def test_train_without_knowledge_says_what_to_do(call, tmp_path):
     code, _, err = call("train", "--data", tmp_path)
     assert code == 1
@@ -204,16 +310,21 @@ def test_train_without_knowledge_says_what_to_do(call, tmp_path):
 @pytest.mark.parametrize(("text", "said"), [
     ("policies = 3", "policies"),
     ("[policies]\nsweep = 3", "policies.sweep: extra inputs are not permitted"),
-    ("[policies]\nsweeps = 0", "policies.sweeps: input should be greater than or equal to 1"),
     ("[policies\n", "is not TOML"),
 ])
-def test_bad_settings_name_the_key(call, tmp_path, text, said):
+def test_bad_settings_name_the_file_and_the_key(call, tmp_path, text, said):
     path = tmp_path / "s.toml"
     path.write_text(text)
     code, _, err = call("run", "--settings", path, "--data", tmp_path)
     assert code == 1
     assert said in err
     assert str(path) in err
+
+
+def test_missing_settings_are_named(call, tmp_path):
+    code, _, err = call("train", "--settings", tmp_path / "gone.toml", "--data", tmp_path)
+    assert code == 1
+    assert err.startswith(f"pitchlore: {tmp_path / 'gone.toml'}: cannot be read (No such file or directory).")
 
 
 def test_no_traceback_without_debug(call, tmp_path, monkeypatch):

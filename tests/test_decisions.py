@@ -3,9 +3,9 @@
 import numpy as np
 import polars as pl
 import pytest
-from _phrases import MATCH, S, bodies, patterns, phrase, situations
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rows import MATCH, S, bodies, consecutive, patterns, situations
 
 from pipeline.decisions import episodes, observe, resolve
 from pipeline.grams import cover, value
@@ -51,7 +51,7 @@ def seen(table, trajectories, events, known=KNOWN, key="full36"):
 
 
 def test_a_goal_rewards_the_last_decision_of_each_robot_of_both_teams():
-    table = situations(phrase([1, 11, 194, 46]), phrase([46], team="away", role="s", start=0.5))
+    table = situations(consecutive([1, 11, 194, 46]), consecutive([46], team="away", role="s", start=0.5))
     found = seen(table, tracks(s0=(0, 2), s1=(3, 9)), referee((2.5, "goal", "home")))
     assert found.select("team", "role", "t_ns", "end_ns", "behaviour_id", "reward", "episode", "ends").rows() == [
         ("home", "midfield", 0, 3 * S // 2, "midfield-001-011", 0.0, 0, None),
@@ -77,25 +77,36 @@ def test_a_goal_rewards_the_last_decision_of_each_robot_of_both_teams():
     ([], 0.0, "truncated", 2.0),
 ])
 def test_how_the_segment_ended_decides_the_reward(events, reward, ends, over):
-    table = situations(phrase([1, 11], start=1.0, each=0.5))
+    table = situations(consecutive([1, 11], start=1.0, each=0.5))
     found = seen(table, tracks(s0=(0, 2), s1=(3, 9)), referee(*events))
     assert found.select("reward", "ends", "end_ns").rows() == [(reward, ends, round(over * S))]
 
 
+def test_an_episode_ends_without_reward_at_a_goal_of_unknown_team_and_the_next_goal_is_not_its():
+    table = situations(consecutive([1, 11, 46], each=0.5), consecutive([46], start=3.0, segment=1))
+    events = referee((2.5, "goal", None), (9.5, "goal", "home"))
+    found = seen(table, tracks(s0=(0, 2), s1=(3, 9)), events)
+    assert found.select("behaviour_id", "reward", "ends", "end_ns").rows() == [
+        ("midfield-001-011", 0.0, None, S), ("midfield-046", 0.0, "truncated", 2 * S),
+        ("midfield-046", 1.0, "terminal", 19 * S // 2),
+    ]
+    assert found["value"].to_list() == pytest.approx([0.0, 0.0, 0.5**6.5], abs=1e-8)
+
+
 def test_the_last_segment_ends_with_the_final_whistle_however_late():
-    found = seen(situations(phrase([46])), tracks(until=3.0), referee((60.0, "end", None)))
+    found = seen(situations(consecutive([46])), tracks(until=3.0), referee((60.0, "end", None)))
     assert found.select("ends", "end_ns").rows() == [("terminal", 60 * S)]
 
 
 def test_each_segment_is_an_episode_of_its_own():
-    table = situations(phrase([46, 46]), phrase([46], start=3.0, segment=1))
+    table = situations(consecutive([46, 46]), consecutive([46], start=3.0, segment=1))
     found = seen(table, tracks(s0=(0, 2), s1=(3, 9)), referee((2.5, "goal", "away"), (9.5, "goal", "home")))
     assert found.select("episode", "reward", "ends").rows() == [
         (0, 0.0, None), (0, -1.0, "terminal"), (1, 1.0, "terminal")]
 
 
 def test_the_state_is_that_of_the_robots_own_team_when_it_starts():
-    table = situations(phrase([46], start=1.0), phrase([46], team="away", role="s", start=1.0))
+    table = situations(consecutive([46], start=1.0), consecutive([46], team="away", role="s", start=1.0))
     path = tracks()
     for key in ("full36", "ego19", "team19"):
         found = seen(table, path, referee(), key=key)
@@ -105,20 +116,20 @@ def test_the_state_is_that_of_the_robots_own_team_when_it_starts():
 
 def test_decisions_in_unknown_states_are_left_out():
     blind = tracks().filter((pl.col("team") != "ball") | (pl.col("t_ns") != S // 2))
-    found = seen(situations(phrase([46, 46, 46])), blind, referee((20.0, "goal", "home")))
+    found = seen(situations(consecutive([46, 46, 46])), blind, referee((20.0, "goal", "home")))
     assert found.select("t_ns", "end_ns", "reward").rows() == [(0, S, 0.0), (S, 20 * S, 1.0)]
 
 
 def test_nothing_seen_is_no_decision():
-    assert seen(situations(phrase([194, 184])), tracks(), referee()).is_empty()
+    assert seen(situations(consecutive([194, 184])), tracks(), referee()).is_empty()
     assert seen(situations(), tracks(), referee()).is_empty()
-    assert seen(situations(phrase([46])), tracks(), referee(), known=patterns()).is_empty()
+    assert seen(situations(consecutive([46])), tracks(), referee(), known=patterns()).is_empty()
 
 
 class TestResolve:
     def test_prefers_long_ones_then_early_ones(self):
         known = patterns(("m", [1, 11, 21, 46]), ("m", [1, 11, 1]), ("m", [1]))
-        table = situations(phrase([1, 11, 1, 11, 21, 46, 1, 11, 1, 11, 1]))
+        table = situations(consecutive([1, 11, 1, 11, 21, 46, 1, 11, 1, 11, 1]))
         found = resolve(table, known, 0.2)
         spans = list(zip(found.first.tolist(), found.last.tolist(), strict=True))
         # 0-1 is left over as [1, 11]: 0 alone; of the two [1, 11, 1] at 6 and 8 the earlier is taken
@@ -131,7 +142,7 @@ class TestResolve:
     )
     @settings(max_examples=60, deadline=None)
     def test_instances_never_share_a_situation_and_lie_in_what_the_rounds_cover(self, codes, known):
-        table = situations(phrase(codes))
+        table = situations(consecutive(codes))
         shapes = patterns(*(("m", gram) for gram in known))
         found = resolve(table, shapes, 0.2)
         used = np.zeros(table.height, dtype=int)

@@ -109,6 +109,7 @@ def test_a_bad_match_is_quarantined_and_the_others_finish(tmp_path, clips):
 def test_a_match_whose_log_is_damaged_later_steps_aside(tmp_path, finished):
     data = tmp_path / "data"
     shutil.copytree(finished, data)
+    shutil.rmtree(data / "inbox")
     store = Store(data)
     receipt = next(iter(store.receipts("matches")))
     path = data / receipt.files["log"].path
@@ -161,9 +162,10 @@ def test_two_flows_emit_knowledge_at_once_and_both_land(tmp_path, finished):
     data = tmp_path / "data"
     shutil.copytree(finished, data)
     script = (
-        "import sys; from pathlib import Path; from flows.knowledge import emit\n"
-        "from pipeline.settings import KnowledgeSettings; from pipeline.store import Store\n"
-        "print(emit(Store(Path(sys.argv[1])), KnowledgeSettings(optimistic=float(sys.argv[2])))[0].version)"
+        "import sys; from pathlib import Path; from flows.knowledge import emit; from flows.stage import scope_of\n"
+        "from pipeline.settings import KnowledgeSettings, Settings; from pipeline.store import Store\n"
+        "store = Store(Path(sys.argv[1])); scope = scope_of(store, Settings())\n"
+        "print(emit(store, KnowledgeSettings(optimistic=float(sys.argv[2])), scope)[0].version)"
     )
     emitters = [
         subprocess.Popen([sys.executable, "-c", script, str(data), optimistic], stdout=subprocess.PIPE, text=True)
@@ -252,7 +254,7 @@ def test_training_again_with_other_settings_starts_from_the_parent(tmp_path, fin
     data = tmp_path / "data"
     shutil.copytree(finished, data)
     assert policies_flow(data) == {"version": 1, "new": False}
-    assert policies_flow(data, PolicySettings(sweeps=9)) == {"version": 2, "new": True}
+    assert policies_flow(data, Settings(policies=PolicySettings(sweeps=9))) == {"version": 2, "new": True}
     store = Store(data)
     assert store.manifest("policies", 2).parent == 1
     tables = [store.read_version_table(store.manifest("policies", v), "policies", Policies) for v in (1, 2)]

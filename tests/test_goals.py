@@ -238,14 +238,15 @@ def test_a_suspect_ball_touches_nobody():
     assert verdict(log, KICK) == (1, "direct")
 
 
-def test_a_goal_of_neither_team_has_no_row_and_two_goals_have_two():
+def test_a_goal_of_unknown_team_is_nobodys_and_each_goal_has_a_row():
     log = shot()
     extra = [(2.7, "goal", None), (2.75, "goal", "away")]
     referee = pl.concat([log.referee, make_log([], {}, referee=extra).referee]).sort("t_ns")
     table, _ = trajectories(log, TrajectorySettings())
     found = Goals.validate(attribute(referee, table, Situations.empty(), VSSS))
-    assert found["t_ns"].to_list() == [int(ns(2.75)), int(ns(2.8))]
-    assert found["team"].to_list() == ["away", "home"]
+    assert found["t_ns"].to_list() == [int(ns(2.7)), int(ns(2.75)), int(ns(2.8))]
+    assert found["team"].to_list() == [None, "away", "home"]
+    assert found.row(0)[3:] == (None, None)  # although away 0 or home 1 touched the ball
 
 
 def test_no_goals_no_rows():

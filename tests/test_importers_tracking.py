@@ -15,11 +15,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings import RSIM, imported, recording
 
+from pipeline.decisions import observe
 from pipeline.errors import BadRecording, BadSettings
 from pipeline.frame import MatchLog
+from pipeline.goals import attribute
+from pipeline.grams import grams, value
 from pipeline.importers import tracking
 from pipeline.importers.tracking_map import TrackingMap, load_map
 from pipeline.pitch import Kind
+from pipeline.settings import GramSettings, KnowledgeSettings, SituationSettings, TrajectorySettings
+from pipeline.situations import recognise
+from pipeline.trajectories import trajectories
+from schemas import Decisions, Goals
 
 MAPS = Path(__file__).parents[1] / "data" / "samples" / "maps"
 HEADER = "frame,t,team,player,x,y,heading"
@@ -185,6 +192,52 @@ def test_duplicated_and_reordered_frames_are_kept_as_recorded() -> None:
     assert match.frames.counts().tolist() == [3] * 6
 
 
+def test_a_table_in_falling_order_of_time_is_turned_round_and_told() -> None:
+    table = pl.read_parquet(recording(RSIM)).filter(pl.col("frame") < 300)
+    rising, falling = read(parquet(table)), read(parquet(table.reverse()))
+    for part in ("number", "t_ns", "ball", "offsets", "robots"):
+        assert getattr(falling.frames, part).tobytes() == getattr(rising.frames, part).tobytes()
+    assert falling.referee.equals(rising.referee)
+    assert flaws(rising) == []
+    assert flaws(falling) == [("reordered frame", 300, None, None)]
+    row = falling.quality.row(0, named=True)
+    assert (row["start_ns"], row["end_ns"]) == (0, int(rising.frames.t_ns[-1]) + 1)
+
+
+def test_a_table_that_falls_but_for_one_frame_is_kept_as_recorded() -> None:
+    lines = [f"{i},{i},{team},1,{x},0\n" for i in (3, 2, 0, 1) for team, x in (("a", 0.7), ("b", -0.7))]
+    match = read("frame,t,team,player,x,y\n" + "".join(lines))
+    assert match.frames.number.tolist() == [3, 2, 0, 1]
+    assert flaws(match) == []
+
+
+def test_a_clock_that_counts_down_is_refused() -> None:
+    lines = [f"{i},{600 - i},{team},1,{x},0\n" for i in range(5) for team, x in (("a", 0.7), ("b", -0.7))]
+    with pytest.raises(BadRecording, match=r"times that fall while its frame numbers rise\. If t counts down"):
+        read("frame,t,team,player,x,y\n" + "".join(lines))
+
+
+@pytest.mark.parametrize(
+    ("unit", "step", "frames", "says"),
+    [
+        ("s", 25, 100, 'interval is 25 s: if times are not in s, say so in a map: [units] time = "ms"'),
+        ("ms", 1000, 100, 'interval is 1 s: if times are not in ms, say so in a map: [units] time = "us"'),
+        ("ns", 10**9, 100, "interval is 1 s"),
+        ("s", 25, 99, None),  # too few to tell
+        ("ms", 25, 100, None),
+    ],
+)
+def test_sampling_that_is_too_slow_for_its_unit_is_told(
+    unit: str, step: int, frames: int, says: str | None
+) -> None:
+    rows = "".join(f"{i},{i * step},a,1,0.7,0\n{i},{i * step},b,1,-0.7,0\n" for i in range(frames))
+    match = read(f"frame,t,team,player,x,y\n{rows}", TrackingMap.model_validate({"units": {"time": unit}}))
+    assert flaws(match) == ([("slow sampling", frames, None, None)] if says else [])
+    if says:
+        assert match.quality["note"][0].endswith(says)
+    assert len(match.frames) == frames
+
+
 def test_a_table_that_is_sorted_by_body_is_the_same_match() -> None:
     table = pl.read_parquet(recording(RSIM)).filter(pl.col("frame") < 300)
     by_frame = read(parquet(table))
@@ -282,6 +335,57 @@ def test_without_scores_goals_are_those_of_the_states() -> None:
     assert events(match) == [
         (0, "kick-off", "home", 0, 0), (1, "goal", "away", 0, 1), (1, "kick-off", "home", 0, 1),
         (2, "goal", "home", 1, 1), (3, "kick-off", "away", 1, 1),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("after", "team"),
+    [
+        ((("play",), ("kickoff_a",)), "away"),  # the next kick-off is the conceding team's
+        ((("kickoff_b",), ("play",)), "home"),
+        ((("goal+kickoff_b",),), "home"),  # on the goal's own frame
+    ],
+)
+def test_a_goal_without_its_team_is_that_of_the_team_that_does_not_kick_off_next(
+    after: tuple[tuple[object, ...], ...], team: str
+) -> None:
+    goal = () if "goal" in str(after) else (("goal",),)
+    match = read(course(("kickoff",), ("play",), *goal, *after, columns="game_state"))
+    score = (1, 0) if team == "home" else (0, 1)
+    assert events(match)[1] == (2, "goal", team, *score)
+    assert events(match)[-1][3:] == score
+
+
+@pytest.mark.parametrize(
+    "after",
+    [
+        (), ("play",), ("goal+kickoff", "play"), ("kickoff", "kickoff_a"), ("half", "kickoff_a"),
+        ("half+kickoff_a",), ("end", "kickoff_a"), ("goal_b", "kickoff_a"),
+    ],
+)
+def test_a_goal_of_nobody_knows_whom_is_a_goal_and_ends_what_is_known_of_the_score(after: tuple[str, ...]) -> None:
+    first = () if after[:1] == ("goal+kickoff",) else ("goal",)
+    states = ("kickoff", "play", *first, *after)
+    found = events(read(course(*((state,) for state in states), columns="game_state")))
+    assert found[:2] == [(0, "kick-off", None, 0, 0), (2, "goal", None, None, None)]
+    # a later goal that is known to be home's does not make the score known again
+    assert {row[3:] for row in found[1:]} == {(None, None)}
+    if "goal_b" in after:
+        assert (3, "goal", "away", None, None) in found
+
+
+def test_a_kick_off_that_no_half_explains_is_after_a_goal_though_nobody_knows_whose() -> None:
+    match = read(course(("kickoff",), ("play",), ("kickoff",), ("play",), columns="game_state"))
+    assert events(match) == [
+        (0, "kick-off", None, 0, 0), (2, "goal", None, None, None), (2, "kick-off", None, None, None)
+    ]
+
+
+def test_a_goal_without_its_team_is_no_goal_where_the_score_does_not_rise() -> None:
+    match = read(course(("play", 0, 0), ("goal", 0, 0), ("kickoff_a", 0, 0), ("goal", 1, 0), ("kickoff_b", 1, 0)))
+    assert [row[1:] for row in events(match)] == [
+        ("play", None, 0, 0), ("stop", None, 0, 0), ("kick-off", "home", 0, 0), ("goal", "home", 1, 0),
+        ("kick-off", "away", 1, 0),
     ]
 
 
@@ -400,7 +504,7 @@ PLAIN = pl.read_csv(f"{HEADER}\n{FRAME}".encode())
         (b"frame,t,team,player,x,y\n0,0,a,1,0,0,0,0,0\n", "cannot be read as CSV"),
         (b"PAR1 but not really PAR1", "cannot be read as Parquet"),
         (parquet(PLAIN)[:-30], "cannot be read as Parquet"),
-        (parquet(PLAIN.filter(pl.col("team") != "reds")), "has 1 teams besides 'ball': greens. Name home"),
+        (parquet(PLAIN.filter(pl.col("team") != "reds")), "has 1 teams besides 'ball': greens. Name home, .*; if the other team was not"),
         (parquet(pl.concat([PLAIN, PLAIN.with_columns(team=pl.lit("umpires"))])), "has 3 teams"),
         (parquet(PLAIN.with_columns(pl.col("frame") - 5)), "frame numbers below 0"),
         (parquet(PLAIN.with_columns(score_home=pl.lit(10**6), score_away=0)), "score_home below 0 or above"),
@@ -441,6 +545,7 @@ def test_a_map_that_does_not_fit_is_refused(toml: str, says: str) -> None:
     [
         ("[columns]\nheading = 'yaw'\n", "no column yaw"),
         ("[teams]\nhome = 'purple'\n", "no team 'purple'; it has greens, reds"),
+        ("[teams]\nhome = 'reds'\naway = 'grens'\n", "no team 'grens'; it has greens, reds"),
     ],
 )
 def test_a_map_that_is_not_of_this_file_is_refused(toml: str, says: str) -> None:
@@ -453,6 +558,55 @@ def test_home_and_away_together_leave_other_teams_out() -> None:
     match = read(parquet(pl.concat([PLAIN, PLAIN.with_columns(team=pl.lit("umpires"))])), mapping)
     assert (match.info.home, match.info.away) == ("reds", "greens")
     assert flaws(match) == [("skipped", 4, None, None)]
+
+
+@pytest.mark.parametrize(
+    ("toml", "teams", "side"),
+    [
+        ("home = 'reds'\naway = 'greens'", ("reds", "greens"), 0),
+        ("home = 'greens'\naway = 'reds'", ("greens", "reds"), 1),
+        ("home = 'reds'", ("reds", "(not recorded)"), 0),
+        ("away = 'reds'", ("(not recorded)", "reds"), 1),
+    ],
+)
+def test_a_team_that_was_not_recorded_is_empty_if_a_map_names_the_other(
+    toml: str, teams: tuple[str, str], side: int
+) -> None:
+    only = parquet(PLAIN.filter(pl.col("team") != "greens"))
+    match = read(only, load_map(f"[teams]\n{toml}\n"))
+    assert (match.info.home, match.info.away) == teams
+    assert [(row[0], row[1]) for row in robots(match)] == [(side, 1), (side, 2)]
+    assert match.frames.ball["x"].tolist() == [0.5]
+    assert [period.home_attacks for period in match.info.periods] == [1]
+    assert match.quality["flaw"].to_list() == ["direction unknown"]
+
+
+@pytest.mark.parametrize("teams", ["home = 'purple'", "home = 'purple'\naway = 'yellow'"])
+def test_a_table_of_one_team_that_the_map_does_not_name_is_refused(teams: str) -> None:
+    with pytest.raises(BadRecording, match="no team 'purple'; it has reds"):
+        read(parquet(PLAIN.filter(pl.col("team") != "greens")), load_map(f"[teams]\n{teams}\n"))
+
+
+def test_a_match_of_one_team_goes_through_all_stages() -> None:
+    table = pl.read_parquet(recording(RSIM)).filter(pl.col("team") != "yellow", pl.col("t") < 60)
+    match = read(parquet(table), load_map("[teams]\nhome = 'blue'\nhome_attacks = 'right'\n"))
+    pitch = match.info.pitch
+    tracks, _ = trajectories(match, TrajectorySettings())
+    assert set(tracks["team"].cast(pl.String)) == {"ball", "home"}
+    done = recognise(tracks, pitch, SituationSettings())
+    assert len(done) > 100
+    made = Goals.validate(attribute(match.referee, tracks, done, pitch))
+    assert set(made["team"].cast(pl.String)) == {"home"}
+    valued = value(done, made, GramSettings())
+    assert valued["value"].max() > 0  # type: ignore[operator]
+    found = grams(valued, 1, None, GramSettings())
+    assert set(found["team"].cast(pl.String)) == {"home"}
+    known = found.sort("count", descending=True).head(3).with_row_index("i").with_columns(
+        behaviour_id=pl.format("b-{}", "i")
+    )
+    seen = observe(valued, tracks, match.referee, known, pitch, GramSettings(), KnowledgeSettings())
+    # a state has both teams: without the adversary none is known
+    assert Decisions.validate(seen).is_empty()
 
 
 @settings(max_examples=60, deadline=None)

@@ -1,10 +1,10 @@
 """Knowledge: counts of behaviours in states add up in any order, and versions can be compared."""
 
 import polars as pl
-from _phrases import MATCH, patterns
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
+from rows import MATCH, patterns
 
 from pipeline.knowledge import behaviours, diff, occasions
 from pipeline.settings import KnowledgeSettings

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import struct
 import tracemalloc
 import zlib
@@ -27,7 +28,7 @@ from mcap_ros2.writer import Writer as Ros2Writer
 from pipeline import matches
 from pipeline.errors import BadRecording, DamagedLog, SchemaMismatch
 from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
-from pipeline.matches import reader
+from pipeline.matches import description, reader
 from pipeline.matches.channels import DECISION, FRAME, REFEREE, TOPICS
 from pipeline.matches.records import as_array, walk
 from pipeline.pitch import PITCHES, Kind
@@ -566,6 +567,42 @@ def test_without_a_sound_copy_the_user_is_asked_which_match_it_is():
     assert not matches.read(data, where="a.mcap", default_info=INFO).info.complete
 
 
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"match_id": "Final 2024"}, r"the field match_id of its metadata is not usable: .*\(it is 'Final 2024'\)\. Mend it"),
+        ({"pitch": {}}, r"the field pitch\.kind of its metadata is missing: they are of another version"),
+        ({"weather": "rain"}, r"the field weather of its metadata is not known: they are of another version"),
+        ({"format": 3}, r"the field format of its metadata is not usable: .*\(it is '3'\)"),
+    ],
+)
+def test_metadata_that_cannot_be_used_are_refused_by_the_name_of_the_field(change, says):
+    texts = description.describe(INFO, Quality.empty())
+    texts["info"] = json.dumps(json.loads(texts["info"]) | change)
+    with pytest.raises(DamagedLog, match=rf"^a\.mcap: {says}") as error:
+        description.parse(texts, where="a.mcap")
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("quality", ["[{}", "3", '[{"flaw": "of tomorrow"}]'])
+def test_flaws_of_another_version_are_refused(quality):
+    texts = description.describe(INFO, Quality.empty()) | {"quality": quality}
+    with pytest.raises(DamagedLog, match=r"^a\.mcap: its metadata's list of flaws .* Read it with the version"):
+        description.parse(texts, where="a.mcap")
+
+
+@pytest.mark.parametrize(
+    ("texts", "says"),
+    [
+        ({"info": "{", "quality": "[]"}, "the field info of its metadata is not usable"),
+        ({"quality": "[]"}, "its metadata say nothing of the match"),
+    ],
+)
+def test_info_that_is_no_json_or_not_there_is_refused(texts, says):
+    with pytest.raises(DamagedLog, match=rf"^a\.mcap: {says}"):
+        description.parse(texts, where="a.mcap")
+
+
 @pytest.mark.parametrize("data", [b"", b"PAR1", b"\x89MCAP0\r", bytes(5000), b"\x89MCAP0\r\n", b"\x89MCAP0\r\n" * 2])
 def test_what_is_no_log_is_refused_in_one_line(data):
     with pytest.raises(DamagedLog) as error:
@@ -669,6 +706,22 @@ def test_the_row_of_a_match():
         "kind": "vsss", "pitch_length": 1.5, "pitch_width": 1.3, "goal_width": 0.4, "frames": 4, "format": "rcg",
         "direction_inferred": True,
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("events", "score"),
+    [
+        ([(10, "goal", None, None, None, None)], (None, None)),
+        ([(10, "goal", None, None, None, None), (20, "goal", "home", None, None, None)], (None, None)),
+        ([(10, "goal", None, None, None, None), (20, "end", None, 0, 1, None)], (0, 1)),
+        ([(10, "goal", None, 1, 0, None), (20, "end", None, None, None, None)], (1, 0)),
+        ([(10, "stop", None, None, None, None)], (0, 0)),
+    ],
+)
+def test_the_score_after_a_goal_of_unknown_team_is_null_until_it_is_told(events, score):
+    referee = referee_of((0, "kick-off", None, 0, 0, None), *events)
+    row, = Matches.validate(matches.row(MatchLog(INFO, frames_of([2, 2]), referee))).rows(named=True)
+    assert (row["score_home"], row["score_away"]) == score
 
 
 def test_what_is_not_known_of_a_match_is_null():

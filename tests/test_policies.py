@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.errors import BadSettings, SchemaMismatch
-from pipeline.policies import greedy, train
+from pipeline.policies import train
 from pipeline.settings import PolicySettings
 from schemas import Decisions, Occasions, Policies
 
@@ -181,16 +181,6 @@ def test_order_of_rows_does_not_matter_and_runs_repeat(rows, random):
     held = match.join(pairs, on=["role", "state", "behaviour_id"], how="semi")
     assert once["visits"].sum() == len(held)
     assert report.transitions <= len(held)
-
-
-def test_greedy_takes_the_best_and_the_first_of_equals():
-    table = policy(
-        ("striker", 7, KICK, 0.5), ("striker", 7, GUIDE, 0.25), ("goalkeeper", 7, BLOCK, -1.0),
-        ("striker", 8, KICK, 0.5), ("striker", 8, GUIDE, 0.5),
-    )
-    best = greedy(table)
-    assert best.columns == table.columns
-    assert list(values(best)) == [("goalkeeper", 7, BLOCK), ("striker", 7, KICK), ("striker", 8, GUIDE)]
 
 
 def test_two_versions_at_once_are_refused():

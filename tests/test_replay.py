@@ -195,6 +195,22 @@ def test_situations_goals_scores_and_restarts_are_on_the_page():
     assert facts["events"] == [[900, "goal", "home", None], [950, "kick-off", "away", "kickoff_y"]]
 
 
+def test_a_goal_of_unknown_team_is_on_the_page_in_grey():
+    goals = pl.DataFrame(
+        [("m-1", 400 * MS, None, None, None), ("m-1", 900 * MS, "home", 1, "direct")], schema=Goals.dtypes(), orient="row"
+    )
+    referee = pl.DataFrame(
+        [("m-1", 0, "kick-off", None, 0, 0, None), ("m-1", 400 * MS, "goal", None, None, None, "goal"),
+         ("m-1", 900 * MS, "goal", "home", None, None, None)], schema=Referee.dtypes(), orient="row",
+    )
+    html = make(goals=goals, referee=referee)
+    facts = decode(html)
+    assert facts["goals"] == [[400, None, None, None], [900, "home", 1, "direct"]]
+    assert facts["scores"] == [[0, 0, 0]]  # what is shown from the goal on is in the script: unknown
+    assert "goal, scorer unknown" in html
+    assert ".chip.unknown {" in html
+
+
 def test_every_code_of_the_paper_has_one_family():
     codes = [1, 11, 21, 22, 23, 33, 34, 44, 45, 46, 47, 57, 67, 68, 78, 88, 98, 108, 118, 128, 138, 139, 140,
              150, 151, 152, 162, 163, 173, 174, 184, 194]

@@ -5,9 +5,9 @@ from math import pi
 import numpy as np
 import polars as pl
 import pytest
-from _phrases import MATCH, WORDS, S, bodies
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rows import MATCH, WORDS, S, bodies
 
 from pipeline.errors import BadSettings
 from pipeline.pitch import PITCHES, Kind
@@ -232,6 +232,16 @@ class TestScore:
         events = referee((0.0, "kick-off", "home", 0, 3), (1.0, "goal", "home", None, None))
         assert see(table, 0, 0.0, events)["score"] == "losing"
         assert see(table, 0, 2.0, events)["score"] == "losing"
+
+    def test_stays_where_it_was_after_a_goal_of_unknown_team(self):
+        table = bodies([1.5, 2.5, 3.5], ball=(0.0, 0.0), **SIX)
+        events = referee((0.0, "kick-off", None, 0, 0), (1.0, "goal", "away", 0, 1), (2.0, "goal", None, None, None),
+                         (3.0, "goal", "home", None, None))
+        assert [see(table, 0, t, events)["score"] for t in (1.5, 2.5, 3.5)] == ["losing", "losing", "drawing"]
+
+    def test_is_the_logged_one_also_of_a_goal_of_unknown_team(self):
+        table = bodies([1.0], ball=(0.0, 0.0), **SIX)
+        assert see(table, 0, 1.0, referee((0.5, "goal", None, 1, 0)))["score"] == "winning"
 
 
 class TestSituation:

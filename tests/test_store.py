@@ -16,7 +16,7 @@ import dataframely as dy
 import polars as pl
 import pytest
 
-from pipeline.errors import CorruptFile, NotFound, SchemaMismatch, StorageFailed
+from pipeline.errors import BadSettings, CorruptFile, NotFound, SchemaMismatch, StorageFailed
 from pipeline.receipts import Receipt, key_of
 from pipeline.store import Store
 from pipeline.tables import SCHEMA_KEY, from_parquet, to_parquet
@@ -328,7 +328,7 @@ def test_quarantine_records_the_reason_and_can_be_released(tmp_path):
 
 @pytest.mark.parametrize("name", ["../m", "a/b", "", "M 1", "a\x00b", ".hidden", "x" * 200])
 def test_a_hostile_name_never_becomes_a_path(tmp_path, name):
-    with pytest.raises(StorageFailed, match="not a safe file name"):
+    with pytest.raises(BadSettings, match="not a safe file name"):
         Store(tmp_path / "data").commit("goals", name, "0" * 16, inputs={}, settings={})
     assert not (tmp_path / "data").exists()
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import date, time
+from decimal import Decimal
 from pathlib import Path
 from typing import Annotated
 
@@ -16,7 +19,9 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from pipeline.errors import BadSettings
 from pipeline.recognition.rules import TABLE_1
+from pipeline.settings import Settings, parse_settings
 from pipeline.store import Store
 
 
@@ -35,14 +40,59 @@ class Common:
 
     @property
     def store(self) -> Store:
-        """The store in the data folder."""
+        """The store in the data folder.
+
+        Raises:
+            BadSettings: if what is there is not a folder.
+        """
+        there = next((path for path in (self.data, *self.data.parents) if path.exists()), None)
+        if there is not None and not there.is_dir():
+            raise BadSettings("is not a folder", where=str(there),
+                              next_step="Name the data folder with --data")
         return Store(self.data)
+
+    def settings(self, path: Path | None) -> Settings:
+        """The defaults, with what a TOML file says on top.
+
+        Raises:
+            NotFound: if the file cannot be read.
+            BadSettings: if it is not TOML, or has a key or value that does not fit.
+        """
+        return Settings() if path is None else parse_settings(self.store.foreign(path), where=str(path))
+
+
+def warn(line: str) -> None:
+    """Write a line to standard error that does not stop the command."""
+    print(f"pitchlore: {line}", file=sys.stderr)  # noqa: T201 (this is the command line)
 
 
 def print_json(value: object) -> None:
-    """Write a value as JSON to standard output, for programs."""
-    json.dump(value, sys.stdout, indent=1, allow_nan=False, default=str)
-    sys.stdout.write("\n")
+    """Write a value as JSON to standard output, for programs; all of it or nothing.
+
+    NaN and infinity are null, dates and times ISO 8601, bytes hexadecimal digits; decimals without
+    places, which are what DuckDB's sums of integers are, are integers.
+    """
+    text = json.dumps(_plain(value), indent=1, allow_nan=False)
+    sys.stdout.write(f"{text}\n")
+
+
+def _plain(value: object) -> object:
+    """The value in JSON's own types; one that has no rule here is left to json to refuse."""
+    match value:
+        case dict():
+            return {str(key): _plain(item) for key, item in value.items()}
+        case list() | tuple():
+            return [_plain(item) for item in value]
+        case float() if not math.isfinite(value):
+            return None
+        case Decimal():
+            return int(value) if value.as_tuple().exponent == 0 else float(value)
+        case date() | time():
+            return value.isoformat()
+        case bytes():
+            return value.hex()
+        case _:
+            return value
 
 
 def console() -> Console:
@@ -82,14 +132,18 @@ class Bars:
     def __init__(self, progress: Progress) -> None:
         self.progress = progress
         self.bars: dict[str, TaskID] = {}
+        self.starting: TaskID | None = progress.add_task("starting", total=None)
 
     def begin(self, noun: str, total: int) -> None:
         """Add to a stage's bar."""
         if not total:
             return
+        if self.starting is not None:
+            self.progress.remove_task(self.starting)
+            self.starting = None
         if noun in self.bars:
-            bar = self.progress.tasks[self.bars[noun]]
-            self.progress.update(self.bars[noun], total=(bar.total or 0) + total)
+            bar = next(task for task in self.progress.tasks if task.id == self.bars[noun])
+            self.progress.update(bar.id, total=(bar.total or 0) + total)
         else:
             self.bars[noun] = self.progress.add_task(noun, total=total)
 

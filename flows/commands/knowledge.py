@@ -57,7 +57,7 @@ def show(version: int | None = None, *, json: Json = False, common: Common = DEF
         common: Options of every command.
     """
     store = common.store
-    manifest = store.manifest("knowledge", version or _newest(store))
+    manifest = store.manifest("knowledge", _newest(store) if version is None else version)
     known = store.read_version_table(manifest, "behaviours", Behaviours)
     if json:
         print_json({"manifest": manifest.model_dump(mode="json"), "behaviours": known.to_dicts()})
@@ -84,7 +84,7 @@ def diff(before: int, after: int | None = None, *, json: Json = False, common: C
         common: Options of every command.
     """
     store = common.store
-    manifests = [store.manifest("knowledge", v) for v in (before, after or _newest(store))]
+    manifests = [store.manifest("knowledge", v) for v in (before, _newest(store) if after is None else after)]
     known = [store.read_version_table(m, "behaviours", Behaviours) for m in manifests]
     seen = [store.read_version_table(m, "occasions", Occasions) for m in manifests]
     found = difference(known[0], known[1], seen[0], seen[1])
@@ -110,9 +110,10 @@ def verify(version: int | None = None, *, json: Json = False, common: Common = D
         common: Options of every command.
     """
     store = common.store
-    versions = [("knowledge", version)] if version else [
-        (noun, v) for noun in VERSIONED for v in store.versions(noun)
-    ]
+    if version is None:
+        versions = [(noun, v) for noun in VERSIONED for v in store.versions(noun)]
+    else:
+        versions = [("knowledge", store.manifest("knowledge", version).version)]
     problems = {f"{noun} {v}": store.verify_version(noun, v) for noun, v in versions}
     if version is None:
         problems |= {noun: store.verify_receipts(noun) for noun in RECEIPTED}

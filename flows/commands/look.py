@@ -9,7 +9,7 @@ import polars as pl
 from cyclopts import Parameter
 
 from flows.catalog import refresh
-from flows.commands.common import Common, console, print_frame, print_json
+from flows.commands.common import Common, console, print_frame, print_json, warn
 from pipeline import catalog
 from pipeline.errors import NotFound
 from pipeline.pitch import Kind, Pitch
@@ -40,7 +40,9 @@ def sql(
         json: Print an array of objects.
         common: Options of every command.
     """
-    path = refresh(common.store)
+    path, left_out = refresh(common.store)
+    for file in left_out:
+        warn(f"{file}: is lost or damaged, its rows are left out. Run `pitchlore run` to make it anew.")
     if tables:
         frame = pl.DataFrame([
             {"table": name, "column": column, "type": str(schema.dtypes()[column]), "meaning": meaning}
@@ -75,8 +77,9 @@ def situations(
         json: Print JSON.
         common: Options of every command.
     """
+    store = common.store
     if plot is not None:
-        common.store.write_bytes(plot, png(memberships(term_table(kind))))
+        store.write_bytes(plot, png(memberships(term_table(kind))))
         console().print(f"{plot}: membership functions of {kind.value}", soft_wrap=True)
         return
     frame = term_table(kind) if terms else rule_table()

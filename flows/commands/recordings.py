@@ -16,7 +16,6 @@ from flows.policies import policies_flow
 from flows.run import RunReport, run_flow
 from flows.stage import StageReport, listener
 from pipeline.errors import NotFound
-from pipeline.settings import Settings, load_settings
 from pipeline.store import Store
 from schemas import Behaviours
 
@@ -41,14 +40,15 @@ def import_files(
     if not files:
         raise NotFound("no file was named", next_step="Name one or more recordings: pitchlore import FILE…")
     recordings = [Recording(file=file, mapping=mapping) for file in files]
+    store = common.store
     with bars() as progress:
         listener.set(progress)
-        report = StageReport.model_validate(matches_flow(common.data, recordings))
-    refresh(common.store)
+        report = StageReport.model_validate(matches_flow(store.root, recordings))
+    refresh(store)
     if json:
         print_json(report.model_dump())
     else:
-        _print_matches(common.store, report)
+        _print_matches(store, report)
     sys.exit(1 if report.failed else 0)
 
 
@@ -67,14 +67,14 @@ def run(
         json: Print the report as JSON.
         common: Options of every command.
     """
-    chosen = load_settings(settings)
+    store, chosen = common.store, common.settings(settings)
     with bars() as progress:
         listener.set(progress)
-        report = RunReport.model_validate(run_flow(common.data, None, chosen, train))
+        report = RunReport.model_validate(run_flow(store.root, None, chosen, train))
     if json:
         print_json(report.model_dump())
     else:
-        _print_run(common.store, report)
+        _print_run(store, report)
     sys.exit(1 if report.failures else 0)
 
 
@@ -86,16 +86,16 @@ def train(*, settings: Path | None = None, json: Json = False, common: Common = 
         json: Print the report as JSON.
         common: Options of every command.
     """
-    chosen = load_settings(settings)
+    store, chosen = common.store, common.settings(settings)
     with bars() as progress:
         listener.set(progress)
-        done = policies_flow(common.data, chosen.policies)
-    refresh(common.store)
+        done = policies_flow(store.root, chosen)
+    refresh(store)
     if json:
         print_json(done)
     elif done["new"]:
         console().print(f"policy version {done['version']} trained")
-        _print_training(common.store)
+        _print_training(store)
     else:
         console().print(f"nothing to learn that policy version {done['version']} has not learned")
 
@@ -108,10 +108,10 @@ def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Comm
         settings: A TOML file with the settings that differ from the defaults.
         common: Options of every command.
     """
-    chosen: Settings = load_settings(settings)
+    store, chosen = common.store, common.settings(settings)
     run_flow.serve(
         name="pitchlore", cron=cron,
-        parameters={"data": str(common.data.resolve()), "settings": chosen.model_dump(mode="json")},
+        parameters={"data": str(store.root.resolve()), "settings": chosen.model_dump(mode="json")},
     )
 
 
@@ -122,14 +122,16 @@ def _print_matches(store: Store, report: StageReport) -> None:
     for name in report.made:
         receipt = store.receipt("matches", name)
         assert receipt is not None
+        flaws = receipt.details.get("flaws", {})
         rows.append({"match": name, "teams": f"{receipt.details['home']} - {receipt.details['away']}",
                      "s": receipt.details["duration_s"], "frames": receipt.details["frames"],
-                     "complete": "yes" if receipt.details["complete"] else "no"})
+                     "complete": "yes" if receipt.details["complete"] else "no",
+                     "flaws": ", ".join(f"{flaw} {n}" for flaw, n in flaws.items())})
     if rows:
         print_frame(pl.DataFrame(rows))
     for name, why in report.failed.items():
         out.print(f"[bold red]quarantined[/] {name}: ", end="")
-        out.print(why, markup=False)
+        out.print(why, markup=False, soft_wrap=True)
 
 
 def _print_run(store: Store, report: RunReport) -> None:
@@ -142,7 +144,8 @@ def _print_run(store: Store, report: RunReport) -> None:
     ))
     for what, why in report.failures.items():
         out.print(f"[bold red]quarantined[/] {what}: ", end="")
-        out.print(why, markup=False)
+        out.print(why, markup=False, soft_wrap=True)
+    _print_quarantine(store, report)
     if report.knowledge is None:
         out.print(f"No match yet: drop recordings into {store.root / 'inbox'} or `pitchlore import` them.")
         return
@@ -156,6 +159,19 @@ def _print_run(store: Store, report: RunReport) -> None:
         out.print(f"policy version {report.policy} ({new[report.policy_is_new]}): "
                   f"{store.version_folder('policies', report.policy)}")
     out.print(f"catalogue: {catalog_path(store)} (try: pitchlore sql \"from behaviours\")")
+
+
+def _print_quarantine(store: Store, report: RunReport) -> None:
+    """What earlier runs could not take and this one did not try; what failed now has been said."""
+    failures = report.failures
+    refused = set(report.stage("matches").failed.values())  # there by file, in quarantine by match id
+    left = [record for record in store.quarantined() if f"{record.noun} {record.name}" not in failures
+            and not (record.noun == "matches" and record.reason in refused)]
+    if left:
+        out = console()
+        out.print("[bold]still in quarantine[/]")
+        for record in left:
+            out.print(f"{record.noun} {record.name}: {record.reason}", markup=False, soft_wrap=True)
 
 
 def _print_behaviours(store: Store, version: int) -> None:

@@ -31,8 +31,15 @@ _FURTHEST = 1e6
 _MAX_ID = 32767
 #: A file with so many runs of one frame's rows for each frame is sorted by body, not by time.
 _BY_BODY = 2.0
+#: Frames that come each so long after the one before are no recording of play, or their unit is wrong.
+_SLOW_NS = 1_000_000_000
+_SLOW_FROM = 100
+#: The next finer unit of time.
+_FINER = {"s": "ms", "ms": "us", "us": "ns"}
 #: A ball within this share of the pitch's length from the centre has been put back there.
 _CENTRE = 0.05
+#: The name of a team that a table has nothing of and the map does not name.
+_NOT_RECORDED = "(not recorded)"
 
 
 def read(data: bytes, *, name: str, match_id: str, mapping: TrackingMap | None = None) -> MatchLog:
@@ -42,7 +49,8 @@ def read(data: bytes, *, name: str, match_id: str, mapping: TrackingMap | None =
     ``team`` (a name, or 'ball'), ``player`` (null for the ball), ``x``, ``y`` (metres from the
     centre, y up) and optionally ``segment``, ``heading`` (radians counter-clockwise, null where
     unknown), ``score_home``, ``score_away`` and ``game_state``. Sampling is kept as it is, and so
-    are duplicated and reordered frames.
+    are duplicated and reordered frames; only a table that is wholly in falling order of time is turned
+    round. A table may lack one of the teams if a map names the other.
 
     Args:
         data: the file's bytes, gzipped or not.
@@ -60,6 +68,8 @@ def read(data: bytes, *, name: str, match_id: str, mapping: TrackingMap | None =
     flaws += unnamed
     table, numbers = _players(table, names, flaws)
     rows = _arrange(_in_metres(table, mapping))
+    rows, turned = _in_rising_time(rows, name)
+    flaws += turned
     pitch, guessed_pitch = guess_pitch(
         rows.column("x"), mapping.pitch, corner=mapping.axes.origin == "corner"
     )
@@ -85,7 +95,8 @@ def read(data: bytes, *, name: str, match_id: str, mapping: TrackingMap | None =
         frames, [event.t_ns for event in events if event.event == "half"],
         None if attacks is None else (1 if attacks == "right" else -1),
     )
-    flaws += _not_numbers(rows) + unknown + direction_flaws(directions, frames.t_ns)
+    flaws += _slow_sampling(frames, mapping) + _not_numbers(rows) + unknown
+    flaws += direction_flaws(directions, frames.t_ns)
     if unpacked.damage is not None:
         flaws.append(Flaw("truncated", unpacked.damage, start_ns=int(frames.t_ns.max())))
     cut = next((flaw.note for flaw in flaws if flaw.flaw == "truncated"), None)
@@ -127,20 +138,26 @@ class _Rows(NamedTuple):
 def _teams(
     table: pl.DataFrame, teams: Teams, name: str
 ) -> tuple[tuple[str, str], pl.DataFrame, list[Flaw]]:
-    """The names of home and away (sorted where neither is given), and the rows that are theirs."""
+    """The names of home and away (sorted where neither is given), and the rows that are theirs.
+
+    If the table has one team only, a map must name it; there are no rows of the other then.
+    """
     found = sorted(set(table["team"].unique().to_list()) - {teams.ball})
     given = [team for team in (teams.home, teams.away) if team is not None]
+    alone = len(found) == 1 and found[0] in given
     missing = [team for team in given if team not in found]
-    if missing:
+    if missing and not alone:
         raise BadRecording(
             f"has no team {missing[0]!r}; it has {', '.join(found) or 'none'}", where=name,
             next_step="Mend the map's [teams] table",
         )
-    left = [team for team in found if team not in given]
+    left = [team for team in found if team not in given] or [_NOT_RECORDED] * alone
     if len(given) < 2 and len(given) + len(left) != 2:
         raise BadRecording(
             f"has {len(found)} teams besides {teams.ball!r}: {', '.join(found[:8]) or 'none'}", where=name,
-            next_step="Name home, away and ball in a map's [teams] table",
+            next_step="Name home, away and ball in a map's [teams] table" + (
+                "; if the other team was not recorded, naming this one will do" if len(found) == 1 else ""
+            ),
         )
     home = teams.home or next(team for team in left if team != teams.away)
     away = teams.away or next(team for team in left if team != home)
@@ -206,6 +223,42 @@ def _arrange(table: pl.DataFrame) -> _Rows:
     first = np.flatnonzero(np.diff(lead, prepend=-1))
     frame = np.repeat(np.arange(len(first), dtype=np.int64), np.diff(first, append=len(lead)))
     return _Rows(table, frame, first.astype(np.int64), table["side"].to_numpy())
+
+
+def _in_rising_time(rows: _Rows, name: str) -> tuple[_Rows, list[Flaw]]:
+    """The frames turned round if all of them are in falling order of time, and the flaw that tells so.
+
+    Raises:
+        BadRecording: if the frames' numbers rise then: which of the two orders is the match's?
+    """
+    t_ns, number = (rows.table[column].to_numpy()[rows.first] for column in ("t_ns", "frame"))
+    if len(t_ns) < 2 or not bool(np.all(np.diff(t_ns) < 0)):
+        return rows, []
+    if bool(np.all(np.diff(number) > 0)):
+        raise BadRecording(
+            "has times that fall while its frame numbers rise", where=name,
+            next_step="If t counts down, write the time since the start",
+        )
+    note = "the table is in falling order of time: turned round"
+    flaw = Flaw("reordered frame", note, len(t_ns), int(t_ns[-1]), int(t_ns[0]) + 1)
+    return _arrange(rows.table.sort("t_ns", maintain_order=True).drop("again", "row", "lead")), [flaw]
+
+
+def _slow_sampling(frames: Frames, mapping: TrackingMap) -> list[Flaw]:
+    """A flaw if times are so far apart that their unit is likely to be a finer one."""
+    if len(frames) < _SLOW_FROM:
+        return []
+    t_ns = np.sort(frames.t_ns)
+    interval = float(np.median(np.diff(t_ns)))
+    if interval < _SLOW_NS:
+        return []
+    unit = mapping.units.time
+    hint = (
+        f': if times are not in {unit}, say so in a map: [units] time = "{_FINER[unit]}"'
+        if unit in _FINER else ""
+    )
+    note = f"the median sampling interval is {interval / 1e9:g} s{hint}"
+    return [Flaw("slow sampling", note, len(t_ns), 0, int(t_ns[-1]) + 1)]
 
 
 def _turned(rows: _Rows, mapping: TrackingMap, pitch: Pitch) -> _Rows:

@@ -144,16 +144,23 @@ class _Referee:
         self.events.append(Event(int(self.course.t_ns[index]), event, team, home, away, note))
         self.playing = event not in _STOPS
 
-    def goal(self, index: int, team: Side, note: str) -> None:
-        """A goal; it counts."""
-        side = SIDES.index(team)
-        self.score[side] = (self.score[side] or 0) + 1
+    def goal(self, index: int, team: Side | None, note: str) -> None:
+        """A goal; it counts. If nobody knows for whom, nobody knows the score from then on."""
+        if team is None:
+            self.score[:] = [None, None]
+        else:
+            self._count(team, 1)
         self.emit(index, "goal", note, team)
+
+    def _count(self, team: Side, goals: int) -> None:
+        """Goals more or fewer; an unknown score stays unknown."""
+        side = SIDES.index(team)
+        before = self.score[side]
+        self.score[side] = None if before is None else before + goals
 
     def take_back(self, index: int, team: Side) -> None:
         """The team's last goal did not count: it was a stop."""
-        side = SIDES.index(team)
-        self.score[side] = (self.score[side] or 0) - 1
+        self._count(team, -1)
         for at in range(len(self.events) - 1, -1, -1):
             if self.events[at].event == "goal" and self.events[at].team == team:
                 self.events[at] = replace(self.events[at], event="stop", team=None, note="goal taken back")
@@ -167,8 +174,10 @@ def referee_events(
 
     A state is an event on its first frame. ``play`` is one only where play was stopped: after
     kick-offs and faults it is on already. Goals are where the score rises; without scores where a
-    state says goal; without those at each kick-off of a known team but the first and those after
-    half-time: the other one scored. A word that is not understood stops play and is a flaw.
+    state says goal; without those at each kick-off but the first and those after half-time. The team
+    that scored is the one whose score rises or which the state names, else the one that does not
+    kick off next; if nothing tells, the goal's team is null and so is the score from then on.
+    A word that is not understood stops play and is a flaw.
     Where no state ever stops play, play is on from the start, and after a goal from when the ball
     is back within ``centre``. A recorder's segment that changes in play without a gap is a fault.
 
@@ -205,14 +214,15 @@ def referee_events(
     for index in sorted(said.keys() | goals.keys() | cuts):
         known = said.get(index, [])
         halves = any(token.event == "half" for token in known)
-        _goals_at(referee, index, goals.get(index, []), known, scores=course.score is not None)
+        scorer = _restart_tells(said, index) if course.score is None else None
+        _goals_at(referee, index, goals.get(index, []), known, scorer, scores=course.score is not None)
         if not known and index in cuts and referee.playing and index not in goals:
             referee.emit(index, "fault", "segment")
         for token in known:
             if token.event == "kick-off":
                 last = referee.events[-1].event if referee.events else None
-                if infer and kicked_off and token.team is not None and not halves and last != "half":
-                    referee.goal(index, other(token.team), token.word)
+                if infer and kicked_off and not halves and last != "half":
+                    referee.goal(index, None if token.team is None else other(token.team), token.word)
                 kicked_off = True
             if token.event == "goal" or (token.event == "play" and referee.playing):
                 continue
@@ -232,17 +242,43 @@ def _first_score(score: I64 | None) -> list[int | None] | None:
     return first
 
 
+def _restart_tells(said: dict[int, list[Token]], index: int) -> Side | None:
+    """Who scored the goal that the state at a frame tells of, by who kicks off after it.
+
+    None where it cannot be told: another goal, the half or the end comes first, or it is not said whose
+    kick-off it is.
+    """
+    for at in (at for at in sorted(said) if at >= index):
+        events = {token.event for token in said[at]}
+        if events & {"half", "end"} or (at > index and "goal" in events):
+            return None
+        kick_off = next((token for token in said[at] if token.event == "kick-off"), None)
+        if kick_off is not None:
+            return None if kick_off.team is None else other(kick_off.team)
+    return None
+
+
 def _goals_at(
-    referee: _Referee, index: int, steps: list[tuple[Side, int]], known: list[Token], *, scores: bool
+    referee: _Referee, index: int, steps: list[tuple[Side, int]], known: list[Token],
+    scorer: Side | None = None, *, scores: bool,
 ) -> None:
-    """The goals of a frame, by the score or by the states; a state's goal that is none is a stop."""
+    """The goals of a frame, by the score or by the states; a state's goal that is none is a stop.
+
+    Args:
+        referee: writes them down.
+        index: of the frame.
+        steps: team and by how much its score changes.
+        known: the words of the frame's state.
+        scorer: of a goal whose word names no team; None where it is not known.
+        scores: whether the source tells the score.
+    """
     for token in known:
         if token.event != "goal" or any(step > 0 for _, step in steps):
             continue
-        if scores or token.team is None:
+        if scores:
             referee.emit(index, "stop", token.word)
         else:
-            referee.goal(index, token.team, token.word)
+            referee.goal(index, token.team or scorer, token.word)
     for team, step in steps:
         word = next((token.word for token in known if token.event == "goal"), "score")
         for _ in range(step):

@@ -89,7 +89,8 @@ class Teams(_Map):
     """The file's names of the teams and the ball; teams that are not named are guessed.
 
     Attributes:
-        home, away: rows of other teams are left out if both are given.
+        home, away: rows of other teams are left out if both are given. One of them need not be in
+            the table if the other is given: it was not recorded.
         ball: the ball's name.
         home_attacks: where home attacks in the first period, on a pitch drawn as in ``Axes``.
     """

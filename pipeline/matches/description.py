@@ -15,6 +15,10 @@ from schemas import Quality
 #: Name of the metadata record.
 METADATA = "pitchlore"
 
+#: Kinds of pydantic's errors that tell of fields which another version has more or fewer of.
+_OF_ANOTHER_VERSION = ("missing", "extra_forbidden")
+_OTHER_VERSION = "Read it with the version that wrote it"
+
 
 def describe(info: MatchInfo, quality: pl.DataFrame) -> dict[str, str]:
     """Info and quality as JSON, and a CRC of their own that tells which copy is good."""
@@ -34,17 +38,45 @@ def parse(texts: dict[str, str], *, where: str) -> tuple[MatchInfo, pl.DataFrame
     """A sound description's info, and its rows of schema Quality.
 
     Raises:
-        DamagedLog: if it is not as this version describes matches.
+        DamagedLog: if it is not as this version describes matches; the message names the field.
     """
     try:
         info = MatchInfo.model_validate_json(texts["info"])
-        rows = [{**row, "match_id": info.match_id} for row in json.loads(texts["quality"])]
-        return info, pl.DataFrame(rows, schema=Quality.dtypes()) if rows else Quality.empty()
-    except (ValidationError, ValueError, TypeError, KeyError, pl.exceptions.PolarsError) as error:
+    except ValidationError as error:
+        raise _unusable(error, where) from error
+    except KeyError as error:
         raise DamagedLog(
-            "its metadata are of another version of pitchlore", where=where,
-            next_step="Read it with the version that wrote it",
+            "its metadata say nothing of the match", where=where, next_step=_OTHER_VERSION
         ) from error
+    unknown = DamagedLog(
+        "its metadata's list of flaws is not one that this version of pitchlore knows", where=where,
+        next_step=_OTHER_VERSION,
+    )
+    try:
+        rows = [{**row, "match_id": info.match_id} for row in json.loads(texts["quality"])]
+        quality = pl.DataFrame(rows, schema=Quality.dtypes()) if rows else Quality.empty()
+    except (ValueError, TypeError, KeyError, pl.exceptions.PolarsError) as error:
+        raise unknown from error
+    if not Quality.is_valid(quality):  # polars makes null of a word that it does not know
+        raise unknown
+    return info, quality
+
+
+def _unusable(error: ValidationError, where: str) -> DamagedLog:
+    """What a user is told of info that does not validate: the first field that does not."""
+    first = error.errors()[0]
+    field = ".".join(str(part) for part in first["loc"]) or "info"
+    if first["type"] in _OF_ANOTHER_VERSION:
+        what = "is missing" if first["type"] == "missing" else "is not known"
+        return DamagedLog(
+            f"the field {field} of its metadata {what}: they are of another version of pitchlore",
+            where=where, next_step=_OTHER_VERSION,
+        )
+    given = "" if field == "info" else f" (it is {str(first['input'])[:60]!r})"
+    return DamagedLog(
+        f"the field {field} of its metadata is not usable: {first['msg'].lower()}{given}", where=where,
+        next_step="Mend it with the tool that wrote it",
+    )
 
 
 def _checksum(texts: dict[str, str]) -> str:

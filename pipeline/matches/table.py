@@ -15,7 +15,7 @@ def row(log: MatchLog) -> pl.DataFrame:
     """The match as one row of schema Matches.
 
     The sampling rate is 1 / median of the positive intervals between consecutive samples; the score
-    is the last that the referee is known to have said.
+    is the last that the referee is known to have said, null if a goal of an unknown team followed.
     """
     info, frames = log.info, log.frames
     steps = np.diff(frames.t_ns)
@@ -27,8 +27,10 @@ def row(log: MatchLog) -> pl.DataFrame:
     started = info.started_at
     if started is not None:
         started = started.replace(tzinfo=UTC) if started.tzinfo is None else started.astimezone(UTC)
+    told = log.referee.sort("t_ns", maintain_order=True)
+    unsettling = (pl.col("event") == "goal") & pl.col("team").is_null()
     scores = {
-        score: log.referee.sort("t_ns", maintain_order=True)[score].drop_nulls().to_list()
+        score: told.filter(pl.col(score).is_not_null() | unsettling)[score].to_list()
         for score in ("score_home", "score_away")
     }
     values = {

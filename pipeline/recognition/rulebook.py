@@ -15,8 +15,9 @@ from pipeline.fuzzy import Variable
 from pipeline.pitch import SCALES, Kind
 from pipeline.recognition import occurrences, signals
 from pipeline.recognition.conditions import Code, compile_conditions, parse
-from pipeline.recognition.rules import MACROS, RANDOM, RULES, TABLE_1, Start, Target
+from pipeline.recognition.rules import MACROS, RULES, TABLE_1, Start, Target
 from pipeline.settings import SituationSettings
+from schemas.situations import MOVES_RANDOMLY
 
 I64 = npt.NDArray[np.int64]
 I32 = npt.NDArray[np.int32]
@@ -114,7 +115,7 @@ def rule_table() -> pl.DataFrame:
                 })
     settings = SituationSettings()
     rows.append({
-        "code": RANDOM, "name": TABLE_1[RANDOM][0], "variant": "what the others leave",
+        "code": MOVES_RANDOMLY, "name": TABLE_1[MOVES_RANDOMLY][0], "variant": "what the others leave",
         "start": str(Start.WHILE), "limit_s": settings.random_longest_s, "hold_s": settings.random_least_s,
         "playing_time": fuzzy.likeliest(times, settings.random_least_s), "target": str(Target.NOTHING),
     })

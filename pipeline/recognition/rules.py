@@ -1,8 +1,8 @@
 """The rules as data: Table 1's situations, each with its initial and final condition.
 
 Codes, names and priorities are the paper's (Table 1). The conditions and times are ours, for the paper
-prints none (SITUATIONS in DECISIONS.md says why each is what it is). The language of the conditions is
-that of :mod:`pipeline.recognition.conditions`.
+prints none (DECISIONS.md, "Sources of numbers" and "Situations"). The language of the conditions is that
+of :mod:`pipeline.recognition.conditions`.
 
 Signals
     ``ball_distance``, ``own_goal_distance``, …: from the robot's centre.
@@ -56,9 +56,6 @@ TABLE_1: dict[int, tuple[str, int | None]] = {
     184: ("Robot does not move", 20),
     194: ("Robot moves randomly", None),
 }
-
-#: The situation of the time that no rule explains.
-RANDOM = 194
 
 
 class Start(StrEnum):

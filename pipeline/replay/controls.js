@@ -33,10 +33,10 @@ function start(match) {
     const row = element("button", "goal");
     const maker = match.makers(team, kind);
     row.append(
-      element("span", "time", clock(t)), element("span", `chip ${maker}`, robot ?? "?"),
-      element("span", "what", kind === "error" ? `error of ${teams[maker]}` : kind ?? teams[team]),
+      element("span", "time", clock(t)), element("span", `chip ${maker ?? "unknown"}`, robot ?? "?"),
+      element("span", "what", kind === "error" ? `error of ${teams[maker]}` : kind ?? teams[team] ?? "scorer unknown"),
       element("span", "code", match.scoreAt(t).join(" : ")));
-    row.style.borderLeftColor = `var(--${team})`;
+    row.style.borderLeftColor = `var(--${team ?? "muted"})`;
     row.addEventListener("click", () => seek(t - BEFORE_GOAL));
     $("goals").append(row);
     return row;

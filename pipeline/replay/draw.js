@@ -183,8 +183,9 @@ function painter(match, state) {
     const g = before(match.goalTimes, state.t);
     if (g >= 0 && state.t - match.goalTimes[g] < FLASH) {
       const [t, team, robot, kind] = match.goals[g], fade = 1 - (state.t - t) / FLASH;
-      c.strokeStyle = colours[team]; c.lineWidth = 8; c.globalAlpha = fade; c.strokeRect(4, 4, w - 8, h - 8);
-      banner(c, w, h, `Goal for ${teams[team]}${match.story(team, robot, kind)}`, colours[team], Math.min(1, 2 * fade));
+      const colour = colours[team ?? "muted"], title = match.goalTitle(team);
+      c.strokeStyle = colour; c.lineWidth = 8; c.globalAlpha = fade; c.strokeRect(4, 4, w - 8, h - 8);
+      banner(c, w, h, `${title[0].toUpperCase()}${title.slice(1)}${match.story(team, robot, kind)}`, colour, Math.min(1, 2 * fade));
     } else if (now.i < 0) banner(c, w, h, "nothing recorded here", colours.muted, 0.9);
     else if (match.stoppage(state.t)) banner(c, w, h, "play is stopped", colours.muted, 0.75);
   }
@@ -202,7 +203,7 @@ function painter(match, state) {
   }
 
   function marker(c, px, top, bottom, team) {
-    c.strokeStyle = c.fillStyle = colours[team]; c.lineWidth = 2;
+    c.strokeStyle = c.fillStyle = colours[team ?? "muted"]; c.lineWidth = 2;
     c.beginPath(); c.moveTo(px, top); c.lineTo(px, bottom); c.stroke();
     c.beginPath(); c.arc(px, top + 4, 4.5, 0, 7); c.fill();
   }

@@ -1,4 +1,4 @@
-// A match in the page: the payload (its format is documented in replay.py) and questions to it.
+// A match in the page: the payload (its format is documented in pipeline/replay/__init__.py) and questions to it.
 // All times are milliseconds since the first sample.
 
 const SEEN = 1, SUSPECT = 2, HEADED = 4;
@@ -67,6 +67,7 @@ function understand(match) {
   const ball = match.bodies.findIndex(([team]) => team === "ball");
   const teams = { home: match.home, away: match.away };
   const goalTimes = match.goals.map(([t]) => t), scoreTimes = match.scores.map(([t]) => t);
+  const goalTitle = (team) => (team === null ? "goal, scorer unknown" : `goal for ${teams[team]}`);
   const restarts = match.events.filter(([, event]) => ["kick-off", "fault", "half", "end"].includes(event));
 
   const family = new Map();
@@ -121,7 +122,7 @@ function understand(match) {
     };
   }
 
-  /** The team whose robot made the goal: an error is the conceding team's. */
+  /** The team whose robot made the goal: an error is the conceding team's; null where nobody knows. */
   const makers = (team, kind) => (kind === "error" ? { home: "away", away: "home" }[team] : team);
 
   function story(team, robot, kind) {
@@ -129,15 +130,17 @@ function understand(match) {
     return kind === null ? by : `${by} · ${kind}`;
   }
 
-  /** Goals of home and of away at t: as the referee gave them, or else counted. */
+  /** Goals of home and of away at t: as the referee gave them, or else counted; "?" after a goal whose scorer is unknown. */
   function scoreAt(t) {
     const score = match.scores[before(scoreTimes, t)];
+    const unknown = match.goals.findLast(([at, team]) => at <= t && team === null);
+    if (unknown && !(score && score[0] >= unknown[0])) return ["?", "?"];
     const counted = (team) => match.goals.filter(([at, by]) => at <= t && by === team).length;
     return score ? [score[1], score[2]] : [counted("home"), counted("away")];
   }
 
   return {
     ...match, end, robots, ball, teams, goalTimes, restarts, dead, crowded: robots.length > 8,
-    family, shortName, situationAt, stoppage, moment, pose, makers, story, scoreAt,
+    family, shortName, situationAt, stoppage, moment, pose, makers, story, scoreAt, goalTitle,
   };
 }

@@ -13,6 +13,7 @@ from conftest import SAMPLE
 
 from flows import goals, grams, situations, trajectories
 from flows.matches import Recording, import_recording
+from flows.stage import Scope
 from pipeline.catalog import query
 from pipeline.settings import Settings
 from pipeline.store import Store
@@ -21,16 +22,17 @@ from schemas import Trajectories
 
 PLAY_S = 600.0
 SETTINGS = Settings()
+SCOPE = Scope(matches=(), lengths=(4,))
 
 
 def chain(data: Path) -> None:
     """Recording to 4-grams, every file written, checked and synced."""
     store = Store(data)
     receipt, _ = import_recording(store, Recording(file=SAMPLE))
-    trajectories.STAGE.perform(store, receipt.name, SETTINGS.trajectories)
-    situations.STAGE.perform(store, receipt.name, SETTINGS.situations)
-    goals.STAGE.perform(store, receipt.name, SETTINGS.goals)
-    grams.STAGE.perform(store, grams.output(receipt.name, 4), SETTINGS.grams)
+    trajectories.STAGE.perform(store, receipt.name, SETTINGS.trajectories, SCOPE)
+    situations.STAGE.perform(store, receipt.name, SETTINGS.situations, SCOPE)
+    goals.STAGE.perform(store, receipt.name, SETTINGS.goals, SCOPE)
+    grams.STAGE.perform(store, grams.output(receipt.name, 4), SETTINGS.grams, SCOPE)
 
 
 @pytest.mark.benchmark(group="a match from recording to grams, files written and synced")
@@ -45,7 +47,7 @@ def test_ours(benchmark, tmp_path):
 def table(tmp_path_factory) -> pl.DataFrame:
     store = Store(tmp_path_factory.mktemp("table"))
     receipt, _ = import_recording(store, Recording(file=SAMPLE))
-    trajectories.STAGE.perform(store, receipt.name, SETTINGS.trajectories)
+    trajectories.STAGE.perform(store, receipt.name, SETTINGS.trajectories, SCOPE)
     made = store.receipt("trajectories", receipt.name)
     return store.read_table(made, "trajectories", Trajectories)
 
@@ -72,10 +74,12 @@ MERGE = textwrap.dedent("""
     import resource, sys
     from pathlib import Path
     from flows.behaviours import STAGE
+    from flows.stage import scope_of
     from pipeline.settings import Settings
     from pipeline.store import Store
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    STAGE.perform(Store(Path(sys.argv[1])), "n4", Settings().behaviours)
+    store, settings = Store(Path(sys.argv[1])), Settings()
+    STAGE.perform(store, "n4", settings.behaviours, scope_of(store, settings))
     print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024)
 """)
 
@@ -115,8 +119,9 @@ def test_sql_ours(benchmark, tmp_path):
         copy = tmp_path / "situations" / f"copy{index}.parquet"
         shutil.copy(tmp_path / file.path, copy)
         files = {"situations": file.model_copy(update={"path": f"situations/{copy.name}"})}
+        store.commit("matches", f"copy{index}", "0" * 16, inputs={}, settings={})
         path.write_text(receipt.model_copy(update={"name": f"copy{index}", "files": files}).model_dump_json())
-    catalog = refresh(store)
+    catalog = refresh(store)[0]
     sql = ("select match_id, team, name, count(*) n, avg((end_ns-start_ns)/1e9) s from situations "
            "group by all order by n desc")
     benchmark.extra_info.update(units=100, unit="matches")

@@ -17,6 +17,7 @@ from pipeline.importers import source, tracking
 from pipeline.settings import Settings
 from pipeline.situations import recognise
 from pipeline.trajectories import trajectories
+from schemas import PUBLIC
 
 HERE = Path(__file__).parent
 SAMPLE = HERE.parent.parent / "data" / "samples" / "rsim-vss-3v3.parquet"
@@ -83,6 +84,15 @@ def knowledge_and_policy() -> str:
     )
 
 
+def tables() -> str:
+    """The columns of every public table: a change here needs another VERSION of the table."""
+    lines = []
+    for schema in PUBLIC.values():
+        lines.append(f"\n{schema.tag()}")
+        lines += [f"  {name}: {dtype}" for name, dtype in schema.dtypes().items()]
+    return "\n".join(lines).lstrip() + "\n"
+
+
 def log() -> str:
     """A log as it was written once: what is read from it must never change."""
     read = matches.read((HERE / "matches" / "rsim-3s.mcap").read_bytes(), where="rsim-3s.mcap")
@@ -106,6 +116,7 @@ def write_log() -> None:
 
 #: Noun and file name to what makes it.
 CASES: dict[str, Callable[[], str]] = {
+    "schemas/tables.txt": tables,
     "matches/rsim-3s.txt": log,
     "situations/rsim-20s.txt": situations,
     "knowledge/rsim-120s.txt": knowledge_and_policy,

@@ -9,8 +9,8 @@ MATCH = "match-0123456789ab"
 WORDS = {"g": "goalkeeper", "m": "midfield", "s": "striker"}
 
 
-def phrase(codes, team="home", robot=1, role="m", start=0.0, each=0.5, segment=0):
-    """Rows of consecutive situations of one robot; a code None is a hole of ``each`` seconds."""
+def consecutive(codes, team="home", robot=1, role="m", start=0.0, each=0.5, segment=0):
+    """A run: rows of consecutive situations of one robot; a code None is a hole of ``each`` seconds."""
     roles = role if len(role) == len(codes) else role * len(codes)
     rows = []
     for i, code in enumerate(codes):
@@ -21,8 +21,9 @@ def phrase(codes, team="home", robot=1, role="m", start=0.0, each=0.5, segment=0
     return rows
 
 
-def situations(*phrases):
-    rows = [row for rows in phrases for row in rows]
+def situations(*runs):
+    """A table of runs of situations (see :func:`consecutive`)."""
+    rows = [row for run in runs for row in run]
     table = pl.DataFrame(rows, schema=Situations.dtypes(), orient="row").sort("team", "robot", "start_ns")
     return Situations.validate(table)
 
@@ -61,4 +62,4 @@ def bodies(times, **places):
     return Trajectories.validate(table.sort("team", "robot", "t_ns"))
 
 
-__all__ = ["MATCH", "ROLES", "TEAMS", "S", "bodies", "goals", "patterns", "phrase", "situations"]
+__all__ = ["MATCH", "ROLES", "TEAMS", "S", "bodies", "consecutive", "goals", "patterns", "situations"]

@@ -1,0 +1,234 @@
+"""What went wrong is named, mended and forgotten: nothing good is left out for ever."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+from conftest import clip, fill, run
+
+import flows.decisions
+import flows.matches
+import pipeline.receipts
+from flows.behaviours import behaviours_flow
+from flows.catalog import catalog_path, refresh
+from flows.decisions import decisions_flow
+from flows.goals import goals_flow
+from flows.grams import grams_flow
+from flows.knowledge import knowledge_flow
+from flows.matches import Recording, import_all, import_recording
+from flows.policies import policies_flow
+from flows.situations import situations_flow
+from flows.trajectories import trajectories_flow
+from pipeline import catalog
+from pipeline.errors import DamagedLog
+from pipeline.settings import BehaviourSettings, KnowledgeSettings, RoundSettings, Settings, SituationSettings
+from pipeline.store import Store
+
+pytestmark = pytest.mark.usefixtures("prefect_server")
+
+
+@pytest.fixture
+def data(tmp_path, finished):
+    """A finished data folder of one's own, without its inbox."""
+    folder = shutil.copytree(finished, tmp_path / "data")
+    shutil.rmtree(folder / "inbox")
+    return folder
+
+
+def matches_known(data) -> int:
+    return Store(data).latest("knowledge").counts["matches"]
+
+
+def test_a_match_that_was_mended_counts_again(data):
+    store = Store(data)
+    receipt = next(iter(store.receipts("trajectories")))
+    path = data / receipt.files["trajectories"].path
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-1] + b"?")
+    other = Settings(situations=SituationSettings(fire_at=0.55))
+    report = run(data, settings=other)
+    assert set(report.failures) == {f"situations {receipt.name}"}
+    assert matches_known(data) == 1
+    path.write_bytes(whole)
+    assert run(data).failures == {}
+    assert store.quarantined() == []
+    assert matches_known(data) == 2
+    assert run(data).made == 0
+
+
+def test_a_failure_in_every_match_emits_nothing_and_loses_nothing(tmp_path, clips, finished, monkeypatch):
+    fill(tmp_path, clips)
+
+    def broken(*_args, **_kwargs):
+        raise ZeroDivisionError("observe")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(flows.decisions, "observe", broken)
+        report = run(tmp_path)
+    assert len(report.failures) == 2
+    assert report.knowledge is report.policy is None
+    assert run(tmp_path).failures == {}
+    for noun in ("knowledge", "policies"):
+        made, wanted = Store(tmp_path).manifest(noun, 1), Store(finished).manifest(noun, 1)
+        assert made == wanted
+
+
+def test_rounds_are_those_of_the_settings(tmp_path, clips):
+    fill(tmp_path, clips)
+    two = Settings(behaviours=BehaviourSettings(rounds=(
+        RoundSettings(n=3, rows=3, columns=4, activation=0.08),
+        RoundSettings(n=1, rows=5, columns=5, activation=0.04),
+    )))
+    report = run(tmp_path, settings=two)
+    assert report.failures == {}
+    lengths = catalog.query(catalog_path(Store(tmp_path)), "select distinct n from behaviours order by n")
+    assert set(lengths["n"]) <= {1, 3}
+    assert lengths.height
+    report = run(tmp_path)
+    assert (report.failures, report.knowledge) == ({}, 2)
+
+
+def test_settings_that_select_nothing_still_finish(data):
+    nothing = Settings(behaviours=BehaviourSettings(value_over=1.0))
+    report = run(data, settings=nothing)
+    assert report.failures == {}
+    assert Store(data).latest("knowledge").counts["behaviours"] == 0
+
+
+def test_copies_imported_at_once_are_one_match(tmp_path):
+    folder = tmp_path / "same"
+    folder.mkdir()
+    clip(0.0, 5.0).write_csv(folder / "copy0.csv")
+    for index in range(1, 8):
+        shutil.copy(folder / "copy0.csv", folder / f"copy{index}.csv")
+    store = Store(tmp_path / "data")
+
+    from prefect import flow
+
+    @flow
+    def several() -> list[int]:
+        report = import_all(store, [Recording(file=file) for file in sorted(folder.iterdir())])
+        return [len(report.made), report.kept, len(report.failed)]
+
+    assert several() == [1, 7, 0]
+    assert len(list(store.receipts("matches"))) == 1
+
+
+@pytest.mark.parametrize("harm", ["lost", "damaged"])
+def test_a_match_whose_log_is_gone_can_be_imported_again(tmp_path, clips, harm):
+    store = Store(tmp_path)
+    recording = Recording(file=clips / "early.parquet")
+    receipt, _ = import_recording(store, recording)
+    path = tmp_path / receipt.files["log"].path
+    if harm == "lost":
+        path.unlink()
+    else:
+        path.write_bytes(path.read_bytes()[:-1] + b"?")
+    assert import_recording(store, recording) == (receipt, True)
+    assert store.intact(receipt)
+    assert import_recording(store, recording) == (receipt, False)
+
+
+def test_other_code_imports_anew_under_the_same_name(tmp_path, clips, monkeypatch):
+    store = Store(tmp_path)
+    file = clips / "early.parquet"
+    receipt, _ = import_recording(store, Recording(file=file))
+    renamed = tmp_path / "renamed.parquet"
+    shutil.copy(file, renamed)
+    monkeypatch.setattr(pipeline.receipts, "SOFTWARE", "pitchlore 9.9")
+    monkeypatch.setattr(flows.matches, "SOFTWARE", "pitchlore 9.9")
+    again, new = import_recording(store, Recording(file=renamed))
+    assert new
+    assert again.name == receipt.name
+    assert again.key != receipt.key
+
+
+def test_an_unreadable_receipt_is_made_anew(data, finished):
+    store = Store(data)
+    receipt = next(iter(store.receipts("situations")))
+    path = data / "situations" / f"{receipt.name}.receipt.json"
+    whole = path.read_text()
+    path.write_text(whole[:50])
+    assert catalog.query(refresh(store)[0], "select count(distinct match_id) from situations").item() == 1
+    report = run(data)
+    assert report.failures == {}
+    assert [len(s.made) for s in report.stages if s.noun == "situations"] == [1]
+    assert path.read_text() == whole
+    assert report.knowledge == 1
+
+
+def test_an_unreadable_match_or_version_is_named_and_the_others_go_on(data):
+    store = Store(data)
+    name = next(iter(store.receipts("matches"))).name
+    (data / "matches" / f"{name}.receipt.json").write_text("{")
+    (data / "knowledge" / "v0001" / "manifest.json").write_text("{")
+    report = run(data)
+    assert set(report.failures) == {f"matches {name}", "knowledge version 1"}
+    assert report.knowledge == 2
+    assert matches_known(data) == 1
+    assert catalog.query(catalog_path(store), "select distinct version from behaviours")["version"].to_list() == [2]
+
+
+def test_a_match_that_is_removed_has_no_rows(data):
+    store = Store(data)
+    name = next(iter(store.receipts("matches"))).name
+    assert store.forget("matches", name)
+    assert not store.forget("matches", name)
+    assert run(data).failures == {}
+    for table in ("matches", "trajectories", "situations", "grams", "decisions"):
+        rows = catalog.query(catalog_path(store), f"select count(*) from {table} where match_id = ?", [name])
+        assert rows.item() == 0
+    assert matches_known(data) == 1
+
+
+def test_lost_files_are_left_out_of_the_catalogue_and_named(data):
+    store = Store(data)
+    receipt = next(iter(store.receipts("situations")))
+    path = data / receipt.files["situations"].path
+    path.unlink()
+    assert refresh(store)[1] == [path]
+    assert catalog.query(refresh(store)[0], "select count(distinct match_id) from situations").item() == 1
+    run(data)
+    assert refresh(store)[1] == []
+
+
+def test_pruning_removes_what_no_receipt_names(data):
+    store = Store(data)
+    assert store.prune("situations") == []
+    run(data, settings=Settings(situations=SituationSettings(fire_at=0.55)))
+    before = catalog.query(catalog_path(store), "select count(*) from situations").item()
+    assert len(store.prune("situations")) == 2
+    assert catalog.query(catalog_path(store), "select count(*) from situations").item() == before
+
+
+def test_every_noun_has_a_flow_of_its_own(data):
+    store = Store(data)
+    for noun in ("trajectories", "situations", "goals", "decisions"):
+        store.forget(noun, next(iter(store.receipts(noun))).name)
+    for flow in (trajectories_flow, situations_flow, goals_flow):
+        report = flow(data)
+        assert (len(report["made"]), report["kept"], report["failed"]) == (1, 1, {})
+    for n in (4, 3, 2, 1):
+        assert grams_flow(data, n)["kept"] == 2
+        assert behaviours_flow(data, n)["kept"] == 1
+    assert len(decisions_flow(data)["made"]) == 1
+    assert knowledge_flow(data) == {"version": 1, "new": False}
+    assert policies_flow(data) == {"version": 1, "new": False}
+    assert catalog.query(catalog_path(store), "select count(distinct match_id) from decisions").item() == 2
+
+
+def test_a_policy_of_another_state_key_is_no_parent(data):
+    report = run(data, settings=Settings(knowledge=KnowledgeSettings(state_key="ego19")))
+    assert (report.failures, report.policy) == ({}, 2)
+    assert Store(data).manifest("policies", 2).parent is None
+
+
+def test_an_unreadable_log_of_ours_is_quarantined_with_one_line(tmp_path):
+    file = tmp_path / "cut.mcap"
+    file.write_bytes(b"\x89MCAP0\r\n" + b"\x01" * 30)
+    store = Store(tmp_path / "data")
+    with pytest.raises(DamagedLog) as caught:
+        import_recording(store, Recording(file=file))
+    assert "\n" not in str(caught.value)
+    assert len(store.quarantined()) == 1

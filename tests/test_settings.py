@@ -1,0 +1,52 @@
+"""Settings: what a TOML file may say, and how it is told what it may not."""
+
+from __future__ import annotations
+
+import pytest
+
+from pipeline.errors import BadSettings
+from pipeline.settings import RoundSettings, Settings, parse_settings
+
+
+def test_what_is_not_said_is_the_default():
+    assert parse_settings(b"", where="s.toml") == Settings()
+    said = parse_settings(b"[policies]\nsweeps = 3\n[knowledge]\nstate_key = 'ego19'", where="s.toml")
+    assert said.policies.sweeps == 3
+    assert said.policies.discount == Settings().policies.discount
+    assert said.decisions.knowledge.state_key == "ego19"
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    (b"policies = 3", "policies: "),
+    (b"[policies]\nsweep = 3", "policies.sweep: extra inputs are not permitted"),
+    (b"[policies]\nsweeps = 0", "policies.sweeps: input should be greater than or equal to 1"),
+    (b"[policies]\nstep_size = nan", "policies.step_size: input should be a finite number"),
+    (b"[[behaviours.rounds]]\nn = 5\nrows = 1\ncolumns = 1\nactivation = 0.1", "behaviours.rounds.0.n: "),
+    (b"[policies\n", "is not TOML (Expected ']'"),
+    (b"\xff\xfe", "is not TOML ('utf-8' codec"),
+])
+def test_an_error_is_one_line_that_names_file_and_key(text, said):
+    with pytest.raises(BadSettings) as caught:
+        parse_settings(text, where="club.toml")
+    assert str(caught.value).startswith(f"club.toml: {said}")
+    assert "\n" not in str(caught.value)
+
+
+def rounds(*lengths: int) -> bytes:
+    if not lengths:
+        return b"[behaviours]\nrounds = []"
+    return b"".join(b"[[behaviours.rounds]]\nn = %d\nrows = 2\ncolumns = 2\nactivation = 0.1\n" % n for n in lengths)
+
+
+@pytest.mark.parametrize("lengths", [(4, 3, 2, 1), (3, 1), (2,)])
+def test_rounds_fall(lengths):
+    chosen = parse_settings(rounds(*lengths), where="s.toml").behaviours.rounds
+    assert chosen == tuple(RoundSettings(n=n, rows=2, columns=2, activation=0.1) for n in lengths)
+
+
+@pytest.mark.parametrize(("lengths", "found"), [
+    ((), "none"), ((1, 2), "1, 2"), ((3, 3), "3, 3"), ((4, 2, 3), "4, 2, 3"),
+])
+def test_rounds_that_do_not_fall_are_refused(lengths, found):
+    with pytest.raises(BadSettings, match=rf"behaviours\.rounds: there must be a round, and n must fall .*{found}\)"):
+        parse_settings(rounds(*lengths), where="s.toml")

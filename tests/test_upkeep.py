@@ -1,0 +1,55 @@
+"""The commands that keep the data folder tidy."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+from flows.cli import main
+from pipeline.errors import BadRecording
+from pipeline.store import Store
+
+
+@pytest.fixture
+def data(tmp_path, finished):
+    return shutil.copytree(finished, tmp_path / "data")
+
+
+def call(*words: object) -> int:
+    with pytest.raises(SystemExit) as stop:
+        main([str(word) for word in words])
+    return int(stop.value.code or 0)
+
+
+def test_quarantine_is_listed_with_its_reason_and_can_be_cleared(data, capsys):
+    assert call("quarantine", "--data", data) == 0
+    assert "nothing is in quarantine" in capsys.readouterr().out
+    Store(data).quarantine("goals", "m-1", BadRecording("is odd", where="row 3", next_step="Mend it"))
+    assert call("quarantine", "--json", "--data", data) == 0
+    assert '"reason": "row 3: is odd. Mend it."' in capsys.readouterr().out
+    assert call("quarantine", "--clear", "--data", data) == 0
+    assert Store(data).quarantined() == []
+
+
+def test_forget_removes_a_match_and_all_that_was_made_of_it(data, capsys):
+    store = Store(data)
+    name, other = (receipt.name for receipt in store.receipts("matches"))
+    assert call("forget", name, "--data", data) == 0
+    assert "9 outputs removed" in capsys.readouterr().out
+    assert not [path for path in data.rglob(f"*{name}*") if "inbox" not in path.parts]
+    assert [receipt.name for receipt in store.receipts("situations")] == [other]
+    assert store.versions("knowledge") == [1]
+    assert call("forget", name, "--data", data) == 1
+    assert "there is no such match" in capsys.readouterr().err
+
+
+def test_prune_removes_nothing_that_a_receipt_names(data, capsys):
+    before = {path: path.read_bytes() for path in data.rglob("*") if path.is_file()}
+    stray = data / "goals" / "early-000000000000-0123456789ab.goals.parquet"
+    stray.write_bytes(b"old")
+    assert call("prune", "--data", data) == 0
+    assert "1 superseded files removed" in capsys.readouterr().out
+    assert not stray.exists()
+    assert {path: path.read_bytes() for path in before if path.suffix != ".duckdb"} == {
+        path: data for path, data in before.items() if path.suffix != ".duckdb"}
