@@ -103,12 +103,12 @@ def test_sql_says_what_to_do_next(call, finished):
 
 def test_sql_as_json_is_json_whatever_the_values(call, finished):
     query = """select 'nan'::double x, ['-infinity'::float, 1.5] xs, date '2008-06-01' d, time '12:30' t,
-        timestamp '2008-06-01 12:30:00' at, {'a': timestamptz '2008-06-01 12:30:00+00'} s, 'ab'::blob b,
+        timestamp '2008-06-01 12:30:00' at_, {'a': timestamptz '2008-06-01 12:30:00+00'} s, 'ab'::blob b,
         sum(range) n, 1.25::decimal(9, 2) q, map {2: 'two'} m from range(4)"""
     code, out, _ = call("sql", query, "--json", "--data", finished)
     assert code == 0
     assert json.loads(out) == [{
-        "x": None, "xs": [None, 1.5], "d": "2008-06-01", "t": "12:30:00", "at": "2008-06-01T12:30:00",
+        "x": None, "xs": [None, 1.5], "d": "2008-06-01", "t": "12:30:00", "at_": "2008-06-01T12:30:00",
         "s": {"a": "2008-06-01T12:30:00+00:00"}, "b": "6162", "n": 6, "q": 1.25, "m": {"2": "two"},
     }]
 
