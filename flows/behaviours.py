@@ -1,23 +1,10 @@
 """Flow of the noun behaviours: one small task a round, over the grams of all matches."""
 
-from pathlib import Path
-
-from flows.stage import (
-    Made,
-    Scope,
-    Stage,
-    conclude,
-    data_folder,
-    need,
-    our_flow,
-    run_stage,
-    scope_of,
-    stage_task,
-)
+from flows.stage import Made, Scope, Stage, flow_of, need, task_of
 from pipeline.behaviours import select
 from pipeline.grams import merge
 from pipeline.receipts import Receipt
-from pipeline.settings import BehaviourSettings, Settings
+from pipeline.settings import BehaviourSettings
 from pipeline.som import to_bytes
 from pipeline.store import Store
 from schemas import Grams, Patterns
@@ -63,16 +50,5 @@ def _plain(value: object) -> object:
 STAGE = Stage("behaviours", (Patterns,), sources, compute)
 
 
-@stage_task(name="behaviours")
-def make_behaviours(data: Path, name: str, settings: BehaviourSettings, scope: Scope) -> str:
-    """Select the behaviours of one length; the key of the receipt."""
-    return STAGE.perform(Store(data), name, settings, scope).key
-
-
-@our_flow(name="behaviours")
-def behaviours_flow(data: Path, n: int = 4, settings: Settings = Settings()) -> dict[str, object]:
-    """Select the behaviours of length ``n`` if the grams have changed."""
-    store = data_folder(data)
-    scope = scope_of(store, settings)
-    report = run_stage(make_behaviours, STAGE, store, [round_name(n)], settings.behaviours, scope)
-    return conclude(store, report)
+make_behaviours = task_of(STAGE)
+behaviours_flow = flow_of(STAGE, make_behaviours, lambda scope: [round_name(n) for n in scope.lengths])

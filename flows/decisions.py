@@ -1,26 +1,13 @@
 """Flow of the noun decisions: one task a match, once all behaviours are known."""
 
-from pathlib import Path
-
 import polars as pl
 
-from flows.stage import (
-    Made,
-    Scope,
-    Stage,
-    conclude,
-    data_folder,
-    need,
-    our_flow,
-    run_stage,
-    scope_of,
-    stage_task,
-)
+from flows.stage import Made, Scope, Stage, flow_of, need, task_of
 from pipeline.decisions import observe
 from pipeline.grams import value
 from pipeline.pitch import Pitch
 from pipeline.receipts import Receipt
-from pipeline.settings import DecisionSettings, Settings
+from pipeline.settings import DecisionSettings
 from pipeline.store import Store
 from schemas import Decisions, Goals, Patterns, Referee, Situations, Trajectories
 
@@ -55,16 +42,5 @@ def compute(store: Store, match: str, settings: DecisionSettings, scope: Scope) 
 STAGE = Stage("decisions", (Decisions,), sources, compute)
 
 
-@stage_task(name="decisions")
-def make_decisions(data: Path, name: str, settings: DecisionSettings, scope: Scope) -> str:
-    """Find the decisions of one match; the key of the receipt."""
-    return STAGE.perform(Store(data), name, settings, scope).key
-
-
-@our_flow(name="decisions")
-def decisions_flow(data: Path, settings: Settings = Settings()) -> dict[str, object]:
-    """Find the decisions of all matches that need it."""
-    store = data_folder(data)
-    scope = scope_of(store, settings)
-    report = run_stage(make_decisions, STAGE, store, list(scope.matches), settings.decisions, scope)
-    return conclude(store, report)
+make_decisions = task_of(STAGE)
+decisions_flow = flow_of(STAGE, make_decisions, lambda scope: scope.matches)

@@ -1,22 +1,9 @@
 """Flow of the noun goals: one task a match."""
 
-from pathlib import Path
-
-from flows.stage import (
-    Made,
-    Scope,
-    Stage,
-    conclude,
-    data_folder,
-    need,
-    our_flow,
-    run_stage,
-    scope_of,
-    stage_task,
-)
+from flows.stage import Made, Scope, Stage, flow_of, need, task_of
 from pipeline.goals import attribute
 from pipeline.pitch import Pitch
-from pipeline.settings import GoalSettings, Settings
+from pipeline.settings import GoalSettings
 from pipeline.store import Store
 from schemas import Goals, Referee, Situations, Trajectories
 
@@ -41,16 +28,5 @@ STAGE = Stage(
 )
 
 
-@stage_task(name="goals")
-def make_goals(data: Path, name: str, settings: GoalSettings, scope: Scope) -> str:
-    """Attribute the goals of one match; the key of the receipt."""
-    return STAGE.perform(Store(data), name, settings, scope).key
-
-
-@our_flow(name="goals")
-def goals_flow(data: Path, settings: Settings = Settings()) -> dict[str, object]:
-    """Attribute the goals of all matches that need it."""
-    store = data_folder(data)
-    scope = scope_of(store, settings)
-    report = run_stage(make_goals, STAGE, store, list(scope.matches), settings.goals, scope)
-    return conclude(store, report)
+make_goals = task_of(STAGE)
+goals_flow = flow_of(STAGE, make_goals, lambda scope: scope.matches)

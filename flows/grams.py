@@ -4,25 +4,12 @@ An output is named ``<match>.n4``: the grams of four situations, and so on down 
 shorter length are counted in what the behaviours of the longer ones have left.
 """
 
-from pathlib import Path
-
 import polars as pl
 
-from flows.stage import (
-    Made,
-    Scope,
-    Stage,
-    conclude,
-    data_folder,
-    need,
-    our_flow,
-    run_stage,
-    scope_of,
-    stage_task,
-)
+from flows.stage import Made, Scope, Stage, flow_of, need, task_of
 from pipeline.grams import cover, grams, value
 from pipeline.receipts import Receipt
-from pipeline.settings import GramSettings, Settings
+from pipeline.settings import GramSettings
 from pipeline.store import Store
 from schemas import Goals, Grams, Patterns, Situations
 
@@ -64,17 +51,7 @@ def compute(store: Store, name: str, settings: GramSettings, scope: Scope) -> Ma
 STAGE = Stage("grams", (Grams,), sources, compute)
 
 
-@stage_task(name="grams")
-def make_grams(data: Path, name: str, settings: GramSettings, scope: Scope) -> str:
-    """Count the grams of one match and length; the key of the receipt."""
-    return STAGE.perform(Store(data), name, settings, scope).key
-
-
-@our_flow(name="grams")
-def grams_flow(data: Path, n: int = 4, settings: Settings = Settings()) -> dict[str, object]:
-    """Count the grams of length ``n`` of all matches that need it."""
-    store = data_folder(data)
-    scope = scope_of(store, settings)
-    names = [output(match, n) for match in scope.matches]
-    report = run_stage(make_grams, STAGE, store, names, settings.grams, scope)
-    return conclude(store, report)
+make_grams = task_of(STAGE)
+grams_flow = flow_of(
+    STAGE, make_grams, lambda scope: [output(match, n) for n in scope.lengths for match in scope.matches]
+)

@@ -125,8 +125,8 @@ class Stage(Generic[S]):
         """Make and commit an output.
 
         Raises:
-            Exception: whatever the stage raised; unless trying again may help, the output's name is
-                put in quarantine with the reason first.
+            Exception: whatever the stage raised; unless trying again may help, or what it is made
+                from is missing, the output's name is put in quarantine with the reason first.
         """
         try:
             key, inputs = self._key(store, name, settings, scope)
@@ -137,7 +137,7 @@ class Stage(Generic[S]):
                 blobs=made.blobs, details=made.details,
             )
         except Exception as error:
-            if not getattr(error, "transient", False):
+            if not getattr(error, "transient", False) and not isinstance(error, NotFound):
                 store.quarantine(self.noun, name, error)
             raise
         store.release(self.noun, name)
@@ -206,6 +206,32 @@ def our_flow(*, name: str) -> Callable[[Callable[P, R]], Flow[P, R]]:
         )
 
     return decorate
+
+
+def task_of(stage: Stage[Any]) -> Task[..., str]:
+    """The task that makes one output of a stage and returns its receipt's key."""
+
+    @stage_task(name=stage.noun)
+    def make(data: Path, name: str, settings: BaseModel, scope: Scope) -> str:
+        return stage.perform(Store(data), name, settings, scope).key
+
+    return make
+
+
+def flow_of(
+    stage: Stage[Any], job: Task[..., Any], names: Callable[[Scope], Sequence[str]]
+) -> Flow[..., dict[str, object]]:
+    """The flow that makes what is new of a stage, for all matches that no stage has in quarantine."""
+
+    @our_flow(name=stage.noun)
+    def make_all(data: Path, settings: Settings = Settings()) -> dict[str, object]:
+        store = data_folder(data)
+        scope = scope_of(store, settings)
+        report = run_stage(job, stage, store, names(scope), getattr(settings, stage.noun), scope)
+        return conclude(store, report)
+
+    make_all.description = f"Make what is new of the {stage.noun}."
+    return make_all
 
 
 def run_stage(

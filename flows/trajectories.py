@@ -1,21 +1,8 @@
 """Flow of the noun trajectories: one task a match."""
 
-from pathlib import Path
-
-from flows.stage import (
-    Made,
-    Scope,
-    Stage,
-    conclude,
-    data_folder,
-    need,
-    our_flow,
-    run_stage,
-    scope_of,
-    stage_task,
-)
+from flows.stage import Made, Scope, Stage, flow_of, need, task_of
 from pipeline import matches as log
-from pipeline.settings import Settings, TrajectorySettings
+from pipeline.settings import TrajectorySettings
 from pipeline.store import Store
 from pipeline.trajectories import trajectories
 from schemas import Quality, Trajectories
@@ -34,16 +21,5 @@ STAGE = Stage(
 )
 
 
-@stage_task(name="trajectories")
-def make_trajectories(data: Path, name: str, settings: TrajectorySettings, scope: Scope) -> str:
-    """Make the trajectories of one match; the key of the receipt."""
-    return STAGE.perform(Store(data), name, settings, scope).key
-
-
-@our_flow(name="trajectories")
-def trajectories_flow(data: Path, settings: Settings = Settings()) -> dict[str, object]:
-    """Make the trajectories of all matches that need it."""
-    store = data_folder(data)
-    scope = scope_of(store, settings)
-    report = run_stage(make_trajectories, STAGE, store, list(scope.matches), settings.trajectories, scope)
-    return conclude(store, report)
+make_trajectories = task_of(STAGE)
+trajectories_flow = flow_of(STAGE, make_trajectories, lambda scope: scope.matches)

@@ -209,13 +209,20 @@ def test_every_noun_has_a_flow_of_its_own(data):
     for flow in (trajectories_flow, situations_flow, goals_flow):
         report = flow(data)
         assert (len(report["made"]), report["kept"], report["failed"]) == (1, 1, {})
-    for n in (4, 3, 2, 1):
-        assert grams_flow(data, n)["kept"] == 2
-        assert behaviours_flow(data, n)["kept"] == 1
+    assert grams_flow(data)["kept"] == 8
+    assert behaviours_flow(data)["kept"] == 4
     assert len(decisions_flow(data)["made"]) == 1
     assert knowledge_flow(data) == {"version": 1, "new": False}
     assert policies_flow(data) == {"version": 1, "new": False}
     assert catalog.query(catalog_path(store), "select count(distinct match_id) from decisions").item() == 2
+
+
+def test_a_stage_before_its_turn_says_so_and_blames_no_match(tmp_path, clips):
+    store = Store(tmp_path)
+    import_recording(store, Recording(file=clips / "early.parquet"))
+    (why,) = situations_flow(tmp_path)["failed"].values()
+    assert "Run the stage trajectories first" in why
+    assert store.quarantined() == []
 
 
 def test_a_policy_of_another_state_key_is_no_parent(data):
