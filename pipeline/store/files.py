@@ -1,0 +1,169 @@
+"""Files: written whole or not at all, read only as what was written."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import re
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from pipeline.errors import BadSettings, CorruptFile, NotFound, StorageFailed
+from pipeline.receipts import FileRecord, Receipt, digest
+
+SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}$")
+M = TypeVar("M", bound=BaseModel)
+REMEDY_OF_VERSION = "Restore the version's folder from a backup; the other versions are not affected"
+REMEDY = "Delete it and run again to make it anew, or restore it from a backup"
+
+
+class Files:
+    """A folder whose files are written atomically.
+
+    Args:
+        root: the folder; made when something is written.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+
+    @contextmanager
+    def aside(self, path: Path) -> Iterator[Path]:
+        """A temporary path beside ``path``; what is there in the end is moved to ``path``.
+
+        The file is there whole or not at all, even through a crash.
+
+        Raises:
+            StorageFailed: if the disk refuses; the old file, if any, is as it was.
+        """
+        temporary = path.with_name(f".{path.name}.{os.getpid()}-{os.urandom(4).hex()}.tmp")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            try:
+                yield temporary
+                sync(temporary, os.O_RDONLY)
+                os.replace(temporary, path)  # noqa: PTH105 (the tests make os.replace fail)
+                sync(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+            finally:
+                temporary.unlink(missing_ok=True)
+        except OSError as error:
+            raise StorageFailed(
+                f"cannot be written ({error.strerror or error})", where=str(path),
+                next_step="Free space or mend the folder, then run again; nothing that was there is lost",
+            ) from error
+
+    def write_bytes(self, path: Path, data: bytes) -> None:
+        """Atomically write bytes (see :meth:`aside`)."""
+        with self.aside(path) as temporary:
+            temporary.write_bytes(data)
+
+    def sweep(self) -> int:
+        """Remove temporary files and staging folders of processes that are gone; how many."""
+        swept = 0
+        for path in [*self.root.glob("*/.*.tmp"), *self.root.glob("*/.*.staging"), *self.root.glob(".*.tmp")]:
+            owner = re.search(r"\.(\d+)-[0-9a-f]+\.(?:tmp|staging)$", path.name)
+            if owner and not _alive(int(owner[1])):
+                if path.is_dir():
+                    shutil.rmtree(path, ignore_errors=True)
+                else:
+                    path.unlink(missing_ok=True)
+                swept += 1
+        return swept
+
+    def foreign(self, path: Path) -> bytes:
+        """The bytes of a file that is not ours; it is only ever read.
+
+        Raises:
+            NotFound: if it cannot be read.
+        """
+        try:
+            return path.read_bytes()
+        except OSError as error:
+            raise NotFound(f"cannot be read ({error.strerror or error})", where=str(path),
+                           next_step="Name an existing file that you may read") from error
+
+    @contextmanager
+    def locked(self, noun: str) -> Iterator[None]:
+        """Hold a noun against every other thread and process for a moment."""
+        folder = self.root / noun
+        folder.mkdir(parents=True, exist_ok=True)
+        with (folder / ".lock").open("a") as held:
+            fcntl.flock(held, fcntl.LOCK_EX)
+            yield
+
+
+def sync(path: Path, flags: int) -> None:
+    """Make a file's bytes, or a folder's renames, survive a power cut."""
+    descriptor = os.open(path, flags)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def safe(name: str) -> str:
+    """The name, if it may become part of a path.
+
+    Raises:
+        BadSettings: if not.
+    """
+    if not SAFE_NAME.match(name):
+        raise BadSettings(f"{name!r} is not a safe file name", next_step="Name it otherwise")
+    return name
+
+
+def pretty(model: BaseModel) -> bytes:
+    """A model as JSON that a person can read, the same bytes for the same model."""
+    text = json.dumps(model.model_dump(mode="json"), indent=1, sort_keys=True, allow_nan=False)
+    return text.encode() + b"\n"
+
+
+def read_model(path: Path, model: type[M]) -> M:
+    """A model from its JSON file.
+
+    Raises:
+        CorruptFile: if it cannot be read as one.
+    """
+    try:
+        return model.model_validate_json(path.read_bytes())
+    except (ValidationError, OSError) as error:
+        raise CorruptFile(f"is not a readable {model.__name__.lower()}", where=str(path),
+                          next_step=REMEDY if model is Receipt else REMEDY_OF_VERSION) from error
+
+
+def verified(folder: Path, files: Mapping[str, FileRecord], role: str, what: str) -> bytes:
+    """A file's bytes, checked against its record; ``what`` it belongs to is named in errors.
+
+    Raises:
+        NotFound: if there is no such record.
+        CorruptFile: if the file is gone or its bytes are others.
+    """
+    if role not in files:
+        raise NotFound(f"{what} has no {role} (there are: {', '.join(sorted(files))})",
+                       next_step="Run the stages again")
+    path = folder / files[role].path
+    remedy = "Import the recording again" if what.startswith("matches ") else REMEDY
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise CorruptFile(f"cannot be read ({error.strerror})", where=str(path),
+                          next_step=remedy) from error
+    if digest(data) != files[role].sha256:
+        raise CorruptFile("is not what was written (SHA-256 differs)", where=str(path), next_step=remedy)
+    return data
+
+
+def _alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True

@@ -1,0 +1,30 @@
+"""Quarantine: what a stage could not take, and why."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipeline.errors import in_one_line
+from pipeline.receipts import Quarantined
+from pipeline.store.files import Files, pretty, read_model, safe
+
+
+class Quarantine(Files):
+    """Records of what was refused; nothing of it is touched."""
+
+    def quarantine(self, noun: str, name: str, error: Exception) -> Quarantined:
+        """Record why a stage could not take a match; nothing of the match is touched."""
+        record = Quarantined(noun=noun, name=name, error=type(error).__name__, reason=in_one_line(error))
+        self.write_bytes(self._quarantine_path(noun, name), pretty(record))
+        return record
+
+    def release(self, noun: str, name: str) -> None:
+        """Forget a quarantine, because the stage took the match now."""
+        self._quarantine_path(noun, name).unlink(missing_ok=True)
+
+    def quarantined(self) -> list[Quarantined]:
+        """All that is in quarantine, in order of stage and name."""
+        return [read_model(p, Quarantined) for p in sorted((self.root / "quarantine").glob("*.json"))]
+
+    def _quarantine_path(self, noun: str, name: str) -> Path:
+        return self.root / "quarantine" / f"{safe(noun)}.{safe(name)}.json"
