@@ -1,6 +1,7 @@
 """Flow of the noun matches: recordings in, one log a match out; one task a file."""
 
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import polars as pl
@@ -11,6 +12,8 @@ from pipeline import matches as log
 from pipeline.errors import BadRecording
 from pipeline.frame import MatchLog
 from pipeline.importers import rcg, source, tracking
+from pipeline.importers.doubts import doubts
+from pipeline.quality import quality_table
 from pipeline.receipts import SOFTWARE, Receipt, digest, key_of
 from pipeline.store import Store
 from schemas import Matches, Quality, Referee
@@ -34,20 +37,22 @@ class Recording(BaseModel):
 
 
 def inbox(store: Store) -> list[Recording]:
-    """The recordings dropped into the data folder's inbox, sorted by name.
-
-    A tracking table ``x.csv`` may have its map beside it as ``x.csv.toml``; ``map.toml`` is for all.
-    """
+    """The recordings dropped into the data folder's inbox, with their maps, sorted by name."""
     folder = store.root / INBOX
     if not folder.is_dir():
         return []
     files = [p for p in folder.rglob("*")
              if p.is_file() and p.suffix != ".toml" and not p.name.startswith(".")]
-    found = []
-    for file in sorted(files):
-        maps = (file.with_name(f"{file.name}.toml"), file.with_name("map.toml"))
-        found.append(Recording(file=file, mapping=next((m for m in maps if m.exists()), None)))
-    return found
+    return [with_map(file) for file in sorted(files)]
+
+
+def with_map(file: Path) -> Recording:
+    """A recording with the map that lies beside it, if there is one.
+
+    The map of ``x.csv`` is ``x.csv.toml``; ``map.toml`` is for all in its folder.
+    """
+    maps = (file.with_name(f"{file.name}.toml"), file.with_name("map.toml"))
+    return Recording(file=file, mapping=next((m for m in maps if m.exists()), None))
 
 
 def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]:
@@ -55,7 +60,7 @@ def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]
 
     The same recording under another name, packed or not, or as the log that we made of it, is the
     match that is already there; it is made anew only if its files are damaged or lost, or if it
-    was imported by other code.
+    was imported by other code or with another map.
 
     Raises:
         BadRecording, DamagedLog: if nothing can be made of it; the file's name goes into quarantine.
@@ -63,7 +68,7 @@ def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]
     data = store.foreign(recording.file)
     mapping = _mapping(store, recording.mapping) if recording.mapping else None
     settings = mapping.settings() if mapping else {}
-    name = source.match_id(recording.file.name, data, settings)
+    name = source.match_id(recording.file.name, data)
     try:
         sha256 = digest(source.content(data, recording.file.name).data)
         there = _same_recording(store, name)
@@ -106,8 +111,11 @@ def _read(recording: Recording, data: bytes, name: str, mapping: tracking.Tracki
     if found == "mcap":
         return log.read(data, where=str(recording.file))
     if found == "rcg":
-        return rcg.read(data, name=file, match_id=name)
-    return tracking.read(data, name=file, match_id=name, mapping=mapping)
+        match = rcg.read(data, name=file, match_id=name)
+    else:
+        match = tracking.read(data, name=file, match_id=name, mapping=mapping)
+    doubted = quality_table(name, doubts(match))
+    return replace(match, quality=pl.concat([match.quality, doubted]))
 
 
 def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, object]) -> tuple[Receipt, bool]:

@@ -13,6 +13,7 @@ FLAWS = (
     "duplicate frame", "reordered frame", "clock jump back", "clock leap ahead", "gap", "ball jump",
     "robot jump", "damaged chunk", "damaged record", "truncated", "ball lost", "not a number",
     "direction inferred", "direction unknown", "skipped", "slow sampling",
+    "off the pitch", "scorer unknown",
 )
 
 

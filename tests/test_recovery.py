@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 
+import polars as pl
 import pytest
 from conftest import clip, fill, run
 
@@ -16,7 +17,7 @@ from flows.decisions import decisions_flow
 from flows.goals import goals_flow
 from flows.grams import grams_flow
 from flows.knowledge import knowledge_flow
-from flows.matches import Recording, import_all, import_recording
+from flows.matches import Recording, import_all, import_recording, with_map
 from flows.policies import policies_flow
 from flows.situations import situations_flow
 from flows.trajectories import trajectories_flow
@@ -24,6 +25,7 @@ from pipeline import catalog
 from pipeline.errors import DamagedLog
 from pipeline.settings import BehaviourSettings, KnowledgeSettings, RoundSettings, Settings, SituationSettings
 from pipeline.store import Store
+from schemas import Referee
 
 pytestmark = pytest.mark.usefixtures("prefect_server")
 
@@ -239,3 +241,47 @@ def test_an_unreadable_log_of_ours_is_quarantined_with_one_line(tmp_path):
         import_recording(store, Recording(file=file))
     assert "\n" not in str(caught.value)
     assert len(store.quarantined()) == 1
+
+
+def flaws(store: Store) -> dict[str, dict[str, int]]:
+    return {receipt.name: receipt.details["flaws"] for receipt in store.receipts("matches")}
+
+
+def test_a_corrected_map_replaces_the_match_that_it_was_read_with(tmp_path):
+    file = tmp_path / "derby.csv"
+    clip(0.0, 10.0).with_columns(pl.col("x", "y") * 100).write_csv(file)
+    maps = tmp_path / "derby.csv.toml"
+    store = Store(tmp_path / "data")
+    maps.write_text('[units]\nlength = "m"\n[pitch]\nkind = "vsss"\nlength = 1.5\nwidth = 1.3\n')
+    wrong, _ = import_recording(store, with_map(file))
+    assert flaws(store)[wrong.name]["off the pitch"] > 1000
+    maps.write_text('[units]\nlength = "cm"\n[pitch]\nkind = "vsss"\nlength = 1.5\nwidth = 1.3\n')
+    right, new = import_recording(store, with_map(file))
+    assert new
+    assert [receipt.name for receipt in store.receipts("matches")] == [wrong.name] == [right.name]
+    assert "off the pitch" not in flaws(store)[right.name]
+    assert import_recording(store, with_map(file)) == (right, False)
+
+
+def test_a_match_without_a_ball_or_a_known_scorer_is_doubted(tmp_path):
+    store = Store(tmp_path / "data")
+    file = tmp_path / "odd.csv"
+    table = clip(0.0, 10.0).drop("score_home", "score_away")
+    table.filter(pl.col("team") != "ball").with_columns(
+        game_state=pl.col("game_state").str.replace("goal_b+kickoff_y", "goal+kickoff", literal=True)
+    ).write_csv(file)
+    receipt, _ = import_recording(store, with_map(file))
+    assert flaws(store)[receipt.name]["ball lost"] == 400
+    assert flaws(store)[receipt.name]["scorer unknown"] == 2
+
+
+def test_a_map_can_name_a_whole_state(tmp_path):
+    store = Store(tmp_path / "data")
+    file = tmp_path / "odd.csv"
+    clip(0.0, 5.0).drop("score_home", "score_away").with_columns(
+        game_state=pl.col("game_state").str.replace("goal_b+kickoff_y", "tor+anstoss", literal=True)
+    ).write_csv(file)
+    (tmp_path / "map.toml").write_text('[states]\n"tor+anstoss" = "goal home"\n')
+    receipt, _ = import_recording(store, with_map(file))
+    referee = store.read_table(receipt, "referee", Referee).filter(pl.col("event") == "goal")
+    assert referee.select("team", "score_home", "score_away").rows() == [("home", 1, 0)]

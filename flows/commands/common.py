@@ -110,6 +110,10 @@ def print_frame(frame: pl.DataFrame, title: str = "") -> None:
     console().print(table)
 
 
+#: What behaviours are ranked by for people: few instances say little about a value.
+SURE_AND_GOOD = (pl.col("value") * pl.col("support").sqrt(), "behaviour_id")
+
+
 def spelt(codes: str) -> pl.Expr:
     """What a behaviour's codes mean, for people: column ``reads``."""
     names = {code: name.removeprefix("Robot ") for code, (name, _) in TABLE_1.items()}

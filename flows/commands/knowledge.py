@@ -9,7 +9,7 @@ import polars as pl
 from cyclopts import App, Parameter
 
 from flows.catalog import RECEIPTED, VERSIONED
-from flows.commands.common import Common, console, print_frame, print_json, spelt
+from flows.commands.common import SURE_AND_GOOD, Common, console, print_frame, print_json, spelt
 from pipeline.errors import NotFound
 from pipeline.knowledge import diff as difference
 from pipeline.store import Store
@@ -63,7 +63,7 @@ def show(version: int | None = None, *, json: Json = False, common: Common = DEF
         print_json({"manifest": manifest.model_dump(mode="json"), "behaviours": known.to_dicts()})
         return
     print_frame(
-        known.sort("value", descending=True).select(
+        known.sort(*SURE_AND_GOOD, descending=True).select(
             "behaviour_id", "n", "support", "value", "spread", "neuron", spelt("codes")
         ),
         title=f"knowledge version {manifest.version}, parent {manifest.parent}",

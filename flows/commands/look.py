@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import polars as pl
 from cyclopts import Parameter
@@ -62,7 +62,7 @@ def sql(
 
 def situations(
     *,
-    kind: Kind = Kind.VSSS,
+    kind: Literal["vsss", "ssl", "2d"] = "vsss",
     terms: Annotated[bool, Parameter(negative=())] = False,
     plot: Path | None = None,
     json: Json = False,
@@ -79,10 +79,10 @@ def situations(
     """
     store = common.store
     if plot is not None:
-        store.write_bytes(plot, png(memberships(term_table(kind))))
-        console().print(f"{plot}: membership functions of {kind.value}", soft_wrap=True)
+        store.write_bytes(plot, png(memberships(term_table(Kind(kind)))))
+        console().print(f"{plot}: membership functions of {kind}", soft_wrap=True)
         return
-    frame = term_table(kind) if terms else rule_table()
+    frame = term_table(Kind(kind)) if terms else rule_table()
     if json:
         print_json(frame.to_dicts())
     else:

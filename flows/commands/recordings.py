@@ -10,8 +10,8 @@ import polars as pl
 from cyclopts import Parameter
 
 from flows.catalog import catalog_path, refresh
-from flows.commands.common import Common, bars, console, print_frame, print_json, spelt
-from flows.matches import Recording, matches_flow
+from flows.commands.common import SURE_AND_GOOD, Common, bars, console, print_frame, print_json, spelt
+from flows.matches import Recording, matches_flow, with_map
 from flows.policies import policies_flow
 from flows.run import RunReport, run_flow
 from flows.stage import StageReport, listener
@@ -33,13 +33,14 @@ def import_files(
 
     Args:
         files: Recordings of any supported format, told by their content.
-        mapping: A TOML file that names a tracking table's columns, units, axes and teams.
+        mapping: A TOML file that names a tracking table's columns, units, axes and teams; by default
+            FILE.toml or map.toml beside the file, if there is one.
         json: Print the report as JSON.
         common: Options of every command.
     """
     if not files:
         raise NotFound("no file was named", next_step="Name one or more recordings: pitchlore import FILE…")
-    recordings = [Recording(file=file, mapping=mapping) for file in files]
+    recordings = [Recording(file=f, mapping=mapping) if mapping else with_map(f) for f in files]
     store = common.store
     with bars() as progress:
         listener.set(progress)
@@ -117,7 +118,7 @@ def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Comm
 
 def _print_matches(store: Store, report: StageReport) -> None:
     out = console()
-    out.print(f"{len(report.made)} imported, {report.kept} already here, {len(report.failed)} in quarantine")
+    out.print(f"{len(report.made)} imported, {report.kept} already here, {len(report.failed)} not imported")
     rows = []
     for name in report.made:
         receipt = store.receipt("matches", name)
@@ -126,7 +127,8 @@ def _print_matches(store: Store, report: StageReport) -> None:
         rows.append({"match": name, "teams": f"{receipt.details['home']} - {receipt.details['away']}",
                      "s": receipt.details["duration_s"], "frames": receipt.details["frames"],
                      "complete": "yes" if receipt.details["complete"] else "no",
-                     "flaws": ", ".join(f"{flaw} {n}" for flaw, n in flaws.items())})
+                     "flaws": ", ".join(flaw if n == receipt.details["frames"] else f"{flaw} {n}"
+                                        for flaw, n in flaws.items())})
     if rows:
         print_frame(pl.DataFrame(rows))
     for name, why in report.failed.items():
@@ -136,12 +138,14 @@ def _print_matches(store: Store, report: StageReport) -> None:
 
 def _print_run(store: Store, report: RunReport) -> None:
     out = console()
-    if not report.made and not report.failures:
+    idle = not report.made and not report.failures
+    if report.knowledge is not None and idle:
         out.print("Nothing new: every receipt holds, nothing was recomputed.")
-    print_frame(pl.DataFrame(
-        [{"stage": s.noun, "made": len(s.made), "kept": s.kept, "failed": len(s.failed)}
-         for s in report.stages]
-    ))
+    elif not idle:
+        print_frame(pl.DataFrame(
+            [{"stage": s.noun, "made": len(s.made), "kept": s.kept, "failed": len(s.failed)}
+             for s in report.stages]
+        ))
     for what, why in report.failures.items():
         out.print(f"[bold red]quarantined[/] {what}: ", end="")
         out.print(why, markup=False, soft_wrap=True)
@@ -149,16 +153,20 @@ def _print_run(store: Store, report: RunReport) -> None:
     if report.knowledge is None:
         out.print(f"No match yet: drop recordings into {store.root / 'inbox'} or `pitchlore import` them.")
         return
-    _print_behaviours(store, report.knowledge)
-    _print_rounds(store)
+    if not idle:
+        _print_behaviours(store, report.knowledge)
+        _print_rounds(store)
     new = {True: "new", False: "unchanged"}
     out.print(f"knowledge version {report.knowledge} ({new[report.knowledge_is_new]}): "
               f"{store.version_folder('knowledge', report.knowledge)}")
     if report.policy is not None:
-        _print_training(store)
+        if not idle:
+            _print_training(store)
         out.print(f"policy version {report.policy} ({new[report.policy_is_new]}): "
                   f"{store.version_folder('policies', report.policy)}")
-    out.print(f"catalogue: {catalog_path(store)} (try: pitchlore sql \"from behaviours\")")
+    where = "" if store.root == DEFAULTS.data else f" --data {store.root}"
+    out.print(f"catalogue: {catalog_path(store)} (try: pitchlore sql{where} \"from behaviours limit 20\")",
+              soft_wrap=True)
 
 
 def _print_quarantine(store: Store, report: RunReport) -> None:
@@ -176,9 +184,9 @@ def _print_quarantine(store: Store, report: RunReport) -> None:
 
 def _print_behaviours(store: Store, version: int) -> None:
     known = store.read_version_table(store.manifest("knowledge", version), "behaviours", Behaviours)
-    best = known.sort("value", "support", descending=True).group_by("role", maintain_order=True).head(6)
+    best = known.sort(*SURE_AND_GOOD, descending=True).group_by("role", maintain_order=True).head(6)
     print_frame(best.select("behaviour_id", "support", "value", "spread", spelt("codes")),
-                title=f"best of {known.height} behaviours")
+                title=f"best of {known.height} behaviours, by value × √support")
 
 
 def _print_rounds(store: Store) -> None:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import re
 import unicodedata
 import zlib
-from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
 from pipeline.errors import BadRecording
@@ -116,7 +114,7 @@ def detect(data: bytes, name: str) -> Format:
     raise BadRecording("is not a recording of a known format", where=name, next_step=SUPPORTED)
 
 
-def match_id(name: str, data: bytes, settings: Mapping[str, object] | None = None) -> str:
+def match_id(name: str, data: bytes) -> str:
     """The identity of a match: ``<slug of the name>-<12 hex digits of its content's hash>``.
 
     The hash does not depend on the name nor on whether the file is gzipped.
@@ -124,12 +122,8 @@ def match_id(name: str, data: bytes, settings: Mapping[str, object] | None = Non
     Args:
         name: the file's name; directories and endings do not matter.
         data: the file's bytes.
-        settings: what it is imported with where that is not the default; JSON-able.
     """
-    digest = hashlib.sha256(content(data, name).data)
-    if settings:
-        digest.update(json.dumps(settings, sort_keys=True, separators=(",", ":")).encode())
-    return f"{slug(name)}-{digest.hexdigest()[:12]}"
+    return f"{slug(name)}-{hashlib.sha256(content(data, name).data).hexdigest()[:12]}"
 
 
 def slug(name: str) -> str:

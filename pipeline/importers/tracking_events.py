@@ -80,12 +80,13 @@ def tokens(state: str, names: tuple[str, str], mapping: TrackingMap) -> list[Tok
     A word may end in ``_`` and the beginning of a team's name, or home or away.
 
     Args:
-        state: as in the file.
+        state: as in the file; the whole of it is looked up in the map before its parts.
         names: of home and away.
         mapping: its ``states`` come first.
     """
     found = []
-    for word in (part.strip() for part in state.split("+")):
+    words = [state] if mapping.meaning(state) is not None else state.split("+")
+    for word in (part.strip() for part in words):
         if (known := mapping.meaning(word)) is not None:
             found.append(Token(*known, word))
             continue

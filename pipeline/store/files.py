@@ -20,6 +20,8 @@ from pipeline.receipts import FileRecord, Receipt, digest
 SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}$")
 M = TypeVar("M", bound=BaseModel)
 REMEDY_OF_VERSION = "Restore the version's folder from a backup; the other versions are not affected"
+#: How what belongs to a version is named in errors: ``knowledge version 3``.
+VERSION = " version "
 REMEDY = "Delete it and run again to make it anew, or restore it from a backup"
 
 
@@ -148,7 +150,9 @@ def verified(folder: Path, files: Mapping[str, FileRecord], role: str, what: str
         raise NotFound(f"{what} has no {role} (there are: {', '.join(sorted(files))})",
                        next_step="Run the stages again")
     path = folder / files[role].path
-    remedy = "Import the recording again" if what.startswith("matches ") else REMEDY
+    remedy = REMEDY_OF_VERSION if VERSION in what else REMEDY
+    if what.startswith("matches "):
+        remedy = "Import the recording again"
     try:
         data = path.read_bytes()
     except OSError as error:
