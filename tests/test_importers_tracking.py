@@ -450,7 +450,8 @@ def test_places_that_are_not_numbers_are_missing_and_told() -> None:
     assert np.isnan(match.frames.ball["x"]).tolist() == [False, True, True]
     # robot 2 of the reds was simply not seen
     assert flaws(match) == [
-        ("not a number", 1, "home", 1), ("not a number", 1, "away", 1), ("not a number", 1, "ball", None)
+        ("not a number", 1, "home", 1), ("not a number", 1, "away", 1), ("not a number", 1, "ball", None),
+        ("not a number", 1, "home", 1),  # the heading
     ]
     row = match.quality.filter((pl.col("robot") == 1) & (pl.col("team") == "away")).row(0, named=True)
     assert (row["start_ns"], row["end_ns"]) == (100_000_000, 100_000_001)
@@ -630,3 +631,13 @@ def test_the_real_recording_has_its_25_goals_and_6_restarts() -> None:
     assert len(match.frames) == 24_000
     assert match.frames.t_ns[-1] == 599_975_000_000
     assert (np.diff(match.frames.t_ns) == 25_000_000).all()
+
+
+def test_a_heading_that_is_no_number_is_told() -> None:
+    text = "frame,t,team,player,x,y,heading\n" + "".join(
+        f"{i},{i / 10},{team},{player},0.1,0.1,{'abc' if i == 3 and team == 'a' else 0.5 if player else ''}\n"
+        for i in range(6) for team, player in (("a", 1), ("b", 1), ("ball", ""))
+    )
+    log = tracking.read(text.encode(), name="x.csv", match_id="x-0")
+    told = log.quality.filter(pl.col("flaw") == "not a number")
+    assert told.select("team", "robot", "count", "note").rows() == [("home", 1, 1, "heading taken for missing")]

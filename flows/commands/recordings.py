@@ -8,6 +8,9 @@ from typing import Annotated
 
 import polars as pl
 from cyclopts import Parameter
+from prefect.client.schemas.schedules import CronSchedule
+from prefect.settings import PREFECT_API_URL
+from pydantic import ValidationError
 
 from flows.catalog import catalog_path, refresh
 from flows.commands.common import SURE_AND_GOOD, Common, bars, console, print_frame, print_json, spelt
@@ -15,7 +18,7 @@ from flows.matches import Recording, matches_flow, with_map
 from flows.policies import policies_flow
 from flows.run import RunReport, run_flow
 from flows.stage import StageReport, listener
-from pipeline.errors import NotFound
+from pipeline.errors import BadSettings, NotFound
 from pipeline.store import Store
 from schemas import Behaviours
 
@@ -110,6 +113,14 @@ def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Comm
         common: Options of every command.
     """
     store, chosen = common.store, common.settings(settings)
+    if not PREFECT_API_URL.value():
+        raise BadSettings("no Prefect server is named", where="PREFECT_API_URL",
+                          next_step="Start one with `prefect server start` and set it to its address")
+    try:
+        CronSchedule(cron=cron)
+    except ValidationError as error:
+        raise BadSettings(f"{cron!r} is not a schedule", where="--cron",
+                          next_step='Write minute, hour, day, month and weekday, as "0 6 * * 1"') from error
     run_flow.serve(
         name="pitchlore", cron=cron,
         parameters={"data": str(store.root.resolve()), "settings": chosen.model_dump(mode="json")},

@@ -279,8 +279,10 @@ def _turned(rows: _Rows, mapping: TrackingMap, pitch: Pitch) -> _Rows:
     }
     # what was given but is not a number is kept apart from what was not given
     given = rows.table["x"].is_not_null() & rows.table["y"].is_not_null()
+    aimed = rows.table["heading"].is_not_null() if "heading" in rows.table.columns else given & False
     table = rows.table.with_columns(
-        *(pl.Series(name, values) for name, values in changed.items()), given.alias("given")
+        *(pl.Series(name, values) for name, values in changed.items()),
+        given.alias("given"), aimed.alias("aimed"),
     )
     return rows._replace(table=table)
 
@@ -291,18 +293,24 @@ def _seen(rows: _Rows) -> npt.NDArray[np.bool_]:
 
 
 def _not_numbers(rows: _Rows) -> list[Flaw]:
-    """One flaw a body whose place was at some time not a number."""
-    bad = rows.table.with_columns(pl.Series("side", rows.team)).filter("given", ~pl.Series(_seen(rows)))
-    found = bad.group_by("side", "id").agg(
-        pl.len(), pl.col("t_ns").min().alias("start"), pl.col("t_ns").max().alias("end")
-    )
-    return [
-        Flaw(
-            "not a number", "place taken for missing", count, start, end + 1,
-            "ball" if side == 2 else SIDES[side], None if side == 2 else robot,
+    """One flaw a body whose place, or whose heading, was at some time not a number."""
+    sided = rows.table.with_columns(pl.Series("side", rows.team))
+    flaws = []
+    for what, given, there in (
+        ("place", "given", _seen(rows)), ("heading", "aimed", np.isfinite(rows.column("theta")))
+    ):
+        bad = sided.filter(given, ~pl.Series(there))
+        found = bad.group_by("side", "id").agg(
+            pl.len(), pl.col("t_ns").min().alias("start"), pl.col("t_ns").max().alias("end")
         )
-        for side, robot, count, start, end in found.sort("side", "id").iter_rows()
-    ]
+        flaws += [
+            Flaw(
+                "not a number", f"{what} taken for missing", count, start, end + 1,
+                "ball" if side == 2 else SIDES[side], None if side == 2 else robot,
+            )
+            for side, robot, count, start, end in found.sort("side", "id").iter_rows()
+        ]
+    return flaws
 
 
 def _frames(rows: _Rows) -> Frames:
