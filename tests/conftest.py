@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import hypothesis
 import polars as pl
 import pytest
 
@@ -17,6 +18,11 @@ if TYPE_CHECKING:
 os.environ["PREFECT_SERVER_ANALYTICS_ENABLED"] = "false"
 os.environ["PREFECT_LOGGING_LEVEL"] = "CRITICAL"
 os.environ["DO_NOT_TRACK"] = "1"
+
+# a slow machine is no failure; CI repeats the same examples, a developer's run tries new ones
+hypothesis.settings.register_profile(
+    "pitchlore", deadline=None, derandomize=bool(os.environ.get("CI")), print_blob=True)
+hypothesis.settings.load_profile("pitchlore")
 
 ROOT = Path(__file__).parent.parent
 SAMPLE = ROOT / "data" / "samples" / "rsim-vss-3v3.parquet"

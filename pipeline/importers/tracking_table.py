@@ -106,8 +106,9 @@ def _read_parquet(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
             )
         chosen = _chosen(file.schema_arrow.names, columns, name)
         arrow = file.read(columns=list(chosen.values()))
-        arrow.validate(full=True)  # polars takes text for valid UTF-8 and panics if it is not
-        table = pl.from_arrow(arrow)
+        # polars takes text for valid UTF-8 and panics if it is not: in values, and in metadata too
+        arrow.validate(full=True)
+        table = pl.from_arrow(pa.table(arrow.columns, names=list(chosen.values())))
     except (pa.ArrowException, OSError, ValueError, pl.exceptions.PolarsError) as error:
         first = str(error).partition("\n")[0][:120]
         raise BadRecording(
