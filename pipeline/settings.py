@@ -7,11 +7,13 @@ same bytes. Units are in the names (``_s`` seconds, ``_ns`` nanoseconds, ``_m`` 
 from __future__ import annotations
 
 import tomllib
-from typing import Literal
+from typing import Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from pipeline.errors import BadSettings
+
+M = TypeVar("M", bound=BaseModel)
 
 
 class _Settings(BaseModel):
@@ -214,8 +216,17 @@ def parse_settings(data: bytes, where: str) -> Settings:
     Raises:
         BadSettings: if it is not TOML, or has a key or value that does not fit; names the first.
     """
+    return from_toml(Settings, data, where, "See pipeline/settings.py for all keys and their bounds")
+
+
+def from_toml(model: type[M], data: bytes | str, where: str, keys: str) -> M:
+    """A model from TOML; ``keys`` is the step that tells which keys and values there are.
+
+    Raises:
+        BadSettings: if it is not TOML, or has a key or value that does not fit; names the first.
+    """
     try:
-        return Settings.model_validate(tomllib.loads(data.decode()))
+        return model.model_validate(tomllib.loads(data if isinstance(data, str) else data.decode()))
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise BadSettings(
             f"is not TOML ({error})", where=where, next_step="Mend the line it names"
@@ -224,6 +235,5 @@ def parse_settings(data: bytes, where: str) -> Settings:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"])
         raise BadSettings(
-            f"{key}: {first['msg'].removeprefix('Value error, ').lower()}", where=where,
-            next_step="See pipeline/settings.py for all keys and their bounds",
+            f"{key}: {first['msg'].removeprefix('Value error, ').lower()}", where=where, next_step=keys
         ) from error

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from typing import Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from pipeline.errors import BadSettings
 from pipeline.importers.rows import SIDES, Side
 from pipeline.pitch import Kind
+from pipeline.settings import from_toml
 
 EventName = Literal["kick-off", "goal", "fault", "stop", "play", "half", "end"]
 
@@ -151,16 +150,5 @@ def load_map(text: str, where: str = "the map") -> TrackingMap:
     Raises:
         BadSettings: if it is not TOML or has a key or value that does not fit.
     """
-    try:
-        return TrackingMap.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise BadSettings(
-            f"is not TOML ({error})", where=where, next_step="Mend the line it names"
-        ) from error
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        raise BadSettings(
-            f"{key}: {first['msg'].lower()}", where=where,
-            next_step="See pipeline/importers/tracking_map.py for all keys and values",
-        ) from error
+    keys = "See pipeline/importers/tracking_map.py for all keys and values"
+    return from_toml(TrackingMap, text, where, keys)
