@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_DATA ?= data
 export PREFECT_SERVER_ANALYTICS_ENABLED := false
 
-.PHONY: help demo test lint bench golden lock clean
+.PHONY: help demo test lint bench study golden lock clean
 
 help:  ## show what can be made
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -22,6 +22,7 @@ $(READY): requirements.lock pyproject.toml
 demo: $(READY)  ## the sample recording in, situations, knowledge and a trained policy out
 	$(BIN)/pitchlore import data/samples/rsim-vss-3v3.parquet --data $(DEMO_DATA)
 	$(BIN)/pitchlore run --data $(DEMO_DATA)
+	$(BIN)/pitchlore paradigms --quick --figure 5 --data $(DEMO_DATA)
 
 test: $(READY) lint  ## lint, types, import contracts, tests
 	$(BIN)/python -m pytest
@@ -34,6 +35,11 @@ lint: $(READY)  ## style, types, import contracts
 bench: $(READY)  ## ours beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
+
+study: $(READY)  ## section 5 of the paper in full, into data/studies/ (about 45 minutes)
+	$(BIN)/pitchlore paradigms --export data/studies/paradigms
+	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 4 --figure 5 --runs 2000 --sensitivity
+	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 6 --runs 200 --sensitivity
 
 golden: $(READY)  ## make the goldens anew; review the diff
 	$(BIN)/python -m tests.golden.cases

@@ -10,10 +10,12 @@ from pipeline.receipts import FileRecord, digest
 from pipeline.store import Store
 from schemas import PUBLIC
 
-#: The nouns with an output a match in their order, and those with versions, that hold public tables.
+#: The nouns that hold public tables: those with an output a match in their order, those with versions,
+#: and those that are not made of matches.
 PER_MATCH = ("matches", "trajectories", "situations", "goals", "grams", "decisions")
 VERSIONED = ("knowledge", "policies")
-RECEIPTED = (*PER_MATCH, "behaviours")
+SIDE_CHAIN = ("paradigms",)
+RECEIPTED = (*PER_MATCH, "behaviours", *SIDE_CHAIN)
 
 
 def catalog_path(store: Store) -> Path:
@@ -42,6 +44,9 @@ def sources(store: Store) -> dict[str, list[tuple[Path, FileRecord]]]:
         for receipt in store.receipts(noun):
             if receipt.name.rsplit(".n", 1)[0] in standing:
                 add(store.root, receipt.files.values())
+    for noun in SIDE_CHAIN:
+        for receipt in store.receipts(noun):
+            add(store.root, receipt.files.values())
     for noun in VERSIONED:
         for manifest in store.manifests(noun):
             add(store.version_folder(noun, manifest.version), manifest.files.values())

@@ -49,6 +49,11 @@ COMMANDS = (
         "pitchlore situations --terms --kind ssl",
     ),
     (
+        "paradigms", "paradigms:paradigms",
+        "Play the paper's three games with its learners and their peers, and judge its claims.",
+        "pitchlore paradigms --figure 5 --runs 2000",
+    ),
+    (
         "quarantine", "upkeep:quarantine", "List what could not be taken, by which stage and why.",
         "pitchlore quarantine --clear",
     ),

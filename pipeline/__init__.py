@@ -1,3 +1,22 @@
 """The stages of Pitchlore, one module a noun (see CONTRIBUTING.md for the map)."""
 
+import hashlib as _hashlib
+import os as _os
+from pathlib import Path as _Path
+
 __version__ = "0.1.0"
+
+
+def _kernels() -> str:
+    """A name for the code of all compiled functions: the files that numba is used in."""
+    found = _hashlib.sha256()
+    for path in sorted(_Path(__file__).parent.rglob("*.py")):
+        source = path.read_bytes()
+        if b"njit" in source or b"@kernel" in source:
+            found.update(path.name.encode() + b"\0" + source)
+    return found.hexdigest()[:8]
+
+
+# numba's cache sees an edit of the file that a function is in, but not of those that it calls into:
+# what was compiled from other code must not be found
+_os.environ.setdefault("NUMBA_CACHE_DIR", str(_Path(__file__).parent / "__pycache__" / f"numba-{_kernels()}"))

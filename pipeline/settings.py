@@ -16,11 +16,13 @@ from pipeline.errors import BadSettings
 M = TypeVar("M", bound=BaseModel)
 
 
-class _Settings(BaseModel):
+class Frozen(BaseModel):
+    """A frozen model of settings: no unknown keys, no infinities."""
+
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-class TrajectorySettings(_Settings):
+class TrajectorySettings(Frozen):
     """How bodies are cleaned and velocities estimated.
 
     Attributes:
@@ -40,7 +42,7 @@ class TrajectorySettings(_Settings):
     reorder_s: float = Field(default=0.5, ge=0)
 
 
-class GoalSettings(_Settings):
+class GoalSettings(Frozen):
     """How goals are attributed (``pipeline.goals.attribute``); the paper gives no times, these are ours.
 
     Attributes:
@@ -54,7 +56,7 @@ class GoalSettings(_Settings):
     line_s: float = Field(default=0.1, gt=0)
 
 
-class SituationSettings(_Settings):
+class SituationSettings(Frozen):
     """How situations are recognised (DECISIONS.md, "Situations").
 
     Attributes:
@@ -77,7 +79,7 @@ class SituationSettings(_Settings):
     random_longest_s: float = Field(default=1.0, gt=0)
 
 
-class GramSettings(_Settings):
+class GramSettings(Frozen):
     """How situations are valued and windowed (paper section 3.2.2).
 
     Attributes:
@@ -92,7 +94,7 @@ class GramSettings(_Settings):
     gap_s: float = Field(default=0.2, gt=0)
 
 
-class RoundSettings(_Settings):
+class RoundSettings(Frozen):
     """One round of the selection of behaviours.
 
     Attributes:
@@ -107,7 +109,7 @@ class RoundSettings(_Settings):
     activation: float = Field(gt=0, le=1)
 
 
-class BehaviourSettings(_Settings):
+class BehaviourSettings(Frozen):
     """How behaviours are selected (paper section 3.2.2).
 
     Attributes:
@@ -151,7 +153,7 @@ class BehaviourSettings(_Settings):
         return rounds
 
 
-class KnowledgeSettings(_Settings):
+class KnowledgeSettings(Frozen):
     """How occasions become knowledge.
 
     Attributes:
@@ -163,14 +165,14 @@ class KnowledgeSettings(_Settings):
     optimistic: float = 0.0
 
 
-class DecisionSettings(_Settings):
+class DecisionSettings(Frozen):
     """What the decisions seen in a match depend on."""
 
     grams: GramSettings = GramSettings()
     knowledge: KnowledgeSettings = KnowledgeSettings()
 
 
-class PolicySettings(_Settings):
+class PolicySettings(Frozen):
     """Batch Sarsa(lambda) (paper section 4; values are ours, the paper gives none).
 
     Attributes:
@@ -189,7 +191,7 @@ class PolicySettings(_Settings):
     sweeps: int = Field(default=5, ge=1)
 
 
-class Settings(_Settings):
+class Settings(Frozen):
     """All settings of a run; a TOML file has one table a stage."""
 
     trajectories: TrajectorySettings = TrajectorySettings()

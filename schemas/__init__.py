@@ -8,6 +8,7 @@ from schemas.goals import Goals
 from schemas.grams import Grams
 from schemas.knowledge import Occasions
 from schemas.matches import Matches, Quality, Referee
+from schemas.paradigms import Paradigms, Verdicts
 from schemas.policies import Policies
 from schemas.situations import Situations
 from schemas.table import BODIES, ROLES, TEAMS, Table
@@ -18,12 +19,12 @@ PUBLIC: dict[str, type[Table]] = {
     table.NAME: table
     for table in (
         Matches, Referee, Quality, Trajectories, Situations, Goals, Grams,
-        Behaviours, Occasions, Decisions, Policies,
+        Behaviours, Occasions, Decisions, Policies, Paradigms, Verdicts,
     )
 }
 
 __all__ = [
     "BODIES", "PUBLIC", "ROLES", "TEAMS", "Behaviours", "Decisions", "Goals", "Grams", "Matches",
-    "Occasions", "Patterns", "Policies", "Quality", "Referee", "Situations", "Table",
-    "Trajectories",
+    "Occasions", "Paradigms", "Patterns", "Policies", "Quality", "Referee", "Situations", "Table",
+    "Trajectories", "Verdicts",
 ]

@@ -1,0 +1,167 @@
+"""The command paradigms: section 5 of the paper, played again."""
+
+from __future__ import annotations
+
+import json as encoder
+import sys
+from pathlib import Path
+from threading import Thread
+from typing import Annotated, Literal
+
+import polars as pl
+from cyclopts import Parameter
+from cyclopts.types import NonNegativeInt, PositiveInt
+
+from flows.commands.common import Common, bars, console, print_frame, print_json
+from flows.paradigms import Report, paradigms_flow, points_of, reports
+from flows.stage import StageReport, listener, need
+from pipeline.paradigms.claims import PEAK, PRINTED
+from pipeline.paradigms.experiments import LEARNERS, Design, Figure, sheets
+from pipeline.paradigms.runner import warm_up
+from pipeline.store import Store
+from schemas import Verdicts
+
+DEFAULTS = Common()
+Json = Annotated[bool, Parameter(name="--json", negative=())]
+FigureName = Literal["4", "5", "6", "7"]
+
+#: Runs of a quick look.
+QUICK_RUNS = 20
+
+#: Figure 7 shows the runs of Figure 6.
+POINTS: dict[FigureName, Figure] = {"4": 4, "5": 5, "6": 6, "7": 6}
+
+
+def paradigms(
+    *,
+    figure: Annotated[tuple[FigureName, ...], Parameter(negative=())] = (),
+    runs: PositiveInt | None = None,
+    quick: Annotated[bool, Parameter(negative=())] = False,
+    sensitivity: Annotated[bool, Parameter(negative=())] = False,
+    seed: NonNegativeInt = 0,
+    export: Path | None = None,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Play the paper's three games with its learners and their peers, and judge its claims.
+
+    Args:
+        figure: Only this figure of the paper (may be given more than once); 6 and 7 show the same runs.
+        runs: Independent trainings a point; by default as many as the paper, 100 and in the grid world 3.
+        quick: Only a few points of each curve and 20 runs: a look in seconds.
+        sensitivity: Play what the paper leaves open in every reading, too, and confirm the best.
+        seed: Of the runs.
+        export: Write tables, plots and settings into this folder, too.
+        json: Print points and verdicts as JSON.
+        common: Options of every command.
+    """
+    design = Design(
+        figures=tuple(sorted({POINTS[name] for name in figure or POINTS})),
+        runs=runs or (QUICK_RUNS if quick else None), quick=quick, sensitivity=sensitivity, seed=seed,
+    )
+    store = common.store
+    Thread(target=warm_up, daemon=True).start()  # what is compiled is compiled while Prefect starts
+    with bars() as progress:
+        listener.set(progress)
+        done = StageReport.model_validate(paradigms_flow(store.root, design))
+    told = [report for report in reports(design) if report.name in done.made or not done.failed]
+    if json:
+        print_json([{"figure": report.figure, "points": points_of(store, report).to_dicts(),
+                     "verdicts": _verdicts(store, report).to_dicts()} for report in told])
+    for report in told:
+        if not json:
+            _print(store, report)
+        if export:
+            _export(store, report, design, export)
+    for what, why in done.failed.items():
+        console().print(f"[bold red]failed[/] {what}: {why}", soft_wrap=True)
+    sys.exit(1 if done.failed else 0)
+
+
+def _verdicts(store: Store, report: Report) -> pl.DataFrame:
+    receipt = need(store, "paradigms", report.name)
+    return store.read_table(receipt, "verdicts", Verdicts)
+
+
+def _print(store: Store, report: Report) -> None:
+    """What a person wants to know of a figure: the curves in few numbers, the claims, where the plots are."""
+    points = points_of(store, report).sort(pl.col("learner").cast(pl.Enum(LEARNERS)), maintain_order=True)
+    name = "Figures 6 and 7" if report.figure == 6 else f"Figure {report.figure}"
+    shown = points.filter(pl.col("study") == "figure")
+    for (game,), curves in shown.partition_by("game", as_dict=True, maintain_order=True).items():
+        print_frame(_climb(curves) if report.figure == 5 else _means(curves),
+                    title=f"{name}: {game}, {curves['runs'][0]} trainings a point")
+    for study, title in (("confirmation", "on fresh seeds"), ("sensitivity", "best of the readings")):
+        tried = points.filter(pl.col("study") == study)
+        if tried.height:
+            best = tried.sort("p_optimal", descending=True).group_by("learner").head(3).sort(
+                pl.col("learner").cast(pl.Enum(LEARNERS)), maintain_order=True)
+            print_frame(best.select("learner", "reading", "k", "decay", "runs", _interval("p_optimal")),
+                        title=f"{name}: {title} ({tried.height} points)")
+    print_frame(_judged(_verdicts(store, report)), title=f"{name}: what the paper claims (details: verdicts)")
+    receipt = need(store, "paradigms", report.name)
+    for role, record in receipt.files.items():
+        console().print(f"{role}: {store.root / record.path}", soft_wrap=True)
+
+
+def _judged(verdicts: pl.DataFrame) -> pl.DataFrame:
+    """A row a claim and line-up, its decays side by side; only IVQ in other readings than printed."""
+    usual = verdicts.filter(pl.col("reading").str.split("; ").list.eval(
+        pl.element().str.ends_with(PRINTED) | pl.element().str.starts_with("IVQ ")).list.all())
+    verdict, decay = (pl.col(name).cast(pl.String) for name in ("verdict", "decay"))
+    numbers = pl.col("measured").round(3).cast(pl.String).fill_null("–").str.join(" | ")
+    rows = usual.group_by("claim", "quantity", "paper", "reading", maintain_order=True).agg(
+        decay.drop_nulls().str.join(" | ").alias("at decay"),
+        pl.when(pl.len() == 1).then(_interval("measured", "low", "high").first()).otherwise(numbers)
+        .alias("measured"),
+        pl.when(verdict.n_unique() == 1).then(verdict.first()).otherwise(verdict.str.join(" | "))
+        .alias("verdict"),
+    )
+    return rows.select("claim", "reading", "paper", "at decay", "measured", "verdict")
+
+
+def _interval(of: str, low: str = "p_low", high: str = "p_high") -> pl.Expr:
+    """A number with its 95 % interval, for people."""
+    ends = [pl.col(name).round(3).cast(pl.String) for name in (of, low, high)]
+    return pl.format("{} [{}, {}]", *ends).alias(of)
+
+
+def _climb(curves: pl.DataFrame) -> pl.DataFrame:
+    """Figure 5 in few numbers: at the paper's best decay, and at the learner's own."""
+    key = ["learner", "reading"]
+    there = curves.filter(pl.col("decay") == PEAK.decay)
+    best = curves.sort("p_optimal", descending=True).group_by(key, maintain_order=True).first()
+    own = best.select(*key, pl.col("decay").alias("best decay"), _interval("p_optimal").alias("P there"),
+                      "diverged")
+    at_peak = there.select(*key, _interval("p_optimal").alias(f"P(optimal) at {PEAK.decay}"))
+    return at_peak.join(own, on=key, maintain_order="left")
+
+
+def _means(curves: pl.DataFrame) -> pl.DataFrame:
+    """Figures over k in few numbers: the mean over k at each decay, and of the path's length."""
+    paths = curves["path_length"].is_not_null().any() and curves["game"][0] == "grid"
+    wide = curves.group_by("learner", "reading", "decay", maintain_order=True).agg(
+        P=pl.col("p_optimal").mean().round(3), steps=pl.col("path_length").mean().round(1)
+    ).pivot("decay", index=["learner", "reading"], values=["P", "steps"], separator=" at ")
+    return wide if paths else wide.drop(column for column in wide.columns if column.startswith("steps"))
+
+
+def _export(store: Store, report: Report, design: Design, folder: Path) -> None:
+    """Tables as CSV, plots as PNG, settings as JSON: small and readable, to be kept in git."""
+    name = report.name.replace("report-", "figure-", 1)
+    receipt = need(store, "paradigms", report.name)
+    points = points_of(store, report)
+    for study, rows in points.partition_by("study", as_dict=True).items():
+        text = rows.drop("study").write_csv(float_precision=4)
+        store.write_bytes(folder / f"{name}.{study[0]}.csv", text.encode())
+    judged = _verdicts(store, report).write_csv(float_precision=4)
+    store.write_bytes(folder / f"{name}.verdicts.csv", judged.encode())
+    for role in receipt.files:
+        if role != "verdicts":
+            store.write_bytes(folder / f"{name}.{role}.png", store.read(receipt, role))
+    curves = [curve for sheet in sheets(design) if sheet.name in report.sheets for curve in sheet.curves]
+    lines = [{"design": design.model_dump(mode="json"), "software": receipt.software}]
+    lines += [curve.model_dump(mode="json", exclude_defaults=True) for curve in curves]
+    text = "\n".join(encoder.dumps(line, sort_keys=True) for line in lines)
+    store.write_bytes(folder / f"{name}.settings.jsonl", f"{text}\n".encode())
+    console().print(f"{folder}: {name} written", soft_wrap=True)

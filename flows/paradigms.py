@@ -1,0 +1,126 @@
+"""Flow of the noun paradigms: one task a sheet of curves, then one report a figure."""
+
+from pathlib import Path
+
+import polars as pl
+from pydantic import BaseModel
+
+from flows.stage import (
+    Made,
+    Scope,
+    Stage,
+    conclude,
+    data_folder,
+    need,
+    our_flow,
+    run_tasks,
+    task_of,
+)
+from pipeline.paradigms.claims import PEAK, verdicts
+from pipeline.paradigms.experiments import STOCHASTIC, Design, Figure, Sheet, sheets
+from pipeline.paradigms.readings import telling
+from pipeline.plots import curves, png, sensitivity
+from pipeline.receipts import Receipt
+from pipeline.store import Store
+from schemas import Paradigms, Verdicts
+
+#: The side chain is not made of matches.
+NOTHING = Scope(matches=(), lengths=())
+
+#: The order of schema Paradigms.
+SORTED = ("study", "figure", "game", "learner", "reading", "decay", "k", "runs", "seed")
+
+
+class Report(BaseModel):
+    """What a report on a figure is made of.
+
+    Attributes:
+        name: of the output.
+        figure: of the paper; 6 stands for Figures 6 and 7.
+        sheets: names of the sheets.
+    """
+
+    name: str
+    figure: Figure
+    sheets: tuple[str, ...]
+
+
+def reports(design: Design) -> list[Report]:
+    """The reports of a design, one a figure."""
+    suffix = "-quick" if design.quick else ""
+    every = sheets(design)
+    return [
+        Report(name=f"report-{figure}-r{design.runs_of(figure)}-s{design.seed}{suffix}", figure=figure,
+               sheets=tuple(sheet.name for sheet in every if sheet.curves[0].figure == figure))
+        for figure in design.figures
+    ]
+
+
+def compute_sheet(_: Store, __: str, sheet: Sheet, ___: Scope) -> Made:
+    """All points of a sheet's curves."""
+    points = [
+        curve.play(k, decay, runs=sheet.runs, seed=sheet.seed)
+        for curve in sheet.curves for k, decay in curve.points()
+    ]
+    table = pl.concat(points).sort(*SORTED)
+    return Made(tables=[(table, Paradigms)], details={"diverged": int(table["diverged"].sum())})
+
+
+def sheets_of(store: Store, report: Report) -> list[Receipt]:
+    """The receipts of a report's sheets."""
+    return [need(store, "paradigms", name) for name in report.sheets]
+
+
+def points_of(store: Store, report: Report) -> pl.DataFrame:
+    """All points of a report's sheets, schema Paradigms."""
+    return pl.concat(
+        store.read_table(receipt, "paradigms", Paradigms) for receipt in sheets_of(store, report)
+    ).sort(*SORTED)
+
+
+def compute_report(store: Store, _: str, report: Report, __: Scope) -> Made:
+    """Verdicts on a figure's claims, and its plots."""
+    points = points_of(store, report)
+    drawn = points.filter(pl.col("study") == "figure")
+    plots = {f"figure-{figure}": curves(drawn, figure, paper=PEAK)
+             for figure in ((6, 7) if report.figure == 6 else (report.figure,))}
+    for game in STOCHASTIC if report.figure == 5 else ():
+        plots[f"figure-5-{game.split()[0]}"] = curves(drawn, 5, game=game)
+    if points["study"].eq("sensitivity").any():
+        plots["sensitivity"] = sensitivity(telling(points))
+    return Made(
+        tables=[(verdicts(points), Verdicts)],
+        blobs={name: ("png", png(figure)) for name, figure in plots.items()},
+    )
+
+
+SHEETS = Stage("paradigms", (Paradigms,), lambda *_: [], compute_sheet)
+make_sheet = task_of(SHEETS)
+
+
+@our_flow(name="paradigms")
+def paradigms_flow(data: Path, design: Design = Design()) -> dict[str, object]:
+    """Play the curves of a design that are not there yet, then report on its figures."""
+    store = data_folder(data)
+    todo = {s.name: s for s in sheets(design) if not SHEETS.done(store, s.name, s, NOTHING)}
+    played = run_tasks(make_sheet, "paradigms", {
+        name: {"data": data, "name": name, "settings": sheet, "scope": NOTHING}
+        for name, sheet in todo.items()
+    })
+    played.kept = len(sheets(design)) - len(todo)
+    whole = [report for report in reports(design) if not set(report.sheets) & set(played.failed)]
+    for report in whole:
+        stage = report_stage(report)
+        if stage.done(store, report.name, report, NOTHING):
+            played.kept += 1
+            continue
+        work = {"data": data, "name": report.name, "settings": report, "scope": NOTHING}
+        written = run_tasks(task_of(stage), "reports", {report.name: work})
+        played.made += written.made
+        played.failed |= written.failed
+    return conclude(store, played)
+
+
+def report_stage(report: Report) -> Stage[Report]:
+    """The stage that makes a report of its sheets."""
+    return Stage("paradigms", (Verdicts,), lambda store, _, __: sheets_of(store, report), compute_report)

@@ -1,0 +1,81 @@
+"""Paradigms: how often each learning rule finds the best joint action in the paper's games."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import dataframely as dy
+
+from schemas.table import Table, unit
+
+STUDIES = ("figure", "sensitivity", "confirmation")
+VERDICTS = ("reproduced", "not reproduced", "contradicted")
+
+
+class Paradigms(Table):
+    """One point of one curve: one learner in one game under one setting, over independent runs.
+
+    Sorted by study, figure, game, learner, reading, decay, k, runs, seed. A run is a training; in the
+    grid world it is tested many times, and its share of successful tests counts as one observation,
+    because tests of one training are not independent.
+    """
+
+    NAME: ClassVar[str] = "paradigms"
+    VERSION: ClassVar[int] = 1
+
+    study = dy.Enum(
+        STUDIES, description="curve of a figure; sensitivity to one reading; confirmation on fresh seeds"
+    )
+    figure = dy.Int8(min=4, max=6, description="of the paper; 6 stands for Figures 6 and 7, of the same runs")
+    game = dy.String(description="penalty, climbing, grid, or a stochastic variant")
+    learner = dy.String(description="learning rule: IQ, JAQ, IVQ, IL-A and IL-B (IQ on own and joint state), or a peer")
+    reading = dy.String(description="how what the text leaves open was read, or the peer's settings")
+    k = dy.Float64(nullable=True, description="penalty as written in the game's figure; null where there is none")
+    decay = dy.Float64(min=0, max=1, description="factor of the temperature a step (or episode, by the reading)")
+    steps = dy.Int64(min=1, description="how often the temperature was lowered in training")
+    runs = dy.Int64(min=1, description="independent trainings")
+    tests = dy.Int64(min=1, description="how often each training's policy was tested")
+    seed = dy.Int64(min=0, description="of the runs; run i draws from the i-th stream split off it")
+    p_optimal = dy.Float64(min=0, max=1, description="share that reached the optimum: mean over the runs")
+    p_low = dy.Float64(min=0, max=1, description="lower end of its 95 % Wilson interval over runs")
+    p_high = dy.Float64(min=0, max=1, description="upper end of its 95 % Wilson interval over runs")
+    p_equilibrium = dy.Float64(
+        nullable=True, min=0, max=1, description="share that ended in any pure Nash equilibrium; null in the grid"
+    )
+    path_length = dy.Float64(
+        nullable=True, min=1,
+        description="mean steps to the optimum over successful tests; null if none, and in matrix games",
+        metadata=unit("steps"),
+    )
+    path_low = dy.Float64(
+        nullable=True, description="lower end of its 95 % interval over runs; null below two runs with success",
+        metadata=unit("steps"),
+    )
+    path_high = dy.Float64(
+        nullable=True, description="upper end of its 95 % interval over runs", metadata=unit("steps")
+    )
+    diverged = dy.Int64(min=0, description="runs whose values grew beyond all bounds; none of them counts as a success")
+
+
+class Verdicts(Table):
+    """One claim of the paper's section 5 beside what was measured.
+
+    Ordered by figure, then as the paper states its claims; those of one claim by reading, decay, runs.
+    """
+
+    NAME: ClassVar[str] = "verdicts"
+    VERSION: ClassVar[int] = 1
+
+    figure = dy.Int8(min=4, max=7, description="of the paper")
+    claim = dy.String(description="what the paper says, shortly")
+    reading = dy.String(description="readings it was checked with, e.g. IVQ printed")
+    decay = dy.Float64(
+        nullable=True, min=0, max=1, description="the figure's panel; null where the claim spans the decays"
+    )
+    quantity = dy.String(description="what was measured to check it")
+    paper = dy.String(description="the value or relation that the claim states for the quantity")
+    measured = dy.Float64(nullable=True, description="the quantity; null where it is not defined")
+    low = dy.Float64(nullable=True, description="lower end of its 95 % interval")
+    high = dy.Float64(nullable=True, description="upper end of its 95 % interval")
+    runs = dy.Int64(min=1, description="independent trainings a point")
+    verdict = dy.Enum(VERDICTS, description="reproduced, not reproduced (neither shown nor refuted), contradicted")

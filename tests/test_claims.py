@@ -1,0 +1,409 @@
+"""Intervals against published examples and coverage; verdicts on tables where the right one is plain."""
+
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from points import curve, over_decays, point, table
+from scipy import stats
+
+from pipeline.errors import SchemaMismatch
+from pipeline.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, Range, verdicts
+from pipeline.paradigms.intervals import (
+    UNDEFINED,
+    Estimate,
+    combined,
+    difference,
+    greatest,
+    least,
+    magnitude,
+    mean,
+    mean_interval,
+    weighted_sum,
+    wilson,
+)
+from schemas.paradigms import Paradigms, Verdicts
+
+REPRODUCED, UNDECIDED, CONTRADICTED = "reproduced", "not reproduced", "contradicted"
+
+probabilities = st.floats(0, 1)
+counts = st.integers(1, 3000)
+
+
+@given(st.integers(1, 500).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
+def test_wilson_is_scipys(drawn):
+    k, n = drawn
+    expected = stats.binomtest(k, n).proportion_ci(0.95, "wilson")
+    low, high = wilson(k, n)
+    assert (float(low), float(high)) == pytest.approx((expected.low, expected.high), abs=1e-12)
+
+
+def test_wilson_takes_arrays_and_shares():
+    low, high = wilson([0.0, 1.5, 3.0], 3)
+    assert low.shape == high.shape == (3,)
+    assert (low[0], high[2]) == (0.0, 1.0)
+    assert low[1] + high[1] == pytest.approx(1.0)  # half of the trainings: symmetric about .5
+    # n = 3, p = 1: z²/(n + z²) = 3.8415/6.8415 are open below
+    assert low[2] == pytest.approx(1 - 3.841459 / 6.841459, abs=1e-6)
+
+
+def test_wilson_is_not_too_narrow_for_shares_of_tests():
+    # trainings whose tests share a probability of their own: Beta(1, 1); the mean of 30 is .5
+    rng = np.random.default_rng(5)
+    shares = rng.binomial(1000, rng.random((4000, 30))).mean(axis=1) / 1000
+    low, high = wilson(shares * 30, 30)
+    assert ((low <= 0.5) & (high >= 0.5)).mean() >= 0.95
+
+
+def test_a_mean_has_students_interval():
+    values = [4.0, 5.0, 4.5, 7.0]
+    expected = stats.t.interval(0.95, 3, loc=np.mean(values), scale=stats.sem(values))
+    assert mean_interval(values) == pytest.approx(expected)
+    assert mean_interval([*values, np.nan]) == pytest.approx(expected)
+    assert mean_interval([4.0]) is None
+    assert mean_interval([np.nan, 4.0]) is None
+    assert mean_interval([]) is None
+    assert mean_interval([4.0, 4.0]) == (4.0, 4.0)
+
+
+@pytest.mark.parametrize(
+    ("k1", "n1", "k2", "n2", "low", "high"),
+    [  # Newcombe 1998, table II, method 10
+        (56, 70, 48, 80, 0.0524, 0.3339),
+        (9, 10, 3, 10, 0.1705, 0.8090),
+        (10, 10, 0, 20, 0.6791, 1.0000),
+        (10, 10, 0, 10, 0.6075, 1.0000),
+    ],
+)
+def test_a_difference_has_newcombes_interval(k1, n1, k2, n2, low, high):
+    assert difference(k1 / n1, n1, k2 / n2, n2) == pytest.approx((low, high), abs=5e-5)
+
+
+@given(probabilities, counts, probabilities, counts)
+def test_a_difference_is_antisymmetric_and_within_bounds(p1, n1, p2, n2):
+    low, high = difference(p1, n1, p2, n2)
+    assert -1 - 1e-12 <= low <= p1 - p2 + 1e-12
+    assert p1 - p2 - 1e-12 <= high <= 1 + 1e-12
+    other = difference(p2, n2, p1, n1)
+    assert other == pytest.approx((-high, -low), abs=1e-12)
+
+
+def test_a_difference_covers_the_truth_about_as_often_as_it_says():
+    rng = np.random.default_rng(1)
+    truth, covered = 0.3 - 0.1, 0
+    for k1, k2 in zip(rng.binomial(60, 0.3, 3000), rng.binomial(40, 0.1, 3000), strict=True):
+        low, high = difference(k1 / 60, 60, k2 / 40, 40)
+        covered += low <= truth <= high
+    assert 0.935 <= covered / 3000 <= 0.97
+
+
+def test_a_curves_mean_is_as_tight_as_all_its_runs():
+    # the mean over 16 points of 100 runs each is nearly that of one point of 1,600
+    p = np.full(16, 0.4)
+    low, high = combined(np.full(16, 1 / 16), p, *wilson(p * 100, 100))
+    whole_low, whole_high = wilson(640, 1600)
+    assert high - low == pytest.approx(float(whole_high - whole_low), rel=0.02)
+
+
+def test_sums_and_extremes_by_hand():
+    one, other = Estimate(0.5, 0.4, 0.7), Estimate(0.2, 0.17, 0.24)
+    # .5 - .2: down √(.1² + .04²) = .10770, up √(.2² + .03²) = .20224
+    assert weighted_sum([1, -1], [one, other]) == pytest.approx((0.3, 0.3 - 0.107703, 0.3 + 0.202237), abs=1e-6)
+    # half of each: down √(.05² + .015²), up √(.1² + .02²)
+    assert mean([one, UNDEFINED, other]) == pytest.approx((0.35, 0.35 - 0.052202, 0.35 + 0.101980), abs=1e-6)
+    wide = Estimate(0.45, 0.1, 0.9)
+    assert greatest([one, wide, UNDEFINED]) == Estimate(0.5, 0.4, 0.9)
+    assert least([one, wide, UNDEFINED]) == Estimate(0.45, 0.1, 0.7)
+    assert magnitude(Estimate(-0.2, -0.3, -0.1)) == Estimate(0.2, 0.1, 0.3)
+    assert magnitude(Estimate(-0.1, -0.3, 0.1)) == Estimate(0.1, 0.0, 0.3)
+    assert not any(e.defined for e in (mean([UNDEFINED]), greatest([]), least([]), weighted_sum([1, -1], [one, UNDEFINED])))
+
+
+def test_one_rule_for_all_verdicts():
+    inside = Range("", 0.0, 1.0)
+    assert inside.verdict(Estimate(0.5, 0.0, 1.0)) == REPRODUCED  # the ends belong to it
+    assert inside.verdict(Estimate(0.5, -0.1, 0.9)) == UNDECIDED
+    assert inside.verdict(Estimate(1.2, 1.0, 1.4)) == UNDECIDED  # touches
+    assert inside.verdict(Estimate(1.2, 1.1, 1.4)) == CONTRADICTED
+    assert inside.verdict(UNDEFINED) == UNDECIDED
+    above = Range("", low=0.0, strict=True)
+    assert above.verdict(Estimate(0.5, 0.0, 1.0)) == UNDECIDED
+    assert above.verdict(Estimate(0.0, 0.0, 0.0)) == UNDECIDED
+    assert above.verdict(Estimate(0.5, 0.1, 1.0)) == REPRODUCED
+    assert above.verdict(Estimate(-0.5, -1.0, -0.1)) == CONTRADICTED
+
+
+def test_the_papers_intervals_are_those_of_its_100_runs():
+    assert (PEAK.decay, PEAK.p) == (0.9997, 0.7)
+    expected = stats.binomtest(70, 100).proportion_ci(0.95, "wilson")
+    assert (PEAK.low, PEAK.high) == pytest.approx((expected.low, expected.high))
+    assert NEVER.high == pytest.approx(0.0370, abs=5e-5)
+    assert NEVER.high == SOMETIMES.low
+    assert AT_PEAK.low < 0.9997 < AT_PEAK.high
+
+
+def judged(points, text, **where):
+    """{(reading, decay): verdict} of the claim that contains the text."""
+    found = verdicts(points).filter(pl.col("claim").str.contains(text, literal=True))
+    for column, value in where.items():
+        found = found.filter(pl.col(column).str.contains(value, literal=True))
+    return {(row["reading"], row["decay"]): row["verdict"] for row in found.iter_rows(named=True)}
+
+
+def only(points, text, **where):
+    (verdict,) = judged(points, text, **where).values()
+    return verdict
+
+
+@pytest.mark.parametrize(
+    ("p", "runs", "expected"),
+    [(1.0, 100, REPRODUCED), (0.99, 100, UNDECIDED), (0.99, 2000, REPRODUCED), (0.963, 2000, UNDECIDED),
+     (0.9, 2000, CONTRADICTED)],
+)
+def test_with_probability_one(p, runs, expected):
+    assert only(table(point(4, "IQ", p, k=0.0, runs=runs)), "Without penalty IQ") == expected
+
+
+@pytest.mark.parametrize(
+    ("p", "runs", "expected"),
+    [(0.0, 100, REPRODUCED), (0.01, 100, UNDECIDED), (0.01, 2000, REPRODUCED), (0.035, 2000, UNDECIDED),
+     (0.05, 2000, CONTRADICTED)],
+)
+def test_never(p, runs, expected):
+    points = table(over_decays("JAQ", {0.99: 0.0, 0.9997: p}, runs=runs))
+    assert only(points, "JAQ never converges") == expected
+
+
+@pytest.mark.parametrize(("p", "expected"), [(0.05, REPRODUCED), (0.035, UNDECIDED), (0.02, CONTRADICTED)])
+def test_sometimes(p, expected):
+    points = table(over_decays("IVQ", {0.99: 0.0, 0.9997: p}))
+    assert only(points, "IVQ sometimes converges") == expected
+
+
+@pytest.mark.parametrize(
+    ("p", "runs", "expected"),
+    [(0.7, 2000, REPRODUCED), (0.62, 2000, UNDECIDED), (0.541, 2000, CONTRADICTED), (0.9, 2000, CONTRADICTED),
+     (0.66, 100, UNDECIDED)],
+)
+def test_a_value_read_off_a_figure(p, runs, expected):
+    points = table(point(5, "IVQ", p, decay=0.9997, runs=runs))
+    row = verdicts(points).filter(pl.col("claim").str.contains("near 0.7")).row(0, named=True)
+    assert row["verdict"] == expected
+    assert row["measured"] == p
+    assert row["low"] < p < row["high"]
+
+
+@pytest.mark.parametrize(
+    ("values", "expected", "low", "high"),
+    [
+        ({0.9995: 0.5, 0.9997: 0.7, 0.9999: 0.4}, REPRODUCED, 0.9997, 0.9997),
+        ({0.9995: 0.5, 0.9997: 0.69, 0.9998: 0.7}, UNDECIDED, 0.9997, 0.9998),  # .69 and .70 cannot be told apart
+        ({0.9995: 0.5, 0.9997: 0.6, 0.9998: 0.7}, CONTRADICTED, 0.9998, 0.9998),
+    ],
+)
+def test_the_best_decay(values, expected, low, high):
+    row = verdicts(table(over_decays("IVQ", values))).filter(pl.col("claim").str.contains("best decay"))
+    assert row["verdict"].item() == expected
+    assert (row["measured"].item(), row["low"].item(), row["high"].item()) == (max(values, key=values.get), low, high)
+
+
+def test_the_best_decay_is_not_judged_without_neighbours_on_both_sides():
+    for values in ({0.9997: 0.7}, {0.9997: 0.7, 0.9999: 0.3}, {0.9996: 0.7, 0.9998: 0.3}):
+        assert judged(table(over_decays("IVQ", values)), "best decay") == {}
+
+
+def test_the_other_equilibrium_is_what_is_left_of_all():
+    points = table(over_decays("IQ", {0.99: 0.01}, equilibrium=0.9), over_decays("JAQ", {0.99: 0.5}, equilibrium=0.5))
+    found = verdicts(points).filter(pl.col("claim").str.contains("at best to (a1, b1)", literal=True))
+    assert found["measured"].to_list() == pytest.approx([0.89, 0.0])
+    assert found["verdict"].to_list() == [REPRODUCED, CONTRADICTED]
+
+
+@pytest.mark.parametrize(("other", "expected"), [(0.0, REPRODUCED), (0.55, UNDECIDED), (0.7, CONTRADICTED)])
+def test_ivq_alone(other, expected):
+    points = table(over_decays("IVQ", {0.99: 0.1, 0.9997: 0.6}), over_decays("IQ", {0.99: 0.0}),
+                   over_decays("JAQ", {0.99: other, 0.9997: 0.0}))
+    assert only(points, "IVQ alone") == expected
+
+
+def test_a_curve_that_falls_stays_or_rises():
+    for far, expected in ((0.5, REPRODUCED), (0.9, UNDECIDED), (1.0, CONTRADICTED)):
+        points = table(curve(4, "IQ", {0: 0.9, -10: 0.2, -30: far}))
+        assert only(points, "IQ's probability falls as k falls") == expected
+    assert judged(table(curve(4, "IQ", {0: 0.9})), "falls as k falls") == {}
+
+
+KS = (0, -2, -5, -10, -30)
+
+
+def test_leads_in_the_mean_over_k():
+    def penalty(iq, jaq, ivq):
+        return table(curve(4, "IQ", dict(zip(KS, iq, strict=True))), curve(4, "JAQ", dict(zip(KS, jaq, strict=True))),
+                     curve(4, "IVQ", dict(zip(KS, ivq, strict=True))))
+
+    as_told = penalty((1, 0.8, 0.6, 0.3, 0.1), (1, 0.7, 0.5, 0.5, 0.5), (1, 0.9, 0.7, 0.3, 0.1))
+    for text in ("JAQ performs best over all", "IQ is better than JAQ", "IVQ is better than JAQ",
+                 "IVQ is best with k near zero"):
+        assert only(as_told, text) == REPRODUCED, text
+    equal = penalty(*[(1, 0.8, 0.6, 0.3, 0.1)] * 3)
+    for text in ("JAQ performs best over all", "IQ is better than JAQ", "IVQ is best with k near zero"):
+        assert only(equal, text) == UNDECIDED, text
+    # JAQ better near zero and worse far off; IQ above IVQ
+    reverse = penalty((1, 0.8, 0.6, 0.6, 0.6), (1, 0.9, 0.9, 0.0, 0.0), (1, 0.7, 0.5, 0.6, 0.6))
+    for text in ("JAQ performs best over all", "IQ is better than JAQ", "IVQ is better than JAQ",
+                 "IVQ is best with k near zero"):
+        assert only(reverse, text) == CONTRADICTED, text
+
+
+def test_a_lead_is_the_mean_over_the_k_that_both_have():
+    points = table(curve(4, "IQ", {-1: 0.9, -4: 0.7, -5: 0.1}), curve(4, "JAQ", {-1: 0.5, -4: 0.5, -30: 1.0}))
+    row = verdicts(points).filter(pl.col("claim").str.contains("IQ is better than JAQ"))
+    assert row["measured"].item() == pytest.approx(0.3)  # (.4 + .2) / 2
+    # four proportions with weights ±1/2; each of Newcombe's intervals counts half
+    halves = [difference(0.9, 2000, 0.5, 2000), difference(0.7, 2000, 0.5, 2000)]
+    down = np.hypot(0.4 - halves[0][0], 0.2 - halves[1][0]) / 2
+    assert row["low"].item() == pytest.approx(0.3 - down)
+
+
+def test_near_zero_is_from_minus_five_and_without_zero():
+    points = table(curve(4, "IQ", {0: 0.9, -1: 0.6, -5: 0.8, -6: 0.1}), curve(4, "JAQ", dict.fromkeys((0, -1, -5, -6), 0.5)))
+    row = verdicts(points).filter(pl.col("claim").str.contains("IQ is better than JAQ"))
+    assert row["measured"].item() == pytest.approx(0.2)  # (.1 + .3) / 2
+
+
+def grid(il_a=0.5, il_b=0.5, jaq=0.2, ivq=0.5, *, decay=0.99, path=(8, 8, 8, 6), runs=2000, ks=range(16), half=0.05):
+    parts = zip(("IL-A", "IL-B", "JAQ", "IVQ"), (il_a, il_b, jaq, ivq), path, strict=True)
+    return [row for name, p, steps in parts
+            for row in curve(6, name, dict.fromkeys(ks, p), decay=decay, path=steps, half=half, runs=runs, tests=1000)]
+
+
+def test_jaq_smallest_at_each_decay():
+    points = table(grid(decay=0.99), grid(decay=0.995, jaq=0.5), grid(decay=0.9999, il_a=0.1))
+    line_up = "IL-A, IL-B, JAQ, IVQ printed"
+    assert judged(points, "JAQ has the smallest") == {
+        (line_up, 0.99): REPRODUCED, (line_up, 0.995): UNDECIDED, (line_up, 0.9999): CONTRADICTED,
+    }
+
+
+@pytest.mark.parametrize(("ivq", "expected"), [(0.52, REPRODUCED), (0.6, UNDECIDED), (0.8, CONTRADICTED)])
+def test_almost_the_same(ivq, expected):
+    points = table(grid(ivq=ivq))
+    assert only(points, "almost the same", quantity="mean") == expected
+    assert only(points, "almost the same", quantity="greatest distance") == expected
+
+
+def test_curves_that_cross_are_not_the_same_although_their_means_are():
+    crossing = curve(6, "IVQ", {k: 0.2 if k < 8 else 0.8 for k in range(16)}, decay=0.99)
+    points = table(crossing, curve(6, "IL-B", {k: 0.8 if k < 8 else 0.2 for k in range(16)}, decay=0.99))
+    assert only(points, "almost the same", quantity="mean") == REPRODUCED
+    assert only(points, "almost the same", quantity="greatest distance") == CONTRADICTED
+
+
+def test_three_trainings_show_little():
+    found = verdicts(table(grid(ivq=0.55, runs=3, ks=(0, 5, 10), half=4.0)))
+    assert set(found["verdict"]) <= {UNDECIDED}
+
+
+def test_more_exploration():
+    told = table(grid(decay=0.99, path=(9, 9, 9, 9)),
+                 grid(decay=0.9999, il_a=0.3, il_b=0.3, jaq=0.2, ivq=0.7, path=(6, 6, 6, 6)))
+    for name in ("IL-A", "IL-B"):
+        assert only(told, f"exploration {name}'s probability falls") == REPRODUCED
+        assert only(told, f"exploration {name}'s probability rises") == CONTRADICTED
+    assert only(told, "exploration JAQ's probability rises") == UNDECIDED
+    assert set(judged(told, "exploration IVQ's probability rises").values()) == {REPRODUCED}
+    for name in ("IL-A", "IL-B", "JAQ", "IVQ"):
+        assert only(told, f"exploration {name}'s path is shorter") == REPRODUCED
+    longer = table(grid(decay=0.99), grid(decay=0.9999, path=(8, 9, 8, 9)))
+    assert only(longer, "IL-B's path is shorter") == CONTRADICTED
+    assert only(longer, "IL-A's path is shorter") == UNDECIDED
+    assert judged(table(grid()), "more exploration") == {}
+
+
+def test_best_in_probability_and_path_joined():
+    def halves(points):
+        found = verdicts(points).filter(pl.col("claim").str.contains("joined"))
+        return found["verdict"].to_list()
+
+    assert halves(table(grid(path=(8, 6.2, 8, 6)))) == [REPRODUCED, REPRODUCED]
+    assert halves(table(grid(il_b=0.9, path=(8, 5, 8, 6)))) == [CONTRADICTED, CONTRADICTED]
+    assert halves(table(grid(il_b=0.6, path=(8, 5.6, 8, 6)))) == [UNDECIDED, UNDECIDED]
+
+
+def test_a_path_that_nobody_walked_is_no_number():
+    points = table(grid(decay=0.99, path=(None, 8, 8, 8)), grid(decay=0.9999, path=(None, 6, 6, 6)))
+    row = verdicts(points).filter(pl.col("claim").str.contains("IL-A's path")).row(0, named=True)
+    assert (row["measured"], row["low"], row["high"], row["verdict"]) == (None, None, None, UNDECIDED)
+    # one run that succeeded has a length, but no interval
+    alone = table(grid(decay=0.99, half=None), grid(decay=0.9999, half=None))
+    assert set(judged(alone, "path is shorter").values()) == {UNDECIDED}
+
+
+def test_every_reading_is_checked_with_its_namesakes():
+    points = table(
+        over_decays("IQ", {0.99: 0.0}), over_decays("JAQ", {0.99: 0.0}),
+        over_decays("JAQ", {0.99: 0.3}, reading="recency"),
+        over_decays("IVQ", {0.99: 0.6}), over_decays("IVQ", {0.99: 0.2}, reading="recency"),
+        over_decays("IVQ", {0.99: 0.0}, reading="unbracketed"),
+    )
+    assert judged(points, "IVQ alone") == {
+        ("IQ, JAQ, IVQ printed", None): REPRODUCED,
+        ("IQ printed; JAQ, IVQ recency", None): CONTRADICTED,
+        ("IQ, JAQ printed; IVQ unbracketed", None): CONTRADICTED,
+    }
+    assert set(judged(points, "JAQ never")) == {("JAQ printed", None), ("JAQ recency", None)}
+
+
+def test_readings_without_namesakes_are_checked_once():
+    points = table(over_decays("IQ", {0.99: 0.0}, reading="discount 0"), over_decays("JAQ", {0.99: 0.0}, reading="lifetime"),
+                   over_decays("IVQ", {0.99: 0.5}, reading="literal"))
+    found = verdicts(points).filter(pl.col("claim").str.contains("IVQ alone"))
+    assert found["reading"].to_list() == ["IQ discount 0; JAQ lifetime; IVQ literal"]
+
+
+def test_a_learner_without_the_reading_is_taken_as_printed_else_in_its_first():
+    points = table(
+        over_decays("IQ", {0.99: 0.0}), over_decays("IQ", {0.99: 0.0}, reading="a"),
+        over_decays("JAQ", {0.99: 0.0}, reading="c"), over_decays("JAQ", {0.99: 0.0}, reading="b"),
+        over_decays("IVQ", {0.99: 0.5}, reading="z"),
+    )
+    assert {reading for reading, _ in judged(points, "IVQ alone")} == {
+        "IQ a; JAQ b; IVQ z", "IQ printed; JAQ b; IVQ z", "IQ printed; JAQ c; IVQ z",
+    }
+
+
+def test_claims_without_points_are_absent():
+    assert verdicts(Paradigms.empty()).height == 0
+    assert set(verdicts(table(over_decays("IQ", {0.99: 0.0})))["figure"]) == {5}
+    # peers, other games and other studies are not what the paper speaks of
+    others = table(over_decays("FMQ", {0.99: 1.0}), over_decays("IQ", {0.99: 1.0}, game="stochastic climbing"),
+                   over_decays("IQ", {0.99: 1.0}, study="sensitivity"))
+    assert verdicts(others).height == 0
+
+
+def test_each_number_of_runs_is_judged_by_itself():
+    points = table(over_decays("IQ", {0.99: 0.01}, runs=100), over_decays("IQ", {0.99: 0.01}, runs=2000))
+    found = verdicts(points).filter(pl.col("claim").str.contains("IQ never"))
+    assert found.select("runs", "verdict").rows() == [(100, UNDECIDED), (2000, REPRODUCED)]
+
+
+def test_all_claims_of_the_paper_are_judged_in_order_and_whatever_the_order_of_points():
+    everything = table(
+        *(curve(4, name, dict.fromkeys(KS, 0.5), decay=decay) for name in ("IQ", "JAQ", "IVQ") for decay in (0.998, 0.9999)),
+        *(over_decays(name, {0.999: 0.1, 0.9997: 0.4, 0.9999: 0.1}, equilibrium=0.9) for name in ("IQ", "JAQ", "IVQ")),
+        grid(decay=0.99), grid(decay=0.9999),
+    )
+    found = verdicts(everything)
+    assert list(found.schema.items()) == list(Verdicts.dtypes().items())
+    order = [(claim.figure, claim.text, claim.quantity) for claim in CLAIMS]
+    assert found.select("figure", "claim", "quantity").unique(maintain_order=True).rows() == order
+    assert set(found["figure"]) == {4, 5, 6, 7}
+    shuffled = everything.sample(fraction=1.0, shuffle=True, seed=1)
+    assert verdicts(shuffled).equals(found)
+
+
+def test_a_point_that_is_there_twice_is_refused():
+    points = table(over_decays("IQ", {0.99: 0.0}, seed=1), over_decays("IQ", {0.99: 0.5}, seed=2))
+    with pytest.raises(SchemaMismatch, match="2 points are there more than once, the first of IQ"):
+        verdicts(points)

@@ -1,0 +1,392 @@
+"""The five peers of the paper's rules: each as published, and Q-learning where there is nobody else."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from pipeline.learning import distributed, fmq, hysteretic, iq, lenient, wolf_phc
+from pipeline.learning.distributed import KEPT, Distributed
+from pipeline.learning.fmq import FMQ, GREATEST, HITS, TAKEN
+from pipeline.learning.hysteretic import Hysteretic
+from pipeline.learning.iq import IQ
+from pipeline.learning.lenient import TEMPERATURE, Lenient
+from pipeline.learning.memory import NOTES, Memory, memory_of
+from pipeline.learning.selection import Selection, select
+from pipeline.learning.wolf_phc import MEAN, POLICY, WoLFPHC
+
+PEERS = [(hysteretic, Hysteretic), (fmq, FMQ), (lenient, Lenient), (distributed, Distributed), (wolf_phc, WoLFPHC)]
+NAMES = ["hysteretic", "fmq", "lenient", "distributed", "wolf_phc"]
+every_peer = pytest.mark.parametrize(("rule", "learner"), PEERS, ids=NAMES)
+
+AGENTS, ACTIONS, OBSERVATIONS = 3, 3, 2
+
+
+def ints(*numbers):
+    return np.array(numbers, np.int64)
+
+
+def floats(*numbers):
+    return np.array(numbers, np.float64)
+
+
+def one_state(*steps, agents):
+    """Steps of a repeated team game from (actions, reward) or (actions, reward, coins)."""
+    still = ints(*[0] * agents)
+    return [
+        (ints(*actions), np.full(agents, float(reward)), floats(*(coins[0] if coins else [0.0] * agents)), still)
+        for actions, reward, *coins in steps
+    ]
+
+
+def learn(rule, learner, steps, *, agents, actions=ACTIONS, observations=1, memory=None):
+    """The memory after steps (actions, rewards, coins, observations that follow), of every agent each.
+
+    All errors of a step are computed before any value moves; every agent starts at observation 0.
+    """
+    knobs = learner.knobs(agents)
+    memory = memory or memory_of(learner, agents, observations, actions)
+    s_tm1 = ints(*[0] * agents)
+    for a_tm1, r_t, u_t, s_t in steps:
+        errors = [
+            rule.error(memory, knobs, i, s_tm1, a_tm1, r_t, 1.0, s_t, float(u_t[i])) for i in range(agents)
+        ]
+        for i in range(agents):
+            memory.q[i, s_tm1[i], a_tm1[i]] += knobs.step_size * errors[i]
+        for i in range(agents):
+            rule.adapt(memory, knobs, i, s_tm1, a_tm1, r_t)
+        s_tm1 = s_t
+    return memory
+
+
+def values(rule, learner, memory, agent, observation=0):
+    agents, _, _ = memory.q.shape
+    out = np.empty(memory.q.shape[2])
+    rule.values(memory, learner.knobs(agents), agent, ints(*[observation] * agents), out)
+    return out
+
+
+def chances(selection, out, heat):
+    weights = np.empty_like(out)
+    select(selection, out, heat, weights)
+    return weights / weights.sum()
+
+
+def greedy(rule, learner, memory, agent, observation=0):
+    """What the agent does at temperature 0, which must be one action."""
+    [done] = np.flatnonzero(chances(Selection.BOLTZMANN, values(rule, learner, memory, agent, observation), 0.0))
+    return int(done)
+
+
+rewards = st.floats(-30, 30)
+unit = st.floats(0, 1, exclude_max=True)
+
+
+def vectors(elements, dtype):
+    return st.lists(elements, min_size=AGENTS, max_size=AGENTS).map(lambda row: np.array(row, dtype))
+
+
+joint_actions = vectors(st.integers(0, ACTIONS - 1), np.int64)
+plays = st.lists(
+    st.tuples(
+        joint_actions, vectors(rewards, np.float64), vectors(unit, np.float64),
+        vectors(st.integers(0, OBSERVATIONS - 1), np.int64),
+    ),
+    max_size=25,
+)
+
+
+@st.composite
+def lone_moments(draw):
+    """A memory of one agent, as any learning may have left it, and a step to judge."""
+    def block(*shape, low=0.0, high=5.0):
+        flat = draw(st.lists(st.floats(low, high), min_size=math.prod(shape), max_size=math.prod(shape)))
+        return np.array(flat).reshape(shape)
+
+    memory = Memory(
+        q=block(1, OBSERVATIONS, ACTIONS, low=-30, high=30),
+        occurrence=block(1, OBSERVATIONS, ACTIONS),
+        visits=np.ones((1, OBSERVATIONS), np.int64),
+        notes=block(1, OBSERVATIONS, ACTIONS, NOTES),
+    )
+    see, act = st.integers(0, OBSERVATIONS - 1).map(ints), st.integers(0, ACTIONS - 1).map(ints)
+    return (
+        memory, draw(see), draw(act), draw(rewards.map(floats)),
+        draw(st.sampled_from([0.0, 1.0])), draw(see), draw(unit),
+    )
+
+
+# -- three steps on paper ---------------------------------------------------------------------------------
+
+
+def test_hysteretic_three_steps_by_hand():
+    learner = Hysteretic(step_size=0.5, decrease=0.1, discount=0.5)
+    steps = one_state(((0, 0), 10), ((0, 1), -30), ((0, 0), 10), agents=2)
+    # 1. both: 10 + .5*0 - 0 = 10;                       q1 = [5, 0], q2 = [5, 0]
+    # 2. first: -30 + .5*5 - 5 = -32.5, of which .1/.5 = .2 counts: q1[0] = 5 - .5*6.5 = 1.75
+    #    second: -30 + .5*5 - 0 = -27.5, so -5.5:         q2[1] = -2.75
+    # 3. first: 10 + .5*1.75 - 1.75 = 9.125;              q1[0] = 1.75 + 4.5625 = 6.3125
+    #    second: 10 + .5*5 - 5 = 7.5;                     q2[0] = 5 + 3.75 = 8.75
+    memory = learn(hysteretic, learner, steps, agents=2)
+    np.testing.assert_allclose(memory.q[:, 0], [[6.3125, 0, 0], [8.75, -2.75, 0]], rtol=0, atol=1e-12)
+    assert values(hysteretic, learner, memory, 1).tolist() == memory.q[1, 0].tolist()
+
+
+def test_fmq_three_steps_by_hand_for_three_agents():
+    learner = FMQ(step_size=0.5, weight=2.0)
+    steps = one_state(((0, 0, 1), 8), ((0, 1, 1), -4), ((0, 1, 0), -4), agents=3)
+    # q (discount 0, so the error is r - q), then the greatest reward, how often it came, how often taken:
+    # 1. all: 4;  first (0): 8 1/1, second (0): 8 1/1, third (1): 8 1/1
+    # 2. first q[0] = 4 + .5*(-4 - 4) = 0, 8 1/2; second q[1] = -2, -4 1/1; third q[1] = 0, 8 1/2
+    # 3. first q[0] = 0 + .5*(-4 - 0) = -2, 8 1/3; second q[1] = -2 + .5*(-4 + 2) = -3, -4 2/2;
+    #    third q[0] = -2, -4 1/1
+    memory = learn(fmq, learner, steps, agents=3)
+    assert memory.q[:, 0].tolist() == [[-2, 0, 0], [4, -3, 0], [-2, 0, 0]]
+    assert memory.notes[0, 0, 0].tolist() == [8, 1, 3]
+    assert memory.notes[1, 0, 1, [GREATEST, HITS, TAKEN]].tolist() == [-4, 2, 2]
+    # EV = q + 2 * hits/taken * greatest, of what was never taken q:
+    # the first -2 + 2*8/3; the second 4 + 2*8 and -3 - 2*4; the third -2 - 2*4 and 0 + 2*8/2
+    expected = [[-2 + 16 / 3, 0, 0], [20, -11, 0], [-10, 8, 0]]
+    np.testing.assert_allclose(
+        [values(fmq, learner, memory, i) for i in range(3)], expected, rtol=0, atol=1e-12
+    )
+
+
+def test_a_greater_reward_starts_fmqs_count_anew():
+    # 5 came twice in two, then 6 once in three
+    memory = learn(fmq, FMQ(), one_state(((0, 0), 5), ((0, 0), 5), ((0, 0), 6), agents=2), agents=2)
+    assert memory.notes[0, 0, 0].tolist() == [6, 1, 3]
+
+
+def test_lenient_three_steps_by_hand():
+    # leniency ln 2: at temperature 2, 1, .5 an error below 0 is forgiven with probability
+    # 1 - 2**-2 = .75, 1 - 2**-1 = .5, 1 - 2**-.5 = .29
+    learner = Lenient(step_size=0.5, leniency=math.log(2), temperature=2.0, cooling=0.5)
+    steps = one_state(((0, 0), -8, [0.7, 0.8]), ((0, 1), -8, [0.6, 0.7]), ((0, 0), -2, [0.0, 0.0]), agents=2)
+    # 1. errors -8: first .7 < .75, forgiven; second .8 > .75, q2[0] = -4; both cool action 0 to 1
+    # 2. first .6 > .5, q1[0] = -4, cools to .5; second's action 1 is still at 2: .7 < .75, forgiven, to 1
+    # 3. errors -2 + 4 = 2 are not below 0, whatever the coin: q[0] = -4 + 1 = -3; they cool to .25 and .5
+    memory = learn(lenient, learner, steps, agents=2)
+    assert memory.q[:, 0].tolist() == [[-3, 0, 0], [-3, 0, 0]]
+    assert memory.notes[:, 0, :, TEMPERATURE].tolist() == [[0.25, 2, 2], [0.5, 1, 2]]
+    memory = learn(lenient, learner, steps[:2], agents=2)
+    assert memory.q[:, 0].tolist() == [[-4, 0, 0], [-4, 0, 0]]
+
+
+def test_distributed_three_steps_by_hand_in_the_penalty_game():
+    learner = Distributed()
+    steps = one_state(((2, 2), 10), ((0, 0), 10), ((0, 2), -100), agents=2)
+    # 1. q[2] = 10 is the greatest: both keep to 2. 2. q[0] = 10 ties: both still keep to 2, or one of
+    # them might do 0 and the other 2. 3. -100 is below both 10s: nothing changes
+    memory = learn(distributed, learner, steps, agents=2)
+    assert memory.q[:, 0].tolist() == [[10, 0, 10], [10, 0, 10]]
+    assert memory.notes[:, 0, :, KEPT].tolist() == [[0, 0, 1], [0, 0, 1]]
+    assert [greedy(distributed, learner, memory, i) for i in range(2)] == [2, 2]
+
+
+def test_distributed_explores_tied_actions_alike_and_settles_on_the_one_kept():
+    learner = Distributed()
+    memory = learn(distributed, learner, one_state(((2, 2), 10), ((0, 0), 10), agents=2), agents=2)
+    out = values(distributed, learner, memory, 0)
+    explored = chances(Selection.BOLTZMANN, out, 1e-3)
+    np.testing.assert_allclose(explored, [0.5, 0, 0.5], rtol=0, atol=1e-9)
+    explored = chances(Selection.EPSILON_GREEDY, out, 0.3)
+    np.testing.assert_allclose(explored, [0.1, 0.1, 0.8], rtol=0, atol=1e-12)
+
+
+def test_distributed_keeps_to_nothing_before_anything_rose():
+    memory = learn(distributed, Distributed(), one_state(((0, 1), 0), ((2, 2), -5), agents=2), agents=2)
+    assert not memory.notes[..., KEPT].any()
+    assert values(distributed, Distributed(), memory, 0).tolist() == [0, 0, 0]
+
+
+def test_distributed_moves_by_its_step_size():
+    # 0 + .5 * (10 - 0) = 5, 5 + .5 * (10 - 5) = 7.5; the 4 that follows is below
+    steps = one_state(((0, 0), 10), ((0, 0), 10), ((0, 0), 4), agents=2)
+    memory = learn(distributed, Distributed(step_size=0.5), steps, agents=2)
+    assert memory.q[:, 0, 0].tolist() == [7.5, 7.5]
+
+
+def test_wolf_phc_three_steps_by_hand():
+    learner = WoLFPHC(step_size=0.5, winning=0.06, losing=0.24)
+    steps = one_state(((0, 1), 6), ((1, 1), 30), ((1, 1), -12), agents=2)
+    # the first agent; policy and mean start at 1/3 each
+    # 1. q = [3, 0, 0]. Mean: 1/3. The policy brings no more than its mean: losing, step .24.
+    #    Actions 1 and 2 give min(1/3, .12) each:          policy = [1/3 + .24, 1/3 - .12, 1/3 - .12]
+    # 2. q = [3, 15, 0]. Mean: half way, 1/3 + [.12, -.06, -.06]. Policy - mean = [.12, -.06, -.06]
+    #    brings .36 - .9 < 0: losing. 0 and 2 give .12:    policy = [1/3 + .12, 1/3 + .12, 1/3 - .24]
+    # 3. q[1] = 15 - 13.5 = 1.5. Mean moves a third of policy - mean = [0, .18, -.18]:
+    #    1/3 + [.12, 0, -.12]. Policy - mean = [0, .12, -.12] brings .18 > 0: winning, step .06.
+    #    1 gives .03, and 2, which has 1/3 - .24 = .0933, too: policy = [1/3 + .18, 1/3 + .09, 1/3 - .27]
+    memory = learn(wolf_phc, learner, steps, agents=2)
+    assert memory.q[0, 0].tolist() == [3, 1.5, 0]
+    third = 1 / 3
+    np.testing.assert_allclose(
+        memory.notes[0, 0, :, POLICY], [third + 0.18, third + 0.09, third - 0.27], rtol=0, atol=1e-12
+    )
+    np.testing.assert_allclose(
+        memory.notes[0, 0, :, MEAN], [third + 0.12, third, third - 0.12], rtol=0, atol=1e-12
+    )
+    # the second: q = [0, 3, 0], [0, 16.5, 0], [0, 2.25, 0]: 1 stays the best. Losing at first
+    # (equal to the mean), then winning: from 1/3 + .24 by .06 to 1/3 + .30 and 1/3 + .36
+    np.testing.assert_allclose(
+        values(wolf_phc, learner, memory, 1), [third - 0.18, third + 0.36, third - 0.18], rtol=0, atol=1e-12
+    )
+
+
+def test_wolf_phc_takes_no_more_than_there_is():
+    # step .9 asks .45 of each, they have 1/3; then they have nothing left to give
+    learner = WoLFPHC(winning=0.9, losing=0.9)
+    steps = one_state(((0, 0), 1), ((0, 0), 1), agents=2)
+    memory = learn(wolf_phc, learner, steps, agents=2)
+    np.testing.assert_allclose(memory.notes[:, 0, :, POLICY], [[1, 0, 0]] * 2, rtol=0, atol=1e-15)
+
+
+def test_wolf_phc_without_news_stays_undecided():
+    memory = learn(wolf_phc, WoLFPHC(), one_state(((0, 1), 0), ((2, 1), 0), agents=2), agents=2)
+    assert values(wolf_phc, WoLFPHC(), memory, 0).tolist() == [1 / 3] * 3
+
+
+# -- what holds for whatever was played -------------------------------------------------------------------
+
+
+@every_peer
+@settings(deadline=None)
+@given(moment=lone_moments())
+def test_with_one_agent_it_is_q_learning(rule, learner, moment):
+    knobs = learner(discount=0.9).knobs(1)
+    memory, s_tm1, a_tm1, r_t, continues_t, s_t, u_t = moment
+    step = (memory, knobs, 0, s_tm1, a_tm1, r_t, continues_t, s_t, u_t)
+    assert rule.error(*step) == iq.error(*step)
+
+
+@pytest.mark.parametrize(("rule", "learner"), PEERS[:3], ids=NAMES[:3])
+@settings(deadline=None)
+@given(moment=lone_moments())
+def test_with_one_agent_it_chooses_as_q_learning(rule, learner, moment):
+    memory, *_, s_t, _ = moment
+    assert values(rule, learner(), memory, 0, s_t[0]).tolist() == memory.q[0, s_t[0]].tolist()
+
+
+@pytest.mark.parametrize(
+    ("rule", "neutral"),
+    [(hysteretic, Hysteretic(discount=0.9, decrease=0.1)), (fmq, FMQ(discount=0.9, weight=0.0)),
+     (lenient, Lenient(discount=0.9, leniency=0.0)), (lenient, Lenient(discount=0.9, cooling=0.0, temperature=0.0))],
+    ids=["patience 1", "weight 0", "leniency 0", "temperature 0"],
+)
+@settings(deadline=None)
+@given(play=plays)
+def test_with_its_knob_at_nought_a_team_learns_as_iq(rule, neutral, play):
+    learned = learn(rule, neutral, play, agents=AGENTS, observations=OBSERVATIONS)
+    alone = learn(iq, IQ(discount=0.9), play, agents=AGENTS, observations=OBSERVATIONS)
+    assert learned.q.tobytes() == alone.q.tobytes()
+    for i in range(AGENTS):
+        assert values(rule, neutral, learned, i).tolist() == alone.q[i, 0].tolist()
+
+
+@settings(deadline=None)
+@given(play=plays, step_size=st.floats(0.01, 1))
+def test_distributed_values_never_fall(play, step_size):
+    learner = Distributed(step_size=step_size, discount=0.9)
+    memory = memory_of(learner, AGENTS, OBSERVATIONS, ACTIONS)
+    for step in play:
+        before = memory.q.copy()
+        learn(distributed, learner, [step], agents=AGENTS, memory=memory)
+        assert (memory.q >= before).all()
+
+
+@settings(deadline=None)
+@given(
+    game=st.lists(st.sampled_from([-1.7, 0.0, 0.2, 0.4, 0.9, 1.7]), min_size=27, max_size=27),
+    play=st.lists(joint_actions, max_size=40),
+)
+def test_distributed_agents_agree_on_the_joint_action_that_was_best_first(game, play):
+    # whatever ties with it later, and however x + (r - x) was rounded: all saw the greatest value rise at once
+    payoff = np.array(game).reshape((ACTIONS,) * AGENTS)
+    won = [payoff[tuple(joint)] for joint in play]
+    learner = Distributed()
+    steps = one_state(*zip(play, won, strict=True), agents=AGENTS)
+    memory = learn(distributed, learner, steps, agents=AGENTS)
+    if max(won, default=0.0) > 0.0:
+        best_first = play[int(np.argmax(won))].tolist()
+        assert [greedy(distributed, learner, memory, i) for i in range(AGENTS)] == best_first
+
+
+def test_distributed_does_not_take_rounding_for_news():
+    # .2 + (.9 - .2) falls short of .9: when another action then brings .9 from 0, nothing rose
+    assert 0.2 + (0.9 - 0.2) < 0.9
+    steps = one_state(((0, 0), 0.2), ((0, 1), 0.9), ((2, 2), 0.9), agents=2)
+    memory = learn(distributed, Distributed(), steps, agents=2)
+    assert [greedy(distributed, Distributed(), memory, i) for i in range(2)] == [0, 1]
+
+
+@settings(deadline=None)
+@given(play=plays, winning=st.floats(0.001, 1), ratio=st.floats(1, 4))
+def test_wolf_phcs_policy_stays_a_distribution(play, winning, ratio):
+    learner = WoLFPHC(winning=winning, losing=min(1.0, winning * ratio), discount=0.9)
+    memory = learn(wolf_phc, learner, play, agents=AGENTS, observations=OBSERVATIONS)
+    for plane in (POLICY, MEAN):
+        policies = memory.notes[..., plane]
+        assert policies.min() >= 0.0
+        np.testing.assert_allclose(policies.sum(axis=2), 1.0, rtol=0, atol=1e-12)
+
+
+@settings(deadline=None)
+@given(temperature=st.floats(0, 5), leniency=st.floats(0, 3))
+def test_a_lenient_agent_forgives_as_often_as_it_says(temperature, leniency):
+    learner = Lenient(temperature=temperature, leniency=leniency)
+    memory, knobs, still = memory_of(learner, 2, 1, ACTIONS), learner.knobs(2), ints(0, 0)
+    coins = (np.arange(500) + 0.5) / 500
+    errors = [lenient.error(memory, knobs, 0, still, still, floats(-1, -1), 1.0, still, float(u)) for u in coins]
+    assert errors.count(0.0) / 500 == pytest.approx(1 - math.exp(-leniency * temperature), abs=1 / 500)
+    assert set(errors) <= {0.0, -1.0}
+    # and never good news
+    assert lenient.error(memory, knobs, 0, still, still, floats(0.01, 0.01), 1.0, still, 0.0) == 0.01
+
+
+@every_peer
+@settings(deadline=None)
+@given(play=plays, to=st.permutations(range(ACTIONS)))
+def test_relabelling_actions_relabels_what_is_learned(rule, learner, play, to):
+    # action a is now called to[a]
+    to = np.array(to)
+    renamed = [(to[actions], *rest) for actions, *rest in play]
+    plain = learn(rule, learner(discount=0.9), play, agents=AGENTS, observations=OBSERVATIONS)
+    other = learn(rule, learner(discount=0.9), renamed, agents=AGENTS, observations=OBSERVATIONS)
+    np.testing.assert_allclose(other.q[:, :, to], plain.q, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(other.notes[:, :, to], plain.notes, rtol=0, atol=1e-9)
+    for i in range(AGENTS):
+        np.testing.assert_allclose(
+            values(rule, learner(), other, i)[to], values(rule, learner(), plain, i), rtol=0, atol=1e-9
+        )
+
+
+@every_peer
+@settings(deadline=None)
+@given(play=plays, order=st.permutations(range(AGENTS)))
+def test_relabelling_agents_relabels_what_is_learned(rule, learner, play, order):
+    # the i-th agent is now the one that was order[i]
+    order = np.array(order)
+    renamed = [tuple(of_agents[order] for of_agents in step) for step in play]
+    plain = learn(rule, learner(discount=0.9), play, agents=AGENTS, observations=OBSERVATIONS)
+    other = learn(rule, learner(discount=0.9), renamed, agents=AGENTS, observations=OBSERVATIONS)
+    assert other.q.tobytes() == plain.q[order].tobytes()
+    assert other.notes.tobytes() == plain.notes[order].tobytes()
+    for i in range(AGENTS):
+        assert values(rule, learner(), other, i).tolist() == values(rule, learner(), plain, order[i]).tolist()
+
+
+@pytest.mark.parametrize(
+    ("settings_of", "says"),
+    [(lambda: Hysteretic(step_size=0.1, decrease=0.2), "decrease 0.2 is above step_size 0.1"),
+     (lambda: WoLFPHC(winning=0.2, losing=0.1), "losing 0.1 is below winning 0.2"),
+     (lambda: FMQ(weight=-1.0), "greater than or equal to 0"),
+     (lambda: Lenient(cooling=1.1), "less than or equal to 1"),
+     (lambda: Distributed(step_size=0.0), "greater than 0")],
+)
+def test_settings_that_contradict_the_rule_are_refused(settings_of, says):
+    with pytest.raises(ValidationError, match=says):
+        settings_of()

@@ -1,0 +1,177 @@
+"""Plots of paradigms: what is drawn is what the table says, readable and the same every time."""
+
+import struct
+
+import numpy as np
+import polars as pl
+import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_hex
+from points import curve, over_decays, point, table
+
+from pipeline.errors import NotFound
+from pipeline.plots import curves, png, sensitivity
+from schemas.paradigms import Paradigms
+
+PAPER = (0.9997, 0.7, 0.604, 0.781)
+DECAYS = {0.99: 0.1, 0.9997: 0.6, 0.9999: 0.3}
+
+
+def everything():
+    return table(
+        *(curve(4, name, {0: 1.0, -5: 0.8, -30: 0.3}, decay=decay)
+          for name in ("IQ", "JAQ", "IVQ", "FMQ") for decay in (0.998, 0.999, 0.9999)),
+        *(over_decays(name, DECAYS) for name in ("IQ", "JAQ", "IVQ", "lenient", "WoLF-PHC")),
+        over_decays("IVQ", DECAYS, reading="unbracketed, discount 0.9"),
+        over_decays("IVQ", DECAYS, reading="unbracketed, discount 0.9", runs=100),
+        *(curve(6, name, {0: 0.5, 7: 0.4, 15: 0.2}, decay=decay, path=6.0)
+          for name in ("IL-A", "IL-B", "JAQ", "IVQ", "lenient") for decay in (0.99, 0.9999)),
+        *(point(5, name, 0.4, reading=reading, study="sensitivity")
+          for name in ("IQ", "IVQ") for reading in ("printed", "in turn")),
+    )
+
+
+def lines(figure):
+    """{label: handle} of a figure's legends."""
+    legends = [axes.get_legend() for axes in figure.axes if axes.get_legend()]
+    labels = {text.get_text(): handle for legend in legends
+              for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True)}
+    return {" ".join(label.split()): handle for label, handle in labels.items()}
+
+
+def look(handle):
+    return to_hex(handle.get_color()), handle.get_marker(), handle.get_linestyle(), handle.get_markerfacecolor()
+
+
+@pytest.mark.parametrize("figure", [4, 5, 6, 7])
+def test_axes_have_titles_and_a_legend_outside(figure):
+    drawn = curves(everything(), figure, paper=PAPER)
+    rows = {4: 3, 5: 1, 6: 2, 7: 2}[figure]
+    assert len(drawn.axes) == 2 * rows
+    assert all(axes.get_xlabel() for axes in drawn.axes[-2:])
+    assert all(axes.get_ylabel() for axes in drawn.axes[::2])
+    if rows > 1:
+        assert [axes.get_title(loc="left")[:3] for axes in drawn.axes[::2]] == ["(a)", "(b)", "(c)"][:rows]
+    if figure != 7:
+        low, high = drawn.axes[0].get_ylim()
+        assert -0.05 < low < 0 < 1 < high < 1.05
+    drawn.draw_without_rendering()
+    frames = [axes.get_window_extent() for axes in drawn.axes]
+    for axes in drawn.axes[-2:]:
+        legend = axes.get_legend().get_window_extent()
+        assert not any(legend.overlaps(frame) for frame in frames)
+        assert drawn.bbox.contains(legend.x0, legend.y0)
+        assert drawn.bbox.contains(legend.x1, legend.y1)
+
+
+def test_points_and_intervals_are_the_tables():
+    points = table(over_decays("IVQ", DECAYS), over_decays("IVQ", DECAYS, reading="b"))
+    (axes,) = curves(points, 5).axes
+    rows = points.filter(pl.col("reading") == "b").sort("decay")
+    drawn = axes.lines[1]
+    assert drawn.get_ydata().tolist() == rows["p_optimal"].to_list()
+    assert drawn.get_xdata() == pytest.approx([1 / (1 - decay) for decay in rows["decay"]])
+    bars = [c for c in axes.collections if isinstance(c, LineCollection)][1].get_segments()
+    assert [tuple(segment[:, 1]) for segment in bars] == rows.select("p_low", "p_high").rows()
+
+
+def test_the_most_runs_are_drawn_unless_others_are_wanted():
+    points = table(over_decays("IQ", {0.99: 0.2}, runs=2000), over_decays("IQ", {0.99: 0.3}, runs=100))
+    assert curves(points, 5).axes[0].lines[0].get_ydata().tolist() == [0.2]
+    assert curves(points, 5, runs=100).axes[0].lines[0].get_ydata().tolist() == [0.3]
+
+
+def test_every_learner_and_reading_looks_its_own_and_the_same_in_all_figures():
+    looks = {}
+    for figure in (4, 5, 6, 7):
+        for label, handle in lines(curves(everything(), figure)).items():
+            assert looks.setdefault(label, look(handle)) == look(handle)
+    assert len(looks) == len(set(looks.values())) == 9
+    by_learner = {label.split(",")[0]: marker for label, (_, marker, _, _) in looks.items()}
+    assert len(set(by_learner.values())) == len(by_learner)  # told apart without colour
+
+
+def test_the_printed_reading_is_solid_and_others_are_broken_and_hollow():
+    points = table(over_decays("IVQ", DECAYS), over_decays("IVQ", DECAYS, reading="a"), over_decays("FMQ", DECAYS))
+    marks = [(handle.get_linestyle(), handle.get_markerfacecolor(), handle.get_linewidth())
+             for handle in lines(curves(points, 5)).values()]
+    assert [line for line, _, _ in marks] == ["-", "--", "--"]
+    assert [face == "white" for _, face, _ in marks] == [False, True, False]
+    assert marks[2][2] < marks[0][2]
+
+
+def test_learners_unknown_to_us_have_looks_of_their_own():
+    points = table(over_decays("my rule", DECAYS), over_decays("another", DECAYS, reading="b"), over_decays("FMQ", DECAYS))
+    looks = [look(handle)[:2] for handle in lines(curves(points, 5)).values()]
+    assert len(set(looks)) == 3
+
+
+def test_the_papers_point_is_drawn_with_its_interval():
+    points = table(over_decays("IVQ", DECAYS))
+    assert not any("paper's IVQ" in label for label in lines(curves(points, 5)))
+    drawn = curves(points, 5, paper=PAPER)
+    assert "the paper's IVQ: 0.7 at 0.9997 (100 runs: 0.60 to 0.78)" in lines(drawn)
+    assert not any("paper's IVQ" in label for label in lines(curves(everything(), 4, paper=PAPER)))
+    (bar,) = drawn.axes[0].containers[0].lines[2]
+    assert bar.get_segments()[0][:, 1] == pytest.approx([0.604, 0.781])
+
+
+@pytest.mark.parametrize("figure", [4, 5, 6, 7])
+def test_one_point_is_enough(figure):
+    one = {5: point(5, "IVQ", 0.5), 4: point(4, "IVQ", 0.5, k=-3.0)}.get(figure, point(6, "IVQ", 0.0, k=0.0))
+    assert png(curves(table(one), figure)).startswith(b"\x89PNG")
+
+
+def test_paths_that_are_missing_or_long_are_drawn_as_far_as_they_are_known():
+    some = [point(6, "IVQ", 0.5, k=0.0, path=5.0), point(6, "IVQ", 0.0, k=1.0), point(6, "IVQ", 0.1, k=2.0, path=90.0, half=None)]
+    (axes,) = curves(table(some), 7).axes
+    assert np.isnan(axes.lines[0].get_ydata()).tolist() == [False, True, False]
+    assert axes.get_yscale() == "log"
+    assert axes.get_ylim()[1] > 90
+
+
+def test_the_penalty_grows_to_the_right():
+    left, right = curves(everything(), 4).axes[0].get_xlim()
+    assert left > 0 > -30 > right
+    left, right = curves(everything(), 6).axes[0].get_xlim()
+    assert left < 0 < 15 < right
+
+
+def test_equal_tables_give_equal_bytes_and_1100_pixels():
+    points = everything()
+    for draw in (lambda p: curves(p, 5, paper=PAPER), lambda p: curves(p, 6), sensitivity):
+        once = png(draw(points))
+        assert once == png(draw(points.sample(fraction=1.0, shuffle=True, seed=2)))
+        width, _ = struct.unpack(">II", once[16:24])  # PNG's header
+        assert width == 1100
+
+
+def test_a_forest_has_a_row_a_reading_under_its_learner():
+    (axes,) = sensitivity(everything()).axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["IQ", "printed", "in turn", "IVQ", "printed", "in turn"]
+    heights = list(axes.get_yticks())
+    assert heights == sorted(heights, reverse=True)
+    drawn = [line.get_ydata()[0] for line in axes.lines if len(line.get_xdata()) == 1]
+    assert sorted(drawn, reverse=True) == [heights[i] for i in (1, 2, 4, 5)]
+    assert axes.get_xlabel()
+    assert "0.400 [0.379, 0.422]" in {text.get_text() for text in axes.texts}
+
+
+def test_a_forest_of_several_games_and_settings():
+    points = table(
+        point(5, "IVQ", 0.4, study="sensitivity"), point(5, "IVQ", 0.5, decay=0.9999, study="sensitivity"),
+        point(4, "IVQ", 0.4, k=-30.0, study="sensitivity"),
+        point(4, "IVQ", 0.4, k=-30.0, reading="a reading " * 12, study="sensitivity"),
+    )
+    drawn = sensitivity(points)
+    assert [axes.get_legend().get_title().get_text() for axes in drawn.axes] == ["penalty game", "climbing game"]
+    texts = [text.get_text() for text in drawn.axes[1].get_legend().get_texts()]
+    assert texts == ["decay 0.9997, 2,000 trainings", "decay 0.9999, 2,000 trainings"]
+    assert png(drawn).startswith(b"\x89PNG")
+
+
+def test_nothing_to_draw_is_said():
+    for draw in (lambda: curves(Paradigms.empty(), 4), lambda: curves(everything(), 5, runs=7),
+                 lambda: sensitivity(Paradigms.empty())):
+        with pytest.raises(NotFound, match="there are no points"):
+            draw()

@@ -1,0 +1,151 @@
+"""Section 5 of the paper through the flow and the command line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+from flows.cli import main
+from flows.paradigms import paradigms_flow, points_of, reports
+from pipeline.catalog import query
+from pipeline.paradigms import experiments
+from pipeline.paradigms.experiments import Design
+from pipeline.store import Store
+from schemas import Paradigms, Verdicts
+
+QUICK = Design(figures=(4, 5), runs=4, quick=True)
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory, prefect_server) -> tuple[Path, dict[str, object]]:
+    data = tmp_path_factory.mktemp("paradigms")
+    return data, paradigms_flow(data, QUICK)
+
+
+def test_points_and_verdicts_are_tables_of_the_catalogue(played):
+    data, report = played
+    assert report["failed"] == {}
+    catalogue = data / "catalog.duckdb"
+    points = query(catalogue, "select * from paradigms")
+    assert set(points.columns) == set(Paradigms.dtypes())
+    assert set(points["figure"]) == {4, 5}
+    assert set(points["runs"]) == {4}
+    claims = query(catalogue, "select distinct figure from verdicts order by 1")
+    assert claims["figure"].to_list() == [4, 5]
+
+
+def test_a_report_has_the_plots_of_its_figure(played):
+    data, _ = played
+    store = Store(data)
+    receipt = store.receipt("paradigms", reports(QUICK)[1].name)
+    assert set(receipt.files) == {"verdicts", "figure-5", "figure-5-fully", "figure-5-partially"}
+    assert store.read(receipt, "figure-5").startswith(b"\x89PNG")
+
+
+def test_what_is_there_is_not_played_again(played):
+    data, first = played
+    again = paradigms_flow(data, QUICK)
+    assert again["made"] == []
+    assert again["kept"] == len(first["made"])
+
+
+def test_two_folders_hold_the_same_bytes(played, tmp_path):
+    data, _ = played
+    paradigms_flow(tmp_path, QUICK)
+    for path in sorted((data / "paradigms").iterdir()):
+        if path.suffix in (".parquet", ".png"):
+            assert (tmp_path / "paradigms" / path.name).read_bytes() == path.read_bytes(), path.name
+
+
+def test_other_seeds_play_other_runs_beside_the_first(played):
+    data, _ = played
+    other = QUICK.model_copy(update={"seed": 7, "figures": (5,)})
+    paradigms_flow(data, other)
+    store = Store(data)
+    first, second = (points_of(store, report) for report in (reports(QUICK)[1], reports(other)[0]))
+    assert first.height == second.height
+    assert first["p_optimal"].to_list() != second["p_optimal"].to_list()
+
+
+def test_a_sheet_that_fails_is_reported_and_the_others_stand(tmp_path, prefect_server, monkeypatch):
+    from pipeline.paradigms import curves
+
+    def broken(k):
+        raise MemoryError("no room")
+
+    monkeypatch.setattr(curves, "penalty", broken)
+    report = paradigms_flow(tmp_path, QUICK)
+    failed = report["failed"]
+    assert failed
+    assert all(name.startswith("figure-4") for name in failed)
+    assert all(reason == "MemoryError: no room" for reason in failed.values())
+    assert "report-5-r4-s0-quick" in report["made"]
+    assert "report-4-r4-s0-quick" not in report["made"]
+    assert {record.noun for record in Store(tmp_path).quarantined()} == {"paradigms"}
+
+
+def test_the_command_prints_numbers_verdicts_and_where_the_plots_are(played, capsys):
+    data, _ = played
+    with pytest.raises(SystemExit) as stopped:
+        main(["paradigms", "--figure", "5", "--runs", "4", "--quick", "--data", str(data)])
+    assert stopped.value.code == 0
+    out = capsys.readouterr().out
+    assert "Figure 5: climbing, 4 trainings a point" in out
+    assert "IVQ never" not in out
+    assert "IVQ sometimes converges to the optimum" in out
+    assert "figure-5.png" in out
+    assert "penalty" not in out
+
+
+def test_json_holds_every_point_and_verdict(played, capsys):
+    data, _ = played
+    with pytest.raises(SystemExit):
+        main(["paradigms", "--figure", "5", "--runs", "4", "--quick", "--json", "--data", str(data)])
+    (figure,) = json.loads(capsys.readouterr().out)
+    assert figure["figure"] == 5
+    store = Store(data)
+    report = reports(QUICK)[1]
+    assert len(figure["points"]) == points_of(store, report).height
+    table = store.read_table(store.receipt("paradigms", report.name), "verdicts", Verdicts)
+    assert len(figure["verdicts"]) == table.height
+
+
+def test_export_writes_small_readable_files(played, tmp_path, capsys):
+    data, _ = played
+    with pytest.raises(SystemExit):
+        main(["paradigms", "--figure", "4", "--runs", "4", "--quick", "--export", str(tmp_path),
+              "--data", str(data)])
+    names = {path.name for path in tmp_path.iterdir()}
+    stem = "figure-4-r4-s0-quick"
+    assert names == {f"{stem}.figure.csv", f"{stem}.verdicts.csv", f"{stem}.figure-4.png", f"{stem}.settings.jsonl"}
+    points = pl.read_csv(tmp_path / f"{stem}.figure.csv")
+    assert set(points["learner"]) >= {"IQ", "JAQ", "IVQ", "hysteretic"}
+    head, *curves = (tmp_path / f"{stem}.settings.jsonl").read_text().splitlines()
+    assert json.loads(head)["design"]["runs"] == 4
+    assert {json.loads(line)["learner"] for line in curves} == set(points["learner"])
+
+
+@pytest.mark.parametrize(("words", "what"), [
+    (["--figure", "8"], "figure"), (["--runs", "0"], "runs"), (["--seed", "-1"], "seed"),
+])
+def test_arguments_that_make_no_sense_are_refused(words, what, tmp_path, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["paradigms", *words, "--data", str(tmp_path)])
+    assert stopped.value.code != 0
+    said = capsys.readouterr()
+    assert what in said.out + said.err
+
+
+def test_the_paper_s_own_numbers_of_runs():
+    assert [Design().runs_of(figure) for figure in (4, 5, 6)] == [100, 100, 3]
+    assert Design(runs=2_000).runs_of(6) == 2_000
+
+
+def test_the_confirmation_is_of_seeds_that_chose_nothing():
+    every = experiments.sheets(Design(sensitivity=True))
+    seeds = {study: {sheet.seed for sheet in every if sheet.curves[0].study == study}
+             for study in ("figure", "sensitivity", "confirmation")}
+    assert not seeds["confirmation"] & (seeds["figure"] | seeds["sensitivity"])
