@@ -1,7 +1,6 @@
 """Section 5 of the paper once more, literally: dicts, lists and the printed equations, and no haste.
 
-A peculiar reading or a peer is one class here; what an agent knows are its own dicts, by what it saw and
-did. Random numbers are drawn in the order that :func:`pipeline.paradigms.runner.play` documents.
+A rule is a class, an agent an object, and what it knows its own dicts, by what it saw and did. Random numbers are drawn in the order that :func:`pipeline.paradigms.runner.play` documents.
 """
 
 from __future__ import annotations
@@ -133,6 +132,7 @@ class IQ:
     settings: Any
     me: int
     actions: range
+    agents: int
     q: dict = field(default_factory=dict)
 
     def __post_init__(self):
@@ -192,7 +192,7 @@ class Share:
                 self.recent[s, other] -= self.recency * self.recent[s, other]
 
     def __call__(self, s, a, unseen):
-        if not self.been[s]:
+        if s not in self.been:
             return unseen
         return self.recent[s, a] if self.recency else self.times[s, a] / self.been[s]
 
@@ -201,16 +201,12 @@ class JAQ(IQ):
     """Equations 2 and 3; an agent counts for itself what it sees the others do."""
 
     def prepare(self):
-        self.beliefs = None
+        others = [j for j in range(self.agents) if j != self.me]
+        self.beliefs = {j: Share(self.settings.recency, self.actions) for j in others}
+        self.joint = list(product(self.actions, repeat=self.agents))
 
     def key(self, m):
-        self._meet(len(m.did))
         return m.saw[self.me], tuple(m.did)
-
-    def _meet(self, agents):
-        if self.beliefs is None:
-            self.beliefs = {j: Share(self.settings.recency, self.actions) for j in range(agents) if j != self.me}
-            self.joint = list(product(self.actions, repeat=agents))
 
     def options(self):
         return self.joint
@@ -220,7 +216,6 @@ class JAQ(IQ):
             belief.count(m.saw[j], m.did[j])
 
     def worth(self, sees):
-        self._meet(len(sees))
         expected = []
         for own in self.actions:
             total = 0.0
@@ -372,6 +367,10 @@ class WoLFPHC(IQ):
         return self.policy[sees[self.me]]
 
 
+#: By the name of the settings' class.
+KINDS = {kind.__name__: kind for kind in (IQ, JAQ, IVQ, Hysteretic, FMQ, Lenient, Distributed, WoLFPHC)}
+
+
 # -- training and testing ---------------------------------------------------------------------------------
 
 
@@ -388,8 +387,8 @@ class Played:
 
 def train(rng, game, settings, training):
     """A team, and whether a change of a value was beyond all bounds."""
-    kind = globals()[type(settings).__name__]
-    team = [kind(settings, me, range(game.actions)) for me in range(game.agents)]
+    kind = KINDS[type(settings).__name__]
+    team = [kind(settings, me, range(game.actions), game.agents) for me in range(game.agents)]
     heats = [float(heat) for heat in training.heats]
     state, ticks, steps = game.start, 0, 0
     while ticks < len(heats):

@@ -120,8 +120,8 @@ def test_export_writes_small_readable_files(played, tmp_path, capsys):
               "--data", str(data)])
     names = {path.name for path in tmp_path.iterdir()}
     stem = "figure-4-r4-s0-quick"
-    assert names == {f"{stem}.figure.csv", f"{stem}.verdicts.csv", f"{stem}.figure-4.png", f"{stem}.settings.jsonl"}
-    points = pl.read_csv(tmp_path / f"{stem}.figure.csv")
+    assert names == {f"{stem}.points.csv", f"{stem}.verdicts.csv", f"{stem}.png", f"{stem}.settings.jsonl"}
+    points = pl.read_csv(tmp_path / f"{stem}.points.csv")
     assert set(points["learner"]) >= {"IQ", "JAQ", "IVQ", "hysteretic"}
     head, *curves = (tmp_path / f"{stem}.settings.jsonl").read_text().splitlines()
     assert json.loads(head)["design"]["runs"] == 4

@@ -148,20 +148,22 @@ def _means(curves: pl.DataFrame) -> pl.DataFrame:
 
 def _export(store: Store, report: Report, design: Design, folder: Path) -> None:
     """Tables as CSV, plots as PNG, settings as JSON: small and readable, to be kept in git."""
-    name = report.name.replace("report-", "figure-", 1)
     receipt = need(store, "paradigms", report.name)
-    points = points_of(store, report)
-    for study, rows in points.partition_by("study", as_dict=True).items():
+    runs = report.name.removeprefix(f"report-{report.figure}-").removesuffix("-s0")
+    stem = f"figure-{report.figure}-{runs}"
+    for (study,), rows in points_of(store, report).partition_by("study", as_dict=True).items():
+        kind = "points" if study == "figure" else str(study)
         text = rows.drop("study").write_csv(float_precision=4)
-        store.write_bytes(folder / f"{name}.{study[0]}.csv", text.encode())
+        store.write_bytes(folder / f"{stem}.{kind}.csv", text.encode())
     judged = _verdicts(store, report).write_csv(float_precision=4)
-    store.write_bytes(folder / f"{name}.verdicts.csv", judged.encode())
-    for role in receipt.files:
-        if role != "verdicts":
-            store.write_bytes(folder / f"{name}.{role}.png", store.read(receipt, role))
+    store.write_bytes(folder / f"{stem}.verdicts.csv", judged.encode())
+    for role in sorted(set(receipt.files) - {"verdicts"}):
+        figure, _, game = role.removeprefix("figure-").partition("-")
+        plot = f"figure-{figure}-{runs}{game and f'.{game}'}" if figure.isdigit() else f"{stem}.{role}"
+        store.write_bytes(folder / f"{plot}.png", store.read(receipt, role))
     curves = [curve for sheet in sheets(design) if sheet.name in report.sheets for curve in sheet.curves]
     lines = [{"design": design.model_dump(mode="json"), "software": receipt.software}]
     lines += [curve.model_dump(mode="json", exclude_defaults=True) for curve in curves]
     text = "\n".join(encoder.dumps(line, sort_keys=True) for line in lines)
-    store.write_bytes(folder / f"{name}.settings.jsonl", f"{text}\n".encode())
-    console().print(f"{folder}: {name} written", soft_wrap=True)
+    store.write_bytes(folder / f"{stem}.settings.jsonl", f"{text}\n".encode())
+    console().print(f"{folder}: {stem} written", soft_wrap=True)

@@ -63,17 +63,25 @@ def values(memory: Memory, knobs: Knobs, agent: int, s_t: I64, out: F64) -> None
     Before anybody has been seen, every action of theirs is believed to be as likely.
     """
     agents, _, actions = memory.occurrence.shape
+    last = agents - 1
     for a in range(actions):
         out[a] = 0.0
-    for joint in range(memory.q.shape[2]):
+    joint = 0
+    for others in range(memory.q.shape[2] // actions):  # what all but the last do: taking digits is slow
         belief = 1.0
         own = 0
-        rest = joint
-        for j in range(agents - 1, -1, -1):
+        rest = others
+        for j in range(last - 1, -1, -1):
             a_j = rest % actions
             rest //= actions
             if j == agent:
                 own = a_j
             else:
                 belief *= memory.occurrence[j, s_t[j], a_j]
-        out[own] += belief * memory.q[agent, s_t[agent], joint]
+        for a in range(actions):
+            worth = belief * memory.q[agent, s_t[agent], joint]
+            if agent == last:
+                out[a] += worth
+            else:
+                out[own] += memory.occurrence[last, s_t[last], a] * worth
+            joint += 1

@@ -8,6 +8,10 @@ from enum import IntEnum
 from pipeline.learning.kernel import kernel
 from pipeline.learning.memory import F64
 
+#: The exponential of this is 0 in float64. Where training ends most weights are, and finding it out by
+#: computing them took a tenth of a step.
+UNDERFLOW = -746.0
+
 
 class Selection(IntEnum):
     """What makes weights of values; heat is the temperature, or the probability of exploring."""
@@ -35,7 +39,7 @@ def boltzmann(values: F64, temperature: float, out: F64) -> None:
     for a in range(values.shape[0]):
         if values[a] == best:
             out[a] = 1.0
-        elif temperature > 0.0:
+        elif values[a] - best > UNDERFLOW * temperature:
             out[a] = math.exp((values[a] - best) / temperature)
         else:
             out[a] = 0.0

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import polars as pl
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pipeline.games.equilibria import pure_equilibria
 from pipeline.games.game import Game
@@ -33,12 +33,19 @@ class Exploration(Frozen):
 
     Attributes:
         selection: what makes weights of action values.
-        start, end: heat of the first and the last tick; it falls by a constant factor.
+        start, end: heat of the first and the last tick; it falls by a constant factor. Where it is a
+            probability, at most 1.
     """
 
     selection: Literal["boltzmann", "epsilon-greedy", "mixed"]
-    start: float = Field(ge=0)
+    start: float = Field(gt=0)
     end: float = Field(gt=0)
+
+    @model_validator(mode="after")
+    def _heat_may_be_a_probability(self) -> Exploration:
+        if self.selection != "boltzmann" and max(self.start, self.end) > 1:
+            raise ValueError(f"{self.selection} explores with a probability: start and end are at most 1")
+        return self
 
     def heats(self, ticks: int) -> F64:
         """float64 [ticks], geometric from start to end, both included."""
@@ -78,7 +85,7 @@ class Curve(Frozen):
     reading: str
     rule: AnyLearner
     ks: tuple[float, ...] = ()
-    decays: tuple[float, ...] = Field(min_length=1)
+    decays: tuple[Annotated[float, Field(gt=0, lt=1)], ...] = Field(min_length=1)
     temperature: float = Field(default=16.0, gt=0)
     floor: float = Field(default=0.01, gt=0)
     exploration: Exploration | None = None

@@ -70,7 +70,7 @@ def telling(points: pl.DataFrame, best: int = 3) -> pl.DataFrame:
 
     Args:
         points: schema Paradigms; those of other studies than sensitivity are left out.
-        best: how many of each learner and figure.
+        best: how many of each learner, figure and decay.
     """
     tried = points.filter(pl.col("study") == "sensitivity")
     ranked = pl.col("p_optimal").rank("ordinal", descending=True).over("figure", "learner", "decay")

@@ -233,7 +233,7 @@ def play(
         training: how long and how exploring.
         testing: how it is tested.
         runs: which runs of the seeds.
-        seeds: of all runs; other seeds make independent runs.
+        seeds: of all runs; others make independent runs, unless they differ only in zeros at the end.
         workers: threads; by default one a core.
 
     Raises:

@@ -14,6 +14,8 @@ from pipeline import behaviours, decisions, grams, knowledge, matches, policies
 from pipeline.frame import MatchLog
 from pipeline.goals import attribute
 from pipeline.importers import source, tracking
+from pipeline.paradigms.claims import verdicts
+from pipeline.paradigms.experiments import Design, sheets
 from pipeline.settings import Settings
 from pipeline.situations import recognise
 from pipeline.trajectories import trajectories
@@ -84,6 +86,19 @@ def knowledge_and_policy() -> str:
     )
 
 
+def paradigms() -> str:
+    """A few points of every figure, and what they say of the paper's claims."""
+    design = Design(quick=True)
+    points = pl.concat(
+        curve.play(k, decay, runs=sheet.runs, seed=sheet.seed)
+        for sheet in sheets(design) for curve in sheet.curves for k, decay in curve.points()
+        if "stochastic" not in curve.game
+    )
+    shown = points.select("figure", "learner", "reading", "k", "decay", "steps", "runs", "p_optimal", "p_low",
+                          "p_high", "p_equilibrium", "path_length", "diverged")
+    return _text(design.model_dump(mode="json"), shown, verdicts(points).drop("quantity"))
+
+
 def tables() -> str:
     """The columns of every public table: a change here needs another VERSION of the table."""
     lines = []
@@ -120,6 +135,7 @@ CASES: dict[str, Callable[[], str]] = {
     "matches/rsim-3s.txt": log,
     "situations/rsim-20s.txt": situations,
     "knowledge/rsim-120s.txt": knowledge_and_policy,
+    "paradigms/quick.txt": paradigms,
 }
 
 

@@ -1,0 +1,364 @@
+"""IQ, JAQ and IVQ: worked on paper, and what holds for whatever is played."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.learning import jaq, rules
+from pipeline.learning.iq import IQ
+from pipeline.learning.ivq import IVQ
+from pipeline.learning.jaq import JAQ
+from pipeline.learning.memory import Memory, memory_of
+from pipeline.learning.rules import RULES
+
+AGENTS, ACTIONS, OBSERVATIONS = 3, 3, 2
+PAPER = [IQ, JAQ, IVQ]
+
+
+def ints(*numbers):
+    return np.array(numbers, np.int64)
+
+
+def floats(*numbers):
+    return np.array(numbers, np.float64)
+
+
+def learn(settings, steps, *, agents=2, actions=2, observations=1):
+    """The memory after steps (seen, done, rewards, continues, seen next), of every agent each."""
+    rule, knobs = RULES.index(type(settings)), settings.knobs(agents)
+    memory = memory_of(settings, agents, observations, actions)
+
+    def move(agent, error, s, a):
+        done = jaq.joint_index(a, actions) if settings.JOINT else a[agent]
+        memory.q[agent, s[agent], done] += knobs.step_size * error
+
+    for s_tm1, a_tm1, r_t, continues_t, s_t in steps:
+        errors = []
+        for i in range(agents):
+            errors.append(rules.error(rule, memory, knobs, i, s_tm1, a_tm1, r_t, continues_t, s_t, 0.5))
+            if settings.order == "in turn":
+                move(i, errors[i], s_tm1, a_tm1)
+        if settings.order == "simultaneous":
+            for i in range(agents):
+                move(i, errors[i], s_tm1, a_tm1)
+        for i in range(agents):
+            rules.adapt(rule, memory, knobs, i, s_tm1, a_tm1, r_t)
+    return memory
+
+
+def repeated(*steps):
+    """Steps of a game of one state, from (actions, rewards)."""
+    return [(ints(*[0] * len(a)), ints(*a), floats(*r), 1.0, ints(*[0] * len(a))) for a, r in steps]
+
+
+def values(settings, memory, agent, seen=None, actions=2):
+    agents = memory.q.shape[0]
+    out = np.empty(actions)
+    rules.values(
+        RULES.index(type(settings)), memory, settings.knobs(agents), agent,
+        ints(*(seen or [0] * agents)), out)
+    return out.tolist()
+
+
+def assert_q(memory, *rows):
+    np.testing.assert_allclose(memory.q[:, 0], rows, rtol=0, atol=1e-12)
+
+
+# -- three steps on paper ---------------------------------------------------------------------------------
+
+
+def test_iq_three_steps_by_hand():
+    settings = IQ(step_size=0.5, discount=0.5)
+    # 1. both see 0, do (0, 1), get (4, -4), see 1:  q1(0,0) = .5*(4 + .5*0 - 0) = 2, q2(0,1) = -2
+    # 2. see 1, do (1, 1), get 8, see 0:             q1(1,1) = .5*(8 + .5*max(2, 0)) = 4.5
+    #                                                q2(1,1) = .5*(8 + .5*max(0, -2)) = 4
+    # 3. see 0, do (0, 1), get 6, and it ends:       q1(0,0) = 2 + .5*(6 - 2) = 4
+    #                                                q2(0,1) = -2 + .5*(6 + 2) = 2
+    steps = [
+        (ints(0, 0), ints(0, 1), floats(4, -4), 1.0, ints(1, 1)),
+        (ints(1, 1), ints(1, 1), floats(8, 8), 1.0, ints(0, 0)),
+        (ints(0, 0), ints(0, 1), floats(6, 6), 0.0, ints(1, 1)),
+    ]
+    memory = learn(settings, steps, observations=2)
+    assert memory.q.tolist() == [[[4, 0], [0, 4.5]], [[0, 2], [0, 4]]]
+    assert values(settings, memory, 0, [1, 0]) == [0, 4.5]
+    assert values(settings, memory, 1, [1, 0]) == [0, 2]
+    # had it gone on: q1(0,0) = 2 + .5*(6 + .5*4.5 - 2) = 5.125, q2(0,1) = -2 + .5*(6 + .5*4 + 2) = 3
+    went_on = learn(settings, [*steps[:2], (*steps[2][:3], 1.0, ints(1, 1))], observations=2)
+    assert went_on.q[:, 0].tolist() == [[5.125, 0], [0, 3]]
+
+
+@pytest.mark.parametrize("settings", [IQ(initial=12.0), JAQ(initial=12.0), IVQ(initial=12.0)])
+def test_values_start_where_they_are_told(settings):
+    assert values(settings, learn(settings, []), 1) == [12, 12]
+
+
+JAQ_STEPS = repeated(((0, 1), (8, 8)), ((1, 1), (-4, -4)), ((0, 0), (2, 2)))
+# for both agents, with learning rate and discount .5, of the joint actions 00, 01, 10, 11:
+# 1. q(01) = .5*8 = 4. 2. q(11) = .5*(-4 + .5*4) = -1. 3. q(00) = .5*(2 + .5*4) = 2
+JAQ_Q = [2, 4, 0, -1]
+
+
+def test_jaq_three_steps_by_hand():
+    settings = JAQ(step_size=0.5, discount=0.5)
+    memory = learn(settings, JAQ_STEPS)
+    assert_q(memory, JAQ_Q, JAQ_Q)
+    # the first did 0, 1, 0 and the second 1, 1, 0: believed to do 0 with 2/3, and with 1/3
+    # first:  EV(0) = 1/3*2 + 2/3*4 = 10/3, EV(1) = 1/3*0 + 2/3*(-1) = -2/3
+    # second: EV(0) = 2/3*2 + 1/3*0 = 4/3,  EV(1) = 2/3*4 + 1/3*(-1) = 7/3
+    assert values(settings, memory, 0) == pytest.approx([10 / 3, -2 / 3], abs=1e-12)
+    assert values(settings, memory, 1) == pytest.approx([4 / 3, 7 / 3], abs=1e-12)
+
+
+def test_jaq_with_beliefs_that_forget_by_hand():
+    settings = JAQ(step_size=0.5, discount=0.5, recency=0.5)
+    memory = learn(settings, JAQ_STEPS)
+    assert_q(memory, JAQ_Q, JAQ_Q)
+    # P(first does 0): 1/2, 3/4, 3/8, 11/16. P(second does 0): 1/2, 1/4, 1/8, 9/16
+    # first:  EV(0) = (9*2 + 7*4)/16 = 2.875,  EV(1) = 7/16*(-1)
+    # second: EV(0) = 11/16*2 = 1.375,         EV(1) = (11*4 - 5)/16 = 2.4375
+    assert values(settings, memory, 0) == [2.875, -0.4375]
+    assert values(settings, memory, 1) == [1.375, 2.4375]
+
+
+def test_jaq_before_anybody_was_seen_believes_in_all_actions_alike():
+    settings = JAQ()
+    memory = learn(settings, [])
+    memory.q[0, 0] = [1, 2, 4, 8]
+    assert values(settings, memory, 0) == [1.5, 6]
+
+
+def test_jaq_expected_values_of_three_agents_by_hand():
+    # what the middle agent expects: over the first, believed in where it stands (observation 1) to do
+    # 1/4, 3/4, and the third (observation 0): 1/8, 7/8. q is 1 to 8 in the order 000, 001, 010, ..., 111
+    settings = JAQ()
+    memory = memory_of(settings, 3, 2, 2)
+    memory.q[1, 1] = range(1, 9)
+    memory.occurrence[0, 1] = [1 / 4, 3 / 4]
+    memory.occurrence[2, 0] = [1 / 8, 7 / 8]
+    memory.occurrence[0, 0] = memory.occurrence[2, 1] = memory.occurrence[1] = np.nan  # not to be read
+    # EV(0) = 1/4*(1/8*1 + 7/8*2) + 3/4*(1/8*5 + 7/8*6) = (15 + 141)/32 = 4.875
+    # EV(1), every value 2 greater: 6.875
+    assert values(settings, memory, 1, [1, 1, 0]) == [4.875, 6.875]
+
+
+IVQ_STEPS = repeated(((0, 1), (4, -2)), ((0, 0), (2, 6)), ((1, 0), (-4, -1)))
+
+
+def test_ivq_as_printed_three_steps_by_hand():
+    # learning rate, discount and influence .5; RV counts the next value wholly (equation 6)
+    # 1. TD = RV = 4, -2. Both did for the first time what they always did: Pe = 1, 1
+    #    OP2(1) = -2*1, OP1(2) = 4*(1-1) = 0
+    #    q1(0) = .5*(4 + .5*(-2)) = 1.5;                q2(1) = .5*(-2 + 0) = -1
+    # 2. TD1 = 2 + .75 - 1.5 = 1.25, RV1 = 2 + 1.5 - 1.5 = 2; TD2 = RV2 = 6. Pe = 2/2, 1/2
+    #    OP2(1) = 6*0, OP1(2) = 2*1/2 = 1
+    #    q1(0) = 1.5 + .5*1.25 = 2.125;                 q2(0) = .5*(6 + .5*1) = 3.25
+    # 3. TD1 = -4 + 1.0625 = -2.9375, RV1 = -4 + 2.125 = -1.875
+    #    TD2 = -1 + 1.625 - 3.25 = -2.625, RV2 = -1 + 3.25 - 3.25 = -1. Pe = 1/3, 2/3
+    #    OP2(1) = -1/3, OP1(2) = -1.875*2/3 = -1.25
+    #    q1(1) = .5*(-2.9375 - 1/6) = -1.46875 - 1/12;  q2(0) = 3.25 + .5*(-2.625 - .625) = 1.625
+    settings = IVQ(step_size=0.5, discount=0.5, influence=0.5)
+    assert_q(learn(settings, IVQ_STEPS), [2.125, -1.46875 - 1 / 12], [1.625, -1])
+
+
+@pytest.mark.parametrize(("reading", "first", "second"), [
+    # 1. q1(0) = .5*4 + .5*(-2) = 1;                    q2(1) = .5*(-2) + 0 = -1
+    # 2. TD1 = 2 + .5 - 1 = 1.5, RV1 = 2; TD2 = RV2 = 6; OP2(1) = 0, OP1(2) = 1
+    #    q1(0) = 1 + .75 = 1.75;                        q2(0) = 3 + .5 = 3.5
+    # 3. TD1 = -4 + .875 = -3.125, RV1 = -4 + 1.75 = -2.25; TD2 = -1 + 1.75 - 3.5 = -2.75, RV2 = -1
+    #    OP2(1) = -1/3, OP1(2) = -2.25*2/3 = -1.5
+    #    q1(1) = -1.5625 - 1/6;                         q2(0) = 3.5 - 1.375 - .75 = 1.375
+    ({"bracket": "outside"}, [1.75, -1.5625 - 1 / 6], [1.375, -1]),
+    # 1. as printed: 1.5, -1
+    # 2. RV1 = TD1 = 1.25, OP1(2) = .625:               q2(0) = .5*(6 + .3125) = 3.15625
+    # 3. RV1 = TD1 = -2.9375 = -47/16; RV2 = TD2 = -1 + 1.578125 - 3.15625 = -2.578125
+    #    OP2(1) = -.859375, OP1(2) = -47/16*2/3 = -47/24
+    #    q1(1) = .5*(-2.9375 - .4296875) = -1.68359375; q2(0) = 3.15625 + .5*(-2.578125 - 47/48)
+    ({"opinion_discount": None}, [2.125, -1.68359375], [1.8671875 - 47 / 96, -1]),
+    # 1. as printed: 1.5, -1
+    # 2. RV1 = 2 - 1.5 = .5, OP1(2) = .25:              q2(0) = .5*(6 + .125) = 3.0625
+    # 3. RV1 = -4, RV2 = -1 - 3.0625 = -4.0625; TD2 = -1 + 1.53125 - 3.0625 = -2.53125
+    #    OP2(1) = -4.0625/3, OP1(2) = -8/3
+    #    q1(1) = .5*(-2.9375 - 4.0625/6);               q2(0) = 3.0625 + .5*(-2.53125 - 4/3)
+    ({"opinion_discount": 0.0}, [2.125, -1.46875 - 4.0625 / 12], [1.796875 - 2 / 3, -1]),
+    # 1. nobody has done anything before: Pe = 0, 0; OP2(1) = -2*0, OP1(2) = 4*1
+    #    q1(0) = .5*4 = 2;                              q2(1) = .5*(-2 + 2) = 0
+    # 2. Pe = 1/1, 0/1; TD1 = 2 + 1 - 2 = 1, RV1 = 2; TD2 = RV2 = 6; OP2(1) = 6*0, OP1(2) = 2*1
+    #    q1(0) = 2.5;                                   q2(0) = .5*(6 + 1) = 3.5
+    # 3. Pe = 0/2, 1/2; TD1 = -4 + 1.25 = -2.75, RV1 = -1.5; TD2 = -1 + 1.75 - 3.5 = -2.75, RV2 = -1
+    #    OP2(1) = -1*0, OP1(2) = -.75
+    #    q1(1) = -1.375;                                q2(0) = 3.5 + .5*(-2.75 - .375) = 1.9375
+    ({"present": False}, [2.5, -1.375], [1.9375, 0]),
+    # the occurrence starts from 1/2 and moves half way to what was done
+    # 1. Pe = 3/4, 3/4; OP2(1) = -1.5, OP1(2) = 4*1/4
+    #    q1(0) = .5*(4 - .75) = 1.625;                  q2(1) = .5*(-2 + .5) = -.75
+    # 2. Pe = 7/8, 5/8; TD1 = 2 + .8125 - 1.625 = 1.1875, RV1 = 2; TD2 = RV2 = 6
+    #    OP2(1) = 6/8, OP1(2) = 2*3/8
+    #    q1(0) = 1.625 + .5*(1.1875 + .375) = 2.40625;  q2(0) = .5*(6 + .375) = 3.1875
+    # 3. Pe = (1/8 + 1)/2 = 9/16, (5/8 + 1)/2 = 13/16; TD1 = -4 + 1.203125, RV1 = -4 + 2.40625 = -1.59375
+    #    TD2 = -1 + 1.59375 - 3.1875 = -2.59375, RV2 = -1
+    #    OP2(1) = -9/16, OP1(2) = -1.59375*13/16 = -1.294921875
+    #    q1(1) = .5*(-2.796875 - .28125) = -1.5390625
+    #    q2(0) = 3.1875 + .5*(-2.59375 - .6474609375) = 1.56689453125
+    ({"recency": 0.5}, [2.40625, -1.5390625], [1.56689453125, -0.75]),
+    # the first moves before the second, who then judges by its new value
+    # 1. and 2. as printed, since RV1 = r + max q1 - q1(0) while 0 is the first's best
+    # 3. q1(1) = -1.46875 - 1/12 = -149/96 first; then RV1 = -4 + 2.125 + 149/96 = -31/96
+    #    OP1(2) = -31/96*2/3 = -31/144;                 q2(0) = 3.25 + .5*(-2.625 - 31/288)
+    ({"order": "in turn"}, [2.125, -149 / 96], [1.9375 - 31 / 576, -1]),
+], ids=["outside", "opinions discounted", "opinions of the reward", "present not counted", "by recency", "in turn"])
+def test_every_reading_of_ivq_three_steps_by_hand(reading, first, second):
+    settings = IVQ(step_size=0.5, discount=0.5, influence=0.5, **reading)
+    assert_q(learn(settings, IVQ_STEPS), first, second)
+
+
+def test_what_was_never_seen_counts_nothing_where_only_earlier_visits_count():
+    # by recency, too: without it the occurrence index would be what it starts from, 1/2
+    settings = IVQ(step_size=0.5, influence=0.5, present=False, recency=0.5)
+    # RV1 = 4, OP1(2) = 4*(1 - 0): q2(1) = .5*(-2 + .5*4) = 0; OP2(1) = -2*0: q1(0) = .5*4
+    assert_q(learn(settings, IVQ_STEPS[:1]), [2, 0], [0, 0])
+
+
+def test_nothing_follows_in_an_opinion_at_the_end_of_an_episode():
+    # 1. as printed: 1.5, -1. 2. ends: TD1 = RV1 = 2 - 1.5 = .5, TD2 = RV2 = 6; OP2(1) = 0, OP1(2) = .25
+    # q1(0) = 1.5 + .25; q2(0) = .5*(6 + .125)
+    ends = (*IVQ_STEPS[1][:3], 0.0, ints(0, 0))
+    settings = IVQ(step_size=0.5, discount=0.5, influence=0.5)
+    assert_q(learn(settings, [IVQ_STEPS[0], ends]), [1.75, 0], [3.0625, -1])
+
+
+def test_ivq_three_agents_three_steps_by_hand():
+    # learning rate and influence .5, discount 0 (but RV counts the next value wholly)
+    # 1. TD = RV = 2, -4, 6; Pe = 1, 1, 1: only the second's opinion is not 0, -4
+    #    q1(0) = .5*(2 - 2) = 0;  q2(0) = -2;  q3(1) = .5*(6 - 2) = 2
+    # 2. Pe = 1, 1/2, 1. RV1 = 4, RV2 = 4 + 0 - 0 = 4, RV3 = -2 + 2 - 2 = -2; TD = 4, 4, -2 - 2
+    #    of the first: 4*0 and -2*1; of the second: 4*1/2 and -2*1/2; of the third: 4*0 and 4*0
+    #    q1(0) = .5*(4 - 1) = 1.5;  q2(1) = .5*(4 + .5) = 2.25;  q3(1) = 2 + .5*(-4) = 0
+    # 3. Pe = 1/3, 2/3, 1/3. RV1 = -3 + 1.5 = -1.5, RV2 = 3 + 2.25 + 2 = 7.25, RV3 = 0; TD = -3, 5, 0
+    #    of the first: 7.25*2/3 and 0; of the second: -1.5*2/3 and 0; of the third: -1.5*1/3 and 7.25*2/3
+    #    q1(1) = .5*(-3 + 29/12) = -7/24;  q2(0) = -2 + .5*(5 - .5) = .25;  q3(0) = .5*13/6
+    settings = IVQ(step_size=0.5, influence=0.5)
+    steps = repeated(((0, 0, 1), (2, -4, 6)), ((0, 1, 1), (4, 4, -2)), ((1, 0, 0), (-3, 3, 0)))
+    assert_q(learn(settings, steps, agents=3), [1.5, -7 / 24], [0.25, 2.25], [13 / 12, 0])
+
+
+# -- what holds for whatever was played -------------------------------------------------------------------
+
+
+def vectors(elements, dtype, size=AGENTS):
+    return st.lists(elements, min_size=size, max_size=size).map(lambda row: np.array(row, dtype))
+
+
+def plays(agents=AGENTS):
+    """Steps in any order of observations, of every agent its own."""
+    seen = vectors(st.integers(0, OBSERVATIONS - 1), np.int64, agents)
+    done = vectors(st.integers(0, ACTIONS - 1), np.int64, agents)
+    rewards = vectors(st.floats(-30, 30), np.float64, agents)
+    return st.lists(st.tuples(seen, done, rewards, st.sampled_from([0.0, 1.0]), seen), max_size=20)
+
+
+def learned(settings, play, agents=AGENTS):
+    return learn(settings, play, agents=agents, actions=ACTIONS, observations=OBSERVATIONS)
+
+
+def all_values(settings, memory):
+    """What every agent's actions are worth to it in observations (0, 1, 0), [N, A]."""
+    seen = [0, 1, 0][: memory.q.shape[0]]
+    return np.array([values(settings, memory, i, seen, ACTIONS) for i in range(memory.q.shape[0])])
+
+
+@given(play=plays(), bracket=st.sampled_from(["inside", "outside"]), order=st.sampled_from(["simultaneous", "in turn"]))
+def test_without_influence_ivq_is_iq(play, bracket, order):
+    swayed = IVQ(discount=0.9, influence=0.0, bracket=bracket, order=order)
+    assert learned(swayed, play).q.tobytes() == learned(IQ(discount=0.9, order=order), play).q.tobytes()
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.__name__)
+@given(play=plays(agents=1))
+def test_with_one_agent_every_rule_is_q_learning(rule, play):
+    q = np.zeros((OBSERVATIONS, ACTIONS))  # Q-learning on its own
+    for [s], [a], [r], continues, [s_next] in play:
+        q[s, a] += 0.1 * (r + 0.9 * continues * q[s_next].max() - q[s, a])
+    memory = learned(rule(step_size=0.1, discount=0.9), play, agents=1)
+    assert memory.q[0].tobytes() == q.tobytes()
+
+
+@given(play=plays())
+def test_jaq_agents_who_receive_the_same_learn_the_same(play):
+    alike = [(s * 0, a, np.full(AGENTS, r[0]), *rest[:1], rest[1] * 0) for s, a, r, *rest in play]
+    q = learned(JAQ(discount=0.9), alike).q
+    assert q[1].tobytes() == q[0].tobytes()
+    assert q[2].tobytes() == q[0].tobytes()
+
+
+def close(actual, expected):
+    np.testing.assert_allclose(actual, expected, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("rule", PAPER)
+@given(play=plays(), to=st.permutations(range(ACTIONS)))
+def test_relabelling_actions_relabels_what_is_learned(rule, play, to):
+    to, settings = np.array(to), rule(discount=0.9)  # action a is now called to[a]
+    plain, other = learned(settings, play), learned(settings, [(s, to[a], *rest) for s, a, *rest in play])
+    axes = plain.q.ndim + (AGENTS - 1 if settings.JOINT else 0)
+    shape = (AGENTS, OBSERVATIONS) + (ACTIONS,) * (axes - 2)
+    relabelled = other.q.reshape(shape)
+    for axis in range(2, axes):
+        relabelled = relabelled.take(to, axis)
+    assert relabelled.tobytes() == plain.q.tobytes()
+    assert other.occurrence[:, :, to].tobytes() == plain.occurrence.tobytes()
+    close(all_values(settings, other)[:, to], all_values(settings, plain))
+
+
+@pytest.mark.parametrize("rule", PAPER)
+@given(play=plays(), order=st.permutations(range(AGENTS)))
+def test_relabelling_agents_relabels_what_is_learned(rule, play, order):
+    order, settings = np.array(order), rule(discount=0.9)  # the i-th agent is now the one that was order[i]
+    renamed = [(s[order], a[order], r[order], continues, s_t[order]) for s, a, r, continues, s_t in play]
+    plain, other = learned(settings, play), learned(settings, renamed)
+    expected = plain.q[order]
+    if settings.JOINT:
+        joint = expected.reshape((AGENTS, OBSERVATIONS) + (ACTIONS,) * AGENTS)
+        expected = joint.transpose(0, 1, *(2 + order)).reshape(expected.shape)
+    close(other.q, expected)  # influences are summed up in another order
+    assert other.occurrence.tobytes() == plain.occurrence[order].tobytes()
+    for i in range(AGENTS):
+        seen = ints(0, 1, 0)
+        close(values(settings, other, i, seen[order].tolist(), ACTIONS),
+              values(settings, plain, order[i], seen.tolist(), ACTIONS))
+
+
+@pytest.mark.parametrize("rule", [JAQ, IVQ])
+@given(play=plays())
+def test_occurrence_is_the_share_of_visits(rule, play):
+    memory = learned(rule(), play)
+    for i, s in np.ndindex(AGENTS, OBSERVATIONS):
+        done = [int(a[i]) for seen, a, *_ in play if seen[i] == s]
+        share = [done.count(a) / len(done) for a in range(ACTIONS)] if done else [1 / ACTIONS] * ACTIONS
+        assert memory.visits[i, s] == len(done)
+        close(memory.occurrence[i, s], share)
+
+
+@pytest.mark.parametrize("rule", [JAQ, IVQ])
+@given(play=plays(), recency=st.floats(0.01, 0.99))
+def test_recent_choices_count_more_by_a_constant_factor(rule, play, recency):
+    memory = learned(rule(recency=recency), play)
+    for i, s in np.ndindex(AGENTS, OBSERVATIONS):
+        done = [int(a[i]) for seen, a, *_ in play if seen[i] == s]
+        share = np.full(ACTIONS, (1 - recency) ** len(done) / ACTIONS)
+        for age, a in enumerate(reversed(done)):
+            share[a] += recency * (1 - recency) ** age
+        close(memory.occurrence[i, s], share)
+
+
+@given(play=plays(), q=vectors(st.floats(-30, 30), np.float64, ACTIONS**AGENTS))
+def test_jaqs_expected_value_lies_between_the_least_and_the_greatest_joint_value(play, q):
+    settings = JAQ()
+    memory: Memory = learned(settings, play)
+    memory.q[:] = q
+    joint = q.reshape((ACTIONS,) * AGENTS)
+    for i, expected in enumerate(all_values(settings, memory)):
+        of_own = np.moveaxis(joint, i, 0).reshape(ACTIONS, -1)
+        assert (of_own.min(axis=1) - 1e-9 <= expected).all()
+        assert (expected <= of_own.max(axis=1) + 1e-9).all()

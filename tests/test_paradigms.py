@@ -1,0 +1,460 @@
+"""The study: runs equal a literal loop one by one, are seeded one by one, and are summed up as they are."""
+
+import itertools
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from pipeline.games import matrix
+from pipeline.games.grid import grid_world, state_of
+from pipeline.learning.distributed import Distributed
+from pipeline.learning.fmq import FMQ
+from pipeline.learning.hysteretic import Hysteretic
+from pipeline.learning.iq import IQ
+from pipeline.learning.ivq import IVQ
+from pipeline.learning.jaq import JAQ
+from pipeline.learning.lenient import Lenient
+from pipeline.learning.rules import RULES
+from pipeline.learning.selection import Selection
+from pipeline.learning.wolf_phc import WoLFPHC
+from pipeline.paradigms import curves, runner
+from pipeline.paradigms.curves import Curve, Exploration
+from pipeline.paradigms.experiments import Design, sheets
+from pipeline.paradigms.readings import telling
+from pipeline.paradigms.runner import Runs, Training, learn, play, stream
+from schemas import Paradigms
+from tests import literal_learning as literal
+from tests.points import point, table
+
+SEEDS = (7, 11)
+CLIMBING = [[11, -30, 0], [-30, 7, 6], [0, 0, 5]]
+STOCHASTIC = [[[10, 12], [5, -65], [8, -8]], [[5, -65], [14, 0], [12, 0]], [[5, -5], [5, -5], [7, 3]]]
+
+#: Three agents: 11, 7, 5 for all alike; -30 where anybody does 0 and anybody 1; 6 for the first doing 1 and
+#: others 1 or 2; else nothing.
+THREE = [
+    [[11, -30, 0], [-30, -30, -30], [0, -30, 0]],
+    [[-30, -30, -30], [-30, 7, 6], [-30, 6, 6]],
+    [[0, -30, 0], [-30, 0, 0], [0, 0, 5]],
+]
+
+GAMES = {
+    "penalty": (matrix.penalty(-10), literal.MatrixGame([[10, 0, -10], [0, 2, 0], [-10, 0, 10]], 2)),
+    "climbing": (matrix.climbing(), literal.MatrixGame(CLIMBING, 2)),
+    "stochastic climbing": (matrix.fully_stochastic_climbing(), literal.MatrixGame(STOCHASTIC, 2)),
+    "three-agent climbing": (matrix.matrix_game("three-agent climbing", THREE), literal.MatrixGame(THREE, 3)),
+    "grid": (grid_world(10.0), literal.GridWorld(10.0)),
+}
+
+LEARNERS = {
+    "IQ": (IQ(), Selection.BOLTZMANN),
+    "IQ from 5, discounting": (IQ(initial=5.0, discount=0.9), Selection.EPSILON_GREEDY),
+    "IQ on what is its own": (IQ(observes="own", discount=1.0), Selection.BOLTZMANN),
+    "JAQ": (JAQ(discount=0.5), Selection.BOLTZMANN),
+    "JAQ by recency, own": (JAQ(recency=0.1, discount=0.9, observes="own"), Selection.BOLTZMANN),
+    "IVQ": (IVQ(), Selection.BOLTZMANN),
+    "IVQ outside": (IVQ(bracket="outside", discount=0.9, opinion_discount=None), Selection.BOLTZMANN),
+    "IVQ present not counted": (IVQ(present=False, discount=0.5), Selection.BOLTZMANN),
+    "IVQ by recency, own": (IVQ(recency=0.1, present=False, observes="own"), Selection.BOLTZMANN),
+    "hysteretic": (Hysteretic(discount=0.9), Selection.EPSILON_GREEDY),
+    "FMQ": (FMQ(weight=2.0), Selection.BOLTZMANN),
+    "lenient": (Lenient(cooling=0.97, discount=0.9), Selection.BOLTZMANN),
+    "distributed": (Distributed(discount=0.9), Selection.BOLTZMANN),
+    "distributed, greedy at times": (Distributed(step_size=0.5), Selection.EPSILON_GREEDY),
+    "WoLF-PHC": (WoLFPHC(winning=0.01, losing=0.04, discount=0.5), Selection.MIXED),
+}
+
+
+def falling(selection, ticks):
+    """Heats from hot to nearly greedy."""
+    start, end = (16.0, 0.05) if selection is Selection.BOLTZMANN else (1.0, 0.01)
+    return np.geomspace(start, end, ticks)
+
+
+def quick_training(ticks=400, **rest):
+    return Training(falling(Selection.BOLTZMANN, ticks), **rest)
+
+
+def same(one: Runs, other: Runs):
+    for a, b in zip(one, other, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+# -- equal to the literal loop, run by run ----------------------------------------------------------------
+
+
+def literal_memory(played, game, settings):
+    """What the literal team learned, as Memory's q and occurrence (the latter None where none is kept)."""
+    observed = game.observed(settings.observes)
+    shape = (game.agents, int(observed.max()) + 1)
+    joint = game.actions**game.agents
+    q = np.full((*shape, joint if settings.JOINT else game.actions), settings.initial)
+    occurrence = np.full((*shape, game.actions), 1 / game.actions)
+
+    def number(agent, seen):
+        if seen == "again":
+            return 0
+        return state_of(*seen) if isinstance(seen[0], tuple) else state_of((1, 1), seen)
+
+    for i, agent in enumerate(played.team):
+        for (seen, done), value in agent.q.items():
+            q[i, number(i, seen), game.joint(done) if settings.JOINT else done] = value
+        share = agent.occurrence if isinstance(agent, literal.IVQ) else None
+        if isinstance(agent, literal.JAQ):
+            share = played.team[i - 1].beliefs[i]  # what another believes of it
+        for seen in share.been if share else ():
+            occurrence[i, number(i, seen)] = [share(seen, a, None) for a in range(game.actions)]
+    return q, occurrence
+
+
+@pytest.mark.parametrize("game", GAMES)
+@pytest.mark.parametrize("learner", LEARNERS)
+def test_runs_equal_the_literal_loop(learner, game):
+    (settings, selection), (compiled, plain) = LEARNERS[learner], GAMES[game]
+    for order, tick in (("simultaneous", "step"), ("in turn", "episode")):
+        settings = settings.model_copy(update={"order": order})
+        heats = falling(selection, 300 if tick == "step" else 20)
+        training = Training(heats, selection, tick, episode_steps=10_000 if tick == "step" else 15)
+        testing = runner.Testing(tests=3, steps=25, heat=0.0 if tick == "step" else 0.3)
+        runs = range(3, 6)
+        played = play(compiled, settings, training, testing, runs=runs, seeds=SEEDS)
+        for place, run in enumerate(runs):
+            expected = literal.play(stream(SEEDS, run), plain, settings, training, testing)
+            assert played.last[place] == compiled.joint(expected.last)
+            assert played.success[place] == expected.success
+            np.testing.assert_allclose(played.length[place], expected.length, rtol=1e-15)
+            assert not played.diverged[place]
+            memory = learn(compiled, settings, training, run=run, seeds=SEEDS)
+            q, occurrence = literal_memory(expected, compiled, settings)
+            if isinstance(settings, IVQ | Hysteretic):  # IV and beta outside, in other words
+                np.testing.assert_allclose(memory.q, q, rtol=1e-12, atol=1e-12)
+            else:
+                np.testing.assert_array_equal(memory.q, q)
+            np.testing.assert_allclose(memory.occurrence, occurrence, rtol=1e-12, atol=1e-12)
+
+
+def test_every_rule_is_among_those_that_are_compared():
+    assert {type(settings) for settings, _ in LEARNERS.values()} == set(RULES)
+
+
+def test_a_long_run_equals_the_literal_loop():
+    training = Training(16 * 0.999 ** np.arange(7_000))
+    for settings in (IQ(), IVQ(bracket="outside", discount=0.9, opinion_discount=None), JAQ()):
+        played = play(matrix.climbing(), settings, training, runner.Testing(), runs=range(2), seeds=SEEDS)
+        for run in range(2):
+            expected = literal.play(stream(SEEDS, run), GAMES["climbing"][1], settings, training, runner.Testing())
+            assert played.last[run] == matrix.climbing().joint(expected.last)
+
+
+def test_an_episode_that_is_broken_off_has_not_ended():
+    # every step of the grid is an episode, broken off: what follows is still counted
+    discounting = IQ(initial=1.0, discount=0.5, step_size=1.0)
+    training = quick_training(ticks=3, tick="episode", episode_steps=1)
+    memory = learn(grid_world(0.0), discounting, training, run=0, seeds=SEEDS)
+    start = state_of((5, 1), (5, 5))
+    assert set(memory.q[:, start].ravel()) == {1.0, 0.5}  # 0 + .5*1 where something was done
+    assert (np.delete(memory.q, start, axis=1) == 1.0).all()
+
+
+# -- seeded run by run ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("learner", ["IQ", "lenient"])
+def test_a_run_is_the_same_in_whatever_company(learner):
+    settings, _ = LEARNERS[learner]
+    game, training, testing = matrix.fully_stochastic_climbing(), quick_training(), runner.Testing(5, 1, 1.0)
+    together = play(game, settings, training, testing, runs=range(23), seeds=SEEDS)
+    assert len(set(together.last.tolist())) > 1
+    for runs, workers in ((range(23), 1), (range(23), 7), (range(5, 9), 2), (range(20, 2, -3), 3), (range(4, 5), 64)):
+        apart = play(game, settings, training, testing, runs=runs, seeds=SEEDS, workers=workers)
+        same(apart, Runs(*(column[list(runs)] for column in together)))
+
+
+def test_no_runs_are_no_trouble():
+    played = play(matrix.climbing(), IQ(), quick_training(), runner.Testing(), runs=range(0), seeds=SEEDS)
+    assert [len(column) for column in played] == [0, 0, 0, 0]
+
+
+def test_the_same_seeds_make_the_same_runs_and_others_others():
+    def q(seeds, run):
+        return learn(matrix.climbing(), IQ(), quick_training(50), run=run, seeds=seeds).q.tobytes()
+
+    assert q(SEEDS, 0) == q(SEEDS, 0)
+    every = [(SEEDS, 0), ((0, 0), 0), ((0, 0), 1), ((0, 1), 0), ((1, 0), 0), ((0, 2**40), 0), ((2**40, 0), 0)]
+    assert len({q(seeds, run) for seeds, run in every}) == len(every)
+
+
+def test_learning_leaves_the_game_as_it_was():
+    game = matrix.climbing()
+    before = game.rewards.copy()
+    play(game, IQ(), quick_training(), runner.Testing(), runs=range(2), seeds=SEEDS)
+    np.testing.assert_array_equal(game.rewards, before)
+
+
+# -- runs that learn nothing ------------------------------------------------------------------------------
+
+#: While all actions are tried alike, praise never fades, and 50 times it makes values rise without end.
+EXPLODING = IVQ(influence=50.0, bracket="outside", discount=1.0)
+
+
+def hot(ticks):
+    return Training(np.full(ticks, 1e12))
+
+
+def test_a_run_that_diverges_is_no_success_although_the_argmax_of_nothing_is_the_optimum():
+    training = hot(200)
+    played = play(matrix.climbing(), EXPLODING, training, runner.Testing(), runs=range(20), seeds=SEEDS)
+    assert played.diverged.all()
+    assert (played.success == 0).all()
+    assert (played.last == -1).all()
+    assert np.isnan(played.length).all()
+    expected = literal.play(stream(SEEDS, 0), GAMES["climbing"][1], EXPLODING, training, runner.Testing())
+    assert expected.diverged
+
+
+def test_a_diverged_runs_memory_is_kept_within_bounds():
+    memory = learn(matrix.climbing(), EXPLODING, hot(200), run=0, seeds=SEEDS)
+    assert np.isfinite(memory.q).all()
+    assert np.abs(memory.q).max() > 1e6
+
+
+def test_only_those_runs_that_diverge_are_marked():
+    # so few steps that some have and some have not
+    training = hot(12)
+    runs = range(40)
+    played = play(matrix.climbing(), EXPLODING, training, runner.Testing(), runs=runs, seeds=SEEDS)
+    alone = [literal.play(stream(SEEDS, run), GAMES["climbing"][1], EXPLODING, training, runner.Testing()) for run in runs]
+    assert played.diverged.tolist() == [run.diverged for run in alone]
+    assert 0 < played.diverged.sum() < len(runs)
+    assert played.success.tolist() == [run.success for run in alone]
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.__name__)
+def test_values_that_are_all_equal_are_judged_by_chance(rule):
+    pays_nothing = replace(matrix.matrix_game("nothing", np.zeros((3, 3))), success=np.arange(9)[np.newaxis] == 0)
+    runs = 1_800
+    played = play(pays_nothing, rule(), quick_training(5), runner.Testing(), runs=range(runs), seeds=SEEDS)
+    counts = np.bincount(played.last, minlength=9)
+    # 200 each; the standard deviation is sqrt(1800 * 1/9 * 8/9) = 13
+    assert (np.abs(counts - runs / 9) < 5 * 13.4).all()
+    assert played.success.mean() == counts[0] / runs
+
+
+# -- curves -----------------------------------------------------------------------------------------------
+
+
+def climbing_curve(**fields):
+    """IQ in the climbing game, cooling fast, with other fields."""
+    return Curve(**{"figure": 5, "game": "climbing", "learner": "IQ", "reading": "printed", "rule": IQ(),
+                    "decays": (0.99,)} | fields)
+
+
+@pytest.mark.parametrize(("decay", "temperature", "floor", "ticks"), [
+    # ln(.01 / 16) = -7.377759, and its quotient by ln(decay) rounded up:
+    (0.9997, 16.0, 0.01, 24_589),  # / -.000300045 = 24588.8
+    (0.9999, 16.0, 0.01, 73_774),  # / -.000100005 = 73773.9
+    (0.998, 16.0, 0.01, 3_686),  # / -.002002003 = 3685.2
+    (0.99, 1.0, 0.01, 459),  # ln(.01) = -4.605170, / -.010050336 = 458.2
+    (0.5, 16.0, 0.125, 8),  # 16 * .5**7 is the floor itself, not below it
+    (0.5, 16.0, 20.0, 1),  # at least one
+])
+def test_training_ends_when_the_temperature_is_below_the_floor(decay, temperature, floor, ticks):
+    curve = climbing_curve(temperature=temperature, floor=floor)
+    assert curve.ticks(decay) == ticks
+    assert temperature * decay**ticks < floor
+    assert ticks == 1 or temperature * decay ** (ticks - 1) >= floor
+
+
+def spied(monkeypatch):
+    """Everything that curves have played from now on, instead of playing it."""
+    calls = []
+
+    def record(game, settings, training, testing, *, runs, seeds):
+        calls.append((game, settings, training, testing, runs, seeds))
+        count = len(runs)
+        return Runs(np.ones(count), np.full(count, 4.0), np.zeros(count, np.int64), np.zeros(count, np.bool_))
+
+    monkeypatch.setattr(curves, "play", record)
+    return calls
+
+
+def test_a_curve_trains_at_the_papers_temperatures_and_tests_greedily(monkeypatch):
+    calls = spied(monkeypatch)
+    climbing_curve().play(None, 0.99, runs=5, seed=3)
+    [(game, settings, training, testing, runs, seeds)] = calls
+    assert (game.name, settings, runs, seeds[0]) == ("climbing", IQ(), range(5), 3)
+    np.testing.assert_allclose(training.heats, [16 * 0.99**t for t in range(735)], rtol=1e-12)
+    assert training.heats[-1] >= 0.01
+    assert (training.selection, training.tick) == (Selection.BOLTZMANN, "step")
+    assert testing == runner.Testing(tests=1, steps=1, heat=0.0)
+
+
+def test_a_curve_may_explore_and_test_otherwise(monkeypatch):
+    calls = spied(monkeypatch)
+    explored = climbing_curve(exploration=Exploration(selection="epsilon-greedy", start=1.0, end=0.01))
+    explored.play(None, 0.99, runs=1, seed=0)
+    climbing_curve(test_by="last temperature").play(None, 0.99, runs=1, seed=0)
+    (_, _, training, *_), (_, _, plain, testing, *_) = calls
+    assert (training.selection, len(training.heats)) == (Selection.EPSILON_GREEDY, 735)
+    np.testing.assert_allclose(training.heats[[0, 367, -1]], [1.0, 0.1, 0.01], rtol=1e-12)
+    assert testing.heat == plain.heats[-1] == pytest.approx(16 * 0.99**734)
+
+
+@pytest.mark.parametrize("fields", [
+    {"selection": "boltzmann", "start": 0.0, "end": 0.1}, {"selection": "boltzmann", "start": 1.0, "end": 0.0},
+    {"selection": "epsilon-greedy", "start": 16.0, "end": 0.01}, {"selection": "mixed", "start": 0.1, "end": 2.0},
+])
+def test_exploration_that_cannot_be_is_refused(fields):
+    with pytest.raises(ValidationError):
+        Exploration(**fields)
+
+
+@pytest.mark.parametrize(("game", "k", "says"), [
+    ("penalty", -7.0, -7.0), ("grid", 7.0, -7.0), ("climbing", None, -30.0),
+    ("partially stochastic climbing", None, -30.0), ("fully stochastic climbing", None, -65.0),
+])
+def test_a_curve_plays_the_game_of_its_name(monkeypatch, game, k, says):
+    calls = spied(monkeypatch)
+    climbing_curve(game=game, ks=() if k is None else (k,)).play(k, 0.99, runs=1, seed=0)
+    assert (calls[0][0].name, calls[0][0].rewards.min()) == (game, says)
+
+
+def test_a_point_is_a_row_of_the_schema_and_says_what_was_played(monkeypatch):
+    seen = []
+    monkeypatch.setattr(curves, "play", lambda *what, **how: seen.append(play(*what, **how)) or seen[-1])
+    row = Paradigms.validate(climbing_curve().play(None, 0.99, runs=40, seed=3)).row(0, named=True)
+    [played] = seen
+    assert (row["k"], row["steps"], row["runs"], row["tests"], row["seed"]) == (None, 735, 40, 1, 3)
+    assert row["p_optimal"] == np.mean(played.last == 0)
+    # (a0, b0), (a1, b1) and no other is an equilibrium: from (a2, b2) the first gains by a1
+    assert row["p_equilibrium"] == np.mean(np.isin(played.last, [0, 4]))
+    assert row["p_low"] < row["p_equilibrium"]
+    assert 0 <= row["p_low"] <= row["p_optimal"] <= row["p_high"] <= 1
+    assert row["diverged"] == 0
+
+
+def test_a_point_of_the_grid_has_a_path_and_no_equilibrium():
+    curve = climbing_curve(
+        figure=6, game="grid", learner="IL-B", rule=IQ(discount=0.9), ks=(0.0,), temperature=1.0, decays=(0.999,),
+        tests=20, test_steps=100)
+    row = Paradigms.validate(curve.play(0.0, 0.999, runs=30, seed=0)).row(0, named=True)
+    assert row["p_equilibrium"] is None
+    assert row["p_optimal"] > 0
+    assert 4 <= row["path_low"] <= row["path_length"] <= row["path_high"]
+
+
+def test_a_point_whose_runs_all_diverged_is_a_row_of_the_schema_without_success():
+    exploding = climbing_curve(rule=EXPLODING, temperature=1e12, floor=1e11)
+    row = Paradigms.validate(exploding.play(None, 0.99, runs=5, seed=0)).row(0, named=True)
+    assert (row["diverged"], row["p_optimal"], row["p_equilibrium"], row["path_length"]) == (5, 0, 0, None)
+
+
+def test_no_two_points_of_the_study_share_random_numbers(monkeypatch):
+    calls = spied(monkeypatch)
+    points = 0
+    for sheet in sheets(Design(sensitivity=True)):
+        for curve in sheet.curves:
+            for k, decay in curve.points():
+                curve.play(k, decay, runs=1, seed=sheet.seed)
+                points += 1
+    seeds = [seeds for *_, seeds in calls]
+    assert len(set(seeds)) == points > 1_000
+    assert {seed for seed, _ in seeds} == {0, 1_000}  # what is confirmed chose nothing
+
+
+# -- the design -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("design", [
+    Design(), Design(quick=True), Design(sensitivity=True), Design(figures=(5,), runs=2000, sensitivity=True, seed=9),
+], ids=["all", "quick", "sensitivity", "one"])
+def test_sheets_have_names_of_their_own_that_any_disk_takes(design):
+    made = sheets(design)
+    names = [sheet.name for sheet in made]
+    assert len(set(names)) == len(names)
+    assert all(re.fullmatch(r"[a-z0-9][a-z0-9-]*", name) for name in names)
+    for sheet in made:
+        for curve in sheet.curves:
+            assert f"{curve.study}-{curve.figure}-" in sheet.name
+            assert f"-r{sheet.runs}-s{sheet.seed}" in sheet.name
+    described = [(c.study, c.figure, c.game, c.learner, c.reading, *point)
+                 for sheet in made for c in sheet.curves for point in c.points()]
+    assert len(set(described)) == len(described)  # a point is played once
+
+
+def test_designs_of_other_runs_seeds_or_speed_do_not_share_sheets():
+    designs = [Design(), Design(quick=True), Design(runs=2000), Design(seed=1)]
+    names = [{sheet.name for sheet in sheets(design)} for design in designs]
+    assert all(a.isdisjoint(b) for a, b in itertools.combinations(names, 2))
+
+
+def test_the_papers_runs_unless_told_otherwise():
+    assert {(s.curves[0].figure, s.runs) for s in sheets(Design())} == {(4, 100), (5, 100), (6, 3)}
+    assert {s.runs for s in sheets(Design(runs=50))} == {50}
+    assert {s.curves[0].figure for s in sheets(Design(figures=(6,)))} == {6}
+
+
+def test_quick_designs_play_a_few_points_of_every_curve():
+    def points(design):
+        found = {}
+        for curve in (curve for sheet in sheets(design) for curve in sheet.curves):
+            named = (curve.figure, curve.game, curve.learner, curve.reading)
+            found.setdefault(named, {}).update(dict.fromkeys(curve.points(), curve.tests))
+        return found
+
+    whole, thin = points(Design()), points(Design(quick=True))
+    assert thin.keys() == whole.keys()
+    for named, few in thin.items():
+        assert few.keys() <= whole[named].keys()
+        assert 1 <= len(few) <= 6
+        assert max(few.values()) <= 20  # tests
+        ks = [k for k, _ in whole[named] if k is not None]
+        if ks:  # both ends of the penalty
+            assert {min(ks), max(ks)} <= {k for k, _ in few}
+
+
+def test_the_papers_learners_and_five_peers_are_in_every_matrix_game():
+    learners = {}
+    for sheet in sheets(Design(figures=(4, 5))):
+        learners.setdefault(sheet.curves[0].game, set()).add(sheet.curves[0].learner)
+    five = {"hysteretic", "distributed", "lenient", "FMQ", "WoLF-PHC"}
+    assert len(learners) == 4
+    assert all(names == {"IQ", "JAQ", "IVQ"} | five for names in learners.values())
+
+
+def test_telling_readings_are_those_changed_in_one_thing_and_the_best():
+    rows = [
+        point(5, "IVQ", 0.1, study="sensitivity"),
+        point(5, "IVQ", 0.2, study="sensitivity", reading="influence outside"),
+        point(5, "IVQ", 0.7, study="sensitivity", reading="influence outside, discount 0.9"),
+        point(5, "IVQ", 0.6, study="sensitivity", reading="influence outside, discount 0.5"),
+        point(5, "IVQ", 0.05, study="sensitivity", reading="influence outside, discount 0.1"),
+        point(5, "JAQ", 0.0, study="sensitivity", reading="discount 0.9, beliefs by recency 0.1"),
+        point(5, "IVQ", 0.9, study="confirmation", reading="influence outside, discount 0.92"),
+    ]
+    told = telling(table(*rows), best=1)
+    assert sorted(told.select("learner", "reading").rows()) == [
+        ("IVQ", "influence outside"), ("IVQ", "influence outside, discount 0.9"), ("IVQ", "printed"),
+        ("JAQ", "discount 0.9, beliefs by recency 0.1"),
+    ]
+    assert len(telling(table(*rows), best=2)) == 5
+
+
+# -- what a user choosing a learner relies on -------------------------------------------------------------
+
+
+@pytest.mark.parametrize("learner", ["hysteretic", "distributed"])
+def test_peers_solve_the_climbing_game(learner):
+    [curve] = [c for s in sheets(Design(figures=(5,))) for c in s.curves if (c.game, c.learner) == ("climbing", learner)]
+    row = curve.play(None, 0.9997, runs=200, seed=0).row(0, named=True)
+    assert row["p_optimal"] > 0.99
+    assert row["p_low"] > 0.95
+
+
+def test_independent_learners_seldom_do():
+    row = climbing_curve().play(None, 0.9997, runs=200, seed=0).row(0, named=True)
+    assert row["p_high"] < 0.15
+    assert row["p_equilibrium"] > 0.5

@@ -1,0 +1,147 @@
+"""How agents choose: in the proportions that are asked for, whatever the values and temperatures."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from pipeline.learning.selection import Selection, boltzmann, epsilon_greedy, mixed, sample, select
+
+HUGE, ALMOST_ONE = 1e308, math.nextafter(1.0, 0.0)
+
+
+def weights(selection, values, heat):
+    out = np.full(len(values), np.nan)
+    select(selection, np.array(values, np.float64), heat, out)
+    return out.tolist()
+
+
+def probabilities(selection, values, heat):
+    out = weights(selection, values, heat)
+    return [weight / sum(out) for weight in out]
+
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+vectors = st.lists(finite, min_size=1, max_size=6)
+heats = st.one_of(st.floats(0, 1e300), st.sampled_from([0.0, 5e-324, 1e-300, 1e-10, 1.0, 16.0, 1e300]))
+unit = st.floats(0, 1, exclude_max=True)
+
+
+def test_boltzmann_by_hand():
+    # at temperature 2: exp(v/2) = 1, 2, 8, so in the proportion 1 : 2 : 8
+    values = [0.0, 2 * math.log(2), 2 * math.log(8)]
+    assert weights(Selection.BOLTZMANN, values, 2.0) == pytest.approx([1 / 8, 2 / 8, 1], abs=1e-15)
+    assert probabilities(Selection.BOLTZMANN, values, 2.0) == pytest.approx([1 / 11, 2 / 11, 8 / 11], abs=1e-15)
+    # at 1: 1, 4, 64
+    assert probabilities(Selection.BOLTZMANN, values, 1.0) == pytest.approx([1 / 69, 4 / 69, 64 / 69], abs=1e-15)
+
+
+@pytest.mark.parametrize(("values", "temperature", "expected"), [
+    ([1, 3, 3], 0.0, [0, 1, 1]),
+    ([1, 3, 3], 1e-300, [0, 1, 1]),
+    ([1, 3, 3 - 1e-12], 1e-300, [0, 1, 0]),
+    ([1, 3, 3], 1e300, [1, 1, 1]),
+    ([5e-324, 0], 0.0, [1, 0]),
+    ([-HUGE, HUGE], 0.0, [0, 1]),
+    ([-HUGE, HUGE], 1e-300, [0, 1]),  # the difference overflows, and divided by the temperature once more
+    ([-HUGE, HUGE], 1.0, [0, 1]),
+    ([-HUGE, HUGE], 1e300, [0, 1]),  # exp(-2e8)
+    ([HUGE, HUGE, 0], 1e-300, [1, 1, 0]),
+    ([-HUGE, -HUGE], 1e300, [1, 1]),
+    ([7], 0.0, [1]),
+    ([0.0, -0.0], 0.0, [1, 1]),
+])
+def test_boltzmann_is_safe_at_all_temperatures(values, temperature, expected):
+    assert weights(Selection.BOLTZMANN, values, temperature) == expected
+
+
+@given(values=vectors, temperature=heats)
+def test_boltzmann_weighs_the_greatest_as_1_and_less_what_is_worth_less(values, temperature):
+    out = weights(Selection.BOLTZMANN, values, temperature)
+    for value, weight in zip(values, out, strict=True):
+        assert 0 <= weight <= 1
+        assert weight == 1 or value < max(values)
+    order = sorted(range(len(values)), key=values.__getitem__)
+    assert all(out[a] <= out[b] for a, b in pairwise(order))
+    assert max(out) == 1
+
+
+@given(values=st.lists(st.floats(-30, 30), min_size=1, max_size=6), temperature=st.floats(0.5, 100))
+def test_boltzmann_is_the_printed_softmax(values, temperature):
+    powers = [math.exp(value / temperature) for value in values]
+    expected = [power / sum(powers) for power in powers]
+    assert probabilities(Selection.BOLTZMANN, values, temperature) == pytest.approx(expected, rel=1e-10)
+
+
+def test_epsilon_greedy_by_hand():
+    # .3 goes to all three alike, .1 each; .7 to the greatest, or shared by them
+    assert weights(Selection.EPSILON_GREEDY, [1, 5, 2], 0.3) == pytest.approx([0.1, 0.8, 0.1], abs=1e-15)
+    assert weights(Selection.EPSILON_GREEDY, [1, 5, 5], 0.3) == pytest.approx([0.1, 0.45, 0.45], abs=1e-15)
+    assert weights(Selection.EPSILON_GREEDY, [1, 5, 5], 0.0) == [0, 0.5, 0.5]
+    assert weights(Selection.EPSILON_GREEDY, [1, 5, 5, 0], 1.0) == [0.25] * 4
+    assert weights(Selection.EPSILON_GREEDY, [-HUGE, HUGE], 0.5) == [0.25, 0.75]
+
+
+def test_mixed_by_hand():
+    # .3 to all three alike, .7 by the policy: .7*.5 + .1, .7*.4 + .1, .7*.1 + .1
+    assert weights(Selection.MIXED, [0.5, 0.4, 0.1], 0.3) == pytest.approx([0.45, 0.38, 0.17], abs=1e-15)
+    assert weights(Selection.MIXED, [0.5, 0.5, 0.0], 0.0) == [0.5, 0.5, 0]
+    assert weights(Selection.MIXED, [1.0, 0.0], 1.0) == [0.5, 0.5]
+
+
+@given(values=vectors, epsilon=st.floats(0, 1))
+def test_epsilon_greedy_weights_are_probabilities(values, epsilon):
+    out = weights(Selection.EPSILON_GREEDY, values, epsilon)
+    assert min(out) >= 0
+    assert sum(out) == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.parametrize(("selection", "function"), [
+    (Selection.BOLTZMANN, boltzmann), (Selection.EPSILON_GREEDY, epsilon_greedy), (Selection.MIXED, mixed),
+])
+def test_a_selection_is_the_function_of_its_name(selection, function):
+    values, out = np.array([0.2, 0.5, 0.3]), np.empty(3)
+    function(values, 0.4, out)
+    assert weights(selection, values, 0.4) == out.tolist()
+
+
+@given(
+    chances=st.lists(st.floats(0, 1e300), min_size=1, max_size=6).filter(any),
+    u=st.one_of(unit, st.sampled_from([0.0, 5e-324, 0.5, ALMOST_ONE])),
+)
+@example(chances=[0.0, 1.0, 0.0], u=ALMOST_ONE)
+@example(chances=[0.0, 1.0, 0.0], u=0.0)
+@example(chances=[0.1, 0.2, 0.7, 0.0], u=ALMOST_ONE)
+@example(chances=[5e-324, 0.0], u=ALMOST_ONE)
+@example(chances=[1.0, 5e-324, 0.0], u=ALMOST_ONE)
+def test_what_weighs_nothing_is_never_chosen(chances, u):
+    assert chances[sample(np.array(chances), u)] > 0
+
+
+@given(values=vectors, temperature=heats, u=st.one_of(unit, st.sampled_from([0.0, ALMOST_ONE])))
+def test_greedy_is_among_the_greatest_and_any_temperature_can_be_sampled(values, temperature, u):
+    out = np.empty(len(values))
+    boltzmann(np.array(values), temperature, out)
+    assert out[sample(out, u)] > 0
+    boltzmann(np.array(values), 0.0, out)
+    assert values[sample(out, u)] == max(values)
+
+
+@pytest.mark.parametrize(("chances", "expected"), [
+    ([1, 3, 0, 4], [125, 375, 0, 500]),
+    ([0.25, 0, 0.75], [250, 0, 750]),
+    ([0, 1e-300, 1e-300], [0, 500, 500]),
+    ([3e300, 1e300], [750, 250]),
+])
+def test_actions_are_chosen_in_proportion_to_their_weights(chances, expected):
+    middles = (np.arange(1000) + 0.5) / 1000
+    chosen = [sample(np.array(chances, np.float64), u) for u in middles]
+    assert np.bincount(chosen, minlength=len(chances)).tolist() == expected
+    assert chosen == sorted(chosen)
+
+
+def test_every_action_takes_its_share_of_the_unit_interval_without_the_upper_end():
+    assert [sample(np.array([1.0, 1.0, 2.0]), u) for u in (0.0, 0.24, 0.25, 0.49, 0.5, ALMOST_ONE)] == [0, 0, 1, 1, 2, 2]
