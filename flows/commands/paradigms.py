@@ -91,10 +91,10 @@ def _print(store: Store, report: Report) -> None:
     for (game,), curves in shown.partition_by("game", as_dict=True, maintain_order=True).items():
         print_frame(_climb(curves) if report.figure == 5 else _means(curves),
                     title=f"{name}: {game}, {curves['runs'][0]} trainings a point")
-    for study, title in (("confirmation", "on fresh seeds"), ("sensitivity", "best of the readings")):
+    for study, title, each in (("confirmation", "on fresh seeds", 9), ("sensitivity", "best readings", 3)):
         tried = points.filter(pl.col("study") == study)
         if tried.height:
-            best = tried.sort("p_optimal", descending=True).group_by("learner").head(3).sort(
+            best = tried.sort("p_optimal", descending=True).group_by("learner").head(each).sort(
                 pl.col("learner").cast(pl.Enum(LEARNERS)), maintain_order=True)
             print_frame(best.select("learner", "reading", "k", "decay", "runs", _interval("p_optimal")),
                         title=f"{name}: {title} ({tried.height} points)")
@@ -122,7 +122,7 @@ def _judged(verdicts: pl.DataFrame) -> pl.DataFrame:
 
 def _interval(of: str, low: str = "p_low", high: str = "p_high") -> pl.Expr:
     """A number with its 95 % interval, for people."""
-    ends = [pl.col(name).round(3).cast(pl.String) for name in (of, low, high)]
+    ends = [pl.col(name).round(4).cast(pl.String) for name in (of, low, high)]
     return pl.format("{} [{}, {}]", *ends).alias(of)
 
 

@@ -59,8 +59,10 @@ GRID: dict[str, Any] = {"temperature": 1.0, "tests": 1_000, "test_steps": 100}
 #: Published steps are a hundred times smaller and get nowhere in these budgets; chosen on other seeds.
 FAST_WOLF = WoLFPHC(winning=0.1, losing=0.4)
 
-#: Best of the readings that were tried for Figure 5, chosen after the fact: see the sensitivity table.
+#: The readings of Figure 5 that come nearest to the paper's 0.7, chosen after the fact: the best that
+#: leaves IQ and JAQ low, and the best of all (see the sensitivity table).
 TUNED = "outside the bracket, discount 0.9"
+BEST = "learning rate 1, discount 0.9"
 
 
 class Design(Frozen):
@@ -140,7 +142,11 @@ def _penalty() -> Iterator[Curve]:
 
 def _climbing() -> Iterator[Curve]:
     """Figure 5, and beyond it the stochastic variants."""
-    yield from _matrix({"figure": 5, "game": "climbing", "decays": CLIMBING_DECAYS}, influence=0.1)
+    common: dict[str, Any] = {"figure": 5, "game": "climbing", "decays": CLIMBING_DECAYS}
+    yield from _matrix(common, influence=0.1)
+    for learner, kind in (("IQ", IQ), ("JAQ", JAQ), ("IVQ", IVQ)):
+        rule = kind.model_validate({"step_size": 1.0, "discount": 0.9})
+        yield Curve(learner=learner, reading=BEST, rule=rule, **common)
     for game in STOCHASTIC:
         yield from _matrix({"figure": 5, "game": game, "decays": STOCHASTIC_DECAYS}, influence=0.1)
 
@@ -217,15 +223,11 @@ def _tried(figure: Figure) -> Iterator[Curve]:
 
 
 def _confirmed(figure: Figure) -> Iterator[Curve]:
-    """Figure 5 at the paper's best decay, and the best readings of its sensitivity table."""
+    """Figure 5 at the paper's best decay."""
     if figure == 5:
         for curve in _climbing():
             if curve.game == "climbing" and PEAK.decay in curve.decays:
                 yield curve.model_copy(update={"study": "confirmation", "decays": (PEAK.decay,)})
-        for learner, kind in (("IQ", IQ), ("JAQ", JAQ), ("IVQ", IVQ)):
-            rule = kind.model_validate({"step_size": 1.0, "discount": 0.9})
-            yield Curve(study="confirmation", figure=5, game="climbing", learner=learner, rule=rule,
-                        reading="learning rate 1, discount 0.9", decays=(PEAK.decay,))
 
 
 FIGURES = {4: _penalty, 5: _climbing, 6: _grid}
