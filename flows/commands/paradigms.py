@@ -105,9 +105,14 @@ def _print(store: Store, report: Report) -> None:
 
 
 def _judged(verdicts: pl.DataFrame) -> pl.DataFrame:
-    """A row a claim and line-up, its decays side by side; only IVQ in other readings than printed."""
-    usual = verdicts.filter(pl.col("reading").str.split("; ").list.eval(
-        pl.element().str.ends_with(PRINTED) | pl.element().str.starts_with("IVQ ")).list.all())
+    """A row a claim and line-up, its decays side by side.
+
+    Of the line-ups those where all learners are read alike, or only IVQ not as printed.
+    """
+    alike = ~pl.col("reading").str.contains("; ", literal=True)
+    printed = pl.col("reading").str.split("; ").list.eval(
+        pl.element().str.ends_with(PRINTED) | pl.element().str.starts_with("IVQ ")).list.all()
+    usual = verdicts.filter(alike | printed)
     verdict, decay = (pl.col(name).cast(pl.String) for name in ("verdict", "decay"))
     numbers = pl.col("measured").round(3).cast(pl.String).fill_null("–").str.join(" | ")
     rows = usual.group_by("claim", "quantity", "paper", "reading", maintain_order=True).agg(

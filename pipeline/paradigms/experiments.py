@@ -64,6 +64,9 @@ FAST_WOLF = WoLFPHC(winning=0.1, losing=0.4)
 TUNED = "outside the bracket, discount 0.9"
 BEST = "learning rate 1, discount 0.9"
 
+#: The grid world's "alpha = 1, lambda = 0.1", alpha being the learning rate, in Figure 4.
+OTHER_WAY_ROUND = "learning rate 1, discount 0.1"
+
 
 class Design(Frozen):
     """What of the study is played.
@@ -137,18 +140,28 @@ def _thinned(curve: Curve) -> Curve:
 def _penalty() -> Iterator[Curve]:
     """Figure 4."""
     common: dict[str, Any] = {"figure": 4, "game": "penalty", "ks": PENALTIES, "decays": PENALTY_DECAYS}
-    return _matrix(common, influence=0.05)
+    yield from _matrix(common, influence=0.05)
+    rates = {"step_size": 1.0, "discount": 0.1}
+    yield from _alike(OTHER_WAY_ROUND, rates, 0.05, common)
 
 
 def _climbing() -> Iterator[Curve]:
     """Figure 5, and beyond it the stochastic variants."""
     common: dict[str, Any] = {"figure": 5, "game": "climbing", "decays": CLIMBING_DECAYS}
     yield from _matrix(common, influence=0.1)
-    for learner, kind in (("IQ", IQ), ("JAQ", JAQ), ("IVQ", IVQ)):
-        rule = kind.model_validate({"step_size": 1.0, "discount": 0.9})
-        yield Curve(learner=learner, reading=BEST, rule=rule, **common)
+    yield from _alike(BEST, {"step_size": 1.0, "discount": 0.9}, 0.1, common)
     for game in STOCHASTIC:
         yield from _matrix({"figure": 5, "game": game, "decays": STOCHASTIC_DECAYS}, influence=0.1)
+
+
+def _alike(
+    reading: str, rates: dict[str, float], influence: float, common: dict[str, Any]
+) -> Iterator[Curve]:
+    """The paper's learners with the same rates."""
+    yield Curve(learner="IQ", reading=reading, rule=IQ.model_validate(rates), **common)
+    yield Curve(learner="JAQ", reading=reading, rule=JAQ.model_validate(rates), **common)
+    rule = IVQ.model_validate(rates | {"influence": influence})
+    yield Curve(learner="IVQ", reading=reading, rule=rule, **common)
 
 
 def _matrix(common: dict[str, Any], influence: float) -> Iterator[Curve]:
