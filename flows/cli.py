@@ -112,6 +112,7 @@ def _quiet_prefect(debug: bool) -> None:
     for name, value in (
         ("PREFECT_SERVER_ALLOW_EPHEMERAL_MODE", "true"),
         ("PREFECT_SERVER_ANALYTICS_ENABLED", "false"),
+        ("PREFECT_SERVER_EPHEMERAL_STARTUP_TIMEOUT_SECONDS", "120"),  # a busy machine is no failure
         ("PREFECT_LOGGING_LEVEL", "INFO" if debug else "CRITICAL"),
         ("PREFECT_LOGGING_TO_API_WHEN_MISSING_FLOW", "ignore"),
     ):
