@@ -64,9 +64,6 @@ FAST_WOLF = WoLFPHC(winning=0.1, losing=0.4)
 TUNED = "outside the bracket, discount 0.9"
 BEST = "learning rate 1, discount 0.9"
 
-#: The grid world's "alpha = 1, lambda = 0.1", alpha being the learning rate, in Figure 4.
-OTHER_WAY_ROUND = "learning rate 1, discount 0.1"
-
 
 class Design(Frozen):
     """What of the study is played.
@@ -140,9 +137,7 @@ def _thinned(curve: Curve) -> Curve:
 def _penalty() -> Iterator[Curve]:
     """Figure 4."""
     common: dict[str, Any] = {"figure": 4, "game": "penalty", "ks": PENALTIES, "decays": PENALTY_DECAYS}
-    yield from _matrix(common, influence=0.05)
-    rates = {"step_size": 1.0, "discount": 0.1}
-    yield from _alike(OTHER_WAY_ROUND, rates, 0.05, common)
+    return _matrix(common, influence=0.05)
 
 
 def _climbing() -> Iterator[Curve]:
