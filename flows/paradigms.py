@@ -84,7 +84,7 @@ def compute_report(store: Store, _: str, report: Report, __: Scope) -> Made:
     drawn = points.filter(pl.col("study") == "figure")
     plots = {f"figure-{figure}": curves(drawn, figure, paper=PEAK)
              for figure in ((6, 7) if report.figure == 6 else (report.figure,))}
-    for game in STOCHASTIC if report.figure == 5 else ():
+    for game in sorted(set(drawn["game"]) & set(STOCHASTIC)):
         plots[f"figure-5-{game.split()[0]}"] = curves(drawn, 5, game=game)
     if points["study"].eq("sensitivity").any():
         plots["sensitivity"] = sensitivity(telling(points))

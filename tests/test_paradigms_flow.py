@@ -41,7 +41,7 @@ def test_a_report_has_the_plots_of_its_figure(played):
     data, _ = played
     store = Store(data)
     receipt = store.receipt("paradigms", reports(QUICK)[1].name)
-    assert set(receipt.files) == {"verdicts", "figure-5", "figure-5-fully", "figure-5-partially"}
+    assert set(receipt.files) == {"verdicts", "figure-5"}
     assert store.read(receipt, "figure-5").startswith(b"\x89PNG")
 
 

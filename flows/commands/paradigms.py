@@ -48,7 +48,7 @@ def paradigms(
     Args:
         figure: Only this figure of the paper (may be given more than once); 6 and 7 show the same runs.
         runs: Independent trainings a point; by default as many as the paper, 100 and in the grid world 3.
-        quick: Only a few points of each curve and 20 runs: a look in seconds.
+        quick: Only a few points of each curve in the paper's games and 20 runs: a look in seconds.
         sensitivity: Play what the paper leaves open in every reading, too, and confirm the best.
         seed: Of the runs.
         export: Write tables, plots and settings into this folder, too.

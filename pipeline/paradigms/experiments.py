@@ -71,7 +71,7 @@ class Design(Frozen):
     Attributes:
         figures: of the paper; 6 stands for Figures 6 and 7.
         runs: independent trainings a point; None: as many as the paper, 100 and in the grid world 3.
-        quick: whether only a few points of each curve are played.
+        quick: whether only a few points of the curves in the paper's own games are played.
         sensitivity: whether the readings are played, too, and the best of them confirmed.
         seed: of the runs.
     """
@@ -108,7 +108,8 @@ def sheets(design: Design) -> list[Sheet]:
     for figure in design.figures:
         curves = list(FIGURES[figure]())
         if design.quick:
-            curves = [_thinned(curve) for curve in curves if set(curve.decays) & set(QUICK_DECAYS[figure])]
+            curves = [_thinned(curve) for curve in curves
+                      if set(curve.decays) & set(QUICK_DECAYS[figure]) and curve.game not in STOCHASTIC]
         found += _gathered(curves, design.runs_of(figure), design.seed, "-quick" if design.quick else "")
     if design.sensitivity:
         tried = [curve for figure in design.figures for curve in _tried(figure)]

@@ -92,7 +92,6 @@ def paradigms() -> str:
     points = pl.concat(
         curve.play(k, decay, runs=sheet.runs, seed=sheet.seed)
         for sheet in sheets(design) for curve in sheet.curves for k, decay in curve.points()
-        if "stochastic" not in curve.game
     )
     shown = points.select("figure", "learner", "reading", "k", "decay", "steps", "runs", "p_optimal", "p_low",
                           "p_high", "p_equilibrium", "path_length", "diverged")
