@@ -397,7 +397,7 @@ def test_the_papers_runs_unless_told_otherwise():
     assert {s.curves[0].figure for s in sheets(Design(figures=(6,)))} == {6}
 
 
-def test_quick_designs_play_a_few_points_of_every_curve():
+def test_quick_designs_play_a_few_points_of_every_curve_of_the_paper_s_games():
     def points(design):
         found = {}
         for curve in (curve for sheet in sheets(design) for curve in sheet.curves):
@@ -406,7 +406,7 @@ def test_quick_designs_play_a_few_points_of_every_curve():
         return found
 
     whole, thin = points(Design()), points(Design(quick=True))
-    assert thin.keys() == whole.keys()
+    assert thin.keys() == {named for named in whole if "stochastic" not in named[1]}
     for named, few in thin.items():
         assert few.keys() <= whole[named].keys()
         assert 1 <= len(few) <= 6
