@@ -13,7 +13,7 @@ from flows.stage import (
     data_folder,
     need,
     our_flow,
-    run_tasks,
+    run_each,
     task_of,
 )
 from pipeline.paradigms.claims import PEAK, verdicts
@@ -102,22 +102,14 @@ make_sheet = task_of(SHEETS)
 def paradigms_flow(data: Path, design: Design = Design()) -> dict[str, object]:
     """Play the curves of a design that are not there yet, then report on its figures."""
     store = data_folder(data)
-    todo = {s.name: s for s in sheets(design) if not SHEETS.done(store, s.name, s, NOTHING)}
-    played = run_tasks(make_sheet, "paradigms", {
-        name: {"data": data, "name": name, "settings": sheet, "scope": NOTHING}
-        for name, sheet in todo.items()
-    })
-    played.kept = len(sheets(design)) - len(todo)
-    whole = [report for report in reports(design) if not set(report.sheets) & set(played.failed)]
-    for report in whole:
-        stage = report_stage(report)
-        if stage.done(store, report.name, report, NOTHING):
-            played.kept += 1
-            continue
-        work = {"data": data, "name": report.name, "settings": report, "scope": NOTHING}
-        written = run_tasks(task_of(stage), "reports", {report.name: work})
-        played.made += written.made
-        played.failed |= written.failed
+    played = run_each(make_sheet, SHEETS, store, {sheet.name: sheet for sheet in sheets(design)}, NOTHING)
+    for report in reports(design):
+        if not set(report.sheets) & set(played.failed):
+            stage = report_stage(report)
+            written = run_each(task_of(stage), stage, store, {report.name: report}, NOTHING)
+            played.made += written.made
+            played.kept += written.kept
+            played.failed |= written.failed
     return conclude(store, played)
 
 

@@ -237,13 +237,30 @@ def flow_of(
 def run_stage(
     job: Task[..., Any], stage: Stage[S], store: Store, names: Sequence[str], settings: S, scope: Scope
 ) -> StageReport:
-    """Make what is new of a stage: a task for each output, none for what is already there."""
-    todo = [name for name in names if not stage.done(store, name, settings, scope)]
-    arguments = {"data": store.root, "settings": settings, "scope": scope}
-    report = run_tasks(job, stage.noun, {name: {"name": name} | arguments for name in todo})
-    for name in set(names) - set(todo):
+    """Make what is new of a stage, all outputs with the same settings (see :func:`run_each`)."""
+    return run_each(job, stage, store, dict.fromkeys(names, settings), scope)
+
+
+def run_each(
+    job: Task[..., Any], stage: Stage[S], store: Store, settings: Mapping[str, S], scope: Scope
+) -> StageReport:
+    """Make what is new of a stage: a task for each output, none for what is already there.
+
+    Args:
+        job: from :func:`task_of`.
+        stage: of the outputs.
+        store: where they are.
+        settings: by the name of the output.
+        scope: of all of them.
+    """
+    todo = {name: own for name, own in settings.items() if not stage.done(store, name, own, scope)}
+    report = run_tasks(job, stage.noun, {
+        name: {"data": store.root, "name": name, "settings": own, "scope": scope}
+        for name, own in todo.items()
+    })
+    for name in settings.keys() - todo.keys():
         store.release(stage.noun, name)
-    report.kept = len(names) - len(todo)
+    report.kept = len(settings) - len(todo)
     return report
 
 

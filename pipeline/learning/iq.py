@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from pipeline.learning.kernel import kernel
-from pipeline.learning.memory import F64, I64, Knobs, LearnerSettings, Memory
+from pipeline.learning.memory import F64, I64, Knobs, LearnerSettings, Memory, greatest_value
 
 
 class IQ(LearnerSettings):
@@ -24,9 +24,7 @@ def error(
     s_tm1: I64, a_tm1: I64, r_t: F64, continues_t: float, s_t: I64, u_t: float,
 ) -> float:
     """``r_t + discount * max_a q(s_t, a) - q(s_tm1, a_tm1)``: equation 1's bracket."""
-    best: float = memory.q[agent, s_t[agent], 0]
-    for a in range(1, memory.q.shape[2]):
-        best = max(best, memory.q[agent, s_t[agent], a])
+    best = greatest_value(memory, agent, s_t)
     expected: float = memory.q[agent, s_tm1[agent], a_tm1[agent]]
     return float(r_t[agent] + knobs.discount * continues_t * best - expected)
 

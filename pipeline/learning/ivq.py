@@ -12,7 +12,16 @@ from pydantic import Field
 from pipeline.learning import iq
 from pipeline.learning.iq import values
 from pipeline.learning.kernel import kernel
-from pipeline.learning.memory import F64, I64, Knobs, LearnerSettings, Memory, occur, occurrence_step
+from pipeline.learning.memory import (
+    F64,
+    I64,
+    Knobs,
+    LearnerSettings,
+    Memory,
+    greatest_value,
+    occur,
+    occurrence_step,
+)
 
 __all__ = ["IVQ", "adapt", "error", "opinion", "values"]
 
@@ -56,9 +65,7 @@ def opinion(
 
     A protest grows, and praise fades, with how often the agent does the same.
     """
-    best: float = memory.q[judge, s_t[judge], 0]
-    for a in range(1, memory.q.shape[2]):
-        best = max(best, memory.q[judge, s_t[judge], a])
+    best = greatest_value(memory, judge, s_t)
     expected: float = memory.q[judge, s_tm1[judge], a_tm1[judge]]
     relative: float = r_t[judge] + knobs.opinion_discount * continues_t * best - expected
     s = s_tm1[agent]

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from pipeline.learning.kernel import kernel
-from pipeline.learning.memory import F64, I64, Knobs, LearnerSettings, Memory, occur
+from pipeline.learning.memory import F64, I64, Knobs, LearnerSettings, Memory, greatest_value, occur
 
 
 class JAQ(LearnerSettings):
@@ -43,9 +43,7 @@ def error(
     s_tm1: I64, a_tm1: I64, r_t: F64, continues_t: float, s_t: I64, u_t: float,
 ) -> float:
     """``r_t + discount * max_a q(s_t, a) - q(s_tm1, a_tm1)`` over joint actions: equation 2's bracket."""
-    best: float = memory.q[agent, s_t[agent], 0]
-    for a in range(1, memory.q.shape[2]):
-        best = max(best, memory.q[agent, s_t[agent], a])
+    best = greatest_value(memory, agent, s_t)
     done = joint_index(a_tm1, memory.occurrence.shape[2])
     return float(r_t[agent] + knobs.discount * continues_t * best - memory.q[agent, s_tm1[agent], done])
 

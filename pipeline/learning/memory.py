@@ -19,6 +19,7 @@ rules that toss a coin.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -82,7 +83,7 @@ class Knobs(NamedTuple):
     losing: float = 0.0
 
 
-class LearnerSettings(Frozen):
+class LearnerSettings(Frozen, ABC):
     """What every rule has.
 
     Attributes:
@@ -103,13 +104,13 @@ class LearnerSettings(Frozen):
     observes: Literal["own", "joint"] = "joint"
     order: Literal["simultaneous", "in turn"] = "simultaneous"
 
+    @abstractmethod
     def knobs(self, agents: int) -> Knobs:
         """The numbers that the rule reads, for a team of so many agents.
 
         What a rule does about others is nothing where there are no others: with one agent every rule
         is Q-learning.
         """
-        raise NotImplementedError
 
     def notes(self, actions: int) -> tuple[float, float, float]:
         """What the notes of every pair start from."""
@@ -133,6 +134,15 @@ def memory_of(settings: LearnerSettings, agents: int, observations: int, actions
 def occurrence_step(visits: int, recency: float) -> float:
     """The step of an occurrence index at the visit after ``visits``: 1 / n over a life, else constant."""
     return recency if recency > 0.0 else 1.0 / (visits + 1)
+
+
+@kernel
+def greatest_value(memory: Memory, agent: int, s_t: I64) -> float:
+    """The greatest of an agent's action values of what it sees: what it may expect from there."""
+    best: float = memory.q[agent, s_t[agent], 0]
+    for a in range(1, memory.q.shape[2]):
+        best = max(best, memory.q[agent, s_t[agent], a])
+    return best
 
 
 @kernel

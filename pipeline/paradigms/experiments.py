@@ -23,7 +23,7 @@ from pipeline.learning.ivq import IVQ
 from pipeline.learning.jaq import JAQ
 from pipeline.learning.lenient import Lenient
 from pipeline.learning.wolf_phc import WoLFPHC
-from pipeline.paradigms.claims import PEAK, PRINTED
+from pipeline.paradigms.claims import PAPER_RUNS, PEAK, PRINTED
 from pipeline.paradigms.curves import Curve, Exploration
 from pipeline.paradigms.readings import grid_readings, matrix_readings
 from pipeline.settings import Frozen
@@ -33,8 +33,8 @@ Figure = Literal[4, 5, 6]
 #: The paper's learners, then their peers.
 LEARNERS = ("IQ", "IL-A", "IL-B", "JAQ", "IVQ", "hysteretic", "distributed", "lenient", "FMQ", "WoLF-PHC")
 
-#: Trainings a point in the paper.
-PAPER_RUNS: dict[Figure, int] = {4: 100, 5: 100, 6: 3}
+#: Trainings a point as printed.
+PRINTED_RUNS: dict[Figure, int] = {4: PAPER_RUNS, 5: PAPER_RUNS, 6: 3}
 
 #: Runs of every reading of the sensitivity table, and of the confirmation of the best of them.
 SENSITIVITY_RUNS = 200
@@ -84,7 +84,7 @@ class Design(Frozen):
 
     def runs_of(self, figure: Figure) -> int:
         """How many runs a point of a figure's curves has."""
-        return self.runs or PAPER_RUNS[figure]
+        return self.runs or PRINTED_RUNS[figure]
 
 
 class Sheet(Frozen):
