@@ -1,0 +1,1 @@
+"""How robots act: steering, the executors of all situations, and the teams that are made of them."""

@@ -1,0 +1,140 @@
+"""The laws of the game as numbers: what the referee counts, and where the marks on a pitch are.
+
+The game is that of the IEEE Very Small Size League, three a side: FIRA's laws 8 to 13 as the league's
+own referee program applies them (VSSReferee 2862742). On other pitches everything scales.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Self
+
+from pydantic import Field
+
+from pipeline.errors import BadSettings
+from pipeline.pitch import SCALES, Pitch
+from pipeline.settings import Frozen
+
+#: What the referee calls at a frame. From KICK_OFF to HALF the bodies are put to their places at that
+#: frame and play goes on from there; at GOAL, FOUL and END it stops.
+PLAY_ON, KICK_OFF, FREE_BALL, PENALTY, GOAL_KICK, HALF, GOAL, FOUL, END = range(9)
+
+# Of the length, width and goal of VSSReferee's field_default_3v3.h: 1.5 by 1.3 m, goal 0.4 m.
+_AREA_DEPTH = 0.15 / 1.5
+_AREA_WIDTH = 0.70 / 0.40
+_MARK_X = 0.375 / 1.5
+_MARK_Y = 0.40 / 1.3
+_CIRCLE = 0.20 / 1.5
+_CORNER = 0.07 / 1.5
+# The robots must find room: the league's pitch is 20 by 17.3 robots.
+_LENGTH_IN_ROBOTS, _WIDTH_IN_ROBOTS = 19.9, 16.0
+
+
+class RefereeSettings(Frozen):
+    """How long a match is and what the referee whistles for.
+
+    Attributes:
+        duration_s: of the whole match, its rests included: the clock never stops. The paper's games
+            take about eight minutes (section 6); the league plays two times five.
+        halves: equal parts; the teams change sides between them.
+        pause_s: how long play rests from a goal or a foul to the restart, at least one frame. Ours;
+            VSSReferee's 5 s are for hands that carry robots.
+        stuck_speed: a slower ball may be stuck, m/s on a VSSS pitch, elsewhere times the pitch's
+            ``Scales.speed`` (VSSReferee, ballMinSpeedForStuck).
+        stuck_s: a ball that is slow for so long is stuck (VSSReferee, stuckedBallTime).
+        crowd: so many robots of one team in a goal area are too many (FIRA: more than one).
+        crowd_s: for so long may there be too many while the ball is there, too (VSSReferee).
+        penalty: whether there are penalties. A stuck ball that would be one becomes a free ball.
+        goal_kick: whether there are goal kicks, likewise.
+        scatter: robots are put off their place by up to so many robot lengths along each axis, and off
+            their heading by up to so many radians, so that no two matches are alike. Ours.
+    """
+
+    duration_s: float = Field(default=480.0, gt=0)
+    halves: int = Field(default=2, ge=1)
+    pause_s: float = Field(default=0.5, ge=0)
+    stuck_speed: float = Field(default=0.10, gt=0)
+    stuck_s: float = Field(default=5.0, gt=0)
+    crowd: int = Field(default=2, ge=2)
+    crowd_s: float = Field(default=3.0, gt=0)
+    penalty: bool = True
+    goal_kick: bool = True
+    scatter: float = Field(default=0.1, ge=0, le=0.15)
+
+
+class Marks(NamedTuple):
+    """Where everything is on a pitch, metres; each way from the centre.
+
+    Lengths along x are shares of the pitch's length, those along y of its width, and the width of
+    the goal area is a share of the goal's, so that a VSSS pitch has the numbers in brackets.
+
+    Attributes:
+        goal_x: the goal lines (0.75).
+        side_y: the side lines (0.65).
+        goal_line: the centre of a ball that is wholly past a goal line is beyond this.
+        post: the goal posts (0.20).
+        area_x: where the goal areas begin, towards the goal line (0.60).
+        area_y: their ends across (0.35). Their arcs count as outside, as in VSSReferee.
+        mark_x: the marks of free balls and penalties (0.375).
+        mark_y: the marks of free balls (0.40); those of penalties are at y = 0.
+        circle: radius of the centre circle, and a robot's distance from a free ball (0.20).
+        corner: what the corners are cut off by, along each side (0.07).
+        near: a robot so near to a stuck ball contests it: 1.5 robot lengths (0.1125); but no less
+            than contact, which reaches further where robots kick from afar (2D).
+        robot: half a robot's length.
+    """
+
+    goal_x: float
+    side_y: float
+    goal_line: float
+    post: float
+    area_x: float
+    area_y: float
+    mark_x: float
+    mark_y: float
+    circle: float
+    corner: float
+    near: float
+    robot: float
+
+    @classmethod
+    def of(cls, pitch: Pitch) -> Self:
+        """The marks of a pitch.
+
+        Raises:
+            BadSettings: if its goals are too shallow for a ball to be wholly in, or if it is too
+                small for its robots to be put where the laws want them.
+        """
+        scales = SCALES[pitch.kind]
+        robot, ball = scales.robot_radius, scales.ball_radius
+        if pitch.goal_depth <= 2 * ball:
+            raise BadSettings(
+                f"no ball of {2 * ball:g} m is ever wholly in a goal {pitch.goal_depth:g} m deep",
+                where="pitch", next_step="Make the goals deeper",
+            )
+        if pitch.length < _LENGTH_IN_ROBOTS * 2 * robot or pitch.width < _WIDTH_IN_ROBOTS * 2 * robot:
+            raise BadSettings(
+                f"{pitch.length:g} by {pitch.width:g} m are too small for robots of {2 * robot:g} m",
+                where="pitch",
+                next_step=f"Make it at least {_LENGTH_IN_ROBOTS:g} by {_WIDTH_IN_ROBOTS:g} robots large",
+            )
+        return cls(
+            goal_x=pitch.goal_x,
+            side_y=pitch.width / 2,
+            goal_line=pitch.goal_x + ball,
+            post=pitch.goal_width / 2,
+            area_x=pitch.goal_x - _AREA_DEPTH * pitch.length,
+            # a goal nearly as wide as the pitch leaves room beside its area
+            area_y=min(_AREA_WIDTH * pitch.goal_width, 0.8 * pitch.width) / 2,
+            mark_x=_MARK_X * pitch.length,
+            mark_y=_MARK_Y * pitch.width,
+            circle=_CIRCLE * pitch.length,
+            corner=_CORNER * pitch.length,
+            near=max(3 * robot, scales.contact),
+            robot=robot,
+        )
+
+
+def frames_of(seconds: float, hz: float) -> int:
+    """The least number of frames that take so long; what is a frame but for rounding is one."""
+    return math.ceil(round(seconds * hz, 6))

@@ -1,0 +1,43 @@
+"""What surrounds a pitch: walls, goals with sides and a back, cut corners, as convex polygons."""
+
+from __future__ import annotations
+
+from pipeline.pitch import Kind, Pitch
+
+Polygon = list[tuple[float, float]]
+
+#: Legs of the triangles in the corners, metres (IEEE Very Small rules 2008).
+CORNERS = {Kind.VSSS: 0.07}
+
+
+def walls(pitch: Pitch) -> list[Polygon]:
+    """The solid parts around the pitch, corners counter-clockwise, metres.
+
+    They are a third of the pitch's length thick: nothing that hits one comes out on the other side.
+    Blocks beside each goal end at its posts, so the goal has sides; a block closes it ``goal_depth``
+    behind the line.
+    """
+    end, side, post = pitch.goal_x, pitch.width / 2, pitch.goal_width / 2
+    net = end + pitch.goal_depth
+    thick = pitch.length / 3
+    solid = [
+        _box(-net - thick, side, net + thick, side + thick),
+        _box(end, post, net + thick, side),
+        _box(net, -post, net + thick, post),
+        _box(-net - thick, post, -end, side),
+    ]
+    if corner := CORNERS.get(pitch.kind):
+        solid += [
+            [(end, side), (end - corner, side), (end, side - corner)],
+            [(-end, side), (-end, side - corner), (-end + corner, side)],
+        ]
+    return solid + [_turned(polygon) for polygon in solid]
+
+
+def _box(left: float, low: float, right: float, high: float) -> Polygon:
+    return [(left, low), (right, low), (right, high), (left, high)]
+
+
+def _turned(polygon: Polygon) -> Polygon:
+    """Half a turn about the centre: what one team meets the other meets too."""
+    return [(-x, -y) for x, y in polygon]

@@ -1,0 +1,67 @@
+"""The arena: 3v3 with random wheels; state in one call or body by body, and pymunk's steps alone."""
+
+import numpy as np
+import pytest
+
+from pipeline.bodies import VX
+from pipeline.pitch import PITCHES, Kind
+from pipeline.world.arena import Arena
+
+VSSS = PITCHES[Kind.VSSS]
+FRAMES = 6_000
+GROUP = "move an arena by a frame"
+
+
+def commands(frames):
+    """New random wheels every 0.4 s, drawn beforehand: a list of float64 [6, 2]."""
+    chosen = np.random.default_rng(1).uniform(-1.2, 1.2, (-(-frames // 24), 6, 2))
+    return list(np.repeat(chosen, 24, axis=0)[:frames])
+
+
+def play(arena, wheels):
+    for commanded in wheels:
+        arena.frame(commanded)
+
+
+@pytest.mark.benchmark(group=GROUP)
+def test_ours(benchmark):
+    arena, wheels = Arena(VSSS, 3), commands(FRAMES)
+    play(arena, wheels[:100])
+    benchmark.extra_info.update(units=len(wheels), unit="frames")
+    benchmark.pedantic(play, (arena, wheels), rounds=7)
+
+
+@pytest.mark.benchmark(group=GROUP)
+def test_body_by_body(benchmark):
+    arena, wheels = Arena(VSSS, 3, batch=False), commands(FRAMES // 6)
+    other = Arena(VSSS, 3)
+    benchmark.extra_info.update(units=len(wheels), unit="frames")
+    benchmark.pedantic(play, (arena, wheels), rounds=5)
+    for _ in range(5):
+        play(other, wheels)
+    assert other.bodies.tobytes() == arena.bodies.tobytes()
+
+
+@pytest.mark.benchmark(group=GROUP)
+def test_pymunk_alone(benchmark):
+    """The limit: as many steps of the same space, with no floor and nobody who looks."""
+    arena = Arena(VSSS, 3)
+    bodies = arena.bodies.copy()
+    bodies[:, VX:] = np.random.default_rng(1).uniform(-1, 1, (7, 3))
+    arena.place(bodies)
+    space, steps, step_s = arena._space, FRAMES * arena.settings.substeps, arena._step_s
+
+    def step():
+        for _ in range(steps):
+            space.step(step_s)
+
+    benchmark.extra_info.update(units=FRAMES, unit="frames")
+    benchmark.pedantic(step, rounds=5)
+
+
+@pytest.mark.benchmark(group="put the bodies of an arena")
+def test_place_ours(benchmark):
+    arena = Arena(VSSS, 3)
+    bodies = arena.bodies.copy()
+    benchmark.extra_info.update(units=1, unit="placings")
+    benchmark.pedantic(arena.place, (bodies,), rounds=300)

@@ -1,0 +1,339 @@
+"""Players: the teams that play soccer, and what they are made of; the executors have a file of their own."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+from toy_pitch import FRAME_S, kick_off, step
+from toy_scenes import ROBOTS, VSSS, M, dice, mirrored, view_of, views
+
+from pipeline import kinematics
+from pipeline.bodies import BALL, VX, VY, X, Y, see
+from pipeline.errors import BadSettings
+from pipeline.pitch import PITCHES, Kind
+from pipeline.players import human_like, static
+from pipeline.players.dice import bits, new_dice, normal, uniform
+from pipeline.players.human_like import HumanLike
+from pipeline.players.measures import Measures
+from pipeline.players.roles import assign
+from pipeline.players.steering import (
+    BACK,
+    EITHER,
+    FRONT,
+    along_walls,
+    around,
+    drive_to,
+    set_wheels,
+    spin,
+    steer,
+    to_pose,
+)
+from pipeline.players.teams import Team, new_memory, play
+
+
+class TestMeasures:
+    def test_by_hand(self):
+        m = Measures.of(VSSS, top=1.2, axle=0.071, acceleration=6.0, frame_s=1 / 60)
+        assert (m.goal_x, m.half_width, m.half_goal) == (0.75, 0.65, 0.2)
+        assert (m.area_depth, m.area_half_width) == pytest.approx((0.15, 0.35))
+        assert m.touch == pytest.approx(0.05885)
+        assert m.gain == pytest.approx(math.sqrt(2 * 6.0 / 0.071 / math.pi))
+        assert m.arrival == pytest.approx(math.sqrt(6.0 / 0.1))
+
+    def test_a_slow_clock_makes_patient(self):
+        m = Measures.of(VSSS, top=1.2, axle=0.071, acceleration=1000.0, frame_s=0.1)
+        assert m.gain == m.arrival == pytest.approx(2.5)
+
+    @pytest.mark.parametrize("name", ["top", "axle", "acceleration", "frame_s"])
+    @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+    def test_refuses(self, name, value):
+        given = {"top": 1.2, "axle": 0.07, "acceleration": 6.0, "frame_s": 0.02} | {name: value}
+        with pytest.raises(BadSettings, match=name):
+            Measures.of(VSSS, **given)
+
+
+class TestDice:
+    def test_splitmix64(self):
+        # the first numbers of the authors' reference for this seed
+        one = np.array([1234567], dtype=np.uint64)
+        assert [int(bits(one)) for _ in range(3)] == [
+            6457827717110365317, 3203168211198807973, 9817491932198370423,
+        ]
+
+    def test_distributions(self):
+        one = dice()
+        flat = np.array([uniform(one) for _ in range(20_000)])
+        bell = np.array([normal(one) for _ in range(20_000)])
+        assert flat.min() >= 0 and flat.max() < 1  # noqa: PT018
+        assert flat.mean() == pytest.approx(0.5, abs=0.01)
+        assert (bell.mean(), bell.std()) == pytest.approx((0.0, 1.0), abs=0.03)
+        assert np.mean(np.abs(bell) < 1) == pytest.approx(0.683, abs=0.015)
+
+
+class TestRoles:
+    @given(views())
+    def test_as_the_trajectories_have_them(self, view):
+        view = view.astype(np.float32).astype(np.float64)  # tables hold float32
+        count = len(view) // 2
+        roles = np.empty(2 * count, dtype=np.int64)
+        assign(view, M, roles)
+        team = np.repeat(np.array([0, 1], dtype=np.uint8), count)
+        expected = kinematics.assign_roles(
+            np.zeros(2 * count, dtype=np.int64), team, np.tile(np.arange(count, dtype=np.uint16), 2),
+            view[1:, X].astype(np.float32), view[1:, Y].astype(np.float32), M.goal_x,
+        )
+        assert roles.tolist() == expected.tolist()
+
+
+class TestSteering:
+    def test_wheels(self):
+        wheels = np.zeros((1, 2))
+        set_wheels(0.5, 2.0, 1, M, wheels)
+        assert wheels[0].tolist() == pytest.approx([0.5 - 0.071, 0.5 + 0.071])
+        set_wheels(1.2, 10.0, 1, M, wheels)  # the turn is kept, the speed gives way
+        assert wheels[0].tolist() == pytest.approx([1.2 - 0.71, 1.2])
+        set_wheels(-5.0, -1000.0, 1, M, wheels)
+        assert wheels[0].tolist() == [1.2, -1.2]
+
+    @pytest.mark.parametrize(("end", "dx", "forward", "turns"), [
+        (FRONT, 1.0, 1, False), (FRONT, -1.0, 0, True), (EITHER, -1.0, -1, False), (BACK, -1.0, -1, False),
+        (BACK, 1.0, 0, True),
+    ])
+    def test_which_end_goes_first(self, end, dx, forward, turns):
+        wheels = np.zeros((3, 2))
+        steer(view_of((0.0, 0.0, 0.0)), 1, dx, 1e-9, 0.5, end, M, wheels)
+        assert wheels[0].mean() == pytest.approx(0.5 * forward, abs=1e-6)
+        assert (abs(wheels[0, 1] - wheels[0, 0]) > 0.5) == turns
+
+    @given(st.floats(-0.6, 0.6), st.floats(-0.5, 0.5), st.floats(-3.1, 3.1))
+    @settings(max_examples=25)
+    def test_gets_there_and_stays(self, x, y, theta):
+        bodies, speeds, wheels = view_of((0.0, 0.0, theta), ball=(-0.7, -0.6, 0, 0)), np.zeros((6, 2)), np.zeros((6, 2))
+        for _ in range(150):
+            drive_to(bodies, 1, x, y, 1.0, EITHER, M, wheels)
+            step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
+        assert bodies[1, [X, Y]] == pytest.approx([x, y], abs=0.01)
+        assert math.hypot(*bodies[1, [VX, VY]]) < 0.05
+
+    @given(st.floats(0.1, 0.9), st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi))
+    @settings(max_examples=40)
+    def test_the_field_arrives_from_behind(self, distance, bearing, course):
+        x, y, ux, uy = distance * math.cos(bearing), distance * math.sin(bearing), math.cos(course), math.sin(course)
+        closest, heads = math.inf, 0.0
+        for _ in range(2000):
+            dx, dy = to_pose(x, y, 0.0, 0.0, ux, uy, M)
+            length = math.hypot(dx, dy)
+            if length == 0.0 or (closest < 0.05 and math.hypot(x, y) > closest + 0.02):
+                break
+            if math.hypot(x, y) < closest:
+                closest, heads = math.hypot(x, y), (dx * ux + dy * uy) / length
+            x, y = x + 0.001 * dx / length, y + 0.001 * dy / length
+        assert closest < 0.0235  # a ball's radius; the robot is wider
+        assert heads > math.cos(math.radians(15))
+
+    def test_passes_others_on_the_side_on_which_it_is_led(self):
+        view = view_of((0.0, 0.0, 0.0), (0.1, -0.01, 0.0))
+        dx, dy = around(view, 1, 1.0, 0.0, 1.0, M)
+        assert dy > 0.3
+        assert around(mirrored(view), 1, 1.0, 0.0, 1.0, M) == (dx, -dy)
+        assert around(view, 1, 1.0, 0.0, 0.09, M) == (1.0, 0.0)  # it is behind what is to be reached
+        assert around(view, 1, -1.0, 0.0, 1.0, M) == (-1.0, 0.0)
+
+    def test_slides_along_walls(self):
+        view = view_of((0.0, 0.61, 0.0))
+        assert along_walls(view, 1, 1.0, 1.0, M) == (1.0, 0.0)
+        assert along_walls(view, 1, 1.0, -1.0, M) == (1.0, -1.0)
+
+    @pytest.mark.parametrize("y", [0.06, -0.06])
+    def test_spins_the_ball_forward(self, y):
+        wheels = np.zeros((3, 2))
+        spin(view_of((0.0, 0.0, 0.0), ball=(0.0, y, 0, 0)), 1, 1.0, 0.0, M, wheels)
+        omega = wheels[0, 1] - wheels[0, 0]
+        assert -omega * y > 0  # the rim's speed at (0, y) is -omega y along x
+
+
+def match(home, away, seed, seconds=60.0):
+    """Goals of home and away in the toy world, kick-offs after goals and where the ball has rested for 5 s."""
+    rng = np.random.default_rng(seed)
+    teams = [(team, new_memory(team, ROBOTS, M, rng), new_dice(rng)) for team in (home, away)]
+    wheels, speeds, view = np.zeros((6, 2)), np.zeros((6, 2)), np.zeros((7, 6))
+    bodies, goals, rest, at = kick_off(ROBOTS, rng), [0, 0], 0, np.zeros(2)
+    for _ in range(round(seconds / FRAME_S)):
+        for side, (team, memory, chance) in enumerate(teams):
+            see(bodies, side, 1.0 - 2.0 * side, view)
+            play(int(team), view, memory, M, chance, wheels[3 * side : 3 * side + 3])
+        goal = step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
+        rest, at = (rest + 1, at) if np.hypot(*(bodies[0, :2] - at)) < 0.05 else (0, bodies[0, :2].copy())
+        if goal:
+            goals[goal < 0] += 1
+        if goal or rest > 5 / FRAME_S:
+            bodies, rest = kick_off(ROBOTS, rng), 0
+    return goals
+
+
+class TestTeams:
+    @given(views(), st.sampled_from(Team), st.sampled_from(list(Kind)), st.integers(0, 9))
+    @settings(max_examples=200)
+    def test_within_the_limit_whatever_happens(self, view, team, kind, seed):
+        rng = np.random.default_rng(seed)
+        m = Measures.of(PITCHES[kind], top=2.0, axle=0.1, acceleration=5.0, frame_s=0.05)
+        count = len(view) // 2
+        memory, wheels, chance = new_memory(team, count, m, rng), np.full((count, 2), np.nan), new_dice(rng)
+        for _ in range(30):
+            play(int(team), view, memory, m, chance, wheels)
+            assert np.abs(wheels).max() <= m.top + 1e-12
+            view[BALL, :2] += rng.normal(0, 0.05, 2)
+
+    @pytest.mark.parametrize("team", list(Team))
+    def test_the_same_dice_play_the_same(self, team):
+        assert match(team, Team.STATIC, 3, 10.0) == match(team, Team.STATIC, 3, 10.0)
+
+    def test_static_beats_random(self):
+        goals = np.array([match(Team.STATIC, Team.RANDOM, seed) for seed in range(3)]
+                         + [match(Team.RANDOM, Team.STATIC, seed)[::-1] for seed in range(3, 6)])
+        assert (goals[:, 0] > goals[:, 1]).all()
+        assert goals[:, 0].sum() > 10 * goals[:, 1].sum()
+
+    def test_static_is_nobody_s_master(self):
+        goals = np.array([match(Team.STATIC, Team.STATIC, seed, 90.0) for seed in range(8)])
+        assert goals.sum() > 5
+        assert abs(goals[:, 0].sum() - goals[:, 1].sum()) <= 4 * math.sqrt(goals.sum())
+
+    def test_people_beat_random_and_lose_to_static(self):
+        people = np.array([match(Team.HUMAN_LIKE, Team.RANDOM, seed) for seed in range(4)]).sum(axis=0)
+        machine = np.array([match(Team.HUMAN_LIKE, Team.STATIC, seed) for seed in range(4)]).sum(axis=0)
+        assert people[0] > people[1]
+        assert machine[0] < machine[1]
+
+    def test_random_holds_its_wheels_for_two_fifths_of_a_second(self):
+        memory = new_memory(Team.RANDOM, 3, M, np.random.default_rng(0))
+        view, wheels, chance = view_of(), np.zeros((3, 2)), dice()
+        seen = []
+        for _ in range(96):
+            play(int(Team.RANDOM), view, memory, M, chance, wheels)
+            seen.append(tuple(wheels[0]))
+        assert [len(set(seen[i : i + 24])) for i in range(0, 96, 24)] == [1, 1, 1, 1]
+        assert len(set(seen)) == 4
+
+
+class TestStatic:
+    def wheels(self, view, memory=None):
+        out = np.zeros((len(view) // 2, 2))
+        static.play(view, static.new_memory(len(out)) if memory is None else memory, M, dice(), out)
+        return out
+
+    @given(views(count=3, ties=False))
+    @settings(max_examples=200)
+    def test_a_mirror_swaps_the_wheels(self, view):
+        assert self.wheels(mirrored(view))[:, ::-1] == pytest.approx(self.wheels(view), abs=1e-9)
+
+    def test_roles_change_hands_with_hysteresis(self):
+        memory = static.new_memory(3)
+        ball = (0.2, 0.0, 0, 0)
+        self.wheels(view_of((-0.7, 0.0, 0.0), (-0.1, 0.1, 0.0), (-0.2, -0.1, 0.0), ball=ball), memory)
+        assert memory[0].tolist()[:2] == [1, 2]
+        self.wheels(view_of((-0.7, 0.0, 0.0), (-0.1, 0.1, 0.0), (-0.05, -0.1, 0.0), ball=ball), memory)
+        assert memory[0, static.ATTACKER] == 2  # the other is nearer by 5 cm only
+        self.wheels(view_of((-0.7, 0.0, 0.0), (-0.1, 0.1, 0.0), (0.1, -0.1, 0.0), ball=ball), memory)
+        assert memory[0, static.ATTACKER] == 3
+        self.wheels(view_of((-0.5, 0.0, 0.0), (-0.7, 0.1, 0.0), (0.1, -0.1, 0.0), ball=ball), memory)
+        assert memory[0, static.KEEPER] == 2
+
+    @pytest.mark.parametrize(("ball", "sign"), [
+        ((0.0, 0.15, -0.8, 0.0), 1), ((0.0, -0.15, -0.8, 0.0), -1),
+        ((0.0, -0.15, -0.7, 0.28), 1),  # crosses x = -0.7 at y = +0.13
+    ])
+    def test_the_keeper_goes_where_the_ball_will_cross(self, ball, sign):
+        wheels = self.wheels(view_of((-0.70, 0.0, math.pi / 2), (0.3, 0.4, 0.0), (0.3, -0.4, 0.0), ball=ball))
+        assert sign * wheels[0].mean() > 0.3
+
+    def test_the_keeper_stays_between_the_posts(self):
+        bodies, speeds = view_of((-0.70, 0.0, 0.0), (0.3, 0.4, 0.0), (0.3, -0.4, 0.0), ball=(-0.3, 0.6, 0, 0)), np.zeros((6, 2))
+        wheels, memory = np.zeros((6, 2)), static.new_memory(3)
+        for _ in range(90):
+            static.share_out(bodies, 3, M, memory)
+            static.guard(bodies, 1, M, wheels)
+            step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
+        assert bodies[1, [X, Y]] == pytest.approx([-0.70, 0.20], abs=0.015)
+
+    def test_nobody_but_the_keeper_waits_in_the_goal_area(self):
+        bodies, speeds = view_of((-0.70, 0.0, 0.0), (-0.3, 0.4, 0.0), (-0.2, -0.1, 0.0), ball=(-0.70, 0.3, 0, 0)), np.zeros((6, 2))
+        wheels, memory = np.zeros((6, 2)), static.new_memory(3)
+        for _ in range(240):
+            static.share_out(bodies, 3, M, memory)
+            for robot in (2, 3):
+                (static.attack(bodies, robot, M, wheels) if robot == memory[0, static.ATTACKER]
+                 else static.support(bodies, robot, 0, M, wheels))
+                assert not static.in_area(*bodies[robot, [X, Y]], 0.0, M)
+            step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
+
+    def test_shoots_and_never_at_its_own_goal(self):
+        rng, scored = np.random.default_rng(0), 0
+        for _ in range(20):
+            places = rng.uniform([-0.4, -0.5, -3.0, -0.3, -0.4], [0.4, 0.4, 3.0, 0.5, 0.4])
+            bodies = view_of((-0.70, 0.0, 0.0), tuple(places[:3]), (-0.5, -0.1, 0.0), ball=(*places[3:], 0, 0))
+            speeds, wheels, memory = np.zeros((6, 2)), np.zeros((6, 2)), static.new_memory(3)
+            for _ in range(300):
+                static.play(bodies, memory, M, dice(), wheels[:3])
+                goal = step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
+                assert goal >= 0
+                if goal:
+                    scored += 1
+                    break
+        assert scored >= 7
+
+    def test_backs_off_when_it_is_stuck(self):
+        view = view_of((-0.70, 0.0, math.pi / 2), (0.0, 0.0, 0.0), (-0.4, -0.3, 0.0), ball=(0.5, 0.0, 0, 0))
+        memory = static.new_memory(3)
+        drives = np.array([self.wheels(view, memory)[1].mean() for _ in range(48)])
+        first = int(np.argmax(drives < 0))
+        assert first * FRAME_S == pytest.approx(0.43, abs=0.03)
+        assert (drives[:first] > 0).all()
+        assert (drives[first : first + 17] < 0).all()
+
+
+class TestHumanLike:
+    def test_reacts_late(self):
+        people = HumanLike(delay_s=(0.2, 0.2))
+        runs = []
+        for moves in (False, True):
+            rng = np.random.default_rng(5)
+            memory, chance = people.sample(rng, 3, M), new_dice(rng)
+            wheels, seen = np.zeros((3, 2)), []
+            for frame in range(60):
+                view = view_of((-0.7, 0.0, 1.5), (-0.2, 0.1, 0.0), (-0.3, -0.2, 0.0))
+                view[BALL, Y] = 0.4 if moves and frame >= 30 else 0.0
+                human_like.play(view, memory, M, chance, wheels)
+                seen.append(wheels.copy())
+            runs.append(np.array(seen))
+        differs = np.abs(runs[0] - runs[1]).max(axis=(1, 2)) > 1e-9
+        assert int(np.argmax(differs)) == 30 + 12
+
+    def test_people_differ(self):
+        people = [HumanLike().sample(np.random.default_rng(seed), 3, M)[4] for seed in range(60)]
+        assert {int(p[human_like.TACTIC]) for p in people} == {0, 1, 2}
+        assert all(0.6 <= p[human_like.SKILL] <= 1.0 and 0.3 <= p[human_like.PACE] <= 0.6 for p in people)
+        assert np.std([p[human_like.WOBBLE] for p in people]) > 0.03
+
+    def test_one_is_driven_faster_than_the_others(self):
+        rng = np.random.default_rng(1)
+        people = HumanLike(skill=(0.9, 0.9), pace=(0.3, 0.3), tactics=("chaser",))
+        memory, chance, wheels = people.sample(rng, 3, M), new_dice(rng), np.zeros((3, 2))
+        view = view_of((-0.7, 0.2, 1.5), (-0.2, 0.0, 0.0), (-0.6, -0.5, 0.0), ball=(0.3, 0.0, 0, 0))
+        human_like.play(view, memory, M, chance, wheels)
+        top = np.abs(wheels).max(axis=1)
+        assert top[1] == pytest.approx(0.9 * M.top, rel=0.05)
+        assert max(top[0], top[2]) <= 0.3 * M.top + 1e-9
+
+    @pytest.mark.parametrize("wrong", [
+        {"delay_s": (0.3, 0.1)}, {"delay_s": (-0.1, 0.1)}, {"skill": (0.5, 1.1)}, {"pace": (0.0, 0.5)},
+        {"tactics": ()}, {"tactics": ("lazy",)}, {"wobble_rad": (0.0, math.nan)},
+    ])
+    def test_refuses(self, wrong):
+        with pytest.raises(ValidationError, match=next(iter(wrong))):
+            HumanLike(**wrong)

@@ -1,0 +1,688 @@
+"""The referee: what it calls and when, what it tells the log, and where it puts the bodies."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections import Counter
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from logs import make_log
+from polars.testing import assert_frame_equal
+
+from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
+from pipeline.errors import BadSettings
+from pipeline.frame import AWAY, HOME, home_attacks
+from pipeline.matches import table as matches_table
+from pipeline.matches.reader import read
+from pipeline.matches.recorder import write
+from pipeline.pitch import PITCHES, SCALES, Kind
+from pipeline.settings import TrajectorySettings
+from pipeline.trajectories import trajectories
+from pipeline.world.laws import (
+    END,
+    FOUL,
+    FREE_BALL,
+    GOAL,
+    GOAL_KICK,
+    HALF,
+    KICK_OFF,
+    PENALTY,
+    PLAY_ON,
+    Marks,
+    RefereeSettings,
+)
+from pipeline.world.referee import (
+    AWAY_GOALS,
+    DUE,
+    FRAME,
+    HALVES_OVER,
+    HOME_GOALS,
+    NOBODY,
+    OPENER,
+    QUARTER,
+    RESUME,
+    TEAM,
+    Laws,
+    begin,
+    table,
+    told,
+    watch,
+)
+from pipeline.world.restarts import restart
+from schemas import Referee
+
+VSSS = PITCHES[Kind.VSSS]
+LAWS = Laws.of(VSSS, RefereeSettings(), 60.0)
+RESTARTS = (KICK_OFF, FREE_BALL, PENALTY, GOAL_KICK)
+EPS = 1e-9
+
+#: Stands nowhere in particular: in no goal area, near no ball of these tests.
+ASIDE = (0.0, -0.6)
+
+
+def scene(ball=(0.1, 0.0), speed=1.0, home=(ASIDE,) * 3, away=(ASIDE,) * 3):
+    """Bodies of which only places and the ball's speed matter."""
+    bodies = np.zeros((1 + len(home) + len(away), 6))
+    bodies[BALL, [X, Y]], bodies[BALL, VY] = ball, speed
+    bodies[1:, [X, Y]] = [*home, *away]
+    return bodies
+
+
+def calls(frames, laws=LAWS, state=None):
+    """(number of the frame, call) of every call at these frames."""
+    state = begin() if state is None else state
+    found = []
+    for bodies in frames:
+        call = watch(bodies, state, laws.lengths, laws.times)
+        if call != PLAY_ON:
+            found.append((int(state[FRAME]) - 1, call))
+    return found
+
+
+def in_play(half=0, laws=LAWS, opener=HOME):
+    """The state after the kick-off of a half."""
+    state = begin(opener)
+    calls([scene()], laws, state)
+    if half:
+        state[FRAME] = laws.duration // 2
+        assert calls([scene()], laws, state) == [(laws.duration // 2, HALF)]
+    return state
+
+
+def first(bodies, state, laws=LAWS, most=1000):
+    """After how many frames of this scene there is a call, and the call."""
+    begun = int(state[FRAME])
+    for _ in range(most):
+        if found := calls([bodies], laws, state):
+            return found[0][0] - begun + 1, found[0][1]
+    return None
+
+
+# ---- goals
+
+
+@pytest.mark.parametrize("half", [0, 1])
+@pytest.mark.parametrize("end", [-1, 1])
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_goal_is_the_whole_ball_past_the_line_between_the_posts(half, end, side):
+    line = 0.75 + 0.02135
+    for x, y, goal in (
+        (line + EPS, 0.0, True), (line, 0.0, False), (0.76, 0.0, False),
+        (line + EPS, 0.20 - EPS, True), (line + EPS, 0.20, False), (line + EPS, 0.20 + EPS, False),
+    ):
+        state = in_play(half)
+        found = calls([scene(ball=(end * x, side * y))], state=state)
+        scorer = HOME if (end > 0) == (half == 0) else AWAY  # home attacks +x first, then -x
+        assert [call for _, call in found] == [GOAL] * goal
+        assert state[[HOME_GOALS, AWAY_GOALS]].tolist() == [goal * (scorer == HOME), goal * (scorer == AWAY)]
+        if goal:
+            assert state[DUE] == KICK_OFF
+            assert state[TEAM] == 1 - scorer
+
+
+def test_an_own_goal_counts_for_the_adversary():
+    state = in_play()
+    pushed = scene(ball=(-0.8, 0.0), home=((-0.74, 0.0), ASIDE, ASIDE))
+    assert calls([pushed], state=state) == [(1, GOAL)]
+    assert told(GOAL, state, LAWS)[0][1:5] == ("goal", "away", 0, 1)
+
+
+def test_after_a_goal_play_rests_and_nothing_is_judged_until_the_kick_off():
+    state = in_play()
+    inside = scene(ball=(0.8, 0.0), speed=0.0, home=((0.7, 0.1), (0.7, -0.1), ASIDE))
+    assert calls([inside] * 31, state=state) == [(1, GOAL), (31, KICK_OFF)]  # 0.5 s are 30 frames
+    assert calls([inside], state=state) == [(32, GOAL)]  # nobody put the ball back
+    assert state[HOME_GOALS] == 2
+
+
+def test_without_a_pause_play_restarts_at_the_next_frame():
+    laws = Laws.of(VSSS, RefereeSettings(pause_s=0.0), 60.0)
+    assert calls([scene(ball=(0.8, 0.0))] * 2, laws, in_play(laws=laws)) == [(1, GOAL), (2, KICK_OFF)]
+
+
+def test_a_score_to_start_from_is_kept():
+    state = begin(AWAY, (5, 2))
+    calls([scene(), scene(ball=(-0.8, 0.0))], state=state)
+    assert state[[HOME_GOALS, AWAY_GOALS]].tolist() == [5, 3]
+
+
+# ---- the stuck ball
+
+
+def test_a_ball_is_stuck_when_it_was_slow_for_five_seconds():
+    slow = scene(speed=0.0999)
+    state = in_play()
+    assert calls([slow] * 300, state=state) == []  # 299 intervals
+    assert calls([slow], state=state) == [(301, FOUL)]
+    assert state[DUE] == FREE_BALL
+    assert calls([slow] * 29, state=state) == []
+    assert calls([slow], state=state) == [(331, FREE_BALL)]
+    assert calls([slow] * 300, state=state) == []  # counted anew from the restart
+    assert calls([slow], state=state) == [(632, FOUL)]
+
+
+def test_one_fast_sample_starts_the_count_anew():
+    state = in_play()
+    slow, fast = scene(speed=0.0), scene(speed=0.10)  # not slower than 0.10 m/s
+    assert calls([slow] * 300 + [fast] + [slow] * 300, state=state) == []
+    assert calls([slow], state=state) == [(602, FOUL)]
+    assert first(fast, in_play()) is None
+
+
+@pytest.mark.parametrize(("x", "y"), [(-0.2, -0.3), (0.2, -0.3), (-0.2, 0.3), (0.2, 0.3)])
+@pytest.mark.parametrize("half", [0, 1])
+def test_a_free_ball_is_in_the_quarter_where_the_ball_was(x, y, half):
+    state = in_play(half)
+    assert first(scene(ball=(x, y), speed=0.0), state) == (301, FOUL)
+    assert told(FOUL, state, LAWS)[0][1:] == ("stop", None, 0, 0, "free ball")
+    bodies = scene()
+    state[FRAME] = state[RESUME]
+    ((_, call),) = calls([bodies], state=state)
+    restart(bodies, call, state, LAWS, np.random.default_rng(0))
+    assert bodies[BALL, [X, Y]].tolist() == pytest.approx([math.copysign(0.375, x), math.copysign(0.4, y)])
+
+
+# ---- goal areas
+
+IN = (0.7, 0.1)
+
+
+def crowd(end, attackers, defenders, half=0, ball=(0.65, -0.2), speed=1.0):
+    """Robots and the ball in the goal area at one end; the ball is near nobody."""
+    home_attacks_here = (end > 0) == (half == 0)
+    inside, away = (end * IN[0], IN[1]), ASIDE
+    teams = [[inside] * n + [away] * (3 - n) for n in (attackers, defenders)]
+    home, other = teams if home_attacks_here else teams[::-1]
+    return scene(ball=(end * ball[0], ball[1]), speed=speed, home=home, away=other)
+
+
+@pytest.mark.parametrize("half", [0, 1])
+@pytest.mark.parametrize("end", [-1, 1])
+@pytest.mark.parametrize(("attackers", "defenders", "due"), [(2, 1, GOAL_KICK), (1, 2, PENALTY)])
+def test_too_many_in_a_goal_area_for_three_seconds(half, end, attackers, defenders, due):
+    state = in_play(half)
+    begun = int(state[FRAME])
+    bodies = crowd(end, attackers, defenders, half)
+    assert calls([bodies] * 180, state=state) == []
+    assert calls([bodies], state=state) == [(begun + 180, FOUL)]
+    attacker = HOME if (end > 0) == (half == 0) else AWAY
+    assert state[DUE] == due
+    assert state[TEAM] == (attacker if due == PENALTY else 1 - attacker)
+
+
+@pytest.mark.parametrize(
+    "bodies",
+    [
+        crowd(1, 1, 1), crowd(1, 0, 1), crowd(1, 3, 3, ball=(0.60, 0.0)), crowd(1, 3, 3, ball=(0.7, 0.35)),
+        crowd(1, 3, 3, ball=(-0.7, 0.0)), crowd(1, 3, 3, ball=(math.nan, math.nan), speed=math.nan),
+        scene(ball=(0.7, 0.0), home=((0.60, 0.0), (0.7, 0.35), (0.7, 0.0)), away=((0.7, -0.35), (-0.7, 0.0), IN)),
+    ],
+    ids=["one each", "goalkeeper", "ball on the line", "ball beside", "ball elsewhere", "ball unseen",
+         "robots on the lines"],
+)
+def test_what_is_no_crowd(bodies):
+    assert first(bodies, in_play()) is None
+
+
+def test_a_crowd_counts_anew_when_the_ball_or_a_robot_was_out_for_one_frame():
+    both = crowd(1, 2, 0)
+    for out in (crowd(1, 2, 0, ball=(0.59, 0.0)), crowd(1, 1, 0), crowd(-1, 2, 0)):
+        assert calls([both] * 180 + [out] + [both] * 180, state=in_play()) == []
+        assert calls([both] * 180 + [out] + [both] * 181, state=in_play()) == [(362, FOUL)]
+
+
+def test_a_crowd_counts_anew_after_the_restart():
+    both = crowd(1, 2, 0)
+    found = calls([both] * (180 + 30 + 182), state=in_play())
+    assert found == [(181, FOUL), (211, GOAL_KICK), (392, FOUL)]
+
+
+def test_of_two_crowds_the_older_is_whistled_and_else_the_attackers():
+    for before, due in ((crowd(1, 0, 2), PENALTY), (crowd(1, 2, 0), GOAL_KICK), (crowd(1, 0, 0), GOAL_KICK)):
+        state = in_play()
+        calls([before], state=state)
+        first(crowd(1, 2, 2), state)
+        assert state[DUE] == due
+
+
+NEAR, FAR = 0.1125 - EPS, 0.1125 + EPS
+
+
+@pytest.mark.parametrize("end", [-1, 1])
+@pytest.mark.parametrize(
+    ("attacker", "defender", "due"),
+    [(NEAR, NEAR, GOAL_KICK), (NEAR, FAR, PENALTY), (FAR, NEAR, PENALTY), (FAR, FAR, PENALTY)],
+)
+def test_a_stalemate_in_a_goal_area(end, attacker, defender, due):
+    ball = (end * 0.65, 0.1)
+    near = [[(ball[0], ball[1] + sign * d), ASIDE, ASIDE] for sign, d in ((1, attacker), (-1, defender))]
+    home, away = near if end > 0 else near[::-1]
+    state = in_play()
+    assert first(scene(ball, 0.0, home, away), state) == (301, FOUL)
+    assert state[DUE] == due
+    attackers = HOME if end > 0 else AWAY
+    assert state[TEAM] == (attackers if due == PENALTY else 1 - attackers)
+
+
+@pytest.mark.parametrize(
+    ("off", "attackers", "defenders"), [("penalty", 0, 2), ("goal_kick", 2, 0)], ids=["penalty", "goal kick"]
+)
+def test_what_is_off_is_no_foul_and_a_stalemate_becomes_a_free_ball(off, attackers, defenders):
+    laws = Laws.of(VSSS, RefereeSettings(**{off: False}), 60.0)
+    assert first(crowd(1, attackers, defenders), in_play(laws=laws), laws) is None
+    assert first(crowd(1, defenders, attackers), in_play(laws=laws), laws) == (181, FOUL)
+    for distance, would in ((NEAR, "goal_kick"), (FAR, "penalty")):
+        at = [(0.65, 0.1 + distance), ASIDE, ASIDE]
+        state = in_play(laws=laws)
+        assert first(scene((0.65, 0.1), 0.0, at, at), state, laws) == (301, FOUL)
+        assert (state[DUE] == FREE_BALL) == (would == off)
+
+
+def test_a_stuck_ball_outside_is_a_free_ball_whoever_is_near():
+    state = in_play()
+    at = [(0.3, 0.1), ASIDE, ASIDE]
+    assert first(scene((0.3, 0.1), 0.0, at, at), state) == (301, FOUL)
+    assert state[DUE] == FREE_BALL
+
+
+def test_a_ball_at_rest_in_the_goal_mouth_is_in_the_area_still():
+    state = in_play()
+    assert first(scene(ball=(0.76, 0.0), speed=0.0), state) == (301, FOUL)
+    assert state[DUE] == PENALTY
+
+
+# ---- the clock
+
+
+def test_eight_minutes_are_28800_frames_with_the_half_in_the_middle():
+    state = begin(AWAY)
+    moving = scene()
+    assert calls([moving] * 28_805, state=state) == [(0, KICK_OFF), (14_400, HALF), (28_800, END)]
+    assert LAWS.duration == 28_800
+    assert LAWS.t_ns(LAWS.duration) == 480_000_000_000
+    assert [(p.start_ns, p.end_ns, p.home_attacks) for p in LAWS.periods()] == [
+        (0, 240_000_000_000, 1), (240_000_000_000, 480_000_000_001, -1)
+    ]
+
+
+def test_the_second_half_is_kicked_off_by_the_other_team():
+    for opener in (HOME, AWAY):
+        state = begin(opener)
+        calls([scene()], state=state)
+        assert state[TEAM] == opener
+        state[FRAME] = 14_400
+        calls([scene(ball=(0.8, 0.0))], state=state)
+        assert state[TEAM] == 1 - opener
+        assert state[[HOME_GOALS, AWAY_GOALS]].tolist() == [0, 0]  # time was over
+        events = told(HALF, state, LAWS)
+        assert [event[:3] for event in events] == [
+            (240_000_000_000, "half", None), (240_000_000_000, "kick-off", ("home", "away")[1 - opener])
+        ]
+
+
+def test_the_whistle_ends_play_and_rests():
+    short = Laws.of(VSSS, RefereeSettings(duration_s=2.0), 60.0)
+    moving, goal = scene(), scene(ball=(0.8, 0.0))
+    assert calls([moving] * 119 + [goal] * 3, short) == [(0, KICK_OFF), (60, HALF), (119, GOAL), (120, END)]
+    assert calls([moving] * 120 + [goal] * 3, short) == [(0, KICK_OFF), (60, HALF), (120, END)]
+    # a goal just before the half: its kick-off never comes
+    assert calls([moving] * 50 + [goal] + [moving] * 69, short) == [(0, KICK_OFF), (50, GOAL), (60, HALF)]
+
+
+def test_after_the_end_the_state_stays():
+    short = Laws.of(VSSS, RefereeSettings(duration_s=1.0), 60.0)
+    state = begin()
+    calls([scene()] * 61, short, state)
+    ended = state.copy()
+    assert calls([scene(ball=(0.8, 0.0))] * 10, short, state) == []
+    assert state.tolist() == ended.tolist()
+    assert told(END, state, short) == ((1_000_000_000, "end", None, 0, 0, "end"),)
+
+
+@given(st.integers(1, 400), st.integers(1, 5), st.sampled_from([25.0, 59.94, 60.0, 100.0]))
+def test_halves_are_whole_frames_and_as_told_to_the_description(frames, halves, hz):
+    if frames < halves:
+        return
+    laws = Laws.of(VSSS, RefereeSettings(duration_s=frames / hz, halves=halves), hz)
+    found = calls([scene()] * (frames + 3), laws)
+    assert found[-1] == (frames, END)
+    starts = [frame for frame, call in found if call in (KICK_OFF, HALF)]
+    periods = laws.periods()
+    assert [laws.t_ns(frame) for frame in starts] == [p.start_ns for p in periods]
+    assert [p.end_ns for p in periods[:-1]] == [p.start_ns for p in periods[1:]]
+    assert np.ptp(np.diff([*starts, frames])) <= 1
+
+
+# ---- properties of whole matches
+
+SHORT = Laws.of(VSSS, RefereeSettings(duration_s=30.0, stuck_s=0.5, crowd_s=0.3, pause_s=0.1), 60.0)
+
+
+def wild_frames(seed, frames, robots):
+    """Bodies that are somewhere else every few frames, mostly at the goals, the ball slow or fast."""
+    rng = np.random.default_rng(seed)
+    for _ in range(frames // 20 + 1):
+        bodies = np.zeros((1 + 2 * robots, 6))
+        bodies[:, X] = rng.choice([-1, 1]) * rng.uniform(0.45, 0.85, len(bodies))
+        bodies[:, Y] = rng.uniform(-0.4, 0.4, len(bodies))
+        bodies[BALL, VX] = rng.choice([0.0, 1.0], p=[0.7, 0.3])
+        for _ in range(int(rng.integers(5, 60))):
+            yield bodies
+
+
+@given(st.integers(0, 2**32), st.integers(1, 11), st.sampled_from([HOME, AWAY]))
+@settings(max_examples=40)
+def test_of_any_match(seed, robots, opener):
+    state, rows, found = begin(opener), [], []
+    score = [0, 0]
+    for bodies in wild_frames(seed, 10 * SHORT.duration, robots):
+        call = watch(bodies, state, SHORT.lengths, SHORT.times)
+        rows += told(call, state, SHORT)
+        after = state[[HOME_GOALS, AWAY_GOALS]].tolist()
+        rise = [a - b for a, b in zip(after, score, strict=True)]
+        assert sorted(rise) == ([0, 1] if call == GOAL else [0, 0])
+        score = after
+        if call != PLAY_ON:
+            found.append((int(state[FRAME]) - 1, call))
+        if call == END:
+            break
+    assert found[0] == (0, KICK_OFF)
+    assert found[-1] == (SHORT.duration, END)
+    assert [at for at, call in found if call == HALF] == [SHORT.duration // 2]
+    # what stops play is followed by its restart, six frames later, unless time is up before
+    for (at, call), (then, next_call) in pairwise(found):
+        if call in (GOAL, FOUL):
+            assert next_call in (HALF, END) or (then - at == 6 and next_call in RESTARTS)
+        else:
+            assert next_call in (GOAL, FOUL, HALF, END)
+    events = table("match", rows)
+    assert list(events["t_ns"]) == sorted(events["t_ns"])
+    goals = Counter(events.filter(pl.col("event") == "goal")["team"])
+    assert [goals["home"], goals["away"]] == score
+    assert events.select("score_home", "score_away").row(-1) == tuple(score)
+    # each goal is followed by a kick-off of the team that conceded it, or by half-time or the end
+    for (_, event, team, *_), (_, then, taker, *_) in pairwise(rows):
+        if event == "goal":
+            assert then in ("half", "end") or (then == "kick-off" and {team, taker} == {"home", "away"})
+
+
+@given(st.integers(0, 2**32), st.integers(1, 6), st.integers(0, 1800))
+@settings(max_examples=30)
+def test_a_saved_state_goes_on_as_if_nothing_had_happened(seed, robots, at):
+    frames = list(wild_frames(seed, SHORT.duration, robots))
+    whole = calls(frames, SHORT)
+    state = begin()
+    before = calls(frames[:at], SHORT, state)
+    saved = np.frombuffer(state.tobytes(), dtype=np.int64).copy()
+    assert before + calls(frames[at:], SHORT, saved) == whole
+
+
+@given(st.integers(0, 2**32), st.integers(1, 6))
+@settings(max_examples=30)
+def test_both_teams_are_judged_alike(seed, robots):
+    state, turned = begin(HOME), begin(AWAY)
+    other = np.zeros((1 + 2 * robots, 6))
+    for bodies in wild_frames(seed, 1000, robots):
+        see(bodies, AWAY, -1.0, other)  # teams and ends exchanged
+        call = watch(bodies, state, SHORT.lengths, SHORT.times)
+        assert watch(other, turned, SHORT.lengths, SHORT.times) == call
+        assert state[[HOME_GOALS, AWAY_GOALS]].tolist() == turned[[AWAY_GOALS, HOME_GOALS]].tolist()
+        assert state[TEAM] == turned[TEAM] == NOBODY or state[TEAM] == 1 - turned[TEAM]
+        if call in (FREE_BALL, END):
+            assert call == END or state[QUARTER] == 3 - turned[QUARTER]
+
+
+# ---- restarts
+
+
+def put(call, laws=LAWS, *, robots=3, team=HOME, quarter=0, half=0, seed=0):
+    """The bodies after a restart."""
+    state = begin(team)
+    state[[OPENER, TEAM, QUARTER, HALVES_OVER]] = team, NOBODY if call == FREE_BALL else team, quarter, half
+    bodies = np.full((1 + 2 * robots, 6), 9.0)
+    restart(bodies, call, state, laws, np.random.default_rng(seed))
+    return bodies
+
+
+@given(
+    st.sampled_from(RESTARTS), st.sampled_from(list(Kind)), st.integers(1, 11), st.sampled_from([HOME, AWAY]),
+    st.integers(0, 3), st.integers(0, 1), st.sampled_from([0.0, 0.1, 0.15]), st.integers(0, 2**32),
+)
+@settings(max_examples=300)
+def test_every_restart_is_legal(call, kind, robots, team, quarter, half, scatter, seed):
+    pitch, scales = PITCHES[kind], SCALES[kind]
+    laws = Laws.of(pitch, RefereeSettings(scatter=scatter), 60.0)
+    marks = laws.marks
+    placed = put(call, laws, robots=robots, team=team, quarter=quarter, half=half, seed=seed)
+    assert np.isfinite(placed).all()
+    assert not placed[:, [VX, VY, OMEGA]].any()
+    assert (np.abs(placed[:, THETA]) <= math.pi).all()
+
+    bodies = np.zeros_like(placed)  # as the taker's team sees it
+    see(placed, team, 1.0 if (team == HOME) == (half == 0) else -1.0, bodies)
+    xy = bodies[:, [X, Y]]
+    around = math.sqrt(2) * scales.robot_radius  # a square robot's corners
+    ours, theirs = np.arange(1, robots + 1), np.arange(robots + 1, 2 * robots + 1)
+
+    # inside the pitch, its cut-off corners left out; none overlap
+    assert (np.abs(xy[1:, 0]) + around <= pitch.goal_x + EPS).all()
+    assert (np.abs(xy[1:, 1]) + around <= pitch.width / 2 + EPS).all()
+    to_corner = pitch.goal_x - np.abs(xy[1:, 0]) + pitch.width / 2 - np.abs(xy[1:, 1])
+    assert ((to_corner - marks.corner) / math.sqrt(2) >= around - EPS).all()
+    apart = np.hypot(*(xy[:, None] - xy[None]).transpose(2, 0, 1))
+    reach = np.array([scales.ball_radius, *[around] * (2 * robots)])
+    assert (apart + 9 * pitch.length * np.eye(len(xy)) >= reach[:, None] + reach[None] - EPS).all()
+
+    to_ball = apart[0]
+    at_ball = {KICK_OFF: [robots], PENALTY: [robots], GOAL_KICK: [1], FREE_BALL: [robots, 2 * robots]}[call]
+    keepers = [row for row in (1, robots + 1) if row not in at_ball]
+    players = [row for row in range(1, 2 * robots + 1) if row not in at_ball + keepers]
+    assert (to_ball[players] >= marks.circle + around - EPS).all()
+    outside = (np.abs(xy[:, 0]) <= marks.area_x) | (np.abs(xy[:, 1]) >= marks.area_y)
+    assert outside[players].all()
+    for row in at_ball:  # behind the ball, and facing it
+        bearing = math.atan2(xy[0, 1] - xy[row, 1], xy[0, 0] - xy[row, 0])
+        assert abs(math.remainder(bodies[row, THETA] - bearing, 2 * math.pi)) < 0.5
+        assert (xy[row, 0] < xy[0, 0]) == (row <= robots)
+    if call == PENALTY:
+        assert (xy[players, 0] + around <= EPS).all()
+        if robots > 1:
+            assert xy[1, 0] < -marks.area_x
+        assert (xy[robots + 1, 0] + around >= pitch.goal_x - 4 * scatter * scales.robot_radius - EPS)
+    elif call != FREE_BALL:
+        assert (xy[ours, 0] + around <= EPS).all()
+        assert (xy[theirs, 0] - around >= -EPS).all()
+    if call == KICK_OFF:
+        assert (to_ball[theirs] >= marks.circle + around - EPS).all()
+
+
+@pytest.mark.parametrize("call", RESTARTS)
+@pytest.mark.parametrize("robots", [1, 3, 5])
+def test_restarts_are_mirrored_for_teams_and_halves(call, robots):
+    for team in (HOME, AWAY):
+        for half in (0, 1):
+            same = team == HOME and half == 0
+            # a free ball is nobody's: only the halves turn it
+            if call == FREE_BALL and team == AWAY:
+                continue
+            quarter = 1 if half == 0 else 2
+            bodies = put(call, robots=robots, team=team, quarter=quarter, half=half, seed=5)
+            view = np.zeros_like(bodies)
+            see(bodies, team, 1.0 if (team == HOME) == (half == 0) else -1.0, view)
+            reference = put(call, robots=robots, quarter=1, seed=5)
+            view[BALL, THETA] = 0.0  # which the view turns, too
+            assert np.allclose(view, reference, atol=1e-12)
+            assert same or not np.allclose(bodies, reference)
+
+
+def test_half_a_turn_leaves_no_negative_zeros():
+    # the same bytes whichever way a team plays
+    for call in RESTARTS:
+        bodies = put(call, team=AWAY)
+        assert not np.signbit(bodies[bodies == 0]).any()
+
+
+def test_a_new_half_is_kicked_off():
+    assert put(HALF, team=AWAY, half=1, seed=3).tolist() == put(KICK_OFF, team=AWAY, half=1, seed=3).tolist()
+
+
+EXACT = Laws.of(VSSS, RefereeSettings(scatter=0.0), 60.0)
+
+
+def test_the_places_are_the_leagues():
+    kick_off = put(KICK_OFF, EXACT)
+    assert kick_off[[0, 1, 3, 4], :3].round(6).tolist() == [
+        [0, 0, 0], [-0.675, 0, 1.570796], [-0.1125, 0, 0], [0.675, 0, -1.570796]
+    ]
+    assert kick_off[[2, 5, 6], :2].round(6).tolist() == [[-0.4, 0], [0.4, 0], [0.275, 0]]
+    free_ball = put(FREE_BALL, EXACT, quarter=2)
+    assert free_ball[[0, 3, 6], :3].round(6).tolist() == [
+        [-0.375, 0.4, 0], [-0.575, 0.4, 0], [-0.175, 0.4, 3.141593]
+    ]
+    penalty = put(PENALTY, EXACT, team=AWAY)
+    assert penalty[[0, 6], :3].round(6).tolist() == [[-0.375, 0, 0], [-0.2625, 0, 3.141593]]
+    assert penalty[1, X] == pytest.approx(-0.75 + 0.0375 * math.sqrt(2))
+    goal_kick = put(GOAL_KICK, EXACT)
+    assert goal_kick[0, X] == pytest.approx(-0.6)
+    assert abs(goal_kick[0, Y]) == pytest.approx(0.35)
+    assert np.hypot(*(goal_kick[1, :2] - goal_kick[0, :2])) == pytest.approx(0.1125)
+
+
+def test_goal_kicks_are_on_either_side_by_chance():
+    sides = Counter(float(np.sign(put(GOAL_KICK, seed=seed)[BALL, Y])) for seed in range(200))
+    assert min(sides[-1.0], sides[1.0]) > 70
+
+
+def test_restarts_differ_by_seed_and_only_by_seed():
+    assert put(KICK_OFF, seed=1).tolist() == put(KICK_OFF, seed=1).tolist()
+    places = np.array([put(KICK_OFF, seed=seed) for seed in range(300)])[:, :, :3]
+    places[:, :, THETA] = np.angle(np.exp(1j * (places[:, :, THETA] - places[0, :, THETA])))
+    widest = np.ptp(places, axis=0)
+    assert not widest[BALL].any()
+    share = widest[1:] / [2 * 0.1 * 0.075, 2 * 0.1 * 0.075, 2 * 0.1]
+    assert (share <= 1 + EPS).all()
+    assert (share > 0.9).all()
+
+
+# ---- pitches
+
+
+def test_marks_are_the_leagues_on_its_pitch():
+    assert Marks.of(VSSS) == pytest.approx(
+        Marks(goal_x=0.75, side_y=0.65, goal_line=0.77135, post=0.2, area_x=0.6, area_y=0.35, mark_x=0.375,
+              mark_y=0.4, circle=0.2, corner=0.07, near=0.1125, robot=0.0375)
+    )
+
+
+def test_marks_scale_with_the_pitch():
+    twice = VSSS.model_copy(update={"length": 3.0, "width": 2.6, "goal_width": 0.8})
+    small, large = Marks.of(VSSS), Marks.of(twice)
+    for name in ("area_x", "area_y", "mark_x", "mark_y", "circle", "corner", "post"):
+        assert getattr(large, name) == pytest.approx(2 * getattr(small, name))
+    assert (large.near, large.robot) == (small.near, small.robot)
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+def test_speeds_scale_with_the_kind(kind):
+    laws = Laws.of(PITCHES[kind], RefereeSettings(), 60.0)
+    limit = 0.1 * SCALES[kind].speed
+    assert first(scene(speed=0.99 * limit), in_play(laws=laws), laws) == (301, FOUL)
+    assert first(scene(speed=limit), in_play(laws=laws), laws) is None
+
+
+def test_pitches_and_settings_that_cannot_be_played_are_refused():
+    with pytest.raises(BadSettings, match="is ever wholly in a goal"):
+        Laws.of(VSSS.model_copy(update={"goal_depth": 0.04}), RefereeSettings(), 60.0)
+    with pytest.raises(BadSettings, match="are too small for robots"):
+        Laws.of(VSSS.model_copy(update={"width": 1.0}), RefereeSettings(), 60.0)
+    with pytest.raises(BadSettings, match="3 halves do not fit"):
+        Laws.of(VSSS, RefereeSettings(duration_s=0.03, halves=3), 60.0)
+    with pytest.raises(BadSettings, match="40 robots a team find no room at a kick-off"):
+        put(KICK_OFF, robots=40)
+
+
+# ---- the log of a match
+
+
+def played():
+    """A match of 20 s whose ball is driven by hand: the log, and the frames of its calls.
+
+    Velocities of the ball from each restart on: into the goal at +x; stuck; stuck until half-time; into
+    the goal at -x; into the goal at +x; stuck; stuck until the end.
+    """
+    laws = Laws.of(VSSS, RefereeSettings(duration_s=20.0), 60.0)
+    speeds = iter([1.0, 0.0, 0.0, -1.0, 0.5, 0.0, 0.0])
+    rng = np.random.default_rng(7)
+    state, bodies = begin(), np.zeros((7, 6))
+    film, rows, found = [], [], []
+    for frame in range(laws.duration + 1):
+        call = watch(bodies, state, laws.lengths, laws.times)
+        if KICK_OFF <= call <= HALF:
+            restart(bodies, call, state, laws, rng)
+            bodies[BALL, VX] = next(speeds)
+            bodies[1:, VY] = 0.02
+        elif call != PLAY_ON:
+            bodies[:, [VX, VY]] = 0
+            found.append((frame, call))
+        if KICK_OFF <= call <= HALF:
+            found.append((frame, call))
+        rows += told(call, state, laws)
+        film.append(bodies.copy())
+        bodies[:, [X, Y]] += bodies[:, [VX, VY]] / 60
+    film = np.array(film)
+    paths = {"ball": film[:, BALL, :2]}
+    paths |= {(team, i): film[:, 1 + 3 * team + i, :3] for team in (HOME, AWAY) for i in range(3)}
+    log = make_log(None, paths, t_ns=[laws.t_ns(frame) for frame in range(len(film))])
+    info = log.info.model_copy(update={"periods": laws.periods(), "format": "world"})
+    return replace(log, info=info, referee=table(info.match_id, rows)), found
+
+
+def test_a_played_match_gives_the_same_tables_as_an_imported_one():
+    log, found = played()
+    assert found == [
+        (0, KICK_OFF), (47, GOAL), (77, KICK_OFF), (378, FOUL), (408, FREE_BALL), (600, HALF), (647, GOAL),
+        (677, KICK_OFF), (770, GOAL), (800, KICK_OFF), (1101, FOUL), (1131, FREE_BALL), (1200, END),
+    ]
+    assert log.referee.select("event", "team", "score_home", "score_away", "note").rows() == [
+        ("kick-off", "home", 0, 0, "kick-off"), ("goal", "home", 1, 0, "goal"),
+        ("kick-off", "away", 1, 0, "kick-off"), ("stop", None, 1, 0, "free ball"),
+        ("fault", None, 1, 0, "free ball"), ("half", None, 1, 0, "half"),
+        ("kick-off", "away", 1, 0, "kick-off"), ("goal", "home", 2, 0, "goal"),
+        ("kick-off", "away", 2, 0, "kick-off"), ("goal", "away", 2, 1, "goal"),
+        ("kick-off", "home", 2, 1, "kick-off"), ("stop", None, 2, 1, "free ball"),
+        ("fault", None, 2, 1, "free ball"), ("end", None, 2, 1, "end"),
+    ]
+    Referee.validate(log.referee)
+
+    stream = io.BytesIO()
+    write(log, stream)
+    again = read(stream.getvalue(), where="played.mcap")
+    assert_frame_equal(again.referee, log.referee)
+    row = matches_table.row(again)
+    assert row.select("score_home", "score_away", "duration_s", "frames", "robots_per_team").row(0) == (
+        2, 1, 20.0, 1201, 3
+    )
+
+    table_, quality = trajectories(again, TrajectorySettings())
+    assert quality.is_empty()  # bodies are put elsewhere only where play is cut
+    ball = table_.filter(pl.col("team") == "ball").sort("t_ns")
+    segment = ball["segment"].to_list()
+    stretches = [(0, 47), (77, 378), (408, 600), (600, 647), (677, 770), (800, 1101), (1131, 1200)]
+    expected = [None] * 1201
+    for number, (begun, over) in enumerate(stretches):
+        expected[begun:over] = [number] * (over - begun)
+    assert segment == expected
+
+    assert ball["turned"].to_list() == [False] * 600 + [True] * 601
+    assert (home_attacks(again.info.periods, again.frames.t_ns) == np.repeat([1, -1], [600, 601])).all()
+    # home attacks +x throughout the table: its goals are there, the others at -x
+    assert [ball["x"][frame] > 0 for frame in (47, 647, 770)] == [True, True, False]
+    keepers = table_.filter(pl.col("robot") == 0, pl.col("segment").is_not_null())
+    assert (keepers["role"] == "goalkeeper").all()

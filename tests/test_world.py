@@ -1,0 +1,428 @@
+"""The arena's physics against closed forms and conservation laws, its borders, and that it repeats itself."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
+from pipeline.errors import BadSettings
+from pipeline.pitch import PITCHES, SCALES, Kind
+from pipeline.world.arena import Arena
+from pipeline.world.drive import publish
+from pipeline.world.settings import GRAVITY, PhysicsSettings
+from pipeline.world.walls import walls
+
+VSSS = PITCHES[Kind.VSSS]
+BALL_RADIUS = SCALES[Kind.VSSS].ball_radius
+HALF = SCALES[Kind.VSSS].robot_radius
+STEP_S = 1 / 120
+#: A floor of ice: nothing but collisions changes how bodies move.
+ICE = {"rolling": 0.0, "forward_grip": 1e-9, "sideways_grip": 1e-9}
+
+
+def alone(ball=(-0.6, 0.55), robot=(0.5, -0.5), robots=1, **physics):
+    """An arena of one a side with the ball and the first robot placed (leading columns), the rest aside."""
+    arena = Arena(VSSS, robots, PhysicsSettings(**physics))
+    bodies = arena.bodies.copy()
+    bodies[BALL, : len(ball)] = ball
+    bodies[1, : len(robot)] = robot
+    bodies[2] = (-0.65, -0.5, 0, 0, 0, 0)
+    arena.place(bodies)
+    return arena
+
+
+def played(arena, frames, wheels=(0.0, 0.0)):
+    """Bodies after each of so many frames, [frames, 1 + 2 N, 6]; the first robot has the wheels."""
+    commanded = np.zeros((2 * arena.robots, 2))
+    commanded[0] = wheels
+    return np.array([arena.frame(commanded).copy() for _ in range(frames)])
+
+
+def random_bodies(rng, robots, pitch=VSSS, speed=1.0, spin=10.0):
+    """Bodies in a grid of cells wide enough for each, all on the move."""
+    columns = 1 + 2 * robots
+    bodies = np.zeros((columns, 6))
+    bodies[:, X] = (np.arange(columns) + 0.5) / columns * pitch.length * 0.8 - 0.4 * pitch.length
+    bodies[:, Y] = rng.uniform(-0.35, 0.35, columns) * pitch.width
+    bodies[:, THETA] = rng.uniform(-math.pi, math.pi, columns)
+    bodies[:, VX:] = rng.uniform(-1, 1, (columns, 3)) * (speed, speed, spin)
+    bodies[BALL, [THETA, OMEGA]] = 0
+    return bodies
+
+
+def random_wheels(rng, frames, robots, top=1.2):
+    """Commands that change every 0.4 s, [frames, 2 N, 2]."""
+    chosen = rng.uniform(-top, top, (-(-frames // 24), 2 * robots, 2))
+    return np.repeat(chosen, 24, axis=0)[:frames]
+
+
+def energy(bodies, physics):
+    """Kinetic energy, joules, over the last two axes of bodies."""
+    moment = physics.robot_mass * (2 * HALF) ** 2 / 6
+    squares = (bodies[..., VX : VY + 1] ** 2).sum(-1)
+    turning = moment * (bodies[..., 1:, OMEGA] ** 2).sum(-1)
+    return 0.5 * (physics.ball_mass * squares[..., 0] + physics.robot_mass * squares[..., 1:].sum(-1) + turning)
+
+
+def outside(points, pitch=VSSS):
+    """How deep the deepest of points [..., 2] is in something solid, metres; negative if none is."""
+    deepest = -np.inf
+    for corners in map(np.array, walls(pitch)):
+        edges = np.roll(corners, -1, axis=0) - corners
+        normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / np.hypot(*edges.T)[:, None]
+        within = -((points[..., None, :] - corners) * normals).sum(-1)
+        deepest = max(deepest, float(within.min(-1).max()))
+    return deepest
+
+
+class TestBall:
+    def test_loses_speed_at_a_constant_rate_and_stops_after_v2_over_2a(self):
+        track = played(alone(ball=(-0.7, 0.3, 0, 0.8, 0)), 180)[:, BALL]
+        seconds = np.arange(1, 181) / 60
+        np.testing.assert_allclose(track[:, VX], np.maximum(0.8 - 0.34 * seconds, 0), rtol=0, atol=1e-12)
+        # 0.8² / (2 · 0.34) = 0.9412 m, and at most half a step too far
+        assert 0 <= track[-1, X] + 0.7 - 0.9412 < 0.8 * STEP_S / 2 + 1e-4
+        assert np.hypot(*track[-1, VX : VY + 1]) < 1e-12
+
+    @given(st.floats(0.5, 6.0), st.floats(-1.0, 1.0), st.floats(0.0, 1.0))
+    @settings(max_examples=25, deadline=None)
+    def test_leaves_a_wall_with_the_restitution_of_its_speed_and_keeps_what_is_along_it(self, speed, angle, bounce):
+        vx, vy = speed * math.sin(angle), speed * math.cos(angle)
+        arena = alone(ball=(0, 0.615, 0, vx, vy), wall_restitution=bounce, **ICE)
+        track = played(arena, 6)[:, BALL]
+        assert track[-1, VY] == pytest.approx(-bounce * vy, abs=1e-9)
+        assert track[-1, VX] == pytest.approx(vx, abs=1e-9)
+        assert track[-1, OMEGA] == 0
+
+    def test_struck_head_on_takes_the_momentum_that_the_robot_loses(self):
+        physics = PhysicsSettings(**ICE)
+        arena = alone(ball=(0.1, 0.0), robot=(0, 0, 0, 1.0, 0, 0), **ICE)
+        after = played(arena, 20)[-1]
+        # 1.3 · 0.18 / 0.226 = 1.0354: about as fast as the robot drove
+        assert after[BALL, VX] == pytest.approx(1.0354, abs=1e-4)
+        assert after[BALL, VX] - after[1, VX] == pytest.approx(0.3 * 1.0, abs=1e-7)
+        total = physics.ball_mass * after[BALL, VX] + physics.robot_mass * after[1, VX]
+        assert total == pytest.approx(physics.robot_mass * 1.0, abs=1e-7)
+
+    def test_that_is_fast_does_not_pass_through_a_robot(self):
+        for speed in (1.0, 3.0, 6.0):
+            arena = alone(ball=(-0.6, 0.01, 0, speed, 0), robot=(0, 0, 0.2, 0, 0, 0))
+            track = played(arena, 60)
+            ahead = (track[:, BALL, X] > track[:, 1, X]) & (np.abs(track[:, BALL, Y] - track[:, 1, Y]) < HALF)
+            assert not ahead.any(), speed
+
+    def test_into_the_goal_is_stopped_by_its_back_and_stays_between_its_sides(self):
+        track = played(alone(ball=(0.4, 0.1, 0, 3.0, 0.5)), 240)[:, BALL]
+        assert track[:, X].max() > 0.75 + BALL_RADIUS
+        assert track[:, X].max() <= 0.85
+        past = track[track[:, X] > 0.75]
+        assert np.abs(past[:, Y]).max() <= 0.2
+
+    def test_does_not_get_into_the_cut_corners(self):
+        track = played(alone(ball=(0.3, 0.3, 0, 1.8, 1.6), robot=(-0.5, -0.5)), 120)[:, BALL]
+        assert track[:, X].max() > 0.6
+        assert (track[:, X] + track[:, Y]).max() < 0.75 + 0.65 - 0.07
+
+
+class TestRobot:
+    def test_drives_a_circle_of_radius_v_over_omega(self):
+        # v = (0.258 + 0.542) / 2 = 0.4, omega = 0.284 / 0.071 = 4: radius 0.1, a turn in pi / 2 s
+        robot = (0, 0, 0, 0.4, 0, 4.0)
+        track = played(alone(robot=robot), round(60 * math.pi / 2), wheels=(0.258, 0.542))[:, 1]
+        for axis in (X, Y):
+            assert np.ptp(track[:, axis]) / 2 == pytest.approx(0.1, rel=5e-3)
+        np.testing.assert_allclose(track[:, OMEGA], 4, atol=1e-9)
+        course = np.arctan2(track[:, VY], track[:, VX])
+        assert np.abs(np.angle(np.exp(1j * (course - track[:, THETA])))).max() < 1e-9
+
+    @pytest.mark.parametrize(
+        ("physics", "rate"),
+        [({}, 6.0), ({"wheel_acceleration": 100.0}, 0.8 * GRAVITY), ({"wheel_acceleration": 2.5}, 2.5)],
+    )
+    def test_stops_within_v2_over_2a_by_its_motors_or_by_the_floor_whichever_is_weaker(self, physics, rate):
+        track = played(alone(robot=(-0.5, 0, 0, 1.0, 0, 0), **physics), 60)[:, 1]
+        assert 0 <= track[-1, X] + 0.5 - 1 / (2 * rate) < 1.0 * STEP_S / 2 + 1e-4
+        assert np.hypot(*track[-1, VX : VY + 1]) < 1e-12
+
+    def test_reaches_its_top_speed_and_no_more(self):
+        track = played(alone(robot=(-0.6, 0, 0, 0, 0, 0)), 30, wheels=(9.0, 9.0))[:, 1]
+        assert track[5, VX] == pytest.approx(6.0 * 6 / 60, abs=1e-9)
+        assert track[-1, VX] == pytest.approx(1.2, abs=1e-9)
+
+    def test_pushed_sideways_slides_only_as_far_as_its_grip_lets_it(self):
+        track = played(alone(robot=(0, 0, 0, 0, 1.0, 0)), 30)[:, 1]
+        np.testing.assert_allclose(track[:5, VY], 1 - GRAVITY * np.arange(1, 6) / 60, atol=1e-9)
+        assert 0 <= track[-1, Y] - 1 / (2 * GRAVITY) < 1.0 * STEP_S / 2 + 1e-4
+        np.testing.assert_allclose(track[:, THETA], 0, atol=1e-12)
+
+    def test_pushed_by_another_robot_yields_no_more_than_traction_explains(self):
+        arena = alone(ball=(-0.6, 0.5), robot=(-0.3, 0.0, 0, 0.8, 0, 0))
+        bodies = arena.bodies.copy()
+        bodies[2] = (-0.1, 0.0, math.pi / 2, 0, 0, 0)  # stands across, wheels still
+        arena.place(bodies)
+        track = played(arena, 60, wheels=(0.8, 0.8))
+        assert track[-1, 2, X] > -0.05
+        # The pusher's wheels give 0.8 g, the other's hold with up to 1.0 g; what is pushed is held once it
+        # moves, so it creeps by what the push gives it in one step.
+        assert 0 < track[-1, 2, VX] <= 0.8 * GRAVITY * STEP_S + 1e-6
+        assert track[:, 2, VX].max() > 0.3
+
+    def test_turned_too_hard_slides_out_of_its_circle(self):
+        # v = 0.8, omega = 8 asks for 6.4 m/s² where the floor gives 0.3 g = 2.94
+        physics = {"sideways_grip": 0.3}
+        track = played(alone(robot=(0, -0.2, 0, 0.8, 0, 8.0), **physics), 24, wheels=(0.516, 1.084))[:, 1]
+        change = np.hypot(*np.diff(track[:, VX : VY + 1], axis=0).T) * 60
+        course = np.unwrap(np.arctan2(track[:, VY], track[:, VX]))
+        assert np.ptp(course) < 0.75 * np.ptp(np.unwrap(track[:, THETA]))
+        assert change.max() < 9.0  # within the ellipse of 0.8 g along and 0.3 g across
+
+    def test_two_against_each_other_stand(self):
+        arena = alone(robot=(-0.2, 0, 0, 0, 0, 0))
+        bodies = arena.bodies.copy()
+        bodies[2] = (0.2, 0, math.pi, 0, 0, 0)
+        arena.place(bodies)
+        for _ in range(120):
+            arena.frame(np.full((2, 2), 1.0))
+        assert np.abs(arena.bodies[1:, VX]).max() < 0.02
+        assert arena.bodies[2, X] - arena.bodies[1, X] == pytest.approx(2 * HALF, abs=2e-3)
+
+
+class TestEnergy:
+    @pytest.mark.parametrize("physics", [ICE, {"wheel_acceleration": 1e6}], ids=["on ice", "wheels locked"])
+    def test_never_grows_by_itself(self, physics):
+        chosen = PhysicsSettings(**physics)
+        for seed in range(12):
+            arena = Arena(VSSS, 3, chosen)
+            bodies = random_bodies(np.random.default_rng(seed), 3, speed=2.0)
+            arena.place(bodies)
+            joules = energy(np.concatenate([bodies[None], played(arena, 120)]), chosen)
+            assert np.diff(joules).max() < 1e-9 * joules[0]
+            assert joules[-1] < 0.9 * joules[0]
+
+    def test_without_friction_and_loss_between_ball_and_walls_stays(self):
+        arena = alone(ball=(0, 0.4, 0, 1.5, 0.7), wall_restitution=1.0, **ICE)
+        track = played(arena, 60)[:, BALL]
+        assert np.ptp(np.hypot(track[:, VX], track[:, VY])) < 1e-9
+        assert track[:, VX].min() < 0 or track[:, VY].min() < 0
+
+
+class TestMirror:
+    """What happens to the mirror image is the mirror image of what happens, while few touch."""
+
+    def test_across_the_long_axis(self):
+        one = alone(ball=(0.1, 0.02), robot=(-0.2, 0.0, 0.1, 0.6, 0, 0))
+        other = alone(ball=(0.1, -0.02), robot=(-0.2, 0.0, -0.1, 0.6, 0, 0))
+        here, there = played(one, 60, (1.0, 0.97)), played(other, 60, (0.97, 1.0))
+        there[..., [Y, THETA, VY, OMEGA]] *= -1
+        # the solver takes contacts in the order in which it finds them
+        np.testing.assert_allclose(here[:, :2], there[:, :2], rtol=0, atol=1e-4)
+        assert np.hypot(*here[-1, BALL, :2] - (0.1, 0.02)) > 0.2
+
+    def test_turned_by_half_a_turn_with_the_teams_exchanged(self):
+        one, other = Arena(VSSS, 1), Arena(VSSS, 1)
+        bodies = np.array([(0.0, 0, 0, 0, 0, 0), (-0.3, 0.02, 0.1, 0, 0, 0), (0.6, 0.4, 2.0, 0, 0, 0)])
+        one.place(bodies)
+        bodies[:, :2] *= -1
+        bodies[1:, THETA] += math.pi
+        other.place(bodies[[0, 2, 1]])
+        wheels = np.array([(1.0, 1.0), (0.3, -0.1)])
+        for _ in range(90):
+            one.frame(wheels)
+            other.frame(wheels[::-1].copy())
+        back = other.bodies[[0, 2, 1]] * (-1, -1, 1, -1, -1, 1)
+        keep = [X, Y, VX, VY, OMEGA]
+        np.testing.assert_allclose(one.bodies[:, keep], back[:, keep], rtol=0, atol=1e-6)
+        assert one.bodies[BALL, X] > 0.2
+
+
+class TestBorders:
+    @pytest.mark.parametrize("speed", [1.0, 2.0, 4.0, 8.0])
+    def test_nothing_leaves_at_any_speed(self, speed):
+        rng = np.random.default_rng(int(speed))
+        for _ in range(10):
+            arena = Arena(VSSS, 3)
+            bodies = random_bodies(rng, 3, speed=speed, spin=40.0)
+            arena.place(bodies)
+            track = np.array([arena.frame(w).copy() for w in random_wheels(rng, 90, 3)])
+            # walls are noticed after a step into them, and no centre gets further than that
+            step = np.hypot(bodies[:, VX], bodies[:, VY]).max() * STEP_S
+            assert outside(track[..., :2]) < max(0, step - BALL_RADIUS)
+            assert outside(track[30:, :, :2]) < 0
+
+    def test_a_ball_squeezed_by_all_six_stays_in(self):
+        corners = [(0.68, 0.6), (-0.68, -0.6), (0.0, 0.62), (0.83, 0.18)]
+        for corner in corners:
+            arena = Arena(VSSS, 3)
+            bodies = arena.bodies.copy()
+            bodies[BALL, :2] = corner
+            arena.place(bodies)
+            wheels = np.zeros((6, 2))
+            for _ in range(240):
+                away = arena.bodies[BALL, :2] - arena.bodies[1:, :2]
+                turn = np.arctan2(away[:, 1], away[:, 0]) - arena.bodies[1:, THETA]
+                wheels[:, 0] = 1.2 * np.cos(turn) - np.sin(turn)
+                wheels[:, 1] = 1.2 * np.cos(turn) + np.sin(turn)
+                arena.frame(wheels)
+                assert outside(arena.bodies[BALL, :2]) < -BALL_RADIUS / 3
+                assert outside(arena.bodies[:, :2]) < 0
+
+    def test_a_thousand_random_matches(self):
+        rng = np.random.default_rng(2008)
+        arena = Arena(VSSS, 3)
+        track = np.empty((180, 7, 6))
+        touched = 0
+        for _ in range(1000):
+            arena.place(random_bodies(rng, 3))
+            for frame, wheels in enumerate(random_wheels(rng, 180, 3)):
+                track[frame] = arena.frame(wheels)
+            assert np.isfinite(track).all()
+            assert outside(track[::3, :, :2]) < 0
+            assert np.abs(track[..., THETA]).max() <= math.pi
+            touched += np.hypot(*np.diff(track[:, BALL, VX : VY + 1], axis=0).T).max() > 0.1
+        assert touched > 500  # the ball was hit in most of them
+
+    @pytest.mark.parametrize(("kind", "robots"), [(Kind.SSL, 6), (Kind.SIM2D, 11), (Kind.VSSS, 5), (Kind.VSSS, 1)])
+    def test_other_pitches_and_numbers(self, kind, robots):
+        rng = np.random.default_rng(robots)
+        arena = Arena(PITCHES[kind], robots)
+        arena.place(random_bodies(rng, robots, PITCHES[kind], speed=3.0))
+        track = np.array([arena.frame(w).copy() for w in random_wheels(rng, 180, robots)])
+        assert track.shape == (180, 1 + 2 * robots, 6)
+        assert outside(track[..., :2], PITCHES[kind]) < 0
+
+
+FRESH = """
+import hashlib, numpy as np
+from pipeline.pitch import PITCHES, Kind
+from pipeline.world.arena import Arena
+arena, rng = Arena(PITCHES[Kind.VSSS], 3), np.random.default_rng(7)
+digest = hashlib.sha256()
+for _ in range(15):
+    wheels = rng.uniform(-1.2, 1.2, (6, 2))
+    for _ in range(24):
+        digest.update(arena.frame(wheels).tobytes())
+print(digest.hexdigest())
+"""
+
+
+class TestSameAgain:
+    def test_in_this_process_and_in_a_fresh_one(self):
+        digests = []
+        for _ in range(2):
+            arena, rng, digest = Arena(VSSS, 3), np.random.default_rng(7), hashlib.sha256()
+            for _ in range(15):
+                wheels = rng.uniform(-1.2, 1.2, (6, 2))
+                for _ in range(24):
+                    digest.update(arena.frame(wheels).tobytes())
+            digests.append(digest.hexdigest())
+        fresh = subprocess.run([sys.executable, "-c", FRESH], capture_output=True, text=True, check=True)
+        assert digests == [fresh.stdout.strip()] * 2
+
+    def test_what_was_before_placing_does_not_matter(self):
+        rng = np.random.default_rng(3)
+        used, new = Arena(VSSS, 3), Arena(VSSS, 3)
+        for wheels in random_wheels(rng, 240, 3):
+            used.frame(wheels)
+        bodies = random_bodies(rng, 3)
+        used.place(bodies)
+        new.place(bodies)
+        for wheels in random_wheels(rng, 240, 3):
+            assert used.frame(wheels).tobytes() == new.frame(wheels).tobytes()
+
+    @pytest.mark.parametrize("robots", [1, 3, 5])
+    def test_in_one_call_or_body_by_body(self, robots):
+        rng = np.random.default_rng(robots)
+        one, other = Arena(VSSS, robots), Arena(VSSS, robots, batch=False)
+        for _ in range(3):
+            bodies = random_bodies(rng, robots, speed=2.0)
+            one.place(bodies)
+            other.place(bodies)
+            assert one.bodies.tobytes() == other.bodies.tobytes()
+            for wheels in random_wheels(rng, 120, robots):
+                assert one.frame(wheels).tobytes() == other.frame(wheels).tobytes()
+
+
+class TestContract:
+    def test_the_ball_does_not_turn(self):
+        arena = Arena(VSSS, 3)
+        bodies = arena.bodies.copy()
+        bodies[BALL] = (0, 0, 1.0, 0.5, 0, 3.0)
+        arena.place(bodies)
+        assert arena.bodies[BALL].tolist() == [0, 0, 0, 0.5, 0, 0]
+        for wheels in random_wheels(np.random.default_rng(5), 120, 3):
+            assert not arena.frame(wheels)[BALL, [THETA, OMEGA]].any()
+
+    def test_bodies_are_one_array_and_begin_as_placed(self):
+        arena = Arena(VSSS, 3)
+        assert arena.frame(np.zeros((6, 2))) is arena.bodies
+        bodies = random_bodies(np.random.default_rng(0), 3)
+        held = arena.bodies
+        arena.place(bodies)
+        assert arena.bodies is held
+        np.testing.assert_array_equal(held, bodies)
+
+    def test_at_first_teams_face_each_other_at_rest(self):
+        bodies = Arena(VSSS, 3).bodies
+        np.testing.assert_allclose(bodies[1:4, X], -0.375)
+        np.testing.assert_allclose(bodies[4:, X], 0.375)
+        np.testing.assert_allclose(bodies[1:4, Y], (-0.325, 0, 0.325), atol=1e-12)
+        np.testing.assert_allclose(bodies[4:, THETA], math.pi)
+        assert not bodies[:, VX:].any()
+
+    @given(st.floats(-1e4, 1e4))
+    @settings(deadline=None)
+    def test_angles_are_wrapped_into_half_a_turn_either_way(self, theta):
+        state, bodies = np.zeros((3, 6)), np.zeros((3, 6))
+        state[1, THETA] = theta
+        publish(state, bodies)
+        assert -math.pi < bodies[1, THETA] <= math.pi
+        assert math.sin(bodies[1, THETA] - theta) == pytest.approx(0, abs=1e-9)
+        assert math.cos(bodies[1, THETA] - theta) == pytest.approx(1)
+
+    def test_minus_half_a_turn_is_half_a_turn(self):
+        state, bodies = np.zeros((3, 6)), np.zeros((3, 6))
+        state[1:, THETA] = -math.pi, math.pi
+        publish(state, bodies)
+        assert bodies[1:, THETA].tolist() == [math.pi, math.pi]
+
+    def test_placing_refuses_other_shapes_and_what_is_no_number(self):
+        arena = Arena(VSSS, 3)
+        with pytest.raises(BadSettings, match=r"\(7, 6\), these have \(5, 6\)"):
+            arena.place(np.zeros((5, 6)))
+        bodies = arena.bodies.copy()
+        bodies[3, Y] = np.nan
+        with pytest.raises(BadSettings, match="finite"):
+            arena.place(bodies)
+
+    @pytest.mark.parametrize("bad", [math.nan, math.inf])
+    def test_a_frame_refuses_a_command_that_is_no_number_and_moves_nothing(self, bad):
+        arena = Arena(VSSS, 3)
+        before = arena.frame(np.full((6, 2), 0.5)).copy()
+        wheels = np.full((6, 2), 0.5)
+        wheels[5, 1] = bad
+        with pytest.raises(BadSettings, match="finite"):
+            arena.frame(wheels)
+        np.testing.assert_array_equal(arena.bodies, before)
+
+    @pytest.mark.parametrize("shape", [(3, 2), (6, 1), (7, 2)])
+    def test_a_frame_refuses_commands_for_other_robots(self, shape):
+        with pytest.raises(BadSettings, match=r"shape \(6, 2\)"):
+            Arena(VSSS, 3).frame(np.zeros(shape))
+
+    def test_there_must_be_a_robot_a_side(self):
+        with pytest.raises(BadSettings, match="robot a side"):
+            Arena(VSSS, 0)
+
+    def test_walls_leave_the_pitch_and_its_goals_free(self):
+        free = np.array([(0, 0), (0.74, 0.57), (0.84, 0.19), (-0.84, -0.19), (0.67, 0.64)])
+        solid = np.array([(0.76, 0.21), (0, 0.66), (0.86, 0), (0.72, 0.63), (-0.72, -0.63), (-0.72, 0.63)])
+        assert all(outside(point) < 0 for point in free)
+        assert all(outside(point) > 0 for point in solid)

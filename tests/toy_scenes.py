@@ -1,0 +1,174 @@
+"""Scenes for players: made by hand, of any kind, and legal ones in which a situation may begin, with what follows."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import polars as pl
+from hypothesis import strategies as st
+from toy_pitch import ACCELERATION, AXLE, FRAME_S, step
+
+from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
+from pipeline.pitch import PITCHES, Kind
+from pipeline.players import executors
+from pipeline.players.dice import new_dice
+from pipeline.players.measures import Measures
+from pipeline.players.roles import assign
+from pipeline.recognition import conditions, signals
+from pipeline.recognition.rulebook import compiled
+from pipeline.recognition.rules import RULES, Target
+from schemas import ROLES, Trajectories
+
+VSSS = PITCHES[Kind.VSSS]
+M = Measures.of(VSSS, top=1.2, axle=AXLE, acceleration=ACCELERATION, frame_s=FRAME_S)
+ROBOTS = 3
+
+
+def view_of(*robots, ball=(0.0, 0.0, 0.0, 0.0), count=ROBOTS):
+    """A view: own robots as (x, y, theta), the rest at the left wall, the ball as (x, y, vx, vy)."""
+    view = np.zeros((1 + 2 * count, 6))
+    view[BALL, [X, Y, VX, VY]] = ball
+    for row in range(1, 1 + 2 * count):
+        view[row, :3] = (0.1 * row - 0.1, 0.60, 0.0)
+    for row, pose in robots[0].items() if robots and isinstance(robots[0], dict) else enumerate(robots, start=1):
+        view[row, :3] = pose
+    return view
+
+
+def mirrored(view):
+    """The same, seen in a mirror along the pitch."""
+    other = view.copy()
+    other[:, [Y, THETA, VY, OMEGA]] *= -1
+    return other
+
+
+def dice(seed=0):
+    return new_dice(np.random.default_rng(seed))
+
+
+@st.composite
+def views(draw, count=None, ties=True):
+    """Any view, also an illegal one: bodies may overlap, leave the pitch or be in the same place."""
+    robots = draw(st.integers(1, 4)) if count is None else count
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    view = np.empty((1 + 2 * robots, 6))
+    size = draw(st.sampled_from([0.05, 0.9]))
+    view[:, :2] = rng.uniform(-size, size, (len(view), 2))
+    view[:, THETA] = rng.uniform(-math.pi, math.pi, len(view))
+    view[:, VX:] = rng.normal(0, 1, (len(view), 3)) * (rng.random((len(view), 1)) < 0.7)
+    if ties and draw(st.booleans()):
+        view[:, :2] = np.round(view[:, :2], 1)
+    return view
+
+
+def scenes(rng, count):
+    """Up to ``count`` scenes [K, 7, 6] without overlaps; the ball is mostly near the robot of row 1, often before it."""
+    b = np.zeros((count, 1 + 2 * ROBOTS, 6))
+    b[:, 1:, X] = rng.uniform(-0.7, 0.7, (count, 2 * ROBOTS))
+    b[:, 1:, Y] = rng.uniform(-0.6, 0.6, (count, 2 * ROBOTS))
+    b[:, 1:, THETA] = rng.uniform(-math.pi, math.pi, (count, 2 * ROBOTS))
+    speed = rng.uniform(-0.8, 0.8, (count, 2 * ROBOTS)) * (rng.random((count, 2 * ROBOTS)) < 0.8)
+    b[:, 1:, VX], b[:, 1:, VY] = speed * np.cos(b[:, 1:, THETA]), speed * np.sin(b[:, 1:, THETA])
+    distance = np.where(rng.random(count) < 0.3, rng.uniform(0.062, 0.085, count), rng.uniform(0.06, 1.0, count))
+    before = rng.random(count) < 0.5
+    bearing = np.where(before, b[:, 1, THETA] + rng.normal(0, 0.2, count), rng.uniform(-math.pi, math.pi, count))
+    b[:, 0, X], b[:, 0, Y] = b[:, 1, X] + distance * np.cos(bearing), b[:, 1, Y] + distance * np.sin(bearing)
+    speed, course = rng.uniform(0, 1.2, count) * (rng.random(count) < 0.7), rng.uniform(-math.pi, math.pi, count)
+    b[:, 0, VX], b[:, 0, VY] = speed * np.cos(course), speed * np.sin(course)
+    together = rng.random(count) < 0.2
+    b[together, 0, VX : VY + 1] = b[together, 1, VX : VY + 1]
+    legal = (np.abs(b[:, 0, X]) < 0.72) & (np.abs(b[:, 0, Y]) < 0.62)
+    for i in range(1, 1 + 2 * ROBOTS):
+        legal &= np.hypot(b[:, i, X] - b[:, 0, X], b[:, i, Y] - b[:, 0, Y]) > (0.06 if i == 1 else 0.075)
+        for j in range(i + 1, 1 + 2 * ROBOTS):
+            legal &= np.hypot(b[:, i, X] - b[:, j, X], b[:, i, Y] - b[:, j, Y]) > 0.078
+    return b[legal]
+
+
+def roles_of(b):
+    """Roles [K, 6] in scenes [K, 7, 6]."""
+    roles = np.zeros((len(b), 2 * ROBOTS), dtype=np.int64)
+    for scene, row in zip(b, roles, strict=True):
+        assign(scene, M, row)
+    return roles
+
+
+def may_begin(b, roles):
+    """For each code, the scenes [K] in which an initial condition of the recogniser holds for the robot of row 1."""
+    k, rules = len(b), compiled(Kind.VSSS)
+    robot, ball = b[:, 1], b[:, 0]
+    cos, sin = np.cos(robot[:, THETA]), np.sin(robot[:, THETA])
+    end = np.where(robot[:, VX] * cos + robot[:, VY] * sin < -0.05, -1.0, 1.0)
+    speed = np.hypot(robot[:, VX], robot[:, VY])
+    mine = np.stack([robot[:, X], robot[:, Y], cos, sin, speed, end * cos, end * sin])
+    rolls = np.hypot(ball[:, VX], ball[:, VY])
+    course = np.where(rolls < 0.05, np.nan, np.arctan2(ball[:, VY], ball[:, VX]))
+    its = np.stack([ball[:, X], ball[:, Y], rolls, np.cos(course), np.sin(course)])
+    away = np.hypot(b[:, 1:, X] - ball[:, None, X], b[:, 1:, Y] - ball[:, None, Y])
+    opponent, teammate = away[:, ROBOTS:].min(axis=1), away[:, 1:ROBOTS].min(axis=1)
+    begins = {code: np.zeros(k, dtype=bool) for code in executors.CODES}
+
+    def look(name, fill, codes_of):
+        registers = np.empty((rules[name].code.registers, k))
+        fill(registers)
+        conditions.execute(rules[name].code.steps, rules[name].code.lines, registers, k)
+        for place, initial in zip(rules[name].places, rules[name].initial, strict=True):
+            for code, where in codes_of(RULES[place]):
+                if code:
+                    begins[code] |= where & (registers[initial] >= 0.5)
+
+    look(
+        "own", lambda out: signals.fill_own(mine, its, opponent, teammate, 0, k, -0.75, out),
+        lambda rule: [(rule.code, np.ones(k, dtype=bool))],
+    )
+    for row in range(2, 1 + 2 * ROBOTS):
+        mate = row <= ROBOTS
+        turn = (roles[:, row - 1] - roles[:, 0]) % 3 if mate else roles[:, row - 1]
+        x, y = b[:, row, X].copy(), b[:, row, Y].copy()
+        look(
+            Target.TEAMMATE if mate else Target.OPPONENT,
+            lambda out, x=x, y=y: signals.fill_other(mine, x, y, 0, k, out),
+            lambda rule, turn=turn: [(code, turn == i) for i, code in enumerate(rule.code)],
+        )
+    return begins
+
+
+def perform(scene, roles, code, seed=0):
+    """The robot of row 1 does something while the others brake.
+
+    Returns:
+        The bodies at each frame, [F, 7, 6], and whether the action was over, not the play by a goal.
+    """
+    bodies, track = scene.copy(), []
+    wheels, memory, chance = np.zeros((2 * ROBOTS, 2)), np.zeros(executors.FIELDS), dice(seed)
+    forward = bodies[1:, VX] * np.cos(bodies[1:, THETA]) + bodies[1:, VY] * np.sin(bodies[1:, THETA])
+    speeds = np.stack([forward, forward], axis=1)
+    executors.start(code, 1, bodies, roles, M, chance, memory)
+    for _ in range(round(1.0 / FRAME_S) + 1):
+        over = executors.act(1, bodies, M, memory, wheels[:ROBOTS])
+        assert np.abs(wheels).max() <= M.top + 1e-12
+        track.append(bodies.copy())
+        if over or step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal) != 0:
+            break
+    return np.array(track), over
+
+
+def filmed(tracks):
+    """Rows of schema Trajectories: one segment a track, [F, 7, 6]."""
+    b = np.concatenate(tracks)
+    roles = roles_of(b)
+    segment = np.repeat(np.arange(len(tracks)), [len(track) for track in tracks])
+    rows = []
+    for row in range(1 + 2 * ROBOTS):
+        robot = row > 0
+        rows.append(pl.DataFrame({
+            "match_id": "toy", "frame": np.arange(len(b)),
+            "t_ns": np.round(np.arange(len(b)) * FRAME_S * 1e9).astype(np.int64),
+            "team": "ball" if not robot else ("home" if row <= ROBOTS else "away"), "robot": row if robot else None,
+            "role": np.array(ROLES)[roles[:, row - 1]] if robot else [None] * len(b),
+            "x": b[:, row, X], "y": b[:, row, Y], "theta": b[:, row, THETA] if robot else None,
+            "vx": b[:, row, VX], "vy": b[:, row, VY], "omega": None,
+            "segment": segment, "suspect": False, "turned": False,
+        }, schema_overrides=Trajectories.dtypes()).select(*Trajectories.dtypes()))
+    return pl.concat(rows).sort("team", "robot", "t_ns")
