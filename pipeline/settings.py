@@ -7,7 +7,7 @@ same bytes. Units are in the names (``_s`` seconds, ``_ns`` nanoseconds, ``_m`` 
 from __future__ import annotations
 
 import tomllib
-from typing import Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
@@ -227,12 +227,27 @@ def from_toml(model: type[M], data: bytes | str, where: str, keys: str) -> M:
     Raises:
         BadSettings: if it is not TOML, or has a key or value that does not fit; names the first.
     """
+    return fitted(model, tables(data, where), where, keys)
+
+
+def tables(data: bytes | str, where: str) -> dict[str, Any]:
+    """What a TOML file says.
+
+    Raises:
+        BadSettings: if it is not TOML.
+    """
     try:
-        return model.model_validate(tomllib.loads(data if isinstance(data, str) else data.decode()))
+        return tomllib.loads(data if isinstance(data, str) else data.decode())
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise BadSettings(
             f"is not TOML ({error})", where=where, next_step="Mend the line it names"
         ) from error
+
+
+def fitted(model: type[M], values: dict[str, Any], where: str, keys: str) -> M:
+    """A model from what a file says; see :func:`from_toml`."""
+    try:
+        return model.model_validate(values)
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"])

@@ -82,7 +82,7 @@ class Scripted:
     ) -> None:
         team = SCRIPTED[settings.kind]
         self._team = int(team)  # numba needs long to make a number of an enum
-        self._measures = measures
+        self._measures = measures.packed()
         self._memory = teams.new_memory(team, robots, measures, rng, settings.people)
         self._dice = new_dice(rng)
 
@@ -90,7 +90,7 @@ class Scripted:
         pass
 
     def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
-        teams.play(self._team, view, self._memory, self._measures, self._dice, wheels)
+        teams.play_packed(self._team, view, self._memory, self._measures, self._dice, wheels)
 
     def stopped(self, frame: int, reward: float) -> None:  # noqa: D102
         pass
@@ -117,7 +117,7 @@ class Learned:
         measures: Measures, rng: np.random.Generator,
     ) -> None:
         self._book, self._names, self._explore = book, names, settings.explore
-        self._measures, self._breaks = measures, Breaks.of(pitch)
+        self._measures, self._breaks = measures.packed(), Breaks.of(pitch)
         digits, levels = digits_of(["full36"])
         self._digits, self._levels = digits[0], levels[0]
         self._memory = learned.new_memory(robots)

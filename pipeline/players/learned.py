@@ -16,7 +16,7 @@ from numba import njit
 from pipeline.bodies import BALL, F64, VX, VY
 from pipeline.players import executors
 from pipeline.players.dice import Dice, uniform
-from pipeline.players.measures import Measures
+from pipeline.players.measures import Packed
 from pipeline.players.playbook import LONGEST, RANDOMLY, Playbook
 from pipeline.players.roles import I64, assign
 from pipeline.state import DRAWING, NORMAL, U8, Breaks, look
@@ -58,7 +58,7 @@ def watch_ball(view: F64, memory: F64, moving: float) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def decide(
     view: F64, lead: int, memory: F64, book: Playbook, all_digits: I64, all_levels: I64,
-    explore: float, breaks: Breaks, m: Measures, dice: Dice, made: I64,
+    explore: float, breaks: Breaks, packed: Packed, dice: Dice, made: I64,
 ) -> int:
     """Let those robots decide that have to.
 
@@ -71,13 +71,14 @@ def decide(
         all_levels: int64 [3, 36], likewise.
         explore: chance that a robot takes any behaviour of the state instead of the best.
         breaks: of the pitch.
-        m: measures.
+        packed: measures, ``Measures.packed()``.
         dice: rolled for ties and exploration.
         made: int64 [N, COLUMNS], written: the decisions.
 
     Returns:
         How many were made.
     """
+    m = packed[0]
     count = memory.shape[0] - 1
     roles = np.empty(2 * count, dtype=np.int64)
     sides = np.zeros(2 * count, dtype=np.int64)
@@ -107,20 +108,21 @@ def decide(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def carry_on(view: F64, memory: F64, codes: I64, m: Measures, dice: Dice, wheels: F64) -> bool:
+def carry_on(view: F64, memory: F64, codes: I64, packed: Packed, dice: Dice, wheels: F64) -> bool:
     """Carry on all behaviours for a frame.
 
     Args:
         view: float64 [1 + 2 N, 6], the team's.
         memory: after :func:`decide`: every robot has a behaviour.
         codes: of the playbook.
-        m: measures.
+        packed: measures, ``Measures.packed()``.
         dice: rolled by random moves.
         wheels: float64 [N, 2], written.
 
     Returns:
         Whether a robot has to decide before the next frame.
     """
+    m = packed[0]
     count = memory.shape[0] - 1
     due = False
     for robot in range(1, count + 1):
