@@ -5,7 +5,7 @@ are outputs of the noun seasons in the store that it belongs to. A game is done 
 whatever was killed goes on with the first game that is not.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import polars as pl
+from pipeline.seasons.tables import Game, game_row, growth_rows
 from prefect.artifacts import create_markdown_artifact
 from prefect.futures import as_completed
 
@@ -23,8 +24,7 @@ from flows.stage import Scope, Stage, StageReport, data_folder, listener, need, 
 from pipeline.errors import BadSettings, in_one_line
 from pipeline.receipts import Receipt, key_of
 from pipeline.seasons.settings import Season
-from pipeline.seasons.tables import Game, game_row, growth_rows
-from pipeline.state import KEYS, project
+from pipeline.state import project
 from pipeline.store import Store
 from schemas import ROLES, Behaviours, Decisions, Games, Goals, Growth, Matches, Occasions
 
@@ -80,7 +80,7 @@ def learn(data: Path, season: Season, game: int, matches: list[str], discard: bo
     for n in lengths:
         for match in scope.matches:
             _make(grams.STAGE, own, grams.output(match, n), settings.grams, scope)
-        _make(behaviours.STAGE, own, scope.round_name(n), settings.behaviours, scope)
+        _make(behaviours.STAGE, own, scope.round(n), settings.behaviours, scope)
     for match in scope.matches:
         _make(decisions.STAGE, own, match, settings.decisions, scope)
     known, _ = knowledge.emit(own, settings.knowledge, scope)

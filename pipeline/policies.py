@@ -16,11 +16,12 @@ import polars as pl
 from pipeline.errors import SchemaMismatch
 from pipeline.learning.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN, Batch, Learned, sarsa_lambda
 from pipeline.settings import PolicySettings
+from pipeline.state import project
 from schemas import Decisions, Policies
 from schemas.behaviours import moves_randomly
-from schemas.table import ROLES
+from schemas.table import KEYS, ROLES
 
-_PAIR = ["role", "state", "behaviour_id"]
+_PAIR = ["role", "key", "state", "behaviour_id"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +148,7 @@ def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None) -> pl.DataFra
                 "names a pair of state and behaviour twice", where=name,
                 next_step="Pass the rows of one version only",
             )
-    best = pl.col("q").max().over("role", "state")
+    best = pl.col("q").max().over("role", "key", "state")
     return (
         occasions.select(*_PAIR, "initial")
         .sort(_PAIR)
@@ -183,16 +184,21 @@ def _slim(match: pl.DataFrame, known: pl.Enum) -> pl.DataFrame:
 
 
 def _with_pairs(rows: pl.DataFrame, pairs: pl.DataFrame, known: pl.Enum) -> pl.DataFrame:
-    """The decisions with the index of their ``pair``, UNKNOWN where it is none of ``pairs``."""
+    """The decisions with the index of their ``pair``: of the finest key that holds it, else UNKNOWN."""
     index = pairs.select(
-        "role",
-        "state",
+        *_PAIR[:-1],
         pl.col("behaviour_id").cast(known),
         pl.int_range(pl.len(), dtype=pl.Int64).alias("pair"),
     )
-    return rows.join(index, on=_PAIR, how="left", maintain_order="left").with_columns(
-        pl.col("pair").fill_null(UNKNOWN)
-    )
+    slot = rows["role"].to_physical().to_numpy()
+    rows = rows.with_columns(pl.lit(UNKNOWN, pl.Int64).alias("pair"))
+    for key in index["key"].unique().sort(descending=True):  # the finest has the last word
+        projected = rows.select(
+            "role", pl.lit(key, pl.Enum(KEYS)).alias("key"),
+            pl.Series("state", project(rows["state"].to_numpy(), key, slot)), "behaviour_id")
+        found = projected.join(index, on=_PAIR, how="left", maintain_order="left")["pair"]
+        rows = rows.with_columns(pl.coalesce(found, "pair").alias("pair"))
+    return rows
 
 
 def _training(pairs: pl.DataFrame, roles: pl.Series, learned: Learned) -> dict[str, RoleTraining]:

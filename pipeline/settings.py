@@ -7,11 +7,20 @@ same bytes. Units are in the names (``_s`` seconds, ``_ns`` nanoseconds, ``_m`` 
 from __future__ import annotations
 
 import tomllib
-from typing import Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from pipeline.errors import BadSettings
+from schemas.table import KEYS, Key
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -20,6 +29,17 @@ class Frozen(BaseModel):
     """A frozen model of settings: no unknown keys, no infinities."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def _none_twice(teams: tuple[str, ...]) -> tuple[str, ...]:
+    if len(set(teams)) < len(teams):
+        raise ValueError(f"a team is named twice (it is: {', '.join(teams)})")
+    return teams
+
+
+Team = Literal["home", "away"]
+#: One team or both, none twice.
+Teams = Annotated[tuple[Team, ...], Field(min_length=1), AfterValidator(_none_twice)]
 
 
 class TrajectorySettings(Frozen):
@@ -124,6 +144,7 @@ class BehaviourSettings(Frozen):
             but what was seen once is worth only what the next goal happened to be.
         keep_random: whether a group of nothing but "moves randomly" may become a behaviour;
             every state offers that action anyway.
+        teams: whose grams and situations are counted.
         epochs: passes of the map's training over the distinct grams.
         sigma_end: spread of the map's last neighbourhood, neurons.
         seed: of the map.
@@ -139,6 +160,7 @@ class BehaviourSettings(Frozen):
     value_over: float = 0.0
     support_at_least: int = Field(default=3, ge=1)
     keep_random: bool = False
+    teams: Teams = ("home", "away")
     epochs: int = Field(default=20, ge=1)
     sigma_end: float = Field(default=0.5, gt=0)
     seed: int = 0
@@ -158,18 +180,38 @@ class KnowledgeSettings(Frozen):
 
     Attributes:
         state_key: which elements of the state are kept (DECISIONS.md, "The paper contradicts itself").
+        backoff: keys by which the occasions are kept too, each coarser than the one before and than
+            ``state_key``: what a player may look at where it does not know the finer state.
         optimistic: least initial action value of a behaviour in a state.
+        teams: whose behaviours and occasions are learned by imitation, where they did not log what
+            they chose.
+        own: what a state adds in which a player decided: nothing; "moves randomly" (paper section 4:
+            "all the new states have the action moving randomly", and states grow while playing and
+            training, actions in training only); or the behaviour it "chose" too, if the knowledge holds it.
+        accumulate: whether a version adds to the one before, instead of being of its matches alone.
     """
 
-    state_key: Literal["full36", "ego19", "team19"] = "full36"
+    state_key: Key = "full36"
+    backoff: tuple[Key, ...] = ()
     optimistic: float = 0.0
+    teams: Teams = ("home", "away")
+    own: Literal["nothing", "moves randomly", "chosen"] = "moves randomly"
+    accumulate: bool = False
 
+    @model_validator(mode="after")
+    def _ever_coarser(self) -> Self:
+        ranks = [KEYS.index(key) for key in self.keys]
+        if ranks != sorted(set(ranks)):
+            raise ValueError(
+                f"each key of backoff must be coarser than the one before, {self.state_key} the first "
+                f"(from fine to coarse: {', '.join(KEYS)}; it is: {', '.join(self.backoff)})"
+            )
+        return self
 
-class DecisionSettings(Frozen):
-    """What the decisions seen in a match depend on."""
-
-    grams: GramSettings = GramSettings()
-    knowledge: KnowledgeSettings = KnowledgeSettings()
+    @property
+    def keys(self) -> tuple[Key, ...]:
+        """All keys, from fine to coarse."""
+        return (self.state_key, *self.backoff)
 
 
 class PolicySettings(Frozen):
@@ -203,9 +245,9 @@ class Settings(Frozen):
     policies: PolicySettings = PolicySettings()
 
     @property
-    def decisions(self) -> DecisionSettings:
-        """What the decisions depend on, taken from the stages that own it."""
-        return DecisionSettings(grams=self.grams, knowledge=self.knowledge)
+    def decisions(self) -> GramSettings:
+        """What the decisions depend on: how situations are valued and follow each other."""
+        return self.grams
 
 
 def parse_settings(data: bytes, where: str) -> Settings:

@@ -266,7 +266,7 @@ def test_knowledge_has_only_pairs_that_were_seen(finished):
     rows = catalog.query(catalog_path(Store(finished)), """
         select (select count(*) from policies) as pairs,
                (select count(*) from occasions) as occasions,
-               (select count(*) from policies join occasions using (role, state, behaviour_id)) as shared""")
+               (select count(*) from policies join occasions using (role, key, state, behaviour_id)) as shared""")
     assert rows["pairs"].item() == rows["occasions"].item() == rows["shared"].item()
     assert isinstance(rows, pl.DataFrame)
 

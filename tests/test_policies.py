@@ -17,22 +17,22 @@ PLAIN = PolicySettings(step_size=1.0, discount=1.0, trace_decay=1.0, sweeps=1)
 
 def occasions(*pairs, initial=0.0):
     """Occasions of (role, state, behaviour_id) in any order."""
-    rows = [(1, role, state, behaviour, 1, 0.0, initial) for role, state, behaviour in pairs]
-    return pl.DataFrame(rows, schema=Occasions.dtypes(), orient="row").sort("role", "state", "behaviour_id")
+    rows = [(1, role, "full36", state, behaviour, 1, 0.0, initial) for role, state, behaviour in pairs]
+    return pl.DataFrame(rows, schema=Occasions.dtypes(), orient="row").sort("role", "key", "state", "behaviour_id")
 
 
 def policy(*rows):
     """Policies of (role, state, behaviour_id, q)."""
     return pl.DataFrame(
-        [(1, 1, *row, 0) for row in rows], schema=Policies.dtypes(), orient="row"
-    ).sort("role", "state", "behaviour_id")
+        [(1, 1, row[0], "full36", *row[1:], 0) for row in rows], schema=Policies.dtypes(), orient="row"
+    ).sort("role", "key", "state", "behaviour_id")
 
 
 def decisions(*rows, robot=1, match="m-1"):
     """Decisions of one robot of one second each: (role, state, behaviour_id, reward, ends, episode)."""
     return pl.DataFrame(
         [
-            (match, "home", robot, role, t * SECOND, (t + 1) * SECOND, state, behaviour, False, reward, episode, ends, 0.0)
+            (match, "home", robot, role, t * SECOND, (t + 1) * SECOND, state, behaviour, True, False, reward, episode, ends, 0.0)
             for t, (role, state, behaviour, reward, ends, episode) in enumerate(rows)
         ],
         schema=Decisions.dtypes(), orient="row",
@@ -177,7 +177,7 @@ def test_order_of_rows_does_not_matter_and_runs_repeat(rows, random):
     once, report = train([match], pairs, None, PolicySettings(), 1, 1)
     again, _ = train([match[shuffled]], pairs.sample(fraction=1.0, shuffle=True, seed=1), None, PolicySettings(), 1, 1)
     assert once.equals(again)
-    assert once.select("role", "state", "behaviour_id").equals(pairs.select("role", "state", "behaviour_id"))
+    assert once.select("role", "key", "state", "behaviour_id").equals(pairs.select("role", "key", "state", "behaviour_id"))
     held = match.join(pairs, on=["role", "state", "behaviour_id"], how="semi")
     assert once["visits"].sum() == len(held)
     assert report.transitions <= len(held)

@@ -15,9 +15,9 @@ from pipeline.play.recipe import Recipe, TeamSettings
 from pipeline.players import learned, teams
 from pipeline.players.dice import new_dice
 from pipeline.players.measures import Measures
-from pipeline.players.playbook import Playbook, digits_of, open_playbook
+from pipeline.players.playbook import Playbook, open_playbook
 from pipeline.players.teams import Team
-from pipeline.state import Breaks
+from pipeline.state import Breaks, radix
 from schemas import Policies
 
 #: The kinds of team that play by fixed rules.
@@ -118,8 +118,7 @@ class Learned:
     ) -> None:
         self._book, self._names, self._explore = book, names, settings.explore
         self._measures, self._breaks = measures.packed(), Breaks.of(pitch)
-        digits, levels = digits_of(["full36"])
-        self._digits, self._levels = digits[0], levels[0]
+        self._digits, self._levels = radix("full36")
         self._memory = learned.new_memory(robots)
         self._dice = new_dice(rng)
         self._made = np.zeros((robots, learned.COLUMNS), dtype=np.int64)

@@ -19,7 +19,8 @@ from pipeline.players.dice import Dice, uniform
 from pipeline.players.measures import Packed
 from pipeline.players.playbook import LONGEST, RANDOMLY, Playbook
 from pipeline.players.roles import I64, assign
-from pipeline.state import DRAWING, NORMAL, U8, Breaks, look
+from pipeline.state import DRAWING, NORMAL, Breaks, encode_one, look
+from pipeline.state.table import U8
 
 #: Columns of a robot's row of the memory after those of its executor: the row of its behaviour in the
 #: playbook, -1 if it has to decide; the place in it of the code that it executes.
@@ -67,8 +68,8 @@ def decide(
         lead: own goals minus the adversary's.
         memory: as :func:`new_memory` made it and the frames before left it.
         book: what is known.
-        all_digits: int64 [3, 36], of the key that keeps all elements (``playbook.digits_of``).
-        all_levels: int64 [3, 36], likewise.
+        all_digits: int64 [36], of the key that keeps all elements (``pipeline.state.radix``).
+        all_levels: int64 [36], likewise.
         explore: chance that a robot takes any behaviour of the state instead of the best.
         breaks: of the pitch.
         packed: measures, ``Measures.packed()``.
@@ -101,7 +102,7 @@ def decide(
         own[BEHAVIOUR], own[PLACE] = chosen, 0.0
         executors.start(book.codes[chosen, 0], robot, view, roles, m, dice, own[:executors.FIELDS])
         made[decided, ROBOT], made[decided, ROLE] = robot, role
-        made[decided, STATE] = encode(elements, all_digits[role], all_levels[role])
+        made[decided, STATE] = encode_one(elements, all_digits, all_levels)
         made[decided, CHOSEN], made[decided, RANDOM], made[decided, KEY] = chosen, random, key
         decided += 1
     return decided
@@ -142,24 +143,13 @@ def carry_on(view: F64, memory: F64, codes: I64, packed: Packed, dice: Dice, whe
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def encode(elements: U8, digits: I64, levels: I64) -> int:
-    """The state by a key's digits; see :func:`pipeline.state.encode`."""
-    state = 0
-    for i in range(len(digits)):
-        if digits[i] < 0:
-            break
-        state = state * levels[i] + min(np.int64(elements[digits[i]]), levels[i] - 1)
-    return state
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def _choose(
     elements: U8, role: int, book: Playbook, explore: float, dice: Dice
 ) -> tuple[int, int, int]:
     """Row of the behaviour, whether it was chosen at random, and by which key."""
     for key in range(len(book.digits)):
         low, high = book.starts[key, role, 0], book.starts[key, role, 1]
-        state = encode(elements, book.digits[key, role], book.levels[key, role])
+        state = encode_one(elements, book.digits[key, role], book.levels[key, role])
         at = low + np.searchsorted(book.states[low:high], state)
         if at == high or book.states[at] != state:
             continue
