@@ -217,7 +217,19 @@ class KnowledgeSettings(Frozen):
 class PolicySettings(Frozen):
     """Batch Sarsa(lambda) (paper section 4; values are ours, the paper gives none).
 
+    Which decisions make a batch, what values it starts from, and the rule.
+
     Attributes:
+        learn_from: decisions that a player of ours chose, those that were seen in recordings, or both.
+        last_matches: of how many matches at most, the newest of the knowledge; None: of all.
+        parent: whether to start from the values of the newest policy, or anew from what the
+            knowledge says of each pair.
+        new_pairs: where a pair starts that the parent does not have: at the greatest value known
+            in its state (paper section 3.2.2), or at the mean value of its own outcomes.
+        rule: Sarsa(lambda) alone, or with the influence values of the robot's team-mates (paper
+            section 2.3.4) added to its TD error.
+        influence: beta of equation 4, of every team-mate over every other, inside the learning
+            rate's bracket as equation 7 is printed; the paper's own is 0.1. Not read by "sarsa".
         step_size: alpha.
         discount: gamma a second of elapsed time (semi-Markov); 0.95 is 0.98 a decision of 0.4 s,
             and close to the value of situations (0.998 a tick of 1/30 s is 0.942 a second).
@@ -226,6 +238,12 @@ class PolicySettings(Frozen):
         sweeps: passes over the batch.
     """
 
+    learn_from: Literal["chosen", "seen", "both"] = "both"
+    last_matches: int | None = Field(default=None, ge=1)
+    parent: bool = True
+    new_pairs: Literal["optimistic", "outcome"] = "optimistic"
+    rule: Literal["sarsa", "influence"] = "sarsa"
+    influence: float = Field(default=0.1, ge=0)
     step_size: float = Field(default=0.1, gt=0, le=1)
     discount: float = Field(default=0.95, gt=0, le=1)
     trace_decay: float = Field(default=0.9, ge=0, le=1)

@@ -26,4 +26,4 @@ class Policies(Table):
     state = dy.Int64(min=0, description="state in mixed radix, by its key")
     behaviour_id = behaviour_id()
     q = dy.Float64(description="action value")
-    visits = dy.Int64(min=0, description="how often the batch visited the pair")
+    visits = dy.Int64(min=0, description="how often the batches that it has learned from visited the pair, its ancestors' included")
