@@ -107,7 +107,7 @@ def train(
             not set. A pair that it has starts from its value; where a new one starts,
             ``settings.new_pairs`` says: "optimistic" from the greatest value that the parent gives
             to a behaviour usable in that state by the role, where it gives none from the occasion's
-            ``initial``; "outcome" from the occasion's ``value``.
+            ``initial``; "outcome" from the occasion's ``value``, if it has one, else the same.
         settings: which decisions to learn from, the start and the learning rule.
         version: of the new policy.
         knowledge_version: of ``occasions``.
@@ -153,7 +153,7 @@ def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, settings: Pol
                 next_step="Pass the rows of one version only",
             )
     best = pl.col("q").max().over("role", "key", "state")
-    start = pl.coalesce(best, "initial") if settings.new_pairs == "optimistic" else pl.col("value")
+    start = pl.coalesce(best if settings.new_pairs == "optimistic" else "value", "initial")
     return (
         occasions.select(*_PAIR, "initial", "value")
         .sort(_PAIR)
