@@ -20,10 +20,10 @@ from pipeline.errors import SchemaMismatch
 from pipeline.learning.influence import Influence
 from pipeline.learning.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN, Batch, Learned, sarsa_lambda
 from pipeline.settings import PolicySettings
-from pipeline.state import Key, project
+from pipeline.state import project
 from schemas import Decisions, Policies
 from schemas.behaviours import moves_randomly
-from schemas.table import ROLES
+from schemas.table import ROLES, Key
 
 I64 = npt.NDArray[np.int64]
 
