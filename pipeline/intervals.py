@@ -182,3 +182,7 @@ class Range:
         inside = self.low <= estimate.low and estimate.high <= self.high
         touches = self.strict and (estimate.low == self.low or estimate.high == self.high)
         return "reproduced" if inside and not touches else "not reproduced"
+
+    def holds(self, value: float) -> bool:
+        """Whether a value without an interval lies in it."""
+        return self.verdict(Estimate(value, value, value)) == "reproduced"
