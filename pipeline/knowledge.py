@@ -126,9 +126,9 @@ def occasions(
                 pl.lit(key, dtype=pl.Enum(KEYS)).alias("key"),
                 pl.Series("state", project(begun["state"].to_numpy(), key, slot)),
             ).select(total.columns)
-            for key in settings.keys
+            for key in settings.state_keys
         ]
-        rows += begun.height * len(settings.keys)
+        rows += begun.height * len(settings.state_keys)
         if rows > max(_BUFFERED_ROWS, total.height):
             total, held, rows = _add_up([total, *held]), [], 0
     return _occasions(_add_up([total, *held]), version, settings)
