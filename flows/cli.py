@@ -77,6 +77,11 @@ COMMANDS = (
         "Write a match as one web page: the pitch, the situations, the goals.",
         "pitchlore replay rsim-vss-3v3",
     ),
+    (
+        "commentary", "look:commentary",
+        "Tell a match: goals and what led to them, chances, restarts, who has the ball; and its numbers.",
+        "pitchlore commentary rsim-vss-3v3 --goals",
+    ),
 )
 for name, target, meaning, example in COMMANDS:
     app.command(f"flows.commands.{target}", name=name, help=meaning, help_epilogue=f"Example: {example}")
