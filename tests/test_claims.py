@@ -9,8 +9,7 @@ from points import curve, over_decays, point, table
 from scipy import stats
 
 from pipeline.errors import SchemaMismatch
-from pipeline.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, Range, verdicts
-from pipeline.paradigms.intervals import (
+from pipeline.intervals import (
     UNDEFINED,
     Estimate,
     combined,
@@ -23,6 +22,7 @@ from pipeline.paradigms.intervals import (
     weighted_sum,
     wilson,
 )
+from pipeline.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, Range, verdicts
 from schemas.paradigms import Paradigms, Verdicts
 
 REPRODUCED, UNDECIDED, CONTRADICTED = "reproduced", "not reproduced", "contradicted"

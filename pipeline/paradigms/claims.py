@@ -21,7 +21,7 @@ from typing import NamedTuple
 import polars as pl
 
 from pipeline.errors import SchemaMismatch
-from pipeline.paradigms.intervals import Estimate, greatest, wilson
+from pipeline.intervals import Estimate, greatest, wilson
 from pipeline.paradigms.quantities import (
     NEAR_ZERO,
     Measure,

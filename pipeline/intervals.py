@@ -1,7 +1,8 @@
 """95 % intervals of proportions, of means, and of what is made of several of them.
 
-The unit of all of them is the training. The thousand tests of one training share what it learned, so
-they are one observation with a value in [0, 1], not a thousand.
+The unit is what is independent of the others: in the paradigms the training, whose thousand tests share
+what it learned and are one observation with a value in [0, 1], not a thousand; in an evaluation the pair of
+matches of one seed.
 """
 
 from __future__ import annotations
@@ -23,15 +24,15 @@ Z = 1.959963984540054
 def wilson(successes: npt.ArrayLike, n: npt.ArrayLike, z: float = Z) -> tuple[F64, F64]:
     """Wilson's score interval of a proportion, without continuity correction.
 
-    Successes may be fractional: the sum of n trainings' shares of successful tests. Of all
-    distributions on [0, 1] with a given mean that of yes and no has the greatest variance, so the
-    interval is then too wide rather than too narrow.
+    Successes may be fractional: the sum of n observations' shares, as of a training's successful tests.
+    Of all distributions on [0, 1] with a given mean that of yes and no has the greatest variance, so
+    the interval is then too wide rather than too narrow.
 
     Source: Wilson, *Journal of the American Statistical Association* 22 (1927) 209-212.
 
     Args:
         successes: in [0, n], any shape.
-        n: independent trainings, at least 1, of a shape that broadcasts.
+        n: independent observations, at least 1, of a shape that broadcasts.
         z: half width in standard deviations.
 
     Returns:
