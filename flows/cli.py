@@ -31,6 +31,11 @@ COMMANDS = (
         "pitchlore record --home static --away random --seed 7 --matches 3",
     ),
     (
+        "evaluate", "evaluations:evaluations",
+        "Measure a policy or a scripted team: pairs of matches with sides swapped, 95 % intervals.",
+        "pitchlore evaluate --policy 3 --against static --matches 200",
+    ),
+    (
         "run", "recordings:run",
         "Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.",
         "pitchlore run --settings club.toml",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from schemas.behaviours import Behaviours, Patterns
 from schemas.decisions import Decisions
+from schemas.evaluations import Evaluations
 from schemas.goals import Goals
 from schemas.grams import Grams
 from schemas.knowledge import Occasions
@@ -19,12 +20,12 @@ PUBLIC: dict[str, type[Table]] = {
     table.NAME: table
     for table in (
         Matches, Referee, Quality, Trajectories, Situations, Goals, Grams,
-        Behaviours, Occasions, Decisions, Policies, Paradigms, Verdicts,
+        Behaviours, Occasions, Decisions, Policies, Paradigms, Verdicts, Evaluations,
     )
 }
 
 __all__ = [
-    "BODIES", "KEYS", "PUBLIC", "ROLES", "TEAMS", "Behaviours", "Decisions", "Goals", "Grams", "Matches",
-    "Occasions", "Paradigms", "Patterns", "Policies", "Quality", "Referee", "Situations", "Table",
+    "BODIES", "KEYS", "PUBLIC", "ROLES", "TEAMS", "Behaviours", "Decisions", "Evaluations", "Goals",
+    "Grams", "Matches", "Occasions", "Paradigms", "Patterns", "Policies", "Quality", "Referee", "Situations", "Table",
     "Trajectories", "Verdicts",
 ]
