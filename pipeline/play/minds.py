@@ -136,8 +136,8 @@ class Learned:
         learned.watch_ball(view, self._memory, self._breaks.moving)
         if self._due:
             made = learned.decide(
-                view, self._lead, self._memory, self._book, self._digits, self._levels, self._explore, self._breaks,
-                self._measures, self._dice, self._made,
+                view, self._lead, self._memory, self._book, self._digits, self._levels, self._explore,
+                self._breaks, self._measures, self._dice, self._made,
             )
             for row in self._made[:made].tolist():
                 self._rows.append((frame, *row))
