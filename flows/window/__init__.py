@@ -4,15 +4,11 @@
 screen          the window: opened, listened to, painted, in time
 controls        what keys, buttons and sticks ask for
 painting        how a moment of a match looks
+scene           the moment; needs no pygame
 ==============  ==============================================================
 """
 
 import os
 
-os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # standard output is the command's
-
-from flows.window.controls import Asked, Controls  # noqa: E402 (pygame reads the variable when imported)
-from flows.window.painting import Painter, Scene  # noqa: E402
-from flows.window.screen import Window  # noqa: E402
-
-__all__ = ["Asked", "Controls", "Painter", "Scene", "Window"]
+# read when pygame is imported; standard output is the command's
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")

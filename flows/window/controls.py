@@ -11,7 +11,10 @@ from pipeline.play.human import Command
 #: A stick that is pushed less is let go: sticks do not come back to exactly 0.
 DEAD_ZONE = 0.15
 #: What a person is told.
-HELP = "Arrows or WASD drive   Space full speed   Tab next robot   E nearest to the ball   P pause   Esc leave"
+HELP = "   ".join((
+    "Arrows or WASD drive", "Space full speed", "Tab next robot", "E nearest to the ball",
+    "P pause", "Esc leave",
+))  # fmt: skip
 
 _STICK_MOST = 32767
 

@@ -3,10 +3,10 @@
 import math
 from collections import deque
 from functools import lru_cache
-from typing import NamedTuple
 
 import pygame
 
+from flows.window.scene import Scene
 from pipeline.bodies import BALL, F64, THETA, X, Y
 from pipeline.frame import AWAY, HOME
 from pipeline.pitch import SCALES, Pitch
@@ -18,34 +18,12 @@ Point = tuple[float, float]
 
 # Those of the replay's page in the dark.
 _PAGE, _GRASS, _STRIPE, _CHALK = (18, 22, 20), (33, 60, 47), (36, 65, 51), (126, 156, 140)
-_INK, _MUTED, _BALL, _DRIVEN = (232, 236, 233), (152, 163, 156), (255, 255, 255), (255, 214, 77)
+_INK, _MUTED, _WHITE, _DRIVEN = (232, 236, 233), (152, 163, 156), (255, 255, 255), (255, 214, 77)
 _TEAMS: dict[int, Colour] = {HOME: (63, 158, 230), AWAY: (240, 138, 60)}
 
 _HEAD, _FOOT, _MARGIN = 84, 40, 22  # pixels
 _FINE = 2  # what does not change is painted so many times larger, and smoothed
 _TRAIL = 36  # frames
-
-
-class Scene(NamedTuple):
-    """A moment.
-
-    Attributes:
-        bodies: float64 [1 + 2 N, 6] in the pitch frame.
-        home_attacks: +1 if home attacks +x, else -1.
-        score: goals of home and away.
-        clock_s: seconds played.
-        duration_s: of the match.
-        driven: row of the robot that a person drives, None if they drive none.
-        message: in large letters over the pitch; none if empty.
-    """
-
-    bodies: F64
-    home_attacks: int
-    score: tuple[int, int]
-    clock_s: float
-    duration_s: float
-    driven: int | None = None
-    message: str = ""
 
 
 class Painter:
@@ -58,7 +36,9 @@ class Painter:
         help_line: at the bottom.
     """
 
-    def __init__(self, pitch: Pitch, names: tuple[str, str], size: tuple[int, int], help_line: str = "") -> None:
+    def __init__(
+        self, pitch: Pitch, names: tuple[str, str], size: tuple[int, int], help_line: str = ""
+    ) -> None:
         self._pitch, self._names, self._size, self._help = pitch, names, size, help_line
         width, height = size[0] - 2 * _MARGIN, size[1] - _HEAD - _FOOT
         self._scale = min(width / (pitch.length + 2 * pitch.goal_depth), height / pitch.width)
@@ -83,7 +63,9 @@ class Painter:
         robots = (len(scene.bodies) - 1) // 2
         for row in range(1, len(scene.bodies)):
             team, number = (HOME, row) if row <= robots else (AWAY, row - robots)
-            self._paint_robot(surface, scene.bodies[row], team, number, driven=row == scene.driven)
+            self._paint_robot(surface, scene.bodies[row], team, number)
+        if scene.driven is not None:
+            self._mark(surface, scene.bodies[scene.driven])
         self._paint_head(surface, scene)
         if scene.message:
             self._paint_message(surface, scene.message)
@@ -154,22 +136,27 @@ class Painter:
         glow = pygame.Surface(self._size, pygame.SRCALPHA)
         for age, place in enumerate(reversed(self._trail)):
             left = 1 - age / _TRAIL
-            pygame.draw.circle(glow, (*_BALL, round(70 * left * left)), place, self._ball * (0.35 + 0.5 * left))
+            faint = (*_WHITE, round(70 * left * left))
+            pygame.draw.circle(glow, faint, place, self._ball * (0.35 + 0.5 * left))
         surface.blit(glow, (0, 0))
         pygame.draw.aacircle(surface, _PAGE, at, round(self._ball) + 2)
-        pygame.draw.aacircle(surface, _BALL, at, round(self._ball))
+        pygame.draw.aacircle(surface, _WHITE, at, round(self._ball))
 
-    def _paint_robot(self, surface: pygame.Surface, body: F64, team: int, number: int, *, driven: bool) -> None:
+    def _paint_robot(self, surface: pygame.Surface, body: F64, team: int, number: int) -> None:
         x, y = self._at(body[X], body[Y])
-        if driven:
-            pygame.draw.aacircle(surface, _DRIVEN, (x, y), round(1.75 * self._robot), 3)
-            top, half = y - 2.1 * self._robot, 0.34 * self._robot
-            pygame.draw.polygon(surface, _DRIVEN, [(x, top), (x - half, top - 1.5 * half), (x + half, top - 1.5 * half)])
         sprite = pygame.transform.rotozoom(self._sprites[team], math.degrees(body[THETA]), 1 / _FINE)
         surface.blit(sprite, sprite.get_rect(center=(round(x), round(y))))
-        back = 0.14 * self._robot
+        back = 0.14 * self._robot  # the arrow needs its room
         place = (x - back * math.cos(body[THETA]), y + back * math.sin(body[THETA]))
-        _write(surface, str(number), place, round(1.05 * self._robot), (255, 255, 255))
+        _write(surface, str(number), place, round(1.05 * self._robot), _WHITE)
+
+    def _mark(self, surface: pygame.Surface, body: F64) -> None:
+        """A ring around the robot that is driven, and a pointer above it."""
+        x, y = self._at(body[X], body[Y])
+        pygame.draw.aacircle(surface, _DRIVEN, (x, y), round(1.75 * self._robot), 3)
+        tip, half = y - 2.1 * self._robot, 0.34 * self._robot
+        top = tip - 1.5 * half
+        pygame.draw.polygon(surface, _DRIVEN, [(x, tip), (x - half, top), (x + half, top)])
 
     def _paint_head(self, surface: pygame.Surface, scene: Scene) -> None:
         """Names on the sides from which the teams come, score and clock between them."""
@@ -205,9 +192,9 @@ def _robot(colour: Colour, radius: float) -> pygame.Surface:
     for top in (box.top + round(0.05 * r), box.bottom - round(0.29 * r)):
         wheel = pygame.Rect(box.centerx - round(0.5 * r), top, round(r), round(0.24 * r))
         pygame.draw.rect(sprite, _PAGE, wheel, border_radius=round(0.1 * r))
-    front = [(box.right - 0.06 * r, box.centery)]
-    front += [(box.right - 0.46 * r, box.centery + side * 0.42 * r) for side in (-1, 1)]
-    pygame.draw.polygon(sprite, (255, 255, 255), front)
+    front = [(box.right - part * r, box.centery + side * 0.42 * r)
+             for part, side in ((0.06, 0), (0.46, -1), (0.46, 1))]
+    pygame.draw.polygon(sprite, _WHITE, front)
     return sprite
 
 

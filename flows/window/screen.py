@@ -1,5 +1,6 @@
 """The window: opened, listened to, painted, in time."""
 
+import time
 from types import TracebackType
 from typing import Self
 
@@ -7,7 +8,8 @@ import pygame
 from pygame._sdl2 import controller
 
 from flows.window.controls import HELP, Asked, Controls
-from flows.window.painting import Painter, Scene
+from flows.window.painting import Painter
+from flows.window.scene import Scene
 from pipeline.errors import BadSettings
 from pipeline.pitch import Pitch
 
@@ -33,7 +35,7 @@ class Window:
         self._pitch, self._names, self._hz = pitch, names, hz
         self._controls = Controls()
         self._pads: list[controller.Controller] = []
-        self._late_s = 0.0
+        self._next_s = 0.0
 
     def __enter__(self) -> Self:
         try:
@@ -49,7 +51,7 @@ class Window:
                 next_step="Play where there is a screen; `pitchlore record` needs none",
             ) from error
         self._painter = self._new_painter()
-        self._clock = pygame.time.Clock()
+        self._next_s = time.perf_counter()
         return self
 
     def __exit__(
@@ -75,14 +77,19 @@ class Window:
 
     def due(self) -> int:
         """Wait until the next frame of the match is due; how many are, 1 to :data:`MOST_DUE`."""
-        self._late_s += self._clock.tick(self._hz) / 1000 - 1 / self._hz
-        missed = min(max(int(self._late_s * self._hz), 0), MOST_DUE - 1)
-        self._late_s = min(self._late_s - missed / self._hz, 1 / self._hz)
-        return 1 + missed
+        time.sleep(max(self._next_s - time.perf_counter(), 0.0))
+        late_s = time.perf_counter() - self._next_s
+        frames = 1 + int(late_s * self._hz)
+        if frames > MOST_DUE:  # the match waits for who was away for so long
+            frames, self._next_s = MOST_DUE, time.perf_counter()
+        self._next_s += frames / self._hz
+        return frames
 
     def _new_painter(self) -> Painter:
-        self._screen = pygame.display.get_surface()
-        width, height = self._screen.get_size()
+        screen = pygame.display.get_surface()
+        assert screen is not None, "it is open"
+        self._screen = screen
+        width, height = screen.get_size()
         return Painter(self._pitch, self._names, (max(width, LEAST[0]), max(height, LEAST[1])), HELP)
 
 
