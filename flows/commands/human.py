@@ -103,7 +103,7 @@ def _window() -> type[Window]:
     except ModuleNotFoundError as error:
         if error.name != "pygame":
             raise
-        raise NotFound("its window needs pygame, which is not installed", where="pitchlore play",
+        raise NotFound("its window needs pygame, which is not installed", where="play",
                        next_step="Install it: python -m pip install pygame-ce") from error
     return Window
 
