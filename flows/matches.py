@@ -173,6 +173,7 @@ def keep(
             "pitch": match.info.pitch.model_dump(mode="json"), "complete": match.info.complete,
             "source": match.info.source, "home": match.info.home, "away": match.info.away,
             "duration_s": float(row["duration_s"][0]), "frames": int(row["frames"][0]),
+            "decisions": match.decisions.height,
             "flaws": dict(flaws.cast({"flaw": pl.String}).iter_rows()),
         },
     )

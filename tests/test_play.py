@@ -1,324 +1,250 @@
-"""A person at the window: keys and sticks by injected events, no screen; what was played is a match like any."""
+"""Matches that are played: the loop, what it logs, and what a learned team decides."""
 
-from __future__ import annotations
-
-import json
-import math
-import sys
-import time
-from itertools import pairwise
+import io
 
 import numpy as np
 import polars as pl
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from flows.cli import main
-from flows.commands import human
 from pipeline import matches as log
-from pipeline.frame import AWAY, HOME
-from pipeline.pitch import PITCHES, Kind
-from pipeline.play.human import Command
-from pipeline.store import Store
-from schemas import Matches, Referee
+from pipeline.errors import BadSettings
+from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE
+from pipeline.play.match import Match
+from pipeline.play.minds import mind_of
+from pipeline.play.recipe import Recipe, TeamSettings
+from pipeline.state import encode
+from pipeline.world.laws import RefereeSettings
+from schemas import Policies
 
-pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
-
-from flows.window.controls import DEAD_ZONE, Controls  # noqa: E402
-from flows.window.painting import Painter  # noqa: E402
-from flows.window.scene import Scene  # noqa: E402
-from flows.window.screen import MOST_DUE, Window  # noqa: E402
-
-VSSS = PITCHES[Kind.VSSS]
+MINUTE = 3600
 
 
-@pytest.fixture(autouse=True)
-def no_screen(monkeypatch):
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    yield
-    pygame.quit()
+def recipe(home="static", away="static", seed=1, seconds=20.0, **more):
+    return Recipe(
+        home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed,
+        referee=RefereeSettings(duration_s=seconds), **more,
+    )
 
 
-def key(code, down=True):
-    return pygame.event.Event(pygame.KEYDOWN if down else pygame.KEYUP, key=code)
+def match(of, policy=None, **more):
+    return Match(of, (mind_of(of.home, of, 0, policy), mind_of(of.away, of, 1, policy)), **more)
 
 
-def button(code, down=True):
-    kind = pygame.CONTROLLERBUTTONDOWN if down else pygame.CONTROLLERBUTTONUP
-    return pygame.event.Event(kind, button=code, instance_id=0)
+def logged(of, policy=None, part=1000):
+    """The bytes of the log of a match."""
+    played, stream = match(of, policy), io.BytesIO()
+    with log.Recorder(stream, played.info) as recorder:
+        goes_on = True
+        while goes_on:
+            goes_on = played.advance(part)
+            taken = played.take()
+            recorder.frames(taken.frames)
+            recorder.referee(taken.referee)
+            recorder.decisions(taken.decisions)
+    return stream.getvalue()
 
 
-def stick(axis, part):
-    return pygame.event.Event(pygame.CONTROLLERAXISMOTION, axis=axis, value=round(part * 32767), instance_id=0)
+@pytest.fixture(scope="module")
+def short():
+    """20 seconds of static against static, as they are read."""
+    return log.read(logged(recipe()), where="here")
 
 
-class TestKeys:
-    @pytest.mark.parametrize(("codes", "command"), [
-        ([], Command()),
-        (["UP"], Command(forward=1)), (["w"], Command(forward=1)),
-        (["DOWN"], Command(forward=-1)), (["s"], Command(forward=-1)),
-        (["LEFT"], Command(turn=1)), (["a"], Command(turn=1)),
-        (["RIGHT"], Command(turn=-1)), (["d"], Command(turn=-1)),
-        (["UP", "LEFT", "SPACE"], Command(forward=1, turn=1, boost=True)),
-        (["UP", "w"], Command(forward=1)), (["UP", "DOWN"], Command()),
+def test_a_match_has_a_frame_each_sixtieth_and_one_at_the_final_whistle(short):
+    assert len(short.frames) == 20 * 60 + 1
+    assert short.frames.t_ns[0] == 0
+    assert short.frames.t_ns[60] == 1_000_000_000
+    assert short.info.complete
+    assert (short.frames.counts() == 6).all()
+
+
+def test_it_begins_with_a_kick_off_and_ends_with_the_end(short):
+    events = short.referee["event"].to_list()
+    assert events[0] == "kick-off"
+    assert events[-1] == "end"
+    assert events.count("half") == 1
+    assert [p.home_attacks for p in short.info.periods] == [1, -1]
+
+
+def test_the_score_counts_the_goals(short):
+    goals = short.referee.filter(pl.col("event") == "goal")
+    for team in ("home", "away"):
+        assert short.referee[f"score_{team}"][-1] == goals.filter(pl.col("team") == team).height
+
+
+def test_robots_stand_from_the_whistle_to_the_restart():
+    played = match(recipe("static", "random", seconds=60.0))
+    played.advance(MINUTE + 1)
+    part = played.take()
+    goal = part.referee.filter(pl.col("event") == "goal")["t_ns"][0]
+    again = part.referee.filter(pl.col("event") == "kick-off", pl.col("t_ns") > goal)["t_ns"][0]
+    rows = part.frames.robots[part.frames.offsets[int(np.searchsorted(part.frames.t_ns, again)) - 1]:][:6]
+    assert np.hypot(rows["vx"], rows["vy"]).max() < 0.05
+    assert again - goal == 500_000_000
+
+
+def test_the_same_recipe_gives_the_same_bytes():
+    assert logged(recipe(seed=5)) == logged(recipe(seed=5))
+
+
+def test_how_often_it_is_handed_over_changes_nothing_that_is_read():
+    one, other = (log.read(logged(recipe(seed=5), part=part), where="here") for part in (1000, 7))
+    assert one.frames.robots.tobytes() == other.frames.robots.tobytes()
+    assert one.referee.equals(other.referee)
+
+
+def test_another_seed_is_another_match():
+    assert logged(recipe(seed=5)) != logged(recipe(seed=6))
+    assert recipe(seed=5).match_id != recipe(seed=6).match_id
+
+
+def test_what_a_team_leaves_to_chance_does_not_hang_on_the_other():
+    """Home moves randomly in the same way until away touches it or the ball."""
+    one, other = (match(recipe("random", away, seconds=1.0)) for away in ("static", "human-like"))
+    one.advance(12)
+    other.advance(12)
+    assert (one.bodies[1:4] == other.bodies[1:4]).all()
+
+
+def test_a_lead_counts_from_the_start():
+    played = match(recipe(seconds=1.0, score=(7, 0)))
+    played.advance(100)
+    assert played.score == (7, 0)
+    assert played.take().referee["score_home"].to_list()[0] == 7
+
+
+def test_who_leaves_early_ends_the_match_there():
+    played = match(recipe(seconds=60.0))
+    played.advance(100)
+    played.leave()
+    part = played.take()
+    assert not played.advance()
+    assert len(part.frames) == 101
+    assert part.referee.tail(1).select("event", "note").row(0) == ("end", "left early")
+
+
+def test_a_match_without_a_log_is_the_same_match():
+    one, other = match(recipe(seed=3)), match(recipe(seed=3), logged=False)
+    one.advance(600)
+    other.advance(600)
+    assert one.bodies.tobytes() == other.bodies.tobytes()
+    assert len(other.take().frames) == 0
+
+
+@settings(max_examples=5, deadline=None)
+@given(robots=st.integers(1, 5), seed=st.integers(0, 1000))
+def test_any_number_of_robots_play(robots, seed):
+    played = match(recipe("static", "human-like", seed=seed, seconds=3.0, robots=robots))
+    played.advance(1000)
+    assert played.over
+    assert np.isfinite(played.bodies).all()
+    assert (played.take().frames.counts() == 2 * robots).all()
+
+
+def test_a_person_does_not_play_by_itself():
+    of = recipe("human")
+    with pytest.raises(BadSettings, match="pitchlore play"):
+        mind_of(of.home, of, 0)
+
+
+# --- the learned team ----------------------------------------------------------------------------
+
+
+def policy(*rows, key="role0"):
+    """Rows of schema Policies: role, state, behaviour without its role, value."""
+    return pl.DataFrame(
+        [
+            {"version": 1, "knowledge_version": 1, "role": role, "key": key, "state": state,
+             "behaviour_id": f"{role}-{codes}", "q": q, "visits": 1}
+            for role, state, codes, q in rows
+        ],
+        schema=Policies.dtypes(),
+    )
+
+
+def decided(of, known, frames=601):
+    played = match(of, known)
+    played.advance(frames)
+    return played.take().decisions
+
+
+def test_who_knows_nothing_moves_randomly():
+    made = decided(recipe("learned", "static", seconds=10.0), None)
+    assert made["behaviour_id"].null_count() == made.height > 60
+    assert made["random"].all()
+    assert (made["team"] == "home").all()
+    assert made["chosen"].all()
+    # 194 lasts 0.4 s unless play stops
+    assert ((made["end_ns"] - made["t_ns"]) <= 400_000_001).all()
+
+
+def test_the_best_behaviour_is_taken_and_named():
+    roles = ("goalkeeper", "midfield", "striker")
+    known = policy(*((role, 0, codes, q) for role in roles for codes, q in (("046-044-021", 0.5), ("194", 0.1))))
+    made = decided(recipe("learned", "static", seconds=10.0), known)
+    assert set(made["behaviour_id"]) == {f"{role}-046-044-021" for role in roles}
+    assert not made["random"].any()
+
+
+def test_ties_are_broken_by_chance():
+    known = policy(*((role, 0, codes, 0.5) for role in ("goalkeeper", "midfield", "striker")
+                     for codes in ("184", "057", "078")))
+    made = decided(recipe("learned", "static", seconds=20.0), known, 1201)
+    shares = made["behaviour_id"].str.slice(-3).value_counts(normalize=True)
+    assert shares.height == 3
+    assert shares["proportion"].min() > 0.1
+
+
+def test_exploration_takes_any_behaviour_of_the_state():
+    known = policy(*((role, 0, codes, q) for role in ("goalkeeper", "midfield", "striker")
+                     for codes, q in (("184", 0.5), ("057", 0.1))))
+    of = recipe("learned", "static", seconds=20.0)
+    of = of.model_copy(update={"home": TeamSettings(kind="learned", explore=0.5)})
+    made = decided(of, known, 1201)
+    assert 0.3 < made["random"].mean() < 0.7
+    assert 0.1 < (made["behaviour_id"].str.ends_with("057")).mean() < 0.45
+
+
+def test_a_finer_key_goes_first_and_a_coarser_one_is_the_fallback():
+    of = recipe("learned", "static", seconds=10.0)
+    first = decided(of, None, 1).filter(pl.col("robot") == 1)
+    assert first.height == 0  # the episode is not over
+    whole = decided(of, None)
+    one = whole.row(0, named=True)
+    known = pl.concat([
+        policy((one["role"], one["state"], "184", 0.5), key="full36"),
+        policy(*((role, 0, "057", 0.1) for role in ("goalkeeper", "midfield", "striker"))),
     ])
-    def test_held(self, codes, command):
-        controls = Controls()
-        events = [key(getattr(pygame, f"K_{code}")) for code in codes]
-        assert controls.listen(events).command == command
-        assert controls.listen([]).command == command  # still held
-        assert controls.listen([key(event.key, down=False) for event in events]).command == Command()
-
-    def test_once(self):
-        controls = Controls()
-        assert controls.listen([key(pygame.K_TAB)]).switch == "next"
-        assert controls.listen([]).switch is None  # though it is held
-        assert controls.listen([key(pygame.K_e)]).switch == "nearest"
-        assert controls.listen([key(pygame.K_p)]).paused
-        assert controls.listen([]).paused
-        assert not controls.listen([key(pygame.K_p)]).paused
-        assert controls.listen([key(pygame.K_ESCAPE)]).leave
-
-    def test_other_keys_do_nothing(self):
-        asked = Controls().listen([key(pygame.K_F5), key(pygame.K_F5, down=False), button(99), stick(4, 1.0)])
-        assert asked == (Command(), None, False, False)
-
-    def test_a_closed_window_leaves(self):
-        assert Controls().listen([pygame.event.Event(pygame.QUIT)]).leave
-
-    def test_who_looks_away_lets_go_and_pauses(self):
-        asked = Controls().listen([key(pygame.K_UP), pygame.event.Event(pygame.WINDOWFOCUSLOST)])
-        assert asked.command == Command()
-        assert asked.paused
+    made = decided(of, known)
+    assert made.row(0, named=True)["behaviour_id"] == f"{one['role']}-184"
+    assert (made["behaviour_id"].str.ends_with("057")).mean() > 0.9
 
 
-class TestPads:
-    def test_stick(self):
-        controls = Controls()
-        x, y = pygame.CONTROLLER_AXIS_LEFTX, pygame.CONTROLLER_AXIS_LEFTY
-        forward, turn, _ = controls.listen([stick(y, -0.5), stick(x, 0.25)]).command  # up, right
-        assert (forward, turn) == pytest.approx((0.5, -0.25), abs=1e-4)
-        assert controls.listen([stick(y, 0.9 * DEAD_ZONE), stick(x, -1.0)]).command == Command(turn=1)
-        full = pygame.event.Event(pygame.CONTROLLERAXISMOTION, axis=y, value=-32768, instance_id=0)
-        assert controls.listen([full]).command.forward == 1
-
-    def test_buttons(self):
-        controls = Controls()
-        asked = controls.listen([button(pygame.CONTROLLER_BUTTON_A), button(pygame.CONTROLLER_BUTTON_X)])
-        assert (asked.command, asked.switch) == (Command(boost=True), "next")
-        assert controls.listen([button(pygame.CONTROLLER_BUTTON_A, down=False)]).command == Command()
-        assert controls.listen([button(pygame.CONTROLLER_BUTTON_DPAD_UP)]).command == Command(forward=1)
-        assert controls.listen([button(pygame.CONTROLLER_BUTTON_START)]).paused
-        assert controls.listen([button(pygame.CONTROLLER_BUTTON_BACK)]).leave
-
-    def test_unplugged_it_lets_go_and_pauses_but_keys_stay(self):
-        controls = Controls()
-        controls.listen([stick(pygame.CONTROLLER_AXIS_LEFTX, 1.0), button(pygame.CONTROLLER_BUTTON_A),
-                         key(pygame.K_UP)])
-        asked = controls.listen([pygame.event.Event(pygame.CONTROLLERDEVICEREMOVED, instance_id=0)])
-        assert asked == (Command(forward=1), None, True, False)
+def test_decisions_of_an_episode_follow_each_other_and_the_last_is_paid():
+    made = decided(recipe("learned", "static", seconds=60.0), None, MINUTE + 1)
+    for _, own in made.group_by("robot", "episode"):
+        rows = own.sort("t_ns")
+        assert (rows["end_ns"].to_list()[:-1]) == rows["t_ns"].to_list()[1:]
+        assert rows["ends"].to_list() == [None] * (rows.height - 1) + ["terminal"]
+        assert (rows["reward"][:-1] == 0).all()
+    assert made["reward"].min() == -1.0  # static scores within a minute
 
 
-class TestPainting:
-    SIZE = (600, 540)
-
-    def paint(self, bodies=None, **scene):
-        pygame.font.init()
-        surface = pygame.Surface(self.SIZE)
-        if bodies is None:
-            bodies = np.zeros((7, 6))
-            bodies[1:, 0], bodies[0, 1] = [-0.6, -0.4, -0.2, 0.2, 0.4, 0.6], 0.4
-        given = {"home_attacks": 1, "score": (0, 0), "clock_s": 0.0, "duration_s": 120.0} | scene
-        Painter(VSSS, ("you", "static"), self.SIZE).paint(surface, Scene(bodies, **given))
-        return pygame.surfarray.array3d(surface).astype(int)
-
-    def where(self, picture, colour):
-        """Centre of the pixels of a colour, and how many there are."""
-        hits = np.argwhere(np.abs(picture - np.array(colour)).sum(axis=2) < 30)
-        return hits.mean(axis=0) if len(hits) else None, len(hits)
-
-    def test_bodies_are_where_they_are(self):
-        bodies = np.zeros((3, 6))
-        bodies[0, :2], bodies[1, :2], bodies[2, :2] = (0.0, 0.45), (-0.5, -0.3), (0.5, -0.3)
-        picture = self.paint(bodies)[:, 84:500]  # between head and foot
-        scale = min((600 - 44) / 1.7, (540 - 124) / 1.3)
-        (x, y), _ = self.where(picture[:, :100], (255, 255, 255))
-        assert (x, y) == pytest.approx((300, 208 - 0.45 * scale), abs=2)
-        (x, y), count = self.where(picture[100:250, 260:], (63, 158, 230))
-        assert (x + 100, y + 260) == pytest.approx((300 - 0.5 * scale, 208 + 0.3 * scale), abs=4)
-        assert count > 100
-
-    def test_goals_are_of_those_who_keep_them(self):
-        first, second = self.paint(home_attacks=1), self.paint(home_attacks=-1)
-        blue = (63, 158, 230)
-        assert self.where(first[:60, 150:430], blue)[1] > 50
-        assert self.where(second[540:, 150:430], blue)[1] > 50
-        assert self.where(first[540:, 150:430], blue)[1] == 0
-
-    def test_what_changes_is_seen(self):
-        plain = self.paint()
-        for change in ({"driven": 2}, {"driven": 5}, {"message": "Pause"}, {"score": (1, 0)}, {"clock_s": 61.0}):
-            assert (self.paint(**change) != plain).any(), change
-        assert (self.paint() == plain).all()
-        turned = np.zeros((7, 6))
-        turned[1:, 0], turned[0, 1] = [-0.6, -0.4, -0.2, 0.2, 0.4, 0.6], 0.4
-        turned[3, 2] = math.pi / 2
-        assert (self.paint(turned) != plain).any()
+def test_states_are_those_of_the_bodies():
+    """The state that a robot logs is that of the 36 elements of the frame it decided at."""
+    of = recipe("learned", "static", seconds=5.0)
+    made = decided(of, None, 301)
+    assert made["state"].min() >= 0
+    same = made.group_by("t_ns").agg(pl.col("state").n_unique())
+    assert (same["state"] == 1).all()  # all robots of a team see the same
 
 
-class TestWindow:
-    def test_never_faster_than_the_clock(self):
-        with Window(VSSS, ("you", "static"), 250.0) as window:
-            start = time.perf_counter()
-            frames = sum(window.due() for _ in range(50))
-            assert frames <= (time.perf_counter() - start) * 250 + 1
-            time.sleep(0.1)  # 25 frames
-            assert window.due() == MOST_DUE
-
-    def test_can_be_made_smaller(self):
-        with Window(VSSS, ("you", "static"), 60.0) as window:
-            pygame.display.set_mode((500, 470), pygame.RESIZABLE)
-            pygame.event.post(pygame.event.Event(pygame.VIDEORESIZE, size=(500, 470), w=500, h=470))
-            window.listen()
-            window.show(Scene(np.zeros((7, 6)), 1, (0, 0), 0.0, 60.0))
-            assert pygame.display.get_surface().get_size() == (500, 470)
-
-
-def script(monkeypatch, events):
-    """Let the match run as fast as it can; events are injected when so many frames have been due."""
-    frame = 0
-
-    def due(_):
-        nonlocal frame
-        frame += 1
-        for event in events.get(frame, ()):
-            pygame.event.post(event)
-        return 1
-
-    monkeypatch.setattr(Window, "due", due)
-
-
-def call(capsys, *words):
-    """Exit code, standard output and standard error of `pitchlore play`."""
-    with pytest.raises(SystemExit) as stop:
-        main(["play", *map(str, words)])
-    return stop.value.code, *capsys.readouterr()
-
-
-def played(capsys, data, *words):
-    """The report of a match, the store, its receipt and its log."""
-    code, out, _ = call(capsys, "--json", "--data", data, *words)
-    assert code == 0
-    report, store = json.loads(out), Store(data)
-    receipt = store.receipt("matches", report["match_id"])
-    return report, store, receipt, log.read(store.read(receipt, "log"), where="log")
-
-
-def path(match, team, number):
-    """x, y, theta of a robot at every frame."""
-    robots = match.frames.robots
-    mine = robots[(robots["team"] == team) & (robots["id"] == number)]
-    return np.stack([mine["x"], mine["y"], mine["theta"]], axis=1).astype(float)
-
-
-class TestPlay:
-    def test_a_second_at_the_keys(self, monkeypatch, capsys, tmp_path):
-        switches = {60: [key(pygame.K_UP, down=False), key(pygame.K_TAB)], 61: [key(pygame.K_SPACE)]}
-        script(monkeypatch, {1: [key(pygame.K_TAB)], 2: [key(pygame.K_UP)], 40: [key(pygame.K_RIGHT)],
-                             50: [key(pygame.K_RIGHT, down=False)], **switches,
-                             90: [key(pygame.K_SPACE, down=False)], 100: [key(pygame.K_ESCAPE)]})
-        drove = []
-        scene = human._scene
-        monkeypatch.setattr(human, "_scene", lambda match, mind, *a, **k: (
-            drove.append(mind.driven), scene(match, mind, *a, **k))[1])
-        report, store, receipt, match = played(capsys, tmp_path, "--seed", "1", "--minutes", "1")
-
-        # the taker of the kick-off, then the goalkeeper, then the next
-        assert [drove[0], *(b for a, b in pairwise(drove) if a != b)] == [3, 1, 2]
-        assert drove.index(2) == 60
-        keeper = path(match, HOME, 1)
-        gone = keeper[32, :2] - keeper[2, :2]  # half a second at 0.72 m/s, but for the start
-        assert gone @ [math.cos(keeper[2, 2]), math.sin(keeper[2, 2])] == pytest.approx(0.72 * 0.5 - 0.04, abs=0.03)
-        turned = np.unwrap(keeper[:, 2])
-        assert turned[55] - turned[40] == pytest.approx(-5.0 * 10 / 60, rel=0.15)
-        dash = path(match, HOME, 2)
-        speed = np.hypot(*np.diff(dash[:, :2], axis=0).T) * 60
-        assert speed[62:90].max() > 0.9  # more than anybody drives without Space
-
-        assert report["complete"] is False
-        row = store.read_table(receipt, "matches", Matches).row(0, named=True)
-        assert (row["home"], row["away"], row["format"]) == ("human", "static", "world")
-        assert row["incomplete_reason"].startswith("left after 1.")
-        end = store.read_table(receipt, "referee", Referee).filter(pl.col("event") == "end").row(0, named=True)
-        assert end["note"] == "left early"
-        assert end["t_ns"] == match.frames.t_ns[-1]
-        assert not list((tmp_path / "playing").glob("*.mcap"))
-
-    def test_the_log_can_be_imported_elsewhere(self, monkeypatch, capsys, tmp_path):
-        from flows.matches import Recording, import_recording
-
-        script(monkeypatch, {1: [key(pygame.K_UP)], 30: [key(pygame.K_ESCAPE)]})
-        report, store, receipt, match = played(capsys, tmp_path / "here")
-        file = tmp_path / "mine.mcap"
-        file.write_bytes(store.read(receipt, "log"))
-        there = Store(tmp_path / "there")
-        imported, new = import_recording(there, Recording(file=file))
-        assert new
-        assert imported.name == report["match_id"]
-        again = log.read(there.read(imported, "log"), where="there")
-        assert again.frames.robots.tobytes() == match.frames.robots.tobytes()
-        assert again.info == match.info
-
-    def test_to_the_final_whistle_as_away_with_a_pause(self, monkeypatch, capsys, tmp_path):
-        script(monkeypatch, {1: [key(pygame.K_UP)], 20: [key(pygame.K_p)], 50: [key(pygame.K_p)]})
-        report, _, _, match = played(
-            capsys, tmp_path, "--as", "away", "--against", "random", "--minutes", "0.02")
-        assert report["complete"]
-        assert report["as"] == "away"
-        assert match.info.away == "human"
-        assert len(match.frames) == 73  # 1.2 s: who pauses plays no less
-        assert match.info.complete
-        moved = [np.hypot(*(path(match, AWAY, n)[-1] - path(match, AWAY, n)[0])[:2]) for n in (1, 2, 3)]
-        assert max(moved) > 0.1
-
-    def test_no_match_is_played_over_another(self, monkeypatch, capsys, tmp_path):
-        script(monkeypatch, {frame: [key(pygame.K_ESCAPE)] for frame in (5, 10, 15)})
-        ids = [played(capsys, tmp_path)[0]["match_id"] for _ in range(2)]
-        assert ids[0] != ids[1]
-        code, _, error = call(capsys, "--seed", 1, "--data", tmp_path)
-        assert code == 1
-        assert "has been played with seed 1. Give another --seed, or none." in error
-
-    def test_what_breaks_it_leaves_the_log_for_the_next_run(self, monkeypatch, capsys, tmp_path):
-        from flows.matches import inbox
-
-        def due(_):
-            raise RuntimeError("the screen is gone")
-
-        monkeypatch.setattr(Window, "due", due)
-        code, _, error = call(capsys, "--data", tmp_path)
-        assert code == 1
-        assert "the screen is gone" in error
-        assert [r.file.name.startswith("human-static-1-") for r in inbox(Store(tmp_path))] == [True]
-
-    def test_who_knows_no_such_team(self, capsys, tmp_path):
-        code, _, error = call(capsys, "--against", "brazil", "--data", tmp_path)
-        assert code == 1
-        assert "'brazil' is no team" in error
-
-    def test_without_a_screen(self, monkeypatch, capsys, tmp_path):
-        monkeypatch.setenv("SDL_VIDEODRIVER", "none-such")
-        code, _, error = call(capsys, "--data", tmp_path)
-        assert code == 1
-        assert "no window can be opened" in error
-        assert error.count("\n") == 1
-        assert not (tmp_path / "matches").exists()
-
-
-def test_without_pygame(monkeypatch, capsys, tmp_path):
-    for module in [name for name in sys.modules if name.startswith("flows.window")]:
-        monkeypatch.delitem(sys.modules, module)
-    monkeypatch.setitem(sys.modules, "pygame", None)
-    code, out, error = call(capsys, "--data", tmp_path)
-    assert (code, out) == (1, "")
-    assert error == ("pitchlore: play: its window needs pygame, which is not installed. "
-                     "Install it: python -m pip install pygame-ce.\n")
+def test_the_log_holds_no_garbage_beside_its_fields():
+    taken = match(recipe(seconds=1.0))
+    taken.advance(10)
+    frames = taken.take().frames
+    assert frames.ball.dtype == BALL_DTYPE
+    assert frames.robots.dtype == ROBOT_DTYPE
+    assert encode(np.zeros((1, 36), dtype=np.uint8), "full36")[0] == 0
