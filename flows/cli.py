@@ -41,6 +41,11 @@ COMMANDS = (
         "pitchlore evaluate --policy 3 --against static --matches 200",
     ),
     (
+        "play", "human:play",
+        "Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.",
+        "pitchlore play --against static --minutes 2",
+    ),
+    (
         "run", "recordings:run",
         "Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.",
         "pitchlore run --settings club.toml",
