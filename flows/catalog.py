@@ -14,7 +14,7 @@ from schemas import PUBLIC
 #: and those that are not made of matches.
 PER_MATCH = ("matches", "trajectories", "situations", "goals", "grams", "decisions")
 VERSIONED = ("knowledge", "policies")
-SIDE_CHAIN = ("paradigms", "seasons")
+SIDE_CHAIN = ("paradigms", "seasons", "report")
 RECEIPTED = (*PER_MATCH, "behaviours", *SIDE_CHAIN)
 
 
