@@ -74,6 +74,11 @@ COMMANDS = (
         "pitchlore paradigms --figure 5 --runs 2000",
     ),
     (
+        "report", "report:report",
+        "Report on all seasons: Table 3 and Figures 8 to 10 beside the paper's, claims with verdicts, plots.",
+        "pitchlore report --export data/studies/seasons",
+    ),
+    (
         "quarantine", "upkeep:quarantine", "List what could not be taken, by which stage and why.",
         "pitchlore quarantine --clear",
     ),
