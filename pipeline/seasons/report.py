@@ -41,7 +41,7 @@ PICTURES: dict[str, tuple[str, str]] = {
     ),
     "figure-10": (
         "Figure 10: goals effectively made",
-        "Goals by direct or indirect action, a game and added up; all goals less those against, without lead.",
+        "Goals by direct or indirect action, a game and added up; all goals less those against; no lead.",
     ),
     "best": (
         "Our best apprentice",
@@ -49,7 +49,7 @@ PICTURES: dict[str, tuple[str, str]] = {
     ),
     "ablations-paper": (
         "Ablations of the paper's settings",
-        "Against the static team, one thing changed at a time. The line is where the paper changes the score.",
+        "Against the static team, one thing changed at a time. The line is where the score is changed.",
     ),
     "ablations-best": (
         "Ablations of our best settings", "Against the static team, with one thing changed at a time.",
