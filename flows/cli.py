@@ -36,6 +36,11 @@ COMMANDS = (
         "pitchlore play --against static --minutes 2",
     ),
     (
+        "season", "season:season",
+        "Play seasons: play, watch the adversary, learn, play again.",
+        "pitchlore season --settings paper --opponent static --opponent human-like --seasons 5",
+    ),
+    (
         "run", "recordings:run",
         "Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.",
         "pitchlore run --settings club.toml",

@@ -40,24 +40,23 @@ def emit(store: Store, settings: KnowledgeSettings, scope: Scope) -> tuple[Manif
     for receipt in (*rounds, *seen):
         inputs |= receipt.digests()
     with store.locked("knowledge"):
-        parent = store.latest("knowledge")
         standing = _standing(store, inputs, settings)
         if standing is not None:
             return standing, False
-        held: set[str] = set()
-        if settings.accumulate and parent is not None:
-            inputs |= _of_parent(parent)
-            held = _held(store, parent)
-            _refuse_twice(store, held.intersection(scope.matches), parent)
+        parent = store.latest("knowledge")
+        before = parent if settings.accumulate else None
+        held = _held(store, before)
+        _refuse_twice(store, before, held.intersection(scope.matches))
+        inputs |= _of_parent(before)
         with store.claim("knowledge") as version:
             known = behaviours((store.read_table(r, "patterns", Patterns) for r in rounds), version)
-            if settings.accumulate and parent is not None:
-                before = store.read_version_table(parent, "behaviours", Behaviours)
-                known = merge_behaviours([before, known], version)
+            if before is not None:
+                earlier = store.read_version_table(before, "behaviours", Behaviours)
+                known = merge_behaviours([earlier, known], version)
             occurred = occasions((store.read_table(r, "decisions", Decisions) for r in seen), version,
                                  settings, known["behaviour_id"])
-            if settings.accumulate and parent is not None:
-                earlier = store.read_version_table(parent, "occasions", Occasions)
+            if before is not None:
+                earlier = store.read_version_table(before, "occasions", Occasions)
                 occurred = merge_occasions([earlier, occurred], version, settings)
             manifest = store.commit_version(
                 "knowledge", version, parent=parent.version if parent else None,
@@ -76,9 +75,11 @@ def _key(inputs: Mapping[str, str], settings: KnowledgeSettings) -> str:
                   tables=(Behaviours, Occasions))
 
 
-def _of_parent(parent: Manifest) -> dict[str, str]:
-    """The parent's tables among the inputs of a version that accumulates."""
-    return {f"{_PARENT}{role}": parent.files[role].sha256 for role in ("behaviours", "occasions")}
+def _of_parent(before: Manifest | None) -> dict[str, str]:
+    """The tables of the version before among the inputs of one that accumulates."""
+    if before is None:
+        return {}
+    return {f"{_PARENT}{role}": before.files[role].sha256 for role in ("behaviours", "occasions")}
 
 
 def _standing(store: Store, inputs: dict[str, str], settings: KnowledgeSettings) -> Manifest | None:
@@ -93,19 +94,21 @@ def _standing(store: Store, inputs: dict[str, str], settings: KnowledgeSettings)
     return None
 
 
-def _held(store: Store, manifest: Manifest) -> set[str]:
+def _held(store: Store, manifest: Manifest | None) -> set[str]:
     """The matches that a version knows of, by its parents too if it accumulates."""
-    held = {label.split("/")[1] for label in manifest.inputs if label.startswith("decisions/")}
-    accumulates = any(label.startswith(_PARENT) for label in manifest.inputs)
-    if accumulates and manifest.parent is not None:
-        held |= _held(store, store.manifest("knowledge", manifest.parent))
+    held: set[str] = set()
+    while manifest is not None:
+        held |= {label.split("/")[1] for label in manifest.inputs if label.startswith("decisions/")}
+        accumulates = any(label.startswith(_PARENT) for label in manifest.inputs)
+        parent = manifest.parent if accumulates else None
+        manifest = None if parent is None else store.manifest("knowledge", parent)
     return held
 
 
-def _refuse_twice(store: Store, twice: set[str], parent: Manifest) -> None:
-    if twice:
+def _refuse_twice(store: Store, before: Manifest | None, twice: set[str]) -> None:
+    if before is not None and twice:
         raise BadSettings(
-            f"knowledge version {parent.version} holds {min(twice)} already, made from other files, by "
+            f"knowledge version {before.version} holds {min(twice)} already, made from other files, by "
             "other code or by other settings, and would count it twice", where=str(store.root),
             next_step="Begin again in another data folder, or say accumulate = false",
         )

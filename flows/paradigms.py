@@ -19,7 +19,8 @@ from flows.stage import (
 from pipeline.paradigms.claims import PEAK, verdicts
 from pipeline.paradigms.experiments import STOCHASTIC, Design, Figure, Sheet, sheets
 from pipeline.paradigms.readings import telling
-from pipeline.plots import curves, png, sensitivity
+from pipeline.plots.paradigms import curves, sensitivity
+from pipeline.plots.style import png
 from pipeline.receipts import Receipt
 from pipeline.store import Store
 from schemas import Paradigms, Verdicts

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import polars as pl
-from pipeline.seasons.tables import Game, game_row, growth_rows
 from prefect.artifacts import create_markdown_artifact
 from prefect.futures import as_completed
 
@@ -24,9 +23,11 @@ from flows.stage import Scope, Stage, StageReport, data_folder, listener, need, 
 from pipeline.errors import BadSettings, in_one_line
 from pipeline.receipts import Receipt, key_of
 from pipeline.seasons.settings import Season
+from pipeline.seasons.tables import Game, game_row, growth_rows
 from pipeline.state import project
 from pipeline.store import Store
-from schemas import ROLES, Behaviours, Decisions, Games, Goals, Growth, Matches, Occasions
+from schemas import Behaviours, Decisions, Games, Goals, Growth, Matches, Occasions
+from schemas.table import Key
 
 NOUN = "seasons"
 #: What is kept of the games of a season that is to leave little behind.
@@ -52,7 +53,8 @@ def done(store: Store, season: Season) -> pl.DataFrame:
             "was begun with other settings or by another version of pitchlore", where=season.id,
             next_step=f"Take another seed, or remove {store.root / NOUN}/{season.id}* to play it anew",
         )
-    return store.read_table(receipt, "games", Games)
+    games: pl.DataFrame = store.read_table(receipt, "games", Games)
+    return games
 
 
 def play(data: Path, season: Season, game: int) -> list[str]:
@@ -114,9 +116,7 @@ def _rows(
     """The rows of Games and Growth of a game."""
     game = Game(season.id, season.name, season.opponent, season.seed, number)
     key = season.settings.pipeline.knowledge.state_key
-    made = own.read_table(need(own, "decisions", match), "decisions", Decisions)
-    slot = made["role"].cast(pl.Enum(ROLES)).to_physical().to_numpy()
-    made = made.with_columns(state=pl.Series(project(made["state"].to_numpy(), key, slot), dtype=pl.Int64))
+    made = [_decided(own, played, key) for played in (*before["match_id"], match)]
     known_before = None
     if number > 1:
         last = before.filter(pl.col("game") == number - 1)["knowledge_version"].item()
@@ -124,7 +124,7 @@ def _rows(
     manifest = own.manifest("knowledge", version)
     return (
         game_row(
-            game, own.read_table(need(own, "matches", match), "matches", Matches), made,
+            game, own.read_table(need(own, "matches", match), "matches", Matches), made[-1],
             own.read_table(need(own, "goals", match), "goals", Goals),
             situations=int(need(own, "situations", match).details["situations"]),
             lead=season.lead(number), known=known_before, key=key,
@@ -135,6 +135,13 @@ def _rows(
             own.read_version_table(manifest, "behaviours", Behaviours), key=key,
         ),
     )
+
+
+def _decided(own: Store, match: str, key: Key) -> pl.DataFrame:
+    """The decisions of a match, their states by a key."""
+    made = own.read_table(need(own, "decisions", match), "decisions", Decisions)
+    states = project(made["state"].to_numpy(), key, made["role"].to_physical().to_numpy())
+    return made.with_columns(state=pl.Series(states, dtype=pl.Int64))
 
 
 def _commit(
@@ -210,7 +217,7 @@ def season_flow(data: Path, seasons: list[Season], jobs: int = 1, discard: bool 
                 break
             future = next(as_completed(list(running)))
             season, game, played = running.pop(future)
-            result = future.result(raise_on_failure=False)
+            result: Any = future.result(raise_on_failure=False)
             if isinstance(result, BaseException):
                 report.failed[f"{season.id} game {game}"] = in_one_line(result)
                 continue

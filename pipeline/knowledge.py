@@ -48,9 +48,10 @@ def behaviours(patterns: Iterable[pl.DataFrame], version: int) -> pl.DataFrame:
 def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFrame:
     """Behaviours of several versions as those of one that saw it all.
 
-    Support, value and spread are those over the instances of all parts, exactly: the sums that they
-    were made from are multiples of ``pipeline.sequences.QUANTUM``, and are found again by rounding
-    (below a support of about a million). So merging in steps is merging at once.
+    Support and value are exactly those over the instances of all parts: sums of values are multiples of
+    ``pipeline.sequences.QUANTUM``, and are found again by rounding (below a support of about a million).
+    So merging in steps is merging at once. The spread is pooled from the parts' own: the variance is
+    the mean over all instances of their part's variance and its mean's squared distance from the whole's.
 
     Args:
         parts: rows of schema Behaviours, of distinct instances; the earlier versions first.
@@ -59,28 +60,19 @@ def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFram
     Returns:
         Rows of schema Behaviours. ``neuron`` is of the map that found the behaviour last.
     """
-    sums = [
-        part.select(
-            "behaviour_id", "role", "codes", "n", "support", "neuron",
-            pl.Series("value_sum", exact((part["value"] * part["support"]).to_numpy())),
-            pl.Series("square_sum", exact(
-                ((part["spread"] ** 2 + part["value"] ** 2) * part["support"]).to_numpy())),
-        )
-        for part in parts
-    ]
-    mean = pl.col("value_sum") / pl.col("support")
-    merged = (
-        pl.concat(sums)
-        .group_by("behaviour_id", maintain_order=True)
-        .agg(pl.col("role", "codes", "n").first(), pl.col("neuron").last(),
-             pl.col("support", "value_sum", "square_sum").sum())
-        .with_columns(
-            value=mean,
-            spread=(pl.col("square_sum") / pl.col("support") - mean**2).clip(lower_bound=0).sqrt(),
-        )
+    found = pl.concat([Behaviours.empty(), *parts])
+    sums = pl.Series("sum", exact((found["value"] * found["support"]).to_numpy()))
+    everywhere = found.with_columns(sums).with_columns(
+        mean=(pl.col("sum").sum() / pl.col("support").sum()).over("behaviour_id"))
+    square = pl.col("support") * (pl.col("spread") ** 2 + (pl.col("value") - pl.col("mean")) ** 2)
+    merged = everywhere.group_by("behaviour_id", maintain_order=True).agg(
+        pl.col("role", "codes", "n").first(),
+        pl.col("support").sum(),
+        value=pl.col("mean").first(),
+        spread=(square.sum() / pl.col("support").sum()).sqrt(),
+        neuron=pl.col("neuron").last(),
     )
     return _behaviours(merged, version)
-
 
 def _behaviours(patterns: pl.DataFrame, version: int) -> pl.DataFrame:
     """Patterns as rows of one version, in the schema's order."""
@@ -126,9 +118,9 @@ def occasions(
                 pl.lit(key, dtype=pl.Enum(KEYS)).alias("key"),
                 pl.Series("state", project(begun["state"].to_numpy(), key, slot)),
             ).select(total.columns)
-            for key in settings.keys
+            for key in settings.state_keys
         ]
-        rows += begun.height * len(settings.keys)
+        rows += begun.height * len(settings.state_keys)
         if rows > max(_BUFFERED_ROWS, total.height):
             total, held, rows = _add_up([total, *held]), [], 0
     return _occasions(_add_up([total, *held]), version, settings)

@@ -16,13 +16,13 @@ from schemas import Table
 
 
 def _code() -> str:
-    """SHA-256 over the stages' and schemas' source: what is computed changes only with it."""
+    """SHA-256 over the stages' and schemas' source and data: what is computed changes only with it."""
     sources = sorted(
         (f"{package}/{path.relative_to(root).as_posix()}", path)
         for package in ("pipeline", "schemas")
         for root in [Path(str(files(package)))]
         for path in root.rglob("*")
-        if path.suffix in (".py", ".msg")
+        if path.suffix in (".py", ".msg", ".csv")
     )
     return digest(b"\0".join(name.encode() + b"\0" + path.read_bytes() for name, path in sources))
 

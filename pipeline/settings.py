@@ -200,7 +200,7 @@ class KnowledgeSettings(Frozen):
 
     @model_validator(mode="after")
     def _ever_coarser(self) -> Self:
-        ranks = [KEYS.index(key) for key in self.keys]
+        ranks = [KEYS.index(key) for key in self.state_keys]
         if ranks != sorted(set(ranks)):
             raise ValueError(
                 f"each key of backoff must be coarser than the one before, {self.state_key} the first "
@@ -209,8 +209,8 @@ class KnowledgeSettings(Frozen):
         return self
 
     @property
-    def keys(self) -> tuple[Key, ...]:
-        """All keys, from fine to coarse."""
+    def state_keys(self) -> tuple[Key, ...]:
+        """All keys, from fine to coarse (a model may have no ``keys``: it would look like a mapping)."""
         return (self.state_key, *self.backoff)
 
 

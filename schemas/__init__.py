@@ -10,6 +10,7 @@ from schemas.knowledge import Occasions
 from schemas.matches import Matches, Quality, Referee
 from schemas.paradigms import Paradigms, Verdicts
 from schemas.policies import Policies
+from schemas.seasons import Claims, Games, Growth
 from schemas.situations import Situations
 from schemas.table import BODIES, KEYS, ROLES, TEAMS, Table
 from schemas.trajectories import Trajectories
@@ -19,12 +20,13 @@ PUBLIC: dict[str, type[Table]] = {
     table.NAME: table
     for table in (
         Matches, Referee, Quality, Trajectories, Situations, Goals, Grams,
-        Behaviours, Occasions, Decisions, Policies, Paradigms, Verdicts,
+        Behaviours, Occasions, Decisions, Policies, Paradigms, Verdicts, Games,
+        Growth, Claims,
     )
 }
 
 __all__ = [
-    "BODIES", "KEYS", "PUBLIC", "ROLES", "TEAMS", "Behaviours", "Decisions", "Goals", "Grams", "Matches",
-    "Occasions", "Paradigms", "Patterns", "Policies", "Quality", "Referee", "Situations", "Table",
-    "Trajectories", "Verdicts",
+    "BODIES", "KEYS", "PUBLIC", "ROLES", "TEAMS", "Behaviours", "Claims", "Decisions", "Games", "Goals",
+    "Grams", "Growth", "Matches", "Occasions", "Paradigms", "Patterns", "Policies", "Quality", "Referee",
+    "Situations", "Table", "Trajectories", "Verdicts",
 ]

@@ -9,10 +9,10 @@ from points import curve, over_decays, point, table
 from scipy import stats
 
 from pipeline.errors import SchemaMismatch
-from pipeline.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, Range, verdicts
-from pipeline.paradigms.intervals import (
+from pipeline.intervals import (
     UNDEFINED,
     Estimate,
+    Range,
     combined,
     difference,
     greatest,
@@ -23,6 +23,7 @@ from pipeline.paradigms.intervals import (
     weighted_sum,
     wilson,
 )
+from pipeline.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, verdicts
 from schemas.paradigms import Paradigms, Verdicts
 
 REPRODUCED, UNDECIDED, CONTRADICTED = "reproduced", "not reproduced", "contradicted"

@@ -13,7 +13,8 @@ from flows.commands.common import Common, console, print_frame, print_json, warn
 from pipeline import catalog
 from pipeline.errors import NotFound
 from pipeline.pitch import Kind, Pitch
-from pipeline.plots import memberships, png
+from pipeline.plots.matches import memberships
+from pipeline.plots.style import png
 from pipeline.receipts import Receipt
 from pipeline.recognition.rulebook import rule_table, term_table
 from pipeline.replay import page

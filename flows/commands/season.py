@@ -92,14 +92,14 @@ def _summary(store: Store, wanted: list[Season]) -> pl.DataFrame:
         if receipt is None:
             continue
         games = store.read_table(receipt, "games", Games)
-        last = games.tail(10)
-        rows.append({
-            "season": own.id, "games": games.height,
-            "for": games["goals_for"].mean(), "against": games["goals_against"].mean(),
-            "last for": last["goals_for"].mean(), "last against": last["goals_against"].mean(),
-            "learned": games["other_actions"].sum() / max(games["actions"].sum(), 1),
-            "last learned": last["other_actions"].sum() / max(last["actions"].sum(), 1),
-        })
-    return pl.DataFrame(rows)
+        rows.append(pl.DataFrame({"season": own.id, "games": games.height}).hstack(
+            pl.concat([_means(games, ""), _means(games.tail(10), "last ")], how="horizontal")))
+    return pl.concat(rows) if rows else pl.DataFrame()
 
 
+def _means(games: pl.DataFrame, prefix: str) -> pl.DataFrame:
+    return games.select(
+        pl.col("goals_for").mean().alias(f"{prefix}for"),
+        pl.col("goals_against").mean().alias(f"{prefix}against"),
+        (pl.col("other_actions").sum() / pl.col("actions").sum()).alias(f"{prefix}learned"),
+    )

@@ -13,7 +13,6 @@ tenth of the best possible value is allowed: 0.1 of a probability, 0.4 of a path
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -21,7 +20,7 @@ from typing import NamedTuple
 import polars as pl
 
 from pipeline.errors import SchemaMismatch
-from pipeline.paradigms.intervals import Estimate, greatest, wilson
+from pipeline.intervals import Estimate, Range, greatest, wilson
 from pipeline.paradigms.quantities import (
     NEAR_ZERO,
     Measure,
@@ -71,31 +70,6 @@ def _of_100(successes: float) -> tuple[float, float]:
 
 #: Figure 5: IVQ's "near to 0.7" at 0.9997, with the interval of 100 runs.
 PEAK = Peak(0.9997, 0.7, *_of_100(70))
-
-
-@dataclass(frozen=True, slots=True)
-class Range:
-    """What a claim states of a quantity.
-
-    Attributes:
-        text: in words.
-        low: lower end, included unless ``strict``.
-        high: upper end, likewise.
-        strict: an interval that touches an end is not inside (nor is it outside).
-    """
-
-    text: str
-    low: float = -math.inf
-    high: float = math.inf
-    strict: bool = False
-
-    def verdict(self, estimate: Estimate) -> str:
-        """One of ``schemas.paradigms.VERDICTS``."""
-        if estimate.low > self.high or estimate.high < self.low:
-            return "contradicted"
-        inside = self.low <= estimate.low and estimate.high <= self.high
-        touches = self.strict and (estimate.low == self.low or estimate.high == self.high)
-        return "reproduced" if inside and not touches else "not reproduced"
 
 
 NEVER = Range(f"0 (100 runs: at most {_of_100(0)[1]:.3f})", high=_of_100(0)[1])

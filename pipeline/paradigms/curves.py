@@ -14,10 +14,10 @@ from pipeline.games.equilibria import pure_equilibria
 from pipeline.games.game import Game
 from pipeline.games.grid import grid_world
 from pipeline.games.matrix import climbing, fully_stochastic_climbing, partially_stochastic_climbing, penalty
+from pipeline.intervals import mean_interval, wilson
 from pipeline.learning.memory import F64
 from pipeline.learning.rules import AnyLearner
 from pipeline.learning.selection import Selection
-from pipeline.paradigms.intervals import mean_interval, wilson
 from pipeline.paradigms.runner import Runs, Testing, Training, play
 from pipeline.receipts import digest
 from pipeline.settings import Frozen

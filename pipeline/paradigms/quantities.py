@@ -12,7 +12,7 @@ from typing import Any
 
 import polars as pl
 
-from pipeline.paradigms.intervals import (
+from pipeline.intervals import (
     UNDEFINED,
     Estimate,
     greatest,

@@ -1,13 +1,14 @@
-"""95 % intervals of proportions, of means, and of what is made of several of them.
+"""95 % intervals of proportions, of means, of what is made of several of them, and claims about them.
 
-The unit of all of them is the training. The thousand tests of one training share what it learned, so
-they are one observation with a value in [0, 1], not a thousand.
+The unit of all of them is the training: a run of section 5's games, or a season. The thousand tests of
+one training share what it learned, so they are one observation with a value in [0, 1], not a thousand.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -156,3 +157,32 @@ def magnitude(estimate: Estimate) -> Estimate:
     """The absolute value."""
     value, low, high = estimate
     return Estimate(abs(value), max(0.0, low, -high), max(abs(low), abs(high)))
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """What a claim states of a quantity.
+
+    Attributes:
+        text: in words.
+        low: lower end, included unless ``strict``.
+        high: upper end, likewise.
+        strict: an interval that touches an end is not inside (nor is it outside).
+    """
+
+    text: str
+    low: float = -math.inf
+    high: float = math.inf
+    strict: bool = False
+
+    def verdict(self, estimate: Estimate) -> str:
+        """One of ``schemas.paradigms.VERDICTS``; "not reproduced" where the estimate is not defined."""
+        if estimate.low > self.high or estimate.high < self.low:
+            return "contradicted"
+        inside = self.low <= estimate.low and estimate.high <= self.high
+        touches = self.strict and (estimate.low == self.low or estimate.high == self.high)
+        return "reproduced" if inside and not touches else "not reproduced"
+
+    def holds(self, value: float) -> bool:
+        """Whether a value without an interval lies in it."""
+        return self.verdict(Estimate(value, value, value)) == "reproduced"

@@ -1,15 +1,13 @@
-"""Plots; the only door to matplotlib. Every function takes a table and returns a figure."""
+"""Section 5 of the paper: Figures 4 to 7, and what each reading of the text is worth."""
 
 from __future__ import annotations
 
-import io
 import math
 from dataclasses import dataclass
 from itertools import pairwise
 from textwrap import fill
 from typing import Any
 
-import matplotlib as mpl
 import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.container import ErrorbarContainer
@@ -19,60 +17,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocat
 from matplotlib.transforms import ScaledTranslation
 
 from pipeline.errors import NotFound
-
-#: A matplotlib line style: a name, or an offset with lengths of dashes and gaps in points.
-_Dashes = str | tuple[int, tuple[float, ...]]
-
-#: Okabe and Ito's colours, told apart by colour-blind people.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-
-
-def memberships(terms: pl.DataFrame) -> Figure:
-    """The paper's Figure 1, reconstructed: membership over each of the five fuzzy variables.
-
-    Args:
-        terms: columns variable, unit, term and the trapezoid's corners a, b, c, d.
-    """
-    variables = terms["variable"].unique(maintain_order=True).to_list()
-    figure = Figure(figsize=(9, 2 * len(variables)), layout="constrained")
-    for axes, variable in zip(figure.subplots(len(variables), 1), variables, strict=True):
-        rows = terms.filter(pl.col("variable") == variable)
-        corners = [row[corner] for row in rows.iter_rows(named=True) for corner in "abcd"
-                   if row[corner] is not None]
-        low, high = min(corners), max(corners)
-        margin = 0.15 * (high - low)
-        for index, row in enumerate(rows.iter_rows(named=True)):
-            a, b, c, d = (row[corner] for corner in "abcd")
-            left = [(low - margin, 1.0)] if a is None or b is None else [(a, float(a == b)), (b, 1.0)]
-            right = [(high + margin, 1.0)] if c is None or d is None else [(c, 1.0), (d, float(c == d))]
-            x, y = zip(*left, *right, strict=True)
-            axes.plot(x, y, color=COLOURS[index % len(COLOURS)], label=row["term"].lower())
-        axes.set_xlabel(f"{variable} [{rows['unit'][0]}]")
-        axes.set_ylabel("membership")
-        axes.set_ylim(-0.05, 1.05)
-        axes.legend(loc="center left", bbox_to_anchor=(1, 0.5), frameon=False)
-    return figure
-
-
-def behaviours(known: pl.DataFrame) -> Figure:
-    """Value against support of every behaviour of a version, by length.
-
-    Args:
-        known: schema Behaviours.
-    """
-    figure = Figure(figsize=(9, 5), layout="constrained")
-    axes = figure.subplots()
-    for index, n in enumerate(sorted(known["n"].unique(), reverse=True)):
-        rows = known.filter(pl.col("n") == n)
-        axes.scatter(rows["support"], rows["value"], s=14, color=COLOURS[index], alpha=0.7,
-                     label=f"{n} situation{'s' if n > 1 else ''}")
-    axes.set_xscale("log")
-    axes.set_xlabel("support (instances)")
-    axes.set_ylabel("value (mean over instances)")
-    axes.axhline(0, color="0.7", linewidth=0.8)
-    axes.legend(frameon=False)
-    return figure
-
+from pipeline.plots.style import COLOURS, Dashes, plain
 
 #: Colour and marker of a learner, the same in all figures. IQ's family is blue; WoLF-PHC's is Okabe and
 #: Ito's yellow, darkened to be seen on white. Markers tell all of them apart without colour.
@@ -86,8 +31,8 @@ _PAPERS = ("IQ", "IL-A", "IL-B", "JAQ", "IVQ")
 _STRANGERS = tuple((colour, marker) for marker in (">", "p", "d", "8") for colour in COLOURS)
 
 #: A learner's readings, in their order, by line; all but the first have hollow markers.
-_LINES: tuple[_Dashes, ...] = ("solid", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (5, 1.5, 1.2, 1.5)))
-_THIN_LINES: tuple[_Dashes, ...] = ((0, (3, 1.5)), (0, (1, 1.5)), (0, (3, 1.5, 1, 1.5)), (0, (8, 2)))
+_LINES: tuple[Dashes, ...] = ("solid", (0, (5, 2)), (0, (1.2, 1.2)), (0, (5, 2, 1.2, 2)))
+_THIN_LINES: tuple[Dashes, ...] = ((0, (3, 1.5)), (0, (1, 1.5)), (0, (3, 1.5, 1, 1.5)), (0, (8, 2)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +42,7 @@ class _Look:
     label: str
     colour: str
     marker: str
-    line: _Dashes
+    line: Dashes
     hollow: bool
     prominent: bool
 
@@ -234,7 +179,7 @@ def curves(
         below = axes.transAxes + ScaledTranslation(0, -_BELOW[kind.over], drawn.dpi_scale_trans)
         axes.legend(handles=handles, title=title, loc="upper left", bbox_to_anchor=(0, 0),
                     bbox_transform=below, frameon=False, fontsize=8.5, title_fontsize=8.5,
-                    handlelength=3.2, alignment="left", borderpad=0)
+                    handlelength=5, alignment="left", borderpad=0)
     drawn.suptitle(f"Figure {figure}, {game} game: {runs:,} trainings a point, bars are 95 % intervals",
                    fontsize=11, x=0.01, ha="left")
     return drawn
@@ -279,14 +224,7 @@ def _draw_curves(axes: Axes, rows: pl.DataFrame, kind: _Figure, looks: _Looks, *
                     linewidth=1.8 if look.prominent else 1.2)
         axes.plot(x, value, transform=where, zorder=level, **look.marks())
     axes.grid(axis="y", color="0.9", linewidth=0.6)
-    _plain(axes)
-
-
-def _plain(axes: Axes, *without: str) -> None:
-    """The grid behind everything and no frame at the top, at the right, or at other sides named."""
-    axes.set_axisbelow(True)
-    for side in ("top", "right", *without):
-        axes.spines[side].set_visible(False)
+    plain(axes)
 
 
 def _room(values: pl.Series, over: str, width: float) -> float:
@@ -405,12 +343,4 @@ def _draw_forest(
     axes.set_xlabel("P(optimal), 95 % interval")
     axes.grid(axis="x", color="0.9", linewidth=0.6)
     axes.tick_params(axis="y", length=0)
-    _plain(axes, "left")
-
-
-def png(figure: Figure, dpi: int = 110) -> bytes:
-    """A figure as PNG bytes, the same for the same figure."""
-    buffer = io.BytesIO()
-    with mpl.rc_context({"svg.hashsalt": "pitchlore"}):
-        figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
-    return buffer.getvalue()
+    plain(axes, "left")

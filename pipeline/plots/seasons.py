@@ -1,0 +1,209 @@
+"""Seasons, game by game: the paper's Table 3 and Figures 8 to 10, and what became of our own settings.
+
+Every table of curves has the columns what, settings, opponent, game, seasons, mean, low and high
+(``pipeline.seasons.summary.curves``), those of Figures 8 and 9 role, too. A line is the mean over the
+seasons, its band the 95 % interval.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import polars as pl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from pipeline.errors import NotFound
+from pipeline.plots.style import COLOURS, Dashes, plain
+from schemas import ROLES
+
+#: Colour and line of an opponent, the same in all figures.
+_OPPONENTS: dict[str, tuple[str, Dashes]] = {
+    "static": ("#0072B2", "solid"), "human-like": ("#D55E00", (0, (5, 2))),
+    "random": ("#009E73", (0, (1.2, 1.2))),
+}
+_LINES: tuple[Dashes, ...] = ("solid", (0, (5, 2)), (0, (1.2, 1.2)), (0, (5, 2, 1.2, 2)))
+
+#: Inches.
+_WIDTH, _HEIGHT = 10.0, 3.1
+
+
+@dataclass(frozen=True, slots=True)
+class _Panel:
+    """One pair of axes.
+
+    Attributes:
+        title: above it.
+        label: of the vertical axis, with its unit.
+        rows: the curves drawn in it.
+        of: column whose values tell the curves apart.
+    """
+
+    title: str
+    label: str
+    rows: pl.DataFrame
+    of: str = "opponent"
+
+
+def table_3(curves: pl.DataFrame, printed: pl.DataFrame, change: int) -> Figure:
+    """Other actions as a share of all, game by game, beside the paper's own.
+
+    Args:
+        curves: of ``other``, in per cent.
+        printed: columns opponent, game and paper_pct: the paper's own.
+        change: game from which on the score is changed against the static team.
+    """
+    panels = [_Panel(f"against {name} opponents" if name == "human-like" else f"against the {name} team",
+                     "other actions, % of all", curves.filter(pl.col("opponent") == name))
+              for name in ("human-like", "static")]
+    figure = _drawn(panels, 2, shared=True)
+    for axes, name in zip(figure.axes, ("human-like", "static"), strict=True):
+        dots = printed.filter((pl.col("opponent") == name) & pl.col("paper_pct").is_not_null())
+        axes.plot(dots["game"], dots["paper_pct"], linestyle="", marker="o", markersize=4, color="0.25",
+                  markerfacecolor="white", zorder=2,
+                  label=f"the paper, against {'humans' if name == 'human-like' else 'Yamamoto'}")
+        if name == "static":
+            axes.axvline(change - 0.5, color="0.6", linewidth=0.9, linestyle=(0, (3, 3)))
+            axes.annotate("score changed", (change - 0.3, 1), xycoords=("data", "axes fraction"), fontsize=8,
+                          color="0.35", va="top")
+        _legend(axes)
+    return figure
+
+
+def states(curves: pl.DataFrame) -> Figure:
+    """Figure 8: known states of each role. ``curves`` of ``states``."""
+    return _keyed(_drawn(_by_role(curves, {"states": "states"}), 3))
+
+
+def actions(curves: pl.DataFrame) -> Figure:
+    """Figure 9: known behaviours of each role, and pairs of state and behaviour. ``curves`` of both."""
+    labels = {"behaviours": "distinct behaviours", "pairs": "(state, behaviour) pairs"}
+    return _keyed(_drawn(_by_role(curves, labels), 3))
+
+
+def goals(curves: pl.DataFrame) -> Figure:
+    """Figure 10: goals effectively made, a game and together; and the difference of all goals.
+
+    Args:
+        curves: of ``effective``, ``cumulative`` and ``difference``.
+    """
+    titles = {"effective": ("(a) direct or indirect action", "goals a game"),
+              "cumulative": ("(b) the same, added up", "goals since game 1"),
+              "difference": ("(c) all goals, for less against", "goal difference a game")}
+    panels = [_Panel(title, label, curves.filter(pl.col("what") == what))
+              for what, (title, label) in titles.items()]
+    figure = _drawn(panels, 3)
+    figure.axes[2].axhline(0, color="0.6", linewidth=0.8, zorder=1)
+    return _keyed(figure)
+
+
+def progress(curves: pl.DataFrame, aim: float) -> Figure:
+    """How our own settings fare: goal difference and share of learned actions.
+
+    Args:
+        curves: of ``difference`` and ``other``.
+        aim: share of learned actions that we aim at, per cent.
+    """
+    figure = _drawn(_difference_and_other(curves, "opponent"), 2)
+    figure.axes[0].axhline(0, color="0.6", linewidth=0.8, zorder=1)
+    figure.axes[1].axhline(aim, color="0.6", linewidth=0.8, linestyle=(0, (3, 3)), zorder=1)
+    figure.axes[1].annotate(f"aim: {aim:g} %", (1, aim), xytext=(0, -3), textcoords="offset points",
+                            fontsize=8, color="0.35", va="top")
+    figure.axes[1].set_ylim(-2, 102)
+    return _keyed(figure)
+
+
+def settings(curves: pl.DataFrame, change: int) -> Figure:
+    """Other actions and goal difference against one opponent under several settings.
+
+    Args:
+        curves: of ``other`` and ``difference``.
+        change: game from which on the paper's settings change the score.
+    """
+    figure = _drawn(_difference_and_other(curves, "settings"), 2)
+    for axes in figure.axes:
+        axes.axvline(change - 0.5, color="0.6", linewidth=0.9, linestyle=(0, (3, 3)), zorder=1)
+    return _keyed(figure)
+
+
+def _difference_and_other(curves: pl.DataFrame, of: str) -> list[_Panel]:
+    """Goals on the left, actions on the right."""
+    return [
+        _Panel("(a) goals, for less against", "goal difference a game",
+               curves.filter(pl.col("what") == "difference"), of),
+        _Panel("(b) learned actions", "other actions, % of all", curves.filter(pl.col("what") == "other"), of),
+    ]
+
+
+def _by_role(curves: pl.DataFrame, labels: dict[str, str]) -> list[_Panel]:
+    """A row of panels a value, a panel a role."""
+    return [
+        _Panel(f"({'abc'[place]}) {role}", label if place == 0 else "",
+               curves.filter((pl.col("what") == what) & (pl.col("role") == role)))
+        for what, label in labels.items() for place, role in enumerate(ROLES)
+    ]
+
+
+def _drawn(panels: Sequence[_Panel], columns: int, *, shared: bool = False) -> Figure:
+    """All panels, a line a curve, without legends.
+
+    Raises:
+        NotFound: if there is no curve at all.
+    """
+    if not any(panel.rows.height for panel in panels):
+        raise NotFound("there are no games to draw", where="plots of seasons",
+                       next_step="Play seasons with `pitchlore season`")
+    lines = math.ceil(len(panels) / columns)
+    figure = Figure(figsize=(_WIDTH, 0.5 + _HEIGHT * lines), layout="constrained")
+    grid = figure.subplots(lines, columns, sharex=True, sharey=shared, squeeze=False)
+    for place, (axes, panel) in enumerate(zip(grid.flat, panels, strict=True)):
+        for rank, (name,) in enumerate(panel.rows.select(panel.of).unique(maintain_order=True).iter_rows()):
+            _draw(axes, panel.rows.filter(pl.col(panel.of) == name), *_look(panel.of, str(name), rank))
+        axes.set_title(panel.title, loc="left", fontsize=10)
+        axes.set_ylabel(panel.label)
+        axes.grid(axis="y", color="0.9", linewidth=0.6)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
+        if place >= len(panels) - columns:
+            axes.set_xlabel("game")
+        plain(axes)
+    return figure
+
+
+def _look(of: str, name: str, rank: int) -> tuple[str, str, Dashes]:
+    """Label, colour and line of a curve."""
+    if of == "opponent":
+        return f"against {name}", *_OPPONENTS[name]
+    return name, COLOURS[rank % len(COLOURS)], _LINES[rank % len(_LINES)]
+
+
+def _draw(axes: Axes, curve: pl.DataFrame, label: str, colour: str, line: Dashes) -> None:
+    """One curve with its band."""
+    rows = curve.sort("game")
+    seasons = int(rows["seasons"].max() or 0)  # type: ignore[arg-type]
+    low, high = (rows[end].fill_null(math.nan).to_numpy() for end in ("low", "high"))
+    axes.fill_between(rows["game"], low, high, color=colour, alpha=0.16, linewidth=0, zorder=3)
+    axes.plot(rows["game"], rows["mean"], color=colour, linestyle=line, linewidth=1.8, zorder=4,
+              marker="o" if rows.height == 1 else "",
+              label=f"{label} ({seasons} season{'s' if seasons > 1 else ''})")
+
+
+def _legend(axes: Axes) -> None:
+    axes.legend(loc="upper left", bbox_to_anchor=(0, -0.2), frameon=False, fontsize=8.5, handlelength=4,
+                ncols=2, borderaxespad=0)
+
+
+def _keyed(figure: Figure) -> Figure:
+    """One legend for all panels, below them: each curve once, with the most seasons it has anywhere."""
+    handles: dict[str, Line2D] = {}
+    for axes in figure.axes:
+        for handle in axes.get_lines():
+            label = str(handle.get_label())
+            if not label.startswith("_"):
+                handles.setdefault(label, handle)
+    figure.legend(handles=list(handles.values()), loc="outside lower left", frameon=False, fontsize=8.5,
+                  handlelength=4, ncols=min(3, len(handles)))
+    return figure

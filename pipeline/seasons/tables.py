@@ -1,0 +1,178 @@
+"""One game of a season as rows of the tables Games and Growth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import polars as pl
+
+from pipeline.errors import SchemaMismatch
+from schemas import ROLES, Games, Growth
+from schemas.behaviours import moves_randomly
+from schemas.goals import KINDS
+
+#: The apprentice plays home in every game of a season.
+APPRENTICE, OPPONENT = "home", "away"
+
+
+@dataclass(frozen=True, slots=True)
+class Game:
+    """Which game of which season.
+
+    Attributes:
+        season: id of the season.
+        settings: name of its settings.
+        opponent: static, human-like or random.
+        seed: of the season.
+        number: of the game, from 1.
+    """
+
+    season: str
+    settings: str
+    opponent: str
+    seed: int
+    number: int
+
+    def columns(self) -> list[pl.Expr]:
+        """The columns that say so, as both tables begin."""
+        return [
+            pl.lit(self.season).alias("season"), pl.lit(self.settings).alias("settings"),
+            pl.lit(self.opponent).alias("opponent"), pl.lit(self.seed).alias("seed"),
+            pl.lit(self.number).alias("game"),
+        ]
+
+
+def game_row(
+    game: Game,
+    match: pl.DataFrame,
+    decisions: pl.DataFrame,
+    goals: pl.DataFrame,
+    *,
+    situations: int,
+    lead: int = 0,
+    known: pl.DataFrame | None = None,
+    key: str | None = None,
+    policy_version: int | None = None,
+    knowledge_version: int | None = None,
+) -> pl.DataFrame:
+    """What the apprentice did in one game.
+
+    Args:
+        game: which one.
+        match: schema Matches, the row of the game.
+        decisions: schema Decisions, of the game; the apprentice's own are counted (:func:`own`).
+        goals: schema Goals, of the game; those before play (a lead) are not among them.
+        situations: how many were recognised, of all robots.
+        lead: goals that the apprentice started ahead by.
+        known: schema Occasions, of the knowledge that it played with; None in its first game.
+        key: the finest state key of ``known``, by which ``decisions`` tell states; None where it has
+            only one.
+        policy_version: that it played with, None where there was none.
+        knowledge_version: newest after the game, None where there is none.
+
+    Returns:
+        One row of schema Games.
+
+    Raises:
+        SchemaMismatch: if ``match`` is not one row.
+    """
+    if match.height != 1:
+        raise SchemaMismatch(f"{match.height} matches, not one", where=f"{game.season}, game {game.number}",
+                             next_step="Pass the row of the game's match")
+    mine = own(decisions)
+    other = mine.filter(~_at_random()).height
+    row = match.select(
+        *game.columns(),
+        "match_id",
+        pl.lit(lead).alias("lead"),
+        *(pl.lit(count).alias(name) for name, count in _scored(goals).items()),
+        pl.lit(mine.height).alias("actions"),
+        pl.lit(mine.height - other).alias("random_actions"),
+        pl.lit(other).alias("other_actions"),
+        pl.lit(_share_known(mine, known, key)).alias("known_states"),
+        pl.lit(situations).alias("situations"),
+        "duration_s",
+        pl.lit(policy_version).alias("policy_version"),
+        pl.lit(knowledge_version).alias("knowledge_version"),
+    )
+    return Games.validate(row.select(list(Games.dtypes())), cast=True)
+
+
+def growth_rows(
+    game: Game,
+    decisions: Iterable[pl.DataFrame],
+    occasions: pl.DataFrame,
+    behaviours: pl.DataFrame,
+    *,
+    key: str | None = None,
+) -> pl.DataFrame:
+    """What each role knows after a game.
+
+    Args:
+        game: which one.
+        decisions: schema Decisions, a table a game of the season up to this one, which is the last.
+        occasions: schema Occasions, of the newest version after the game (empty where there is none).
+        behaviours: schema Behaviours, of the same version.
+        key: the finest state key of ``occasions``; None where it has only one.
+
+    Returns:
+        Three rows of schema Growth, by role.
+    """
+    games = [own(table) for table in decisions]
+    last = games[-1].group_by("role").agg(
+        actions=pl.len(), other_actions=(~_at_random()).sum()
+    )
+    played = pl.concat([table.select("role", "state") for table in games]).unique()
+    seen = finest(occasions, key).filter(~_at_random())
+    states_seen = finest(occasions, key).select("role", "state").unique()
+    parts = {
+        "states": pl.concat([played, states_seen]).unique(),
+        "behaviours": behaviours.filter(~_at_random()).select("role", "behaviour_id").unique(),
+        "pairs": seen.select("role", "state", "behaviour_id").unique(),
+        "states_seen": states_seen,
+        "states_played": played,
+    }
+    rows = pl.DataFrame({"role": ROLES}, schema={"role": pl.Enum(ROLES)})
+    for name, table in parts.items():
+        rows = rows.join(table.group_by("role").agg(pl.len().alias(name)), on="role", how="left",
+                         maintain_order="left")
+    rows = rows.join(last, on="role", how="left", maintain_order="left").with_columns(
+        *game.columns(), pl.exclude("role").fill_null(0)
+    )
+    return Growth.validate(rows.select(list(Growth.dtypes())), cast=True)
+
+
+def own(decisions: pl.DataFrame) -> pl.DataFrame:
+    """The decisions that the apprentice made itself: of its team, chosen in play rather than observed."""
+    mine = decisions.filter(pl.col("team") == APPRENTICE)
+    return mine.filter("chosen") if "chosen" in mine.columns else mine
+
+
+def finest(occasions: pl.DataFrame, key: str | None) -> pl.DataFrame:
+    """The occasions by one state key, all where there is only one."""
+    return occasions if key is None or "key" not in occasions.columns else occasions.filter(
+        pl.col("key") == key)
+
+
+def _at_random() -> pl.Expr:
+    """Whether the behaviour is moves randomly: none, or that of the one code 194."""
+    return pl.col("behaviour_id").is_null() | (pl.col("behaviour_id") == moves_randomly())
+
+
+def _share_known(mine: pl.DataFrame, known: pl.DataFrame | None, key: str | None) -> float:
+    """Share of decisions in states in which the knowledge has more than moves randomly."""
+    if known is None or not mine.height:
+        return 0.0
+    states = finest(known, key).filter(~_at_random()).select("role", "state").unique()
+    return mine.join(states, on=["role", "state"], how="semi").height / mine.height
+
+
+def _scored(goals: pl.DataFrame) -> dict[str, int]:
+    """Goals and their kinds, by the columns of schema Games."""
+    counts: dict[str, int] = {}
+    for team, suffix in ((APPRENTICE, ""), (OPPONENT, "_against")):
+        made = goals.filter(pl.col("team") == team)
+        counts["goals_against" if suffix else "goals_for"] = made.height
+        counts |= {f"{kind}{suffix}": made.filter(pl.col("kind") == kind).height for kind in KINDS}
+    return counts

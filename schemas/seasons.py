@@ -1,0 +1,125 @@
+"""Seasons: what an apprentice did in each game against one opponent, what it knew, what the paper claims."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import dataframely as dy
+import polars as pl
+
+from schemas.paradigms import VERDICTS
+from schemas.table import ROLES, Table, match_id, unit
+
+OPPONENTS = ("static", "human-like", "random")
+CLAIM_VERDICTS = (*VERDICTS, "contradictory", "reached", "not reached", "not judged")
+
+
+def season() -> dy.String:
+    """The identity of a season."""
+    return dy.String(primary_key=True, regex=r"^[a-z0-9][a-z0-9-]{0,63}$", description="season the row belongs to: a slug, unique in a data folder")
+
+
+def settings() -> dy.String:
+    """The name of a season's settings."""
+    return dy.String(regex=r"^[a-z0-9][a-z0-9-]{0,63}$", description="name of the season's settings: paper, best, or an ablation's")
+
+
+def opponent() -> dy.Enum:
+    """The kind of team that a season is played against."""
+    return dy.Enum(OPPONENTS, description="team played against; human-like stands in for people and is no model of anyone")
+
+
+class Games(Table):
+    """One game of one season, from the apprentice's side. Sorted by season, game.
+
+    A decision counts where the apprentice made it in play (Decisions: team home, chosen). It is random
+    where the behaviour is moves randomly (194), whether drawn or preferred: so counts the paper's Table 3.
+    """
+
+    NAME: ClassVar[str] = "games"
+    VERSION: ClassVar[int] = 1
+
+    season = season()
+    settings = settings()
+    opponent = opponent()
+    seed = dy.Int64(min=0, description="of the season: all that is drawn in it comes from here")
+    game = dy.Int16(primary_key=True, min=1, description="number of the game in its season")
+    match_id = match_id()
+    lead = dy.Int16(description="goals that the apprentice started ahead by (negative: behind)", metadata=unit("goals"))
+    goals_for = dy.Int16(min=0, description="goals of the apprentice, those played, without the lead", metadata=unit("goals"))
+    goals_against = dy.Int16(min=0, description="goals of the opponent, those played", metadata=unit("goals"))
+    actions = dy.Int64(min=0, description="the apprentice's decisions in the game (Table 3: total)")
+    random_actions = dy.Int64(min=0, description="those of moves randomly, 194 (Table 3: random)")
+    other_actions = dy.Int64(min=0, description="those of any other behaviour (Table 3: other)")
+    known_states = dy.Float64(min=0, max=1, description=(
+        "share of its decisions in a state in which the knowledge it played with had another behaviour "
+        "than 194 for the role; 0 where it decided nothing"
+    ))
+    direct = dy.Int16(min=0, description="its goals by direct action", metadata=unit("goals"))
+    indirect = dy.Int16(min=0, description="its goals by indirect action", metadata=unit("goals"))
+    error = dy.Int16(min=0, description="its goals by error of the opponent", metadata=unit("goals"))
+    direct_against = dy.Int16(min=0, description="the opponent's goals by direct action", metadata=unit("goals"))
+    indirect_against = dy.Int16(min=0, description="the opponent's goals by indirect action", metadata=unit("goals"))
+    error_against = dy.Int16(min=0, description="the opponent's goals by error of the apprentice", metadata=unit("goals"))
+    situations = dy.Int64(min=0, description="situations recognised, of all robots")
+    duration_s = dy.Float64(min=0, description="first to last sample of the match", metadata=unit("s"))
+    policy_version = dy.Int32(nullable=True, min=1, description="version of the policy it played with; null where there was none yet")
+    knowledge_version = dy.Int32(nullable=True, min=1, description="newest version of the knowledge after the game; null where there was none yet")
+
+    @dy.rule()
+    def actions_add_up(cls: Any) -> pl.Expr:  # noqa: N805
+        """Random and other actions are all actions."""
+        return pl.col("random_actions") + pl.col("other_actions") == pl.col("actions")
+
+    @dy.rule()
+    def goals_are_attributed_once(cls: Any) -> pl.Expr:  # noqa: N805
+        """No more goals are attributed than were made; some cannot be told."""
+        return (pl.col("direct") + pl.col("indirect") + pl.col("error") <= pl.col("goals_for")) & (
+            pl.col("direct_against") + pl.col("indirect_against") + pl.col("error_against") <= pl.col("goals_against"))
+
+
+class Growth(Table):
+    """What one role of the apprentice knew after one game. Sorted by season, game, role.
+
+    Knowledge that has keys of several lengths is counted by the finest.
+    """
+
+    NAME: ClassVar[str] = "growth"
+    VERSION: ClassVar[int] = 1
+
+    season = season()
+    settings = settings()
+    opponent = opponent()
+    seed = dy.Int64(min=0, description="of the season")
+    game = dy.Int16(primary_key=True, min=1, description="number of the game in its season")
+    role = dy.Enum(ROLES, primary_key=True, description="role of the robot")
+    states = dy.Int64(min=0, description="states known after the game: seen in knowledge or played in (Figure 8)")
+    behaviours = dy.Int64(min=0, description="distinct behaviours of the knowledge, without 194 (Figure 9)")
+    pairs = dy.Int64(min=0, description="distinct pairs of state and behaviour of the knowledge, without 194 (Figure 9)")
+    states_seen = dy.Int64(min=0, description="states of the knowledge, made in training")
+    states_played = dy.Int64(min=0, description="states that the apprentice itself decided in, in this game or earlier in the season")
+    actions = dy.Int64(min=0, description="the apprentice's decisions of this role in the game")
+    other_actions = dy.Int64(min=0, description="those of another behaviour than 194")
+
+
+class Claims(Table):
+    """One claim about seasons beside what was measured. Ordered as the paper states them, then our own aims."""
+
+    NAME: ClassVar[str] = "claims"
+    VERSION: ClassVar[int] = 1
+
+    item = dy.String(description="what the claim is about: Table 3, Figure 8, 9 or 10, ablation, aim")
+    claim = dy.String(description="what is claimed, shortly")
+    settings = dy.String(description="name of the settings of the seasons that it is checked on")
+    opponent = dy.String(description="opponent of these seasons; of two the first less the second")
+    quantity = dy.String(description="what is measured to check it, one number a season")
+    stated = dy.String(description="where the quantity lies if the claim holds")
+    table_3 = dy.Float64(nullable=True, description="the same quantity in the paper's own Table 3; null where it is not in there")
+    measured = dy.Float64(nullable=True, description="the quantity over the seasons; null where there is none")
+    low = dy.Float64(nullable=True, description="lower end of its 95 % interval; null below two seasons")
+    high = dy.Float64(nullable=True, description="upper end of its 95 % interval")
+    seasons = dy.Int64(min=0, description="seasons that have the quantity; of two opponents the fewer")
+    verdict = dy.Enum(CLAIM_VERDICTS, description=(
+        "contradictory: the paper's own Table 3 says otherwise; not judged: fewer than five seasons; "
+        "reproduced, contradicted, or not reproduced (neither shown nor refuted); reached or not, of aims"
+    ))
