@@ -26,6 +26,11 @@ COMMANDS = (
         "pitchlore import derby.csv --map our-camera.toml",
     ),
     (
+        "record", "play:record_matches",
+        "Play matches between teams in the simulator and log them.",
+        "pitchlore record --home static --away random --seed 7 --matches 3",
+    ),
+    (
         "run", "recordings:run",
         "Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.",
         "pitchlore run --settings club.toml",

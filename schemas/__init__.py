@@ -11,7 +11,7 @@ from schemas.matches import Matches, Quality, Referee
 from schemas.paradigms import Paradigms, Verdicts
 from schemas.policies import Policies
 from schemas.situations import Situations
-from schemas.table import BODIES, ROLES, TEAMS, Table
+from schemas.table import BODIES, KEYS, ROLES, TEAMS, Table
 from schemas.trajectories import Trajectories
 
 #: The tables a user sees in the catalogue, by name.
@@ -24,7 +24,7 @@ PUBLIC: dict[str, type[Table]] = {
 }
 
 __all__ = [
-    "BODIES", "PUBLIC", "ROLES", "TEAMS", "Behaviours", "Decisions", "Goals", "Grams", "Matches",
+    "BODIES", "KEYS", "PUBLIC", "ROLES", "TEAMS", "Behaviours", "Decisions", "Goals", "Grams", "Matches",
     "Occasions", "Paradigms", "Patterns", "Policies", "Quality", "Referee", "Situations", "Table",
     "Trajectories", "Verdicts",
 ]

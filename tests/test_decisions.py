@@ -10,7 +10,7 @@ from rows import MATCH, S, bodies, consecutive, patterns, situations
 from pipeline.decisions import episodes, observe, resolve
 from pipeline.grams import cover, value
 from pipeline.pitch import PITCHES, Kind
-from pipeline.settings import GramSettings, KnowledgeSettings
+from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
 from schemas import Decisions, Goals, Referee
 
@@ -44,9 +44,8 @@ def tracks(until=10.0, **segments):
     return table.with_columns(segment=index)
 
 
-def seen(table, trajectories, events, known=KNOWN, key="full36"):
-    found = observe(value(table, goals_of(events), GRAMS), trajectories, events, known, VSSS, GRAMS,
-                    KnowledgeSettings(state_key=key))
+def seen(table, trajectories, events, known=KNOWN):
+    found = observe(value(table, goals_of(events), GRAMS), trajectories, events, known, VSSS, GRAMS)
     return Decisions.validate(found)
 
 
@@ -108,10 +107,8 @@ def test_each_segment_is_an_episode_of_its_own():
 def test_the_state_is_that_of_the_robots_own_team_when_it_starts():
     table = situations(consecutive([46], start=1.0), consecutive([46], team="away", role="s", start=1.0))
     path = tracks()
-    for key in ("full36", "ego19", "team19"):
-        found = seen(table, path, referee(), key=key)
-        look, _ = elements(path, referee(), VSSS, np.array([0, 1]), np.array([S, S]))
-        assert found["state"].to_list() == encode(look, key, slot=np.array([1, 2])).tolist()
+    look, _ = elements(path, referee(), VSSS, np.array([0, 1]), np.array([S, S]))
+    assert seen(table, path, referee())["state"].to_list() == encode(look, "full36").tolist()
 
 
 def test_decisions_in_unknown_states_are_left_out():

@@ -16,7 +16,7 @@ NAMES = ["striker-001-011", "striker-046", None]
 def decisions(*rows):
     """(state, behaviour, value) each."""
     return pl.DataFrame(
-        [(MATCH, "home", 1, "striker", i, i + 1, state, name, False, 0.0, 0, None, value)
+        [(MATCH, "home", 1, "striker", i, i + 1, state, name, False, False, 0.0, 0, None, value)
          for i, (state, name, value) in enumerate(rows)],
         schema=Decisions.dtypes(), orient="row",
     )

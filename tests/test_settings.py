@@ -13,7 +13,7 @@ def test_what_is_not_said_is_the_default():
     said = parse_settings(b"[policies]\nsweeps = 3\n[knowledge]\nstate_key = 'ego19'", where="s.toml")
     assert said.policies.sweeps == 3
     assert said.policies.discount == Settings().policies.discount
-    assert said.decisions.knowledge.state_key == "ego19"
+    assert said.knowledge.keys == ("ego19",)
 
 
 @pytest.mark.parametrize(("text", "said"), [

@@ -1,1 +1,1 @@
-"""Matches that are played: a recipe, the teams' minds, and the loop in which they meet physics and referee."""
+"""Matches that are played: the recipe, the teams' minds, and the loop of physics and referee."""

@@ -134,7 +134,10 @@ class Match:
         events, self._events = self._events, []
         samples, self._samples = self._samples, []
         first, self._first = self._first, self._first + len(samples)
-        made = [_rows(mind.decided(), team, match_id, self.laws) for team, mind in zip(TEAMS, self.minds, strict=True)]
+        made = [
+            _rows(mind.decided(), team, match_id, self.laws)
+            for team, mind in zip(TEAMS, self.minds, strict=True)
+        ]
         return Part(
             _frames(np.array(samples).reshape(-1, *self.bodies.shape), first, self.laws),
             table(match_id, events),

@@ -15,9 +15,9 @@ from pipeline.play.recipe import Recipe, TeamSettings
 from pipeline.players import learned, teams
 from pipeline.players.dice import new_dice
 from pipeline.players.measures import Measures
-from pipeline.players.playbook import Playbook, digits_of, open_playbook
+from pipeline.players.playbook import Playbook, open_playbook
 from pipeline.players.teams import Team
-from pipeline.state import Breaks
+from pipeline.state import Breaks, radix
 from schemas import Policies
 
 #: The kinds of team that play by fixed rules.
@@ -82,7 +82,7 @@ class Scripted:
     ) -> None:
         team = SCRIPTED[settings.kind]
         self._team = int(team)  # numba needs long to make a number of an enum
-        self._measures = measures
+        self._measures = measures.packed()
         self._memory = teams.new_memory(team, robots, measures, rng, settings.people)
         self._dice = new_dice(rng)
 
@@ -90,7 +90,7 @@ class Scripted:
         pass
 
     def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
-        teams.play(self._team, view, self._memory, self._measures, self._dice, wheels)
+        teams.play_packed(self._team, view, self._memory, self._measures, self._dice, wheels)
 
     def stopped(self, frame: int, reward: float) -> None:  # noqa: D102
         pass
@@ -117,9 +117,8 @@ class Learned:
         measures: Measures, rng: np.random.Generator,
     ) -> None:
         self._book, self._names, self._explore = book, names, settings.explore
-        self._measures, self._breaks = measures, Breaks.of(pitch)
-        digits, levels = digits_of(["full36"])
-        self._digits, self._levels = digits[0], levels[0]
+        self._measures, self._breaks = measures.packed(), Breaks.of(pitch)
+        self._digits, self._levels = radix("full36")
         self._memory = learned.new_memory(robots)
         self._dice = new_dice(rng)
         self._made = np.zeros((robots, learned.COLUMNS), dtype=np.int64)
@@ -136,8 +135,8 @@ class Learned:
         learned.watch_ball(view, self._memory, self._breaks.moving)
         if self._due:
             made = learned.decide(
-                view, self._lead, self._memory, self._book, self._digits, self._levels, self._explore, self._breaks,
-                self._measures, self._dice, self._made,
+                view, self._lead, self._memory, self._book, self._digits, self._levels, self._explore,
+                self._breaks, self._measures, self._dice, self._made,
             )
             for row in self._made[:made].tolist():
                 self._rows.append((frame, *row))

@@ -16,10 +16,11 @@ from numba import njit
 from pipeline.bodies import BALL, F64, VX, VY
 from pipeline.players import executors
 from pipeline.players.dice import Dice, uniform
-from pipeline.players.measures import Measures
+from pipeline.players.measures import Packed
 from pipeline.players.playbook import LONGEST, RANDOMLY, Playbook
 from pipeline.players.roles import I64, assign
-from pipeline.state import DRAWING, NORMAL, U8, Breaks, look
+from pipeline.state import DRAWING, NORMAL, Breaks, encode_one, look
+from pipeline.state.table import U8
 
 #: Columns of a robot's row of the memory after those of its executor: the row of its behaviour in the
 #: playbook, -1 if it has to decide; the place in it of the code that it executes.
@@ -58,7 +59,7 @@ def watch_ball(view: F64, memory: F64, moving: float) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def decide(
     view: F64, lead: int, memory: F64, book: Playbook, all_digits: I64, all_levels: I64,
-    explore: float, breaks: Breaks, m: Measures, dice: Dice, made: I64,
+    explore: float, breaks: Breaks, packed: Packed, dice: Dice, made: I64,
 ) -> int:
     """Let those robots decide that have to.
 
@@ -67,17 +68,18 @@ def decide(
         lead: own goals minus the adversary's.
         memory: as :func:`new_memory` made it and the frames before left it.
         book: what is known.
-        all_digits: int64 [3, 36], of the key that keeps all elements (``playbook.digits_of``).
-        all_levels: int64 [3, 36], likewise.
+        all_digits: int64 [36], of the key that keeps all elements (``pipeline.state.radix``).
+        all_levels: int64 [36], likewise.
         explore: chance that a robot takes any behaviour of the state instead of the best.
         breaks: of the pitch.
-        m: measures.
+        packed: measures, ``Measures.packed()``.
         dice: rolled for ties and exploration.
         made: int64 [N, COLUMNS], written: the decisions.
 
     Returns:
         How many were made.
     """
+    m = packed[0]
     count = memory.shape[0] - 1
     roles = np.empty(2 * count, dtype=np.int64)
     sides = np.zeros(2 * count, dtype=np.int64)
@@ -100,27 +102,28 @@ def decide(
         own[BEHAVIOUR], own[PLACE] = chosen, 0.0
         executors.start(book.codes[chosen, 0], robot, view, roles, m, dice, own[:executors.FIELDS])
         made[decided, ROBOT], made[decided, ROLE] = robot, role
-        made[decided, STATE] = encode(elements, all_digits[role], all_levels[role])
+        made[decided, STATE] = encode_one(elements, all_digits, all_levels)
         made[decided, CHOSEN], made[decided, RANDOM], made[decided, KEY] = chosen, random, key
         decided += 1
     return decided
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def carry_on(view: F64, memory: F64, codes: I64, m: Measures, dice: Dice, wheels: F64) -> bool:
+def carry_on(view: F64, memory: F64, codes: I64, packed: Packed, dice: Dice, wheels: F64) -> bool:
     """Carry on all behaviours for a frame.
 
     Args:
         view: float64 [1 + 2 N, 6], the team's.
         memory: after :func:`decide`: every robot has a behaviour.
         codes: of the playbook.
-        m: measures.
+        packed: measures, ``Measures.packed()``.
         dice: rolled by random moves.
         wheels: float64 [N, 2], written.
 
     Returns:
         Whether a robot has to decide before the next frame.
     """
+    m = packed[0]
     count = memory.shape[0] - 1
     due = False
     for robot in range(1, count + 1):
@@ -140,24 +143,13 @@ def carry_on(view: F64, memory: F64, codes: I64, m: Measures, dice: Dice, wheels
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def encode(elements: U8, digits: I64, levels: I64) -> int:
-    """The state by a key's digits; see :func:`pipeline.state.encode`."""
-    state = 0
-    for i in range(len(digits)):
-        if digits[i] < 0:
-            break
-        state = state * levels[i] + min(np.int64(elements[digits[i]]), levels[i] - 1)
-    return state
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def _choose(
     elements: U8, role: int, book: Playbook, explore: float, dice: Dice
 ) -> tuple[int, int, int]:
     """Row of the behaviour, whether it was chosen at random, and by which key."""
     for key in range(len(book.digits)):
         low, high = book.starts[key, role, 0], book.starts[key, role, 1]
-        state = encode(elements, book.digits[key, role], book.levels[key, role])
+        state = encode_one(elements, book.digits[key, role], book.levels[key, role])
         at = low + np.searchsorted(book.states[low:high], state)
         if at == high or book.states[at] != state:
             continue

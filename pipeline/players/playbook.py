@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, get_args
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import polars as pl
 
 from pipeline.bodies import F64
-from pipeline.state import Key, columns
+from pipeline.state import radix
 from schemas import ROLES
 from schemas.situations import MOVES_RANDOMLY
+from schemas.table import KEYS, Key
 
 I64 = npt.NDArray[np.int64]
 
@@ -28,8 +29,8 @@ class Playbook(NamedTuple):
     Attributes:
         codes: int64 [B, 4], of each behaviour, 0 after the last; row 0 is moves randomly.
         digits: int64 [K, 3, D], elements of the state that each key keeps for each role, the most
-            significant first, -1 after the last. The finest key is first.
-        levels: int64 [K, 3, D], how many values each of them has.
+            significant first. The finest key is first.
+        levels: int64 [K, 3, D], how many values each has; 1 after the last: that changes no state.
         starts: int64 [K, 3, 2], range of rows in ``states``.
         states: int64 [S], increasing within each range.
         first: int64 [S + 1]; the actions of state i are rows ``first[i]`` to ``first[i + 1]``, exclusive.
@@ -49,14 +50,14 @@ class Playbook(NamedTuple):
 
 def digits_of(keys: Sequence[Key]) -> tuple[I64, I64]:
     """Elements and levels of keys for each role, both int64 [K, 3, D]; see :class:`Playbook`."""
-    of = [[columns(key, slot) for slot in range(len(ROLES))] for key in keys]
-    most = max((len(c) for row in of for c in row), default=0)
-    digits = np.full((len(keys), len(ROLES), most), -1, dtype=np.int64)
+    of = [[radix(key, slot) for slot in range(len(ROLES))] for key in keys]
+    most = max((len(elements) for row in of for elements, _ in row), default=0)
+    digits = np.zeros((len(keys), len(ROLES), most), dtype=np.int64)
     levels = np.ones_like(digits)
     for k, row in enumerate(of):
         for slot, kept in enumerate(row):
-            digits[k, slot, : len(kept)] = [column.element for column in kept]
-            levels[k, slot, : len(kept)] = [column.levels for column in kept]
+            count = len(kept[0])
+            digits[k, slot, :count], levels[k, slot, :count] = kept
     return digits, levels
 
 
@@ -71,7 +72,7 @@ def open_playbook(policy: pl.DataFrame, trust: int = 0) -> tuple[Playbook, list[
     Returns:
         The playbook; and behaviour ids by row of ``codes``, None for moves randomly of any role.
     """
-    keys = [key for key in get_args(Key) if key in policy["key"].unique().to_list()]
+    keys = [key for key in KEYS if key in policy["key"].unique().to_list()]
     if trust > 0 and len(keys) > 1:
         enough = pl.col("visits").sum().over("role", "key", "state") >= trust
         policy = policy.filter(enough | (pl.col("key").cast(pl.String) == keys[-1]))
