@@ -1,4 +1,6 @@
-"""Flow of the noun behaviours: one small task a round, over the grams of all matches."""
+"""Flow of the noun behaviours: one small task a round, over the grams of all matches of the scope."""
+
+import polars as pl
 
 from flows.stage import Made, Scope, Stage, flow_of, need, task_of
 from pipeline.behaviours import select
@@ -10,14 +12,10 @@ from pipeline.store import Store
 from schemas import Grams, Patterns
 
 
-def round_name(n: int) -> str:
-    """The name of the output of the round over grams of length ``n``."""
-    return f"n{n}"
-
-
 def gram_receipts(store: Store, name: str, scope: Scope) -> list[Receipt]:
     """The receipts of the grams that a round is over."""
-    return [need(store, "grams", f"{match}.{name}") for match in scope.matches]
+    n = next(n for n in scope.lengths if scope.round(n) == name)
+    return [need(store, "grams", f"{match}.n{n}") for match in scope.matches]
 
 
 def situation_receipts(store: Store, scope: Scope) -> list[Receipt]:
@@ -31,10 +29,13 @@ def sources(store: Store, name: str, scope: Scope) -> list[Receipt]:
 
 
 def compute(store: Store, name: str, settings: BehaviourSettings, scope: Scope) -> Made:
-    """Behaviours of one length over all matches."""
-    round_ = next(r for r in settings.rounds if round_name(r.n) == name)
-    merged = merge(store.read_table(receipt, "grams", Grams) for receipt in gram_receipts(store, name, scope))
-    recognised = sum(int(r.details["situations"]) for r in situation_receipts(store, scope))
+    """Behaviours of one length over all matches of the scope."""
+    round_ = next(r for r in settings.rounds if scope.round(r.n) == name)
+    counted = pl.col("team").is_in(settings.teams)
+    merged = merge(store.read_table(receipt, "grams", Grams).filter(counted)
+                   for receipt in gram_receipts(store, name, scope))
+    recognised = sum(int(receipt.details["situations"][team])
+                     for receipt in situation_receipts(store, scope) for team in settings.teams)
     selection = select(merged, recognised, settings, round_)
     return Made(
         tables=[(selection.patterns, Patterns)],
@@ -51,4 +52,4 @@ STAGE = Stage("behaviours", (Patterns,), sources, compute)
 
 
 make_behaviours = task_of(STAGE)
-behaviours_flow = flow_of(STAGE, make_behaviours, lambda scope: [round_name(n) for n in scope.lengths])
+behaviours_flow = flow_of(STAGE, make_behaviours, lambda scope: [scope.round(n) for n in scope.lengths])

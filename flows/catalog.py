@@ -10,12 +10,12 @@ from pipeline.receipts import FileRecord, digest
 from pipeline.store import Store
 from schemas import PUBLIC
 
-#: The nouns that hold public tables: those with an output a match in their order, those with versions,
-#: and those that are not made of matches.
-PER_MATCH = ("matches", "trajectories", "situations", "goals", "grams", "decisions")
+#: The nouns: those with outputs of a match in their order (behaviours are of one where it is a group
+#: of its own), those with versions, and those that are not made of matches.
+PER_MATCH = ("matches", "trajectories", "situations", "goals", "grams", "behaviours", "decisions")
 VERSIONED = ("knowledge", "policies")
 SIDE_CHAIN = ("paradigms", "seasons", "report")
-RECEIPTED = (*PER_MATCH, "behaviours", *SIDE_CHAIN)
+RECEIPTED = (*PER_MATCH, *SIDE_CHAIN)
 
 
 def catalog_path(store: Store) -> Path:

@@ -26,6 +26,16 @@ COMMANDS = (
         "pitchlore import derby.csv --map our-camera.toml",
     ),
     (
+        "record", "play:record_matches",
+        "Play matches between teams in the simulator and log them.",
+        "pitchlore record --home static --away random --seed 7 --matches 3",
+    ),
+    (
+        "season", "season:season",
+        "Play seasons: play, watch the adversary, learn, play again.",
+        "pitchlore season --settings paper --opponent static --opponent human-like --seasons 5",
+    ),
+    (
         "run", "recordings:run",
         "Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.",
         "pitchlore run --settings club.toml",

@@ -27,7 +27,7 @@ def of(name: str) -> tuple[str, int]:
 
 def earlier_rounds(store: Store, n: int, scope: Scope) -> list[Receipt]:
     """The receipts of the behaviours longer than ``n``, longest first."""
-    return [need(store, "behaviours", f"n{longer}") for longer in scope.longer(n)]
+    return [need(store, "behaviours", scope.round(longer)) for longer in scope.longer(n)]
 
 
 def sources(store: Store, name: str, scope: Scope) -> list[Receipt]:

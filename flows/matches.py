@@ -22,6 +22,8 @@ SCHEMAS = (Matches, Referee, Quality)
 
 #: Where recordings are dropped for the next run, in the data folder.
 INBOX = "inbox"
+#: Where matches are logged while they are played; what a killed process left there is salvaged.
+PLAYING = "playing"
 
 
 class Recording(BaseModel):
@@ -37,13 +39,14 @@ class Recording(BaseModel):
 
 
 def inbox(store: Store) -> list[Recording]:
-    """The recordings dropped into the data folder's inbox, with their maps, sorted by name."""
-    folder = store.root / INBOX
-    if not folder.is_dir():
-        return []
-    files = [p for p in folder.rglob("*")
+    """The recordings dropped into the data folder's inbox, with their maps, sorted by name.
+
+    And the logs of matches whose player was killed.
+    """
+    files = [p for p in (store.root / INBOX).rglob("*")
              if p.is_file() and p.suffix != ".toml" and not p.name.startswith(".")]
-    return [with_map(file) for file in sorted(files)]
+    left = [Recording(file=file) for file in store.abandoned(PLAYING)]
+    return [with_map(file) for file in sorted(files)] + left
 
 
 def with_map(file: Path) -> Recording:
@@ -142,10 +145,27 @@ def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, obje
                 f"another match is here as {name} already", where=match.info.source,
                 next_step="Give one of the two logs another match id",
             )
+    key = _key(name, sha256, settings)
+    return keep(store, match, data, key, source=sha256, settings=settings), True
+
+
+def keep(
+    store: Store, match: MatchLog, data: bytes, key: str, *, source: str, settings: dict[str, object]
+) -> Receipt:
+    """Commit a match: its log, its row, what the referee said and what was found wrong.
+
+    Args:
+        store: where to.
+        match: what the log says.
+        data: the log's bytes.
+        key: of the work that made it.
+        source: SHA-256 of what it was made from.
+        settings: it was made with.
+    """
     row = log.row(match)
     flaws = match.quality.group_by("flaw").agg(pl.col("count").sum()).sort("flaw")
-    receipt = store.commit(
-        "matches", name, _key(name, sha256, settings), inputs={"source": sha256}, settings=settings,
+    return store.commit(
+        "matches", match.info.match_id, key, inputs={"source": source}, settings=settings,
         tables={"matches": (row, Matches), "referee": (match.referee, Referee),
                 "quality": (match.quality, Quality)},
         blobs={"log": ("mcap", data)},
@@ -153,10 +173,10 @@ def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, obje
             "pitch": match.info.pitch.model_dump(mode="json"), "complete": match.info.complete,
             "source": match.info.source, "home": match.info.home, "away": match.info.away,
             "duration_s": float(row["duration_s"][0]), "frames": int(row["frames"][0]),
+            "decisions": match.decisions.height,
             "flaws": dict(flaws.cast({"flaw": pl.String}).iter_rows()),
         },
     )
-    return receipt, True
 
 
 @stage_task(name="import")

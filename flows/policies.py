@@ -15,19 +15,47 @@ from pipeline.store import Store
 from schemas import Decisions, Occasions, Policies
 
 
-def batch(store: Store, knowledge: Manifest) -> list[Receipt]:
-    """The receipts of the decisions that a version of the knowledge was made from.
+def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) -> list[Receipt]:
+    """The receipts of the decisions that a version of the knowledge was made from, oldest first.
+
+    A version that accumulates names only what it added to its parent: its matches are newer than
+    the parent's. Those of one version are as old as the order of their ids says.
+
+    Args:
+        store: where the versions and the decisions are.
+        knowledge: the version.
+        last_matches: only so many of the newest; None: all.
 
     Raises:
-        NotFound: if they have been made anew since; then the knowledge is out of date.
+        NotFound: if they have been made anew since (then the knowledge is out of date), or a
+            version that the knowledge builds on is gone.
     """
-    matches = [label.split("/")[1] for label in knowledge.inputs if label.startswith("decisions/")]
-    receipts = [need(store, "decisions", match) for match in matches]
-    for receipt in receipts:
-        if any(knowledge.inputs.get(label) != sha for label, sha in receipt.digests().items()):
-            raise NotFound(f"the decisions of {receipt.name} are newer than knowledge {knowledge.version}",
-                           where=str(store.root), next_step="Run `pitchlore run` to emit knowledge first")
-    return receipts
+    newest_first: dict[str, Receipt] = {}
+    version: Manifest | None = knowledge
+    while version is not None:
+        for match in reversed(_matches(version)):
+            if len(newest_first) == last_matches:
+                return list(newest_first.values())[::-1]
+            if match not in newest_first:
+                newest_first[match] = _held(store, version, match)
+        adds_to = version.parent if version.settings.get("accumulate", False) else None
+        version = store.manifest("knowledge", adds_to) if adds_to is not None else None
+    return list(newest_first.values())[::-1]
+
+
+def _matches(knowledge: Manifest) -> list[str]:
+    """The matches whose decisions a version of the knowledge names, sorted."""
+    labels = (label.split("/") for label in knowledge.inputs)
+    return sorted({label[1] for label in labels if label[0] == "decisions"})
+
+
+def _held(store: Store, knowledge: Manifest, match: str) -> Receipt:
+    """The receipt of a match's decisions, if they are those that the knowledge was made from."""
+    receipt = need(store, "decisions", match)
+    if any(knowledge.inputs.get(label) != sha for label, sha in receipt.digests().items()):
+        raise NotFound(f"the decisions of {match} are newer than knowledge {knowledge.version}",
+                       where=str(store.root), next_step="Run `pitchlore run` to emit knowledge first")
+    return receipt
 
 
 def learn(store: Store, settings: PolicySettings) -> tuple[Manifest, bool]:
@@ -40,7 +68,7 @@ def learn(store: Store, settings: PolicySettings) -> tuple[Manifest, bool]:
     if knowledge is None:
         raise NotFound("there is no knowledge to train on", where=str(store.root),
                        next_step="Import recordings and run `pitchlore run` first")
-    receipts = batch(store, knowledge)
+    receipts = batch(store, knowledge, settings.last_matches)
     inputs = {f"knowledge/{role}": record.sha256 for role, record in sorted(knowledge.files.items())}
     for receipt in receipts:
         inputs |= receipt.digests()
@@ -50,7 +78,7 @@ def learn(store: Store, settings: PolicySettings) -> tuple[Manifest, bool]:
     if newest is not None and newest.key == key:
         return newest, False
     with store.claim("policies") as version:
-        parent = _parent(store, knowledge)
+        parent = store.latest("policies") if settings.parent else None
         policy, report = train(
             (store.read_table(receipt, "decisions", Decisions) for receipt in receipts),
             store.read_version_table(knowledge, "occasions", Occasions),
@@ -62,18 +90,9 @@ def learn(store: Store, settings: PolicySettings) -> tuple[Manifest, bool]:
         manifest = store.commit_version(
             "policies", version, parent=parent.version if parent else None, key=key, inputs=inputs,
             settings=dumped, tables={"policies": (policy, Policies)},
-            counts={"knowledge_version": knowledge.version,
-                    "state_key": knowledge.settings["state_key"], **asdict(report)},
+            counts={"knowledge_version": knowledge.version, **asdict(report)},
         )
         return manifest, True
-
-
-def _parent(store: Store, knowledge: Manifest) -> Manifest | None:
-    """The newest policy, if its states are numbered by the same state key."""
-    newest = store.latest("policies")
-    if newest is None:
-        return None
-    return newest if newest.counts["state_key"] == knowledge.settings["state_key"] else None
 
 
 @stage_task(name="train")
@@ -87,9 +106,11 @@ def publish(store: Store, version: int) -> None:
     """Show a version's training as an artifact of the flow run."""
     counts = store.manifest("policies", version).counts
     lines = [f"# Policy version {version} on knowledge version {counts['knowledge_version']}", "",
-             "| role | pairs | new | decisions | mean error, first and last sweep |", "|---|---|---|---|---|"]
-    lines += [f"| {role} | {c['pairs']} | {c['new_pairs']} | {c['decisions']} | {c['first_error']} "
-              f"{c['last_error']} |" for role, c in counts["roles"].items()]
+             "| key | role | pairs | new | decisions | transitions | mean error, first and last sweep |",
+             "|---|---|---|---|---|---|---|"]
+    lines += [f"| {key} | {role} | {c['pairs']} | {c['new_pairs']} | {c['decisions']} | {c['transitions']} "
+              f"| {c['first_error']} {c['last_error']} |"
+              for key, roles in counts["tables"].items() for role, c in roles.items()]
     create_markdown_artifact("\n".join(lines), key="policy", description="the newest policy")
 
 

@@ -96,7 +96,7 @@ class _Run:
         self.drop({grams.of(name)[0] for name in failed})
         if not self.scope.matches:
             return False
-        return not self.stage(behaviours.make_behaviours, behaviours.STAGE, [behaviours.round_name(n)],
+        return not self.stage(behaviours.make_behaviours, behaviours.STAGE, [self.scope.round(n)],
                               self.settings.behaviours)
 
     def emit(self, train: bool) -> None:

@@ -1,11 +1,13 @@
 """Flow of the noun situations: one task a match."""
 
+import polars as pl
+
 from flows.stage import Made, Scope, Stage, flow_of, need, task_of
 from pipeline.pitch import Pitch
 from pipeline.settings import SituationSettings
 from pipeline.situations import recognise
 from pipeline.store import Store
-from schemas import Situations, Trajectories
+from schemas import TEAMS, Situations, Trajectories
 
 
 def compute(store: Store, match: str, settings: SituationSettings, _: Scope) -> Made:
@@ -13,7 +15,8 @@ def compute(store: Store, match: str, settings: SituationSettings, _: Scope) -> 
     pitch = Pitch.model_validate(need(store, "matches", match).details["pitch"])
     table = store.read_table(need(store, "trajectories", match), "trajectories", Trajectories)
     found = recognise(table, pitch, settings)
-    return Made(tables=[(found, Situations)], details={"situations": found.height})
+    counts = {team: found.filter(pl.col("team") == team).height for team in TEAMS}
+    return Made(tables=[(found, Situations)], details={"situations": counts})
 
 
 STAGE = Stage(

@@ -77,12 +77,19 @@ class Scope(BaseModel):
     Attributes:
         matches: their ids, sorted.
         lengths: of the grams, longest first.
+        group: None if behaviours are of the whole store; else the id of the one match that they are
+            of, so that learning from a new match costs the same however many there are.
     """
 
     model_config = ConfigDict(frozen=True)
 
     matches: tuple[str, ...]
     lengths: tuple[int, ...]
+    group: str | None = None
+
+    def round(self, n: int) -> str:
+        """The name of the output of the round over grams of length ``n``: ``n4``, ``<group>.n4``."""
+        return f"n{n}" if self.group is None else f"{self.group}.n{n}"
 
     def longer(self, n: int) -> list[int]:
         """The lengths over ``n``, longest first."""

@@ -1,7 +1,8 @@
-"""Decisions seen in a recording: which behaviour a robot showed in which state, and what came of it.
+"""Decisions: which behaviour a robot began in which state, and what came of it.
 
-A recorded robot is read as if it had chosen the behaviours that are found in its sequence of
-situations (paper sections 3.2.2 and 4); what lies between two of them belongs to the first.
+A robot whose team did not log what it chose is read as if it had chosen the behaviours that are found
+in its sequence of situations (paper sections 3.2.2 and 4); what lies between two of them belongs to
+the first.
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ import polars as pl
 
 from pipeline.pitch import Pitch
 from pipeline.sequences import I64, exact, instances
-from pipeline.settings import GramSettings, KnowledgeSettings
+from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
-from schemas import ROLES, TEAMS, Decisions
+from schemas import TEAMS, Decisions
 
 #: Referee events after which an episode has ended for good; "kick-off" alone does not tell why.
 _FINAL = ("goal", "fault", "stop", "half", "end")
@@ -42,9 +43,8 @@ def observe(
     patterns: pl.DataFrame,
     pitch: Pitch,
     grams: GramSettings,
-    knowledge: KnowledgeSettings,
 ) -> pl.DataFrame:
-    """The decisions of all robots of a recorded match.
+    """The decisions that all robots of a match show.
 
     Args:
         valued: rows of schema Situations with column ``value`` (``pipeline.grams.value``).
@@ -53,19 +53,17 @@ def observe(
         patterns: rows of schema Patterns or Behaviours, of all rounds.
         pitch: of the match.
         grams: gap_s.
-        knowledge: state_key.
 
     Returns:
-        Rows of schema Decisions. A robot's behaviours do not overlap: longer ones go first,
-        then earlier ones. Decisions in unknown states are left out. An episode is a segment;
-        a robot's last decision in it ends when the event does that ended the segment, with
-        +1 or -1 for a goal. If the recording does not tell why the segment ended it is
-        truncated, and ends with the segment's last sample.
+        Rows of schema Decisions, none of them chosen. A robot's behaviours do not overlap: longer
+        ones go first, then earlier ones. Decisions in unknown states are left out. An episode is a
+        segment; a robot's last decision in it ends when the event does that ended the segment, with
+        +1 or -1 for a goal. If the recording does not tell why the segment ended it is truncated,
+        and ends with the segment's last sample.
     """
     shown = resolve(valued, patterns, grams.gap_s)
     begun = valued[shown.first]
     team = begun["team"].cast(pl.Enum(TEAMS)).to_physical().to_numpy().astype(np.int64)
-    role = begun["role"].cast(pl.Enum(ROLES)).to_physical().to_numpy().astype(np.int64)
     seen, known = elements(trajectories, referee, pitch, team, begun["start_ns"].to_numpy())
     total = np.append(0.0, np.cumsum(exact(valued["value"].to_numpy())))
     value = (total[shown.last + 1] - total[shown.first]) / (shown.last + 1 - shown.first)
@@ -76,7 +74,7 @@ def observe(
             "robot": begun["robot"],
             "role": begun["role"],
             "t_ns": begun["start_ns"],
-            "state": encode(seen, knowledge.state_key, slot=role),
+            "state": encode(seen, "full36"),
             "behaviour_id": patterns["behaviour_id"][shown.pattern],
             "episode": begun["segment"],
             "value": exact(value),
@@ -92,6 +90,7 @@ def observe(
         chosen.join(episodes(trajectories, referee), on="episode", how="left", maintain_order="left")
         .with_columns(
             random=pl.lit(value=False),
+            chosen=pl.lit(value=False),
             reward=pl.when(last).then(scored).otherwise(0.0),
             ends=pl.when(last).then(
                 pl.when(pl.col("outcome").is_null()).then(pl.lit("truncated")).otherwise(pl.lit("terminal"))
@@ -101,6 +100,22 @@ def observe(
         .select(list(Decisions.dtypes()))
         .cast(pl.Schema(Decisions.dtypes()))
     )
+
+
+def complete(seen: pl.DataFrame, logged: pl.DataFrame) -> pl.DataFrame:
+    """All decisions of a match: of a team that logged what it chose those, of another those seen.
+
+    Args:
+        seen: rows of schema Decisions, what :func:`observe` returns.
+        logged: rows of schema Decisions of the same match's log, whose column ``value`` was computed
+            from its goals (``pipeline.grams.value``): while it was played nobody knew the next one.
+
+    Returns:
+        Rows of schema Decisions.
+    """
+    chosen = logged.with_columns(pl.Series("value", exact(logged["value"].to_numpy())))
+    others = seen.filter(~pl.col("team").is_in(logged["team"].unique().to_list()))
+    return pl.concat([others, chosen]).sort("team", "robot", "t_ns")
 
 
 def resolve(situations: pl.DataFrame, patterns: pl.DataFrame, gap_s: float) -> Instance:

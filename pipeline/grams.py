@@ -28,13 +28,16 @@ from schemas import ROLES, TEAMS, Grams
 _BUFFERED_ROWS = 1 << 20
 
 
-def value(situations: pl.DataFrame, goals: pl.DataFrame, settings: GramSettings) -> pl.DataFrame:
+def value(
+    situations: pl.DataFrame, goals: pl.DataFrame, settings: GramSettings, *, start: str = "start_ns"
+) -> pl.DataFrame:
     """Add what became of each situation: how soon the next goal of either side follows.
 
     Args:
-        situations: rows of schema Situations of one match.
+        situations: rows of schema Situations of one match; or others of a team that start at some time.
         goals: columns t_ns and team (schema Goals) of the same match, in any order.
         settings: alpha and tick_s.
+        start: name of the column of the times at which they start.
 
     Returns:
         The situations with column ``value`` (float64): alpha^t if the next goal after the
@@ -48,13 +51,13 @@ def value(situations: pl.DataFrame, goals: pl.DataFrame, settings: GramSettings)
     goal_ns = goals["t_ns"].to_numpy()
     nobody = len(TEAMS)
     scorer = goals["team"].cast(pl.Enum(TEAMS)).to_physical().fill_null(nobody).to_numpy()
-    start = situations["start_ns"].to_numpy()
+    start_ns = situations[start].to_numpy()
     team = situations["team"].cast(pl.Enum(TEAMS)).to_physical().to_numpy()
-    values = np.zeros(len(start), dtype=np.float64)
-    following = np.searchsorted(goal_ns, start, side="right")
+    values = np.zeros(len(start_ns), dtype=np.float64)
+    following = np.searchsorted(goal_ns, start_ns, side="right")
     before = following < len(goal_ns)
     following = following[before]
-    ticks = (goal_ns[following] - start[before]) / (settings.tick_s * 1e9)
+    ticks = (goal_ns[following] - start_ns[before]) / (settings.tick_s * 1e9)
     sign = np.where(scorer[following] == team[before], 1.0, -1.0)
     sign[scorer[following] == nobody] = 0.0
     values[before] = sign * settings.alpha**ticks

@@ -9,10 +9,11 @@ import polars as pl
 
 from pipeline.sequences import exact
 from pipeline.settings import KnowledgeSettings
-from schemas import ROLES, Behaviours, Occasions
+from pipeline.state import project
+from schemas import KEYS, ROLES, Behaviours, Occasions, Patterns
 from schemas.behaviours import moves_randomly
 
-_PAIR = ("role", "state", "behaviour_id")
+_PAIR = ("role", "key", "state", "behaviour_id")
 
 #: Decisions that :func:`occasions` holds back before it adds them up.
 _BUFFERED_ROWS = 1 << 20
@@ -41,60 +42,165 @@ def behaviours(patterns: Iterable[pl.DataFrame], version: int) -> pl.DataFrame:
         patterns: rows of schema Patterns, a table a round.
         version: at least 1.
     """
+    return _behaviours(pl.concat([Patterns.empty(), *patterns]), version)
+
+
+def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFrame:
+    """Behaviours of several versions as those of one that saw it all.
+
+    Support and value are exactly those over the instances of all parts: sums of values are multiples of
+    ``pipeline.sequences.QUANTUM``, and are found again by rounding (below a support of about a million).
+    So merging in steps is merging at once. The spread is pooled from the parts' own: the variance is
+    the mean over all instances of their part's variance and its mean's squared distance from the whole's.
+
+    Args:
+        parts: rows of schema Behaviours, of distinct instances; the earlier versions first.
+        version: of the result, at least 1.
+
+    Returns:
+        Rows of schema Behaviours. ``neuron`` is of the map that found the behaviour last.
+    """
+    found = pl.concat([Behaviours.empty(), *parts])
+    sums = pl.Series("sum", exact((found["value"] * found["support"]).to_numpy()))
+    everywhere = found.with_columns(sums).with_columns(
+        mean=(pl.col("sum").sum() / pl.col("support").sum()).over("behaviour_id"))
+    square = pl.col("support") * (pl.col("spread") ** 2 + (pl.col("value") - pl.col("mean")) ** 2)
+    merged = everywhere.group_by("behaviour_id", maintain_order=True).agg(
+        pl.col("role", "codes", "n").first(),
+        pl.col("support").sum(),
+        value=pl.col("mean").first(),
+        spread=(square.sum() / pl.col("support").sum()).sqrt(),
+        neuron=pl.col("neuron").last(),
+    )
+    return _behaviours(merged, version)
+
+def _behaviours(patterns: pl.DataFrame, version: int) -> pl.DataFrame:
+    """Patterns as rows of one version, in the schema's order."""
     return (
-        pl.concat([pl.DataFrame(schema=_without_version(Behaviours.dtypes())), *patterns])
-        .with_columns(pl.lit(version, dtype=pl.Int32).alias("version"))
+        patterns.with_columns(pl.lit(version, dtype=pl.Int32).alias("version"))
         .select(list(Behaviours.dtypes()))
         .sort("n", "role", "codes", descending=[True, False, False])
     )
 
 
 def occasions(
-    decisions: Iterable[pl.DataFrame], version: int, settings: KnowledgeSettings = KnowledgeSettings()
+    decisions: Iterable[pl.DataFrame],
+    version: int,
+    settings: KnowledgeSettings = KnowledgeSettings(),
+    known: pl.Series | None = None,
 ) -> pl.DataFrame:
-    """Count the states in which behaviours were begun.
+    """Count the states in which behaviours were begun, by every key of the settings.
 
     The result does not depend on the order of the tables; memory is bounded by the number of
-    distinct (role, state, behaviour).
+    distinct (role, key, state, behaviour).
 
     Args:
         decisions: rows of schema Decisions, a table a match. A null behaviour, "moves randomly",
             counts as the behaviour of the one code 194: the paper's learner starts from it in
             every new state and values it as any other (sections 4 and 6).
         version: of the knowledge, at least 1.
-        settings: optimistic.
+        settings: state_key, backoff, teams, own and optimistic.
+        known: ids of the behaviours of the version, [B]; one that a player chose and that is not among
+            them (it played by other knowledge) is no occasion. None if all are known.
 
     Returns:
         Rows of schema Occasions. ``initial`` is the greatest value of the behaviours seen in the
         state by the role, so that each of them is tried (paper section 3.2.2, last sentence).
     """
-    total = Occasions.empty().select(*_PAIR, "count", value_sum="value")
+    total = _sums(Occasions.empty())
     held: list[pl.DataFrame] = []
     rows = 0
     for table in decisions:
-        held.append(
-            table.select(
-                "role",
-                "state",
-                pl.col("behaviour_id").fill_null(moves_randomly()),
-                pl.lit(1, dtype=pl.Int64).alias("count"),
-                pl.Series("value_sum", exact(table["value"].to_numpy())),
-            )
-        )
-        rows += table.height
+        begun = pl.concat([_seen(table, settings), _own(table, settings, known)])
+        slot = begun["role"].to_physical().to_numpy()
+        held += [
+            begun.with_columns(
+                pl.lit(key, dtype=pl.Enum(KEYS)).alias("key"),
+                pl.Series("state", project(begun["state"].to_numpy(), key, slot)),
+            ).select(total.columns)
+            for key in settings.state_keys
+        ]
+        rows += begun.height * len(settings.state_keys)
         if rows > max(_BUFFERED_ROWS, total.height):
             total, held, rows = _add_up([total, *held]), [], 0
+    return _occasions(_add_up([total, *held]), version, settings)
+
+
+def merge_occasions(
+    parts: Iterable[pl.DataFrame], version: int, settings: KnowledgeSettings = KnowledgeSettings()
+) -> pl.DataFrame:
+    """Occasions of several versions as those of one that saw it all.
+
+    Exact as :func:`merge_behaviours` is: what :func:`occasions` gives for all decisions together.
+
+    Args:
+        parts: rows of schema Occasions, of distinct decisions, in any order.
+        version: of the result, at least 1.
+        settings: optimistic; ``initial`` is computed anew.
+    """
+    return _occasions(_add_up([_sums(part) for part in parts]), version, settings)
+
+
+def _seen(table: pl.DataFrame, settings: KnowledgeSettings) -> pl.DataFrame:
+    """What the robots that are learned from were seen to begin."""
+    return _counted(table.filter(~pl.col("chosen"), pl.col("team").is_in(settings.teams)))
+
+
+def _own(table: pl.DataFrame, settings: KnowledgeSettings, known: pl.Series | None) -> pl.DataFrame:
+    """What the states add in which a player decided."""
+    chosen = table.filter("chosen")
+    if settings.own == "nothing":
+        return _counted(chosen.clear())
+    begun = _counted(chosen)
+    random = pl.col("behaviour_id") == moves_randomly()
+    offered = begun.with_columns(
+        moves_randomly().alias("behaviour_id"), pl.lit(0, dtype=pl.Int64).alias("count"),
+        pl.lit(0.0).alias("value_sum"))
+    if settings.own == "moves randomly":
+        return pl.concat([begun.filter(random), offered])
+    if known is not None:
+        begun = begun.filter(random | pl.col("behaviour_id").is_in(known.implode()))
+    return pl.concat([begun, offered])
+
+
+def _counted(decisions: pl.DataFrame) -> pl.DataFrame:
+    """Decisions as occasions that were seen once."""
+    return decisions.select(
+        "role",
+        "state",
+        pl.col("behaviour_id").fill_null(moves_randomly()),
+        pl.lit(1, dtype=pl.Int64).alias("count"),
+        pl.Series("value_sum", exact(decisions["value"].to_numpy())),
+    )
+
+
+def _sums(seen: pl.DataFrame) -> pl.DataFrame:
+    """Occasions with the exact sum of their instances' values in place of the mean."""
+    total = (seen["value"].fill_null(0.0) * seen["count"]).to_numpy()
+    return seen.select(*_PAIR, "count", pl.Series("value_sum", exact(total)))
+
+
+def _add_up(parts: list[pl.DataFrame]) -> pl.DataFrame:
+    return pl.concat(parts).group_by(_PAIR).agg(pl.col("count").sum(), pl.col("value_sum").sum())
+
+
+def _occasions(sums: pl.DataFrame, version: int, settings: KnowledgeSettings) -> pl.DataFrame:
+    """Rows of schema Occasions from each pair's count and sum of values."""
+    least = pl.lit(settings.optimistic, dtype=pl.Float64)
     return (
-        _add_up([total, *held])
-        .with_columns(
-            pl.lit(version, dtype=pl.Int32).alias("version"), value=pl.col("value_sum") / pl.col("count")
+        sums.with_columns(
+            pl.lit(version, dtype=pl.Int32).alias("version"),
+            value=pl.when(pl.col("count") > 0).then(pl.col("value_sum") / pl.col("count")),
         )
-        .with_columns(initial=pl.max_horizontal(
-            pl.col("value").max().over("role", "state"), pl.lit(settings.optimistic, dtype=pl.Float64)
-        ))
+        .with_columns(initial=pl.max_horizontal(pl.col("value").max().over("role", "key", "state"), least))
         .select(list(Occasions.dtypes()))
         .sort(_PAIR)
     )
+
+
+def finest(seen: pl.DataFrame) -> pl.DataFrame:
+    """Of rows of schema Occasions those of the finest key: each occasion once."""
+    return seen.filter(pl.col("key").to_physical() == pl.col("key").to_physical().min())
 
 
 def diff(
@@ -103,7 +209,7 @@ def diff(
     occasions_before: pl.DataFrame,
     occasions_after: pl.DataFrame,
 ) -> Difference:
-    """Compare two versions of the knowledge.
+    """Compare two versions of the knowledge; states are those of the finest key of each.
 
     Args:
         behaviours_before: rows of schema Behaviours of the earlier version.
@@ -111,6 +217,7 @@ def diff(
         occasions_before: rows of schema Occasions of the earlier version.
         occasions_after: of the later version.
     """
+    occasions_before, occasions_after = finest(occasions_before), finest(occasions_after)
     before = _with_states(behaviours_before, occasions_before)
     after = _with_states(behaviours_after, occasions_after)
     changed = pl.any_horizontal(
@@ -157,11 +264,3 @@ def _with_states(patterns: pl.DataFrame, seen: pl.DataFrame) -> pl.DataFrame:
     return patterns.select("behaviour_id", "role", "n", "support", "value").join(
         states, on="behaviour_id", how="left"
     ).with_columns(pl.col("states").fill_null(0))
-
-
-def _add_up(parts: list[pl.DataFrame]) -> pl.DataFrame:
-    return pl.concat(parts).group_by(_PAIR).agg(pl.col("count").sum(), pl.col("value_sum").sum())
-
-
-def _without_version(dtypes: dict[str, pl.DataType]) -> dict[str, pl.DataType]:
-    return {name: dtype for name, dtype in dtypes.items() if name != "version"}

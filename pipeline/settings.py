@@ -7,11 +7,20 @@ same bytes. Units are in the names (``_s`` seconds, ``_ns`` nanoseconds, ``_m`` 
 from __future__ import annotations
 
 import tomllib
-from typing import Literal, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from pipeline.errors import BadSettings
+from schemas.table import KEYS, Key
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -20,6 +29,17 @@ class Frozen(BaseModel):
     """A frozen model of settings: no unknown keys, no infinities."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def _none_twice(teams: tuple[str, ...]) -> tuple[str, ...]:
+    if len(set(teams)) < len(teams):
+        raise ValueError(f"a team is named twice (it is: {', '.join(teams)})")
+    return teams
+
+
+Team = Literal["home", "away"]
+#: One team or both, none twice.
+Teams = Annotated[tuple[Team, ...], Field(min_length=1), AfterValidator(_none_twice)]
 
 
 class TrajectorySettings(Frozen):
@@ -124,6 +144,7 @@ class BehaviourSettings(Frozen):
             but what was seen once is worth only what the next goal happened to be.
         keep_random: whether a group of nothing but "moves randomly" may become a behaviour;
             every state offers that action anyway.
+        teams: whose grams and situations are counted.
         epochs: passes of the map's training over the distinct grams.
         sigma_end: spread of the map's last neighbourhood, neurons.
         seed: of the map.
@@ -139,6 +160,7 @@ class BehaviourSettings(Frozen):
     value_over: float = 0.0
     support_at_least: int = Field(default=3, ge=1)
     keep_random: bool = False
+    teams: Teams = ("home", "away")
     epochs: int = Field(default=20, ge=1)
     sigma_end: float = Field(default=0.5, gt=0)
     seed: int = 0
@@ -158,24 +180,56 @@ class KnowledgeSettings(Frozen):
 
     Attributes:
         state_key: which elements of the state are kept (DECISIONS.md, "The paper contradicts itself").
+        backoff: keys by which the occasions are kept too, each coarser than the one before and than
+            ``state_key``: what a player may look at where it does not know the finer state.
         optimistic: least initial action value of a behaviour in a state.
+        teams: whose behaviours and occasions are learned by imitation, where they did not log what
+            they chose.
+        own: what a state adds in which a player decided: nothing; "moves randomly" (paper section 4:
+            "all the new states have the action moving randomly", and states grow while playing and
+            training, actions in training only); or the behaviour it "chose" too, if the knowledge holds it.
+        accumulate: whether a version adds to the one before, instead of being of its matches alone.
     """
 
-    state_key: Literal["full36", "ego19", "team19"] = "full36"
+    state_key: Key = "full36"
+    backoff: tuple[Key, ...] = ()
     optimistic: float = 0.0
+    teams: Teams = ("home", "away")
+    own: Literal["nothing", "moves randomly", "chosen"] = "moves randomly"
+    accumulate: bool = False
 
+    @model_validator(mode="after")
+    def _ever_coarser(self) -> Self:
+        ranks = [KEYS.index(key) for key in self.state_keys]
+        if ranks != sorted(set(ranks)):
+            raise ValueError(
+                f"each key of backoff must be coarser than the one before, {self.state_key} the first "
+                f"(from fine to coarse: {', '.join(KEYS)}; it is: {', '.join(self.backoff)})"
+            )
+        return self
 
-class DecisionSettings(Frozen):
-    """What the decisions seen in a match depend on."""
-
-    grams: GramSettings = GramSettings()
-    knowledge: KnowledgeSettings = KnowledgeSettings()
+    @property
+    def state_keys(self) -> tuple[Key, ...]:
+        """All keys, from fine to coarse (a model may have no ``keys``: it would look like a mapping)."""
+        return (self.state_key, *self.backoff)
 
 
 class PolicySettings(Frozen):
     """Batch Sarsa(lambda) (paper section 4; values are ours, the paper gives none).
 
+    Which decisions make a batch, what values it starts from, and the rule.
+
     Attributes:
+        learn_from: decisions that a player of ours chose, those that were seen in recordings, or both.
+        last_matches: of how many matches at most, the newest of the knowledge; None: of all.
+        parent: whether to start from the values of the newest policy, or anew from what the
+            knowledge says of each pair.
+        new_pairs: where a pair starts that the parent does not have: at the greatest value known
+            in its state (paper section 3.2.2), or at the mean value of its own outcomes.
+        rule: Sarsa(lambda) alone, or with the influence values of the robot's team-mates (paper
+            section 2.3.4) added to its TD error.
+        influence: beta of equation 4, of every team-mate over every other, inside the learning
+            rate's bracket as equation 7 is printed; the paper's own is 0.1. Not read by "sarsa".
         step_size: alpha.
         discount: gamma a second of elapsed time (semi-Markov); 0.95 is 0.98 a decision of 0.4 s,
             and close to the value of situations (0.998 a tick of 1/30 s is 0.942 a second).
@@ -184,6 +238,12 @@ class PolicySettings(Frozen):
         sweeps: passes over the batch.
     """
 
+    learn_from: Literal["chosen", "seen", "both"] = "both"
+    last_matches: int | None = Field(default=None, ge=1)
+    parent: bool = True
+    new_pairs: Literal["optimistic", "outcome"] = "optimistic"
+    rule: Literal["sarsa", "influence"] = "sarsa"
+    influence: float = Field(default=0.1, ge=0)
     step_size: float = Field(default=0.1, gt=0, le=1)
     discount: float = Field(default=0.95, gt=0, le=1)
     trace_decay: float = Field(default=0.9, ge=0, le=1)
@@ -203,9 +263,9 @@ class Settings(Frozen):
     policies: PolicySettings = PolicySettings()
 
     @property
-    def decisions(self) -> DecisionSettings:
-        """What the decisions depend on, taken from the stages that own it."""
-        return DecisionSettings(grams=self.grams, knowledge=self.knowledge)
+    def decisions(self) -> GramSettings:
+        """What the decisions depend on: how situations are valued and follow each other."""
+        return self.grams
 
 
 def parse_settings(data: bytes, where: str) -> Settings:
@@ -227,12 +287,27 @@ def from_toml(model: type[M], data: bytes | str, where: str, keys: str) -> M:
     Raises:
         BadSettings: if it is not TOML, or has a key or value that does not fit; names the first.
     """
+    return fitted(model, tables(data, where), where, keys)
+
+
+def tables(data: bytes | str, where: str) -> dict[str, Any]:
+    """What a TOML file says.
+
+    Raises:
+        BadSettings: if it is not TOML.
+    """
     try:
-        return model.model_validate(tomllib.loads(data if isinstance(data, str) else data.decode()))
+        return tomllib.loads(data if isinstance(data, str) else data.decode())
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise BadSettings(
             f"is not TOML ({error})", where=where, next_step="Mend the line it names"
         ) from error
+
+
+def fitted(model: type[M], values: dict[str, Any], where: str, keys: str) -> M:
+    """A model from what a file says; see :func:`from_toml`."""
+    try:
+        return model.model_validate(values)
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"])

@@ -12,14 +12,14 @@ ENDS = ("terminal", "truncated")
 
 
 class Decisions(Table):
-    """One decision of one robot, made by a policy or seen in a recording.
+    """One decision of one robot: chosen by a player that logged it, or seen in its situations.
 
     Sorted by team, robot, t_ns. Consecutive rows of one (team, robot, episode) are the
     transitions that the trainer learns from.
     """
 
     NAME: ClassVar[str] = "decisions"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
 
     match_id = match_id()
     team = dy.Enum(TEAMS, description="team of the robot")
@@ -27,8 +27,9 @@ class Decisions(Table):
     role = dy.Enum(ROLES, description="role when it decided")
     t_ns = dy.Int64(description="when the behaviour starts", metadata=unit("ns"))
     end_ns = dy.Int64(description="when the next decision starts, or the episode ends", metadata=unit("ns"))
-    state = dy.Int64(min=0, description="state when it decided, by the state key of the settings")
-    behaviour_id = dy.String(nullable=True, description="behaviour chosen; null for moves randomly")
+    state = dy.Int64(min=0, description="state when it decided, all 36 elements in mixed radix (key full36, whatever the settings)")
+    behaviour_id = dy.String(nullable=True, description="behaviour begun; null for moves randomly")
+    chosen = dy.Bool(description="true: a player logged that it chose this; false: seen in its situations")
     random = dy.Bool(description="whether chosen at random")
     reward = dy.Float64(description="+1 goal for, -1 goal against at end_ns, else 0")
     episode = dy.Int32(min=0, description="the segment of play it lies in")

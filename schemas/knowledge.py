@@ -7,22 +7,33 @@ from typing import ClassVar
 import dataframely as dy
 
 from schemas.behaviours import behaviour_id
-from schemas.table import ROLES, Table
+from schemas.table import KEYS, ROLES, Table
 
 
 class Occasions(Table):
-    """One behaviour in one state of one version of the knowledge. Sorted by role, state, behaviour_id."""
+    """One behaviour in one state of one version of the knowledge.
+
+    Unique by role, key, state and behaviour_id, and sorted so. The keys after the first (from fine to
+    coarse) hold the same occasions again, told apart by less; states of different keys have nothing
+    to do with each other.
+    """
 
     NAME: ClassVar[str] = "occasions"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
 
     version = dy.Int32(min=1, description="version of the knowledge")
     role = dy.Enum(ROLES, description="role of the robot")
-    state = dy.Int64(min=0, description="36-element state in mixed radix (or the state key of the settings)")
+    key = dy.Enum(KEYS, description="which elements of the state are kept")
+    state = dy.Int64(min=0, description="state in mixed radix, by its key")
     behaviour_id = behaviour_id()
-    count = dy.Int64(min=1, description="how often the behaviour was started in the state")
-    value = dy.Float64(description="mean of those instances' values, in (-1, 1)")
+    count = dy.Int64(min=0, description=(
+        "how often the behaviour was started in the state; 0 only for moves randomly, which every state "
+        "offers in which a player decided"
+    ))
+    value = dy.Float64(
+        nullable=True, description="mean of those instances' values, in (-1, 1); null if there are none"
+    )
     initial = dy.Float64(description=(
         "optimistic action value that the behaviour enters the state with: the greatest value of the "
-        "behaviours seen there in this role"
+        "behaviours seen there in this role, or the settings' least value if that is greater"
     ))

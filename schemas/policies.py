@@ -7,19 +7,23 @@ from typing import ClassVar
 import dataframely as dy
 
 from schemas.behaviours import behaviour_id
-from schemas.table import ROLES, Table
+from schemas.table import KEYS, ROLES, Table
 
 
 class Policies(Table):
-    """One state-behaviour pair of one policy version. Sorted by role, state, behaviour_id."""
+    """One state-behaviour pair of one policy version.
+
+    Unique by role, key, state and behaviour_id, and sorted so.
+    """
 
     NAME: ClassVar[str] = "policies"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
 
     version = dy.Int32(min=1, description="version of the policy")
     knowledge_version = dy.Int32(min=1, description="version of the knowledge whose pairs it values")
     role = dy.Enum(ROLES, description="role of the robot")
-    state = dy.Int64(min=0, description="36-element state in mixed radix (or the state key of the settings)")
+    key = dy.Enum(KEYS, description="which elements of the state are kept")
+    state = dy.Int64(min=0, description="state in mixed radix, by its key")
     behaviour_id = behaviour_id()
     q = dy.Float64(description="action value")
-    visits = dy.Int64(min=0, description="how often the batch visited the pair")
+    visits = dy.Int64(min=0, description="how often the batches that it has learned from visited the pair, its ancestors' included")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, get_args
 
 import dataframely as dy
 import polars as pl
@@ -11,6 +11,11 @@ import polars as pl
 TEAMS = ("home", "away")
 BODIES = ("ball", *TEAMS)
 ROLES = ("goalkeeper", "midfield", "striker")
+
+#: Which elements of the state are kept (``pipeline.state.columns``).
+Key = Literal["full36", "full35", "ego19", "team19", "self9", "self6", "role0"]
+#: From fine to coarse.
+KEYS: tuple[Key, ...] = get_args(Key)
 
 
 class Table(dy.Schema):

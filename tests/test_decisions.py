@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rows import MATCH, S, bodies, consecutive, patterns, situations
 
-from pipeline.decisions import episodes, observe, resolve
+from pipeline.decisions import complete, episodes, observe, resolve
 from pipeline.grams import cover, value
 from pipeline.pitch import PITCHES, Kind
-from pipeline.settings import GramSettings, KnowledgeSettings
+from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
 from schemas import Decisions, Goals, Referee
 
@@ -44,9 +44,8 @@ def tracks(until=10.0, **segments):
     return table.with_columns(segment=index)
 
 
-def seen(table, trajectories, events, known=KNOWN, key="full36"):
-    found = observe(value(table, goals_of(events), GRAMS), trajectories, events, known, VSSS, GRAMS,
-                    KnowledgeSettings(state_key=key))
+def seen(table, trajectories, events, known=KNOWN):
+    found = observe(value(table, goals_of(events), GRAMS), trajectories, events, known, VSSS, GRAMS)
     return Decisions.validate(found)
 
 
@@ -108,10 +107,8 @@ def test_each_segment_is_an_episode_of_its_own():
 def test_the_state_is_that_of_the_robots_own_team_when_it_starts():
     table = situations(consecutive([46], start=1.0), consecutive([46], team="away", role="s", start=1.0))
     path = tracks()
-    for key in ("full36", "ego19", "team19"):
-        found = seen(table, path, referee(), key=key)
-        look, _ = elements(path, referee(), VSSS, np.array([0, 1]), np.array([S, S]))
-        assert found["state"].to_list() == encode(look, key, slot=np.array([1, 2])).tolist()
+    look, _ = elements(path, referee(), VSSS, np.array([0, 1]), np.array([S, S]))
+    assert seen(table, path, referee())["state"].to_list() == encode(look, "full36").tolist()
 
 
 def test_decisions_in_unknown_states_are_left_out():
@@ -124,6 +121,42 @@ def test_nothing_seen_is_no_decision():
     assert seen(situations(consecutive([194, 184])), tracks(), referee()).is_empty()
     assert seen(situations(), tracks(), referee()).is_empty()
     assert seen(situations(consecutive([46])), tracks(), referee(), known=patterns()).is_empty()
+
+
+class TestComplete:
+    """What a team logged takes the place of what it was seen to do."""
+
+    @staticmethod
+    def logged(*rows):
+        """(team, seconds, behaviour) each, of robot 1, as they are while the match is played."""
+        return Decisions.validate(pl.DataFrame(
+            [(MATCH, team, 1, "striker", round(t * S), round((t + 1) * S), 7, name, True, name is None, 0.0, 0, None, 0.0)
+             for team, t, name in rows],
+            schema=Decisions.dtypes(), orient="row",
+        ))
+
+    def test_of_a_team_that_logged_nothing_else_is_read(self):
+        table = situations(consecutive([46, 46]), consecutive([46], team="away", role="s", start=0.5))
+        events = referee((2.5, "goal", "home"))
+        shown = seen(table, tracks(s0=(0, 2), s1=(3, 9)), events)
+        log = self.logged(("away", 0, None), ("away", 1, "striker-099"))
+        found = complete(shown, value(log, goals_of(events), GRAMS, start="t_ns"))
+        Decisions.validate(found)
+        assert found.select("team", "t_ns", "behaviour_id", "chosen", "random").rows() == [
+            ("home", 0, "midfield-046", False, False), ("home", S // 2, "midfield-046", False, False),
+            ("away", 0, None, True, True), ("away", S, "striker-099", True, False),
+        ]
+
+    def test_is_valued_by_the_next_goal(self):
+        log = self.logged(("home", 0, None), ("home", 2, None), ("home", 4, None), ("home", 5, None))
+        goals = goals_of(referee((2.0, "goal", "away"), (4.5, "goal", "home")))
+        found = complete(Decisions.empty(), value(log, goals, GRAMS, start="t_ns"))
+        # a tick a second, alpha one half; a decision at the very time of a goal is after it
+        assert found["value"].to_list() == pytest.approx([-(0.5**2), 0.5**2.5, 0.5**0.5, 0.0], abs=1e-8)
+
+    def test_of_teams_that_logged_nothing_is_what_was_seen(self):
+        shown = seen(situations(consecutive([46])), tracks(), referee())
+        assert complete(shown, value(Decisions.empty(), goals_of(referee()), GRAMS, start="t_ns")).equals(shown)
 
 
 class TestResolve:

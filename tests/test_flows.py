@@ -258,7 +258,8 @@ def test_training_again_with_other_settings_starts_from_the_parent(tmp_path, fin
     store = Store(data)
     assert store.manifest("policies", 2).parent == 1
     tables = [store.read_version_table(store.manifest("policies", v), "policies", Policies) for v in (1, 2)]
-    assert tables[0].drop("version", "q").equals(tables[1].drop("version", "q"))
+    assert tables[0].drop("version", "q", "visits").equals(tables[1].drop("version", "q", "visits"))
+    assert tables[1]["visits"].equals(2 * tables[0]["visits"])
     assert not tables[0]["q"].equals(tables[1]["q"])
 
 
@@ -266,7 +267,7 @@ def test_knowledge_has_only_pairs_that_were_seen(finished):
     rows = catalog.query(catalog_path(Store(finished)), """
         select (select count(*) from policies) as pairs,
                (select count(*) from occasions) as occasions,
-               (select count(*) from policies join occasions using (role, state, behaviour_id)) as shared""")
+               (select count(*) from policies join occasions using (role, key, state, behaviour_id)) as shared""")
     assert rows["pairs"].item() == rows["occasions"].item() == rows["shared"].item()
     assert isinstance(rows, pl.DataFrame)
 

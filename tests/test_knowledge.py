@@ -1,22 +1,26 @@
 """Knowledge: counts of behaviours in states add up in any order, and versions can be compared."""
 
+import numpy as np
 import polars as pl
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from rows import MATCH, patterns
 
-from pipeline.knowledge import behaviours, diff, occasions
+from pipeline.knowledge import behaviours, diff, merge_behaviours, merge_occasions, occasions
+from pipeline.sequences import exact
 from pipeline.settings import KnowledgeSettings
-from schemas import Behaviours, Decisions, Occasions
+from pipeline.state import encode
+from schemas import ROLES, Behaviours, Decisions, Occasions
 
 NAMES = ["striker-001-011", "striker-046", None]
 
 
-def decisions(*rows):
+def decisions(*rows, team="home", role="striker", chosen=False):
     """(state, behaviour, value) each."""
     return pl.DataFrame(
-        [(MATCH, "home", 1, "striker", i, i + 1, state, name, False, 0.0, 0, None, value)
+        [(MATCH, team, 1, role, i, i + 1, state, name, chosen, False, 0.0, 0, None, value)
          for i, (state, name, value) in enumerate(rows)],
         schema=Decisions.dtypes(), orient="row",
     )
@@ -65,6 +69,103 @@ class TestOccasions:
     def test_of_nothing_are_none(self):
         assert Occasions.is_valid(occasions([], 1))
 
+    def test_are_kept_by_every_key_from_fine_to_coarse(self):
+        near, far = np.zeros((2, 36), dtype=np.uint8)
+        near[0] = far[0] = 1  # the own goalkeeper's distance to the ball: another robot's, for a striker
+        far[2] = 1  # the own striker's
+        states = encode(np.array([np.zeros(36, dtype=np.uint8), near, far]), "full36").tolist()
+        table = decisions(*((state, "striker-046", v) for state, v in zip(states, (0.5, 0.25, -0.25), strict=True)))
+        found = occasions([table], 1, KnowledgeSettings(backoff=("self9", "role0")))
+        Occasions.validate(found)
+        own = encode(far[None], "self9", np.array([2])).item()
+        assert found.select("key", "state", "count", "value").rows() == [
+            ("full36", states[0], 1, 0.5), ("full36", states[1], 1, 0.25), ("full36", states[2], 1, -0.25),
+            ("self9", 0, 2, 0.375), ("self9", own, 1, -0.25),
+            ("role0", 0, 3, 0.5 / 3),
+        ]
+        goalkeeper = occasions([table.with_columns(role=pl.lit("goalkeeper", pl.Enum(ROLES)))], 1,
+                               KnowledgeSettings(state_key="self9"))
+        assert goalkeeper["count"].to_list() == [1, 2], "the same states, seen from another slot"
+
+    def test_are_of_the_teams_that_are_learned_from(self):
+        both = [decisions((5, "striker-046", 0.5)), decisions((5, "striker-011", 0.25), team="away")]
+        away = occasions(both, 1, KnowledgeSettings(teams=("away",)))
+        assert_frame_equal(away, occasions(both[1:], 1))
+        assert away["behaviour_id"].to_list() == ["striker-011"]
+
+    @pytest.mark.parametrize(("own", "expected"), [
+        ("nothing", []),
+        ("moves randomly", [(5, "striker-194", 1, 0.75), (6, "striker-194", 0, None)]),
+        ("chosen", [(5, "striker-046", 1, 0.5), (5, "striker-194", 1, 0.75),
+                    (6, "striker-046", 1, -0.25), (6, "striker-194", 0, None)]),
+    ])
+    def test_a_state_in_which_a_player_decided_adds_what_the_settings_say(self, own, expected):
+        rows = [(5, "striker-046", 0.5), (5, None, 0.75), (6, "striker-046", -0.25), (6, "striker-011", 0.5)]
+        found = occasions([decisions(*rows, chosen=True)], 1, KnowledgeSettings(own=own, teams=("away",)),
+                          known=pl.Series(["striker-046"]))
+        Occasions.validate(found)
+        assert found.select("state", "behaviour_id", "count", "value").rows() == expected
+
+    def test_what_nobody_was_seen_to_begin_has_no_value_and_does_not_raise_the_others(self):
+        found = occasions([decisions((6, "striker-046", -0.25), chosen=True)], 1,
+                          KnowledgeSettings(own="chosen", optimistic=-1.0))
+        assert found.select("behaviour_id", "value", "initial").rows() == [
+            ("striker-046", -0.25, -0.25), ("striker-194", None, -0.25)]
+
+
+MATCHES = st.lists(st.tuples(rows, st.booleans()), min_size=1, max_size=5)
+
+
+class TestMerging:
+    """Knowledge that adds up, version by version, is what it would be if it were made at once."""
+
+    @given(MATCHES, st.sampled_from(["nothing", "moves randomly", "chosen"]), st.floats(-1.0, 1.0))
+    @settings(max_examples=40, deadline=None)
+    def test_occasions_match_by_match_are_those_of_all_matches(self, matches, own, optimistic):
+        chosen = KnowledgeSettings(own=own, optimistic=optimistic, backoff=("self6", "role0"))
+        tables = [decisions(*found, chosen=by_player) for found, by_player in matches]
+        whole = occasions(tables, 9, chosen)
+        steps = occasions(tables[:1], 1, chosen)
+        for version, table in enumerate(tables[1:], start=2):
+            steps = merge_occasions([steps, occasions([table], version, chosen)], version, chosen)
+        Occasions.validate(steps)
+        assert_frame_equal(steps.drop("version"), whole.drop("version"), check_exact=True)
+        assert_frame_equal(merge_occasions([whole], 9, chosen), whole, check_exact=True)
+
+    @staticmethod
+    def version(*found, neuron=0):
+        """Behaviours by the values of their instances: (id, values) each, as the selection makes them."""
+        rows = []
+        for name, values in found:
+            values = exact(np.array(values))
+            codes = [int(code) for code in name.split("-")[1:]]
+            rows.append((name, "striker", codes, len(codes), len(values), values.sum() / len(values), values.std(),
+                         neuron, 1))
+        table = pl.DataFrame(rows, schema=Behaviours.dtypes(), orient="row")
+        return Behaviours.validate(table.sort("n", "role", "codes", descending=[True, False, False]))
+
+    def test_behaviours_are_pooled(self):
+        before = self.version(("striker-046", [0.5, 0.5]), ("striker-001-011", [0.25]))
+        after = self.version(("striker-046", [-0.25, 0.25]), ("striker-011", [0.75]), neuron=4)
+        found = merge_behaviours([before, after], 2)
+        Behaviours.validate(found)
+        assert found.select("behaviour_id", "support", "value", "neuron", "version").rows() == [
+            ("striker-001-011", 1, 0.25, 0, 2), ("striker-011", 1, 0.75, 4, 2), ("striker-046", 4, 0.25, 4, 2)]
+        # of 1/2, 1/2, -1/4, 1/4: the mean of the squares is 10/64, the square of the mean 4/64
+        assert found["spread"].to_list() == [0.0, 0.0, pytest.approx((6 / 64) ** 0.5)]
+
+    @given(st.lists(st.lists(st.floats(-0.99, 0.99), min_size=1, max_size=40), min_size=2, max_size=5))
+    @settings(max_examples=60, deadline=None)
+    def test_behaviours_in_steps_are_those_at_once(self, parts):
+        whole = self.version(("striker-046", [value for part in parts for value in part]))
+        versions = [self.version(("striker-046", part)) for part in parts]
+        steps = versions[0]
+        for later in versions[1:]:
+            steps = merge_behaviours([steps, later], 1)
+        for found in (steps, merge_behaviours(versions, 1)):
+            assert found.drop("spread").equals(whole.drop("spread"))
+            assert found["spread"].item() == pytest.approx(whole["spread"].item(), abs=1e-12)
+
 
 class TestBehaviours:
     def test_are_the_patterns_of_all_rounds_longest_first(self):
@@ -99,6 +200,14 @@ class TestDiff:
             for role, b0, s0, p0, b1, s1, p1 in [
                 ("goalkeeper", 0, 0, 0, 1, 0, 0), ("midfield", 1, 0, 0, 1, 0, 0), ("striker", 2, 1, 2, 1, 2, 2)]
         ]
+
+    def test_counts_an_occasion_once_by_however_many_keys_it_is_kept(self):
+        tables = [decisions((1, "striker-001-011", 0.1), (2, "striker-001-011", 0.1))]
+        more = occasions(tables, 2, KnowledgeSettings(backoff=("self9", "role0")))
+        assert more.height > self.SEEN_AFTER.height
+        found, plain = (diff(self.BEFORE, self.AFTER, self.SEEN_BEFORE, seen) for seen in (more, self.SEEN_AFTER))
+        assert_frame_equal(found.behaviours, plain.behaviours)
+        assert_frame_equal(found.roles, plain.roles)
 
     def test_of_a_version_and_itself_is_nothing(self):
         found = diff(self.BEFORE, self.BEFORE, self.SEEN_BEFORE, self.SEEN_BEFORE)

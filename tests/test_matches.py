@@ -70,7 +70,7 @@ def decisions_of(count: int) -> pl.DataFrame:
     rows = [
         (
             INFO.match_id, ("home", "away")[i % 2], i % 3 + 1, ("goalkeeper", "midfield", "striker")[i % 3],
-            i * 10**7, i * 10**7 + 5, i * 7**15, None if i % 4 == 0 else f"striker-{i % 7 + 1:03d}-002", i % 5 == 0,
+            i * 10**7, i * 10**7 + 5, i * 7**15, None if i % 4 == 0 else f"striker-{i % 7 + 1:03d}-002", True, i % 5 == 0,
             -1.0 if i % 6 == 0 else 0.25, i // 10, (None, "terminal", "truncated")[i % 3], i / 1000,
         )
         for i in range(count)

@@ -15,24 +15,24 @@ SECOND = 1_000_000_000
 PLAIN = PolicySettings(step_size=1.0, discount=1.0, trace_decay=1.0, sweeps=1)
 
 
-def occasions(*pairs, initial=0.0):
+def occasions(*pairs, initial=0.0, key="full36", value=0.0):
     """Occasions of (role, state, behaviour_id) in any order."""
-    rows = [(1, role, state, behaviour, 1, 0.0, initial) for role, state, behaviour in pairs]
+    rows = [(1, role, key, state, behaviour, 1, value, initial) for role, state, behaviour in pairs]
     return pl.DataFrame(rows, schema=Occasions.dtypes(), orient="row").sort("role", "state", "behaviour_id")
 
 
-def policy(*rows):
+def policy(*rows, key="full36", visits=0):
     """Policies of (role, state, behaviour_id, q)."""
     return pl.DataFrame(
-        [(1, 1, *row, 0) for row in rows], schema=Policies.dtypes(), orient="row"
+        [(1, 1, role, key, *row, visits) for role, *row in rows], schema=Policies.dtypes(), orient="row"
     ).sort("role", "state", "behaviour_id")
 
 
-def decisions(*rows, robot=1, match="m-1"):
+def decisions(*rows, robot=1, match="m-1", chosen=True):
     """Decisions of one robot of one second each: (role, state, behaviour_id, reward, ends, episode)."""
     return pl.DataFrame(
         [
-            (match, "home", robot, role, t * SECOND, (t + 1) * SECOND, state, behaviour, False, reward, episode, ends, 0.0)
+            (match, "home", robot, role, t * SECOND, (t + 1) * SECOND, state, behaviour, chosen, False, reward, episode, ends, 0.0)
             for t, (role, state, behaviour, reward, ends, episode) in enumerate(rows)
         ],
         schema=Decisions.dtypes(), orient="row",
@@ -59,17 +59,17 @@ def test_a_goal_teaches_the_behaviours_that_led_to_it():
     assert values(table) == {("striker", 5, GUIDE): 1.0, ("striker", 7, GUIDE): 0.0, ("striker", 7, KICK): 1.0}
     assert table["visits"].to_list() == [1, 0, 1]
     assert table.select(pl.col("version").unique(), pl.col("knowledge_version").unique()).row(0) == (3, 2)
-    striker = report.roles["striker"]
+    striker = report.tables["full36"]["striker"]
     assert (striker.pairs, striker.new_pairs, striker.decisions, striker.transitions) == (3, 3, 2, 2)
     assert (striker.first_error, striker.last_error) == (0.5, 0.5)
-    assert report.roles["goalkeeper"].first_error is None
+    assert report.tables["full36"]["goalkeeper"].first_error is None
 
 
 def test_more_sweeps_leave_less_error_and_count_visits_once():
     known = occasions(("striker", 5, GUIDE), ("striker", 7, KICK))
     match = decisions(("striker", 5, GUIDE, 0.0, None, 0), ("striker", 7, KICK, 1.0, "terminal", 0))
     table, report = train([match], known, None, PolicySettings(sweeps=50), 1, 1)
-    assert report.roles["striker"].last_error < report.roles["striker"].first_error
+    assert report.tables["full36"]["striker"].last_error < report.tables["full36"]["striker"].first_error
     assert table["visits"].to_list() == [1, 1]
 
 

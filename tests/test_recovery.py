@@ -227,10 +227,11 @@ def test_a_stage_before_its_turn_says_so_and_blames_no_match(tmp_path, clips):
     assert store.quarantined() == []
 
 
-def test_a_policy_of_another_state_key_is_no_parent(data):
+def test_a_policy_of_another_state_key_lends_no_value(data):
     report = run(data, settings=Settings(knowledge=KnowledgeSettings(state_key="ego19")))
     assert (report.failures, report.policy) == ({}, 2)
-    assert Store(data).manifest("policies", 2).parent is None
+    (roles,) = Store(data).manifest("policies", 2).counts["tables"].values()
+    assert all(counts["new_pairs"] == counts["pairs"] for counts in roles.values())
 
 
 def test_an_unreadable_log_of_ours_is_quarantined_with_one_line(tmp_path):

@@ -13,7 +13,7 @@ def test_what_is_not_said_is_the_default():
     said = parse_settings(b"[policies]\nsweeps = 3\n[knowledge]\nstate_key = 'ego19'", where="s.toml")
     assert said.policies.sweeps == 3
     assert said.policies.discount == Settings().policies.discount
-    assert said.decisions.knowledge.state_key == "ego19"
+    assert said.knowledge.state_keys == ("ego19",)
 
 
 @pytest.mark.parametrize(("text", "said"), [
@@ -30,6 +30,33 @@ def test_an_error_is_one_line_that_names_file_and_key(text, said):
         parse_settings(text, where="club.toml")
     assert str(caught.value).startswith(f"club.toml: {said}")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("backoff", [[], ["full35"], ["team19", "self9", "role0"]])
+def test_keys_to_back_off_to_get_coarser(backoff):
+    said = parse_settings(f"[knowledge]\nbackoff = {backoff}".encode(), where="s.toml")
+    assert said.knowledge.state_keys == ("full36", *backoff)
+
+
+@pytest.mark.parametrize(("state_key", "backoff"), [
+    ("self9", ["team19"]), ("team19", ["ego19"]), ("full36", ["self6", "self9"]), ("full36", ["full36"]),
+    ("full36", ["self9", "self9"]),
+])
+def test_keys_to_back_off_to_that_do_not_are_refused(state_key, backoff):
+    text = f"[knowledge]\nstate_key = '{state_key}'\nbackoff = {backoff}"
+    with pytest.raises(BadSettings, match=rf"knowledge: each key of backoff must be coarser .*{backoff[-1]}\)"):
+        parse_settings(text.encode(), where="s.toml")
+
+
+@pytest.mark.parametrize("noun", ["knowledge", "behaviours"])
+@pytest.mark.parametrize(("teams", "why"), [
+    ([], "at least 1 item"), (["away", "away"], r"a team is named twice \(it is: away, away\)"), (["us"], "teams.0: "),
+])
+def test_teams_are_one_or_both(noun, teams, why):
+    with pytest.raises(BadSettings, match=why):
+        parse_settings(f"[{noun}]\nteams = {teams}".encode(), where="s.toml")
+    both = parse_settings(f"[{noun}]\nteams = ['away', 'home']".encode(), where="s.toml")
+    assert getattr(both, noun).teams == ("away", "home")
 
 
 def rounds(*lengths: int) -> bytes:

@@ -11,7 +11,22 @@ from rows import MATCH, WORDS, S, bodies
 
 from pipeline.errors import BadSettings
 from pipeline.pitch import PITCHES, Kind
-from pipeline.state import LEVELS, PAPER_STATES, TABLE, Breaks, columns, decode, elements, encode, look, size
+from pipeline.state import (
+    KEYS,
+    LEVELS,
+    PAPER_STATES,
+    TABLE,
+    Breaks,
+    columns,
+    decode,
+    elements,
+    encode,
+    encode_one,
+    look,
+    project,
+    radix,
+    size,
+)
 from schemas import ROLES, TEAMS, Referee
 
 VSSS = PITCHES[Kind.VSSS]
@@ -69,6 +84,14 @@ class TestCounts:
         assert len(columns(key)) == 19
         assert size(key) == PAPER_STATES
 
+    def test_keys_are_ordered_from_fine_to_coarse_and_their_names_say_how_many_elements_they_keep(self):
+        assert [int(key.lstrip("abcdefghijklmnopqrstuvwxyz")) for key in KEYS] == [len(columns(key)) for key in KEYS]
+        assert {key: size(key) for key in KEYS} == {
+            "full36": 270_826_551_115_776, "full35": 90_275_517_038_592, "ego19": PAPER_STATES, "team19": PAPER_STATES,
+            "self9": 3 * 3 * 2 * 4 * 9 * 8 * 3, "self6": 3 * 3 * 2 * 2 * 9, "role0": 1,
+        }
+        assert [size(key) for key in KEYS] == sorted(map(size, KEYS), reverse=True)
+
 
 class TestEncoding:
     @given(st.lists(st.tuples(*(st.integers(0, int(n) - 1) for n in LEVELS)), min_size=1, max_size=5))
@@ -79,7 +102,7 @@ class TestEncoding:
         assert ((states >= 0) & (states < size("full36"))).all()
         assert (decode(states, "full36") == found).all()
 
-    @pytest.mark.parametrize("key", ["full36", "ego19", "team19"])
+    @pytest.mark.parametrize("key", KEYS)
     @given(st.data())
     @settings(max_examples=60, deadline=None)
     def test_is_the_inverse_of_decoding(self, key, data):
@@ -95,14 +118,48 @@ class TestEncoding:
     def test_of_the_greatest_levels_is_the_last_state(self):
         assert encode((LEVELS - 1).astype(np.uint8)[None], "full36").item() == size("full36") - 1
 
-    def test_of_the_ego_key_needs_the_deciding_robot(self):
+    @pytest.mark.parametrize("key", ["ego19", "self9", "self6"])
+    def test_of_a_key_of_one_robot_needs_the_deciding_robot(self, key):
         found = np.zeros((2, 36), dtype=np.uint8)
         found[:, BY_NAME["orientation of own striker to ball"]] = 2
-        with pytest.raises(BadSettings, match="slot"):
-            encode(found, "ego19")
-        keeper, striker = encode(found, "ego19", slot=np.array([0, 2]))
+        with pytest.raises(BadSettings, match=f"{key} needs the deciding robot's slot"):
+            encode(found, key)
+        keeper, striker = encode(found, key, slot=np.array([0, 2]))
         assert keeper == 0
         assert striker > 0
+
+    @pytest.mark.parametrize(("key", "kept"), [
+        ("full35", [name for name in BY_NAME if name != "score"]),
+        ("self9", [
+            "distance of own midfield to ball", "orientation of own midfield to ball",
+            "own midfield in relation to ball and its own goal", "orientation of own midfield to its own goal",
+            "orientation of own midfield to its adversary's goal", "distance of ball to own goal",
+            "distance of ball to adversary's goal", "ball direction", "ball velocity",
+        ]),
+        ("self6", [
+            "distance of own midfield to ball", "orientation of own midfield to ball",
+            "own midfield in relation to ball and its own goal",
+            "orientation of own midfield to its adversary's goal", "distance of ball to own goal",
+            "distance of ball to adversary's goal",
+        ]),
+        ("role0", []),
+    ])
+    def test_of_a_midfield_depends_on_what_its_key_keeps_and_on_nothing_else(self, key, kept):
+        for name, element in BY_NAME.items():
+            moved = np.zeros((2, 36), dtype=np.uint8)
+            moved[1, element] = 1
+            before, after = encode(moved, key, slot=np.array([1, 1]))
+            assert (before != after) == (name in kept), name
+
+    @pytest.mark.parametrize("key", KEYS)
+    @given(st.lists(st.tuples(st.integers(0, 2), *(st.integers(0, int(n) - 1) for n in LEVELS)), max_size=5))
+    @settings(max_examples=30, deadline=None)
+    def test_by_every_key_is_a_projection_of_full36_and_the_same_one_at_a_time(self, key, rows):
+        table = np.array(rows, dtype=np.uint8).reshape(-1, 37)
+        slot, found = table[:, 0].astype(np.int64), np.ascontiguousarray(table[:, 1:])
+        states = encode(found, key, slot)
+        assert project(encode(found, "full36"), key, slot).tolist() == states.tolist()
+        assert [encode_one(row, *radix(key, own)) for row, own in zip(found, slot.tolist(), strict=True)] == states.tolist()
 
 
 class TestLevels:

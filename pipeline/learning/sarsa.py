@@ -11,6 +11,7 @@ Suffixes carry time: ``q_tm1`` is the value of the pair decided on at t - 1, ``r
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -78,8 +79,9 @@ class Learned(NamedTuple):
 
     Attributes:
         q: float64 [P], the new action values.
-        first_errors: float64 [T], TD error of each decision in the first sweep; NaN where the
-            decision made no update (its pair is unknown, or its successor was not recorded).
+        first_errors: float64 [T], TD error of each decision in the first sweep, without what swayed
+            it; NaN where the decision made no update (its pair is unknown, or its successor was not
+            recorded).
         last_errors: the same in the last sweep.
     """
 
@@ -130,12 +132,14 @@ def _learn(
 
 @njit(cache=True, nogil=True)
 def _sweep(
-    pair: I64, discount: F64, reward: F64, ends: I8, step_size: float, trace_decay: float, replacing: bool,
+    pair: I64, discount: F64, reward: F64, ends: I8, sway: F64,
+    step_size: float, trace_decay: float, replacing: bool,
     q: F64, errors: F64, trace: F64, active: I64,
 ) -> None:
     """One pass over the batch: changes ``q`` [P] and fills ``errors`` [T].
 
-    ``trace`` [P] must be zero and is zero again afterwards; ``active`` [P] is scratch.
+    ``sway`` [T] is added to a decision's error in its update only. ``trace`` [P] must be zero and
+    is zero again afterwards; ``active`` [P] is scratch.
     """
     count = 0
     a_tm1 = -1  # the last known pair, waiting for its outcome
@@ -149,7 +153,8 @@ def _sweep(
             if a_tm1 >= 0:
                 errors[row] = td_error(q[a_tm1], r_t, discount_t, q[a_t])
                 decay = discount_t * trace_decay
-                count = _learn(errors[row], a_tm1, decay, step_size, replacing, q, trace, active, count)
+                moved = errors[row] + sway[row]
+                count = _learn(moved, a_tm1, decay, step_size, replacing, q, trace, active, count)
             a_tm1, row, r_t, discount_t = a_t, t, 0.0, 1.0
         discount_t *= discount[t]
         r_t += discount_t * reward[t]
@@ -157,7 +162,8 @@ def _sweep(
             if ends[t] == TERMINAL and a_tm1 >= 0:
                 errors[row] = td_error(q[a_tm1], r_t, discount_t, 0.0)
                 decay = discount_t * trace_decay
-                count = _learn(errors[row], a_tm1, decay, step_size, replacing, q, trace, active, count)
+                moved = errors[row] + sway[row]
+                count = _learn(moved, a_tm1, decay, step_size, replacing, q, trace, active, count)
             for i in range(count):
                 trace[active[i]] = 0.0
             count = 0
@@ -173,6 +179,7 @@ def sarsa_lambda(
     trace_decay: float,
     traces: Literal["replacing", "accumulating"] = "replacing",
     sweeps: int = 1,
+    sway: Callable[[F64], F64] | None = None,
 ) -> Learned:
     """Action values after some sweeps over a batch, in order of time, updated at every decision.
 
@@ -195,6 +202,10 @@ def sarsa_lambda(
         trace_decay: lambda a decision, in [0, 1].
         traces: what a visit does to its pair's trace: replacing sets one, accumulating adds one.
         sweeps: passes over the batch, at least 1.
+        sway: asked before every sweep for what is added to the TD error of each decision in its
+            update, float64 [T], finite. It is given the TD errors by the values that the sweep
+            starts from, float64 [T], NaN where a decision makes no update. See
+            :class:`pipeline.learning.influence.Influence`.
 
     Raises:
         SchemaMismatch: if ``q`` is not float64 [P] and finite, or a pair is not below P.
@@ -220,11 +231,20 @@ def sarsa_lambda(
     trace = np.zeros_like(learned)
     active = np.empty(len(learned), dtype=np.int64)
     errors = [np.empty(len(batch)) for _ in range(min(sweeps, 2))]
+    alone = np.zeros(len(batch))
     # read-only arrays are another type to numba, and would have the kernel compiled once more
     pair, reward, ends = batch.pair.copy(), batch.reward.copy(), batch.ends.copy()
     for sweep in range(sweeps):
+        swayed = alone
+        if sway is not None:
+            # a sweep of step zero moves nothing: its errors are those by the values as they are
+            still = np.empty(len(batch))
+            _sweep(
+                pair, discounts, reward, ends, alone, 0.0, 0.0, True, learned.copy(), still, trace, active
+            )
+            swayed = sway(still)
         _sweep(
-            pair, discounts, reward, ends, step_size, trace_decay, traces == "replacing",
+            pair, discounts, reward, ends, swayed, step_size, trace_decay, traces == "replacing",
             learned, errors[min(sweep, 1)], trace, active,
         )
     if not np.isfinite(learned).all():

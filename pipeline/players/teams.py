@@ -11,7 +11,7 @@ from pipeline.bodies import F64
 from pipeline.players import human_like, moving_randomly, static
 from pipeline.players.dice import Dice
 from pipeline.players.human_like import HumanLike
-from pipeline.players.measures import Measures
+from pipeline.players.measures import Measures, Packed
 
 
 class Team(IntEnum):
@@ -43,6 +43,12 @@ def new_memory(team: Team, robots: int, m: Measures, rng: Generator, people: Hum
     if team == Team.STATIC:
         return static.new_memory(robots)
     return (people or HumanLike()).sample(rng, robots, m)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def play_packed(team: int, view: F64, memory: F64, packed: Packed, dice: Dice, wheels: F64) -> None:
+    """:func:`play` with measures that cost little to hand over (:meth:`Measures.packed`)."""
+    play(team, view, memory, packed[0], dice, wheels)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

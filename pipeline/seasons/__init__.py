@@ -1,1 +1,1 @@
-"""Seasons: what their games show, beside what the paper reports of its own."""
+"""Seasons: the paper's loop of playing, watching the adversary and learning, and what came of it."""

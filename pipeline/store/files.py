@@ -10,7 +10,7 @@ import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TypeVar
+from typing import BinaryIO, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -64,6 +64,31 @@ class Files:
         """Atomically write bytes (see :meth:`aside`)."""
         with self.aside(path) as temporary:
             temporary.write_bytes(data)
+
+    @contextmanager
+    def growing(self, folder: str, name: str) -> Iterator[tuple[Path, BinaryIO]]:
+        """A file that grows while somebody works; it is theirs alone, and stays if they are killed.
+
+        Raises:
+            StorageFailed: if another process has it, or the disk refuses.
+        """
+        path = self.root / folder / safe(name)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("ab") as stream:
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                stream.truncate(0)
+                yield path, stream
+        except BlockingIOError as error:
+            raise StorageFailed("is being written by another process", where=str(path),
+                                next_step="Wait until that has ended") from error
+        except OSError as error:
+            raise StorageFailed(f"cannot be written ({error.strerror or error})", where=str(path),
+                                next_step="Free space or mend the folder, then try again") from error
+
+    def abandoned(self, folder: str) -> list[Path]:
+        """The files in ``folder`` that were growing (:meth:`growing`) until their process was killed."""
+        return [path for path in sorted((self.root / folder).glob("*")) if path.is_file() and _free(path)]
 
     def sweep(self) -> int:
         """Remove temporary files and staging folders of processes that are gone; how many."""
@@ -161,6 +186,16 @@ def verified(folder: Path, files: Mapping[str, FileRecord], role: str, what: str
     if digest(data) != files[role].sha256:
         raise CorruptFile("is not what was written (SHA-256 differs)", where=str(path), next_step=remedy)
     return data
+
+
+def _free(path: Path) -> bool:
+    """Whether no process holds a file."""
+    with path.open("rb") as held:
+        try:
+            fcntl.flock(held, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+    return True
 
 
 def _alive(pid: int) -> bool:

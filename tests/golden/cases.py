@@ -75,8 +75,7 @@ def knowledge_and_policy() -> str:
         taken = grams.cover(valued, pl.concat(patterns), settings.grams) if patterns else None
         counted = grams.merge([grams.grams(valued, round_.n, taken, settings.grams)])
         patterns.append(behaviours.select(counted, found.height, settings.behaviours, round_).patterns)
-    seen = decisions.observe(
-        valued, bodies, log.referee, pl.concat(patterns), pitch, settings.grams, settings.knowledge)
+    seen = decisions.observe(valued, bodies, log.referee, pl.concat(patterns), pitch, settings.grams)
     occasions = knowledge.occasions([seen], 1, settings.knowledge)
     policy, _ = policies.train([seen], occasions, None, settings.policies, 1, 1)
     chosen = {"clip_s": [0.0, 120.0]} | settings.model_dump(mode="json", exclude={"trajectories"})

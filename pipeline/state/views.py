@@ -1,167 +1,37 @@
-"""The paper's 36-element abstraction of the state of a match (section 4, Table 2).
-
-Each team sees the match turned so that its own goal is at -x. The six robots of the paper
-become six slots: own goalkeeper, midfield, striker, then the adversary's; every element of a
-robot is relative to that robot's *own* team's goals. Levels count from 0; those that the
-paper does not state, and all break points, are ours (DECISIONS.md, "The paper contradicts
-itself" and "Knowledge, learning").
-
-The elements do not multiply to the 80,621,568 states that the paper counts, and cannot:
-that number is 2^12 3^9, while eleven elements have three levels. Two keys that keep fewer
-elements do give it exactly.
-"""
+"""What a team sees of a moment: the levels of the 36 elements, from where bodies are and how they move."""
 
 from __future__ import annotations
 
-import math
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import polars as pl
 from numba import njit
 
-from pipeline.errors import BadSettings
 from pipeline.pitch import SCALES, Pitch
+from pipeline.state.table import (
+    AFTER_BALL,
+    BALL_DISTANCE,
+    BALL_ORIENTATION,
+    DIRECTION,
+    DRAWING,
+    ELEMENTS,
+    FAULT,
+    GOAL,
+    GOAL_DISTANCE,
+    GOAL_ORIENTATION,
+    I64,
+    NORMAL,
+    SCORE,
+    SITUATION,
+    SPEED,
+    U8,
+)
 from schemas import ROLES, TEAMS
 
-U8 = npt.NDArray[np.uint8]
-I64 = npt.NDArray[np.int64]
 F64 = npt.NDArray[np.float64]
 Bool = npt.NDArray[np.bool_]
-Key = Literal["full36", "ego19", "team19"]
-
-#: The paper's count of states (section 4).
-PAPER_STATES = 80_621_568
-
-SLOTS = tuple(f"{side} {role}" for side in ("own", "adversary's") for role in ROLES)
-DRAWING = 1
-NORMAL, FAULT, GOAL = 0, 1, 2
-
-# First element of each row of Table 2, in its order.
-_BALL_DISTANCE, _GOAL_DISTANCE, _BALL_ORIENTATION, _GOAL_ORIENTATION = 0, 6, 8, 14
-_AFTER_BALL, _DIRECTION, _SPEED, _SCORE, _SITUATION = 26, 32, 33, 34, 35
-ELEMENTS = 36
-
-
-class Element(NamedTuple):
-    """One element of the state.
-
-    Attributes:
-        name: what it is of.
-        levels: their names, level 0 first.
-    """
-
-    name: str
-    levels: tuple[str, ...]
-
-
-#: The 36 elements in the order of Table 2.
-TABLE = (
-    *(Element(f"distance of {slot} to ball", ("too close", "near", "far")) for slot in SLOTS),
-    *(Element(f"distance of ball to {goal} goal", ("very close", "close", "far"))
-      for goal in ("own", "adversary's")),
-    *(Element(f"orientation of {slot} to ball", ("front", "side", "back")) for slot in SLOTS),
-    *(Element(f"orientation of {slot} to {goal} goal", ("away", "pointing"))
-      for slot in SLOTS for goal in ("its own", "its adversary's")),
-    *(Element(f"{slot} in relation to ball and its own goal", ("before", "after")) for slot in SLOTS),
-    Element("ball direction", tuple(f"{45 * sector} degrees" for sector in range(8))),
-    Element("ball velocity", ("slow", "medium", "fast")),
-    Element("score", ("losing", "drawing", "winning")),
-    Element("game situation", ("normal", "fault", "goal")),
-)
-LEVELS: I64 = np.array([len(element.levels) for element in TABLE], dtype=np.int64)
-_GLOBALS = (_DIRECTION, _SPEED, _SCORE, _SITUATION)
-
-
-class Column(NamedTuple):
-    """One digit of an encoded state.
-
-    Attributes:
-        element: index in :data:`TABLE`.
-        levels: how many values the digit has; with fewer than the element, its last ones fall
-            together ("front" or not).
-    """
-
-    element: int
-    levels: int
-
-
-def columns(key: Key, slot: int = 0) -> tuple[Column, ...]:
-    """The digits of an encoded state, the most significant first.
-
-    ``full36`` is all of Table 2. ``ego19`` keeps distance and position of all robots, the
-    orientations of the deciding one (to the ball in two levels), and the four last elements;
-    ``team19`` those of the own team, and the four last. The latter two have 80,621,568 states.
-
-    Args:
-        key: which elements are kept.
-        slot: own slot (0, 1, 2) of the deciding robot; only ``ego19`` depends on it.
-    """
-    if key == "full36":
-        return tuple(Column(e, int(LEVELS[e])) for e in range(ELEMENTS))
-    if key == "ego19":
-        near = [*range(_BALL_DISTANCE, _BALL_DISTANCE + 6), *range(_AFTER_BALL, _AFTER_BALL + 6)]
-        ego = [_GOAL_ORIENTATION + 2 * slot, _GOAL_ORIENTATION + 2 * slot + 1]
-        return (
-            *(Column(e, int(LEVELS[e])) for e in near),
-            Column(_BALL_ORIENTATION + slot, 2),
-            *(Column(e, int(LEVELS[e])) for e in (*ego, *_GLOBALS)),
-        )
-    own = [
-        *range(_BALL_DISTANCE, _BALL_DISTANCE + 3),
-        *range(_BALL_ORIENTATION, _BALL_ORIENTATION + 3),
-        *range(_GOAL_ORIENTATION, _GOAL_ORIENTATION + 6),
-        *range(_AFTER_BALL, _AFTER_BALL + 3),
-    ]
-    return tuple(Column(e, int(LEVELS[e])) for e in (*own, *_GLOBALS))
-
-
-def size(key: Key) -> int:
-    """How many states a key tells apart."""
-    return math.prod(column.levels for column in columns(key))
-
-
-def encode(elements: U8, key: Key, slot: npt.NDArray[np.integer] | None = None) -> I64:
-    """States as integers in mixed radix, the first digit the most significant.
-
-    Args:
-        elements: uint8 [K, 36].
-        key: which elements are kept.
-        slot: [K], own slot (0, 1, 2) of the deciding robot: the index of its role. Needed by
-            ``ego19`` only.
-
-    Returns:
-        int64 [K], in [0, size(key)).
-
-    Raises:
-        BadSettings: if ``ego19`` is asked for without slots.
-    """
-    if key != "ego19":
-        return _encode(elements, columns(key))
-    if slot is None:
-        raise BadSettings("state key ego19 needs the deciding robot's slot", next_step="Give slot")
-    states = np.zeros(len(elements), dtype=np.int64)
-    for own in range(len(ROLES)):
-        rows = slot == own
-        states[rows] = _encode(elements[rows], columns(key, own))
-    return states
-
-
-def decode(states: I64, key: Key) -> U8:
-    """The digits of encoded states, uint8 [K, len(columns(key))]; the inverse of :func:`encode`."""
-    digits = np.empty((len(states), len(columns(key))), dtype=np.uint8)
-    left = states.copy()
-    for i, column in reversed(list(enumerate(columns(key)))):
-        left, digits[:, i] = np.divmod(left, column.levels)
-    return digits
-
-
-def _encode(elements: U8, digits: tuple[Column, ...]) -> I64:
-    states = np.zeros(len(elements), dtype=np.int64)
-    for column in digits:
-        states = states * column.levels + np.minimum(elements[:, column.element], column.levels - 1)
-    return states
 
 
 class Breaks(NamedTuple):
@@ -260,24 +130,24 @@ def look(
             return False
         x, y, theta = robots[best, 0], robots[best, 1], robots[best, 2]
         attacks = flip if side == 0 else -flip
-        out[_BALL_DISTANCE + slot] = _level(best_distance, breaks.too_close, breaks.near)
+        out[BALL_DISTANCE + slot] = _level(best_distance, breaks.too_close, breaks.near)
         bearing = np.abs(_turn(np.arctan2(by - y, bx - x) - theta))
-        out[_BALL_ORIENTATION + slot] = 0 if bearing <= breaks.front else (2 if bearing >= breaks.side else 1)
+        out[BALL_ORIENTATION + slot] = 0 if bearing <= breaks.front else (2 if bearing >= breaks.side else 1)
         for goal in range(2):
             gx = attacks * breaks.goal_x * (2 * goal - 1)
             bearing = np.abs(_turn(np.arctan2(-y, gx - x) - theta))
             reach = max(breaks.pointing, np.arctan2(breaks.half_goal, np.hypot(gx - x, y)))
-            out[_GOAL_ORIENTATION + 2 * slot + goal] = 1 if bearing <= reach else 0
-        out[_AFTER_BALL + slot] = 1 if attacks * (x - bx) > 0 else 0
+            out[GOAL_ORIENTATION + 2 * slot + goal] = 1 if bearing <= reach else 0
+        out[AFTER_BALL + slot] = 1 if attacks * (x - bx) > 0 else 0
     for goal in range(2):
         distance = np.hypot(bx - flip * breaks.goal_x * (2 * goal - 1), by)
-        out[_GOAL_DISTANCE + goal] = _level(distance, breaks.very_close, breaks.close)
+        out[GOAL_DISTANCE + goal] = _level(distance, breaks.very_close, breaks.close)
     if not np.isnan(direction):
         sector = int(np.floor((direction + np.pi / 8) / (np.pi / 4)))
-        out[_DIRECTION] = (sector if flip > 0 else sector + 4) % 8
-    out[_SPEED] = _level(speed, breaks.slow, breaks.medium)
-    out[_SCORE] = score
-    out[_SITUATION] = situation
+        out[DIRECTION] = (sector if flip > 0 else sector + 4) % 8
+    out[SPEED] = _level(speed, breaks.slow, breaks.medium)
+    out[SCORE] = score
+    out[SITUATION] = situation
     return True
 
 

@@ -1,0 +1,85 @@
+"""Commands that play matches: record."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import polars as pl
+from cyclopts import Parameter
+
+from flows.catalog import refresh
+from flows.commands.common import Common, bars, print_frame, print_json
+from flows.record import policy_of, record
+from pipeline.errors import BadSettings
+from pipeline.play.recipe import Recipe, TeamSettings
+from pipeline.store import Store
+from pipeline.world.laws import RefereeSettings
+from schemas import Matches
+
+DEFAULTS = Common()
+Json = Annotated[bool, Parameter(name="--json", negative=())]
+
+
+def record_matches(
+    *,
+    home: str = "static",
+    away: str = "static",
+    seed: int = 1,
+    matches: int = 1,
+    minutes: float = 8.0,
+    robots: int = 3,
+    explore: float = 0.0,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Play matches and log them.
+
+    Args:
+        home: Who plays: random, static, human-like (stands in for people), learned (the newest policy) or
+            learned:3 (policy version 3).
+        away: Likewise.
+        seed: Decides all that is left to chance; the same seed plays the same match.
+        matches: How many; each has the next seed.
+        minutes: Of a match.
+        robots: A side.
+        explore: Chance that a learned team's robot tries any behaviour instead of the best.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    store = common.store
+    policies: dict[str, pl.DataFrame] = {}
+    teams = [team_of(word, store, policies, explore) for word in (home, away)]
+    referee = RefereeSettings(duration_s=60 * minutes)
+    rows = []
+    with bars() as progress:
+        progress.begin("matches", matches)
+        for number in range(seed, seed + matches):
+            recipe = Recipe(home=teams[0], away=teams[1], seed=number, robots=robots, referee=referee)
+            receipt, new = record(store, recipe, policies)
+            row = store.read_table(receipt, "matches", Matches)
+            rows.append({**row.select("match_id", "home", "away", "score_home", "score_away", "duration_s")
+                         .row(0, named=True), "new": new})
+            progress.advance("matches", recipe.match_id)
+    refresh(store)
+    if json:
+        print_json(rows)
+    else:
+        print_frame(pl.DataFrame(rows))
+
+
+def team_of(word: str, store: Store, policies: dict[str, pl.DataFrame], explore: float) -> TeamSettings:
+    """The team that a word names; a policy that it plays is put into ``policies``.
+
+    Raises:
+        BadSettings: if no team is called so.
+        NotFound: if there is no such policy.
+    """
+    kind, _, version = word.partition(":")
+    if kind == "learned" and (not version or version.isdecimal()):
+        label, rows = policy_of(store, int(version) if version else None)
+        policies[label] = rows
+        return TeamSettings(kind="learned", policy=label, explore=explore)
+    if word not in ("random", "static", "human-like"):
+        raise BadSettings(f"{word!r} is no team", next_step=(
+            "Name random, static, human-like, learned or learned:VERSION"))
+    return TeamSettings.model_validate({"kind": word})

@@ -1,0 +1,105 @@
+"""The command that plays seasons."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import polars as pl
+from cyclopts import Parameter
+
+from flows.commands.common import Common, bars, console, print_frame, print_json
+from flows.season import NOUN, season_flow
+from flows.stage import StageReport, listener
+from pipeline.errors import BadSettings
+from pipeline.seasons.settings import Opponent, Season, SeasonSettings, named, names, parse
+from pipeline.store import Store
+from schemas import Games
+
+DEFAULTS = Common()
+Json = Annotated[bool, Parameter(name="--json", negative=())]
+
+
+def season(
+    *,
+    settings: str = "best",
+    opponent: tuple[Opponent, ...] = ("static",),
+    seed: int = 1,
+    seasons: int = 1,
+    games: int | None = None,
+    jobs: int = 1,
+    discard: Annotated[bool, Parameter(negative=())] = False,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Play seasons: play, watch the adversary, learn, play again; what is done already is not played again.
+
+    Args:
+        settings: Settings that come along (paper, best, and the ablations of both) or a TOML file.
+        opponent: Who is played against: static, human-like (stands in for people) or random; may be repeated.
+        seed: Of the first season.
+        seasons: How many against each opponent; each has the next seed.
+        games: Of a season, if not as the settings say.
+        jobs: Games that are played at once, by processes of their own.
+        discard: Forget a game's logs and tables once it was learned from.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    name, chosen = _settings(settings, common.store)
+    if games is not None:
+        chosen = SeasonSettings.model_validate(chosen.model_dump() | {"games": games})
+    wanted = [
+        Season(name=name, opponent=against, seed=number, settings=chosen)
+        for number in range(seed, seed + seasons) for against in opponent
+    ]
+    store = common.store
+    with bars() as progress:
+        listener.set(progress)
+        report = StageReport.model_validate(season_flow(store.root, wanted, jobs, discard))
+    rows = _summary(store, wanted)
+    if json:
+        print_json({"report": report.model_dump(), "seasons": rows.to_dicts()})
+    else:
+        print_frame(rows, title="all games and the last ten: goals a game; share of actions that are learned")
+        for what, why in report.failed.items():
+            console().print(f"[bold red]stopped[/] {what}: ", end="")
+            console().print(why, markup=False, soft_wrap=True)
+        console().print("pitchlore report writes the page on all seasons of the data folder")
+    sys.exit(1 if report.failed else 0)
+
+
+def _settings(word: str, store: Store) -> tuple[str, SeasonSettings]:
+    """Settings by the name under which they come along, or from a file; and their name.
+
+    Raises:
+        NotFound: if there is neither.
+        BadSettings: if a file cannot be used, or its name cannot name a season.
+    """
+    if not word.endswith(".toml"):
+        return word, named(word)
+    path = Path(word)
+    if path.stem in names():
+        raise BadSettings("has the name of settings that come along", where=word,
+                          next_step="Name the file otherwise, and say base = \"...\" in it")
+    return path.stem, parse(store.foreign(path), where=word)
+
+
+def _summary(store: Store, wanted: list[Season]) -> pl.DataFrame:
+    rows = []
+    for own in wanted:
+        receipt = store.receipt(NOUN, own.id)
+        if receipt is None:
+            continue
+        games = store.read_table(receipt, "games", Games)
+        rows.append(pl.DataFrame({"season": own.id, "games": games.height}).hstack(
+            pl.concat([_means(games, ""), _means(games.tail(10), "last ")], how="horizontal")))
+    return pl.concat(rows) if rows else pl.DataFrame()
+
+
+def _means(games: pl.DataFrame, prefix: str) -> pl.DataFrame:
+    return games.select(
+        pl.col("goals_for").mean().alias(f"{prefix}for"),
+        pl.col("goals_against").mean().alias(f"{prefix}against"),
+        (pl.col("other_actions").sum() / pl.col("actions").sum()).alias(f"{prefix}learned"),
+    )

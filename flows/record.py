@@ -1,0 +1,107 @@
+"""Matches that are played: logged while they go on, committed when they are over."""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+
+import polars as pl
+
+from flows.matches import PLAYING, SCHEMAS, keep
+from pipeline import matches as log
+from pipeline.errors import NotFound
+from pipeline.frame import AWAY, HOME
+from pipeline.play.match import PART, Match
+from pipeline.play.minds import Mind, mind_of
+from pipeline.play.recipe import Recipe
+from pipeline.receipts import Receipt, digest, key_of
+from pipeline.store import Store
+from schemas import Policies
+
+
+def policy_of(store: Store, version: int | None = None) -> tuple[str, pl.DataFrame]:
+    """A policy's label for recipes, and its rows; the newest by default.
+
+    Raises:
+        NotFound: if there is none.
+    """
+    manifest = store.latest("policies") if version is None else store.manifest("policies", version)
+    if manifest is None:
+        raise NotFound("there is no policy to play", where=str(store.root),
+                       next_step="Import or record matches, then `pitchlore run`")
+    label = f"v{manifest.version} {manifest.files['policies'].sha256}"
+    return label, store.read_version_table(manifest, "policies", Policies)
+
+
+def record(
+    store: Store, recipe: Recipe, policies: Mapping[str, pl.DataFrame] | None = None
+) -> tuple[Receipt, bool]:
+    """Play a match, unless it is there; its receipt, and whether it is new.
+
+    Args:
+        store: where it is kept.
+        recipe: what to play.
+        policies: rows of schema Policies by the label that the recipe's teams name.
+
+    Raises:
+        StorageFailed: if the log cannot be written, or if another process plays this match.
+    """
+    there = store.holding("matches", recipe.match_id, _key(recipe))
+    if there is None:
+        match = Match(recipe, minds_of(recipe, policies or {}))
+        with recording(store, match) as log_it:
+            while match.advance(PART):
+                log_it()
+        there = store.receipt("matches", recipe.match_id)
+        assert there is not None
+        return there, True
+    return there, False
+
+
+def minds_of(recipe: Recipe, policies: Mapping[str, pl.DataFrame]) -> tuple[Mind, Mind]:
+    """The minds of both teams; policies by label."""
+    home, away = (
+        mind_of(team, recipe, side, policies[team.policy] if team.policy else None)
+        for side, team in ((HOME, recipe.home), (AWAY, recipe.away))
+    )
+    return home, away
+
+
+@contextmanager
+def recording(store: Store, match: Match) -> Iterator[Callable[[], None]]:
+    """Log a match while it is played; it is committed when the body ends, as what its log then says.
+
+    If the process is killed, or the body raises, the log so far stays in ``playing/``, whence the next
+    run of the stages takes it.
+
+    Yields:
+        What logs all that was played since it was last called.
+    """
+    recipe = match.recipe
+    with store.growing(PLAYING, f"{recipe.match_id}.mcap") as (path, stream):
+        with log.Recorder(stream, match.info) as recorder:
+
+            def log_it() -> None:
+                part = match.take()
+                recorder.frames(part.frames)
+                recorder.referee(part.referee)
+                recorder.decisions(part.decisions)
+
+            yield log_it
+            log_it()
+        data = store.foreign(path)
+        played = log.read(data, where=str(path))
+        with store.locked("matches"):
+            keep(store, played, data, _key(recipe), source=_source(recipe),
+                 settings=recipe.model_dump(mode="json"))
+        store.release("matches", recipe.match_id)
+        path.unlink()
+
+
+def _source(recipe: Recipe) -> str:
+    """SHA-256 of the recipe."""
+    return digest(json.dumps(recipe.model_dump(mode="json"), sort_keys=True).encode())
+
+
+def _key(recipe: Recipe) -> str:
+    return key_of("matches", recipe.match_id, inputs={"source": _source(recipe)},
+                  settings=recipe.model_dump(mode="json"), tables=SCHEMAS)

@@ -1,0 +1,67 @@
+"""What makes a match: the same recipe, under the same code, plays the same match byte for byte."""
+
+from __future__ import annotations
+
+import json
+from typing import Literal
+
+from pydantic import Field
+
+from pipeline.pitch import PITCHES, Kind, Pitch
+from pipeline.players.human_like import HumanLike
+from pipeline.receipts import digest
+from pipeline.settings import Frozen
+from pipeline.world.laws import RefereeSettings
+from pipeline.world.settings import PhysicsSettings
+
+TeamKind = Literal["random", "static", "human-like", "learned", "human"]
+
+
+class TeamSettings(Frozen):
+    """Who plays.
+
+    Attributes:
+        kind: of team. "human-like" stands in for people and is no model of anyone.
+        people: what the person of a human-like team may be like.
+        policy: of a learned team: label and SHA-256 of the policy's table; None knows nothing yet, and
+            moves randomly.
+        explore: of a learned team: chance that a robot takes any behaviour that it knows for the state
+            instead of the best.
+        trust: of a learned team: a state is looked up by a finer key only if it was visited so often.
+    """
+
+    kind: TeamKind
+    people: HumanLike = HumanLike()
+    policy: str | None = None
+    explore: float = Field(default=0.0, ge=0, le=1)
+    trust: int = Field(default=0, ge=0)
+
+
+class Recipe(Frozen):
+    """A match before it is played.
+
+    Attributes:
+        home: attacks +x in the first half.
+        away: the other.
+        seed: decides all that is left to chance.
+        robots: a side.
+        score: goals of home and away that count from the start.
+        pitch: where.
+        physics: of the arena.
+        referee: the laws.
+    """
+
+    home: TeamSettings
+    away: TeamSettings
+    seed: int = Field(ge=0)
+    robots: int = Field(default=3, ge=1)
+    score: tuple[int, int] = (0, 0)
+    pitch: Pitch = PITCHES[Kind.VSSS]
+    physics: PhysicsSettings = PhysicsSettings()
+    referee: RefereeSettings = RefereeSettings()
+
+    @property
+    def match_id(self) -> str:
+        """Teams, seed, and a hash of everything."""
+        text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
+        return f"{self.home.kind}-{self.away.kind}-{self.seed}-{digest(text.encode())[:12]}"

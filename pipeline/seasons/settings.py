@@ -1,0 +1,148 @@
+"""What a season is: how many games, against whom, and how the apprentice learns from them."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from typing import Any, Literal
+
+from pydantic import Field
+
+from pipeline.errors import NotFound
+from pipeline.play.recipe import Recipe, TeamSettings
+from pipeline.settings import Frozen, Settings, fitted, tables
+from pipeline.world.laws import RefereeSettings
+
+Opponent = Literal["static", "human-like", "random"]
+OPPONENTS: tuple[Opponent, ...] = ("static", "human-like")
+
+#: Each game's matches have seeds of their own, so many to a season.
+_SEEDS_A_SEASON = 100_000
+_SEEDS_A_GAME = 100
+
+
+class SeasonSettings(Frozen):
+    """How a season is played and learned from (paper sections 4 and 6, Figure 2).
+
+    Attributes:
+        games: of a season; the paper plays 35.
+        lead: goals that the apprentice is ahead by at the start of a game.
+        lead_from: first game at which it is; before, games start 0 : 0. The paper changes the score
+            against its static opponent at game 11.
+        lead_against: opponents against which it is.
+        practice: further matches a game that are learned from as well but not counted in the tables.
+        explore: chance that a robot takes any behaviour that it knows for a state instead of the best, at
+            the first game.
+        explore_last: the same at the last game; in between it changes evenly. Practice matches explore as
+            much, the counted one does as ``explore_counted`` says.
+        explore_counted: whether the counted match of a game explores, too.
+        trust: visits that a state needs at least to be looked up by a finer key.
+        referee: laws of the matches; the paper's games take about eight minutes.
+        pipeline: settings of all stages.
+    """
+
+    games: int = Field(default=35, ge=1)
+    lead: int = Field(default=0, ge=0)
+    lead_from: int = Field(default=11, ge=1)
+    lead_against: tuple[Opponent, ...] = ("static",)
+    practice: int = Field(default=0, ge=0, lt=_SEEDS_A_GAME)
+    explore: float = Field(default=0.1, ge=0, le=1)
+    explore_last: float = Field(default=0.1, ge=0, le=1)
+    explore_counted: bool = True
+    trust: int = Field(default=0, ge=0)
+    referee: RefereeSettings = RefereeSettings()
+    pipeline: Settings = Settings()
+
+
+class Season(Frozen):
+    """One season: whose settings, against whom, by which chances.
+
+    Attributes:
+        name: of the settings.
+        opponent: of all its games.
+        seed: decides all that is left to chance.
+        settings: how it is played.
+    """
+
+    name: str
+    opponent: Opponent
+    seed: int = Field(ge=0, lt=10_000)
+    settings: SeasonSettings
+
+    @property
+    def id(self) -> str:
+        """Settings, opponent and seed."""
+        return f"{self.name}-{self.opponent}-{self.seed}"
+
+    def lead(self, game: int) -> int:
+        """Goals that the apprentice is ahead by when a game starts (games count from 1)."""
+        own = self.settings
+        return own.lead if self.opponent in own.lead_against and game >= own.lead_from else 0
+
+    def recipes(self, game: int, policy: str | None) -> list[Recipe]:
+        """The matches of a game, the counted one first; the apprentice is home.
+
+        Args:
+            game: from 1.
+            policy: label of the policy that the apprentice plays, None for none.
+        """
+        own = self.settings
+        along = (game - 1) / max(own.games - 1, 1)
+        explore = own.explore + along * (own.explore_last - own.explore)
+        first = self.seed * _SEEDS_A_SEASON + game * _SEEDS_A_GAME
+        return [
+            Recipe(
+                home=TeamSettings(
+                    kind="learned", policy=policy, trust=own.trust,
+                    explore=explore if match > 0 or own.explore_counted else 0.0,
+                ),
+                away=TeamSettings(kind=self.opponent),
+                seed=first + match, score=(self.lead(game), 0), referee=own.referee,
+            )
+            for match in range(1 + own.practice)
+        ]  # fmt: skip
+
+
+def names() -> list[str]:
+    """The settings that come along."""
+    folder = files("pipeline.seasons").joinpath("named")
+    return sorted(path.name.removesuffix(".toml") for path in folder.iterdir() if path.name.endswith(".toml"))
+
+
+def named(name: str) -> SeasonSettings:
+    """Settings that come along.
+
+    Raises:
+        NotFound: if there are none of this name.
+    """
+    return parse(_text(name), where=f"{name}.toml")
+
+
+def parse(data: bytes | str, where: str) -> SeasonSettings:
+    """Settings from TOML; ``base`` names settings that come along, of which the file says what differs.
+
+    Raises:
+        BadSettings: if it is not TOML, or has a key or value that does not fit.
+        NotFound: if there are no settings of the name of ``base``.
+    """
+    return fitted(SeasonSettings, _unfolded(tables(data, where)), where, "See pipeline/seasons/settings.py")
+
+
+def _unfolded(said: dict[str, Any]) -> dict[str, Any]:
+    base = said.pop("base", None)
+    return said if base is None else _over(_unfolded(tables(_text(base), f"{base}.toml")), said)
+
+
+def _over(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
+    """Tables of which the one above hides what it says itself of the one below."""
+    out = dict(below)
+    for key, value in above.items():
+        both = isinstance(value, dict) and isinstance(out.get(key), dict)
+        out[key] = _over(out[key], value) if both else value
+    return out
+
+
+def _text(name: str) -> str:
+    if name not in names():
+        raise NotFound(
+            f"there are no settings {name!r}", next_step=f"Name a file, or one of {', '.join(names())}")
+    return files("pipeline.seasons").joinpath("named", f"{name}.toml").read_text(encoding="utf-8")

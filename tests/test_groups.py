@@ -1,0 +1,216 @@
+"""Learning match by match: behaviours of one match alone, players that log, knowledge that adds up."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import shutil
+
+import polars as pl
+import pytest
+from polars.testing import assert_frame_equal
+
+from flows import behaviours, decisions, goals, grams, situations, trajectories
+from flows.catalog import catalog_path, refresh
+from flows.knowledge import emit
+from flows.matches import Recording, import_recording
+from flows.stage import Scope, scope_of
+from pipeline import catalog
+from pipeline import matches as log_format
+from pipeline.errors import BadSettings
+from pipeline.grams import merge
+from pipeline.knowledge import merge_behaviours, merge_occasions, occasions
+from pipeline.settings import KnowledgeSettings, Settings
+from pipeline.state import size
+from pipeline.store import Store
+from schemas import Behaviours, Decisions, Goals, Grams, Occasions, Patterns, Situations
+
+S = 1_000_000_000
+SETTINGS = Settings()
+LENGTHS = tuple(round_.n for round_ in SETTINGS.behaviours.rounds)
+PLAYED = "played-0123456789ab"
+ADDS_UP = KnowledgeSettings(accumulate=True, backoff=("self9", "role0"), own="chosen")
+
+
+def chosen_by_home() -> pl.DataFrame:
+    """What the home team of the played match logged: robot 1 decides every five seconds."""
+    rows = [
+        (PLAYED, "home", 1, "striker", k * 5 * S, (k + 1) * 5 * S, (k * 7**17) % size("full36"),
+         (None, "striker-001-011", "striker-099-099-099")[k % 3], True, k % 3 == 0, 0.0, 0, None, 0.0)
+        for k in range(10)
+    ]
+    return Decisions.validate(pl.DataFrame(rows, schema=Decisions.dtypes(), orient="row"))
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory, clips) -> Store:
+    """A store of a recording and of the same match as if we had played it, up to the goals."""
+    store = Store(tmp_path_factory.mktemp("played"))
+    recorded, _ = import_recording(store, Recording(file=clips / "early.parquet"))
+    log = log_format.read(store.read(recorded, "log"), where="log")
+    named = pl.lit(PLAYED).alias("match_id")
+    ours = dataclasses.replace(
+        log, info=log.info.model_copy(update={"match_id": PLAYED, "source": "played"}),
+        referee=log.referee.with_columns(named), quality=log.quality.with_columns(named), decisions=chosen_by_home())
+    buffer = io.BytesIO()
+    log_format.write(ours, buffer)
+    (store.root / "played.mcap").write_bytes(buffer.getvalue())
+    import_recording(store, Recording(file=store.root / "played.mcap"))
+    scope = scope_of(store, SETTINGS)
+    for stage in (trajectories, situations, goals):
+        for match in scope.matches:
+            noun = stage.STAGE.noun
+            stage.STAGE.perform(store, match, getattr(SETTINGS, noun), scope)
+    return store
+
+
+@pytest.fixture
+def store(played, tmp_path) -> Store:
+    return Store(shutil.copytree(played.root, tmp_path / "data"))
+
+
+def group(match: str) -> Scope:
+    return Scope(matches=(match,), lengths=LENGTHS, group=match)
+
+
+def learn(store: Store, scope: Scope, settings: Settings = SETTINGS) -> None:
+    """All rounds and the decisions of a scope."""
+    for n in scope.lengths:
+        for match in scope.matches:
+            grams.STAGE.perform(store, grams.output(match, n), settings.grams, scope)
+        behaviours.STAGE.perform(store, scope.round(n), settings.behaviours, scope)
+    for match in scope.matches:
+        decisions.STAGE.perform(store, match, settings.decisions, scope)
+
+
+def recording_of(store: Store) -> str:
+    return next(receipt.name for receipt in store.receipts("matches") if receipt.name != PLAYED)
+
+
+def table(store, noun, name, role, schema) -> pl.DataFrame:
+    return store.read_table(store.receipt(noun, name), role, schema)
+
+
+def version(store, manifest) -> tuple[pl.DataFrame, pl.DataFrame]:
+    return tuple(store.read_version_table(manifest, *of) for of in (("behaviours", Behaviours), ("occasions", Occasions)))
+
+
+class TestGroups:
+    def test_make_behaviours_of_their_match_alone(self, store):
+        name = recording_of(store)
+        learn(store, group(name))
+        assert [r.name for r in store.receipts("behaviours")] == sorted(f"{name}.n{n}" for n in LENGTHS)
+        found = pl.concat(table(store, "behaviours", f"{name}.n{n}", "patterns", Patterns) for n in LENGTHS)
+        learn(store, Scope(matches=(name,), lengths=LENGTHS))
+        whole = pl.concat(table(store, "behaviours", f"n{n}", "patterns", Patterns) for n in LENGTHS)
+        assert found.height > 0
+        assert_frame_equal(found, whole)
+
+    def test_that_are_refused_leave_out_their_match_only(self, store):
+        name = recording_of(store)
+        for match in (name, PLAYED):
+            learn(store, group(match))
+        refresh(store)
+        rows = "select distinct match_id from decisions order by match_id"
+        assert set(catalog.query(catalog_path(store), rows)["match_id"]) == {name, PLAYED}
+        store.quarantine("behaviours", f"{name}.n3", ValueError("no"))
+        assert scope_of(store, SETTINGS).matches == (PLAYED,)
+        refresh(store)
+        assert catalog.query(catalog_path(store), rows)["match_id"].to_list() == [PLAYED]
+        assert set(catalog.query(catalog_path(store), "select distinct match_id from grams")["match_id"]) == {name, PLAYED}
+
+    def test_of_the_whole_store_are_refused_without_blaming_a_match(self, store):
+        learn(store, group(PLAYED))
+        store.quarantine("behaviours", "n3", ValueError("no"))
+        assert len(scope_of(store, SETTINGS).matches) == 2
+
+
+@pytest.mark.parametrize("share_of", ["groups", "situations"])
+def test_behaviours_are_of_the_teams_that_are_learned_from(store, share_of):
+    away = SETTINGS.behaviours.model_copy(update={"teams": ("away",), "share_of": share_of, "value_over": -1.0})
+    scope = group(recording_of(store))
+    (name,) = scope.matches
+    learn(store, scope, SETTINGS.model_copy(update={"behaviours": away}))
+    counted = table(store, "grams", f"{name}.n4", "grams", Grams)
+    theirs = merge([counted.filter(pl.col("team") == "away")])
+    found = table(store, "behaviours", f"{name}.n4", "patterns", Patterns)
+    assert found.height > 0
+    joined = found.join(theirs, on=("role", "codes"), how="left", maintain_order="left")
+    assert joined["support"].to_list() == joined["count"].to_list()
+    seen = table(store, "situations", name, "situations", Situations)
+    whole = {"groups": theirs["count"].sum(), "situations": seen.filter(pl.col("team") == "away").height}[share_of]
+    assert store.receipt("behaviours", f"{name}.n4").details["report"]["threshold"] == pytest.approx(0.1 * whole)
+
+
+class TestDecisions:
+    def test_of_a_team_that_logged_them_are_those_with_values_computed_anew(self, store):
+        learn(store, group(PLAYED))
+        found = table(store, "decisions", PLAYED, "decisions", Decisions)
+        own, others = found.filter("chosen"), found.filter(~pl.col("chosen"))
+        assert_frame_equal(own.drop("value"), chosen_by_home().drop("value"))
+        scored = table(store, "goals", PLAYED, "goals", Goals)
+        for t_ns, worth in own.select("t_ns", "value").rows():
+            follows = [goal for goal in scored.select("t_ns", "team").rows() if goal[0] > t_ns][:1]
+            expected = sum((1 if team == "home" else -1) * 0.998 ** ((at - t_ns) / S * 30) for at, team in follows)
+            assert worth == pytest.approx(expected, abs=1e-8)
+        assert own["value"].abs().max() > 0
+        assert others["team"].unique().to_list() == ["away"]
+        assert store.receipt("decisions", PLAYED).details == {"decisions": found.height, "chosen": own.height}
+
+    def test_of_others_are_what_they_were_without_it(self, store):
+        name = recording_of(store)
+        for match in (name, PLAYED):
+            learn(store, group(match))
+        seen, ours = (table(store, "decisions", match, "decisions", Decisions).filter(pl.col("team") == "away")
+                      for match in (name, PLAYED))
+        assert not seen["chosen"].any()
+        assert_frame_equal(seen.drop("match_id"), ours.drop("match_id"))
+
+
+class TestAddingUp:
+    def test_is_the_knowledge_before_and_what_is_new(self, store):
+        name = recording_of(store)
+        learn(store, group(name))
+        first, new = emit(store, ADDS_UP, group(name))
+        assert (first.version, first.parent, new, first.counts["matches"]) == (1, None, True, 1)
+        learn(store, group(PLAYED))
+        second, new = emit(store, ADDS_UP, group(PLAYED))
+        assert (second.version, second.parent, new, second.counts["matches"]) == (2, 1, True, 2)
+        known, seen = version(store, first)
+        patterns = [table(store, "behaviours", f"{PLAYED}.n{n}", "patterns", Patterns) for n in LENGTHS]
+        alone = pl.concat(patterns).with_columns(version=pl.lit(2, pl.Int32)).select(list(Behaviours.dtypes()))
+        both = merge_behaviours([known, alone], 2)
+        known, _ = version(store, second)
+        assert_frame_equal(known, both)
+        later = occasions([table(store, "decisions", PLAYED, "decisions", Decisions)], 2, ADDS_UP, known["behaviour_id"])
+        assert_frame_equal(version(store, second)[1], merge_occasions([seen, later], 2, ADDS_UP))
+        assert "striker-099-099-099" not in later["behaviour_id"].to_list(), "no version of ours knows it"
+        by_the_state_key = version(store, second)[1].filter(pl.col("key") == "full36")
+        assert second.counts["occasions"] == by_the_state_key.height
+
+    def test_never_adds_the_same_match_again(self, store):
+        scopes = [group(recording_of(store)), group(PLAYED)]
+        for scope in scopes:
+            learn(store, scope)
+            assert emit(store, ADDS_UP, scope)[1]
+        for number, scope in enumerate(scopes, start=1):
+            assert emit(store, ADDS_UP, scope) == (store.manifest("knowledge", number), False)
+        assert store.versions("knowledge") == [1, 2]
+
+    def test_refuses_a_match_that_was_made_otherwise(self, store):
+        scopes = [group(recording_of(store)), group(PLAYED)]
+        for scope in scopes:
+            learn(store, scope)
+            emit(store, ADDS_UP, scope)
+        other = ADDS_UP.model_copy(update={"optimistic": 0.5})
+        with pytest.raises(BadSettings, match=f"knowledge version 2 holds {scopes[0].group} already"):
+            emit(store, other, scopes[0])
+        assert store.versions("knowledge") == [1, 2]
+
+    def test_is_off_unless_it_is_asked_for(self, store):
+        scopes = [group(recording_of(store)), group(PLAYED)]
+        for scope in scopes:
+            learn(store, scope)
+            manifest, _ = emit(store, KnowledgeSettings(), scope)
+            assert manifest.counts["matches"] == 1
+        assert not any(label.startswith("parent/") for label in manifest.inputs)

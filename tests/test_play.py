@@ -1,0 +1,250 @@
+"""Matches that are played: the loop, what it logs, and what a learned team decides."""
+
+import io
+
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline import matches as log
+from pipeline.errors import BadSettings
+from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE
+from pipeline.play.match import Match
+from pipeline.play.minds import mind_of
+from pipeline.play.recipe import Recipe, TeamSettings
+from pipeline.state import encode
+from pipeline.world.laws import RefereeSettings
+from schemas import Policies
+
+MINUTE = 3600
+
+
+def recipe(home="static", away="static", seed=1, seconds=20.0, **more):
+    return Recipe(
+        home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed,
+        referee=RefereeSettings(duration_s=seconds), **more,
+    )
+
+
+def match(of, policy=None, **more):
+    return Match(of, (mind_of(of.home, of, 0, policy), mind_of(of.away, of, 1, policy)), **more)
+
+
+def logged(of, policy=None, part=1000):
+    """The bytes of the log of a match."""
+    played, stream = match(of, policy), io.BytesIO()
+    with log.Recorder(stream, played.info) as recorder:
+        goes_on = True
+        while goes_on:
+            goes_on = played.advance(part)
+            taken = played.take()
+            recorder.frames(taken.frames)
+            recorder.referee(taken.referee)
+            recorder.decisions(taken.decisions)
+    return stream.getvalue()
+
+
+@pytest.fixture(scope="module")
+def short():
+    """20 seconds of static against static, as they are read."""
+    return log.read(logged(recipe()), where="here")
+
+
+def test_a_match_has_a_frame_each_sixtieth_and_one_at_the_final_whistle(short):
+    assert len(short.frames) == 20 * 60 + 1
+    assert short.frames.t_ns[0] == 0
+    assert short.frames.t_ns[60] == 1_000_000_000
+    assert short.info.complete
+    assert (short.frames.counts() == 6).all()
+
+
+def test_it_begins_with_a_kick_off_and_ends_with_the_end(short):
+    events = short.referee["event"].to_list()
+    assert events[0] == "kick-off"
+    assert events[-1] == "end"
+    assert events.count("half") == 1
+    assert [p.home_attacks for p in short.info.periods] == [1, -1]
+
+
+def test_the_score_counts_the_goals(short):
+    goals = short.referee.filter(pl.col("event") == "goal")
+    for team in ("home", "away"):
+        assert short.referee[f"score_{team}"][-1] == goals.filter(pl.col("team") == team).height
+
+
+def test_robots_stand_from_the_whistle_to_the_restart():
+    played = match(recipe("static", "random", seconds=60.0))
+    played.advance(MINUTE + 1)
+    part = played.take()
+    goal = part.referee.filter(pl.col("event") == "goal")["t_ns"][0]
+    again = part.referee.filter(pl.col("event") == "kick-off", pl.col("t_ns") > goal)["t_ns"][0]
+    rows = part.frames.robots[part.frames.offsets[int(np.searchsorted(part.frames.t_ns, again)) - 1]:][:6]
+    assert np.hypot(rows["vx"], rows["vy"]).max() < 0.05
+    assert again - goal == 500_000_000
+
+
+def test_the_same_recipe_gives_the_same_bytes():
+    assert logged(recipe(seed=5)) == logged(recipe(seed=5))
+
+
+def test_how_often_it_is_handed_over_changes_nothing_that_is_read():
+    one, other = (log.read(logged(recipe(seed=5), part=part), where="here") for part in (1000, 7))
+    assert one.frames.robots.tobytes() == other.frames.robots.tobytes()
+    assert one.referee.equals(other.referee)
+
+
+def test_another_seed_is_another_match():
+    assert logged(recipe(seed=5)) != logged(recipe(seed=6))
+    assert recipe(seed=5).match_id != recipe(seed=6).match_id
+
+
+def test_what_a_team_leaves_to_chance_does_not_hang_on_the_other():
+    """Home moves randomly in the same way until away touches it or the ball."""
+    one, other = (match(recipe("random", away, seconds=1.0)) for away in ("static", "human-like"))
+    one.advance(12)
+    other.advance(12)
+    assert (one.bodies[1:4] == other.bodies[1:4]).all()
+
+
+def test_a_lead_counts_from_the_start():
+    played = match(recipe(seconds=1.0, score=(7, 0)))
+    played.advance(100)
+    assert played.score == (7, 0)
+    assert played.take().referee["score_home"].to_list()[0] == 7
+
+
+def test_who_leaves_early_ends_the_match_there():
+    played = match(recipe(seconds=60.0))
+    played.advance(100)
+    played.leave()
+    part = played.take()
+    assert not played.advance()
+    assert len(part.frames) == 101
+    assert part.referee.tail(1).select("event", "note").row(0) == ("end", "left early")
+
+
+def test_a_match_without_a_log_is_the_same_match():
+    one, other = match(recipe(seed=3)), match(recipe(seed=3), logged=False)
+    one.advance(600)
+    other.advance(600)
+    assert one.bodies.tobytes() == other.bodies.tobytes()
+    assert len(other.take().frames) == 0
+
+
+@settings(max_examples=5, deadline=None)
+@given(robots=st.integers(1, 5), seed=st.integers(0, 1000))
+def test_any_number_of_robots_play(robots, seed):
+    played = match(recipe("static", "human-like", seed=seed, seconds=3.0, robots=robots))
+    played.advance(1000)
+    assert played.over
+    assert np.isfinite(played.bodies).all()
+    assert (played.take().frames.counts() == 2 * robots).all()
+
+
+def test_a_person_does_not_play_by_itself():
+    of = recipe("human")
+    with pytest.raises(BadSettings, match="pitchlore play"):
+        mind_of(of.home, of, 0)
+
+
+# --- the learned team ----------------------------------------------------------------------------
+
+
+def policy(*rows, key="role0"):
+    """Rows of schema Policies: role, state, behaviour without its role, value."""
+    return pl.DataFrame(
+        [
+            {"version": 1, "knowledge_version": 1, "role": role, "key": key, "state": state,
+             "behaviour_id": f"{role}-{codes}", "q": q, "visits": 1}
+            for role, state, codes, q in rows
+        ],
+        schema=Policies.dtypes(),
+    )
+
+
+def decided(of, known, frames=601):
+    played = match(of, known)
+    played.advance(frames)
+    return played.take().decisions
+
+
+def test_who_knows_nothing_moves_randomly():
+    made = decided(recipe("learned", "static", seconds=10.0), None)
+    assert made["behaviour_id"].null_count() == made.height > 60
+    assert made["random"].all()
+    assert (made["team"] == "home").all()
+    assert made["chosen"].all()
+    # 194 lasts 0.4 s unless play stops
+    assert ((made["end_ns"] - made["t_ns"]) <= 400_000_001).all()
+
+
+def test_the_best_behaviour_is_taken_and_named():
+    roles = ("goalkeeper", "midfield", "striker")
+    known = policy(*((role, 0, codes, q) for role in roles for codes, q in (("046-044-021", 0.5), ("194", 0.1))))
+    made = decided(recipe("learned", "static", seconds=10.0), known)
+    assert set(made["behaviour_id"]) == {f"{role}-046-044-021" for role in roles}
+    assert not made["random"].any()
+
+
+def test_ties_are_broken_by_chance():
+    known = policy(*((role, 0, codes, 0.5) for role in ("goalkeeper", "midfield", "striker")
+                     for codes in ("184", "057", "078")))
+    made = decided(recipe("learned", "static", seconds=20.0), known, 1201)
+    shares = made["behaviour_id"].str.slice(-3).value_counts(normalize=True)
+    assert shares.height == 3
+    assert shares["proportion"].min() > 0.1
+
+
+def test_exploration_takes_any_behaviour_of_the_state():
+    known = policy(*((role, 0, codes, q) for role in ("goalkeeper", "midfield", "striker")
+                     for codes, q in (("184", 0.5), ("057", 0.1))))
+    of = recipe("learned", "static", seconds=20.0)
+    of = of.model_copy(update={"home": TeamSettings(kind="learned", explore=0.5)})
+    made = decided(of, known, 1201)
+    assert 0.3 < made["random"].mean() < 0.7
+    assert 0.1 < (made["behaviour_id"].str.ends_with("057")).mean() < 0.45
+
+
+def test_a_finer_key_goes_first_and_a_coarser_one_is_the_fallback():
+    of = recipe("learned", "static", seconds=10.0)
+    first = decided(of, None, 1).filter(pl.col("robot") == 1)
+    assert first.height == 0  # the episode is not over
+    whole = decided(of, None)
+    one = whole.row(0, named=True)
+    known = pl.concat([
+        policy((one["role"], one["state"], "184", 0.5), key="full36"),
+        policy(*((role, 0, "057", 0.1) for role in ("goalkeeper", "midfield", "striker"))),
+    ])
+    made = decided(of, known)
+    assert made.row(0, named=True)["behaviour_id"] == f"{one['role']}-184"
+    assert (made["behaviour_id"].str.ends_with("057")).mean() > 0.9
+
+
+def test_decisions_of_an_episode_follow_each_other_and_the_last_is_paid():
+    made = decided(recipe("learned", "static", seconds=60.0), None, MINUTE + 1)
+    for _, own in made.group_by("robot", "episode"):
+        rows = own.sort("t_ns")
+        assert (rows["end_ns"].to_list()[:-1]) == rows["t_ns"].to_list()[1:]
+        assert rows["ends"].to_list() == [None] * (rows.height - 1) + ["terminal"]
+        assert (rows["reward"][:-1] == 0).all()
+    assert made["reward"].min() == -1.0  # static scores within a minute
+
+
+def test_states_are_those_of_the_bodies():
+    """The state that a robot logs is that of the 36 elements of the frame it decided at."""
+    of = recipe("learned", "static", seconds=5.0)
+    made = decided(of, None, 301)
+    assert made["state"].min() >= 0
+    same = made.group_by("t_ns").agg(pl.col("state").n_unique())
+    assert (same["state"] == 1).all()  # all robots of a team see the same
+
+
+def test_the_log_holds_no_garbage_beside_its_fields():
+    taken = match(recipe(seconds=1.0))
+    taken.advance(10)
+    frames = taken.take().frames
+    assert frames.ball.dtype == BALL_DTYPE
+    assert frames.robots.dtype == ROBOT_DTYPE
+    assert encode(np.zeros((1, 36), dtype=np.uint8), "full36")[0] == 0
