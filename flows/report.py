@@ -26,17 +26,9 @@ from schemas import Claims, Games, Growth
 NAME = "seasons"
 TITLE = "Pitchlore: seasons"
 
+#: It is made of all seasons there are, in one way.
+NO_SETTINGS = Frozen()
 NOTHING = Scope(matches=(), lengths=())
-
-
-class Told(Frozen):
-    """What a report tells besides its tables.
-
-    Attributes:
-        commands: that play the seasons again, and write the report.
-    """
-
-    commands: tuple[str, ...] = ()
 
 
 def seasons(store: Store) -> list[Receipt]:
@@ -89,11 +81,11 @@ def drawn(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
     return {name: png(figure) for name, figure in found.items()}
 
 
-def compute(store: Store, _: str, told: Told, __: Scope) -> Made:
+def compute(store: Store, _: str, __: Frozen, ___: Scope) -> Made:
     """Claims, plots, and the page in both forms."""
     games, growth = tables(store)
     claims, pictures = judged(games, growth), drawn(games, growth)
-    blocks = document(Report(games, claims, pictures, told.commands, SOFTWARE.split("+")[0]))
+    blocks = document(Report(games, claims, pictures, SOFTWARE.split("+")[0]))
     return Made(
         tables=[(claims, Claims)],
         blobs={"page": ("html", to_html(TITLE, blocks)), "text": ("md", to_markdown(blocks).encode())}
@@ -108,12 +100,6 @@ def _sources(store: Store, _: str, __: Scope) -> Iterable[Receipt]:
 STAGE = Stage("report", (Claims,), _sources, compute)
 
 
-def commands(store: Store) -> tuple[str, ...]:
-    """What plays the seasons again, as their receipts tell, and writes the report."""
-    played = (receipt.details.get("command") for receipt in seasons(store))
-    return (*dict.fromkeys(command for command in played if isinstance(command, str)), "pitchlore report")
-
-
 def write_report(store: Store) -> tuple[Receipt, Path]:
     """Make the report unless it is there, made of these very seasons.
 
@@ -126,11 +112,10 @@ def write_report(store: Store) -> tuple[Receipt, Path]:
         NotFound: if no season has been played.
         CorruptFile: if a season's file is gone or its bytes are others.
     """
-    told = Told(commands=commands(store))
-    receipt = store.receipt("report", NAME) if STAGE.done(store, NAME, told, NOTHING) else None
+    receipt = store.receipt("report", NAME) if STAGE.done(store, NAME, NO_SETTINGS, NOTHING) else None
     if receipt is None:
         tables(store)  # what is missing is said before anything is put in quarantine for it
-        receipt = STAGE.perform(store, NAME, told, NOTHING)
+        receipt = STAGE.perform(store, NAME, NO_SETTINGS, NOTHING)
         refresh(store)
     path = store.root / "report" / "index.html"
     store.write_bytes(path, store.read(receipt, "page"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import polars as pl
@@ -41,7 +41,7 @@ PICTURES: dict[str, tuple[str, str]] = {
     ),
     "figure-10": (
         "Figure 10: goals effectively made",
-        "Goals by direct or indirect action, a game and added up; all goals less those against; no lead.",
+        "Goals by direct or indirect action, a game and added up; all goals less those against.",
     ),
     "best": (
         "Our best apprentice",
@@ -49,7 +49,7 @@ PICTURES: dict[str, tuple[str, str]] = {
     ),
     "ablations-paper": (
         "Ablations of the paper's settings",
-        "Against the static team, one thing changed at a time. The line is where the score is changed.",
+        "Against the static team, one thing changed at a time. The line: the paper changes the score.",
     ),
     "ablations-best": (
         "Ablations of our best settings", "Against the static team, with one thing changed at a time.",
@@ -65,14 +65,12 @@ class Report:
         games: schema Games.
         claims: schema Claims.
         pictures: PNG by name, of :data:`PICTURES`.
-        commands: that play the seasons again and write this.
         software: name and version of what made it.
     """
 
     games: pl.DataFrame
     claims: pl.DataFrame
     pictures: Mapping[str, bytes]
-    commands: Sequence[str]
     software: str
 
 
@@ -91,7 +89,7 @@ def document(report: Report) -> list[Block]:
             "situations": "situations a game", "knowledge": "last knowledge version",
             "policy": "last policy version",
         }),
-        Code(tuple(report.commands)),
+        Code((*commands(report.games), "pitchlore report")),
         Heading("What is claimed, and what is seen"),
         Sentences(_verdicts_in_words(report.claims)),
         _claims(report.claims),
@@ -117,6 +115,19 @@ def document(report: Report) -> list[Block]:
         change = f" (the score is changed at game {CHANGE})" if opponent == "static" else ""
         blocks += [Heading(f"Against the {opponent} team{change}", 3), _table_3(rows)]
     return blocks
+
+
+def commands(games: pl.DataFrame) -> Iterator[str]:
+    """What plays the seasons again: one command for seeds that follow each other."""
+    for (settings, opponent), mine in games.partition_by("settings", "opponent", as_dict=True).items():
+        lengths = mine.group_by("seed").agg(pl.col("game").max()).sort("seed")
+        runs = lengths.with_columns(run=(
+            (pl.col("seed").diff() != 1) | (pl.col("game").diff() != 0)).fill_null(value=True).cum_sum())
+        for run in runs.partition_by("run"):
+            seed, last = run.select("seed", "game").row(0)
+            length = "" if last == GAMES else f" --games {last}"
+            yield (f"pitchlore season --settings {settings} --opponent {opponent} --seed {seed} "
+                   f"--seasons {run.height}{length}")
 
 
 def _verdicts_in_words(claims: pl.DataFrame) -> str:
