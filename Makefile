@@ -42,6 +42,10 @@ study: $(READY)  ## section 5 of the paper in full, into data/studies/ (about 45
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 4 --figure 5 --runs 2000 --sensitivity
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 6 --runs 200 --sensitivity
+	mkdir -p data/studies/evaluations
+	for other in random static; do \
+	  $(BIN)/pitchlore evaluate --policy static --against $$other --matches 200 --minutes 2 --json \
+	    > data/studies/evaluations/static-$$other.json || exit 1; done
 
 golden: $(READY)  ## make the goldens anew; review the diff
 	$(BIN)/python -m tests.golden.cases

@@ -70,8 +70,9 @@ def evaluations(
         print_json(_plain(summary) | {"minutes": minutes, "seed": seed, "played_now": 2 * played})
         return
     print_frame(_table(summary), title=(
-        f"{summary.team} against {summary.opponent}: {summary.matches} matches of {minutes:g} min,"
-        f" {summary.pairs} pairs ({2 * played} matches played now)"))
+        f"{summary.team} against {summary.opponent}: {summary.matches} matches of {minutes:g} min"))
+    console().print(f"{2 * played} matches played now, {summary.matches - 2 * played} were there;"
+                    f" intervals are over {summary.pairs} pairs.")
     if evaluation.of_itself:
         console().print("A team against itself: home's side of matches that have seeds of their own.")
     if "human-like" in (summary.team, summary.opponent):
