@@ -36,6 +36,16 @@ COMMANDS = (
         "pitchlore season --settings paper --opponent static --opponent human-like --seasons 5",
     ),
     (
+        "evaluate", "evaluations:evaluations",
+        "Measure a policy or a scripted team: pairs of matches with sides swapped, 95 % intervals.",
+        "pitchlore evaluate --policy 3 --against static --matches 200",
+    ),
+    (
+        "play", "human:play",
+        "Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.",
+        "pitchlore play --against static --minutes 2",
+    ),
+    (
         "run", "recordings:run",
         "Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.",
         "pitchlore run --settings club.toml",
@@ -86,6 +96,11 @@ COMMANDS = (
         "replay", "look:replay",
         "Write a match as one web page: the pitch, the situations, the goals.",
         "pitchlore replay rsim-vss-3v3",
+    ),
+    (
+        "commentary", "look:commentary",
+        "Tell a match: goals and what led to them, chances, restarts, who has the ball; and its numbers.",
+        "pitchlore commentary rsim-vss-3v3 --goals",
     ),
 )
 for name, target, meaning, example in COMMANDS:

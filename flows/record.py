@@ -78,16 +78,17 @@ def recording(store: Store, match: Match) -> Iterator[Callable[[], None]]:
     """
     recipe = match.recipe
     with store.growing(PLAYING, f"{recipe.match_id}.mcap") as (path, stream):
-        with log.Recorder(stream, match.info) as recorder:
+        recorder = log.Recorder(stream, match.info)
 
-            def log_it() -> None:
-                part = match.take()
-                recorder.frames(part.frames)
-                recorder.referee(part.referee)
-                recorder.decisions(part.decisions)
+        def log_it() -> None:
+            part = match.take()
+            recorder.frames(part.frames)
+            recorder.referee(part.referee)
+            recorder.decisions(part.decisions)
 
-            yield log_it
-            log_it()
+        yield log_it
+        log_it()
+        recorder.close(info=match.info)
         data = store.foreign(path)
         played = log.read(data, where=str(path))
         with store.locked("matches"):

@@ -17,6 +17,7 @@ from pipeline.world.arena import Arena
 from pipeline.world.laws import END, FREE_BALL, GOAL, GOAL_KICK, HALF, KICK_OFF, PENALTY, PLAY_ON
 from pipeline.world.referee import (
     AWAY_GOALS,
+    DUE,
     FRAME,
     HALVES_OVER,
     HOME_GOALS,
@@ -101,12 +102,15 @@ class Match:
 
     @property
     def info(self) -> MatchInfo:
-        """What the log says of the match."""
+        """What the log says of the match; one that was left is not complete."""
         recipe = self.recipe
+        left = self.over and self._state[DUE] != END
+        why = f"left after {self.frame / self.laws.hz:.1f} of {recipe.referee.duration_s:.1f} s"
         return MatchInfo(
             match_id=recipe.match_id, source=f"{recipe.match_id}.mcap", format="world",
             home=recipe.home.kind, away=recipe.away.kind, pitch=recipe.pitch, periods=self.laws.periods(),
             seed=recipe.seed, settings=recipe.model_dump(mode="json"), software=SOFTWARE,
+            complete=not left, incomplete_reason=why if left else None,
         )  # fmt: skip
 
     def advance(self, frames: int = 1) -> bool:

@@ -1,0 +1,169 @@
+"""The command with which a person plays: play."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
+import polars as pl
+from cyclopts import Parameter
+
+from flows.catalog import refresh
+from flows.commands.common import Common, console, print_json
+from flows.commands.play import team_of
+from flows.matches import PLAYING
+from flows.record import recording
+from flows.window.scene import Scene
+from pipeline.errors import BadSettings, NotFound
+from pipeline.frame import AWAY, HOME, home_attacks
+from pipeline.play.human import Human
+from pipeline.play.match import Match
+from pipeline.play.minds import measures_of, mind_of
+from pipeline.play.recipe import Recipe, TeamSettings
+from pipeline.store import Store
+from pipeline.world.laws import RefereeSettings
+from schemas import TEAMS
+
+if TYPE_CHECKING:
+    from flows.window.screen import Window
+
+DEFAULTS = Common()
+Json = Annotated[bool, Parameter(name="--json", negative=())]
+
+# A killed process loses what was played since it was last logged, and what no chunk of the log holds yet.
+_LOG_EVERY_S = 1.0
+_FAREWELL_S = 3.0
+
+
+def play(
+    *,
+    against: str = "static",
+    minutes: float = 2.0,
+    seed: int | None = None,
+    side: Annotated[Literal["home", "away"], Parameter(name="--as")] = "home",
+    robots: int = 3,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.
+
+    You drive one robot, the one with the ring; the others of your team play the rules of `static`.
+    Who leaves before the final whistle keeps the match so far.
+
+    Args:
+        against: Who plays against you: random, static, human-like (stands in for people), learned (the
+            newest policy) or learned:3 (policy version 3).
+        minutes: Of the match.
+        seed: Decides all that is left to chance; by default the first with which this match has not been
+            played yet.
+        side: home kicks off and attacks to the right in the first half.
+        robots: A side.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    store = common.store
+    open_window = _window()
+    policies: dict[str, pl.DataFrame] = {}
+    team = TEAMS.index(side)
+    teams = [team_of(against, store, policies, 0.0)] * 2
+    teams[team] = TeamSettings(kind="human")
+    rest = Recipe(
+        home=teams[HOME], away=teams[AWAY], seed=0, robots=robots,
+        referee=RefereeSettings(duration_s=60 * minutes),
+    )  # fmt: skip
+    recipe = _unplayed(store, rest, seed)
+    mind = Human(robots, measures_of(recipe), np.random.default_rng([recipe.seed, 1 + team]))
+    opponent = teams[1 - team]
+    other = mind_of(opponent, recipe, 1 - team, policies[opponent.policy] if opponent.policy else None)
+    match = Match(recipe, (mind, other) if team == HOME else (other, mind))
+    names = ("you", against) if team == HOME else (against, "you")
+    with open_window(recipe.pitch, names, recipe.physics.hz) as window, recording(store, match) as log_it:
+        _play(window, match, mind, team, log_it)
+    refresh(store)
+    home, away = match.score
+    if json:
+        print_json({"match_id": recipe.match_id, "as": side, "score_home": home, "score_away": away,
+                    "complete": match.info.complete})
+    else:
+        why = match.info.incomplete_reason
+        console().print(f"{names[HOME]} {home} : {away} {names[AWAY]}{f', {why}' if why else ''}. "
+                        f"Kept as {recipe.match_id}; watch it with `pitchlore replay {recipe.match_id}`.",
+                        soft_wrap=True)
+
+
+def _window() -> type[Window]:
+    """The window; it is loaded only here, for not everybody has pygame.
+
+    Raises:
+        NotFound: if pygame is not installed.
+    """
+    try:
+        from flows.window.screen import Window  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        if error.name != "pygame":
+            raise
+        raise NotFound("its window needs pygame, which is not installed", where="play",
+                       next_step="Install it: python -m pip install pygame-ce") from error
+    return Window
+
+
+def _unplayed(store: Store, recipe: Recipe, seed: int | None) -> Recipe:
+    """The recipe with a seed with which it has not been played: what people do no recipe repeats.
+
+    Raises:
+        BadSettings: if it has been played with the seed that was asked for.
+    """
+    number = 1 if seed is None else seed
+    while True:
+        fresh = recipe.model_copy(update={"seed": number})
+        unsaved = store.root / PLAYING / f"{fresh.match_id}.mcap"
+        if store.receipt("matches", fresh.match_id) is None and not unsaved.exists():
+            return fresh
+        if seed is not None:
+            raise BadSettings(f"this match has been played with seed {seed}", where=fresh.match_id,
+                              next_step="Give another --seed, or none")
+        number += 1
+
+
+def _play(window: Window, match: Match, mind: Human, team: int, log_it: Callable[[], None]) -> None:
+    """The match, frame by frame as they are due, until the final whistle or until the person leaves."""
+    hz = match.laws.hz
+    logged = 0
+    while not match.over:
+        asked = window.listen()
+        if asked.leave:
+            match.leave()
+            return
+        mind.command(asked.command)
+        if asked.switch:
+            mind.switch(asked.switch)
+        due = window.due()
+        if not asked.paused:
+            match.advance(due)
+        window.show(_scene(match, mind, team, paused=asked.paused))
+        if match.frame - logged >= _LOG_EVERY_S * hz:
+            logged = match.frame
+            log_it()
+    for _ in range(round(_FAREWELL_S * hz)):
+        if window.listen().leave:
+            return
+        window.due()
+        window.show(_scene(match, mind, team, paused=False))
+
+
+def _scene(match: Match, mind: Human, team: int, *, paused: bool) -> Scene:
+    """What the window shows."""
+    robots, hz = match.recipe.robots, match.laws.hz
+    attacks = home_attacks(match.laws.periods(), np.array([match.laws.t_ns(match.frame)]))
+    message = ""
+    if match.over:
+        message = "Final whistle"
+    elif paused:
+        message = "Pause"
+    elif not mind.playing and match.frame:
+        message = {1.0: "Goal!", -1.0: "They scored"}.get(mind.reward, "Whistle")
+    return Scene(
+        match.bodies, int(attacks[0]), match.score, match.frame / hz, match.recipe.referee.duration_s,
+        driven=mind.driven + (robots if team == AWAY else 0), message=message,
+    )  # fmt: skip

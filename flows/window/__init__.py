@@ -1,0 +1,14 @@
+"""The window in which a person plays; the only door to pygame, which the extra ``play`` brings.
+
+==============  ==============================================================
+screen          the window: opened, listened to, painted, in time
+controls        what keys, buttons and sticks ask for
+painting        how a moment of a match looks
+scene           the moment; needs no pygame
+==============  ==============================================================
+"""
+
+import os
+
+# read when pygame is imported; standard output is the command's
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")

@@ -1,0 +1,27 @@
+"""A moment of a match, as it is shown."""
+
+from typing import NamedTuple
+
+from pipeline.bodies import F64
+
+
+class Scene(NamedTuple):
+    """A moment.
+
+    Attributes:
+        bodies: float64 [1 + 2 N, 6] in the pitch frame.
+        home_attacks: +1 if home attacks +x, else -1.
+        score: goals of home and away.
+        clock_s: seconds played.
+        duration_s: of the match.
+        driven: row of the robot that a person drives, None if they drive none.
+        message: in large letters over the pitch; none if empty.
+    """
+
+    bodies: F64
+    home_attacks: int
+    score: tuple[int, int]
+    clock_s: float
+    duration_s: float
+    driven: int | None = None
+    message: str = ""

@@ -1,0 +1,207 @@
+"""The camera above the pitch: off it is not there, on it does what its settings say, by the numbers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
+from pipeline.pitch import PITCHES, Kind
+from pipeline.world.camera import TYPICAL, Camera, CameraSettings
+
+VSSS = PITCHES[Kind.VSSS]
+HZ = 60.0
+
+
+def camera(seed=1, robots=1, hz=HZ, **settings):
+    return Camera(CameraSettings(**settings), VSSS, robots, hz, np.random.default_rng(seed))
+
+
+def film(eye, match):
+    """What is seen of bodies [frames, 1 + 2 N, 6], and of which."""
+    shots = []
+    for bodies in match:
+        seen, visible = eye.see(bodies)
+        shots.append((seen.copy(), visible.copy()))
+    return np.array([seen for seen, _ in shots]), np.array([visible for _, visible in shots])
+
+
+def standing(frames, robots=1):
+    match = np.zeros((frames, 1 + 2 * robots, 6))
+    match[:, 1:, X] = np.linspace(-0.5, 0.5, 2 * robots)
+    return match
+
+
+def straight(frames, speed=0.6, turn=3.0):
+    """The ball along +y, robot 1 along +x while it turns; robot 2 stands."""
+    match = standing(frames)
+    t = np.arange(frames) / HZ
+    match[:, BALL, Y], match[:, BALL, VY] = speed * t, speed
+    match[:, 1, X], match[:, 1, VX] = -0.5 + speed * t, speed
+    match[:, 1, THETA], match[:, 1, OMEGA] = (turn * t + math.pi) % (2 * math.pi) - math.pi, turn
+    return match
+
+
+class TestOff:
+    def test_hands_through_the_very_bodies(self):
+        eye, bodies = camera(), standing(1)[0]
+        seen, visible = eye.see(bodies)
+        assert seen is bodies
+        assert visible.tolist() == [True] * 3
+
+    def test_draws_nothing(self):
+        rng = np.random.default_rng(5)
+        eye = Camera(CameraSettings(), VSSS, 3, HZ, rng)
+        for bodies in standing(10, robots=3):
+            eye.see(bodies)
+        assert rng.bit_generator.state == np.random.default_rng(5).bit_generator.state
+
+    def test_smoothing_alone_switches_nothing_on(self):
+        assert CameraSettings(smoothing_s=1.0).off
+        assert not TYPICAL.off
+
+    @pytest.mark.parametrize("bad", [{"position_noise": -1}, {"robot_unseen": 1.0}, {"latency_s": -0.1},
+                                     {"smoothing_s": 0.0}, {"fog": 1}])
+    def test_refuses(self, bad):
+        with pytest.raises(ValidationError):
+            CameraSettings(**bad)
+
+
+class TestNoise:
+    def test_standard_deviations(self):
+        match = standing(4000)
+        seen, visible = film(camera(position_noise=0.003, heading_noise=0.02), match)
+        assert visible.all()
+        off = seen - match
+        assert off[..., [X, Y]].std(axis=0) == pytest.approx(np.full((3, 2), 0.003), rel=0.05)
+        assert off[:, 1:, THETA].std(axis=0) == pytest.approx([0.02, 0.02], rel=0.05)
+        assert np.abs(off[..., [X, Y]].mean(axis=0)).max() < 4 * 0.003 / math.sqrt(4000)
+        assert (seen[:, BALL, [THETA, OMEGA]] == 0).all()  # a ball heads nowhere
+
+    def test_each_kind_by_itself(self):
+        match = standing(50)
+        places, _ = film(camera(position_noise=0.003), match)
+        headings, _ = film(camera(heading_noise=0.02), match)
+        both, _ = film(camera(position_noise=0.003, heading_noise=0.02), match)
+        assert (places[..., THETA] == 0).all()
+        assert (headings[..., [X, Y]] == match[..., [X, Y]]).all()
+        assert (both[..., X] == places[..., X]).all()
+        assert (both[..., THETA] == headings[..., THETA]).all()
+
+    def test_headings_stay_in_their_turn(self):
+        match = standing(500)
+        match[:, 1:, THETA] = math.pi
+        seen, _ = film(camera(heading_noise=0.1), match)
+        headings = seen[:, 1:, THETA]
+        assert (headings > -math.pi).all()
+        assert (headings <= math.pi).all()
+        assert (headings < 0).mean() == pytest.approx(0.5, abs=0.06)
+        assert np.abs(seen[50:, 1:, OMEGA]).max() < 3  # half a turn either way is no turn
+
+    def test_repeats_itself(self):
+        match, settings = straight(60), TYPICAL.model_dump()
+        one, other, third = (film(camera(seed=seed, **settings), match) for seed in (7, 7, 8))
+        assert one[0].tobytes() == other[0].tobytes()
+        assert one[1].tobytes() == other[1].tobytes()
+        assert one[0].tobytes() != third[0].tobytes()
+
+    def test_leaves_what_is_there_alone(self):
+        match = straight(30)
+        before = match.copy()
+        film(camera(**TYPICAL.model_dump()), match)
+        assert (match == before).all()
+
+
+class TestLatency:
+    @given(st.integers(1, 10), st.integers(1, 30))
+    def test_poses_are_exactly_so_many_frames_old(self, late, frames):
+        match = straight(frames)
+        eye = camera(latency_s=late / HZ)
+        seen, visible = film(eye, match)
+        assert eye.latency == late
+        assert visible.all()
+        expected = match[np.maximum(np.arange(frames) - late, 0)]
+        assert (seen[..., [X, Y]] == expected[..., [X, Y]]).all()
+        assert seen[..., THETA] == pytest.approx(expected[..., THETA], abs=1e-15)
+
+    def test_rounds_to_frames(self):
+        assert camera(latency_s=0.04, hz=30).latency == 1
+        assert camera(latency_s=0.04, hz=60).latency == 2
+
+
+class TestUnseen:
+    def test_how_often(self):
+        _, visible = film(camera(robot_unseen=0.2, ball_unseen=0.1), standing(4000))
+        assert 1 - visible.mean(axis=0) == pytest.approx([0.1, 0.2, 0.2], abs=0.025)
+        assert visible[0].all()
+        once = visible[:, 1] & visible[:, 2]
+        assert once.mean() == pytest.approx(0.64, abs=0.03)  # robots are lost one by one
+
+    def test_ball_and_robots_apart(self):
+        _, robots = film(camera(robot_unseen=0.5), standing(100))
+        _, ball = film(camera(ball_unseen=0.5), standing(100))
+        assert robots[:, BALL].all()
+        assert not robots[:, 1:].all()
+        assert ball[:, 1:].all()
+        assert not ball[:, BALL].all()
+
+    def test_what_is_not_seen_keeps_its_last_row(self):
+        match = straight(300)
+        seen, visible = film(camera(robot_unseen=0.4, ball_unseen=0.4), match)
+        lost = ~visible
+        assert lost.sum() > 200
+        frame, row = np.nonzero(lost)
+        assert (seen[frame, row] == seen[frame - 1, row]).all()
+        frame, row = np.nonzero(visible)
+        assert (seen[frame, row][:, [X, Y]] == match[frame, row][:, [X, Y]]).all()
+
+
+class TestVelocities:
+    def test_two_frames_by_hand(self):
+        # theta = exp(-1 / (60 0.05)) = 0.716531: g = 0.486583, h = 0.080354
+        seen, _ = film(camera(ball_unseen=1e-9), straight(3))
+        assert seen[0, BALL, VY] == 0
+        assert seen[1, BALL, VY] == pytest.approx(0.0803545 * 0.6, abs=1e-6)
+        # it is at 0.02, the filter expects 0.486583 0.01 + 0.0482127 / 60 = 0.00566938
+        assert seen[2, BALL, VY] == pytest.approx(0.0482127 + 60 * 0.0803545 * 0.0143306, abs=1e-5)
+
+    def test_settle_at_the_true_ones(self):
+        match = straight(90)
+        seen, _ = film(camera(ball_unseen=1e-9), match)
+        assert seen[-1, BALL, VY] == pytest.approx(0.6, abs=1e-3)
+        assert seen[-1, 1, [VX, VY, OMEGA]] == pytest.approx([0.6, 0.0, 3.0], abs=5e-3)
+        assert (seen[:, 2, VX:] == 0).all()
+
+    def test_settle_though_half_the_frames_are_lost(self):
+        seen, _ = film(camera(robot_unseen=0.5, ball_unseen=0.5), straight(120))
+        assert seen[-1, BALL, VY] == pytest.approx(0.6, abs=0.01)
+        assert seen[-1, 1, OMEGA] == pytest.approx(3.0, abs=0.05)
+
+    def test_spread_is_the_filters(self):
+        # Brookner's variance of the velocity, 2 h² / (g (4 - 2 g - h)) in units of noise a frame
+        seen, _ = film(camera(position_noise=0.003), standing(8000))
+        theta = math.exp(-1 / (HZ * 0.05))
+        g, h = 1 - theta**2, (1 - theta) ** 2
+        expected = 0.003 * HZ * math.sqrt(2 * h * h / (g * (4 - 2 * g - h)))
+        assert expected == pytest.approx(0.017, abs=1e-3)
+        assert seen[100:, :, [VX, VY]].std(axis=0) == pytest.approx(np.full((3, 2), expected), rel=0.1)
+
+    def test_true_ones_are_never_shown(self):
+        match = standing(20)
+        match[..., VX:] = 0.7  # a lie: nothing moves
+        seen, _ = film(camera(ball_unseen=1e-9), match)
+        assert (seen[..., VX:] == 0).all()
+
+    def test_who_is_put_elsewhere_has_not_driven_there(self):
+        match = straight(60)
+        match[30:, 1, X] += 0.5
+        match[30:, BALL, Y] -= 0.5
+        seen, _ = film(camera(ball_unseen=1e-9), match)
+        assert seen[30, 1, VX:].tolist() == [0, 0, 0]
+        assert np.abs(seen[:, [BALL, 1], VX : VY + 1]).max() <= 0.75
+        assert seen[-1, BALL, VY] == pytest.approx(0.6, abs=0.02)

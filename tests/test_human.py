@@ -1,0 +1,141 @@
+"""A person's team without a person: the driven robot obeys, the others play on, switching finds whom it should."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from pipeline.bodies import BALL, THETA, X, Y, see
+from pipeline.play.human import Command, Human
+from pipeline.play.match import Match
+from pipeline.play.minds import Scripted, measures_of, mind_of
+from pipeline.play.recipe import Recipe, TeamSettings
+from pipeline.world.laws import RefereeSettings
+
+RECIPE = Recipe(home=TeamSettings(kind="human"), away=TeamSettings(kind="static"), seed=3,
+                referee=RefereeSettings(duration_s=20))
+M = measures_of(RECIPE)
+TOP, AXLE = 1.2, 0.071
+
+
+def human():
+    return Human(3, M, np.random.default_rng(1))
+
+
+def view(ball=(0.0, 0.0)):
+    bodies = np.zeros((7, 6))
+    bodies[BALL, [X, Y]] = ball
+    bodies[1:, X] = [-0.6, -0.4, -0.2, 0.2, 0.4, 0.6]
+    bodies[1:, Y] = [0.0, 0.3, -0.3, 0.3, -0.3, 0.0]
+    return bodies
+
+
+def wheels_at(command, driven=2):
+    mind = human()
+    mind.think(0, view(), np.zeros((3, 2)))
+    mind.driven = driven
+    mind.command(command)
+    wheels = np.zeros((3, 2))
+    mind.think(1, view(), wheels)
+    return wheels
+
+
+class TestDriving:
+    @pytest.mark.parametrize(("command", "left", "right"), [
+        (Command(), 0.0, 0.0),
+        (Command(forward=1), 0.72, 0.72),
+        (Command(forward=-0.5), -0.36, -0.36),
+        (Command(turn=1), -0.1775, 0.1775),  # 5 rad/s times half the axle
+        (Command(forward=1, boost=True), TOP, TOP),
+        (Command(boost=True), TOP, TOP),
+        (Command(turn=-1, boost=True), TOP, -TOP),  # the spin
+        (Command(forward=1, turn=1, boost=True), TOP - 0.355, TOP),  # the turn goes before
+        (Command(forward=7, turn=-7), 0.72 + 0.1775, 0.72 - 0.1775),
+    ])
+    def test_wheels_by_hand(self, command, left, right):
+        assert wheels_at(command)[1].tolist() == pytest.approx([left, right])
+
+    def test_the_others_play_the_static_rules(self):
+        mine = wheels_at(Command(forward=1), driven=2)
+        rules = Scripted(TeamSettings(kind="static"), 3, M, np.random.default_rng(1))
+        theirs = np.zeros((3, 2))
+        for frame in range(2):
+            rules.think(frame, view(), theirs)
+        assert mine[[0, 2]].tolist() == theirs[[0, 2]].tolist()
+        assert mine[1].tolist() != theirs[1].tolist()
+
+
+class TestSwitching:
+    @pytest.mark.parametrize(("ball", "expected"), [((-0.7, 0.0), 1), ((-0.4, 0.6), 2), ((0.5, -0.3), 3)])
+    def test_nearest_to_the_ball(self, ball, expected):
+        mind = human()
+        mind.think(0, view(ball), np.zeros((3, 2)))
+        assert mind.driven == expected  # it begins there
+        mind.switch("next")
+        mind.think(1, view(ball), np.zeros((3, 2)))
+        assert mind.driven == expected % 3 + 1
+        mind.switch("nearest")
+        mind.think(2, view(ball), np.zeros((3, 2)))
+        assert mind.driven == expected
+
+    def test_next_goes_round(self):
+        mind = human()
+        mind.think(0, view((-0.7, 0.0)), np.zeros((3, 2)))
+        seen = []
+        for _ in range(4):
+            mind.switch("next")
+            seen.append(mind.driven)
+        assert seen == [2, 3, 1, 2]
+
+    def test_the_last_wish_counts(self):
+        mind = human()
+        mind.switch("nearest")
+        mind.switch("next")
+        mind.think(0, view((-0.7, 0.0)), np.zeros((3, 2)))
+        assert mind.driven == 2
+
+
+class TestInAMatch:
+    @pytest.mark.parametrize("side", [0, 1])
+    def test_forward_is_ahead_on_both_sides(self, side):
+        recipe = RECIPE.model_copy(update={"home": TeamSettings(kind="static"), "away": TeamSettings(kind="static")})
+        mind = human()
+        other = mind_of(TeamSettings(kind="random"), recipe, 1 - side)
+        match = Match(recipe, (mind, other) if side == 0 else (other, mind))
+        match.advance()
+        assert mind.playing
+        mind.driven = 2
+        mind.command(Command(forward=1))
+        row = 2 + 3 * side
+        before = match.bodies[row].copy()
+        match.advance(10)
+        gone = match.bodies[row] - before
+        along = gone[X] * math.cos(before[THETA]) + gone[Y] * math.sin(before[THETA])
+        assert along > 0.05
+        own = np.zeros_like(match.bodies)
+        see(match.bodies, side, 1.0 - 2.0 * side, own)
+        assert own[2, X] == pytest.approx(match.bodies[row, X] * (1 - 2 * side))
+
+    def test_knows_when_play_rests(self):
+        mind = human()
+        match = Match(RECIPE, (mind, mind_of(TeamSettings(kind="static"), RECIPE, 1)))
+        assert not mind.playing
+        match.advance()
+        assert mind.playing
+        match.leave()
+        assert not mind.playing
+        assert mind.reward == 0
+        assert mind.decided() == []
+
+    def test_same_commands_same_match(self):
+        logs = []
+        for _ in range(2):
+            mind = human()
+            match = Match(RECIPE, (mind, mind_of(TeamSettings(kind="static"), RECIPE, 1)))
+            for frame in range(120):
+                mind.command(Command(forward=math.sin(frame / 20), turn=math.cos(frame / 30)))
+                match.advance()
+            logs.append(match.take().frames.robots.tobytes())
+        assert logs[0] == logs[1]

@@ -1,0 +1,324 @@
+"""A person at the window: keys and sticks by injected events, no screen; what was played is a match like any."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from itertools import pairwise
+
+import numpy as np
+import polars as pl
+import pytest
+
+from flows.cli import main
+from flows.commands import human
+from pipeline import matches as log
+from pipeline.frame import AWAY, HOME
+from pipeline.pitch import PITCHES, Kind
+from pipeline.play.human import Command
+from pipeline.store import Store
+from schemas import Matches, Referee
+
+pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
+
+from flows.window.controls import DEAD_ZONE, Controls  # noqa: E402
+from flows.window.painting import Painter  # noqa: E402
+from flows.window.scene import Scene  # noqa: E402
+from flows.window.screen import MOST_DUE, Window  # noqa: E402
+
+VSSS = PITCHES[Kind.VSSS]
+
+
+@pytest.fixture(autouse=True)
+def no_screen(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    yield
+    pygame.quit()
+
+
+def key(code, down=True):
+    return pygame.event.Event(pygame.KEYDOWN if down else pygame.KEYUP, key=code)
+
+
+def button(code, down=True):
+    kind = pygame.CONTROLLERBUTTONDOWN if down else pygame.CONTROLLERBUTTONUP
+    return pygame.event.Event(kind, button=code, instance_id=0)
+
+
+def stick(axis, part):
+    return pygame.event.Event(pygame.CONTROLLERAXISMOTION, axis=axis, value=round(part * 32767), instance_id=0)
+
+
+class TestKeys:
+    @pytest.mark.parametrize(("codes", "command"), [
+        ([], Command()),
+        (["UP"], Command(forward=1)), (["w"], Command(forward=1)),
+        (["DOWN"], Command(forward=-1)), (["s"], Command(forward=-1)),
+        (["LEFT"], Command(turn=1)), (["a"], Command(turn=1)),
+        (["RIGHT"], Command(turn=-1)), (["d"], Command(turn=-1)),
+        (["UP", "LEFT", "SPACE"], Command(forward=1, turn=1, boost=True)),
+        (["UP", "w"], Command(forward=1)), (["UP", "DOWN"], Command()),
+    ])
+    def test_held(self, codes, command):
+        controls = Controls()
+        events = [key(getattr(pygame, f"K_{code}")) for code in codes]
+        assert controls.listen(events).command == command
+        assert controls.listen([]).command == command  # still held
+        assert controls.listen([key(event.key, down=False) for event in events]).command == Command()
+
+    def test_once(self):
+        controls = Controls()
+        assert controls.listen([key(pygame.K_TAB)]).switch == "next"
+        assert controls.listen([]).switch is None  # though it is held
+        assert controls.listen([key(pygame.K_e)]).switch == "nearest"
+        assert controls.listen([key(pygame.K_p)]).paused
+        assert controls.listen([]).paused
+        assert not controls.listen([key(pygame.K_p)]).paused
+        assert controls.listen([key(pygame.K_ESCAPE)]).leave
+
+    def test_other_keys_do_nothing(self):
+        asked = Controls().listen([key(pygame.K_F5), key(pygame.K_F5, down=False), button(99), stick(4, 1.0)])
+        assert asked == (Command(), None, False, False)
+
+    def test_a_closed_window_leaves(self):
+        assert Controls().listen([pygame.event.Event(pygame.QUIT)]).leave
+
+    def test_who_looks_away_lets_go_and_pauses(self):
+        asked = Controls().listen([key(pygame.K_UP), pygame.event.Event(pygame.WINDOWFOCUSLOST)])
+        assert asked.command == Command()
+        assert asked.paused
+
+
+class TestPads:
+    def test_stick(self):
+        controls = Controls()
+        x, y = pygame.CONTROLLER_AXIS_LEFTX, pygame.CONTROLLER_AXIS_LEFTY
+        forward, turn, _ = controls.listen([stick(y, -0.5), stick(x, 0.25)]).command  # up, right
+        assert (forward, turn) == pytest.approx((0.5, -0.25), abs=1e-4)
+        assert controls.listen([stick(y, 0.9 * DEAD_ZONE), stick(x, -1.0)]).command == Command(turn=1)
+        full = pygame.event.Event(pygame.CONTROLLERAXISMOTION, axis=y, value=-32768, instance_id=0)
+        assert controls.listen([full]).command.forward == 1
+
+    def test_buttons(self):
+        controls = Controls()
+        asked = controls.listen([button(pygame.CONTROLLER_BUTTON_A), button(pygame.CONTROLLER_BUTTON_X)])
+        assert (asked.command, asked.switch) == (Command(boost=True), "next")
+        assert controls.listen([button(pygame.CONTROLLER_BUTTON_A, down=False)]).command == Command()
+        assert controls.listen([button(pygame.CONTROLLER_BUTTON_DPAD_UP)]).command == Command(forward=1)
+        assert controls.listen([button(pygame.CONTROLLER_BUTTON_START)]).paused
+        assert controls.listen([button(pygame.CONTROLLER_BUTTON_BACK)]).leave
+
+    def test_unplugged_it_lets_go_and_pauses_but_keys_stay(self):
+        controls = Controls()
+        controls.listen([stick(pygame.CONTROLLER_AXIS_LEFTX, 1.0), button(pygame.CONTROLLER_BUTTON_A),
+                         key(pygame.K_UP)])
+        asked = controls.listen([pygame.event.Event(pygame.CONTROLLERDEVICEREMOVED, instance_id=0)])
+        assert asked == (Command(forward=1), None, True, False)
+
+
+class TestPainting:
+    SIZE = (600, 540)
+
+    def paint(self, bodies=None, **scene):
+        pygame.font.init()
+        surface = pygame.Surface(self.SIZE)
+        if bodies is None:
+            bodies = np.zeros((7, 6))
+            bodies[1:, 0], bodies[0, 1] = [-0.6, -0.4, -0.2, 0.2, 0.4, 0.6], 0.4
+        given = {"home_attacks": 1, "score": (0, 0), "clock_s": 0.0, "duration_s": 120.0} | scene
+        Painter(VSSS, ("you", "static"), self.SIZE).paint(surface, Scene(bodies, **given))
+        return pygame.surfarray.array3d(surface).astype(int)
+
+    def where(self, picture, colour):
+        """Centre of the pixels of a colour, and how many there are."""
+        hits = np.argwhere(np.abs(picture - np.array(colour)).sum(axis=2) < 30)
+        return hits.mean(axis=0) if len(hits) else None, len(hits)
+
+    def test_bodies_are_where_they_are(self):
+        bodies = np.zeros((3, 6))
+        bodies[0, :2], bodies[1, :2], bodies[2, :2] = (0.0, 0.45), (-0.5, -0.3), (0.5, -0.3)
+        picture = self.paint(bodies)[:, 84:500]  # between head and foot
+        scale = min((600 - 44) / 1.7, (540 - 124) / 1.3)
+        (x, y), _ = self.where(picture[:, :100], (255, 255, 255))
+        assert (x, y) == pytest.approx((300, 208 - 0.45 * scale), abs=2)
+        (x, y), count = self.where(picture[100:250, 260:], (63, 158, 230))
+        assert (x + 100, y + 260) == pytest.approx((300 - 0.5 * scale, 208 + 0.3 * scale), abs=4)
+        assert count > 100
+
+    def test_goals_are_of_those_who_keep_them(self):
+        first, second = self.paint(home_attacks=1), self.paint(home_attacks=-1)
+        blue = (63, 158, 230)
+        assert self.where(first[:60, 150:430], blue)[1] > 50
+        assert self.where(second[540:, 150:430], blue)[1] > 50
+        assert self.where(first[540:, 150:430], blue)[1] == 0
+
+    def test_what_changes_is_seen(self):
+        plain = self.paint()
+        for change in ({"driven": 2}, {"driven": 5}, {"message": "Pause"}, {"score": (1, 0)}, {"clock_s": 61.0}):
+            assert (self.paint(**change) != plain).any(), change
+        assert (self.paint() == plain).all()
+        turned = np.zeros((7, 6))
+        turned[1:, 0], turned[0, 1] = [-0.6, -0.4, -0.2, 0.2, 0.4, 0.6], 0.4
+        turned[3, 2] = math.pi / 2
+        assert (self.paint(turned) != plain).any()
+
+
+class TestWindow:
+    def test_never_faster_than_the_clock(self):
+        with Window(VSSS, ("you", "static"), 250.0) as window:
+            start = time.perf_counter()
+            frames = sum(window.due() for _ in range(50))
+            assert frames <= (time.perf_counter() - start) * 250 + 1
+            time.sleep(0.1)  # 25 frames
+            assert window.due() == MOST_DUE
+
+    def test_can_be_made_smaller(self):
+        with Window(VSSS, ("you", "static"), 60.0) as window:
+            pygame.display.set_mode((500, 470), pygame.RESIZABLE)
+            pygame.event.post(pygame.event.Event(pygame.VIDEORESIZE, size=(500, 470), w=500, h=470))
+            window.listen()
+            window.show(Scene(np.zeros((7, 6)), 1, (0, 0), 0.0, 60.0))
+            assert pygame.display.get_surface().get_size() == (500, 470)
+
+
+def script(monkeypatch, events):
+    """Let the match run as fast as it can; events are injected when so many frames have been due."""
+    frame = 0
+
+    def due(_):
+        nonlocal frame
+        frame += 1
+        for event in events.get(frame, ()):
+            pygame.event.post(event)
+        return 1
+
+    monkeypatch.setattr(Window, "due", due)
+
+
+def call(capsys, *words):
+    """Exit code, standard output and standard error of `pitchlore play`."""
+    with pytest.raises(SystemExit) as stop:
+        main(["play", *map(str, words)])
+    return stop.value.code, *capsys.readouterr()
+
+
+def played(capsys, data, *words):
+    """The report of a match, the store, its receipt and its log."""
+    code, out, _ = call(capsys, "--json", "--data", data, *words)
+    assert code == 0
+    report, store = json.loads(out), Store(data)
+    receipt = store.receipt("matches", report["match_id"])
+    return report, store, receipt, log.read(store.read(receipt, "log"), where="log")
+
+
+def path(match, team, number):
+    """x, y, theta of a robot at every frame."""
+    robots = match.frames.robots
+    mine = robots[(robots["team"] == team) & (robots["id"] == number)]
+    return np.stack([mine["x"], mine["y"], mine["theta"]], axis=1).astype(float)
+
+
+class TestPlay:
+    def test_a_second_at_the_keys(self, monkeypatch, capsys, tmp_path):
+        switches = {60: [key(pygame.K_UP, down=False), key(pygame.K_TAB)], 61: [key(pygame.K_SPACE)]}
+        script(monkeypatch, {1: [key(pygame.K_TAB)], 2: [key(pygame.K_UP)], 40: [key(pygame.K_RIGHT)],
+                             50: [key(pygame.K_RIGHT, down=False)], **switches,
+                             90: [key(pygame.K_SPACE, down=False)], 100: [key(pygame.K_ESCAPE)]})
+        drove = []
+        scene = human._scene
+        monkeypatch.setattr(human, "_scene", lambda match, mind, *a, **k: (
+            drove.append(mind.driven), scene(match, mind, *a, **k))[1])
+        report, store, receipt, match = played(capsys, tmp_path, "--seed", "1", "--minutes", "1")
+
+        # the taker of the kick-off, then the goalkeeper, then the next
+        assert [drove[0], *(b for a, b in pairwise(drove) if a != b)] == [3, 1, 2]
+        assert drove.index(2) == 60
+        keeper = path(match, HOME, 1)
+        gone = keeper[32, :2] - keeper[2, :2]  # half a second at 0.72 m/s, but for the start
+        assert gone @ [math.cos(keeper[2, 2]), math.sin(keeper[2, 2])] == pytest.approx(0.72 * 0.5 - 0.04, abs=0.03)
+        turned = np.unwrap(keeper[:, 2])
+        assert turned[55] - turned[40] == pytest.approx(-5.0 * 10 / 60, rel=0.15)
+        dash = path(match, HOME, 2)
+        speed = np.hypot(*np.diff(dash[:, :2], axis=0).T) * 60
+        assert speed[62:90].max() > 0.9  # more than anybody drives without Space
+
+        assert report["complete"] is False
+        row = store.read_table(receipt, "matches", Matches).row(0, named=True)
+        assert (row["home"], row["away"], row["format"]) == ("human", "static", "world")
+        assert row["incomplete_reason"].startswith("left after 1.")
+        end = store.read_table(receipt, "referee", Referee).filter(pl.col("event") == "end").row(0, named=True)
+        assert end["note"] == "left early"
+        assert end["t_ns"] == match.frames.t_ns[-1]
+        assert not list((tmp_path / "playing").glob("*.mcap"))
+
+    def test_the_log_can_be_imported_elsewhere(self, monkeypatch, capsys, tmp_path):
+        from flows.matches import Recording, import_recording
+
+        script(monkeypatch, {1: [key(pygame.K_UP)], 30: [key(pygame.K_ESCAPE)]})
+        report, store, receipt, match = played(capsys, tmp_path / "here")
+        file = tmp_path / "mine.mcap"
+        file.write_bytes(store.read(receipt, "log"))
+        there = Store(tmp_path / "there")
+        imported, new = import_recording(there, Recording(file=file))
+        assert new
+        assert imported.name == report["match_id"]
+        again = log.read(there.read(imported, "log"), where="there")
+        assert again.frames.robots.tobytes() == match.frames.robots.tobytes()
+        assert again.info == match.info
+
+    def test_to_the_final_whistle_as_away_with_a_pause(self, monkeypatch, capsys, tmp_path):
+        script(monkeypatch, {1: [key(pygame.K_UP)], 20: [key(pygame.K_p)], 50: [key(pygame.K_p)]})
+        report, _, _, match = played(
+            capsys, tmp_path, "--as", "away", "--against", "random", "--minutes", "0.02")
+        assert report["complete"]
+        assert report["as"] == "away"
+        assert match.info.away == "human"
+        assert len(match.frames) == 73  # 1.2 s: who pauses plays no less
+        assert match.info.complete
+        moved = [np.hypot(*(path(match, AWAY, n)[-1] - path(match, AWAY, n)[0])[:2]) for n in (1, 2, 3)]
+        assert max(moved) > 0.1
+
+    def test_no_match_is_played_over_another(self, monkeypatch, capsys, tmp_path):
+        script(monkeypatch, {frame: [key(pygame.K_ESCAPE)] for frame in (5, 10, 15)})
+        ids = [played(capsys, tmp_path)[0]["match_id"] for _ in range(2)]
+        assert ids[0] != ids[1]
+        code, _, error = call(capsys, "--seed", 1, "--data", tmp_path)
+        assert code == 1
+        assert "has been played with seed 1. Give another --seed, or none." in error
+
+    def test_what_breaks_it_leaves_the_log_for_the_next_run(self, monkeypatch, capsys, tmp_path):
+        from flows.matches import inbox
+
+        def due(_):
+            raise RuntimeError("the screen is gone")
+
+        monkeypatch.setattr(Window, "due", due)
+        code, _, error = call(capsys, "--data", tmp_path)
+        assert code == 1
+        assert "the screen is gone" in error
+        assert [r.file.name.startswith("human-static-1-") for r in inbox(Store(tmp_path))] == [True]
+
+    def test_who_knows_no_such_team(self, capsys, tmp_path):
+        code, _, error = call(capsys, "--against", "brazil", "--data", tmp_path)
+        assert code == 1
+        assert "'brazil' is no team" in error
+
+    def test_without_a_screen(self, monkeypatch, capsys, tmp_path):
+        monkeypatch.setenv("SDL_VIDEODRIVER", "none-such")
+        code, _, error = call(capsys, "--data", tmp_path)
+        assert code == 1
+        assert "no window can be opened" in error
+        assert error.count("\n") == 1
+        assert not (tmp_path / "matches").exists()
+
+
+def test_without_pygame(monkeypatch, capsys, tmp_path):
+    for module in [name for name in sys.modules if name.startswith("flows.window")]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.setitem(sys.modules, "pygame", None)
+    code, out, error = call(capsys, "--data", tmp_path)
+    assert (code, out) == (1, "")
+    assert error == ("pitchlore: play: its window needs pygame, which is not installed. "
+                     "Install it: python -m pip install pygame-ce.\n")
