@@ -1,0 +1,199 @@
+"""Claims about seasons: the paper's own facts, and verdicts where the right one is plain."""
+
+import math
+
+import polars as pl
+import pytest
+from seasons import ablations, evolving, rising, season, tables, world
+
+from pipeline.seasons import table3
+from pipeline.seasons.claims import CLAIMS, printed
+from pipeline.seasons.judging import judged
+from pipeline.seasons.measures import (
+    OTHER,
+    Season,
+    greatest,
+    grown_without_training,
+    least_step,
+    mean,
+    overall_other,
+    pooled,
+    seasons_of,
+    slope,
+    total,
+)
+from pipeline.seasons.summary import attributed, beside_table_3, compared, curves, played
+from schemas import Claims, Games, Growth
+
+HUMAN, STATIC = "human-like", "static"
+
+
+def claim(found, text, opponent=None, quantity=""):
+    rows = found.filter(pl.col("claim").str.contains(text, literal=True) & pl.col("quantity").str.contains(quantity, literal=True))
+    rows = rows if opponent is None else rows.filter(pl.col("opponent") == opponent)
+    assert rows.height == 1, rows
+    return rows.row(0, named=True)
+
+
+@pytest.mark.parametrize(("opponent", "measure", "value"), [
+    (HUMAN, mean(OTHER, 1, 10), 2.32), (HUMAN, mean(OTHER, 11, 20), 3.08), (HUMAN, mean(OTHER, 21, 35), 2.39),
+    (HUMAN, mean(OTHER, 11, 35), 2.67), (HUMAN, slope(OTHER, 1, 10), 0.63), (HUMAN, slope(OTHER, 11, 35), -0.02),
+    (HUMAN, overall_other(1, 35), 2.50), (HUMAN, greatest(OTHER, 1, 35), 7.35),
+    (STATIC, mean(OTHER, 1, 10), 0.0), (STATIC, mean(OTHER, 11, 20), 3.61), (STATIC, mean(OTHER, 21, 35), 3.04),
+    (STATIC, mean(OTHER, 11, 35), 3.27), (STATIC, slope(OTHER, 11, 35), 0.02), (STATIC, overall_other(1, 35), 2.38),
+])
+def test_what_is_known_of_the_papers_table(opponent, measure, value):
+    assert printed(measure, opponent) == pytest.approx(value, abs=0.0051)
+
+
+def test_the_paper_denies_itself_in_what_its_table_does_not_bear_out():
+    found = judged(Games.empty(), Growth.empty())
+    denied = found.filter(pl.col("verdict") == "contradictory")
+    assert denied["quantity"].to_list() == [
+        "share of games 2 to 35 with other actions", "slope of other actions in games 11 to 35, % a game",
+        "other actions in games 11 to 35, mean %",
+    ]
+    assert (found.filter(pl.col("verdict") != "contradictory")["verdict"] == "not judged").all()
+    assert found["measured"].null_count() == found.height == len(CLAIMS)
+
+
+def test_its_own_table_never_stands_against_an_about():
+    about = judged(Games.empty(), Growth.empty()).filter(pl.col("stated").str.starts_with("about"))
+    assert about.height == 9
+    assert (about["verdict"] == "not judged").all()
+
+
+def test_measures_of_a_phase_need_all_its_games():
+    games, growth = tables(season(last=12, without=(4,), other=lambda g: float(g)))
+    (one,) = seasons_of(games, growth)["paper", STATIC]
+    assert mean(OTHER, 5, 12)(one) == pytest.approx(8.5)
+    assert total(pl.col("other_actions"), 5, 6)(one) == 110
+    assert slope(OTHER, 5, 12)(one) == pytest.approx(1.0)
+    assert math.isnan(mean(OTHER, 1, 10)(one))
+    assert math.isnan(least_step("states", 3, 5)(one))
+    assert math.isnan(mean(OTHER, 5, 13)(one))
+
+
+def test_a_game_without_decisions_says_nothing_of_shares():
+    games, growth = season(other=lambda g: 10.0, last=3)
+    games = games.with_columns(pl.when(pl.col("game") == 2).then(0).otherwise(pl.col(c)).alias(c).cast(pl.Int64)
+                               for c in ("actions", "random_actions", "other_actions"))
+    assert mean(OTHER, 1, 3)(Season(games, growth)) == 10.0
+    assert slope(OTHER, 1, 3)(Season(games, growth)) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_steps_and_growth_without_training():
+    games, growth = tables(season(last=4, states=lambda g: (5, 9, 7, 12)[g - 1], behaviours=lambda g: 2 * g,
+                                  knowledge=lambda g: (1, 2, 2, 3)[g - 1]))
+    (one,) = seasons_of(games, growth)["paper", STATIC]
+    assert least_step("states", 1, 4)(one) == -2
+    assert grown_without_training("behaviours", 1, 4)(one) == 3 * 2  # game 3, all three roles
+
+
+def test_the_interval_of_seasons_is_students_or_wilsons():
+    estimate, n = pooled([4.0, 5.0, 4.5, 7.0, math.nan], "mean")
+    assert (estimate.value, n) == (5.125, 4)
+    # s = 1.315, t(3) = 3.182
+    assert estimate.high - estimate.value == pytest.approx(3.182446 * 1.3149778 / 2, abs=1e-4)
+    estimate, n = pooled([1.0] * 5, "seasons")
+    assert estimate.low == pytest.approx(5 / (5 + 3.841459), abs=1e-6)
+    estimate, _ = pooled([1.0] * 5, "games", 25)
+    assert estimate.low == pytest.approx(125 / (125 + 3.841459), abs=1e-6)
+    assert pooled([math.nan], "mean") == pooled([], "mean")
+
+
+def test_one_season_is_measured_without_an_interval_and_not_judged():
+    found = judged(*tables(season("paper", STATIC, other=evolving(0))))
+    row = claim(found, "nothing evolves")
+    assert (row["measured"], row["low"], row["high"], row["seasons"], row["verdict"]) == (0.0, None, None, 1, "not judged")
+
+
+def test_most_of_what_the_paper_says_is_reproduced_where_it_holds():
+    found = judged(*world())
+    assert list(found.schema.items()) == list(Claims.dtypes().items())
+    assert claim(found, "nothing evolves")["verdict"] == "reproduced"
+    assert claim(found, "from game 11 on", quantity="11 less those")["verdict"] == "reproduced"
+    assert claim(found, "Both halves")["verdict"] == "reproduced"  # 5 of 5: at least .57
+    assert claim(found, "The rate of new actions", STATIC)["verdict"] == "reproduced"
+    assert claim(found, "Actions in a game", STATIC)["verdict"] == "contradicted"  # 1,000, not 3,976
+    assert claim(found, "the striker knows more states")["verdict"] == "reproduced"
+    assert claim(found, "makes more goals", quantity="direct or indirect")["measured"] == pytest.approx(2.0)
+    assert claim(found, "beats the static team")["verdict"] == "reached"
+    assert claim(found, "It uses what it learned", STATIC)["verdict"] == "reached"
+    assert claim(found, "It uses what it learned", HUMAN)["verdict"] == "not judged"
+    assert claim(found, "It wins against a random team")["verdict"] == "reached"
+    # the paper's words against its table stay so, whatever ours show
+    row = claim(found, "a tendency to increase")
+    assert (row["verdict"], row["measured"] > 0) == ("contradictory", True)
+
+
+def test_the_ablations_must_break_what_the_score_explains():
+    games, growth = (pl.concat(parts) for parts in zip(world(), *ablations(), strict=True))
+    found = judged(games, growth).filter(pl.col("item") == "ablation")
+    assert found["verdict"].to_list() == ["reproduced"] * 4
+    unbroken = [season("paper-full35", STATIC, s, other=evolving(s)) for s in range(5)]
+    games, growth = (pl.concat(parts) for parts in zip(world(), *unbroken, strict=True))
+    found = judged(games, growth).filter(pl.col("item") == "ablation")
+    assert found["verdict"].to_list() == ["contradicted", "not judged", "not reproduced", "not judged"]
+
+
+def test_a_season_that_breaks_off_is_left_out_of_what_it_does_not_have():
+    full = [season("paper", STATIC, s, other=evolving(s)) for s in range(5)]
+    found = judged(*tables(*full, season("paper", STATIC, 5, last=15, other=evolving(5))))
+    assert claim(found, "nothing evolves")["seasons"] == 6
+    assert claim(found, "from game 11 on", quantity="11 to 20")["seasons"] == 5
+
+
+def test_the_same_season_twice_counts_once():
+    again = season("paper", STATIC, 0, other=evolving(0), last=20, name="again")
+    found = judged(*tables(season("paper", STATIC, 0, other=evolving(0)), again))
+    assert claim(found, "nothing evolves")["seasons"] == 1
+
+
+def test_verdicts_do_not_depend_on_the_order_of_rows():
+    games, growth = world()
+    shuffled = judged(games.sample(fraction=1.0, shuffle=True, seed=1), growth.sample(fraction=1.0, shuffle=True, seed=2))
+    assert shuffled.equals(judged(games, growth))
+
+
+def test_curves_are_means_over_seasons_with_their_interval():
+    games, growth = tables(*(season("paper", STATIC, s, last=2, goals=lambda g, s=s: (s, 0)) for s in (1, 2, 6)))
+    found = curves(games, {"for": pl.col("goals_for"), "sum": pl.col("goals_for").cum_sum()})
+    assert found.select("what", "game", "seasons", "mean").rows() == [
+        ("for", 1, 3, 3.0), ("for", 2, 3, 3.0), ("sum", 1, 3, 3.0), ("sum", 2, 3, 6.0)]
+    half = 4.302653 * math.sqrt(7 / 3)  # s² = 7, t(2)
+    assert found["high"][0] == pytest.approx(3 + half, abs=1e-4)
+    one = curves(growth.filter(pl.col("seed") == 1), {"states": pl.col("states")}, ["role"])
+    assert one.select("role", "game", "mean", "low").rows()[:2] == [("goalkeeper", 1, 100.0, None), ("goalkeeper", 2, 200.0, None)]
+
+
+def test_table_3_beside_the_papers_with_what_is_missing_left_open():
+    games, _ = tables(season("paper", STATIC, 0, last=37, other=evolving(0)))
+    found = beside_table_3(games, "paper")
+    assert found.filter(pl.col("opponent") == HUMAN).select("seasons", "pct").unique().rows() == [(0, None)]
+    row = found.filter((pl.col("opponent") == STATIC) & (pl.col("game") == 11)).row(0, named=True)
+    assert (row["total"], row["other"], row["pct"], row["low"]) == (1000.0, 30.0, 3.0, None)
+    assert (row["paper_total"], row["paper_other"], row["paper_pct"]) == (4295, 97, 2.26)
+    assert found.filter(pl.col("game") == 37)["paper_total"].to_list() == [None]
+    assert found.height == 35 + 37
+
+
+def test_settings_are_compared_over_the_last_ten_games():
+    games, _ = tables(*(season("best", STATIC, s, last=12, goals=lambda g: (2, 1) if g > 2 else (0, 9)) for s in (0, 1)))
+    (row,) = compared(games).iter_rows(named=True)
+    assert (row["seasons"], row["games"], row["difference"], row["won"], row["lost"]) == (2, 12, 1.0, 1.0, 0.0)
+    assert row["won_low"] == pytest.approx(20 / (20 + 3.841459), abs=1e-6)
+    assert compared(Games.empty()).height == 0
+
+
+def test_goals_and_leads_are_summed_up():
+    games, _ = tables(season("paper", STATIC, 4, goals=lambda g: (3, 1), lead=lambda g: 5 if g >= 11 else 0))
+    (row,) = attributed(games).iter_rows(named=True)
+    assert [row[k] for k in ("goals_for", "direct", "indirect", "error", "unknown", "unknown_against")] == [3, 1, 2, 0, 0, 0]
+    (row,) = played(games).iter_rows(named=True)
+    assert (row["lead"], row["seeds"], row["games"], row["minutes"]) == ("0; from game 11: 5", "4", "35", 8.0)
+    assert table3.CHANGE == 11
+
+
+def test_rising_and_evolving_are_what_they_say():
+    assert [rising(0)(1), rising(0)(2), evolving(0)(10), evolving(0)(11)] == [0.0, 0.2, 0.0, 3.0]

@@ -1,0 +1,194 @@
+"""The report on seasons: plots, the page in both forms, the command."""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+
+import polars as pl
+import pytest
+from seasons import ablations, evolving, season, tables, world
+
+from flows.cli import main
+from flows.report import drawn, write_report
+from pipeline.catalog import query
+from pipeline.document import Code, Grid, Heading, Picture, Sentences, to_html, to_markdown
+from pipeline.errors import NotFound
+from pipeline.plots import seasons as plots
+from pipeline.plots.style import png
+from pipeline.seasons.measures import DIFFERENCE, OTHER
+from pipeline.seasons.report import commands
+from pipeline.seasons.summary import beside_table_3, curves
+from pipeline.store import Store
+from schemas import Games, Growth
+
+
+def put(store, games, growth):
+    """Commit each season as the flow of seasons does."""
+    for (name,), mine in games.partition_by("season", as_dict=True).items():
+        store.commit("seasons", name, "0123456789abcdef", inputs={}, settings={}, tables={
+            "games": (mine, Games), "growth": (growth.filter(pl.col("season") == name), Growth)})
+
+
+def labels(figure):
+    return {text.get_text() for legend in figure.legends for text in legend.get_texts()}
+
+
+def test_table_3_is_drawn_beside_the_papers_dots():
+    games, _ = world()
+    paper = games.filter(pl.col("settings") == "paper")
+    figure = plots.table_3(curves(paper, {"other": OTHER}), beside_table_3(games, "paper"), 11)
+    human, static = figure.axes
+    assert human.get_xlabel() == static.get_xlabel() == "game"
+    assert "%" in human.get_ylabel()
+    assert labels(figure) == {"against human-like (5 seasons)", "against static (5 seasons)",
+                              "the paper, against humans", "the paper, against Yamamoto"}
+    line, dots = human.lines
+    assert line.get_ydata()[:3] == pytest.approx([0.0, 0.28, 0.38])
+    assert dots.get_ydata()[:3].tolist() == [0.0, 0.87, 1.04]
+    (change,) = [line for line in static.lines if list(line.get_xdata()) == [10.5, 10.5]]
+    assert change.get_linestyle() != "-"
+
+
+def test_one_season_has_no_band_and_a_missing_opponent_no_line():
+    games, growth = tables(season("paper", "static", other=evolving(0)))
+    figure = plots.states(curves(growth, {"states": pl.col("states")}, ["role"]))
+    assert labels(figure) == {"against static (1 season)"}
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a) goalkeeper", "(b) midfield", "(c) striker"]
+    assert figure.axes[0].get_ylabel() == "states"
+    assert set(drawn(games, growth)) == {"table-3", "figure-8", "figure-9", "figure-10"}
+
+
+def test_legends_stand_clear_of_the_panels():
+    games, growth = world()
+    for figure in (plots.actions(curves(growth.filter(pl.col("settings") == "paper"),
+                                        {c: pl.col(c) for c in ("behaviours", "pairs")}, ["role"])),
+                   plots.progress(curves(games.filter(pl.col("settings") == "best"), {"difference": DIFFERENCE, "other": OTHER}), 90)):
+        figure.draw_without_rendering()
+        (legend,) = figure.legends
+        assert not any(legend.get_window_extent().overlaps(axes.get_tightbbox()) for axes in figure.axes)
+
+
+def test_ablations_are_drawn_beside_what_they_vary():
+    games, growth = (pl.concat(parts) for parts in zip(world(2), *ablations(2), strict=True))
+    pictures = drawn(games, growth)
+    assert "ablations-paper" in pictures
+    assert "ablations-best" not in pictures
+    assert {struct.unpack(">II", data[16:24])[0] for data in pictures.values()} == {1100}
+
+
+def test_equal_tables_give_equal_bytes():
+    games, _ = world(2)
+    best = games.filter(pl.col("settings") == "best")
+    shuffled = best.sample(fraction=1.0, shuffle=True, seed=3)
+    once, again = (png(plots.settings(curves(table, {"difference": DIFFERENCE, "other": OTHER}), 11)) for table in (best, shuffled))
+    assert once == again
+
+
+def test_nothing_to_draw_is_said():
+    with pytest.raises(NotFound, match="there are no games to draw"):
+        plots.states(curves(Growth.empty(), {"states": pl.col("states")}, ["role"]))
+
+
+def test_a_document_takes_data_as_it_is_and_marks_only_sentences():
+    blocks = [Heading("A & B", 1), Sentences("**bold** and `code` < *so*"), Code(("a < b",)),
+              Grid(("name", "n"), (("<b>*x*|y</b>", "1"),), (False, True), (("1", "#00644a"),)),
+              Picture("plot", "What is seen", b"\x89PNG")]
+    page = to_html("T", blocks).decode()
+    assert "<h1>A &amp; B</h1>" in page
+    assert "<strong>bold</strong> and <code>code</code> &lt; <em>so</em>" in page
+    assert "&lt;b&gt;*x*|y&lt;/b&gt;" in page
+    assert 'src="data:image/png;base64,iVBORw=="' in page
+    assert "color: #00644a" in page
+    text = to_markdown(blocks)
+    assert "| &lt;b>\\*x\\*\\|y&lt;/b> | 1 |" in text
+    assert "| --- | ---: |" in text
+    assert "![What is seen](plot.png)" in text
+    assert "    a < b" in text
+
+
+def test_commands_play_the_very_seasons_again():
+    games, _ = tables(*(season("paper", "static", seed) for seed in (1, 2, 3, 7)), season("best", "random", 1, last=2))
+    assert list(commands(games)) == [
+        "pitchlore season --settings best --opponent random --seed 1 --seasons 1 --games 2",
+        "pitchlore season --settings paper --opponent static --seed 1 --seasons 3",
+        "pitchlore season --settings paper --opponent static --seed 7 --seasons 1",
+    ]
+
+
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory):
+    data = tmp_path_factory.mktemp("report")
+    put(Store(data), *world(5))
+    export = data / "export"
+    main_ok(["report", "--export", str(export), "--data", str(data)])
+    return data, export
+
+
+def main_ok(words):
+    """Run a command that must succeed, whether it returns or exits."""
+    stopped = None
+    try:
+        main(words)
+    except SystemExit as error:
+        stopped = error.code
+    assert not stopped
+
+
+def test_the_page_is_one_small_file_that_fetches_nothing(reported):
+    data, _ = reported
+    page = (data / "report" / "index.html").read_bytes()
+    assert len(page) < 3_000_000
+    text = page.decode()
+    assert not re.search(r'(src|href)="(?!data:)', text)
+    for what in ("stands in for people", "no model of anyone", "Table 3: new actions", "Figure 8", "Figure 9", "Figure 10",
+                 "Our best apprentice", "Settings beside each other", "contradictory", "5,230", "pitchlore season --settings paper"):
+        assert what in text, what
+
+
+def test_what_is_exported_is_complete_and_links_what_is_there(reported):
+    data, export = reported
+    names = {path.name for path in export.iterdir()}
+    assert names == {"README.md", "games.csv", "growth.csv", "claims.csv", "table-3.png", "figure-8.png", "figure-9.png",
+                     "figure-10.png", "best.png"}
+    linked = re.findall(r"\]\(([^)]+)\)", (export / "README.md").read_text())
+    assert set(linked) == {name for name in names if name.endswith(".png")}
+    assert pl.read_csv(export / "games.csv").height == 20 * 35
+    assert pl.read_csv(export / "growth.csv").height == 20 * 35 * 3
+    assert query(data / "catalog.duckdb", "select count(*) n from claims")["n"].item() == pl.read_csv(export / "claims.csv").height
+
+
+def test_a_report_is_made_once_and_anew_when_there_are_more_seasons(tmp_path):
+    store = Store(tmp_path)
+    put(store, *tables(season("paper", "static", 1, last=3)))
+    first, page = write_report(store)
+    assert write_report(store)[0] == first
+    assert "not judged" in page.read_text()
+    put(store, *tables(season("paper", "static", 2, last=3)))
+    assert write_report(store)[0].key != first.key
+
+
+def test_json_holds_what_the_page_says(reported, capsys):
+    data, _ = reported
+    main_ok(["report", "--json", "--data", str(data)])
+    said = json.loads(capsys.readouterr().out)
+    assert set(said) == {"page", "played", "claims", "compared"}
+    assert {row["verdict"] for row in said["claims"]} >= {"reproduced", "contradictory", "reached", "not judged"}
+
+
+def test_without_seasons_the_next_step_is_named(tmp_path, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["report", "--data", str(tmp_path)])
+    assert stopped.value.code == 1
+    assert "no season has been played. Play one with `pitchlore season`" in capsys.readouterr().err
+
+
+def test_a_season_whose_receipt_cannot_be_read_is_named_and_left_out(tmp_path, capsys):
+    store = Store(tmp_path)
+    put(store, *tables(season("paper", "static", 1, last=2), season("paper", "static", 2, last=2)))
+    (tmp_path / "seasons" / "paper-static-s2.receipt.json").write_text("{")
+    main_ok(["report", "--json", "--data", str(tmp_path)])
+    told = capsys.readouterr()
+    assert "season paper-static-s2 is left out" in told.err
+    assert [row["seasons"] for row in json.loads(told.out)["played"]] == [1]
