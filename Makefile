@@ -42,7 +42,7 @@ study: $(READY)  ## section 5 of the paper in full, into data/studies/ (about 45
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 6 --runs 200 --sensitivity
 
 golden: $(READY)  ## make the goldens anew; review the diff
-	$(BIN)/python -m tests.golden.cases
+	PYTHONPATH=tests $(BIN)/python -m golden.cases
 	git diff --stat -- tests/golden
 
 lock: $(READY)  ## resolve the dependencies anew

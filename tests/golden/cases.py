@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import executions
 import polars as pl
 
 from pipeline import behaviours, decisions, grams, knowledge, matches, policies
@@ -134,6 +135,7 @@ CASES: dict[str, Callable[[], str]] = {
     "situations/rsim-20s.txt": situations,
     "knowledge/rsim-120s.txt": knowledge_and_policy,
     "paradigms/quick.txt": paradigms,
+    "executors/confusion.txt": executions.report,
 }
 
 
