@@ -48,7 +48,7 @@ study: $(READY)  ## section 5 of the paper in full, into data/studies/ (about 45
 	    > data/studies/evaluations/static-$$other.json || exit 1; done
 
 golden: $(READY)  ## make the goldens anew; review the diff
-	$(BIN)/python -m tests.golden.cases
+	PYTHONPATH=tests $(BIN)/python -m golden.cases
 	git diff --stat -- tests/golden
 
 lock: $(READY)  ## resolve the dependencies anew

@@ -23,6 +23,9 @@ from schemas import ROLES, Trajectories
 VSSS = PITCHES[Kind.VSSS]
 M = Measures.of(VSSS, top=1.2, axle=AXLE, acceleration=ACCELERATION, frame_s=FRAME_S)
 ROBOTS = 3
+# Codes whose initial condition is to have the ball; the one whose wheels are drawn anew with every action.
+HAVING = (1, 11, 21, 22, 23, 33)
+BY_CHANCE = 194
 
 
 def view_of(*robots, ball=(0.0, 0.0, 0.0, 0.0), count=ROBOTS):
@@ -132,6 +135,35 @@ def may_begin(b, roles):
             lambda rule, turn=turn: [(code, turn == i) for i, code in enumerate(rule.code)],
         )
     return begins
+
+
+def openings(seed, each):
+    """For each code, scenes in which it may begin and can be done: ``each`` times (scene, roles, seed)."""
+    pool = scenes(np.random.default_rng(seed), 120_000)
+    roles = roles_of(pool)
+    begins = may_begin(pool, roles)
+    ball, robot = pool[:, 0], pool[:, 1]
+    # A ball that is leaving a robot cannot be held, one that nobody is in line with not be passed; and a robot
+    # is only level with a ball that is not close beside it.
+    slowly = np.hypot(ball[:, VX] - robot[:, VX], ball[:, VY] - robot[:, VY]) < 0.3
+    for code in HAVING:
+        begins[code] &= slowly
+    line = ball[:, :2] - robot[:, :2]
+    line /= np.linalg.norm(line, axis=1, keepdims=True)
+    off = pool[:, 2:, :2] - ball[:, None, :2]
+    distance = np.linalg.norm(off, axis=2)
+    lined_up = (np.einsum("krc,kc->kr", off, line) > math.cos(0.3) * distance) & (distance < 0.4)
+    begins[22] &= lined_up[:, 2:].any(axis=1)
+    begins[23] &= lined_up[:, :2].any(axis=1)
+    aside = np.abs(ball[:, :2] - robot[:, :2])
+    # who is ahead of the ball goes round it before it shoots
+    shot = [M.goal_x, 0.0] - ball[:, :2]
+    begins[21] &= (shot * line).sum(axis=1) > 0.0
+    begins[67] &= aside[:, Y] > 0.22
+    begins[68] &= aside[:, X] > 0.22
+    begins[BY_CHANCE][:each] = True
+    found = {code: np.flatnonzero(where)[:each] for code, where in begins.items()}
+    return {code: [(pool[i], roles[i], int(i)) for i in places] for code, places in found.items()}
 
 
 def perform(scene, roles, code, seed=0):

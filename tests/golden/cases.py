@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import executions
 import polars as pl
 
 from pipeline import behaviours, decisions, grams, knowledge, matches, policies
@@ -151,6 +152,7 @@ CASES: dict[str, Callable[[], str]] = {
     "knowledge/rsim-120s.txt": knowledge_and_policy,
     "commentary/rsim-100s.txt": telling,
     "paradigms/quick.txt": paradigms,
+    "executors/confusion.txt": executions.report,
 }
 
 

@@ -1,0 +1,96 @@
+"""What the recogniser says of robots that execute a code in the arena."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from toy_scenes import BY_CHANCE, ROBOTS, VSSS, M, dice, filmed, openings
+
+from pipeline.bodies import BALL, X, Y
+from pipeline.players import executors
+from pipeline.settings import SituationSettings
+from pipeline.situations import recognise
+from pipeline.world.arena import Arena
+
+#: Scenes a code.
+EACH = 30
+
+
+class Named(NamedTuple):
+    """What the executions of one code were called.
+
+    Attributes:
+        count: executions.
+        last: how many of them ended with each code: that of the last situation that has a name, 194 if none.
+        ever: in how many of them each code was said at any time.
+    """
+
+    count: int
+    last: Counter[int]
+    ever: Counter[int]
+
+
+@cache
+def confusion() -> dict[int, Named]:
+    """For each executed code, what the recogniser called it."""
+    films, labels = [], []
+    arena = Arena(VSSS, ROBOTS)
+    for code, chosen in openings(seed=2, each=EACH).items():
+        for scene, roles, seed in chosen:
+            track = film(arena, scene, roles, code, seed)
+            if len(track) > 1:  # nothing is seen in one frame
+                films.append(track)
+                labels.append(code)
+    table = recognise(filmed(films), VSSS, SituationSettings())
+    said = [[] for _ in films]
+    mine = table.filter((table["team"] == "home") & (table["robot"] == 1)).sort("segment", "end_ns")
+    for segment, code in mine.select("segment", "code").iter_rows():
+        said[segment].append(code)
+    named = {code: Named(0, Counter(), Counter()) for code in executors.CODES}
+    for label, codes in zip(labels, said, strict=True):
+        before = named[label]
+        before.ever.update(set(codes))
+        before.last[next((code for code in reversed(codes) if code != BY_CHANCE), BY_CHANCE)] += 1
+        named[label] = before._replace(count=before.count + 1)
+    return named
+
+
+def film(arena: Arena, scene: np.ndarray, roles: np.ndarray, code: int, seed: int) -> np.ndarray:
+    """The robot of row 1 executes a code in the arena while the others brake: bodies, [F, 7, 6]."""
+    arena.place(scene)
+    wheels, memory, chance, track = np.zeros((2 * ROBOTS, 2)), np.zeros(executors.FIELDS), dice(seed), []
+    bodies = arena.bodies
+    executors.start(code, 1, bodies, roles, M, chance, memory)
+    over = False
+    while not over:
+        over = executors.act(1, bodies, M, memory, wheels[:ROBOTS])
+        track.append(bodies.copy())
+        arena.frame(wheels)
+        if abs(bodies[BALL, X]) > M.goal_x and abs(bodies[BALL, Y]) < M.half_goal:
+            break
+    return np.array(track)
+
+
+def report() -> str:
+    """The confusion as a text: a line for each executed code, what it was called most often behind it."""
+    named = confusion()
+    right = [named[code].last[code] / named[code].count for code in named]
+    ever = [named[code].ever[code] / named[code].count for code in named]
+    lines = [
+        f"# Executed in the arena in {EACH} scenes a code (a film of one frame is left out), named by the recogniser.",
+        "# ends: share of films whose last named situation it is; has: share in which it is said at any time.",
+        f"# mean: ends {np.mean(right):.2f}, has {np.mean(ever):.2f}; one guess in {len(named)} codes: {1 / len(named):.2f}",
+        "",
+        "code films ends  has  the films end with",
+    ]
+    for code, (count, last, any_time) in named.items():
+        ends = " ".join(
+            f"{other:03d}:{math.floor(100 * films / count + 0.5):d}%"
+            for other, films in sorted(last.items(), key=lambda item: (-item[1], item[0]))[:6]
+        )
+        lines.append(f"{code:03d}  {count:5d} {last[code] / count:.2f} {any_time[code] / count:.2f}  {ends}")
+    return "\n".join(lines) + "\n"
