@@ -14,6 +14,7 @@ from pipeline.play.minds import Decided, Mind
 from pipeline.play.recipe import Recipe
 from pipeline.receipts import SOFTWARE
 from pipeline.world.arena import Arena
+from pipeline.world.camera import Camera
 from pipeline.world.laws import END, FREE_BALL, GOAL, GOAL_KICK, HALF, KICK_OFF, PENALTY, PLAY_ON
 from pipeline.world.referee import (
     AWAY_GOALS,
@@ -80,6 +81,9 @@ class Match:
         self.bodies = self._arena.bodies
         self._state = begin(HOME, recipe.score)
         self._rng = np.random.default_rng([recipe.seed, 0])
+        self._camera = Camera(
+            recipe.camera, recipe.pitch, recipe.robots, physics.hz, np.random.default_rng([recipe.seed, 3])
+        )
         self._wheels = np.zeros((2 * recipe.robots, 2))
         self._hands = (self._wheels[: recipe.robots], self._wheels[recipe.robots :])
         self._views = (np.zeros_like(self.bodies), np.zeros_like(self.bodies))
@@ -128,8 +132,7 @@ class Match:
         frame = self.frame
         self._stop(frame, None)
         self._events.append(Event(self.laws.t_ns(frame), "end", None, *self.score, "left early"))
-        if self._logged:
-            self._samples.append(self.bodies.copy())
+        self._look()
         self.over = True
 
     def take(self) -> Part:
@@ -149,21 +152,30 @@ class Match:
         )
 
     def _play(self) -> None:
-        """The next frame: whistle, log, think, move."""
+        """The next frame: whistle, look, log, think, move."""
         frame = int(self._state[FRAME])
         call = watch(self.bodies, self._state, self.laws.lengths, self.laws.times)
         if call != PLAY_ON:
             self._called(call, frame)
-        if self._logged:
-            self._samples.append(self.bodies.copy())
+        seen = self._look()
         if self.over:
             return
         if self._in_play:
             for team in (HOME, AWAY):
                 view = self._views[team]
-                see(self.bodies, team, self._attacks if team == HOME else -self._attacks, view)
+                see(seen, team, self._attacks if team == HOME else -self._attacks, view)
                 self.minds[team].think(frame, view, self._hands[team])
         self._arena.frame(self._wheels)
+
+    def _look(self) -> F64:
+        """The bodies as the camera sees them; what it does not see is NaN in the sample that is logged."""
+        seen, visible = self._camera.see(self.bodies)
+        if self._logged:
+            sample = seen.copy()
+            if not self._camera.off:
+                sample[~visible] = np.nan
+            self._samples.append(sample)
+        return seen
 
     def _called(self, call: int, frame: int) -> None:
         """Tell the log, the minds and the arena what the referee has called."""
@@ -193,7 +205,10 @@ class Match:
 
 
 def _frames(samples: F64, first: int, laws: Laws) -> Frames:
-    """Samples [F, 1 + 2 N, 6] as a log holds them; the first has number ``first``."""
+    """Samples [F, 1 + 2 N, 6] as a log holds them; the first has number ``first``.
+
+    A ball that was not seen is NaN, a robot is left out.
+    """
     count, robots = len(samples), samples.shape[1] - 1
     number = np.arange(first, first + count, dtype=np.uint32)
     ball = np.zeros(count, dtype=BALL_DTYPE)
@@ -205,7 +220,10 @@ def _frames(samples: F64, first: int, laws: Laws) -> Frames:
     for name, column in (("x", X), ("y", Y), ("theta", THETA), ("vx", VX), ("vy", VY), ("omega", OMEGA)):
         rows[name] = samples[:, 1:, column]
     t_ns = np.rint(number * 1e9 / laws.hz).astype(np.int64)
-    return Frames(number, t_ns, ball, np.arange(count + 1, dtype=np.int64) * robots, rows.reshape(-1))
+    there = ~np.isnan(samples[:, 1:, X])
+    offsets = np.concatenate(([0], there.sum(axis=1).cumsum())).astype(np.int64)
+    whole = rows.view(f"V{ROBOT_DTYPE.itemsize}")  # with its padding, which is 0; a record's copy has any
+    return Frames(number, t_ns, ball, offsets, whole[there].view(ROBOT_DTYPE))
 
 
 def _rows(decided: Sequence[Decided], team: str, match_id: str, laws: Laws) -> pl.DataFrame:

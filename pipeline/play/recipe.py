@@ -11,6 +11,7 @@ from pipeline.pitch import PITCHES, Kind, Pitch
 from pipeline.players.human_like import HumanLike
 from pipeline.receipts import digest
 from pipeline.settings import Frozen
+from pipeline.world.camera import CameraSettings
 from pipeline.world.laws import RefereeSettings
 from pipeline.world.settings import PhysicsSettings
 
@@ -49,6 +50,7 @@ class Recipe(Frozen):
         pitch: where.
         physics: of the arena.
         referee: the laws.
+        camera: through which teams and log see the match; the referee sees all. Off by default.
     """
 
     home: TeamSettings
@@ -59,6 +61,7 @@ class Recipe(Frozen):
     pitch: Pitch = PITCHES[Kind.VSSS]
     physics: PhysicsSettings = PhysicsSettings()
     referee: RefereeSettings = RefereeSettings()
+    camera: CameraSettings = CameraSettings()
 
     @property
     def match_id(self) -> str:
