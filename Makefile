@@ -19,9 +19,11 @@ $(READY): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
 
-demo: $(READY)  ## the sample recording in, situations, knowledge and a trained policy out
+demo: $(READY)  ## a recording and three played matches in, knowledge and a trained policy out, which plays
 	$(BIN)/pitchlore import data/samples/rsim-vss-3v3.parquet --data $(DEMO_DATA)
+	$(BIN)/pitchlore record --home static --away static --matches 3 --minutes 4 --data $(DEMO_DATA)
 	$(BIN)/pitchlore run --data $(DEMO_DATA)
+	$(BIN)/pitchlore record --home learned --away static --minutes 4 --data $(DEMO_DATA)
 	$(BIN)/pitchlore paradigms --quick --figure 5 --data $(DEMO_DATA)
 
 test: $(READY) lint  ## lint, types, import contracts, tests

@@ -14,7 +14,7 @@ from schemas import PUBLIC
 #: of its own), those with versions, and those that are not made of matches.
 PER_MATCH = ("matches", "trajectories", "situations", "goals", "grams", "behaviours", "decisions")
 VERSIONED = ("knowledge", "policies")
-SIDE_CHAIN = ("paradigms", "seasons")
+SIDE_CHAIN = ("paradigms", "seasons", "evaluations", "report")
 RECEIPTED = (*PER_MATCH, *SIDE_CHAIN)
 
 

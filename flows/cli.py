@@ -31,14 +31,19 @@ COMMANDS = (
         "pitchlore record --home static --away random --seed 7 --matches 3",
     ),
     (
-        "play", "human:play",
-        "Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.",
-        "pitchlore play --against static --minutes 2",
-    ),
-    (
         "season", "season:season",
         "Play seasons: play, watch the adversary, learn, play again.",
         "pitchlore season --settings paper --opponent static --opponent human-like --seasons 5",
+    ),
+    (
+        "evaluate", "evaluations:evaluations",
+        "Measure a policy or a scripted team: pairs of matches with sides swapped, 95 % intervals.",
+        "pitchlore evaluate --policy 3 --against static --matches 200",
+    ),
+    (
+        "play", "human:play",
+        "Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.",
+        "pitchlore play --against static --minutes 2",
     ),
     (
         "run", "recordings:run",
@@ -69,6 +74,11 @@ COMMANDS = (
         "pitchlore paradigms --figure 5 --runs 2000",
     ),
     (
+        "report", "report:report",
+        "Report on all seasons: Table 3 and Figures 8 to 10 beside the paper's, claims with verdicts, plots.",
+        "pitchlore report --export data/studies/seasons",
+    ),
+    (
         "quarantine", "upkeep:quarantine", "List what could not be taken, by which stage and why.",
         "pitchlore quarantine --clear",
     ),
@@ -86,6 +96,11 @@ COMMANDS = (
         "replay", "look:replay",
         "Write a match as one web page: the pitch, the situations, the goals.",
         "pitchlore replay rsim-vss-3v3",
+    ),
+    (
+        "commentary", "look:commentary",
+        "Tell a match: goals and what led to them, chances, restarts, who has the ball; and its numbers.",
+        "pitchlore commentary rsim-vss-3v3 --goals",
     ),
 )
 for name, target, meaning, example in COMMANDS:

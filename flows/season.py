@@ -126,7 +126,7 @@ def _rows(
         game_row(
             game, own.read_table(need(own, "matches", match), "matches", Matches), made[-1],
             own.read_table(need(own, "goals", match), "goals", Goals),
-            situations=int(need(own, "situations", match).details["situations"]),
+            situations=sum(need(own, "situations", match).details["situations"].values()),
             lead=season.lead(number), known=known_before, key=key,
             policy_version=_played_by(own, before, number), knowledge_version=version,
         ),

@@ -65,3 +65,7 @@ class StorageFailed(PitchloreError):
     """The disk refused a write (full, read-only, gone); trying again may help."""
 
     transient = True
+
+
+class WorkerLost(PitchloreError):
+    """A process that worked for this one was killed."""

@@ -101,7 +101,8 @@ def train(
     Args:
         decisions: tables of schema Decisions, one match each, of the robots that learn; consumed
             one at a time and learned from in this order, in every key. About 30 bytes a decision
-            are kept (50 with influence values), and as much again for the key that is trained.
+            are kept (48 with influence values); while a key is trained it takes some 150 more,
+            however many keys there are.
         occasions: schema Occasions, of one version of the knowledge: the pairs to value.
         parent: schema Policies, the version before, or None; None also if ``settings.parent`` is
             not set. A pair that it has starts from its value; where a new one starts,

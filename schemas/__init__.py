@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from schemas.behaviours import Behaviours, Patterns
 from schemas.decisions import Decisions
+from schemas.evaluations import Evaluations
 from schemas.goals import Goals
 from schemas.grams import Grams
 from schemas.knowledge import Occasions
@@ -21,12 +22,12 @@ PUBLIC: dict[str, type[Table]] = {
     for table in (
         Matches, Referee, Quality, Trajectories, Situations, Goals, Grams,
         Behaviours, Occasions, Decisions, Policies, Paradigms, Verdicts, Games,
-        Growth, Claims,
+        Growth, Claims, Evaluations,
     )
 }
 
 __all__ = [
-    "BODIES", "KEYS", "PUBLIC", "ROLES", "TEAMS", "Behaviours", "Claims", "Decisions", "Games", "Goals",
-    "Grams", "Growth", "Matches", "Occasions", "Paradigms", "Patterns", "Policies", "Quality", "Referee",
+    "BODIES", "KEYS", "PUBLIC", "ROLES", "TEAMS", "Behaviours", "Claims", "Decisions", "Evaluations", "Games",
+    "Goals", "Grams", "Growth", "Matches", "Occasions", "Paradigms", "Patterns", "Policies", "Quality", "Referee",
     "Situations", "Table", "Trajectories", "Verdicts",
 ]

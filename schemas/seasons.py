@@ -96,7 +96,7 @@ class Growth(Table):
     states = dy.Int64(min=0, description="states known after the game: seen in knowledge or played in (Figure 8)")
     behaviours = dy.Int64(min=0, description="distinct behaviours of the knowledge, without 194 (Figure 9)")
     pairs = dy.Int64(min=0, description="distinct pairs of state and behaviour of the knowledge, without 194 (Figure 9)")
-    states_seen = dy.Int64(min=0, description="states of the knowledge, made in training")
+    states_seen = dy.Int64(min=0, description="states in which the knowledge saw a behaviour begin, made in training")
     states_played = dy.Int64(min=0, description="states that the apprentice itself decided in, in this game or earlier in the season")
     actions = dy.Int64(min=0, description="the apprentice's decisions of this role in the game")
     other_actions = dy.Int64(min=0, description="those of another behaviour than 194")

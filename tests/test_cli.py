@@ -46,7 +46,7 @@ def copied(finished, tmp_path):
 def test_help_has_an_example_for_every_command(call):
     code, out, _ = call("--help")
     assert code == 0
-    for command in ("import", "run", "train", "kb", "sql", "situations", "replay", "serve"):
+    for command in ("import", "run", "train", "kb", "sql", "situations", "replay", "commentary", "evaluate", "serve"):
         assert command in out
         if command != "kb":
             assert f"Example: pitchlore {command}" in call(command, "--help")[1]
@@ -147,7 +147,7 @@ main()
 
 
 @pytest.mark.parametrize("words", [
-    ("sql", "select 1"), ("kb", "list"), ("run",), ("train",), ("import", "x.csv"), ("situations",), ("replay", "x"),
+    ("sql", "select 1"), ("kb", "list"), ("run",), ("train",), ("import", "x.csv"), ("situations",), ("replay", "x"), ("commentary", "x"),
     ("serve",),
 ])
 @pytest.mark.parametrize("inside", ["", "data"])
@@ -222,6 +222,41 @@ def test_kb_without_knowledge_says_what_to_do(call, tmp_path):
     code, _, err = call("kb", "show", "--data", tmp_path)
     assert code == 1
     assert "Run `pitchlore run` first" in err
+
+
+def test_commentary_for_people_and_for_programs(call, finished):
+    code, out, _ = call("commentary", "early", "--data", finished)
+    assert code == 0
+    assert "GOAL for home, 1 : 0!" in out
+    assert "possession" in out
+    code, out, _ = call("commentary", "early", "--goals", "--json", "--data", finished)
+    told = json.loads(out)
+    assert code == 0
+    assert {moment["kind"] for moment in told["moments"]} == {"goal"}
+    assert len(told["moments"]) == told["summary"]["home"]["score"] + told["summary"]["away"]["score"]
+    code, _, err = call("commentary", "nobody", "--data", finished)
+    assert code == 1
+    assert "there is no such match" in err
+
+
+def test_evaluate_for_people_and_for_programs(call, tmp_path):
+    words = ("evaluate", "--policy", "static", "--against", "human-like", "--matches", "2", "--minutes", "0.05",
+             "--jobs", "1", "--data", tmp_path)
+    code, out, _ = call(*words, "--json")
+    found = json.loads(out)
+    assert code == 0
+    assert (found["matches"], found["pairs"], found["played_now"]) == (2, 1, 2)
+    assert found["wins"] + found["draws"] + found["losses"] == 2
+    assert set(found["win_rate"]) == {"value", "low", "high"}
+    code, out, _ = call(*words)
+    assert code == 0
+    assert "0 matches played now" in out
+    assert "stands in for people" in out
+    _, out, _ = call("sql", "select count(*) n from evaluations", "--json", "--data", tmp_path)
+    assert json.loads(out) == [{"n": 2}]
+    code, _, err = call(*words[:6], "3", *words[7:])
+    assert code == 1
+    assert "do not come in pairs" in err
 
 
 def test_replay_writes_one_page(call, copied):

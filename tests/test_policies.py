@@ -1,14 +1,17 @@
 """Policies: only what the knowledge holds is trained, new behaviours start optimistically."""
 
+import numpy as np
 import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.errors import BadSettings, SchemaMismatch
+from pipeline.learning.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN, Batch, sarsa_lambda
 from pipeline.policies import train
 from pipeline.settings import PolicySettings
-from schemas import Decisions, Occasions, Policies
+from pipeline.state import encode, project
+from schemas import ROLES, Decisions, Occasions, Policies
 
 SECOND = 1_000_000_000
 #: full steps and no discount, so that values can be read off
@@ -30,13 +33,15 @@ def policy(*rows, key="full36", visits=0):
 
 def decisions(*rows, robot=1, match="m-1", chosen=True):
     """Decisions of one robot of one second each: (role, state, behaviour_id, reward, ends, episode)."""
-    return pl.DataFrame(
-        [
-            (match, "home", robot, role, t * SECOND, (t + 1) * SECOND, state, behaviour, chosen, False, reward, episode, ends, 0.0)
-            for t, (role, state, behaviour, reward, ends, episode) in enumerate(rows)
-        ],
-        schema=Decisions.dtypes(), orient="row",
-    )
+    columns = ("role", "state", "behaviour_id", "reward", "ends", "episode")
+    made = [
+        dict(zip(columns, row, strict=True)) | {
+            "match_id": match, "team": "home", "robot": robot, "t_ns": t * SECOND, "end_ns": (t + 1) * SECOND,
+            "chosen": chosen, "random": False, "value": 0.0,
+        }
+        for t, row in enumerate(rows)
+    ]
+    return pl.DataFrame(made, schema=Decisions.dtypes())
 
 
 def values(table):
@@ -181,6 +186,157 @@ def test_order_of_rows_does_not_matter_and_runs_repeat(rows, random):
     held = match.join(pairs, on=["role", "state", "behaviour_id"], how="semi")
     assert once["visits"].sum() == len(held)
     assert report.transitions <= len(held)
+
+
+@settings(max_examples=40, deadline=None)
+@given(plays, st.randoms(use_true_random=False))
+def test_with_one_key_it_is_sarsa_over_the_pairs_and_nothing_else(rows, random):
+    """To the bit what the trainer was before it knew of keys: one Sarsa over all roles' pairs."""
+    rows = [(role, s, f"{role}-{code:03}", r, e, ep) for role, s, code, r, e, ep in rows]
+    seen = sorted({row[:3] for row in rows})
+    pairs = random.sample(seen, k=len(seen) // 2 + len(seen) % 2)
+    known = sorted(pairs, key=lambda pair: (ROLES.index(pair[0]), *pair[1:]))
+    parent = policy(*((*pair, random.random()) for pair in random.sample(pairs, k=len(pairs) // 2)))
+    start = values(parent)
+    best = {}
+    for (role, state, _), q in start.items():
+        best[role, state] = max(q, best.get((role, state), -1.0))
+    ends = [
+        TERMINAL if row[4] == "terminal" else TRUNCATED if row[4] or after is None or after[5] != row[5] else CONTINUES
+        for row, after in zip(rows, [*rows, None][1:], strict=True)
+    ]
+    batch = Batch(
+        pair=np.array([known.index(row[:3]) if row[:3] in known else UNKNOWN for row in rows], np.int64),
+        elapsed=np.ones(len(rows)), reward=np.array([row[3] for row in rows], float), ends=np.array(ends, np.int8),
+    )
+    expected = sarsa_lambda(
+        np.array([start.get(pair, best.get(pair[:2], 0.25)) for pair in known], float), batch,
+        step_size=0.1, discount=0.95, trace_decay=0.9, sweeps=5,
+    )
+    table, _ = train([decisions(*rows)], occasions(*pairs, initial=0.25), parent, PolicySettings(), 2, 1)
+    assert list(values(table).items()) == list(zip(known, expected.q.tolist(), strict=True))
+
+
+#: two states that differ in nothing but the score, which self6 and role0 leave out
+LOSING, WINNING = encode(np.array([[0] * 34 + [score, 0] for score in (0, 2)], np.uint8), "full36").tolist()
+
+
+def coarse(key, role="striker"):
+    return int(project(np.array([LOSING]), key, np.array([ROLES.index(role)]))[0])
+
+
+def test_each_key_is_a_learning_problem_of_its_own():
+    known = pl.concat([
+        occasions(("striker", LOSING, GUIDE), ("striker", WINNING, KICK)),
+        occasions(("striker", coarse("role0"), KICK), key="role0"),
+    ]).sort("role", "key", "state", "behaviour_id")
+    match = decisions(
+        ("striker", LOSING, KICK, 0.0, None, 0),  # that pair is in role0 only
+        ("striker", LOSING, GUIDE, 0.0, None, 0),  # in full36 only
+        ("striker", WINNING, KICK, 1.0, "terminal", 0),  # in both
+    )
+    slow = PLAIN.model_copy(update={"step_size": 0.5, "trace_decay": 0.5})
+    table, report = train([match], known, None, slow, 1, 1)
+    Policies.validate(table)
+    assert table.select("role", "key", "state", "behaviour_id").equals(
+        known.select("role", "key", "state", "behaviour_id"))
+    assert table.select("key", "behaviour_id", "q", "visits").rows() == [
+        ("full36", GUIDE, 0.25, 1), ("full36", KICK, 0.5, 1),
+        ("role0", KICK, 0.5, 2),  # 0 + (0 - 0) / 2, then + (1 - 0) / 2
+    ]
+    alone, _ = train([match], known.filter(pl.col("key") == "role0"), None, slow, 1, 1)
+    assert alone.equals(table.filter(pl.col("key") == "role0"))
+    assert [report.tables[key]["striker"].transitions for key in ("full36", "role0")] == [2, 2]
+    assert (report.pairs, report.decisions, report.transitions) == (3, 3, 4)
+
+
+def test_a_parents_values_stay_in_their_key():
+    known = pl.concat([occasions(("striker", 0, KICK)), occasions(("striker", 0, KICK), key="role0")])
+    parent = policy(("striker", 0, KICK, 0.5), key="role0", visits=3)
+    table, report = train([], known, parent, PLAIN, 2, 2)
+    assert table.select("key", "q", "visits").rows() == [("full36", 0.0, 0), ("role0", 0.5, 3)]
+    assert report.new_pairs == 1
+
+
+def test_visits_are_of_all_batches_it_has_learned_from():
+    known = occasions(("striker", 7, KICK), ("striker", 7, GUIDE))
+    match = decisions(("striker", 7, KICK, 1.0, "terminal", 0))
+    first, _ = train([match, match], known, None, PLAIN, 1, 1)
+    second, _ = train([match], known, first, PLAIN, 2, 1)
+    anew, report = train([match], known, first, PLAIN.model_copy(update={"parent": False}), 2, 1)
+    assert [table["visits"].to_list() for table in (first, second, anew)] == [[0, 2], [0, 3], [0, 1]]
+    assert (report.new_pairs, report.pairs) == (2, 2)
+
+
+def test_without_a_parent_values_start_from_what_the_knowledge_says():
+    known = occasions(("striker", 7, KICK), initial=0.75, value=0.25)
+    parent = policy(("striker", 7, KICK, -0.5), ("striker", 7, GUIDE, 0.5))
+    starts = {
+        (inherit, new): train([], known, parent, PolicySettings(parent=inherit, new_pairs=new), 2, 2)[0]["q"][0]
+        for inherit in (True, False) for new in ("optimistic", "outcome")
+    }
+    assert starts == {
+        (True, "optimistic"): -0.5, (True, "outcome"): -0.5,
+        (False, "optimistic"): 0.75, (False, "outcome"): 0.25,
+    }
+
+
+def test_a_new_pair_may_start_from_its_own_outcomes():
+    known = occasions(("striker", 7, KICK), ("striker", 7, GUIDE), initial=0.75, value=-0.25)
+    parent = policy(("striker", 7, KICK, 0.5))
+    table, _ = train([], known, parent, PolicySettings(new_pairs="outcome"), 2, 2)
+    assert values(table) == {("striker", 7, GUIDE): -0.25, ("striker", 7, KICK): 0.5}
+    unseen = known.with_columns(value=pl.lit(None, pl.Float64))
+    table, _ = train([], unseen, None, PolicySettings(new_pairs="outcome"), 2, 2)
+    assert table["q"].to_list() == [0.75, 0.75]
+
+
+@pytest.mark.parametrize(("source", "learned"), [("chosen", (1.0, 0.0)), ("seen", (0.0, -1.0)), ("both", (1.0, -1.0))])
+def test_what_was_chosen_and_what_was_seen_are_told_apart(source, learned):
+    known = occasions(("striker", 5, KICK), ("striker", 7, GUIDE))
+    # the same robot in the same episode: the two must not follow each other
+    match = pl.concat([
+        decisions(("striker", 5, KICK, 1.0, None, 0)),
+        decisions(("striker", 7, GUIDE, -1.0, None, 0), chosen=False).with_columns(
+            t_ns=pl.lit(SECOND // 2, pl.Int64), ends=pl.lit("terminal").cast(Decisions.dtypes()["ends"])),
+        decisions(("striker", 9, KICK, 0.0, "terminal", 0)).with_columns(pl.col("t_ns", "end_ns") + SECOND),
+    ])
+    table, report = train([match], known, None, PLAIN.model_copy(update={"learn_from": source}), 1, 1)
+    assert tuple(table["q"]) == learned
+    assert report.decisions == {"chosen": 2, "seen": 1, "both": 3}[source]
+
+
+def test_team_mates_sway_each_other_and_nobody_else():
+    known = occasions(("striker", 5, KICK), ("striker", 5, GUIDE), ("goalkeeper", 6, BLOCK), ("midfield", 8, "midfield-046"))
+    keeper = decisions(("goalkeeper", 6, BLOCK, 1.0, "terminal", 0), robot=10)  # its RV is +1, under way at 0 s
+    striker = decisions(("striker", 5, KICK, 0.0, None, 0), ("striker", 5, GUIDE, 0.0, "terminal", 0), robot=3)
+    rule = PLAIN.model_copy(update={"rule": "influence", "influence": 0.5, "trace_decay": 0.0})
+    q = values(train([pl.concat([keeper, striker])], known, None, rule, 1, 1)[0])
+    # of two visits of state 5 one was a kick: praise is halved, and again by the rate
+    assert q["striker", 5, KICK] == q["striker", 5, GUIDE] == 0.25
+    assert q["goalkeeper", 6, BLOCK] == 1.0  # the striker's RV is 0
+    for apart in (
+        {"team": pl.lit("away").cast(Decisions.dtypes()["team"])},
+        {"episode": pl.lit(1, pl.Int32)},
+        {"chosen": pl.lit(value=False)},
+    ):
+        q = values(train([pl.concat([keeper.with_columns(**apart), striker])], known, None, rule, 1, 1)[0])
+        assert q["striker", 5, KICK] == 0.0
+    q = values(train([keeper, striker], known, None, rule, 1, 1)[0])  # in two matches
+    assert q["striker", 5, KICK] == 0.0
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(plays, min_size=1, max_size=3))
+def test_influence_of_nothing_is_sarsa_exactly(robots):
+    match = pl.concat([
+        decisions(*[(role, s, f"{role}-{code:03}", r, e, ep) for role, s, code, r, e, ep in rows], robot=robot)
+        for robot, rows in enumerate(robots)
+    ])
+    pairs = occasions(*match.select("role", "state", "behaviour_id").unique().rows())
+    alone, _ = train([match], pairs, None, PolicySettings(), 1, 1)
+    swayed, _ = train([match], pairs, None, PolicySettings(rule="influence", influence=0.0), 1, 1)
+    assert alone.equals(swayed)
 
 
 def test_two_versions_at_once_are_refused():

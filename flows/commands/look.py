@@ -1,4 +1,4 @@
-"""Commands that look: sql, situations, replay."""
+"""Commands that look: sql, situations, replay, commentary."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from cyclopts import Parameter
 from flows.catalog import refresh
 from flows.commands.common import Common, console, print_frame, print_json, warn
 from pipeline import catalog
+from pipeline.commentary import commentary as tell
+from pipeline.commentary.summary import heading, numbers
 from pipeline.errors import NotFound
 from pipeline.pitch import Kind, Pitch
 from pipeline.plots.matches import memberships
@@ -103,12 +105,7 @@ def replay(
         common: Options of every command.
     """
     store = common.store
-    log = _find(store, match)
-    nouns = {noun: store.receipt(noun, log.name) for noun in ("trajectories", "situations", "goals")}
-    made = {noun: receipt for noun, receipt in nouns.items() if receipt is not None}
-    if len(made) < len(nouns):
-        missing = ", ".join(sorted(set(nouns) - set(made)))
-        raise NotFound(f"{log.name} has no {missing} yet", next_step="Run `pitchlore run` first")
+    log, made = _chain_of(store, match, "trajectories", "situations", "goals")
     text = page(
         store.read_table(log, "matches", Matches),
         store.read_table(made["trajectories"], "trajectories", Trajectories),
@@ -121,6 +118,58 @@ def replay(
     path = output or store.root / "replays" / f"{log.name}.html"
     store.write_bytes(path, text.encode())
     console().print(f"{path} ({len(text) / 1e6:.2f} MB): open it in a browser", soft_wrap=True)
+
+
+def commentary(
+    match: str, *, goals: Annotated[bool, Parameter(negative=())] = False, json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Tell a match: goals and what led to them, chances, restarts, who has the ball; and its numbers.
+
+    Args:
+        match: The match's id, or the beginning of it.
+        goals: Tell only the goals.
+        json: Print what is told and the summary as JSON.
+        common: Options of every command.
+    """
+    store = common.store
+    log, made = _chain_of(store, match, "trajectories", "situations", "goals")
+    told = tell(
+        store.read_table(log, "matches", Matches),
+        store.read_table(log, "referee", Referee),
+        store.read_table(made["goals"], "goals", Goals),
+        store.read_table(made["situations"], "situations", Situations),
+        store.read_table(made["trajectories"], "trajectories", Trajectories),
+        Pitch.model_validate(log.details["pitch"]),
+    )
+    moments = [moment for moment in told.moments if moment.kind == "goal" or not goals]
+    if json:
+        print_json({"moments": [moment.facts() for moment in moments],
+                    "summary": told.summary.model_dump(mode="json")})
+        return
+    out = console()
+    for line in heading(told.summary):
+        out.print(line, style="bold", markup=False, soft_wrap=True)
+    for moment in moments:
+        style = "bold" if moment.kind == "goal" else None
+        out.print(moment.line(), style=style, markup=False, highlight=False, soft_wrap=True)
+    out.print()
+    for line in numbers(told.summary):
+        out.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+def _chain_of(store: Store, match: str, *nouns: str) -> tuple[Receipt, dict[str, Receipt]]:
+    """The receipts of a match's log and of what was made of it.
+
+    Raises:
+        NotFound: if no or several matches are called so, or one of the nouns has not been made.
+    """
+    log = _find(store, match)
+    made = {noun: receipt for noun in nouns if (receipt := store.receipt(noun, log.name)) is not None}
+    if len(made) < len(nouns):
+        missing = ", ".join(sorted(set(nouns) - set(made)))
+        raise NotFound(f"{log.name} has no {missing} yet", next_step="Run `pitchlore run` first")
+    return log, made
 
 
 def _find(store: Store, match: str) -> Receipt:

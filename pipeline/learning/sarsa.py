@@ -151,19 +151,21 @@ def _sweep(
         a_t = pair[t]
         if a_t >= 0:
             if a_tm1 >= 0:
-                errors[row] = td_error(q[a_tm1], r_t, discount_t, q[a_t])
+                error = td_error(q[a_tm1], r_t, discount_t, q[a_t])
+                errors[row] = error
+                error += sway[row]
                 decay = discount_t * trace_decay
-                moved = errors[row] + sway[row]
-                count = _learn(moved, a_tm1, decay, step_size, replacing, q, trace, active, count)
+                count = _learn(error, a_tm1, decay, step_size, replacing, q, trace, active, count)
             a_tm1, row, r_t, discount_t = a_t, t, 0.0, 1.0
         discount_t *= discount[t]
         r_t += discount_t * reward[t]
         if ends[t] != CONTINUES:
             if ends[t] == TERMINAL and a_tm1 >= 0:
-                errors[row] = td_error(q[a_tm1], r_t, discount_t, 0.0)
+                error = td_error(q[a_tm1], r_t, discount_t, 0.0)
+                errors[row] = error
+                error += sway[row]
                 decay = discount_t * trace_decay
-                moved = errors[row] + sway[row]
-                count = _learn(moved, a_tm1, decay, step_size, replacing, q, trace, active, count)
+                count = _learn(error, a_tm1, decay, step_size, replacing, q, trace, active, count)
             for i in range(count):
                 trace[active[i]] = 0.0
             count = 0

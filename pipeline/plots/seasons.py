@@ -70,8 +70,7 @@ def table_3(curves: pl.DataFrame, printed: pl.DataFrame, change: int) -> Figure:
             axes.axvline(change - 0.5, color="0.6", linewidth=0.9, linestyle=(0, (3, 3)))
             axes.annotate("score changed", (change - 0.3, 1), xycoords=("data", "axes fraction"), fontsize=8,
                           color="0.35", va="top")
-        _legend(axes)
-    return figure
+    return _keyed(figure, columns=2)
 
 
 def states(curves: pl.DataFrame) -> Figure:
@@ -135,7 +134,8 @@ def _difference_and_other(curves: pl.DataFrame, of: str) -> list[_Panel]:
     return [
         _Panel("(a) goals, for less against", "goal difference a game",
                curves.filter(pl.col("what") == "difference"), of),
-        _Panel("(b) learned actions", "other actions, % of all", curves.filter(pl.col("what") == "other"), of),
+        _Panel("(b) learned actions", "other actions, % of all",
+               curves.filter(pl.col("what") == "other"), of),
     ]
 
 
@@ -191,13 +191,8 @@ def _draw(axes: Axes, curve: pl.DataFrame, label: str, colour: str, line: Dashes
               label=f"{label} ({seasons} season{'s' if seasons > 1 else ''})")
 
 
-def _legend(axes: Axes) -> None:
-    axes.legend(loc="upper left", bbox_to_anchor=(0, -0.2), frameon=False, fontsize=8.5, handlelength=4,
-                ncols=2, borderaxespad=0)
-
-
-def _keyed(figure: Figure) -> Figure:
-    """One legend for all panels, below them: each curve once, with the most seasons it has anywhere."""
+def _keyed(figure: Figure, columns: int = 3) -> Figure:
+    """One legend for all panels, below them, each of their labels once."""
     handles: dict[str, Line2D] = {}
     for axes in figure.axes:
         for handle in axes.get_lines():
@@ -205,5 +200,5 @@ def _keyed(figure: Figure) -> Figure:
             if not label.startswith("_"):
                 handles.setdefault(label, handle)
     figure.legend(handles=list(handles.values()), loc="outside lower left", frameon=False, fontsize=8.5,
-                  handlelength=4, ncols=min(3, len(handles)))
+                  handlelength=4, ncols=min(columns, len(handles)))
     return figure

@@ -45,6 +45,8 @@ AIM = "aim"
 #: Our aims are measured over the last ten games; the win rate over more, for its interval to be narrow.
 LATE = (GAMES - 9, GAMES)
 WINNING = (CHANGE, GAMES)
+#: Share of learned actions, per cent.
+LEARNED = 90.0
 
 ZERO = Range("0", 0.0, 0.0)
 ALL = Range("1", 1.0, 1.0)
@@ -195,7 +197,7 @@ CLAIMS: tuple[Claim, ...] = (
           f"goal difference in games {LATE[0]} to {LATE[1]}, mean", mean(DIFFERENCE, *LATE), ABOVE),
     *(Claim(AIM, "It uses what it learned", ((BEST, kind),),
             f"other actions in games {LATE[0]} to {LATE[1]}, mean %", mean(OTHER, *LATE),
-            Range("at least 90 %", low=90.0)) for kind in (STATIC, HUMAN)),
+            Range(f"at least {LEARNED:g} %", low=LEARNED)) for kind in (STATIC, HUMAN)),
     Claim(AIM, "It wins against a random team", ((BEST, RANDOM),),
           f"share of games {WINNING[0]} to {WINNING[1]} won", mean(WON, *WINNING),
           Range("at least 0.95", low=0.95), pooling="games", games=WINNING[1] - WINNING[0] + 1),

@@ -11,6 +11,7 @@ from pipeline.errors import SchemaMismatch
 from schemas import ROLES, Games, Growth
 from schemas.behaviours import moves_randomly
 from schemas.goals import KINDS
+from schemas.table import Key
 
 #: The apprentice plays home in every game of a season.
 APPRENTICE, OPPONENT = "home", "away"
@@ -51,8 +52,8 @@ def game_row(
     *,
     situations: int,
     lead: int = 0,
+    key: Key,
     known: pl.DataFrame | None = None,
-    key: str | None = None,
     policy_version: int | None = None,
     knowledge_version: int | None = None,
 ) -> pl.DataFrame:
@@ -65,9 +66,8 @@ def game_row(
         goals: schema Goals, of the game; those before play (a lead) are not among them.
         situations: how many were recognised, of all robots.
         lead: goals that the apprentice started ahead by.
+        key: the finest state key of the knowledge, by which ``decisions`` tell states here.
         known: schema Occasions, of the knowledge that it played with; None in its first game.
-        key: the finest state key of ``known``, by which ``decisions`` tell states; None where it has
-            only one.
         policy_version: that it played with, None where there was none.
         knowledge_version: newest after the game, None where there is none.
 
@@ -105,7 +105,7 @@ def growth_rows(
     occasions: pl.DataFrame,
     behaviours: pl.DataFrame,
     *,
-    key: str | None = None,
+    key: Key,
 ) -> pl.DataFrame:
     """What each role knows after a game.
 
@@ -114,7 +114,7 @@ def growth_rows(
         decisions: schema Decisions, a table a game of the season up to this one, which is the last.
         occasions: schema Occasions, of the newest version after the game (empty where there is none).
         behaviours: schema Behaviours, of the same version.
-        key: the finest state key of ``occasions``; None where it has only one.
+        key: the finest state key of ``occasions``, by which ``decisions`` tell states here.
 
     Returns:
         Three rows of schema Growth, by role.
@@ -124,13 +124,13 @@ def growth_rows(
         actions=pl.len(), other_actions=(~_at_random()).sum()
     )
     played = pl.concat([table.select("role", "state") for table in games]).unique()
-    seen = finest(occasions, key).filter(~_at_random())
-    states_seen = finest(occasions, key).select("role", "state").unique()
+    known = occasions.filter(pl.col("key") == key)
+    seen = known.filter(pl.col("count") > 0).select("role", "state").unique()
     parts = {
-        "states": pl.concat([played, states_seen]).unique(),
+        "states": pl.concat([played, seen]).unique(),
         "behaviours": behaviours.filter(~_at_random()).select("role", "behaviour_id").unique(),
-        "pairs": seen.select("role", "state", "behaviour_id").unique(),
-        "states_seen": states_seen,
+        "pairs": known.filter(~_at_random()).select("role", "state", "behaviour_id").unique(),
+        "states_seen": seen,
         "states_played": played,
     }
     rows = pl.DataFrame({"role": ROLES}, schema={"role": pl.Enum(ROLES)})
@@ -145,14 +145,7 @@ def growth_rows(
 
 def own(decisions: pl.DataFrame) -> pl.DataFrame:
     """The decisions that the apprentice made itself: of its team, chosen in play rather than observed."""
-    mine = decisions.filter(pl.col("team") == APPRENTICE)
-    return mine.filter("chosen") if "chosen" in mine.columns else mine
-
-
-def finest(occasions: pl.DataFrame, key: str | None) -> pl.DataFrame:
-    """The occasions by one state key, all where there is only one."""
-    return occasions if key is None or "key" not in occasions.columns else occasions.filter(
-        pl.col("key") == key)
+    return decisions.filter((pl.col("team") == APPRENTICE) & pl.col("chosen"))
 
 
 def _at_random() -> pl.Expr:
@@ -160,11 +153,11 @@ def _at_random() -> pl.Expr:
     return pl.col("behaviour_id").is_null() | (pl.col("behaviour_id") == moves_randomly())
 
 
-def _share_known(mine: pl.DataFrame, known: pl.DataFrame | None, key: str | None) -> float:
+def _share_known(mine: pl.DataFrame, known: pl.DataFrame | None, key: Key) -> float:
     """Share of decisions in states in which the knowledge has more than moves randomly."""
     if known is None or not mine.height:
         return 0.0
-    states = finest(known, key).filter(~_at_random()).select("role", "state").unique()
+    states = known.filter((pl.col("key") == key) & ~_at_random()).select("role", "state").unique()
     return mine.join(states, on=["role", "state"], how="semi").height / mine.height
 
 

@@ -11,6 +11,8 @@ from pathlib import Path
 import polars as pl
 
 from pipeline import behaviours, decisions, grams, knowledge, matches, policies
+from pipeline.commentary import CommentarySettings, commentary
+from pipeline.commentary.summary import heading, numbers
 from pipeline.frame import MatchLog
 from pipeline.goals import attribute
 from pipeline.importers import source, tracking
@@ -85,6 +87,20 @@ def knowledge_and_policy() -> str:
     )
 
 
+def telling() -> str:
+    """The commentary of the sample's seconds 100 to 200, and its numbers."""
+    log, settings = _log(100.0, 200.0), Settings()
+    pitch = log.info.pitch
+    bodies, _ = trajectories(log, settings.trajectories)
+    found = recognise(bodies, pitch, settings.situations)
+    goals = attribute(log.referee, bodies, found, pitch, settings.goals)
+    told = commentary(matches.row(log), log.referee, goals, found, bodies, pitch)
+    chosen = {"clip_s": [100.0, 200.0], "commentary": CommentarySettings().model_dump(mode="json")}
+    lines = [f"# {json.dumps(chosen, sort_keys=True)}", "", *heading(told.summary)]
+    lines += [*(moment.line() for moment in told.moments), "", *numbers(told.summary)]
+    return "\n".join(lines) + "\n"
+
+
 def paradigms() -> str:
     """A few points of every figure, and what they say of the paper's claims."""
     design = Design(quick=True)
@@ -133,6 +149,7 @@ CASES: dict[str, Callable[[], str]] = {
     "matches/rsim-3s.txt": log,
     "situations/rsim-20s.txt": situations,
     "knowledge/rsim-120s.txt": knowledge_and_policy,
+    "commentary/rsim-100s.txt": telling,
     "paradigms/quick.txt": paradigms,
 }
 

@@ -1,0 +1,101 @@
+"""The command evaluate: a team measured by many matches."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import polars as pl
+from cyclopts import Parameter
+from cyclopts.types import NonNegativeInt, PositiveFloat, PositiveInt
+
+from flows.catalog import refresh
+from flows.commands.common import Common, bars, console, print_frame, print_json
+from flows.evaluations import cores, entrant, evaluate
+from flows.stage import listener
+from pipeline.errors import BadSettings
+from pipeline.evaluations import Evaluation, Measured, Summary, summarise
+from pipeline.world.laws import RefereeSettings
+
+DEFAULTS = Common()
+Json = Annotated[bool, Parameter(name="--json", negative=())]
+
+#: Stands in for people, and every result says so.
+STAND_IN = "human-like is a scripted team that stands in for people; it is no model of anyone."
+
+
+def evaluations(
+    *,
+    policy: str = "newest",
+    against: str = "static",
+    matches: PositiveInt = 200,
+    seed: NonNegativeInt = 0,
+    minutes: PositiveFloat = 8.0,
+    explore: float = 0.0,
+    trust: NonNegativeInt = 0,
+    jobs: PositiveInt | None = None,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Measure a team: matches in pairs of one seed with sides swapped, and 95 % intervals over the pairs.
+
+    Args:
+        policy: Version of a policy, newest, or a scripted team: static, human-like, random.
+        against: The opponent, likewise. A team against itself plays home in all matches, each of its own
+            seed: that measures the arena.
+        matches: How many, an even number; those that were played before are not played again.
+        seed: Of the first pair; the next pair has the next.
+        minutes: Of a match.
+        explore: Chance that a learned team's robot tries any behaviour instead of the best.
+        trust: Visits that a state needs to be looked up by a finer key.
+        jobs: Processes that play; by default as many as there are cores.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    if matches % 2:
+        raise BadSettings(f"{matches} matches do not come in pairs", where="--matches",
+                          next_step=f"Ask for {matches + 1}")
+    store, policies = common.store, dict[str, pl.DataFrame]()
+    evaluation = Evaluation(
+        team=entrant(store, policy, policies, explore=explore, trust=trust),
+        opponent=entrant(store, against, policies, explore=explore, trust=trust),
+        referee=RefereeSettings(duration_s=60 * minutes),
+    )
+    seeds = range(seed, seed + matches // 2)
+    with bars() as progress:
+        listener.set(progress)
+        rows, played = evaluate(store, evaluation, seeds, policies, jobs or cores())
+    refresh(store)
+    summary = summarise(rows)
+    if json:
+        print_json(_plain(summary) | {"minutes": minutes, "seed": seed, "played_now": 2 * played})
+        return
+    print_frame(_table(summary), title=(
+        f"{summary.team} against {summary.opponent}: {summary.matches} matches of {minutes:g} min,"
+        f" {summary.pairs} pairs ({2 * played} matches played now)"))
+    if evaluation.of_itself:
+        console().print("A team against itself: home's side of matches that have seeds of their own.")
+    if "human-like" in (summary.team, summary.opponent):
+        console().print(STAND_IN)
+
+
+def _plain(summary: Summary) -> dict[str, object]:
+    """For programs: what is measured as an object of value, low and high."""
+    return {name: value._asdict() if isinstance(value, Measured) else value for name, value in summary}
+
+
+def _table(summary: Summary) -> pl.DataFrame:
+    """For people: a row a quantity."""
+    rows = [
+        ("wins", summary.win_rate, f"{summary.wins} of {summary.matches}"),
+        ("draws", summary.draw_rate, f"{summary.draws} of {summary.matches}"),
+        ("losses", summary.loss_rate, f"{summary.losses} of {summary.matches}"),
+        ("goal difference a match", summary.goal_difference, ""),
+        ("goals for a match", summary.goals_for, ""),
+        ("goals against a match", summary.goals_against, ""),
+        ("share of learned actions", summary.learned_share, "" if summary.learned_share else "none decided"),
+    ]
+    return pl.DataFrame([
+        {"": name, "mean": None if m is None else m.value, "95 % low": None if m is None else m.low,
+         "95 % high": None if m is None else m.high, "count": count}
+        for name, m, count in rows
+    ])

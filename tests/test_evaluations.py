@@ -1,0 +1,166 @@
+"""Evaluations: hand-worked statistics, fair pairs, and results that do not depend on who played them."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+import polars as pl
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from flows import evaluations as flow
+from pipeline.errors import BadSettings, NotFound, WorkerLost
+from pipeline.evaluations import Entrant, Evaluation, Pair, play, summarise
+from pipeline.intervals import wilson
+from pipeline.play.recipe import TeamSettings
+from pipeline.store import Store
+from pipeline.world.laws import RefereeSettings
+from schemas import Evaluations, Policies
+
+SHORT = RefereeSettings(duration_s=4.0)
+
+
+def scripted(kind):
+    return Entrant(name=kind, settings=TeamSettings(kind=kind))
+
+
+def short(team="static", opponent="random"):
+    return Evaluation(team=scripted(team), opponent=scripted(opponent), referee=SHORT)
+
+
+def played(*scores, decided=None):
+    """Rows of schema Evaluations from the scores of consecutive matches, two to a pair."""
+    rows = [
+        {"evaluation": "v1-static-0123456789ab", "team": "v1", "policy_version": 1, "knowledge_version": 1,
+         "opponent": "static", "seed": i // 2, "match": 1 + i % 2, "side": ("home", "away")[i % 2],
+         "match_seed": i // 2, "duration_s": 480.0, "goals_for": ours, "goals_against": theirs,
+         "actions": None if decided is None else decided[i][0],
+         "other_actions": None if decided is None else decided[i][1]}
+        for i, (ours, theirs) in enumerate(scores)
+    ]
+    return Evaluations.validate(pl.DataFrame(rows, schema=Evaluations.dtypes()))
+
+
+def test_the_numbers_are_those_worked_by_hand():
+    # pairs' mean differences: (2 + 0) / 2 = 1, (-1 + 4) / 2 = 1.5, (3 + 4) / 2 = 3.5: mean 2, sd √1.75
+    found = summarise(played((2, 0), (1, 1), (0, 1), (5, 1), (3, 0), (4, 0)))
+    assert (found.matches, found.pairs, found.wins, found.draws, found.losses) == (6, 3, 4, 1, 1)
+    half = 4.302653 * (1.75 / 3) ** 0.5  # t with 2 degrees of freedom, 97.5 %
+    assert found.goal_difference == pytest.approx((2.0, 2 - half, 2 + half), abs=1e-5)
+    assert found.goals_for.value == pytest.approx(15 / 6)
+    assert found.goals_against.value == pytest.approx(3 / 6)
+    assert found.win_rate == pytest.approx((4 / 6, *map(float, wilson(2, 3))))
+    assert found.learned_share is None
+
+
+def test_the_share_of_learned_actions_is_a_mean_over_matches_that_had_any():
+    found = summarise(played((0, 0), (0, 0), (0, 0), (0, 0), decided=[(10, 5), (100, 100), (0, 0), (4, 1)]))
+    # pairs: (0.5 + 1) / 2 and 0.25, for the third match says nothing
+    assert found.learned_share.value == pytest.approx((0.75 + 0.25) / 2)
+
+
+def test_one_pair_has_no_interval_of_a_mean():
+    assert summarise(played((1, 0), (0, 2))).goal_difference == (-0.5, None, None)
+
+
+@given(st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), min_size=4, max_size=20).filter(
+    lambda scores: len(scores) % 2 == 0))
+def test_summaries_are_of_the_pairs(scores):
+    found = summarise(played(*scores))
+    assert found == summarise(played(*scores).sample(fraction=1.0, shuffle=True, seed=1))
+    assert found.wins + found.draws + found.losses == len(scores)
+    for rate in (found.win_rate, found.draw_rate, found.loss_rate):
+        assert 0 <= rate.low <= rate.value <= rate.high <= 1
+    means = [(a - b + c - d) / 2 for (a, b), (c, d) in zip(scores[::2], scores[1::2], strict=True)]
+    assert found.goal_difference.value == pytest.approx(sum(means) / len(means))
+    if len(set(means)) > 1:
+        wanted = stats.t.interval(0.95, len(means) - 1, loc=sum(means) / len(means), scale=stats.sem(means))
+        assert found.goal_difference[1:] == pytest.approx(wanted)
+    # seen by the opponent, wins are losses and the difference turns its sign
+    other = summarise(played(*((theirs, ours) for ours, theirs in scores)))
+    assert other.win_rate == found.loss_rate
+    assert other.goal_difference.value == pytest.approx(-found.goal_difference.value)
+
+
+def test_a_pair_is_one_seed_with_sides_swapped():
+    (first, home), (second, away) = Pair(evaluation=short(), seed=3).matches()
+    assert (first, second) == (0, 1)
+    assert home.seed == away.seed
+    assert (home.home, home.away) == (away.away, away.home)
+
+
+def test_no_two_pairs_share_a_seed_and_a_team_against_itself_never_plays_a_match_twice():
+    whole = short("static", "static")
+    seeds = [recipe.seed for seed in range(5) for _, recipe in Pair(evaluation=whole, seed=seed).matches()]
+    assert len(set(seeds)) == 10
+    assert [side for side, _ in Pair(evaluation=whole, seed=0).matches()] == [0, 0]
+    swapped = [{r.seed for _, r in Pair(evaluation=short(), seed=seed).matches()} for seed in range(5)]
+    assert len(set.union(*swapped)) == 5
+
+
+def test_evaluations_of_other_settings_have_other_names():
+    names = {e.id for e in (short(), short("random", "static"), short().model_copy(
+        update={"referee": RefereeSettings(duration_s=5.0)}))}
+    assert len(names) == 3
+
+
+def test_what_is_played_does_not_depend_on_the_number_of_processes(tmp_path):
+    alone, made = flow.evaluate(Store(tmp_path / "a"), short(), range(2), {}, jobs=1)
+    assert made == 2
+    store = Store(tmp_path / "b")
+    together, made = flow.evaluate(store, short(), range(2), {}, jobs=2)
+    assert made == 2
+    assert together.equals(alone)
+    assert alone["seed"].to_list() == [0, 0, 1, 1]
+    assert alone["actions"].is_null().all()
+
+
+def test_more_matches_play_only_what_is_not_there(tmp_path, monkeypatch):
+    store, seen = Store(tmp_path), []
+    monkeypatch.setattr(flow, "play", lambda pair, policies: seen.append(pair.seed) or play(pair, policies))
+    first, _ = flow.evaluate(store, short(), range(1), {})
+    more, made = flow.evaluate(store, short(), range(2), {})
+    assert (seen, made) == ([0, 1], 1)
+    assert more.head(2).equals(first)
+    again, made = flow.evaluate(store, short(), [1], {})
+    assert made == 0
+    assert again.equals(more.tail(2))
+
+
+def test_a_learned_team_s_decisions_are_counted():
+    team = Entrant(name="v1", settings=TeamSettings(kind="learned", policy="v1 abc"), policy_version=1, knowledge_version=1)
+    pair = Pair(evaluation=Evaluation(team=team, opponent=scripted("static"), referee=SHORT), seed=0)
+    rows = play(pair, {"v1 abc": Policies.empty()})
+    assert (rows["actions"] > 0).all()
+    assert (rows["other_actions"] == 0).all()  # it knows nothing, and moves randomly
+    assert rows["side"].to_list() == ["home", "away"]
+
+
+def dies(pair, policies):
+    """Plays the first pair; whoever plays another is killed."""
+    if pair.seed:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return play(pair, policies)
+
+
+def test_a_killed_process_is_one_clear_error_and_what_was_over_is_kept(tmp_path, monkeypatch):
+    store = Store(tmp_path)
+    flow.evaluate(store, short(), [0], {})
+    monkeypatch.setattr(flow, "play", dies)
+    with pytest.raises(WorkerLost, match="killed") as said:
+        flow.evaluate(store, short(), range(3), {}, jobs=2)
+    assert "\n" not in str(said.value)
+    assert [receipt.name for receipt in store.receipts("evaluations")] == [Pair(evaluation=short(), seed=0).name]
+
+
+def test_unknown_teams_and_policies_are_refused(tmp_path):
+    store = Store(tmp_path)
+    with pytest.raises(BadSettings, match="no team"):
+        flow.entrant(store, "brazil", {})
+    with pytest.raises(NotFound):
+        flow.entrant(store, "newest", {})
+    with pytest.raises(NotFound):
+        flow.entrant(store, "7", {})

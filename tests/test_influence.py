@@ -1,0 +1,197 @@
+"""Influence values: what team-mates think of a decision that began amid their own."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.errors import BadSettings, SchemaMismatch
+from pipeline.learning.influence import Influence, opinion
+from pipeline.learning.sarsa import CONTINUES, TERMINAL, TRACE_FLOOR, TRUNCATED, UNKNOWN, Batch, sarsa_lambda
+
+PAIRS = 5
+
+
+def company(rows, share, rate):
+    """Influence among (company, robot, t_ns, pair) rows."""
+    columns = np.array(rows, np.int64).reshape(len(rows), 4).T
+    return Influence(*(column.copy() for column in columns), share=np.array(share, float), rate=rate)
+
+
+def test_praise_fades_and_protest_grows_with_repetition():
+    assert opinion(0.5, 0.25) == 0.375
+    assert opinion(-0.5, 0.25) == -0.125
+    assert opinion(0.0, 0.25) == 0.0
+
+
+def test_three_decisions_worked_by_hand():
+    # robot 0 decides on pair 0 at 0 s (to 2 s) and on pair 1 at 2 s, where the goal is at 4 s; its
+    # mate decides on pair 2 at 1 s, for which the goal is 3 s off. gamma 1, alpha 1/2, no traces.
+    data = Batch(
+        pair=np.array([0, 1, 2]), elapsed=np.array([2.0, 2.0, 3.0]), reward=np.array([0.0, 1.0, 1.0]),
+        ends=np.array([CONTINUES, TERMINAL, TERMINAL], np.int8),
+    )
+    q = np.array([0.4, 0.2, 1.5])
+    swayed = company([(7, 0, 0, 0), (7, 0, 2, 1), (7, 1, 1, 2)], [1.0, 0.75, 0.25], rate=0.5)
+    # by the values at the start the errors are .2 - .4 = -.2, 1 - .2 = .8, 1 - 1.5 = -.5
+    errors = np.array([-0.2, 0.8, -0.5])
+    # row 0: nobody was at anything yet                                   IV = 0
+    # row 1: the mate was at pair 2: it protests, .5 * (-.5 * .75)         IV = -.1875
+    # row 2: robot 0 was at pair 0, not yet at 1: .5 * (-.2 * .25)         IV = -.025
+    assert swayed(errors) == pytest.approx([0.0, -0.1875, -0.025], abs=1e-15)
+    learned = sarsa_lambda(q, data, step_size=0.5, discount=1.0, trace_decay=0.0, sway=swayed)
+    # half of: -.2 for pair 0, .8 - .1875 for pair 1, -.5 - .025 for pair 2
+    assert learned.q == pytest.approx([0.3, 0.50625, 1.2375], abs=1e-15)
+    assert learned.first_errors == pytest.approx(errors, abs=1e-15)
+
+
+def test_who_judges_whom():
+    rows = [
+        (1, 0, 0, 0), (1, 1, 0, 1),  # at once: each judges the other by what it decides now
+        (1, 2, 5, UNKNOWN), (1, 2, 3, 2),  # robot 2 is at pair 2 from 3 on, also while at what it does not know
+        (1, 0, 6, 3),
+        (2, 1, 7, 4),  # another team, episode or match
+    ]
+    errors = np.array([1.0, 2.0, np.nan, 4.0, 8.0, 16.0])
+    swayed = company(rows, np.zeros(PAIRS), rate=1.0)(errors)  # share 0: praise in full
+    assert swayed.tolist() == [2.0, 1.0, 0.0, 1.0 + 2.0, 2.0 + 4.0, 0.0]
+
+
+def test_who_was_cut_has_no_opinion():
+    rows = [(1, 0, 0, 0), (1, 0, 2, 1), (1, 1, 3, 2)]
+    assert company(rows, np.zeros(PAIRS), rate=1.0)(np.array([1.0, np.nan, 1.0])).tolist() == [0.0, 0.0, 0.0]
+
+
+@st.composite
+def teams(draw):
+    """Decisions of up to three robots in up to two companies: rows of a batch, each with (company, robot, t)."""
+    rows, where = [], []
+    for number in range(draw(st.integers(1, 2))):
+        for robot in range(draw(st.integers(1, 3))):
+            times = sorted(draw(st.lists(st.integers(0, 6), max_size=6, unique=True)))
+            for t, until in zip(times, [*times, 7][1:], strict=True):
+                ends = CONTINUES if until < 7 else draw(st.sampled_from([TERMINAL, TRUNCATED]))
+                reward = draw(st.sampled_from([0.0, 1.0, -1.0])) if until == 7 else 0.0
+                rows.append((draw(st.integers(UNKNOWN, PAIRS - 1)), float(until - t), reward, ends))
+                where.append((number, robot, t))
+    return rows, where
+
+
+def literal(q, rows, where, share, rate, step_size, discount, trace_decay, sweeps):
+    """Equations 4 to 7 as they are written, robot by robot on dicts and lists."""
+    robots = {}
+    for row, (number, robot, _) in enumerate(where):
+        robots.setdefault((number, robot), []).append(row)
+
+    def outcomes(own):
+        """What became of each known decision: row, its discounted reward and discount, the next known row."""
+        known = [row for row in own if rows[row][0] != UNKNOWN]
+        for i, row in enumerate(known):
+            gain, gamma, following = 0.0, 1.0, known[i + 1] if i + 1 < len(known) else None
+            for passed in own[own.index(row) : own.index(following) if following is not None else None]:
+                gamma *= discount ** rows[passed][1]
+                gain += gamma * rows[passed][2]
+            if following is not None or rows[own[-1]][3] == TERMINAL:
+                yield row, gain, gamma, following
+
+    def error(gain, gamma, row, following):
+        return gain + (gamma * q[rows[following][0]] if following is not None else 0.0) - q[rows[row][0]]
+
+    q = list(q)
+    for _ in range(sweeps):
+        relative = {row: error(gain, gamma, row, following)
+                    for own in robots.values() for row, gain, gamma, following in outcomes(own)}
+        influence = {}
+        for row, (number, robot, t) in enumerate(where):
+            influence[row] = 0.0
+            for (other, judge), own in robots.items():
+                if other != number or judge == robot:
+                    continue
+                begun = [mate for mate in own if rows[mate][0] != UNKNOWN and where[mate][2] <= t]
+                if begun and begun[-1] in relative:
+                    rv, pe = relative[begun[-1]], share[rows[row][0]]
+                    influence[row] += rate * (rv * pe if rv <= 0 else rv * (1 - pe))
+        for own in robots.values():
+            trace = {}
+            for row, gain, gamma, following in outcomes(own):
+                delta = error(gain, gamma, row, following) + influence[row]
+                trace[rows[row][0]] = 1.0
+                for pair in list(trace):
+                    q[pair] += step_size * delta * trace[pair]
+                    trace[pair] *= gamma * trace_decay
+                    if trace[pair] < TRACE_FLOOR:
+                        del trace[pair]
+    return q
+
+
+def batch(rows):
+    pair, elapsed, reward, ends = zip(*rows, strict=True) if rows else ((), (), (), ())
+    return Batch(np.array(pair, np.int64), np.array(elapsed, float), np.array(reward, float), np.array(ends, np.int8))
+
+
+unit = st.floats(0, 1)
+shares = st.lists(unit, min_size=PAIRS, max_size=PAIRS)
+values = st.lists(st.floats(-2, 2), min_size=PAIRS, max_size=PAIRS).map(np.array)
+rules = st.fixed_dictionaries({
+    "step_size": st.floats(0.01, 0.5), "discount": st.floats(0.5, 1), "trace_decay": unit, "sweeps": st.integers(1, 3),
+})
+
+
+@settings(max_examples=200, deadline=None)
+@given(values, teams(), shares, st.floats(0, 2), rules)
+def test_equals_the_equations_read_literally(q, made, share, rate, rule):
+    rows, where = made
+    influence = company([(*place, row[0]) for place, row in zip(where, rows, strict=True)], share, rate)
+    learned = sarsa_lambda(q, batch(rows), sway=influence, **rule)
+    np.testing.assert_allclose(learned.q, literal(q, rows, where, share, rate, **rule), rtol=0, atol=1e-11)
+
+
+@settings(deadline=None)
+@given(values, teams(), shares, rules)
+def test_without_influence_it_is_sarsa_exactly(q, made, share, rule):
+    rows, where = made
+    influence = company([(*place, row[0]) for place, row in zip(where, rows, strict=True)], share, 0.0)
+    swayed, alone = sarsa_lambda(q, batch(rows), sway=influence, **rule), sarsa_lambda(q, batch(rows), **rule)
+    for one, other in zip(swayed, alone, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@settings(deadline=None)
+@given(teams(), st.randoms(use_true_random=False))
+def test_the_order_of_rows_does_not_matter(made, random):
+    rows, where = made
+    error = dict(zip(where, [random.uniform(-1, 1) for _ in where], strict=True))
+    pair = {place: row[0] for place, row in zip(where, rows, strict=True)}
+    share = [random.random() for _ in range(PAIRS)]
+
+    def swayed(places):
+        errors = np.array([error[place] for place in places])
+        found = company([(*place, pair[place]) for place in places], share, 0.5)(errors)
+        return dict(zip(places, found.tolist(), strict=True))
+
+    assert swayed(random.sample(where, len(where))) == swayed(where)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"robot": np.array([0, -1])}, "robot is negative"),
+        ({"t_ns": np.zeros(3, np.int64)}, r"t_ns is not \[T\]"),
+        ({"company": np.zeros(2)}, "company is float64, not int64"),
+        ({"pair": np.array([0, PAIRS])}, "pair is not below the 5 shares"),
+        ({"share": np.full(PAIRS, 1.5)}, r"share is not in \[0, 1\]"),
+        ({"share": np.full(PAIRS, math.nan)}, r"share is not in \[0, 1\]"),
+    ],
+)
+def test_arrays_that_cannot_be_are_refused(wrong, says):
+    good = {name: np.zeros(2, np.int64) for name in ("company", "robot", "t_ns", "pair")} | {"share": np.zeros(PAIRS)}
+    with pytest.raises(SchemaMismatch, match=says):
+        Influence(**(good | wrong), rate=0.1)
+
+
+@pytest.mark.parametrize("rate", [-0.1, math.nan, math.inf])
+def test_a_rate_out_of_bounds_is_refused(rate):
+    with pytest.raises(BadSettings, match="influence cannot be"):
+        company([], [], rate)
