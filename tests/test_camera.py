@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 
 import numpy as np
@@ -10,9 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from pipeline import matches as log
 from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
 from pipeline.pitch import PITCHES, Kind
+from pipeline.play.match import Match
+from pipeline.play.minds import mind_of
+from pipeline.play.recipe import Recipe, TeamSettings
 from pipeline.world.camera import TYPICAL, Camera, CameraSettings
+from pipeline.world.laws import RefereeSettings
 
 VSSS = PITCHES[Kind.VSSS]
 HZ = 60.0
@@ -205,3 +211,51 @@ class TestVelocities:
         assert seen[30, 1, VX:].tolist() == [0, 0, 0]
         assert np.abs(seen[:, [BALL, 1], VX : VY + 1]).max() <= 0.75
         assert seen[-1, BALL, VY] == pytest.approx(0.6, abs=0.02)
+
+
+class TestInAMatch:
+    """Static against static for three seconds without a whistle, as the log has it."""
+
+    def played(self, camera):
+        team = TeamSettings(kind="static")
+        recipe = Recipe(home=team, away=team, seed=2, camera=camera,
+                        referee=RefereeSettings(duration_s=3, halves=1))
+        match, stream = Match(recipe, (mind_of(team, recipe, 0), mind_of(team, recipe, 1))), io.BytesIO()
+        truth = []
+        with log.Recorder(stream, match.info) as recorder:
+            while not match.over:
+                match.advance()
+                truth.append(match.bodies.copy())
+            part = match.take()
+            recorder.frames(part.frames)
+            recorder.referee(part.referee)
+        return log.read(stream.getvalue(), where="here"), np.array(truth), part
+
+    def test_off_is_as_if_there_were_none(self):
+        match, truth, part = self.played(CameraSettings())
+        assert (match.frames.counts() == 6).all()
+        assert part.frames.robots["x"].reshape(-1, 6)[1:].tolist() == truth[:-1, 1:, X].astype("f4").tolist()
+        blind, _, _ = self.played(CameraSettings(smoothing_s=0.2))
+        assert blind.frames.robots.tobytes() == match.frames.robots.tobytes()
+
+    def test_who_is_not_seen_is_not_in_the_log(self):
+        match, _, _ = self.played(CameraSettings(robot_unseen=0.2, ball_unseen=0.3))
+        counts = match.frames.counts()
+        assert counts[0] == 6
+        assert counts.mean() == pytest.approx(4.8, abs=0.2)
+        assert not np.isnan(match.frames.robots["x"]).any()
+        assert np.isnan(match.frames.ball["x"]).mean() == pytest.approx(0.3, abs=0.1)
+        assert match.info.complete
+
+    def test_repeats_itself(self):
+        one, other = (self.played(TYPICAL)[2].frames for _ in range(2))
+        assert one.robots.tobytes() == other.robots.tobytes()
+        assert one.ball.tobytes() == other.ball.tobytes()
+
+    def test_players_see_what_the_camera_sees(self):
+        clear, truth, _ = self.played(CameraSettings())
+        late, other, _ = self.played(CameraSettings(latency_s=0.1))
+        assert not np.array_equal(truth, other)  # they play another match
+        ball = late.frames.ball["y"]
+        assert (ball[7:] == other[:-7, BALL, Y].astype("f4")).all()  # the log is six frames behind
+        assert len(clear.frames) == len(late.frames)

@@ -79,11 +79,11 @@ class Match:
         self.laws = Laws.of(recipe.pitch, recipe.referee, physics.hz)
         self._arena = Arena(recipe.pitch, recipe.robots, physics)
         self.bodies = self._arena.bodies
+        self._state = begin(HOME, recipe.score)
+        self._rng = np.random.default_rng([recipe.seed, 0])
         self._camera = Camera(
             recipe.camera, recipe.pitch, recipe.robots, physics.hz, np.random.default_rng([recipe.seed, 3])
         )
-        self._state = begin(HOME, recipe.score)
-        self._rng = np.random.default_rng([recipe.seed, 0])
         self._wheels = np.zeros((2 * recipe.robots, 2))
         self._hands = (self._wheels[: recipe.robots], self._wheels[recipe.robots :])
         self._views = (np.zeros_like(self.bodies), np.zeros_like(self.bodies))
@@ -152,7 +152,7 @@ class Match:
         )
 
     def _play(self) -> None:
-        """The next frame: whistle, log, think, move."""
+        """The next frame: whistle, look, log, think, move."""
         frame = int(self._state[FRAME])
         call = watch(self.bodies, self._state, self.laws.lengths, self.laws.times)
         if call != PLAY_ON:
@@ -168,11 +168,12 @@ class Match:
         self._arena.frame(self._wheels)
 
     def _look(self) -> F64:
-        """What the camera gives of this frame, which is also what is logged of it."""
+        """The bodies as the camera sees them; what it does not see is NaN in the sample that is logged."""
         seen, visible = self._camera.see(self.bodies)
         if self._logged:
             sample = seen.copy()
-            sample[~visible] = np.nan
+            if not self._camera.off:
+                sample[~visible] = np.nan
             self._samples.append(sample)
         return seen
 
@@ -204,7 +205,10 @@ class Match:
 
 
 def _frames(samples: F64, first: int, laws: Laws) -> Frames:
-    """Samples [F, 1 + 2 N, 6] as a log holds them, NaN where a body was not seen; numbers from ``first``."""
+    """Samples [F, 1 + 2 N, 6] as a log holds them; the first has number ``first``.
+
+    A ball that was not seen is NaN, a robot is left out.
+    """
     count, robots = len(samples), samples.shape[1] - 1
     number = np.arange(first, first + count, dtype=np.uint32)
     ball = np.zeros(count, dtype=BALL_DTYPE)
@@ -217,8 +221,9 @@ def _frames(samples: F64, first: int, laws: Laws) -> Frames:
         rows[name] = samples[:, 1:, column]
     t_ns = np.rint(number * 1e9 / laws.hz).astype(np.int64)
     there = ~np.isnan(samples[:, 1:, X])
-    offsets = np.append(0, np.cumsum(there.sum(axis=1))).astype(np.int64)
-    return Frames(number, t_ns, ball, offsets, rows[there])
+    offsets = np.concatenate(([0], there.sum(axis=1).cumsum())).astype(np.int64)
+    whole = rows.view(f"V{ROBOT_DTYPE.itemsize}")  # with its padding, which is 0; a record's copy has any
+    return Frames(number, t_ns, ball, offsets, whole[there].view(ROBOT_DTYPE))
 
 
 def _rows(decided: Sequence[Decided], team: str, match_id: str, laws: Laws) -> pl.DataFrame:

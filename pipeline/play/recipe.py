@@ -50,7 +50,7 @@ class Recipe(Frozen):
         pitch: where.
         physics: of the arena.
         referee: the laws.
-        camera: through which players and the log see the match; the referee sees what is there.
+        camera: through which teams and log see the match; the referee sees all. Off by default.
     """
 
     home: TeamSettings

@@ -81,16 +81,18 @@ class Camera:
         robots: N, robots a side.
         hz: frames a second.
         rng: decides noise and what is not seen; a camera that is off draws nothing.
+
+    Attributes:
+        off: whether bodies are seen as they are.
+        latency: frames between what is there and what is seen of it.
     """
 
     def __init__(
         self, settings: CameraSettings, pitch: Pitch, robots: int, hz: float, rng: np.random.Generator
     ) -> None:
         rows = 1 + 2 * robots
-        self.settings = settings
-        #: Frames between what is there and what is seen of it.
         self.latency = round(settings.latency_s * hz)
-        self._off = settings.off
+        self.off = settings.off
         self._rng = rng
         self._frame = 0
         self._past = np.zeros((self.latency + 1, rows, COLUMNS))
@@ -124,7 +126,7 @@ class Camera:
             Both arrays are the camera's own and change with the next call; the first is ``bodies``
             itself if the camera is off.
         """
-        if self._off:
+        if self.off:
             return bodies, self._visible
         slots = len(self._past)
         if self._frame == 0:
