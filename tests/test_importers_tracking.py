@@ -23,7 +23,7 @@ from pipeline.grams import grams, value
 from pipeline.importers import tracking
 from pipeline.importers.tracking_map import TrackingMap, load_map
 from pipeline.pitch import Kind
-from pipeline.settings import GramSettings, KnowledgeSettings, SituationSettings, TrajectorySettings
+from pipeline.settings import GramSettings, SituationSettings, TrajectorySettings
 from pipeline.situations import recognise
 from pipeline.trajectories import trajectories
 from schemas import Decisions, Goals
@@ -605,7 +605,7 @@ def test_a_match_of_one_team_goes_through_all_stages() -> None:
     known = found.sort("count", descending=True).head(3).with_row_index("i").with_columns(
         behaviour_id=pl.format("b-{}", "i")
     )
-    seen = observe(valued, tracks, match.referee, known, pitch, GramSettings(), KnowledgeSettings())
+    seen = observe(valued, tracks, match.referee, known, pitch, GramSettings())
     # a state has both teams: without the adversary none is known
     assert Decisions.validate(seen).is_empty()
 
