@@ -1,0 +1,178 @@
+"""Seasons: played game by game, learned from game by game, and gone on with after anything."""
+
+import polars as pl
+import pytest
+
+from flows import season as loop
+from pipeline.errors import BadSettings, NotFound
+from pipeline.seasons.settings import Season, SeasonSettings, named, names, parse
+from pipeline.store import Store
+from schemas import Games, Growth, Occasions, Policies
+
+
+def season(base="paper", seed=1, opponent="static", **more):
+    said = "\n".join([f'base = "{base}"', "games = 3", "lead_from = 3", *more.get("lines", ()),
+                      "[referee]", "duration_s = 20"])
+    return Season(name="short", opponent=opponent, seed=seed, settings=parse(said, where="here"))
+
+
+def play(data, own, games):
+    for game in games:
+        loop.learn(data, own, game, loop.play(data, own, game), discard=False)
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory):
+    """A data folder with a season of three games of 20 seconds."""
+    data = tmp_path_factory.mktemp("season")
+    play(data, season(), (1, 2, 3))
+    return data
+
+
+def rows(data, own=None, table="games"):
+    store = Store(data)
+    receipt = store.receipt("seasons", (own or season()).id)
+    return store.read_table(receipt, table, Games if table == "games" else Growth)
+
+
+def test_each_game_has_a_row_and_a_row_a_role(played):
+    assert rows(played)["game"].to_list() == [1, 2, 3]
+    assert rows(played, table="growth").height == 9
+
+
+def test_the_first_game_is_played_knowing_nothing(played):
+    first = rows(played).row(0, named=True)
+    assert first["policy_version"] is None
+    assert first["other_actions"] == 0 < first["actions"]
+
+
+def test_each_game_is_played_with_what_was_learned_from_the_one_before(played):
+    own = loop.store_of(played, season())
+    games = rows(played)
+    for before, after in zip(games.rows(named=True), games.rows(named=True)[1:], strict=False):
+        policy = own.manifest("policies", after["policy_version"])
+        assert policy.counts["knowledge_version"] == before["knowledge_version"]
+
+
+def test_the_lead_comes_when_the_settings_say(played):
+    assert rows(played)["lead"].to_list() == [0, 0, 100]
+
+
+def test_the_knowledge_is_of_the_adversary_and_states_of_both(played):
+    own = loop.store_of(played, season())
+    known = own.read_version_table(own.latest("knowledge"), "occasions", Occasions)
+    at_random = pl.col("behaviour_id").str.contains(r"^\w+-194$")
+    assert known.filter(~at_random).height > 0
+    assert known.filter(at_random).height > 0  # states that the apprentice was in
+    learned = own.read_version_table(own.latest("policies"), "policies", Policies)
+    assert learned.height == known.height
+
+
+def test_knowledge_and_states_only_grow(played):
+    growth = rows(played, table="growth").sort("role", "game")
+    for _, role in growth.group_by("role"):
+        for column in ("states", "behaviours", "pairs"):
+            assert role[column].is_sorted()
+
+
+def test_the_same_season_is_the_same_season(played, tmp_path):
+    play(tmp_path, season(), (1, 2))
+    for table in ("games", "growth"):
+        again = rows(tmp_path, table=table)
+        assert again.equals(rows(played, table=table).filter(pl.col("game") <= 2))
+
+
+@pytest.mark.parametrize("stop_before", ["_commit", "knowledge.emit", "policies.learn"])
+def test_a_game_that_was_stopped_anywhere_is_gone_on_with(played, tmp_path, monkeypatch, stop_before):
+    play(tmp_path, season(), (1,))
+    matches = loop.play(tmp_path, season(), 2)
+    module, _, name = f"loop.{stop_before}".rpartition(".")
+    where = loop if module == "loop" else getattr(loop, module.removeprefix("loop."))
+
+    def killed(*_, **__):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(where, name, killed)
+        with pytest.raises(KeyboardInterrupt):
+            loop.learn(tmp_path, season(), 2, matches, discard=False)
+    assert loop.done(Store(tmp_path), season()).height == 1
+    play(tmp_path, season(), (2,))
+    assert rows(tmp_path).equals(rows(played).filter(pl.col("game") <= 2))
+
+
+def test_a_season_is_not_gone_on_with_by_other_settings(played):
+    other = season()
+    other = other.model_copy(update={"settings": other.settings.model_copy(update={"explore": 0.9})})
+    with pytest.raises(BadSettings, match="other settings"):
+        loop.done(Store(played), other)
+
+
+def test_what_is_not_needed_any_more_can_be_forgotten(tmp_path):
+    loop.learn(tmp_path, season(), 1, loop.play(tmp_path, season(), 1), discard=True)
+    own = loop.store_of(tmp_path, season())
+    assert not list(own.receipts("matches"))
+    assert len(list(own.receipts("decisions"))) == 1
+    loop.learn(tmp_path, season(), 2, loop.play(tmp_path, season(), 2), discard=True)
+    assert rows(tmp_path).height == 2
+
+
+def test_practice_is_learned_from_and_not_counted(tmp_path):
+    own = season(lines=["practice = 1"])
+    matches = loop.play(tmp_path, own, 1)
+    loop.learn(tmp_path, own, 1, matches, discard=False)
+    assert len(matches) == 2
+    assert rows(tmp_path, own).height == 1
+    assert rows(tmp_path, own)["match_id"].item() == matches[0]
+    store = loop.store_of(tmp_path, own)
+    assert store.latest("knowledge").counts["matches"] == 2
+
+
+# --- settings --------------------------------------------------------------------------------------
+
+
+def test_all_settings_that_come_along_are_read():
+    assert {"paper", "best"} <= set(names())
+    for name in names():
+        assert isinstance(named(name), SeasonSettings)
+
+
+def test_the_papers_settings_say_what_the_paper_says():
+    paper = named("paper")
+    assert paper.games == 35
+    assert paper.referee.duration_s == 480
+    assert paper.pipeline.knowledge.state_key == "full36"
+    for opponent, lead in (("static", 100), ("human-like", 0)):
+        own = Season(name="paper", opponent=opponent, seed=1, settings=paper)
+        assert [own.lead(game) for game in (10, 11, 35)] == [0, lead, lead]
+
+
+def test_an_ablation_differs_in_one_thing():
+    paper, ablation = named("paper").model_dump(), named("paper-full35").model_dump()
+    assert ablation["pipeline"]["knowledge"].pop("state_key") == "full35"
+    paper["pipeline"]["knowledge"].pop("state_key")
+    assert paper == ablation
+
+
+def test_exploration_changes_evenly():
+    own = parse("games = 5\nexplore = 0.4\nexplore_last = 0.0", where="here")
+    of = Season(name="x", opponent="static", seed=0, settings=own)
+    assert [of.recipes(game, None)[0].home.explore for game in (1, 3, 5)] == pytest.approx([0.4, 0.2, 0.0])
+
+
+def test_no_two_matches_of_any_seasons_share_a_seed():
+    own = named("paper").model_copy(update={"practice": 2})
+    seeds = [recipe.seed for seed in (1, 2) for game in (1, 2, 35)
+             for recipe in Season(name="x", opponent="static", seed=seed, settings=own).recipes(game, None)]
+    assert len(set(seeds)) == len(seeds) == 18
+
+
+@pytest.mark.parametrize(("text", "error", "words"), [
+    ("games = 0", BadSettings, "games"),
+    ("gaems = 3", BadSettings, "gaems"),
+    ('base = "nobody"', NotFound, "nobody"),
+    ("games = ", BadSettings, "TOML"),
+])
+def test_bad_settings_are_told_in_one_line(text, error, words):
+    with pytest.raises(error, match=words):
+        parse(text, where="club.toml")
