@@ -15,6 +15,7 @@ from flows.stage import StageReport, listener
 from pipeline.errors import BadSettings
 from pipeline.seasons.settings import Opponent, Season, SeasonSettings, named, names, parse
 from pipeline.store import Store
+from pipeline.store.files import SAFE_NAME
 from schemas import Games
 
 DEFAULTS = Common()
@@ -79,6 +80,9 @@ def _settings(word: str, store: Store) -> tuple[str, SeasonSettings]:
     if not word.endswith(".toml"):
         return word, named(word)
     path = Path(word)
+    if not SAFE_NAME.match(path.stem):
+        raise BadSettings("its name cannot be that of a season", where=word,
+                          next_step="Name the file in lower case letters, digits and hyphens")
     if path.stem in names():
         raise BadSettings("has the name of settings that come along", where=word,
                           next_step="Name the file otherwise, and say base = \"...\" in it")
