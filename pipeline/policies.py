@@ -131,7 +131,8 @@ def train(
         own = pairs.filter(pl.col("key") == key)
         at, pair = own["row"].to_numpy(), _pairs(rows, own, key)
         visits[at] += np.bincount(pair[pair != UNKNOWN], minlength=len(own))
-        learned = _learn(rows, pair, own.with_columns(visits=visits[at]), settings)
+        counted = own.rename({"visits": "before"}).with_columns(visits=visits[at])
+        learned = _learn(rows, pair, counted, settings)
         q[at] = learned.q
         tables[key] = _training(own, rows["role"], learned)
     policy = pairs.select(
@@ -221,7 +222,11 @@ def _pairs(rows: pl.DataFrame, own: pl.DataFrame, key: Key) -> I64:
 
 
 def _learn(rows: pl.DataFrame, pair: I64, own: pl.DataFrame, settings: PolicySettings) -> Learned:
-    """Train one key's pairs ``own``, of which ``q`` is where they start and ``visits`` has this batch's."""
+    """Train one key's pairs ``own``.
+
+    Their ``q`` is where they start; ``visits`` has this batch's, ``before`` has not.
+    """
+    seen = (own["before"] + settings.start_visits).to_numpy() if settings.steps == "average" else None
     batch = Batch(pair, **{name: rows[name].to_numpy() for name in ("elapsed", "reward", "ends")})
     sway = None
     if settings.rule == "influence":
@@ -242,6 +247,7 @@ def _learn(rows: pl.DataFrame, pair: I64, own: pl.DataFrame, settings: PolicySet
         trace_decay=settings.trace_decay,
         traces=settings.traces,
         sweeps=settings.sweeps,
+        seen=seen,
         sway=sway,
     )
 

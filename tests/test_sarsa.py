@@ -32,7 +32,7 @@ def batch(rows):
     )
 
 
-def reference(q, rows, step_size, discount, trace_decay, traces, sweeps):
+def reference(q, rows, step_size, discount, trace_decay, traces, sweeps, seen=None):
     """Sarsa(lambda) as the textbook prints it, on dicts; returns values and TD errors by sweep.
 
     Unlike the kernel it first rewrites the batch as episodes of known decisions only, each with
@@ -51,6 +51,7 @@ def reference(q, rows, step_size, discount, trace_decay, traces, sweeps):
     q, errors_by_sweep = dict(enumerate(q)), []
     for _ in range(sweeps):
         errors = [math.nan] * len(rows)
+        visits = None if seen is None else seen.copy()
         for episode, ends in episodes:
             trace = defaultdict(float)
             for step, successor in zip(episode, [*episode[1:], None], strict=False):
@@ -61,8 +62,11 @@ def reference(q, rows, step_size, discount, trace_decay, traces, sweeps):
                 delta = step["reward"] + gamma * q_next - q[step["pair"]]
                 errors[step["t"]] = delta
                 trace[step["pair"]] = 1.0 if traces == "replacing" else trace[step["pair"]] + 1.0
+                if visits is not None:
+                    visits[step["pair"]] += 1
                 for pair in list(trace):
-                    q[pair] += step_size * delta * trace[pair]
+                    alpha = step_size if visits is None else max(step_size, 1 / visits[pair])
+                    q[pair] += alpha * delta * trace[pair]
                     trace[pair] *= gamma * trace_decay
                     if trace[pair] < TRACE_FLOOR:
                         del trace[pair]
@@ -89,6 +93,7 @@ values = st.lists(st.floats(-2, 2), min_size=PAIRS, max_size=PAIRS).map(np.array
 rules = st.fixed_dictionaries({
     "step_size": st.floats(0.01, 0.5), "discount": st.floats(0.5, 1), "trace_decay": st.floats(0, 1),
     "traces": st.sampled_from(["replacing", "accumulating"]), "sweeps": st.integers(1, 3),
+    "seen": st.none() | st.lists(st.floats(0, 9), min_size=PAIRS, max_size=PAIRS).map(np.array),
 })
 
 
@@ -128,7 +133,7 @@ def test_equals_the_textbooks_algorithm(q, rows, rule):
 @settings(deadline=None)
 @given(values, decisions(least=0), rules)
 def test_without_traces_it_is_one_step_sarsa(q, rows, rule):
-    rule |= {"trace_decay": 0.0, "sweeps": 1}
+    rule |= {"trace_decay": 0.0, "sweeps": 1, "seen": None}
     expected = q.copy()
     for t, (pair, elapsed, reward, ends) in enumerate(rows):
         if ends == TRUNCATED:
@@ -154,6 +159,32 @@ def test_with_full_traces_an_episode_without_repeats_is_monte_carlo(q, order, re
         expected[pair] += step_size * (gain - q[pair])
     learned = sarsa_lambda(q, batch(rows), step_size=step_size, discount=1.0, trace_decay=1.0, traces=traces)
     np.testing.assert_allclose(learned.q, expected, rtol=0, atol=1e-12)
+
+
+def test_values_can_be_the_mean_of_all_that_came_of_a_behaviour():
+    # what the pair was worth before counts for two visits: (2 * .5 + 1 - 1 + 0 + 1) / 6
+    rows = [(0, 1.0, reward, TERMINAL) for reward in (1, -1, 0, 1)]
+    rule = {"step_size": 1e-9, "discount": 1.0, "trace_decay": 1.0, "seen": np.array([2.0])}
+    assert sarsa_lambda(np.array([0.5]), batch(rows), **rule).q[0] == pytest.approx(2 / 6, abs=1e-15)
+
+
+def test_a_mean_goes_on_where_it_was_left_and_follows_as_fast_as_it_is_told_to():
+    rows = [(0, 1.0, 1, TERMINAL)] * 3
+    rule = {"discount": 1.0, "trace_decay": 1.0}
+    slow = sarsa_lambda(np.zeros(1), batch(rows), step_size=1e-9, seen=np.array([97.0]), **rule)
+    assert slow.q[0] == pytest.approx(3 / 100, abs=1e-12)
+    fast = sarsa_lambda(np.zeros(1), batch(rows), step_size=0.5, seen=np.array([97.0]), **rule)
+    assert fast.q[0] == 1 - 0.5**3
+
+
+@pytest.mark.parametrize(("seen", "says"), [
+    (np.zeros(2), "seen is not float64 \\[P\\]"),
+    (np.array([-1.0]), "seen\\[0\\] is negative or not finite"),
+    (np.array([math.inf]), "seen\\[0\\] is negative or not finite"),
+])
+def test_visits_that_cannot_be_are_refused(seen, says):
+    with pytest.raises(SchemaMismatch, match=says):
+        sarsa_lambda(np.zeros(1), batch([GOOD]), step_size=0.1, discount=0.9, trace_decay=0.9, seen=seen)
 
 
 def test_a_goal_is_worth_its_discounted_time_to_every_decision_before_it():
@@ -195,7 +226,7 @@ def test_a_cut_recording_teaches_nothing_about_its_last_decision():
 @settings(deadline=None)
 @given(values, decisions(), decisions(), rules)
 def test_episodes_share_values_but_never_traces(q, first, second, rule):
-    rule |= {"sweeps": 1}
+    rule |= {"sweeps": 1, "seen": None}
     together = sarsa_lambda(q, batch(first + second), **rule).q
     apart = sarsa_lambda(sarsa_lambda(q, batch(first), **rule).q, batch(second), **rule).q
     assert together.tobytes() == apart.tobytes()

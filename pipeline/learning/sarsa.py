@@ -34,6 +34,9 @@ UNKNOWN = -1
 #: millionth of the step that the latest pair takes.
 TRACE_FLOOR = 1e-6
 
+#: The visits of a kernel whose step size is constant.
+_CONSTANT = np.empty(0)
+
 
 @dataclass(frozen=True, slots=True)
 class Batch:
@@ -105,13 +108,17 @@ def td_error(q_tm1: float, r_t: float, discount_t: float, q_t: float) -> float:
 
 @njit(cache=True, nogil=True)
 def _learn(
-    error: float, pair: int, decay: float, step_size: float, replacing: bool,
+    error: float, pair: int, decay: float, step_size: float, replacing: bool, seen: F64,
     q: F64, trace: F64, active: I64, count: int,
 ) -> int:
     """Move every traced pair along the error and decay its trace; the new number of active pairs.
 
     ``active[:count]`` lists the pairs whose ``trace`` is not zero, so the cost does not depend on P.
+    ``seen`` [P] counts visits, this one is added; it is empty if the step size is constant.
     """
+    averaging = len(seen) > 0
+    if averaging:
+        seen[pair] += 1.0
     if trace[pair] == 0.0:
         active[count] = pair
         count += 1
@@ -119,7 +126,8 @@ def _learn(
     kept = 0
     for i in range(count):
         traced = active[i]
-        q[traced] += step_size * error * trace[traced]
+        step = max(step_size, 1.0 / seen[traced]) if averaging else step_size
+        q[traced] += step * error * trace[traced]
         decayed = trace[traced] * decay
         if decayed < TRACE_FLOOR:
             trace[traced] = 0.0
@@ -133,13 +141,13 @@ def _learn(
 @njit(cache=True, nogil=True)
 def _sweep(
     pair: I64, discount: F64, reward: F64, ends: I8, sway: F64,
-    step_size: float, trace_decay: float, replacing: bool,
+    step_size: float, trace_decay: float, replacing: bool, seen: F64,
     q: F64, errors: F64, trace: F64, active: I64,
 ) -> None:
     """One pass over the batch: changes ``q`` [P] and fills ``errors`` [T].
 
     ``sway`` [T] is added to a decision's error in its update only. ``trace`` [P] must be zero and
-    is zero again afterwards; ``active`` [P] is scratch.
+    is zero again afterwards; ``active`` [P] is scratch, ``seen`` as in :func:`_learn`.
     """
     count = 0
     a_tm1 = -1  # the last known pair, waiting for its outcome
@@ -155,7 +163,7 @@ def _sweep(
                 errors[row] = error
                 error += sway[row]
                 decay = discount_t * trace_decay
-                count = _learn(error, a_tm1, decay, step_size, replacing, q, trace, active, count)
+                count = _learn(error, a_tm1, decay, step_size, replacing, seen, q, trace, active, count)
             a_tm1, row, r_t, discount_t = a_t, t, 0.0, 1.0
         discount_t *= discount[t]
         r_t += discount_t * reward[t]
@@ -165,7 +173,7 @@ def _sweep(
                 errors[row] = error
                 error += sway[row]
                 decay = discount_t * trace_decay
-                count = _learn(error, a_tm1, decay, step_size, replacing, q, trace, active, count)
+                count = _learn(error, a_tm1, decay, step_size, replacing, seen, q, trace, active, count)
             for i in range(count):
                 trace[active[i]] = 0.0
             count = 0
@@ -181,6 +189,7 @@ def sarsa_lambda(
     trace_decay: float,
     traces: Literal["replacing", "accumulating"] = "replacing",
     sweeps: int = 1,
+    seen: F64 | None = None,
     sway: Callable[[F64], F64] | None = None,
 ) -> Learned:
     """Action values after some sweeps over a batch, in order of time, updated at every decision.
@@ -199,11 +208,15 @@ def sarsa_lambda(
     Args:
         q: float64 [P], action values to start from; not changed.
         batch: the decisions; every pair is below P.
-        step_size: alpha, in (0, 1].
+        step_size: alpha, in (0, 1]; the least that it becomes if ``seen`` is given.
         discount: gamma a second, in (0, 1].
         trace_decay: lambda a decision, in [0, 1].
         traces: what a visit does to its pair's trace: replacing sets one, accumulating adds one.
         sweeps: passes over the batch, at least 1.
+        seen: float64 [P], finite and not negative: how often each pair had been visited before, for values
+            that are averages (Sutton and Barto, 2nd edition, section 2.4): a pair's step size is one over
+            its visits, those of the batch so far included; every sweep counts from ``seen``. For episodes
+            of one decision a value is then the mean return of all. None: the step size is constant.
         sway: asked before every sweep for what is added to the TD error of each decision in its
             update, float64 [T], finite. It is given the TD errors by the values that the sweep
             starts from, float64 [T], NaN where a decision makes no update. See
@@ -228,6 +241,10 @@ def sarsa_lambda(
                 f"{name} cannot be {value}", where="sarsa", next_step="See PolicySettings for its bounds"
             )
 
+    if seen is not None:
+        _require(seen.shape == q.shape and seen.dtype == np.float64, "seen", "is not float64 [P]")
+        _require_all(np.isfinite(seen) & (seen >= 0), "seen", "is negative or not finite")
+
     learned = q.copy()
     discounts = np.power(discount, batch.elapsed)
     trace = np.zeros_like(learned)
@@ -242,12 +259,13 @@ def sarsa_lambda(
             # a sweep of step zero moves nothing: its errors are those by the values as they are
             still = np.empty(len(batch))
             _sweep(
-                pair, discounts, reward, ends, alone, 0.0, 0.0, True, learned.copy(), still, trace, active
+                pair, discounts, reward, ends, alone, 0.0, 0.0, True, _CONSTANT, learned.copy(), still, trace,
+                active,
             )
             swayed = sway(still)
         _sweep(
             pair, discounts, reward, ends, swayed, step_size, trace_decay, traces == "replacing",
-            learned, errors[min(sweep, 1)], trace, active,
+            _CONSTANT if seen is None else seen.copy(), learned, errors[min(sweep, 1)], trace, active,
         )
     if not np.isfinite(learned).all():
         raise BadSettings(

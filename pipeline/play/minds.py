@@ -105,7 +105,7 @@ class Learned:
     Args:
         book: the policy.
         names: of its behaviours, see :func:`pipeline.players.playbook.open_playbook`.
-        settings: explore.
+        settings: explore and doubt.
         robots: N.
         pitch: of the match.
         measures: of the pitch.
@@ -116,7 +116,8 @@ class Learned:
         self, book: Playbook, names: Sequence[str | None], settings: TeamSettings, robots: int, pitch: Pitch,
         measures: Measures, rng: np.random.Generator,
     ) -> None:
-        self._book, self._names, self._explore = book, names, settings.explore
+        self._policy, self._book = book, book._replace(values=book.values.copy())
+        self._names, self._explore, self._doubt = names, settings.explore, settings.doubt
         self._measures, self._breaks = measures.packed(), Breaks.of(pitch)
         self._digits, self._levels = radix("full36")
         self._memory = learned.new_memory(robots)
@@ -129,6 +130,9 @@ class Learned:
 
     def restarted(self, frame: int, lead: int) -> None:  # noqa: D102
         learned.forget(self._memory)
+        if self._doubt > 0.0:
+            known = self._policy
+            learned.believe(known.values, known.doubts, self._doubt, self._dice, self._book.values)
         self._due, self._lead = True, lead
 
     def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102

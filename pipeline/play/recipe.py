@@ -28,6 +28,10 @@ class TeamSettings(Frozen):
             moves randomly.
         explore: of a learned team: chance that a robot takes any behaviour that it knows for the state
             instead of the best.
+        doubt: of a learned team: how much a value known from one visit may err, one standard deviation. At
+            each restart of play the team draws what it believes each value to be, the more visits the
+            closer to the policy's, and plays by that until play stops: exploration that lasts (posterior
+            sampling, Strens 2000; Osband, Russo and Van Roy 2013).
         trust: of a learned team: a state is looked up by a finer key only if it was visited so often.
     """
 
@@ -35,6 +39,7 @@ class TeamSettings(Frozen):
     people: HumanLike = HumanLike()
     policy: str | None = None
     explore: float = Field(default=0.0, ge=0, le=1)
+    doubt: float = Field(default=0.0, ge=0)
     trust: int = Field(default=0, ge=0)
 
 

@@ -15,7 +15,7 @@ from numba import njit
 
 from pipeline.bodies import BALL, F64, VX, VY
 from pipeline.players import executors
-from pipeline.players.dice import Dice, uniform
+from pipeline.players.dice import Dice, normal, uniform
 from pipeline.players.measures import Packed
 from pipeline.players.playbook import LONGEST, RANDOMLY, Playbook
 from pipeline.players.roles import I64, assign
@@ -47,6 +47,13 @@ def forget(memory: F64) -> None:
     memory[:, :] = 0.0
     memory[:-1, BEHAVIOUR] = -1.0
     memory[-1, DIRECTION] = np.nan
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def believe(values: F64, doubts: F64, doubt: float, dice: Dice, believed: F64) -> None:
+    """Draw what a team believes its actions to be worth until play stops; all arrays float64 [A]."""
+    for action in range(len(values)):
+        believed[action] = values[action] + doubt * doubts[action] * normal(dice)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

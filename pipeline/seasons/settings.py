@@ -34,7 +34,8 @@ class SeasonSettings(Frozen):
             the first game.
         explore_last: the same at the last game; in between it changes evenly. Practice matches explore as
             much, the counted one does as ``explore_counted`` says.
-        explore_counted: whether the counted match of a game explores, too.
+        doubt: of the apprentice, see ``TeamSettings``: how it draws what it believes at each restart.
+        explore_counted: whether the counted match of a game explores, or doubts, too.
         trust: visits that a state needs at least to be looked up by a finer key.
         referee: laws of the matches; the paper's games take about eight minutes.
         pipeline: settings of all stages.
@@ -47,6 +48,7 @@ class SeasonSettings(Frozen):
     practice: int = Field(default=0, ge=0, lt=_SEEDS_A_GAME)
     explore: float = Field(default=0.1, ge=0, le=1)
     explore_last: float = Field(default=0.1, ge=0, le=1)
+    doubt: float = Field(default=0.0, ge=0)
     explore_counted: bool = True
     trust: int = Field(default=0, ge=0)
     referee: RefereeSettings = RefereeSettings()
@@ -89,16 +91,17 @@ class Season(Frozen):
         along = (game - 1) / max(own.games - 1, 1)
         explore = own.explore + along * (own.explore_last - own.explore)
         first = self.seed * _SEEDS_A_SEASON + game * _SEEDS_A_GAME
+        explores = [own.explore_counted, *[True] * own.practice]
         return [
             Recipe(
                 home=TeamSettings(
                     kind="learned", policy=policy, trust=own.trust,
-                    explore=explore if match > 0 or own.explore_counted else 0.0,
+                    explore=explore if tries else 0.0, doubt=own.doubt if tries else 0.0,
                 ),
                 away=TeamSettings(kind=self.opponent),
                 seed=first + match, score=(self.lead(game), 0), referee=own.referee,
             )
-            for match in range(1 + own.practice)
+            for match, tries in enumerate(explores)
         ]  # fmt: skip
 
 
