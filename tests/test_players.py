@@ -13,11 +13,13 @@ from toy_pitch import FRAME_S, kick_off, step
 from toy_scenes import ROBOTS, VSSS, M, dice, mirrored, view_of, views
 
 from pipeline import kinematics
-from pipeline.bodies import BALL, VX, VY, X, Y, see
+from pipeline.bodies import BALL, THETA, VX, VY, X, Y, see
 from pipeline.errors import BadSettings
 from pipeline.pitch import PITCHES, Kind
 from pipeline.players import human_like, static
+from pipeline.players.ball import coming, has_ball, soon, spin
 from pipeline.players.dice import bits, new_dice, normal, uniform
+from pipeline.players.goalkeeping import crossing, keep_line
 from pipeline.players.human_like import HumanLike
 from pipeline.players.measures import Measures
 from pipeline.players.roles import assign
@@ -29,7 +31,6 @@ from pipeline.players.steering import (
     around,
     drive_to,
     set_wheels,
-    spin,
     steer,
     to_pose,
 )
@@ -149,12 +150,56 @@ class TestSteering:
         assert along_walls(view, 1, 1.0, 1.0, M) == (1.0, 0.0)
         assert along_walls(view, 1, 1.0, -1.0, M) == (1.0, -1.0)
 
+
+class TestBall:
+    @pytest.mark.parametrize(("x", "y", "has"), [
+        (0.06, 0.0, True), (0.055, 0.03, True), (0.04, 0.04, False), (-0.06, 0.0, False), (0.2, 0.0, False),
+    ])
+    def test_who_has_it(self, x, y, has):
+        assert has_ball(view_of((0.0, 0.0, 0.0), ball=(x, y, 0, 0)), 1, M) == has
+
+    def test_comes_and_passes_beside(self):
+        # rolls to -x at 0.5 m/s, 5 cm to the left of a robot that looks at it
+        ball = coming(view_of((0.0, 0.0, 0.0), ball=(0.4, 0.05, -0.5, 0)), 1, M)
+        assert ball == pytest.approx((True, 0.5, -1.0, 0.0, 0.05))
+        assert (ball.aside * ball.uy, -ball.aside * ball.ux) == pytest.approx((0.0, 0.05))
+
+    @pytest.mark.parametrize("speed", [0.5, -0.01, 0.0])
+    def test_does_not_come(self, speed):
+        view = view_of((0.0, 0.0, 0.0), ball=(0.4, 0.05, speed, 0))
+        assert coming(view, 1, M) == (False, 0.0, 0.0, 0.0, 0.0)
+
+    def test_where_it_will_be(self):
+        # 0.24 m are 0.2 s at 1.2 m/s; 1.2 m would be a second, of which half counts; and walls stop it
+        assert soon(view_of((0.0, 0.0, 0.0), ball=(0.24, 0.0, 0.5, -0.5)), 1, M) == pytest.approx((0.34, -0.1))
+        assert soon(view_of((-0.6, 0.0, 0.0), ball=(0.6, 0.0, 0.2, 0.0)), 1, M) == pytest.approx((0.7, 0.0))
+        assert soon(view_of((-0.6, 0.0, 0.0), ball=(0.6, 0.6, 0.5, 0.5)), 1, M) == pytest.approx((0.75, 0.65))
+
     @pytest.mark.parametrize("y", [0.06, -0.06])
     def test_spins_the_ball_forward(self, y):
         wheels = np.zeros((3, 2))
         spin(view_of((0.0, 0.0, 0.0), ball=(0.0, y, 0, 0)), 1, 1.0, 0.0, M, wheels)
         omega = wheels[0, 1] - wheels[0, 0]
         assert -omega * y > 0  # the rim's speed at (0, y) is -omega y along x
+
+
+class TestGoalkeeping:
+    @pytest.mark.parametrize(("ball", "y"), [
+        ((-0.2, 0.3, -0.5, -0.2), 0.1),  # 0.5 m in a second, 0.2 m to the right
+        ((-0.2, 0.3, 0.5, -0.2), 0.3), ((-0.2, 0.3, -0.01, -0.2), 0.3), ((-0.74, 0.3, -0.5, -0.2), 0.3),
+    ])
+    def test_where_the_ball_will_cross(self, ball, y):
+        assert crossing(view_of(ball=ball), -0.7, M) == pytest.approx(y)
+
+    @pytest.mark.parametrize("limit", [0.05, 0.20])
+    def test_stands_there_within_its_limit(self, limit):
+        bodies, speeds = view_of((-0.60, -0.3, 0.5), ball=(0.2, 0.6, 0, 0)), np.zeros((6, 2))
+        wheels = np.zeros((6, 2))
+        for _ in range(120):
+            keep_line(bodies, 1, limit, M, wheels)
+            step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
+        assert bodies[1, [X, Y]] == pytest.approx([-0.70, limit], abs=0.01)
+        assert abs(math.sin(bodies[1, THETA])) > 0.99  # its side to the pitch
 
 
 def match(home, away, seed, seconds=60.0):

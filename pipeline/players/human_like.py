@@ -16,9 +16,10 @@ from numba import njit
 from numpy.random import Generator
 from pydantic import AfterValidator, Field
 
-from pipeline.bodies import BALL, COLUMNS, F64, THETA, VX, VY, X, Y
+from pipeline.bodies import BALL, COLUMNS, F64, THETA, VX, VY, X
 from pipeline.players import static
 from pipeline.players.dice import Dice, normal
+from pipeline.players.geometry import distance, offset
 from pipeline.players.measures import Measures
 from pipeline.players.steering import EITHER, FRONT, around, steer
 from pipeline.settings import Frozen
@@ -162,25 +163,23 @@ def _choose(seen: F64, count: int, tactic: float, memory: F64) -> int:
         return int(memory[0, static.ATTACKER])
     best, least = 1, np.inf
     for robot in range(1, count + 1):
-        distance = math.hypot(seen[robot, X] - seen[BALL, X], seen[robot, Y] - seen[BALL, Y])
+        cost = distance(seen, robot, BALL)
         if tactic == _DEFENSIVE and seen[robot, X] > seen[BALL, X]:
-            distance += 2.0 * (seen[robot, X] - seen[BALL, X])
-        if distance < least:
-            best, least = robot, distance
+            cost += 2.0 * (seen[robot, X] - seen[BALL, X])
+        if cost < least:
+            best, least = robot, cost
     return best
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _chase(seen: F64, robot: int, m: Measures, wheels: F64) -> None:
     """Straight at the ball, except from ahead of it toward the own goal's mouth: round it."""
-    dx, dy = seen[BALL, X] - seen[robot, X], seen[BALL, Y] - seen[robot, Y]
-    distance = math.hypot(dx, dy)
-    ahead = dx < 0.0 and distance < m.close
+    dx, dy = offset(seen, robot, BALL)
+    away = math.hypot(dx, dy)
+    ahead = dx < 0.0 and away < m.close
     if ahead:
         side = 1.0 if dy <= 0.0 else -1.0
-        dx, dy = around(seen, robot, dx, dy + side * 3.0 * m.radius, distance, m)
-    later = min(distance / m.top, 0.3)
-    steer(
-        seen, robot, dx + later * seen[BALL, VX], dy + later * seen[BALL, VY], m.top,
-        EITHER if ahead else FRONT, m, wheels,
-    )
+        dx, dy = around(seen, robot, dx, dy + side * 3.0 * m.radius, away, m)
+    later = min(away / m.top, 0.3)
+    dx, dy = dx + later * seen[BALL, VX], dy + later * seen[BALL, VY]
+    steer(seen, robot, dx, dy, m.top, EITHER if ahead else FRONT, m, wheels)

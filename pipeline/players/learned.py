@@ -13,9 +13,10 @@ import math
 import numpy as np
 from numba import njit
 
-from pipeline.bodies import BALL, F64, VX, VY
+from pipeline.bodies import BALL, F64, VX, VY, X, Y
 from pipeline.players import executors
 from pipeline.players.dice import Dice, normal, uniform
+from pipeline.players.geometry import speed_of
 from pipeline.players.measures import Packed
 from pipeline.players.playbook import LONGEST, RANDOMLY, Playbook
 from pipeline.players.roles import I64, assign
@@ -59,7 +60,7 @@ def believe(values: F64, doubts: F64, doubt: float, dice: Dice, believed: F64) -
 @njit(cache=True, nogil=True, error_model="numpy")
 def watch_ball(view: F64, memory: F64, moving: float) -> None:
     """Remember where the ball moves; it keeps its direction while it is slower than ``moving``, m/s."""
-    if math.hypot(view[BALL, VX], view[BALL, VY]) >= moving:
+    if speed_of(view, BALL) >= moving:
         memory[-1, DIRECTION] = math.atan2(view[BALL, VY], view[BALL, VX])
 
 
@@ -93,7 +94,7 @@ def decide(
     sides[count:] = 1
     elements = np.zeros(36, dtype=np.uint8)
     assign(view, m, roles)
-    ball = np.array([view[BALL, 0], view[BALL, 1], view[BALL, VX], view[BALL, VY]])
+    ball = np.array([view[BALL, X], view[BALL, Y], view[BALL, VX], view[BALL, VY]])
     score = DRAWING + (1 if lead > 0 else (-1 if lead < 0 else 0))
     look(
         np.ascontiguousarray(view[1:, :3]), sides, roles, ball, 1.0, memory[-1, DIRECTION], score, NORMAL,

@@ -10,8 +10,8 @@ from pipeline.players import executors
 from pipeline.players.dice import Dice
 from pipeline.players.measures import Measures
 from pipeline.players.roles import I64
+from schemas.situations import MOVES_RANDOMLY
 
-_MOVES_RANDOMLY = 194
 # Nobody's role matters to 194.
 _NO_ROLES: I64 = np.zeros(0, dtype=np.int64)
 
@@ -27,6 +27,6 @@ def play(view: F64, memory: F64, m: Measures, dice: Dice, wheels: F64) -> None:
     for robot in range(1, wheels.shape[0] + 1):
         own = memory[robot - 1]
         if own[executors.CODE] == 0.0:
-            executors.start(_MOVES_RANDOMLY, robot, view, _NO_ROLES, m, dice, own)
+            executors.start(MOVES_RANDOMLY, robot, view, _NO_ROLES, m, dice, own)
         if executors.act(robot, view, m, own, wheels):
             own[executors.CODE] = 0.0

@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 
 from pipeline.bodies import F64
+from pipeline.players.roles import I64
 from pipeline.state import radix
 from schemas import ROLES
 from schemas.situations import MOVES_RANDOMLY
 from schemas.table import KEYS, Key
-
-I64 = npt.NDArray[np.int64]
 
 #: Row of the behaviour "moves randomly", which every state offers.
 RANDOMLY = 0

@@ -13,18 +13,18 @@ import math
 import numpy as np
 from numba import njit
 
-from pipeline.bodies import BALL, F64, THETA, VX, VY, X, Y
+from pipeline.bodies import BALL, F64, X, Y
+from pipeline.players.ball import has_ball, push, soon, spin
 from pipeline.players.dice import Dice
-from pipeline.players.executors import has_ball, push
+from pipeline.players.geometry import along, clamp, distance, offset, speed_of, unit
+from pipeline.players.goalkeeping import keep_line
 from pipeline.players.measures import Measures
 from pipeline.players.steering import (
     EITHER,
     FRONT,
     along_walls,
     around,
-    drive_to,
     set_wheels,
-    spin,
     stands,
     steer,
     to_pose,
@@ -38,14 +38,11 @@ KEEPER, ATTACKER = range(2)
 STUCK, ESCAPING, LEFT, RIGHT = range(4)
 FIELDS = 4
 
-# Lengths in robot radii, for a radius of 3.75 cm: the keeper's distance to the goal line, 5 cm; the
-# supporters' to the ball, 25 cm ("offensive safe radius"); a ball to spin at, 8 cm; one at a wall that
-# spinning certainly hits, 7.2 cm.
-_LINE, _SUPPORT, _SPIN, _ROLL = 5 / 3.75, 25 / 3.75, 8 / 3.75, 7.2 / 3.75
+# Lengths in robot radii, for a radius of 3.75 cm: the supporters' distance to the ball, 25 cm ("offensive
+# safe radius"); a ball to spin at, 8 cm; one at a wall that spinning certainly hits, 7.2 cm.
+_SUPPORT, _SPIN, _ROLL = 25 / 3.75, 8 / 3.75, 7.2 / 3.75
 # A role changes hands when somebody else is nearer to its work by so many radii (10 cm).
 _HYSTERESIS = 10 / 3.75
-# The ball's way is looked at so far ahead, seconds.
-_AHEAD_S = 0.5
 # An attacker within these cosines of the shot's line and of its own heading shoots, from so many radii.
 _COS_BEHIND, _COS_HEADING, _SHOT = math.cos(math.radians(20)), math.cos(math.radians(35)), 4.0
 # Room that it needs behind the ball for that, in radii.
@@ -109,36 +106,16 @@ def share_out(view: F64, count: int, m: Measures, memory: F64) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def guard(view: F64, robot: int, m: Measures, wheels: F64) -> None:
     """Keep the goal: on the line, where the ball will cross it; clear a ball that lies in the goal area."""
-    bx, by = view[BALL, X], view[BALL, Y]
-    vx, vy = view[BALL, VX], view[BALL, VY]
-    x, y = view[robot, X], view[robot, Y]
-    line = -m.goal_x + _LINE * m.radius
-    distance = math.hypot(bx - x, by - y)
-    if distance < _SPIN * m.radius and bx > x - m.radius:
-        if has_ball(view, robot, m) and bx > x + 0.5 * m.radius:
-            steer(view, robot, bx - x, by - y, m.top, FRONT, m, wheels)
+    dx, dy = offset(view, robot, BALL)
+    if at_hand(view, robot, m):
+        if has_ball(view, robot, m) and view[BALL, X] > view[robot, X] + 0.5 * m.radius:
+            steer(view, robot, dx, dy, m.top, FRONT, m, wheels)
         else:
             spin(view, robot, 1.0, 0.0, m, wheels)
-        return
-    slow = math.hypot(vx, vy) < m.fast
-    if slow and bx > x and in_area(bx, by, 0.0, m):
-        steer(view, robot, bx - x, by - y, m.top, FRONT, m, wheels)
-        return
-    cross = by
-    if vx < -m.moving and bx > line:
-        cross = by + vy * (line - bx) / vx
-    post = m.half_goal
-    cross = min(max(cross, -post), post)
-    left = cross - y
-    if abs(x - line) > m.radius:
-        drive_to(view, robot, line, cross, m.top, EITHER, m, wheels)
-    elif abs(left) > 0.2 * m.radius:
-        # along the line, leaning back to it
-        lean = min(max(2.0 * (line - x), -abs(left)), abs(left))
-        steer(view, robot, lean, left, min(m.top, m.arrival * abs(left)), EITHER, m, wheels)
+    elif dx > 0.0 and speed_of(view, BALL) < m.fast and in_area(view[BALL, X], view[BALL, Y], 0.0, m):
+        steer(view, robot, dx, dy, m.top, FRONT, m, wheels)
     else:
-        sign = 1.0 if math.sin(view[robot, THETA]) >= 0.0 else -1.0
-        steer(view, robot, 0.0, sign, 0.0, FRONT, m, wheels)
+        keep_line(view, robot, m.half_goal, m, wheels)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -149,28 +126,23 @@ def attack(view: F64, robot: int, m: Measures, wheels: F64) -> None:
         wait(view, robot, -m.goal_x + m.area_depth + 3.0 * m.radius, view[BALL, Y], m, wheels)
         return
     ux, uy = _shot(view, m)
-    dx, dy = view[BALL, X] - x, view[BALL, Y] - y
-    distance = math.hypot(dx, dy)
-    ahead = math.cos(view[robot, THETA]) * dx + math.sin(view[robot, THETA]) * dy
-    behind = dx * ux + dy * uy
-    near = distance < _SHOT * m.radius
-    if near and behind > _COS_BEHIND * distance and ahead > _COS_HEADING * distance:
-        push(robot, view, view[BALL, X] + ux, view[BALL, Y] + uy, m.top, 0.5, m, wheels)
+    dx, dy = offset(view, robot, BALL)
+    away = math.hypot(dx, dy)
+    ahead, behind = along(view, robot, dx, dy), dx * ux + dy * uy
+    if away < _SHOT * m.radius and behind > _COS_BEHIND * away and ahead > _COS_HEADING * away:
+        push(view, robot, view[BALL, X] + ux, view[BALL, Y] + uy, m.top, 0.5, m, wheels)
         return
     if cramped(view[BALL, X], view[BALL, Y], ux, uy, m):
         # to it as it is, and roll it off
-        if distance < _ROLL * m.radius:
+        if away < _ROLL * m.radius:
             spin(view, robot, ux, uy, m, wheels)
         else:
-            dx, dy = around(view, robot, dx, dy, distance - m.contact, m)
+            dx, dy = around(view, robot, dx, dy, away - m.contact, m)
             go(view, robot, dx, dy, m.top, m, wheels)
         return
-    later = min(distance / m.top, _AHEAD_S)
-    bx = view[BALL, X] + later * view[BALL, VX]
-    by = view[BALL, Y] + later * view[BALL, VY]
-    bx, by = min(max(bx, -m.goal_x), m.goal_x), min(max(by, -m.half_width), m.half_width)
+    bx, by = soon(view, robot, m)
     dx, dy = to_pose(x, y, bx - m.touch * ux, by - m.touch * uy, ux, uy, m)
-    dx, dy = around(view, robot, dx, dy, distance, m)
+    dx, dy = around(view, robot, dx, dy, away, m)
     go(view, robot, dx, dy, m.top, m, wheels)
 
 
@@ -186,9 +158,7 @@ def support(view: F64, robot: int, place: int, m: Measures, wheels: F64) -> None
         wheels: written.
     """
     bx, by = view[BALL, X], view[BALL, Y]
-    x, y = view[robot, X], view[robot, Y]
-    distance = math.hypot(bx - x, by - y)
-    if distance < _SPIN * m.radius and bx > x - m.radius:
+    if at_hand(view, robot, m):
         spin(view, robot, 1.0, 0.0, m, wheels)
         return
     dx, dy = -m.goal_x - bx, -by
@@ -203,8 +173,7 @@ def support(view: F64, robot: int, place: int, m: Measures, wheels: F64) -> None
 def wait(view: F64, robot: int, x: float, y: float, m: Measures, wheels: F64) -> None:
     """Drive to a place, or the nearest to it that is outside the own goal area and off the walls."""
     margin = 1.5 * m.radius
-    x = min(max(x, -m.goal_x + margin), m.goal_x - margin)
-    y = min(max(y, -m.half_width + margin), m.half_width - margin)
+    x, y = clamp(x, m.goal_x - margin), clamp(y, m.half_width - margin)
     if in_area(x, y, margin, m):
         x = -m.goal_x + m.area_depth + margin
     dx, dy = x - view[robot, X], y - view[robot, Y]
@@ -228,6 +197,13 @@ def go(view: F64, robot: int, dx: float, dy: float, speed: float, m: Measures, w
         elif view[robot, Y] * dy < 0.0:
             dy = 0.0
     steer(view, robot, dx, dy, speed, EITHER, m, wheels)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def at_hand(view: F64, robot: int, m: Measures) -> bool:
+    """Whether the ball is near enough to spin at, and not behind."""
+    near = distance(view, robot, BALL) < _SPIN * m.radius
+    return bool(near and view[BALL, X] > view[robot, X] - m.radius)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -269,7 +245,7 @@ def get_free(view: F64, robot: int, m: Measures, memory: F64, wheels: F64) -> No
         memory[ESCAPING] = math.floor(_ESCAPE_S / m.frame_s)
         sign = -1.0 if left + right > 0.0 else 1.0
         # it backs off in a bend toward the middle of the pitch, away from the wall
-        inner = math.cos(view[robot, THETA]) * -view[robot, Y] + math.sin(view[robot, THETA]) * view[robot, X]
+        inner = along(view, robot, -view[robot, Y], view[robot, X])
         slow, fast = 0.3 * sign * m.top, 0.8 * sign * m.top
         memory[LEFT], memory[RIGHT] = (slow, fast) if inner > 0.0 else (fast, slow)
 
@@ -281,14 +257,13 @@ def _shot(view: F64, m: Measures) -> tuple[float, float]:
     count = (view.shape[0] - 1) // 2
     keeper, least = 0, np.inf
     for other in range(count + 1, 2 * count + 1):
-        distance = math.hypot(view[other, X] - m.goal_x, view[other, Y])
-        if distance < least:
-            keeper, least = other, distance
+        off = math.hypot(view[other, X] - m.goal_x, view[other, Y])
+        if off < least:
+            keeper, least = other, off
     # opposite to the keeper, at most half-way to the post
-    aim = -0.5 * min(max(view[keeper, Y], -m.half_goal), m.half_goal)
+    aim = -0.5 * clamp(view[keeper, Y], m.half_goal)
     # a ball beside the goal line's end of the pitch is first brought before the goal
     dx, dy = max(m.goal_x - bx, m.radius), aim - by
     if abs(by) > m.half_width - 1.5 * m.radius and bx < m.goal_x - m.area_depth:
         dy = 0.0  # along the side wall
-    length = math.sqrt(dx * dx + dy * dy)
-    return dx / length, dy / length
+    return unit(dx, dy)

@@ -12,6 +12,7 @@ import math
 from numba import njit
 
 from pipeline.bodies import F64, OMEGA, THETA, VX, VY, X, Y
+from pipeline.players.geometry import clamp, offset
 from pipeline.players.measures import Measures
 
 #: Which end of the robot goes first.
@@ -30,9 +31,8 @@ _LEAST = 3.48 / 3.75
 @njit(cache=True, nogil=True, error_model="numpy")
 def set_wheels(v: float, omega: float, robot: int, m: Measures, wheels: F64) -> None:
     """Forward speed and turn rate; where both are too much for the wheels, the turn goes before."""
-    spin = min(max(0.5 * omega * m.axle, -m.top), m.top)
-    room = m.top - abs(spin)
-    v = min(max(v, -room), room)
+    spin = clamp(0.5 * omega * m.axle, m.top)
+    v = clamp(v, m.top - abs(spin))
     wheels[robot - 1, 0] = v - spin
     wheels[robot - 1, 1] = v + spin
 
@@ -82,14 +82,6 @@ def drive_to(
         set_wheels(0.0, 0.0, robot, m, wheels)
     else:
         steer(view, robot, dx, dy, min(speed, m.arrival * left), end, m, wheels)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def spin(view: F64, robot: int, dx: float, dy: float, m: Measures, wheels: F64) -> None:
-    """Spin so that the side of the robot at which the ball lies hits it in a direction, as well as it can."""
-    rx, ry = view[0, X] - view[robot, X], view[0, Y] - view[robot, Y]
-    wheels[robot - 1, 1] = m.top if rx * dy - ry * dx >= 0.0 else -m.top
-    wheels[robot - 1, 0] = -wheels[robot - 1, 1]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -165,7 +157,7 @@ def around(
     dx, dy = dx / length, dy / length
     reach = min(reach, (_LEAST + 3.0 * _SPREAD) * m.radius)
     for other in range(1, view.shape[0]):
-        ox, oy = view[other, X] - view[robot, X], view[other, Y] - view[robot, Y]
+        ox, oy = offset(view, robot, other)
         squared = ox * ox + oy * oy
         if other == robot or squared > reach * reach or squared == 0.0 or ox * dx + oy * dy <= 0.0:
             continue
