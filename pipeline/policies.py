@@ -125,15 +125,14 @@ def train(
     known = pl.Enum(pairs["behaviour_id"].unique().sort())
     matches = [_slim(match, number, known, settings) for number, match in enumerate(decisions)]
     rows = pl.concat([_slim(Decisions.empty(), 0, known, settings), *matches])
-    q, visits = pairs["q"].to_numpy().copy(), pairs["visits"].to_numpy().copy()
+    q, visits, evidence = (pairs[name].to_numpy().copy() for name in ("q", "visits", "evidence"))
     tables = {}
     for key in pairs["key"].unique().sort():
         own = pairs.filter(pl.col("key") == key)
         at, pair = own["row"].to_numpy(), _pairs(rows, own, key)
         visits[at] += np.bincount(pair[pair != UNKNOWN], minlength=len(own))
-        counted = own.rename({"visits": "before"}).with_columns(visits=visits[at])
-        learned = _learn(rows, pair, counted, settings)
-        q[at] = learned.q
+        learned = _learn(rows, pair, own.with_columns(visits=visits[at]), settings)
+        q[at], evidence[at] = learned.q, np.minimum(learned.seen, 1 / settings.step_size)
         tables[key] = _training(own, rows["role"], learned)
     policy = pairs.select(
         pl.lit(version, pl.Int32).alias("version"),
@@ -141,12 +140,13 @@ def train(
         *_PAIR,
         pl.Series("q", q, dtype=pl.Float64),
         pl.Series("visits", visits, dtype=pl.Int64),
+        pl.Series("evidence", evidence, dtype=pl.Float64),
     )
     return policy, TrainingReport(len(matches), len(rows), tables)
 
 
 def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, settings: PolicySettings) -> pl.DataFrame:
-    """The pairs in order, with their ``row``, the ``q`` and ``visits`` they start from, whether ``new``."""
+    """The pairs in order: their ``row``, where ``q``, ``visits`` and ``evidence`` start, if they are ``new``."""
     known = Policies.empty() if parent is None or not settings.parent else parent
     for name, frame in (("occasions", occasions), ("parent", known)):
         if frame.select(_PAIR).is_duplicated().any():
@@ -159,11 +159,12 @@ def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, settings: Pol
     return (
         occasions.select(*_PAIR, "initial", "value")
         .sort(_PAIR)
-        .join(known.select(*_PAIR, "q", "visits"), on=_PAIR, how="left", maintain_order="left")
+        .join(known.select(*_PAIR, "q", "visits", "evidence"), on=_PAIR, how="left", maintain_order="left")
         .with_columns(
             pl.coalesce("q", start).alias("q"),
             pl.col("q").is_null().alias("new"),
             pl.col("visits").fill_null(0),
+            pl.col("evidence").fill_null(settings.start_evidence),
         )
         .with_row_index("row")
     )
@@ -222,11 +223,7 @@ def _pairs(rows: pl.DataFrame, own: pl.DataFrame, key: Key) -> I64:
 
 
 def _learn(rows: pl.DataFrame, pair: I64, own: pl.DataFrame, settings: PolicySettings) -> Learned:
-    """Train one key's pairs ``own``.
-
-    Their ``q`` is where they start; ``visits`` has this batch's, ``before`` has not.
-    """
-    seen = (own["before"] + settings.start_visits).to_numpy() if settings.steps == "average" else None
+    """Train one key's pairs ``own``: their ``visits`` have this batch's, all else is where they start."""
     batch = Batch(pair, **{name: rows[name].to_numpy() for name in ("elapsed", "reward", "ends")})
     sway = None
     if settings.rule == "influence":
@@ -247,7 +244,8 @@ def _learn(rows: pl.DataFrame, pair: I64, own: pl.DataFrame, settings: PolicySet
         trace_decay=settings.trace_decay,
         traces=settings.traces,
         sweeps=settings.sweeps,
-        seen=seen,
+        steps=settings.steps,
+        seen=own["evidence"].to_numpy(),
         sway=sway,
     )
 
@@ -258,7 +256,8 @@ def _training(own: pl.DataFrame, roles: pl.Series, learned: Learned) -> dict[str
     for role in ROLES:
         pairs = own.filter(pl.col("role") == role)
         made = (roles == role).to_numpy()
-        first, last = (np.abs(errors[made & ~np.isnan(errors)]) for errors in learned[1:])
+        first, last = (np.abs(errors[made & ~np.isnan(errors)])
+                       for errors in (learned.first_errors, learned.last_errors))
         out[role] = TableTraining(
             pairs=len(pairs),
             new_pairs=int(pairs["new"].sum()),

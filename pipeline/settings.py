@@ -230,10 +230,10 @@ class PolicySettings(Frozen):
             section 2.3.4) added to its TD error.
         influence: beta of equation 4, of every team-mate over every other, inside the learning
             rate's bracket as equation 7 is printed; the paper's own is 0.1. Not read by "sarsa".
-        steps: "constant", as the paper's; "average": one over the visits of the pair, so that a value is
+        steps: "constant", or "average": one over the episodes that a pair was seen in, so that a value is
             the mean of what came of it (Sutton and Barto, 2nd edition, section 2.4).
-        step_size: alpha; the least that it becomes in averages, 1 / 1000 to follow the last 1000 visits.
-        start_visits: how many visits the value that a pair starts from is worth in averages.
+        step_size: alpha; of averages the least that it becomes: 0.01 follows the last 100 episodes.
+        start_evidence: how many episodes the value that a pair starts from is worth in averages.
         discount: gamma a second of elapsed time (semi-Markov); 0.95 is 0.98 a decision of 0.4 s,
             and close to the value of situations (0.998 a tick of 1/30 s is 0.942 a second).
         trace_decay: lambda a decision.
@@ -249,7 +249,7 @@ class PolicySettings(Frozen):
     influence: float = Field(default=0.1, ge=0)
     steps: Literal["constant", "average"] = "constant"
     step_size: float = Field(default=0.1, gt=0, le=1)
-    start_visits: float = Field(default=0.0, ge=0)
+    start_evidence: float = Field(default=0.0, ge=0)
     discount: float = Field(default=0.95, gt=0, le=1)
     trace_decay: float = Field(default=0.9, ge=0, le=1)
     traces: Literal["replacing", "accumulating"] = "replacing"

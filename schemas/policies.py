@@ -17,7 +17,7 @@ class Policies(Table):
     """
 
     NAME: ClassVar[str] = "policies"
-    VERSION: ClassVar[int] = 2
+    VERSION: ClassVar[int] = 3
 
     version = dy.Int32(min=1, description="version of the policy")
     knowledge_version = dy.Int32(min=1, description="version of the knowledge whose pairs it values")
@@ -27,3 +27,4 @@ class Policies(Table):
     behaviour_id = behaviour_id()
     q = dy.Float64(description="action value")
     visits = dy.Int64(min=0, description="how often the batches that it has learned from visited the pair, its ancestors' included")
+    evidence = dy.Float64(min=0, description="of how many episodes the value is the mean, what it started from included; at most one over the step size")

@@ -32,26 +32,26 @@ def batch(rows):
     )
 
 
-def reference(q, rows, step_size, discount, trace_decay, traces, sweeps, seen=None):
+def reference(q, rows, step_size, discount, trace_decay, traces, sweeps, steps, seen):
     """Sarsa(lambda) as the textbook prints it, on dicts; returns values and TD errors by sweep.
 
     Unlike the kernel it first rewrites the batch as episodes of known decisions only, each with
     its own reward, discount and successor.
     """
-    episodes, steps = [], []
+    episodes, made = [], []
     for t, (pair, elapsed, reward, ends) in enumerate(rows):
         if pair != UNKNOWN:
-            steps.append({"t": t, "pair": pair, "seconds": 0.0, "reward": 0.0})
-        if steps:
-            steps[-1]["seconds"] += elapsed
-            steps[-1]["reward"] += discount ** steps[-1]["seconds"] * reward
+            made.append({"t": t, "pair": pair, "seconds": 0.0, "reward": 0.0})
+        if made:
+            made[-1]["seconds"] += elapsed
+            made[-1]["reward"] += discount ** made[-1]["seconds"] * reward
         if ends != CONTINUES:
-            episodes.append((steps, ends))
-            steps = []
+            episodes.append((made, ends))
+            made = []
     q, errors_by_sweep = dict(enumerate(q)), []
     for _ in range(sweeps):
         errors = [math.nan] * len(rows)
-        visits = None if seen is None else seen.copy()
+        visits = seen.copy()
         for episode, ends in episodes:
             trace = defaultdict(float)
             for step, successor in zip(episode, [*episode[1:], None], strict=False):
@@ -61,11 +61,11 @@ def reference(q, rows, step_size, discount, trace_decay, traces, sweeps, seen=No
                 q_next = 0.0 if successor is None else q[successor["pair"]]
                 delta = step["reward"] + gamma * q_next - q[step["pair"]]
                 errors[step["t"]] = delta
-                trace[step["pair"]] = 1.0 if traces == "replacing" else trace[step["pair"]] + 1.0
-                if visits is not None:
+                if traces == "accumulating" or trace[step["pair"]] == 0:
                     visits[step["pair"]] += 1
+                trace[step["pair"]] = 1.0 if traces == "replacing" else trace[step["pair"]] + 1.0
                 for pair in list(trace):
-                    alpha = step_size if visits is None else max(step_size, 1 / visits[pair])
+                    alpha = step_size if steps == "constant" else max(step_size, 1 / visits[pair])
                     q[pair] += alpha * delta * trace[pair]
                     trace[pair] *= gamma * trace_decay
                     if trace[pair] < TRACE_FLOOR:
@@ -93,7 +93,8 @@ values = st.lists(st.floats(-2, 2), min_size=PAIRS, max_size=PAIRS).map(np.array
 rules = st.fixed_dictionaries({
     "step_size": st.floats(0.01, 0.5), "discount": st.floats(0.5, 1), "trace_decay": st.floats(0, 1),
     "traces": st.sampled_from(["replacing", "accumulating"]), "sweeps": st.integers(1, 3),
-    "seen": st.none() | st.lists(st.floats(0, 9), min_size=PAIRS, max_size=PAIRS).map(np.array),
+    "steps": st.sampled_from(["constant", "average"]),
+    "seen": st.lists(st.floats(0, 9), min_size=PAIRS, max_size=PAIRS).map(np.array),
 })
 
 
@@ -133,7 +134,7 @@ def test_equals_the_textbooks_algorithm(q, rows, rule):
 @settings(deadline=None)
 @given(values, decisions(least=0), rules)
 def test_without_traces_it_is_one_step_sarsa(q, rows, rule):
-    rule |= {"trace_decay": 0.0, "sweeps": 1, "seen": None}
+    rule |= {"trace_decay": 0.0, "sweeps": 1, "steps": "constant"}
     expected = q.copy()
     for t, (pair, elapsed, reward, ends) in enumerate(rows):
         if ends == TRUNCATED:
@@ -164,17 +165,24 @@ def test_with_full_traces_an_episode_without_repeats_is_monte_carlo(q, order, re
 def test_values_can_be_the_mean_of_all_that_came_of_a_behaviour():
     # what the pair was worth before counts for two visits: (2 * .5 + 1 - 1 + 0 + 1) / 6
     rows = [(0, 1.0, reward, TERMINAL) for reward in (1, -1, 0, 1)]
-    rule = {"step_size": 1e-9, "discount": 1.0, "trace_decay": 1.0, "seen": np.array([2.0])}
-    assert sarsa_lambda(np.array([0.5]), batch(rows), **rule).q[0] == pytest.approx(2 / 6, abs=1e-15)
+    rule = {"step_size": 1e-9, "discount": 1.0, "trace_decay": 1.0, "steps": "average"}
+    assert sarsa_lambda(np.array([0.5]), batch(rows), **rule, seen=np.array([2.0])).q[0] == pytest.approx(2 / 6)
 
 
 def test_a_mean_goes_on_where_it_was_left_and_follows_as_fast_as_it_is_told_to():
     rows = [(0, 1.0, 1, TERMINAL)] * 3
-    rule = {"discount": 1.0, "trace_decay": 1.0}
+    rule = {"discount": 1.0, "trace_decay": 1.0, "steps": "average"}
     slow = sarsa_lambda(np.zeros(1), batch(rows), step_size=1e-9, seen=np.array([97.0]), **rule)
     assert slow.q[0] == pytest.approx(3 / 100, abs=1e-12)
     fast = sarsa_lambda(np.zeros(1), batch(rows), step_size=0.5, seen=np.array([97.0]), **rule)
     assert fast.q[0] == 1 - 0.5**3
+
+
+def test_a_pair_is_seen_once_in_an_episode_if_its_trace_is_replaced_and_at_each_visit_if_added_to():
+    rows = [(0, 1, 0, CONTINUES), (1, 1, 0, CONTINUES), (0, 1, 1, TERMINAL), (0, 1, 0, TERMINAL)]
+    rule = {"step_size": 0.1, "discount": 0.9, "trace_decay": 0.9, "sweeps": 2}
+    for traces, seen in (("replacing", [2, 1]), ("accumulating", [3, 1])):
+        assert sarsa_lambda(np.zeros(2), batch(rows), traces=traces, **rule).seen.tolist() == seen
 
 
 @pytest.mark.parametrize(("seen", "says"), [
@@ -226,10 +234,11 @@ def test_a_cut_recording_teaches_nothing_about_its_last_decision():
 @settings(deadline=None)
 @given(values, decisions(), decisions(), rules)
 def test_episodes_share_values_but_never_traces(q, first, second, rule):
-    rule |= {"sweeps": 1, "seen": None}
+    rule |= {"sweeps": 1}
     together = sarsa_lambda(q, batch(first + second), **rule).q
-    apart = sarsa_lambda(sarsa_lambda(q, batch(first), **rule).q, batch(second), **rule).q
-    assert together.tobytes() == apart.tobytes()
+    halfway = sarsa_lambda(q, batch(first), **rule)
+    apart = sarsa_lambda(halfway.q, batch(second), **rule | {"seen": halfway.seen})
+    assert together.tobytes() == apart.q.tobytes()
 
 
 @settings(deadline=None)

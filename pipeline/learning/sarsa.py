@@ -34,9 +34,6 @@ UNKNOWN = -1
 #: millionth of the step that the latest pair takes.
 TRACE_FLOOR = 1e-6
 
-#: The visits of a kernel whose step size is constant.
-_CONSTANT = np.empty(0)
-
 
 @dataclass(frozen=True, slots=True)
 class Batch:
@@ -82,6 +79,8 @@ class Learned(NamedTuple):
 
     Attributes:
         q: float64 [P], the new action values.
+        seen: float64 [P], how often each pair was seen, the times before included: with replacing traces
+            once in an episode (or again when its trace has run out), with accumulating ones at each visit.
         first_errors: float64 [T], TD error of each decision in the first sweep, without what swayed
             it; NaN where the decision made no update (its pair is unknown, or its successor was not
             recorded).
@@ -89,6 +88,7 @@ class Learned(NamedTuple):
     """
 
     q: F64
+    seen: F64
     first_errors: F64
     last_errors: F64
 
@@ -108,20 +108,19 @@ def td_error(q_tm1: float, r_t: float, discount_t: float, q_t: float) -> float:
 
 @njit(cache=True, nogil=True)
 def _learn(
-    error: float, pair: int, decay: float, step_size: float, replacing: bool, seen: F64,
-    q: F64, trace: F64, active: I64, count: int,
+    error: float, pair: int, decay: float, step_size: float, averaging: bool, replacing: bool,
+    q: F64, seen: F64, trace: F64, active: I64, count: int,
 ) -> int:
     """Move every traced pair along the error and decay its trace; the new number of active pairs.
 
     ``active[:count]`` lists the pairs whose ``trace`` is not zero, so the cost does not depend on P.
-    ``seen`` [P] counts visits, this one is added; it is empty if the step size is constant.
+    ``seen`` [P] is one larger for each trace that was begun, or for each visit if traces accumulate.
     """
-    averaging = len(seen) > 0
-    if averaging:
-        seen[pair] += 1.0
     if trace[pair] == 0.0:
         active[count] = pair
         count += 1
+    if trace[pair] == 0.0 or not replacing:
+        seen[pair] += 1.0
     trace[pair] = 1.0 if replacing else trace[pair] + 1.0
     kept = 0
     for i in range(count):
@@ -141,13 +140,13 @@ def _learn(
 @njit(cache=True, nogil=True)
 def _sweep(
     pair: I64, discount: F64, reward: F64, ends: I8, sway: F64,
-    step_size: float, trace_decay: float, replacing: bool, seen: F64,
-    q: F64, errors: F64, trace: F64, active: I64,
+    step_size: float, trace_decay: float, averaging: bool, replacing: bool,
+    q: F64, seen: F64, errors: F64, trace: F64, active: I64,
 ) -> None:
-    """One pass over the batch: changes ``q`` [P] and fills ``errors`` [T].
+    """One pass over the batch: changes ``q`` and ``seen`` [P] and fills ``errors`` [T].
 
     ``sway`` [T] is added to a decision's error in its update only. ``trace`` [P] must be zero and
-    is zero again afterwards; ``active`` [P] is scratch, ``seen`` as in :func:`_learn`.
+    is zero again afterwards; ``active`` [P] is scratch.
     """
     count = 0
     a_tm1 = -1  # the last known pair, waiting for its outcome
@@ -163,7 +162,7 @@ def _sweep(
                 errors[row] = error
                 error += sway[row]
                 decay = discount_t * trace_decay
-                count = _learn(error, a_tm1, decay, step_size, replacing, seen, q, trace, active, count)
+                count = _learn(error, a_tm1, decay, step_size, averaging, replacing, q, seen, trace, active, count)
             a_tm1, row, r_t, discount_t = a_t, t, 0.0, 1.0
         discount_t *= discount[t]
         r_t += discount_t * reward[t]
@@ -173,7 +172,7 @@ def _sweep(
                 errors[row] = error
                 error += sway[row]
                 decay = discount_t * trace_decay
-                count = _learn(error, a_tm1, decay, step_size, replacing, seen, q, trace, active, count)
+                count = _learn(error, a_tm1, decay, step_size, averaging, replacing, q, seen, trace, active, count)
             for i in range(count):
                 trace[active[i]] = 0.0
             count = 0
@@ -189,6 +188,7 @@ def sarsa_lambda(
     trace_decay: float,
     traces: Literal["replacing", "accumulating"] = "replacing",
     sweeps: int = 1,
+    steps: Literal["constant", "average"] = "constant",
     seen: F64 | None = None,
     sway: Callable[[F64], F64] | None = None,
 ) -> Learned:
@@ -208,15 +208,16 @@ def sarsa_lambda(
     Args:
         q: float64 [P], action values to start from; not changed.
         batch: the decisions; every pair is below P.
-        step_size: alpha, in (0, 1]; the least that it becomes if ``seen`` is given.
+        step_size: alpha, in (0, 1]; of averages the least that it becomes.
         discount: gamma a second, in (0, 1].
         trace_decay: lambda a decision, in [0, 1].
         traces: what a visit does to its pair's trace: replacing sets one, accumulating adds one.
         sweeps: passes over the batch, at least 1.
-        seen: float64 [P], finite and not negative: how often each pair had been visited before, for values
-            that are averages (Sutton and Barto, 2nd edition, section 2.4): a pair's step size is one over
-            its visits, those of the batch so far included; every sweep counts from ``seen``. For episodes
-            of one decision a value is then the mean return of all. None: the step size is constant.
+        steps: "constant", or "average" (Sutton and Barto, 2nd edition, section 2.4): a pair's step size is
+            one over how often it was seen, and ``step_size`` if that is more. For episodes of one decision
+            a value is then the mean return of all; what else counts as seen is said at :class:`Learned`.
+        seen: float64 [P], finite and not negative: how often each pair was seen before; None: never. Every
+            sweep counts from there.
         sway: asked before every sweep for what is added to the TD error of each decision in its
             update, float64 [T], finite. It is given the TD errors by the values that the sweep
             starts from, float64 [T], NaN where a decision makes no update. See
@@ -233,6 +234,7 @@ def sarsa_lambda(
         ("step_size", step_size, 0 < step_size <= 1),
         ("discount", discount, 0 < discount <= 1),
         ("trace_decay", trace_decay, 0 <= trace_decay <= 1),
+        ("steps", steps, steps in ("constant", "average")),
         ("traces", traces, traces in ("replacing", "accumulating")),
         ("sweeps", sweeps, sweeps >= 1),
     ):
@@ -241,11 +243,11 @@ def sarsa_lambda(
                 f"{name} cannot be {value}", where="sarsa", next_step="See PolicySettings for its bounds"
             )
 
-    if seen is not None:
-        _require(seen.shape == q.shape and seen.dtype == np.float64, "seen", "is not float64 [P]")
-        _require_all(np.isfinite(seen) & (seen >= 0), "seen", "is negative or not finite")
+    before = np.zeros_like(q) if seen is None else seen
+    _require(before.shape == q.shape and before.dtype == np.float64, "seen", "is not float64 [P]")
+    _require_all(np.isfinite(before) & (before >= 0), "seen", "is negative or not finite")
 
-    learned = q.copy()
+    learned, counted = q.copy(), before.copy()
     discounts = np.power(discount, batch.elapsed)
     trace = np.zeros_like(learned)
     active = np.empty(len(learned), dtype=np.int64)
@@ -254,25 +256,25 @@ def sarsa_lambda(
     # read-only arrays are another type to numba, and would have the kernel compiled once more
     pair, reward, ends = batch.pair.copy(), batch.reward.copy(), batch.ends.copy()
     for sweep in range(sweeps):
-        swayed = alone
+        swayed, counted = alone, before.copy()
         if sway is not None:
             # a sweep of step zero moves nothing: its errors are those by the values as they are
             still = np.empty(len(batch))
             _sweep(
-                pair, discounts, reward, ends, alone, 0.0, 0.0, True, _CONSTANT, learned.copy(), still, trace,
-                active,
+                pair, discounts, reward, ends, alone, 0.0, 0.0, False, True, learned.copy(), counted.copy(),
+                still, trace, active,
             )
             swayed = sway(still)
         _sweep(
-            pair, discounts, reward, ends, swayed, step_size, trace_decay, traces == "replacing",
-            _CONSTANT if seen is None else seen.copy(), learned, errors[min(sweep, 1)], trace, active,
+            pair, discounts, reward, ends, swayed, step_size, trace_decay, steps == "average",
+            traces == "replacing", learned, counted, errors[min(sweep, 1)], trace, active,
         )
     if not np.isfinite(learned).all():
         raise BadSettings(
             "the action values grew beyond all bounds", where="sarsa",
             next_step="Lower step_size, discount or trace_decay, or use replacing traces",
         )
-    return Learned(learned, errors[0], errors[-1])
+    return Learned(learned, counted, errors[0], errors[-1])
 
 
 def _require(ok: bool, name: str, breach: str) -> None:

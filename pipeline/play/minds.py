@@ -105,7 +105,7 @@ class Learned:
     Args:
         book: the policy.
         names: of its behaviours, see :func:`pipeline.players.playbook.open_playbook`.
-        settings: explore and doubt.
+        settings: how it explores.
         robots: N.
         pitch: of the match.
         measures: of the pitch.
@@ -117,7 +117,7 @@ class Learned:
         measures: Measures, rng: np.random.Generator,
     ) -> None:
         self._policy, self._book = book, book._replace(values=book.values.copy())
-        self._names, self._explore, self._doubt = names, settings.explore, settings.doubt
+        self._names, self._settings = names, settings
         self._measures, self._breaks = measures.packed(), Breaks.of(pitch)
         self._digits, self._levels = radix("full36")
         self._memory = learned.new_memory(robots)
@@ -130,17 +130,16 @@ class Learned:
 
     def restarted(self, frame: int, lead: int) -> None:  # noqa: D102
         learned.forget(self._memory)
-        if self._doubt > 0.0:
-            known = self._policy
-            learned.believe(known.values, known.doubts, self._doubt, self._dice, self._book.values)
+        known, own = self._policy, self._settings
+        learned.believe(known.values, known.doubts, own.doubt, own.caution, self._dice, self._book.values)
         self._due, self._lead = True, lead
 
     def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
         learned.watch_ball(view, self._memory, self._breaks.moving)
         if self._due:
             made = learned.decide(
-                view, self._lead, self._memory, self._book, self._digits, self._levels, self._explore,
-                self._breaks, self._measures, self._dice, self._made,
+                view, self._lead, self._memory, self._book, self._digits, self._levels,
+                self._settings.explore, self._breaks, self._measures, self._dice, self._made,
             )
             for row in self._made[:made].tolist():
                 self._rows.append((frame, *row))

@@ -28,10 +28,12 @@ class TeamSettings(Frozen):
             moves randomly.
         explore: of a learned team: chance that a robot takes any behaviour that it knows for the state
             instead of the best.
-        doubt: of a learned team: how much a value known from one visit may err, one standard deviation. At
-            each restart of play the team draws what it believes each value to be, the more visits the
-            closer to the policy's, and plays by that until play stops: exploration that lasts (posterior
-            sampling, Strens 2000; Osband, Russo and Van Roy 2013).
+        doubt: of a learned team: how far a value known from one episode may be off, one standard deviation;
+            it falls with the root of the evidence. At each restart of play the team draws what it believes
+            each value to be and plays by that until play stops: exploration that lasts (posterior
+            sampling: Strens 2000; Osband, Russo and Van Roy 2013).
+        caution: of a learned team: likewise, by how much it takes a value known from one episode to be worse
+            than the policy says: of two like values it prefers the better known.
         trust: of a learned team: a state is looked up by a finer key only if it was visited so often.
     """
 
@@ -40,6 +42,7 @@ class TeamSettings(Frozen):
     policy: str | None = None
     explore: float = Field(default=0.0, ge=0, le=1)
     doubt: float = Field(default=0.0, ge=0)
+    caution: float = Field(default=0.0, ge=0)
     trust: int = Field(default=0, ge=0)
 
 

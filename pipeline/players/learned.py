@@ -51,10 +51,11 @@ def forget(memory: F64) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def believe(values: F64, doubts: F64, doubt: float, dice: Dice, believed: F64) -> None:
+def believe(values: F64, doubts: F64, doubt: float, caution: float, dice: Dice, believed: F64) -> None:
     """Draw what a team believes its actions to be worth until play stops; all arrays float64 [A]."""
     for action in range(len(values)):
-        believed[action] = values[action] + doubt * doubts[action] * normal(dice)
+        off = doubt * normal(dice) if doubt > 0.0 else 0.0
+        believed[action] = values[action] + (off - caution) * doubts[action]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

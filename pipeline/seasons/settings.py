@@ -35,6 +35,7 @@ class SeasonSettings(Frozen):
         explore_last: the same at the last game; in between it changes evenly. Practice matches explore as
             much, the counted one does as ``explore_counted`` says.
         doubt: of the apprentice, see ``TeamSettings``: how it draws what it believes at each restart.
+        caution: likewise, of the counted match of a game.
         explore_counted: whether the counted match of a game explores, or doubts, too.
         trust: visits that a state needs at least to be looked up by a finer key.
         referee: laws of the matches; the paper's games take about eight minutes.
@@ -49,6 +50,7 @@ class SeasonSettings(Frozen):
     explore: float = Field(default=0.1, ge=0, le=1)
     explore_last: float = Field(default=0.1, ge=0, le=1)
     doubt: float = Field(default=0.0, ge=0)
+    caution: float = Field(default=0.0, ge=0)
     explore_counted: bool = True
     trust: int = Field(default=0, ge=0)
     referee: RefereeSettings = RefereeSettings()
@@ -97,6 +99,7 @@ class Season(Frozen):
                 home=TeamSettings(
                     kind="learned", policy=policy, trust=own.trust,
                     explore=explore if tries else 0.0, doubt=own.doubt if tries else 0.0,
+                    caution=own.caution if match == 0 else 0.0,
                 ),
                 away=TeamSettings(kind=self.opponent),
                 seed=first + match, score=(self.lead(game), 0), referee=own.referee,
