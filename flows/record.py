@@ -9,9 +9,8 @@ import polars as pl
 from flows.matches import PLAYING, SCHEMAS, keep
 from pipeline import matches as log
 from pipeline.errors import NotFound
-from pipeline.frame import AWAY, HOME
 from pipeline.play.match import PART, Match
-from pipeline.play.minds import Mind, mind_of
+from pipeline.play.minds import minds_of
 from pipeline.play.recipe import Recipe
 from pipeline.receipts import Receipt, digest, key_of
 from pipeline.store import Store
@@ -55,15 +54,6 @@ def record(
         assert there is not None
         return there, True
     return there, False
-
-
-def minds_of(recipe: Recipe, policies: Mapping[str, pl.DataFrame]) -> tuple[Mind, Mind]:
-    """The minds of both teams; policies by label."""
-    home, away = (
-        mind_of(team, recipe, side, policies[team.policy] if team.policy else None)
-        for side, team in ((HOME, recipe.home), (AWAY, recipe.away))
-    )
-    return home, away
 
 
 @contextmanager

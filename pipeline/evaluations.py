@@ -17,7 +17,7 @@ import polars as pl
 from pipeline.frame import AWAY, HOME
 from pipeline.intervals import F64, mean_interval, wilson
 from pipeline.play.match import PART, Match
-from pipeline.play.minds import mind_of
+from pipeline.play.minds import minds_of
 from pipeline.play.recipe import Recipe, TeamSettings
 from pipeline.receipts import digest
 from pipeline.settings import Frozen
@@ -113,14 +113,11 @@ def play(pair: Pair, policies: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
     """
     whole, rows = pair.evaluation, []
     for number, (side, recipe) in enumerate(pair.matches(), start=1):
-        home, away = (
-            mind_of(team, recipe, at, policies[team.policy] if team.policy else None)
-            for at, team in ((HOME, recipe.home), (AWAY, recipe.away))
-        )
-        match = Match(recipe, (home, away), logged=False)
+        minds = minds_of(recipe, policies)
+        match = Match(recipe, minds, logged=False)
         while match.advance(PART):
             pass
-        decided = (home, away)[side].decided()
+        decided = minds[side].decided()
         learned = whole.team.settings.kind == "learned"
         rows.append({
             "evaluation": whole.id, "team": whole.team.name, "policy_version": whole.team.policy_version,

@@ -19,7 +19,7 @@ from pipeline.errors import BadSettings, NotFound
 from pipeline.frame import AWAY, HOME, home_attacks
 from pipeline.play.human import Human
 from pipeline.play.match import Match
-from pipeline.play.minds import measures_of, mind_of
+from pipeline.play.minds import measures_of, minds_of
 from pipeline.play.recipe import Recipe, TeamSettings
 from pipeline.store import Store
 from pipeline.world.laws import RefereeSettings
@@ -74,9 +74,7 @@ def play(
     )  # fmt: skip
     recipe = _unplayed(store, rest, seed)
     mind = Human(robots, measures_of(recipe), np.random.default_rng([recipe.seed, 1 + team]))
-    opponent = teams[1 - team]
-    other = mind_of(opponent, recipe, 1 - team, policies[opponent.policy] if opponent.policy else None)
-    match = Match(recipe, (mind, other) if team == HOME else (other, mind))
+    match = Match(recipe, minds_of(recipe, policies, person=mind))
     names = ("you", against) if team == HOME else (against, "you")
     with open_window(recipe.pitch, names, recipe.physics.hz) as window, recording(store, match) as log_it:
         _play(window, match, mind, team, log_it)
