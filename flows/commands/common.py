@@ -61,6 +61,10 @@ class Common:
         return Settings() if path is None else parse_settings(self.store.foreign(path), where=str(path))
 
 
+DEFAULTS = Common()
+Json = Annotated[bool, Parameter(name="--json", negative=())]
+
+
 def warn(line: str) -> None:
     """Write a line to standard error that does not stop the command."""
     print(f"pitchlore: {line}", file=sys.stderr)  # noqa: T201 (this is the command line)

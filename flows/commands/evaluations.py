@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import polars as pl
-from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveFloat, PositiveInt
 
 from flows.catalog import refresh
-from flows.commands.common import Common, bars, console, print_frame, print_json
+from flows.commands.common import DEFAULTS, Common, Json, bars, console, print_frame, print_json
 from flows.evaluations import cores, entrant, evaluate
 from flows.stage import listener
 from pipeline.errors import BadSettings
 from pipeline.evaluations import Evaluation, Measured, Summary, summarise
 from pipeline.world.laws import RefereeSettings
-
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
 
 #: Stands in for people, and every result says so.
 STAND_IN = "human-like is a scripted team that stands in for people; it is no model of anyone."

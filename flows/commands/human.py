@@ -10,7 +10,7 @@ import polars as pl
 from cyclopts import Parameter
 
 from flows.catalog import refresh
-from flows.commands.common import Common, console, print_json
+from flows.commands.common import DEFAULTS, Common, Json, console, print_json
 from flows.commands.play import team_of
 from flows.matches import PLAYING
 from flows.record import recording
@@ -28,8 +28,6 @@ from schemas import TEAMS
 if TYPE_CHECKING:
     from flows.window.screen import Window
 
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
 
 # A killed process loses what was played since it was last logged, and what no chunk of the log holds yet.
 _LOG_EVERY_S = 1.0

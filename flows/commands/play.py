@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import polars as pl
-from cyclopts import Parameter
 
 from flows.catalog import refresh
-from flows.commands.common import Common, bars, print_frame, print_json
+from flows.commands.common import DEFAULTS, Common, Json, bars, print_frame, print_json
 from flows.record import policy_of, record
 from pipeline.errors import BadSettings
 from pipeline.play.recipe import Recipe, TeamSettings
 from pipeline.store import Store
 from pipeline.world.laws import RefereeSettings
 from schemas import Matches
-
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
 
 
 def record_matches(

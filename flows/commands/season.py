@@ -9,7 +9,7 @@ from typing import Annotated
 import polars as pl
 from cyclopts import Parameter
 
-from flows.commands.common import Common, bars, console, print_frame, print_json
+from flows.commands.common import DEFAULTS, Common, Json, bars, console, print_frame, print_json
 from flows.season import NOUN, season_flow
 from flows.stage import StageReport, listener
 from pipeline.errors import BadSettings
@@ -17,9 +17,6 @@ from pipeline.seasons.settings import Opponent, Season, SeasonSettings, named, n
 from pipeline.store import Store
 from pipeline.store.files import SAFE_NAME
 from schemas import Games
-
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
 
 
 def season(

@@ -8,11 +8,8 @@ import polars as pl
 from cyclopts import Parameter
 
 from flows.catalog import PER_MATCH, RECEIPTED, refresh
-from flows.commands.common import Common, console, print_frame, print_json
+from flows.commands.common import DEFAULTS, Common, Json, console, print_frame, print_json
 from pipeline.errors import NotFound
-
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
 
 
 def quarantine(
