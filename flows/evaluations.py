@@ -8,11 +8,9 @@ from multiprocessing import get_context
 
 import polars as pl
 
-from flows.record import policy_of
 from flows.stage import listener
-from pipeline.errors import BadSettings, WorkerLost
-from pipeline.evaluations import Entrant, Evaluation, Pair, play
-from pipeline.play.recipe import TeamSettings
+from pipeline.errors import WorkerLost
+from pipeline.evaluations import Evaluation, Pair, play
 from pipeline.receipts import key_of
 from pipeline.store import Store
 from schemas import Evaluations
@@ -23,37 +21,6 @@ NOUN = "evaluations"
 def cores() -> int:
     """How many processes can work at once here."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def entrant(
-    store: Store, word: str, policies: dict[str, pl.DataFrame], *, explore: float = 0.0, trust: int = 0
-) -> Entrant:
-    """The team that a word names; a policy that it plays is put into ``policies``.
-
-    Args:
-        store: where policies are.
-        word: random, static, human-like, or the version of a policy; "newest" is the newest.
-        policies: rows of schema Policies by label.
-        explore: of a learned team, see ``TeamSettings``.
-        trust: likewise.
-
-    Raises:
-        BadSettings: if no team is called so.
-        NotFound: if there is no such policy.
-    """
-    if word in ("random", "static", "human-like"):
-        return Entrant(name=word, settings=TeamSettings.model_validate({"kind": word}))
-    if word != "newest" and not word.isdecimal():
-        raise BadSettings(f"{word!r} is no team", next_step=(
-            "Name random, static, human-like, the version of a policy, or newest"))
-    label, rows = policy_of(store, int(word) if word.isdecimal() else None)
-    policies[label] = rows
-    manifest = store.manifest("policies", int(label.split()[0].removeprefix("v")))
-    return Entrant(
-        name=f"v{manifest.version}",
-        settings=TeamSettings(kind="learned", policy=label, explore=explore, trust=trust),
-        policy_version=manifest.version, knowledge_version=manifest.counts["knowledge_version"],
-    )
 
 
 def evaluate(

@@ -8,27 +8,11 @@ import polars as pl
 
 from flows.matches import PLAYING, SCHEMAS, keep
 from pipeline import matches as log
-from pipeline.errors import NotFound
 from pipeline.play.match import PART, Match
 from pipeline.play.minds import minds_of
 from pipeline.play.recipe import Recipe
 from pipeline.receipts import Receipt, digest, key_of
 from pipeline.store import Store
-from schemas import Policies
-
-
-def policy_of(store: Store, version: int | None = None) -> tuple[str, pl.DataFrame]:
-    """A policy's label for recipes, and its rows; the newest by default.
-
-    Raises:
-        NotFound: if there is none.
-    """
-    manifest = store.latest("policies") if version is None else store.manifest("policies", version)
-    if manifest is None:
-        raise NotFound("there is no policy to play", where=str(store.root),
-                       next_step="Import or record matches, then `pitchlore run`")
-    label = f"v{manifest.version} {manifest.files['policies'].sha256}"
-    return label, store.read_version_table(manifest, "policies", Policies)
 
 
 def record(

@@ -18,8 +18,9 @@ from prefect.futures import as_completed
 
 from flows import behaviours, decisions, goals, grams, knowledge, policies, situations, trajectories
 from flows.catalog import PER_MATCH, refresh
-from flows.record import policy_of, record
+from flows.record import record
 from flows.stage import Scope, Stage, StageReport, data_folder, listener, need, our_flow, stage_task
+from flows.teams import labelled
 from pipeline.errors import BadSettings, in_one_line
 from pipeline.receipts import Receipt, key_of
 from pipeline.seasons.settings import Season
@@ -62,7 +63,7 @@ def play(data: Path, season: Season, game: int) -> list[str]:
     own = store_of(data, season)
     own.sweep()
     policy = _played_by(own, done(Store(data), season), game)
-    label, rows = (None, None) if policy is None else policy_of(own, policy)
+    label, rows = (None, None) if policy is None else labelled(own, own.manifest("policies", policy))
     recipes = season.recipes(game, label)
     for recipe in recipes:
         record(own, recipe, {} if label is None or rows is None else {label: rows})

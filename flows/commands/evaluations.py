@@ -7,8 +7,9 @@ from cyclopts.types import NonNegativeInt, PositiveFloat, PositiveInt
 
 from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common, Json, bars, console, print_frame, print_json
-from flows.evaluations import cores, entrant, evaluate
+from flows.evaluations import cores, evaluate
 from flows.stage import listener
+from flows.teams import entrant
 from pipeline.errors import BadSettings
 from pipeline.evaluations import Evaluation, Measured, Summary, summarise
 from pipeline.world.laws import RefereeSettings
@@ -19,7 +20,7 @@ STAND_IN = "human-like is a scripted team that stands in for people; it is no mo
 
 def evaluations(
     *,
-    policy: str = "newest",
+    policy: str = "learned",
     against: str = "static",
     matches: PositiveInt = 200,
     seed: NonNegativeInt = 0,
@@ -33,7 +34,8 @@ def evaluations(
     """Measure a team: matches in pairs of one seed with sides swapped, and 95 % intervals over the pairs.
 
     Args:
-        policy: Version of a policy, newest, or a scripted team: static, human-like, random.
+        policy: Who is measured: learned (the newest policy), learned:3 or just 3, or a scripted team:
+            static, human-like, random.
         against: The opponent, likewise. A team against itself plays home in all matches, each of its own
             seed: that measures the arena.
         matches: How many, an even number; those that were played before are not played again.

@@ -11,9 +11,9 @@ from cyclopts import Parameter
 
 from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common, Json, console, print_json
-from flows.commands.play import team_of
 from flows.matches import PLAYING
 from flows.record import recording
+from flows.teams import entrant
 from flows.window.scene import Scene
 from pipeline.errors import BadSettings, NotFound
 from pipeline.frame import AWAY, HOME, home_attacks
@@ -50,8 +50,8 @@ def play(
     Who leaves before the final whistle keeps the match so far.
 
     Args:
-        against: Who plays against you: random, static, human-like (stands in for people), learned (the
-            newest policy) or learned:3 (policy version 3).
+        against: Who plays against you: random, static, human-like, learned (the newest policy),
+            learned:3 or just 3.
         minutes: Of the match.
         seed: Decides all that is left to chance; by default the first with which this match has not been
             played yet.
@@ -64,7 +64,7 @@ def play(
     open_window = _window()
     policies: dict[str, pl.DataFrame] = {}
     team = TEAMS.index(side)
-    teams = [team_of(against, store, policies, 0.0)] * 2
+    teams = [entrant(store, against, policies).settings] * 2
     teams[team] = TeamSettings(kind="human")
     rest = Recipe(
         home=teams[HOME], away=teams[AWAY], seed=0, robots=robots,

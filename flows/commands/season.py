@@ -35,7 +35,7 @@ def season(
 
     Args:
         settings: Settings that come along (paper, best, and the ablations of both) or a TOML file.
-        opponent: Who is played against: static, human-like (stands in for people) or random; may be repeated.
+        opponent: Who is played against: static, human-like or random; may be repeated.
         seed: Of the first season.
         seasons: How many against each opponent; each has the next seed.
         games: Of a season, if not as the settings say.
