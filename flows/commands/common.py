@@ -23,6 +23,7 @@ from pipeline.errors import BadSettings
 from pipeline.recognition.rules import TABLE_1
 from pipeline.settings import Settings, parse_settings
 from pipeline.store import Store
+from schemas import STAND_IN
 
 
 @Parameter(name="*")
@@ -97,6 +98,12 @@ def _plain(value: object) -> object:
             return value.hex()
         case _:
             return value
+
+
+def print_stand_in(*teams: str) -> None:
+    """Say what the human-like team is, if it is one of these."""
+    if "human-like" in teams:
+        console().print(f"{STAND_IN}.")
 
 
 def console() -> Console:

@@ -6,16 +6,22 @@ import polars as pl
 from cyclopts.types import NonNegativeInt, PositiveFloat, PositiveInt
 
 from flows.catalog import refresh
-from flows.commands.common import DEFAULTS, Common, Json, bars, console, print_frame, print_json
+from flows.commands.common import (
+    DEFAULTS,
+    Common,
+    Json,
+    bars,
+    console,
+    print_frame,
+    print_json,
+    print_stand_in,
+)
 from flows.evaluations import cores, evaluate
 from flows.stage import listener
 from flows.teams import entrant
 from pipeline.errors import BadSettings
 from pipeline.evaluations import Evaluation, Measured, Summary, summarise
 from pipeline.world.laws import RefereeSettings
-
-#: Stands in for people, and every result says so.
-STAND_IN = "human-like is a scripted team that stands in for people; it is no model of anyone."
 
 
 def evaluations(
@@ -71,8 +77,7 @@ def evaluations(
                     f" intervals are over {summary.pairs} pairs.")
     if evaluation.of_itself:
         console().print("A team against itself: home's side of matches that have seeds of their own.")
-    if "human-like" in (summary.team, summary.opponent):
-        console().print(STAND_IN)
+    print_stand_in(summary.team, summary.opponent)
 
 
 def _plain(summary: Summary) -> dict[str, object]:

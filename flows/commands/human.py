@@ -10,7 +10,7 @@ import polars as pl
 from cyclopts import Parameter
 
 from flows.catalog import refresh
-from flows.commands.common import DEFAULTS, Common, Json, console, print_json
+from flows.commands.common import DEFAULTS, Common, Json, console, print_json, print_stand_in
 from flows.matches import PLAYING
 from flows.record import recording
 from flows.teams import entrant
@@ -86,6 +86,7 @@ def play(
         console().print(f"{names[HOME]} {home} : {away} {names[AWAY]}{f', {why}' if why else ''}. "
                         f"Kept as {recipe.match_id}; watch it with `pitchlore replay {recipe.match_id}`.",
                         soft_wrap=True)
+        print_stand_in(against)
 
 
 def _window() -> type[Window]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import polars as pl
 
 from flows.catalog import refresh
-from flows.commands.common import DEFAULTS, Common, Json, bars, print_frame, print_json
+from flows.commands.common import DEFAULTS, Common, Json, bars, print_frame, print_json, print_stand_in
 from flows.record import record
 from flows.teams import entrant
 from pipeline.play.recipe import Recipe
@@ -57,3 +57,4 @@ def record_matches(
         print_json(rows)
     else:
         print_frame(pl.DataFrame(rows))
+        print_stand_in(home, away)

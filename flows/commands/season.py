@@ -9,7 +9,16 @@ from typing import Annotated
 import polars as pl
 from cyclopts import Parameter
 
-from flows.commands.common import DEFAULTS, Common, Json, bars, console, print_frame, print_json
+from flows.commands.common import (
+    DEFAULTS,
+    Common,
+    Json,
+    bars,
+    console,
+    print_frame,
+    print_json,
+    print_stand_in,
+)
 from flows.season import NOUN, season_flow
 from flows.stage import StageReport, listener
 from pipeline.errors import BadSettings
@@ -60,6 +69,7 @@ def season(
         print_json({"report": report.model_dump(), "seasons": rows.to_dicts()})
     else:
         print_frame(rows, title="all games and the last ten: goals a game; share of actions that are learned")
+        print_stand_in(*opponent)
         for what, why in report.failed.items():
             console().print(f"[bold red]stopped[/] {what}: ", end="")
             console().print(why, markup=False, soft_wrap=True)

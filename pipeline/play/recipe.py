@@ -22,7 +22,7 @@ class TeamSettings(Frozen):
     """Who plays.
 
     Attributes:
-        kind: of team. "human-like" stands in for people and is no model of anyone.
+        kind: of team; of the human-like see ``schemas.STAND_IN``.
         people: what the person of a human-like team may be like.
         policy: of a learned team: label and SHA-256 of the policy's table; None knows nothing yet, and
             moves randomly.
