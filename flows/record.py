@@ -1,6 +1,5 @@
 """Matches that are played: logged while they go on, committed when they are over."""
 
-import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
@@ -11,7 +10,7 @@ from pipeline import matches as log
 from pipeline.play.match import PART, Match
 from pipeline.play.minds import minds_of
 from pipeline.play.recipe import Recipe
-from pipeline.receipts import Receipt, digest, key_of
+from pipeline.receipts import Receipt, fingerprint, key_of
 from pipeline.store import Store
 
 
@@ -66,17 +65,12 @@ def recording(store: Store, match: Match) -> Iterator[Callable[[], None]]:
         data = store.foreign(path)
         played = log.read(data, where=str(path))
         with store.locked("matches"):
-            keep(store, played, data, _key(recipe), source=_source(recipe),
+            keep(store, played, data, _key(recipe), source=fingerprint(recipe),
                  settings=recipe.model_dump(mode="json"))
         store.release("matches", recipe.match_id)
         path.unlink()
 
 
-def _source(recipe: Recipe) -> str:
-    """SHA-256 of the recipe."""
-    return digest(json.dumps(recipe.model_dump(mode="json"), sort_keys=True).encode())
-
-
 def _key(recipe: Recipe) -> str:
-    return key_of("matches", recipe.match_id, inputs={"source": _source(recipe)},
+    return key_of("matches", recipe.match_id, inputs={"source": fingerprint(recipe)},
                   settings=recipe.model_dump(mode="json"), tables=SCHEMAS)

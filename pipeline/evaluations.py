@@ -7,7 +7,6 @@ of every interval.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -19,7 +18,7 @@ from pipeline.intervals import F64, mean_interval, wilson
 from pipeline.play.match import PART, Match
 from pipeline.play.minds import minds_of
 from pipeline.play.recipe import Recipe, TeamSettings
-from pipeline.receipts import digest
+from pipeline.receipts import fingerprint
 from pipeline.settings import Frozen
 from pipeline.world.laws import RefereeSettings
 from schemas import TEAMS, Evaluations
@@ -62,8 +61,7 @@ class Evaluation(Frozen):
     @property
     def id(self) -> str:
         """Both teams, and a hash of everything."""
-        text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
-        return f"{self.team.name}-{self.opponent.name}-{digest(text.encode())[:12]}"
+        return f"{self.team.name}-{self.opponent.name}-{fingerprint(self)[:12]}"
 
     @property
     def of_itself(self) -> bool:
