@@ -17,7 +17,7 @@ from prefect.artifacts import create_markdown_artifact
 from prefect.futures import as_completed
 
 from flows import behaviours, decisions, goals, grams, knowledge, policies, situations, trajectories
-from flows.catalog import PER_MATCH, refresh
+from flows.catalog import forget_match, refresh
 from flows.record import record
 from flows.stage import Scope, Stage, StageReport, data_folder, listener, need, our_flow, stage_task
 from flows.teams import labelled
@@ -92,10 +92,7 @@ def learn(data: Path, season: Season, game: int, matches: list[str], discard: bo
     _commit(store, own, season, before, _rows(own, season, before, game, matches[0], known.version))
     if discard:
         for match in scope.matches:
-            for noun in PER_MATCH:
-                if noun not in _KEPT:
-                    for name in [r.name for r in own.receipts(noun) if r.name.rsplit(".n", 1)[0] == match]:
-                        own.forget(noun, name)
+            forget_match(own, match, keep=_KEPT)
 
 
 def _make(stage: Stage[Any], store: Store, name: str, settings: Any, scope: Scope) -> None:
