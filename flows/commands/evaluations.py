@@ -16,9 +16,10 @@ from flows.commands.common import (
     print_json,
     print_stand_in,
 )
-from flows.evaluations import cores, evaluate
+from flows.evaluations import evaluate
 from flows.stage import listener
 from flows.teams import entrant
+from flows.workers import cores
 from pipeline.errors import BadSettings
 from pipeline.evaluations import Evaluation, Measured, Summary, summarise
 from pipeline.world.laws import RefereeSettings
