@@ -203,13 +203,18 @@ def stage_task(*, name: str) -> Callable[[Callable[P, R]], Task[P, R]]:
     return decorate
 
 
-def our_flow(*, name: str) -> Callable[[Callable[P, R]], Flow[P, R]]:
-    """A flow of ours: its result is JSON, its tasks share a few threads."""
+def our_flow(*, name: str, threads: int | None = WORKERS) -> Callable[[Callable[P, R]], Flow[P, R]]:
+    """A flow of ours: its result is JSON, its tasks share a few threads.
+
+    Args:
+        name: of the flow.
+        threads: None: a task has a thread as soon as it is submitted.
+    """
 
     def decorate(function: Callable[P, R]) -> Flow[P, R]:
         return Flow(
             function, name=name, persist_result=True, result_serializer="json",
-            task_runner=cast("Any", ThreadPoolTaskRunner(max_workers=WORKERS)),
+            task_runner=cast("Any", ThreadPoolTaskRunner(max_workers=threads)),
         )
 
     return decorate

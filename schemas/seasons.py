@@ -87,6 +87,19 @@ class Growth(OfGame):
     other_actions = dy.Int64(min=0, description="those of another behaviour than 194")
 
 
+class StatesPlayed(Table):
+    """A state that the apprentice decided in, in any game of its season so far. Sorted by role, state.
+
+    It is kept so that a game need not look at all games before it to tell which states are new.
+    """
+
+    NAME: ClassVar[str] = "states_played"
+    VERSION: ClassVar[int] = 1
+
+    role = dy.Enum(ROLES, primary_key=True, description="role of the robot")
+    state = dy.Int64(primary_key=True, description="state by the finest key of the knowledge")
+
+
 class Claims(Table):
     """One claim about seasons beside what was measured. Ordered as the paper states them, then our own aims."""
 

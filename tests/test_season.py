@@ -96,7 +96,7 @@ def test_a_game_that_was_stopped_anywhere_is_gone_on_with(played, tmp_path, monk
         patch.setattr(where, name, killed)
         with pytest.raises(KeyboardInterrupt):
             loop.learn(tmp_path, season(), 2, matches, discard=False)
-    assert loop.done(Store(tmp_path), season()).height == 1
+    assert loop.done(Store(tmp_path), season()).details["games"] == 1
     play(tmp_path, season(), (2,))
     assert rows(tmp_path).equals(rows(played).filter(pl.col("game") <= 2))
 

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import polars as pl
 from cyclopts import Parameter
+from cyclopts.types import PositiveInt
 
 from flows.commands.common import (
     DEFAULTS,
@@ -33,9 +34,9 @@ def season(
     settings: str = "best",
     opponent: tuple[Opponent, ...] = ("static",),
     seed: int = 1,
-    seasons: int = 1,
+    seasons: PositiveInt = 1,
     games: int | None = None,
-    jobs: int = 1,
+    jobs: PositiveInt = 1,
     discard: Annotated[bool, Parameter(negative=())] = False,
     json: Json = False,
     common: Common = DEFAULTS,
