@@ -18,6 +18,27 @@ SIDE_CHAIN = ("paradigms", "seasons", "evaluations", "report")
 RECEIPTED = (*PER_MATCH, *SIDE_CHAIN)
 
 
+def match_of(output: str) -> str:
+    """The match that an output is of, ``MATCH`` or ``MATCH.n4``."""
+    return output.rsplit(".n", 1)[0]
+
+
+def forget_match(store: Store, match: str, keep: Iterable[str] = ()) -> int:
+    """Remove a match and what was made of it, the last first; how many outputs.
+
+    Args:
+        store: where they are.
+        match: its id.
+        keep: nouns whose outputs stay.
+    """
+    removed = 0
+    for noun in reversed(PER_MATCH):
+        if noun not in keep:
+            names = [receipt.name for receipt in store.receipts(noun) if match_of(receipt.name) == match]
+            removed += sum(store.forget(noun, name) for name in names)
+    return removed
+
+
 def catalog_path(store: Store) -> Path:
     """Where the catalogue is."""
     return store.root / "catalog.duckdb"
@@ -38,11 +59,11 @@ def sources(store: Store) -> dict[str, list[tuple[Path, FileRecord]]]:
                 files.setdefault(names[record.table], []).append((folder / record.path, record))
 
     standing = {receipt.name for receipt in store.receipts("matches")}
-    refused = {(record.noun, record.name.rsplit(".n", 1)[0]) for record in store.quarantined()}
+    refused = {(record.noun, match_of(record.name)) for record in store.quarantined()}
     for noun in PER_MATCH:
         standing -= {match for stage, match in refused if stage == noun and noun != "matches"}
         for receipt in store.receipts(noun):
-            if receipt.name.rsplit(".n", 1)[0] in standing:
+            if match_of(receipt.name) in standing:
                 add(store.root, receipt.files.values())
     for noun in SIDE_CHAIN:
         for receipt in store.receipts(noun):

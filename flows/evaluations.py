@@ -1,59 +1,18 @@
 """Evaluations: pairs of matches that are not there yet are played, by several processes."""
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context
+from concurrent.futures import ThreadPoolExecutor, as_completed
 
 import polars as pl
 
-from flows.record import policy_of
 from flows.stage import listener
-from pipeline.errors import BadSettings, WorkerLost
-from pipeline.evaluations import Entrant, Evaluation, Pair, play
-from pipeline.play.recipe import TeamSettings
+from flows.workers import Workers
+from pipeline.evaluations import Evaluation, Pair, play
 from pipeline.receipts import key_of
 from pipeline.store import Store
 from schemas import Evaluations
 
 NOUN = "evaluations"
-
-
-def cores() -> int:
-    """How many processes can work at once here."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def entrant(
-    store: Store, word: str, policies: dict[str, pl.DataFrame], *, explore: float = 0.0, trust: int = 0
-) -> Entrant:
-    """The team that a word names; a policy that it plays is put into ``policies``.
-
-    Args:
-        store: where policies are.
-        word: random, static, human-like, or the version of a policy; "newest" is the newest.
-        policies: rows of schema Policies by label.
-        explore: of a learned team, see ``TeamSettings``.
-        trust: likewise.
-
-    Raises:
-        BadSettings: if no team is called so.
-        NotFound: if there is no such policy.
-    """
-    if word in ("random", "static", "human-like"):
-        return Entrant(name=word, settings=TeamSettings.model_validate({"kind": word}))
-    if word != "newest" and not word.isdecimal():
-        raise BadSettings(f"{word!r} is no team", next_step=(
-            "Name random, static, human-like, the version of a policy, or newest"))
-    label, rows = policy_of(store, int(word) if word.isdecimal() else None)
-    policies[label] = rows
-    manifest = store.manifest("policies", int(label.split()[0].removeprefix("v")))
-    return Entrant(
-        name=f"v{manifest.version}",
-        settings=TeamSettings(kind="learned", policy=label, explore=explore, trust=trust),
-        policy_version=manifest.version, knowledge_version=manifest.counts["knowledge_version"],
-    )
 
 
 def evaluate(
@@ -81,7 +40,7 @@ def evaluate(
     there = {seed: rows for seed, pair in pairs.items() if (rows := _there(store, pair)) is not None}
     todo = [pair for seed, pair in pairs.items() if seed not in there]
     listener.get().begin(NOUN, len(todo))
-    for pair, rows in _played(todo, policies, min(jobs, len(todo))):
+    for pair, rows in _played(todo, policies, max(1, min(jobs, len(todo)))):
         store.commit(
             NOUN, pair.name, _key(pair), inputs={}, settings=pair.model_dump(mode="json"),
             seed=pair.seed, tables={"evaluations": (rows, Evaluations)},
@@ -106,19 +65,10 @@ def _played(
     pairs: Sequence[Pair], policies: Mapping[str, pl.DataFrame], jobs: int
 ) -> Iterator[tuple[Pair, pl.DataFrame]]:
     """Each pair with its rows, as soon as it is over."""
-    if jobs <= 1:
-        for pair in pairs:
-            yield pair, play(pair, policies)
-        return
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        futures = {pool.submit(play, pair, policies): pair for pair in pairs}
+    with Workers(jobs) as workers, ThreadPoolExecutor(jobs) as threads:
+        futures = {threads.submit(workers.run, play, pair, policies): pair for pair in pairs}
         try:
             for future in as_completed(futures):
                 yield futures[future], future.result()
-        except BrokenProcessPool as error:
-            raise WorkerLost(
-                "a process that played was killed, perhaps for lack of memory", where=NOUN,
-                next_step="Run the command again with fewer --jobs; what was over by then is kept",
-            ) from error
         finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+            threads.shutdown(wait=False, cancel_futures=True)

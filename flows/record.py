@@ -1,6 +1,5 @@
 """Matches that are played: logged while they go on, committed when they are over."""
 
-import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
@@ -8,28 +7,11 @@ import polars as pl
 
 from flows.matches import PLAYING, SCHEMAS, keep
 from pipeline import matches as log
-from pipeline.errors import NotFound
-from pipeline.frame import AWAY, HOME
 from pipeline.play.match import PART, Match
-from pipeline.play.minds import Mind, mind_of
+from pipeline.play.minds import minds_of
 from pipeline.play.recipe import Recipe
-from pipeline.receipts import Receipt, digest, key_of
+from pipeline.receipts import Receipt, fingerprint, key_of
 from pipeline.store import Store
-from schemas import Policies
-
-
-def policy_of(store: Store, version: int | None = None) -> tuple[str, pl.DataFrame]:
-    """A policy's label for recipes, and its rows; the newest by default.
-
-    Raises:
-        NotFound: if there is none.
-    """
-    manifest = store.latest("policies") if version is None else store.manifest("policies", version)
-    if manifest is None:
-        raise NotFound("there is no policy to play", where=str(store.root),
-                       next_step="Import or record matches, then `pitchlore run`")
-    label = f"v{manifest.version} {manifest.files['policies'].sha256}"
-    return label, store.read_version_table(manifest, "policies", Policies)
 
 
 def record(
@@ -55,15 +37,6 @@ def record(
         assert there is not None
         return there, True
     return there, False
-
-
-def minds_of(recipe: Recipe, policies: Mapping[str, pl.DataFrame]) -> tuple[Mind, Mind]:
-    """The minds of both teams; policies by label."""
-    home, away = (
-        mind_of(team, recipe, side, policies[team.policy] if team.policy else None)
-        for side, team in ((HOME, recipe.home), (AWAY, recipe.away))
-    )
-    return home, away
 
 
 @contextmanager
@@ -92,17 +65,12 @@ def recording(store: Store, match: Match) -> Iterator[Callable[[], None]]:
         data = store.foreign(path)
         played = log.read(data, where=str(path))
         with store.locked("matches"):
-            keep(store, played, data, _key(recipe), source=_source(recipe),
+            keep(store, played, data, _key(recipe), source=fingerprint(recipe),
                  settings=recipe.model_dump(mode="json"))
         store.release("matches", recipe.match_id)
         path.unlink()
 
 
-def _source(recipe: Recipe) -> str:
-    """SHA-256 of the recipe."""
-    return digest(json.dumps(recipe.model_dump(mode="json"), sort_keys=True).encode())
-
-
 def _key(recipe: Recipe) -> str:
-    return key_of("matches", recipe.match_id, inputs={"source": _source(recipe)},
+    return key_of("matches", recipe.match_id, inputs={"source": fingerprint(recipe)},
                   settings=recipe.model_dump(mode="json"), tables=SCHEMAS)

@@ -1,37 +1,52 @@
 """The loop of the paper's Figure 2: play, watch the adversary, recognise, know, learn, play again.
 
-A season is a store of its own in ``seasons/<id>/``; its two tables, a row for each game that is done,
-are outputs of the noun seasons in the store that it belongs to. A game is done when its rows are there:
+A season is a store of its own in ``seasons/<id>/``; its tables, a row for each game that is done, are an
+output of the noun seasons in the store that it belongs to. A game is done when its rows are there:
 whatever was killed goes on with the first game that is not.
 """
 
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
-from multiprocessing import get_context
+from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 import polars as pl
 from prefect.artifacts import create_markdown_artifact
-from prefect.futures import as_completed
+from prefect.futures import PrefectFuture, as_completed
+from pydantic import BaseModel, PositiveInt
 
 from flows import behaviours, decisions, goals, grams, knowledge, policies, situations, trajectories
-from flows.catalog import PER_MATCH, refresh
-from flows.record import policy_of, record
-from flows.stage import Scope, Stage, StageReport, data_folder, listener, need, our_flow, stage_task
-from pipeline.errors import BadSettings, in_one_line
-from pipeline.receipts import Receipt, key_of
+from flows.catalog import forget_match, refresh
+from flows.record import record
+from flows.stage import (
+    Scope,
+    Stage,
+    StageReport,
+    data_folder,
+    listener,
+    match_names,
+    need,
+    our_flow,
+    stage_task,
+)
+from flows.teams import labelled
+from flows.workers import Workers
+from pipeline.errors import BadSettings, PitchloreError, in_one_line
+from pipeline.receipts import Manifest, Receipt, key_of
 from pipeline.seasons.settings import Season
-from pipeline.seasons.tables import Game, game_row, growth_rows
+from pipeline.seasons.tables import Game, game_row, growth_rows, states_played
 from pipeline.state import project
 from pipeline.store import Store
-from schemas import Behaviours, Decisions, Games, Goals, Growth, Matches, Occasions
+from schemas import Behaviours, Decisions, Games, Goals, Growth, Matches, Occasions, StatesPlayed, Table
 from schemas.table import Key
 
 NOUN = "seasons"
 #: What is kept of the games of a season that is to leave little behind.
 _KEPT = ("decisions",)
+#: What a season's receipt vouches for.
+_TABLES: tuple[type[Table], ...] = (Games, Growth, StatesPlayed)
+
+S = TypeVar("S", bound=BaseModel)
 
 
 def store_of(data: Path, season: Season) -> Store:
@@ -39,42 +54,40 @@ def store_of(data: Path, season: Season) -> Store:
     return Store(data / NOUN / season.id)
 
 
-def done(store: Store, season: Season) -> pl.DataFrame:
-    """The rows of schema Games of the games that are done.
+def done(store: Store, season: Season) -> Receipt | None:
+    """What the games that are done came to, None if none is; how many says ``details["games"]``.
 
     Raises:
         BadSettings: if they were played with other settings, or by other code.
     """
     receipt = store.receipt(NOUN, season.id)
-    if receipt is None:
-        return Games.empty()
-    if receipt.key != _key(season):
+    if receipt is not None and receipt.key != _key(season):
         raise BadSettings(
             "was begun with other settings or by another version of pitchlore", where=season.id,
             next_step=f"Take another seed, or remove {store.root / NOUN}/{season.id}* to play it anew",
         )
-    games: pl.DataFrame = store.read_table(receipt, "games", Games)
-    return games
+    return receipt
 
 
 def play(data: Path, season: Season, game: int) -> list[str]:
-    """Play the matches of a game; their ids, the counted one first."""
-    own = store_of(data, season)
+    """Play the matches of a game that are not there yet; their ids, the counted one first."""
+    own, before = store_of(data, season), done(Store(data), season)
     own.sweep()
-    policy = _played_by(own, done(Store(data), season), game)
-    label, rows = (None, None) if policy is None else policy_of(own, policy)
+    label, known = None, {}
+    if before is not None:
+        label, rows = labelled(own, own.manifest("policies", before.details["policy"]))
+        known[label] = rows
     recipes = season.recipes(game, label)
     for recipe in recipes:
-        record(own, recipe, {} if label is None or rows is None else {label: rows})
+        record(own, recipe, known)
     return [recipe.match_id for recipe in recipes]
 
 
 def learn(data: Path, season: Season, game: int, matches: list[str], discard: bool) -> None:
     """Take a game's matches through all stages, train on them, and commit the game's rows."""
-    store, own = Store(data), store_of(data, season)
-    settings = season.settings.pipeline
+    own, settings, group = store_of(data, season), season.settings.pipeline, f"game-{game:03d}"
     lengths = tuple(r.n for r in settings.behaviours.rounds)
-    scope = Scope(matches=tuple(sorted(matches)), lengths=lengths, group=f"game-{game:03d}")
+    scope = Scope(matches=tuple(sorted(matches)), lengths=lengths, group=group)
     for match in scope.matches:
         _make(trajectories.STAGE, own, match, settings.trajectories, scope)
         _make(situations.STAGE, own, match, settings.situations, scope)
@@ -86,54 +99,59 @@ def learn(data: Path, season: Season, game: int, matches: list[str], discard: bo
     for match in scope.matches:
         _make(decisions.STAGE, own, match, settings.decisions, scope)
     known, _ = knowledge.emit(own, settings.knowledge, scope)
-    policies.learn(own, settings.policies)
-    before = done(store, season)
-    _commit(store, own, season, before, _rows(own, season, before, game, matches[0], known.version))
+    policy, _ = policies.learn(own, settings.policies)
+    _commit(data, season, game, matches[0], known, policy)
     if discard:
-        for match in scope.matches:
-            for noun in PER_MATCH:
-                if noun not in _KEPT:
-                    for name in [r.name for r in own.receipts(noun) if r.name.rsplit(".n", 1)[0] == match]:
-                        own.forget(noun, name)
+        # with what an earlier game has left, if its process was killed at this point
+        for name in (group, *match_names(own)):
+            forget_match(own, name, keep=_KEPT)
 
 
-def _make(stage: Stage[Any], store: Store, name: str, settings: Any, scope: Scope) -> None:
+def _make(stage: Stage[S], store: Store, name: str, settings: S, scope: Scope) -> None:
     if not stage.done(store, name, settings, scope):
         stage.perform(store, name, settings, scope)
 
 
-def _played_by(own: Store, before: pl.DataFrame, game: int) -> int | None:
-    """The version of the policy that a game is played with: the one trained after the game before."""
-    if game == 1:
-        return None
-    known = before.filter(pl.col("game") == game - 1)["knowledge_version"].item()
-    return max(m.version for m in own.manifests("policies") if m.counts["knowledge_version"] == known)
+def _commit(
+    data: Path, season: Season, number: int, match: str, known: Manifest, policy: Manifest
+) -> Receipt:
+    """Add a game's rows to those of the games before; with which policy the next is played, too.
 
-
-def _rows(
-    own: Store, season: Season, before: pl.DataFrame, number: int, match: str, version: int
-) -> tuple[pl.DataFrame, pl.DataFrame]:
-    """The rows of Games and Growth of a game."""
+    Args:
+        data: the data folder.
+        season: of the game.
+        number: of the game.
+        match: the one that is counted.
+        known: the knowledge after the game.
+        policy: trained after the game.
+    """
+    store, own = Store(data), store_of(data, season)
+    before = done(store, season)
     game = Game(season.id, season.name, season.opponent, season.seed, number)
     key = season.settings.pipeline.knowledge.state_key
-    made = [_decided(own, played, key) for played in (*before["match_id"], match)]
-    known_before = None
-    if number > 1:
-        last = before.filter(pl.col("game") == number - 1)["knowledge_version"].item()
-        known_before = own.read_version_table(own.manifest("knowledge", last), "occasions", Occasions)
-    manifest = own.manifest("knowledge", version)
-    return (
-        game_row(
-            game, own.read_table(need(own, "matches", match), "matches", Matches), made[-1],
-            own.read_table(need(own, "goals", match), "goals", Goals),
-            situations=sum(need(own, "situations", match).details["situations"].values()),
-            lead=season.lead(number), known=known_before, key=key,
-            policy_version=_played_by(own, before, number), knowledge_version=version,
-        ),
-        growth_rows(
-            game, made, own.read_version_table(manifest, "occasions", Occasions),
-            own.read_version_table(manifest, "behaviours", Behaviours), key=key,
-        ),
+    decided = _decided(own, match, key)
+    played = states_played(_so_far(store, before, StatesPlayed), decided)
+    played_with = None if before is None else own.manifest("knowledge", before.details["knowledge"])
+    row = game_row(
+        game, own.read_table(need(own, "matches", match), "matches", Matches), decided,
+        own.read_table(need(own, "goals", match), "goals", Goals),
+        situations=sum(need(own, "situations", match).details["situations"].values()),
+        lead=season.lead(number), key=key,
+        known=None if played_with is None else own.read_version_table(played_with, "occasions", Occasions),
+        policy_version=None if before is None else before.details["policy"],
+        knowledge_version=known.version,
+    )
+    growth = growth_rows(
+        game, decided, played, own.read_version_table(known, "occasions", Occasions),
+        own.read_version_table(known, "behaviours", Behaviours), key=key,
+    )
+    made = (pl.concat([_so_far(store, before, Games), row]),
+            pl.concat([_so_far(store, before, Growth), growth]), played)
+    return store.commit(
+        NOUN, season.id, _key(season), inputs={}, seed=season.seed, settings=season.model_dump(mode="json"),
+        tables={schema.NAME: (table, schema) for schema, table in zip(_TABLES, made, strict=True)},
+        details={"games": number, "store": f"{NOUN}/{season.id}", "knowledge": known.version,
+                 "policy": policy.version},
     )
 
 
@@ -144,43 +162,54 @@ def _decided(own: Store, match: str, key: Key) -> pl.DataFrame:
     return made.with_columns(state=pl.Series(states, dtype=pl.Int64))
 
 
-def _commit(
-    store: Store, own: Store, season: Season, before: pl.DataFrame, rows: tuple[pl.DataFrame, pl.DataFrame]
-) -> Receipt:
-    """Add a game's rows to those of the games before."""
-    there = store.receipt(NOUN, season.id)
-    grown = Growth.empty() if there is None else store.read_table(there, "growth", Growth)
-    newest = own.latest("policies")
-    return store.commit(
-        NOUN, season.id, _key(season), inputs={}, seed=season.seed, settings=season.model_dump(mode="json"),
-        tables={"games": (pl.concat([before, rows[0]]), Games),
-                "growth": (pl.concat([grown, rows[1]]), Growth)},
-        details={"games": before.height + 1, "store": f"{NOUN}/{season.id}",
-                 "policy": newest.version if newest else None},
-    )
+def _so_far(store: Store, before: Receipt | None, schema: type[Table]) -> pl.DataFrame:
+    """A table of the games that are done."""
+    return schema.empty() if before is None else store.read_table(before, schema.NAME, schema)
 
 
 def _key(season: Season) -> str:
-    return key_of(NOUN, season.id, inputs={}, settings=season.model_dump(mode="json"), tables=(Games, Growth))
+    return key_of(NOUN, season.id, inputs={}, settings=season.model_dump(mode="json"), tables=_TABLES)
 
 
-@contextmanager
-def _workers(jobs: int) -> Iterator[Executor | None]:
-    """Processes that play and learn; None, and everything is done in place, for one job."""
-    if jobs == 1:
-        yield None
-    else:
-        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-            yield pool
+class Turn(NamedTuple):
+    """A game that is to be played next.
+
+    Attributes:
+        season: of the game.
+        game: its number.
+    """
+
+    season: Season
+    game: int
+
+    @property
+    def label(self) -> str:
+        """What people call it."""
+        return f"{self.season.id} game {self.game}"
+
+    def following(self) -> "Turn | None":
+        """The next game of the season, None if this is the last."""
+        return Turn(self.season, self.game + 1) if self.game < self.season.settings.games else None
 
 
-def _in(pool: Executor | None, work: Callable[..., Any], *arguments: Any) -> Any:
-    return work(*arguments) if pool is None else pool.submit(work, *arguments).result()
+def take(data: Path, turn: Turn, discard: bool) -> None:
+    """Play a game and learn from it; what of this was done already is not done again."""
+    learn(data, turn.season, turn.game, play(data, turn.season, turn.game), discard)
 
 
-@our_flow(name="season")
-def season_flow(data: Path, seasons: list[Season], jobs: int = 1, discard: bool = False) -> dict[str, Any]:
+@stage_task(name="game")
+def play_game(name: str, workers: Workers, data: Path, turn: Turn, discard: bool) -> None:
+    """Have a game played and learned from."""
+    workers.run(take, data, turn, discard)
+
+
+@our_flow(name="season", threads=None)
+def season_flow(
+    data: Path, seasons: list[Season], jobs: PositiveInt = 1, discard: bool = False
+) -> dict[str, Any]:
     """Play what is left of some seasons, ``jobs`` games at a time; a season's games follow each other.
+
+    A season that fails stops at that game; the others go on.
 
     Args:
         data: the data folder.
@@ -190,49 +219,54 @@ def season_flow(data: Path, seasons: list[Season], jobs: int = 1, discard: bool 
     """
     store = data_folder(data)
     report = StageReport(noun=NOUN)
-    with _workers(jobs) as pool:
+    begun = _begin(store, seasons, report)
+    running: dict[PrefectFuture[Any], Turn] = {}
+    with Workers(jobs) as workers:
 
-        @stage_task(name="play")
-        def play_game(name: str, season: Season, game: int) -> list[str]:
-            matches: list[str] = _in(pool, play, data, season, game)
-            return matches
+        def start(turn: Turn) -> None:
+            running[play_game.submit(turn.label, workers, data, turn, discard)] = turn
 
-        @stage_task(name="learn")
-        def learn_game(name: str, season: Season, game: int, matches: list[str]) -> None:
-            _in(pool, learn, data, season, game, matches, discard)
-
-        waiting = list(seasons)
-        running: dict[Any, tuple[Season, int, bool]] = {}
-        while waiting or running:
-            while waiting and len(running) < jobs:
-                season = waiting.pop(0)
-                game = done(store, season).height + 1
-                if game > season.settings.games:
-                    report.kept += 1
-                    continue
-                listener.get().begin(season.id, season.settings.games - game + 1)
-                future = play_game.submit(f"{season.id} game {game}", season, game)
-                running[future] = season, game, True
-            if not running:
-                break
+        for turn in islice(begun, jobs):
+            start(turn)
+        while running:
             future = next(as_completed(list(running)))
-            season, game, played = running.pop(future)
-            result: Any = future.result(raise_on_failure=False)
-            if isinstance(result, BaseException):
-                report.failed[f"{season.id} game {game}"] = in_one_line(result)
-                continue
-            label = f"{season.id} game {game}"
-            if played:
-                running[learn_game.submit(label, season, game, result)] = season, game, False
-                continue
-            listener.get().advance(season.id, label)
-            report.made.append(label)
-            if game < season.settings.games:
-                label = f"{season.id} game {game + 1}"
-                running[play_game.submit(label, season, game + 1)] = season, game + 1, True
+            turn = running.pop(future)
+            following = _end(turn, future.result(raise_on_failure=False), report) or next(begun, None)
+            if following is not None:
+                start(following)
     refresh(store)
     create_markdown_artifact(_markdown(report), key="season", description="what was played")
     return report.model_dump()
+
+
+def _begin(store: Store, seasons: list[Season], report: StageReport) -> Iterator[Turn]:
+    """The first game that is to be played of each season that has one."""
+    for season in {season.id: season for season in seasons}.values():
+        try:
+            before = done(store, season)
+        except PitchloreError as error:
+            report.failed[season.id] = str(error)
+            continue
+        last = 0 if before is None else before.details["games"]
+        if last < season.settings.games:
+            listener.get().begin(season.id, season.settings.games - last)
+            yield Turn(season, last + 1)
+        else:
+            report.kept += 1
+
+
+def _end(turn: Turn, result: object, report: StageReport) -> Turn | None:
+    """Take down how a game ended; the season's next, None if that is over or has failed."""
+    if isinstance(result, PitchloreError):
+        report.failed[turn.label] = str(result)
+        return None
+    if isinstance(result, BaseException):
+        report.failed[turn.label] = (
+            f"unexpected {in_one_line(result)}. Run again with --debug and report what it says.")
+        return None
+    listener.get().advance(turn.season.id, turn.label)
+    report.made.append(turn.label)
+    return turn.following()
 
 
 def _markdown(report: StageReport) -> str:

@@ -17,7 +17,7 @@ from prefect.futures import as_completed
 from prefect.task_runners import ThreadPoolTaskRunner
 from pydantic import BaseModel, ConfigDict
 
-from flows.catalog import refresh
+from flows.catalog import match_of, refresh
 from pipeline.errors import BadSettings, CorruptFile, NotFound, in_one_line
 from pipeline.receipts import Receipt, key_of
 from pipeline.settings import Settings
@@ -178,7 +178,7 @@ def match_names(store: Store) -> list[str]:
 
 def scope_of(store: Store, settings: Settings) -> Scope:
     """The scope of a single stage's flow: all matches that no stage has in quarantine."""
-    bad = {record.name.rsplit(".n", 1)[0] for record in store.quarantined()}
+    bad = {match_of(record.name) for record in store.quarantined()}
     return Scope(
         matches=tuple(name for name in match_names(store) if name not in bad),
         lengths=tuple(round_.n for round_ in settings.behaviours.rounds),
@@ -203,13 +203,18 @@ def stage_task(*, name: str) -> Callable[[Callable[P, R]], Task[P, R]]:
     return decorate
 
 
-def our_flow(*, name: str) -> Callable[[Callable[P, R]], Flow[P, R]]:
-    """A flow of ours: its result is JSON, its tasks share a few threads."""
+def our_flow(*, name: str, threads: int | None = WORKERS) -> Callable[[Callable[P, R]], Flow[P, R]]:
+    """A flow of ours: its result is JSON, its tasks share a few threads.
+
+    Args:
+        name: of the flow.
+        threads: None: a task has a thread as soon as it is submitted.
+    """
 
     def decorate(function: Callable[P, R]) -> Flow[P, R]:
         return Flow(
             function, name=name, persist_result=True, result_serializer="json",
-            task_runner=cast("Any", ThreadPoolTaskRunner(max_workers=WORKERS)),
+            task_runner=cast("Any", ThreadPoolTaskRunner(max_workers=threads)),
         )
 
     return decorate

@@ -7,7 +7,6 @@ of every interval.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -17,9 +16,9 @@ import polars as pl
 from pipeline.frame import AWAY, HOME
 from pipeline.intervals import F64, mean_interval, wilson
 from pipeline.play.match import PART, Match
-from pipeline.play.minds import mind_of
+from pipeline.play.minds import minds_of
 from pipeline.play.recipe import Recipe, TeamSettings
-from pipeline.receipts import digest
+from pipeline.receipts import fingerprint
 from pipeline.settings import Frozen
 from pipeline.world.laws import RefereeSettings
 from schemas import TEAMS, Evaluations
@@ -62,8 +61,7 @@ class Evaluation(Frozen):
     @property
     def id(self) -> str:
         """Both teams, and a hash of everything."""
-        text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
-        return f"{self.team.name}-{self.opponent.name}-{digest(text.encode())[:12]}"
+        return f"{self.team.name}-{self.opponent.name}-{fingerprint(self)[:12]}"
 
     @property
     def of_itself(self) -> bool:
@@ -113,14 +111,11 @@ def play(pair: Pair, policies: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
     """
     whole, rows = pair.evaluation, []
     for number, (side, recipe) in enumerate(pair.matches(), start=1):
-        home, away = (
-            mind_of(team, recipe, at, policies[team.policy] if team.policy else None)
-            for at, team in ((HOME, recipe.home), (AWAY, recipe.away))
-        )
-        match = Match(recipe, (home, away), logged=False)
+        minds = minds_of(recipe, policies)
+        match = Match(recipe, minds, logged=False)
         while match.advance(PART):
             pass
-        decided = (home, away)[side].decided()
+        decided = minds[side].decided()
         learned = whole.team.settings.kind == "learned"
         rows.append({
             "evaluation": whole.id, "team": whole.team.name, "policy_version": whole.team.policy_version,

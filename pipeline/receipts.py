@@ -139,6 +139,11 @@ def canonical(value: object) -> bytes:
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
 
 
+def fingerprint(settings: BaseModel) -> str:
+    """SHA-256 in hex of all that settings say; ids are made of it, so its JSON stays spelt with spaces."""
+    return digest(json.dumps(settings.model_dump(mode="json"), sort_keys=True).encode())
+
+
 def key_of(
     noun: str,
     name: str,

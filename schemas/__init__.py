@@ -11,9 +11,9 @@ from schemas.knowledge import Occasions
 from schemas.matches import Matches, Quality, Referee
 from schemas.paradigms import Paradigms, Verdicts
 from schemas.policies import Policies
-from schemas.seasons import Claims, Games, Growth
+from schemas.seasons import Claims, Games, Growth, StatesPlayed
 from schemas.situations import Situations
-from schemas.table import BODIES, KEYS, ROLES, TEAMS, Table
+from schemas.table import BODIES, KEYS, ROLES, STAND_IN, TEAMS, Table
 from schemas.trajectories import Trajectories
 
 #: The tables a user sees in the catalogue, by name.
@@ -27,7 +27,7 @@ PUBLIC: dict[str, type[Table]] = {
 }
 
 __all__ = [
-    "BODIES", "KEYS", "PUBLIC", "ROLES", "TEAMS", "Behaviours", "Claims", "Decisions", "Evaluations", "Games",
-    "Goals", "Grams", "Growth", "Matches", "Occasions", "Paradigms", "Patterns", "Policies", "Quality", "Referee",
-    "Situations", "Table", "Trajectories", "Verdicts",
+    "BODIES", "KEYS", "PUBLIC", "ROLES", "STAND_IN", "TEAMS", "Behaviours", "Claims", "Decisions", "Evaluations",
+    "Games", "Goals", "Grams", "Growth", "Matches", "Occasions", "Paradigms", "Patterns", "Policies", "Quality",
+    "Referee", "Situations", "StatesPlayed", "Table", "Trajectories", "Verdicts",
 ]

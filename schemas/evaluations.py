@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import TEAMS, Table, unit
+from schemas.table import STAND_IN, TEAMS, Table, unit
 
 
 class Evaluations(Table):
@@ -24,7 +24,7 @@ class Evaluations(Table):
     team = dy.String(description="team that is measured: v and the version of its policy, or a scripted team")
     policy_version = dy.Int32(nullable=True, min=1, description="version of the policy it plays; null for a scripted team")
     knowledge_version = dy.Int32(nullable=True, min=1, description="version of the knowledge that policy values")
-    opponent = dy.String(description="team it plays against, likewise; human-like stands in for people and is no model of anyone")
+    opponent = dy.String(description=f"team it plays against, likewise. {STAND_IN}")
     seed = dy.Int64(min=0, description="of the pair of matches")
     match = dy.Int8(min=1, max=2, description="first or second of the pair")
     side = dy.Enum(TEAMS, description="side of the team that is measured")

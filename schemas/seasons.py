@@ -8,28 +8,23 @@ import dataframely as dy
 import polars as pl
 
 from schemas.paradigms import VERDICTS
-from schemas.table import ROLES, Table, match_id, unit
+from schemas.table import ROLES, STAND_IN, Table, match_id, unit
 
 OPPONENTS = ("static", "human-like", "random")
 CLAIM_VERDICTS = (*VERDICTS, "contradictory", "reached", "not reached", "not judged")
 
 
-def season() -> dy.String:
-    """The identity of a season."""
-    return dy.String(primary_key=True, regex=r"^[a-z0-9][a-z0-9-]{0,63}$", description="season the row belongs to: a slug, unique in a data folder")
+class OfGame(Table):
+    """What rows about one game of one season begin with."""
+
+    season = dy.String(primary_key=True, regex=r"^[a-z0-9][a-z0-9-]{0,63}$", description="season the row belongs to: a slug, unique in a data folder")
+    settings = dy.String(regex=r"^[a-z0-9][a-z0-9-]{0,63}$", description="name of the season's settings: paper, best, or an ablation's")
+    opponent = dy.Enum(OPPONENTS, description=f"team played against. {STAND_IN}")
+    seed = dy.Int64(min=0, description="of the season: all that is drawn in it comes from here")
+    game = dy.Int16(primary_key=True, min=1, description="number of the game in its season")
 
 
-def settings() -> dy.String:
-    """The name of a season's settings."""
-    return dy.String(regex=r"^[a-z0-9][a-z0-9-]{0,63}$", description="name of the season's settings: paper, best, or an ablation's")
-
-
-def opponent() -> dy.Enum:
-    """The kind of team that a season is played against."""
-    return dy.Enum(OPPONENTS, description="team played against; human-like stands in for people and is no model of anyone")
-
-
-class Games(Table):
+class Games(OfGame):
     """One game of one season, from the apprentice's side. Sorted by season, game.
 
     A decision counts where the apprentice made it in play (Decisions: team home, chosen). It is random
@@ -39,11 +34,6 @@ class Games(Table):
     NAME: ClassVar[str] = "games"
     VERSION: ClassVar[int] = 1
 
-    season = season()
-    settings = settings()
-    opponent = opponent()
-    seed = dy.Int64(min=0, description="of the season: all that is drawn in it comes from here")
-    game = dy.Int16(primary_key=True, min=1, description="number of the game in its season")
     match_id = match_id()
     lead = dy.Int16(description="goals that the apprentice started ahead by (negative: behind)", metadata=unit("goals"))
     goals_for = dy.Int16(min=0, description="goals of the apprentice, those played, without the lead", metadata=unit("goals"))
@@ -78,7 +68,7 @@ class Games(Table):
             pl.col("direct_against") + pl.col("indirect_against") + pl.col("error_against") <= pl.col("goals_against"))
 
 
-class Growth(Table):
+class Growth(OfGame):
     """What one role of the apprentice knew after one game. Sorted by season, game, role.
 
     Knowledge that has keys of several lengths is counted by the finest.
@@ -87,11 +77,6 @@ class Growth(Table):
     NAME: ClassVar[str] = "growth"
     VERSION: ClassVar[int] = 1
 
-    season = season()
-    settings = settings()
-    opponent = opponent()
-    seed = dy.Int64(min=0, description="of the season")
-    game = dy.Int16(primary_key=True, min=1, description="number of the game in its season")
     role = dy.Enum(ROLES, primary_key=True, description="role of the robot")
     states = dy.Int64(min=0, description="states known after the game: seen in knowledge or played in (Figure 8)")
     behaviours = dy.Int64(min=0, description="distinct behaviours of the knowledge, without 194 (Figure 9)")
@@ -100,6 +85,19 @@ class Growth(Table):
     states_played = dy.Int64(min=0, description="states that the apprentice itself decided in, in this game or earlier in the season")
     actions = dy.Int64(min=0, description="the apprentice's decisions of this role in the game")
     other_actions = dy.Int64(min=0, description="those of another behaviour than 194")
+
+
+class StatesPlayed(Table):
+    """A state that the apprentice decided in, in any game of its season so far. Sorted by role, state.
+
+    It is kept so that a game need not look at all games before it to tell which states are new.
+    """
+
+    NAME: ClassVar[str] = "states_played"
+    VERSION: ClassVar[int] = 1
+
+    role = dy.Enum(ROLES, primary_key=True, description="role of the robot")
+    state = dy.Int64(primary_key=True, description="state by the finest key of the knowledge")
 
 
 class Claims(Table):

@@ -12,6 +12,9 @@ TEAMS = ("home", "away")
 BODIES = ("ball", *TEAMS)
 ROLES = ("goalkeeper", "midfield", "striker")
 
+#: Said beside every result of theirs.
+STAND_IN = "Human-like is a scripted team that stands in for people and is no model of anyone"
+
 #: Which elements of the state are kept (``pipeline.state.columns``).
 Key = Literal["full36", "full35", "ego19", "team19", "self9", "self6", "role0"]
 #: From fine to coarse.

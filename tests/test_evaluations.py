@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from flows import evaluations as flow
+from flows.teams import entrant
 from pipeline.errors import BadSettings, NotFound, WorkerLost
 from pipeline.evaluations import Entrant, Evaluation, Pair, play, summarise
 from pipeline.intervals import wilson
@@ -159,8 +160,8 @@ def test_a_killed_process_is_one_clear_error_and_what_was_over_is_kept(tmp_path,
 def test_unknown_teams_and_policies_are_refused(tmp_path):
     store = Store(tmp_path)
     with pytest.raises(BadSettings, match="no team"):
-        flow.entrant(store, "brazil", {})
+        entrant(store, "brazil", {})
     with pytest.raises(NotFound):
-        flow.entrant(store, "newest", {})
+        entrant(store, "learned", {})
     with pytest.raises(NotFound):
-        flow.entrant(store, "7", {})
+        entrant(store, "7", {})

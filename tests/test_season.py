@@ -5,6 +5,7 @@ import pytest
 
 from flows import season as loop
 from pipeline.errors import BadSettings, NotFound
+from pipeline.seasons import settings
 from pipeline.seasons.settings import Season, SeasonSettings, named, names, parse
 from pipeline.store import Store
 from schemas import Games, Growth, Occasions, Policies
@@ -96,7 +97,7 @@ def test_a_game_that_was_stopped_anywhere_is_gone_on_with(played, tmp_path, monk
         patch.setattr(where, name, killed)
         with pytest.raises(KeyboardInterrupt):
             loop.learn(tmp_path, season(), 2, matches, discard=False)
-    assert loop.done(Store(tmp_path), season()).height == 1
+    assert loop.done(Store(tmp_path), season()).details["games"] == 1
     play(tmp_path, season(), (2,))
     assert rows(tmp_path).equals(rows(played).filter(pl.col("game") <= 2))
 
@@ -108,10 +109,26 @@ def test_a_season_is_not_gone_on_with_by_other_settings(played):
         loop.done(Store(played), other)
 
 
+@pytest.mark.parametrize(("was", "now", "same"), [
+    ("explore = 0.1 ", "explore = 0.2 ", False),
+    ("explore = 0.1 ", "explore = 0.1 # said otherwise\n", True),
+])
+def test_nor_when_the_file_that_comes_along_has_changed_in_what_it_says(played, monkeypatch, was, now, same):
+    text = settings._text("paper")
+    assert text.count(was) == 1
+    monkeypatch.setattr(settings, "_text", {"paper": text.replace(was, now)}.__getitem__)
+    if same:
+        assert loop.done(Store(played), season()).details["games"] == 3
+    else:
+        with pytest.raises(BadSettings, match=r"short-static-1: was begun with other settings.*Take another seed"):
+            loop.done(Store(played), season())
+
+
 def test_what_is_not_needed_any_more_can_be_forgotten(tmp_path):
     loop.learn(tmp_path, season(), 1, loop.play(tmp_path, season(), 1), discard=True)
     own = loop.store_of(tmp_path, season())
     assert not list(own.receipts("matches"))
+    assert not list(own.receipts("behaviours"))
     assert len(list(own.receipts("decisions"))) == 1
     loop.learn(tmp_path, season(), 2, loop.play(tmp_path, season(), 2), discard=True)
     assert rows(tmp_path).height == 2

@@ -6,8 +6,8 @@ from rows import MATCH
 
 from pipeline.errors import SchemaMismatch
 from pipeline.seasons import table3
-from pipeline.seasons.tables import Game, game_row, growth_rows
-from schemas import Behaviours, Decisions, Goals, Growth, Matches, Occasions
+from pipeline.seasons.tables import Game, game_row, growth_rows, states_played
+from schemas import Behaviours, Decisions, Goals, Growth, Matches, Occasions, StatesPlayed
 
 GAME = Game("paper-static-3", "paper", "static", 3, 2)
 KICK, RANDOM = "striker-021", "striker-194"
@@ -92,7 +92,8 @@ def test_two_matches_are_refused():
 
 def test_growth_counts_states_seen_played_and_together():
     earlier = decisions(("home", "striker", 5, None, True), ("home", "striker", 9, None, True))
-    grown = growth_rows(GAME, [earlier, PLAYED], KNOWN, behaviours(KICK, RANDOM, "goalkeeper-057"), key="full36")
+    played = states_played(states_played(StatesPlayed.empty(), earlier), PLAYED)
+    grown = growth_rows(GAME, PLAYED, played, KNOWN, behaviours(KICK, RANDOM, "goalkeeper-057"), key="full36")
     assert grown.columns == list(Growth.dtypes())
     by_role = {r["role"]: r for r in grown.iter_rows(named=True)}
     striker = by_role["striker"]

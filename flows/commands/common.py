@@ -23,6 +23,7 @@ from pipeline.errors import BadSettings
 from pipeline.recognition.rules import TABLE_1
 from pipeline.settings import Settings, parse_settings
 from pipeline.store import Store
+from schemas import STAND_IN
 
 
 @Parameter(name="*")
@@ -61,6 +62,10 @@ class Common:
         return Settings() if path is None else parse_settings(self.store.foreign(path), where=str(path))
 
 
+DEFAULTS = Common()
+Json = Annotated[bool, Parameter(name="--json", negative=())]
+
+
 def warn(line: str) -> None:
     """Write a line to standard error that does not stop the command."""
     print(f"pitchlore: {line}", file=sys.stderr)  # noqa: T201 (this is the command line)
@@ -93,6 +98,12 @@ def _plain(value: object) -> object:
             return value.hex()
         case _:
             return value
+
+
+def print_stand_in(*teams: str) -> None:
+    """Say what the human-like team is, if it is one of these."""
+    if "human-like" in teams:
+        console().print(f"{STAND_IN}.")
 
 
 def console() -> Console:

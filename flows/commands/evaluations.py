@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import polars as pl
-from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveFloat, PositiveInt
 
 from flows.catalog import refresh
-from flows.commands.common import Common, bars, console, print_frame, print_json
-from flows.evaluations import cores, entrant, evaluate
+from flows.commands.common import (
+    DEFAULTS,
+    Common,
+    Json,
+    bars,
+    console,
+    print_frame,
+    print_json,
+    print_stand_in,
+)
+from flows.evaluations import evaluate
 from flows.stage import listener
+from flows.teams import entrant
+from flows.workers import cores
 from pipeline.errors import BadSettings
 from pipeline.evaluations import Evaluation, Measured, Summary, summarise
 from pipeline.world.laws import RefereeSettings
 
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
-
-#: Stands in for people, and every result says so.
-STAND_IN = "human-like is a scripted team that stands in for people; it is no model of anyone."
-
 
 def evaluations(
     *,
-    policy: str = "newest",
+    policy: str = "learned",
     against: str = "static",
     matches: PositiveInt = 200,
     seed: NonNegativeInt = 0,
@@ -39,7 +41,8 @@ def evaluations(
     """Measure a team: matches in pairs of one seed with sides swapped, and 95 % intervals over the pairs.
 
     Args:
-        policy: Version of a policy, newest, or a scripted team: static, human-like, random.
+        policy: Who is measured: learned (the newest policy), learned:3 or just 3, or a scripted team:
+            static, human-like, random.
         against: The opponent, likewise. A team against itself plays home in all matches, each of its own
             seed: that measures the arena.
         matches: How many, an even number; those that were played before are not played again.
@@ -75,8 +78,7 @@ def evaluations(
                     f" intervals are over {summary.pairs} pairs.")
     if evaluation.of_itself:
         console().print("A team against itself: home's side of matches that have seeds of their own.")
-    if "human-like" in (summary.team, summary.opponent):
-        console().print(STAND_IN)
+    print_stand_in(summary.team, summary.opponent)
 
 
 def _plain(summary: Summary) -> dict[str, object]:

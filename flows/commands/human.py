@@ -10,16 +10,16 @@ import polars as pl
 from cyclopts import Parameter
 
 from flows.catalog import refresh
-from flows.commands.common import Common, console, print_json
-from flows.commands.play import team_of
+from flows.commands.common import DEFAULTS, Common, Json, console, print_json, print_stand_in
 from flows.matches import PLAYING
 from flows.record import recording
+from flows.teams import entrant
 from flows.window.scene import Scene
 from pipeline.errors import BadSettings, NotFound
 from pipeline.frame import AWAY, HOME, home_attacks
 from pipeline.play.human import Human
 from pipeline.play.match import Match
-from pipeline.play.minds import measures_of, mind_of
+from pipeline.play.minds import measures_of, minds_of
 from pipeline.play.recipe import Recipe, TeamSettings
 from pipeline.store import Store
 from pipeline.world.laws import RefereeSettings
@@ -28,8 +28,6 @@ from schemas import TEAMS
 if TYPE_CHECKING:
     from flows.window.screen import Window
 
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
 
 # A killed process loses what was played since it was last logged, and what no chunk of the log holds yet.
 _LOG_EVERY_S = 1.0
@@ -52,8 +50,8 @@ def play(
     Who leaves before the final whistle keeps the match so far.
 
     Args:
-        against: Who plays against you: random, static, human-like (stands in for people), learned (the
-            newest policy) or learned:3 (policy version 3).
+        against: Who plays against you: random, static, human-like, learned (the newest policy),
+            learned:3 or just 3.
         minutes: Of the match.
         seed: Decides all that is left to chance; by default the first with which this match has not been
             played yet.
@@ -66,7 +64,7 @@ def play(
     open_window = _window()
     policies: dict[str, pl.DataFrame] = {}
     team = TEAMS.index(side)
-    teams = [team_of(against, store, policies, 0.0)] * 2
+    teams = [entrant(store, against, policies).settings] * 2
     teams[team] = TeamSettings(kind="human")
     rest = Recipe(
         home=teams[HOME], away=teams[AWAY], seed=0, robots=robots,
@@ -74,9 +72,7 @@ def play(
     )  # fmt: skip
     recipe = _unplayed(store, rest, seed)
     mind = Human(robots, measures_of(recipe), np.random.default_rng([recipe.seed, 1 + team]))
-    opponent = teams[1 - team]
-    other = mind_of(opponent, recipe, 1 - team, policies[opponent.policy] if opponent.policy else None)
-    match = Match(recipe, (mind, other) if team == HOME else (other, mind))
+    match = Match(recipe, minds_of(recipe, policies, person=mind))
     names = ("you", against) if team == HOME else (against, "you")
     with open_window(recipe.pitch, names, recipe.physics.hz) as window, recording(store, match) as log_it:
         _play(window, match, mind, team, log_it)
@@ -90,6 +86,7 @@ def play(
         console().print(f"{names[HOME]} {home} : {away} {names[AWAY]}{f', {why}' if why else ''}. "
                         f"Kept as {recipe.match_id}; watch it with `pitchlore replay {recipe.match_id}`.",
                         soft_wrap=True)
+        print_stand_in(against)
 
 
 def _window() -> type[Window]:

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated
 
 import polars as pl
-from cyclopts import App, Parameter
+from cyclopts import App
 
 from flows.catalog import RECEIPTED, VERSIONED
-from flows.commands.common import SURE_AND_GOOD, Common, console, print_frame, print_json, spelt
+from flows.commands.common import (
+    DEFAULTS,
+    SURE_AND_GOOD,
+    Common,
+    Json,
+    console,
+    print_frame,
+    print_json,
+    spelt,
+)
 from pipeline.errors import NotFound
 from pipeline.knowledge import diff as difference
 from pipeline.store import Store
 from schemas import Behaviours, Occasions
-
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
 
 app = App(name="kb", help="The versions of the knowledge.")
 

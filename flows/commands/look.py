@@ -9,7 +9,7 @@ import polars as pl
 from cyclopts import Parameter
 
 from flows.catalog import refresh
-from flows.commands.common import Common, console, print_frame, print_json, warn
+from flows.commands.common import DEFAULTS, Common, Json, console, print_frame, print_json, warn
 from pipeline import catalog
 from pipeline.commentary import commentary as tell
 from pipeline.commentary.summary import heading, numbers
@@ -22,9 +22,6 @@ from pipeline.recognition.rulebook import rule_table, term_table
 from pipeline.replay import page
 from pipeline.store import Store
 from schemas import PUBLIC, Goals, Matches, Referee, Situations, Trajectories
-
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
 
 
 def sql(

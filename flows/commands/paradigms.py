@@ -12,7 +12,7 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveInt
 
-from flows.commands.common import Common, bars, console, print_frame, print_json
+from flows.commands.common import DEFAULTS, Common, Json, bars, console, print_frame, print_json
 from flows.paradigms import Report, paradigms_flow, points_of, reports
 from flows.stage import StageReport, listener, need
 from pipeline.paradigms.claims import PEAK, PRINTED
@@ -21,8 +21,6 @@ from pipeline.paradigms.runner import warm_up
 from pipeline.store import Store
 from schemas import Verdicts
 
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
 FigureName = Literal["4", "5", "6", "7"]
 
 #: Runs of a quick look.

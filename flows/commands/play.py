@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import polars as pl
-from cyclopts import Parameter
 
 from flows.catalog import refresh
-from flows.commands.common import Common, bars, print_frame, print_json
-from flows.record import policy_of, record
-from pipeline.errors import BadSettings
-from pipeline.play.recipe import Recipe, TeamSettings
-from pipeline.store import Store
+from flows.commands.common import DEFAULTS, Common, Json, bars, print_frame, print_json, print_stand_in
+from flows.record import record
+from flows.teams import entrant
+from pipeline.play.recipe import Recipe
 from pipeline.world.laws import RefereeSettings
 from schemas import Matches
-
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
 
 
 def record_matches(
@@ -35,8 +28,7 @@ def record_matches(
     """Play matches and log them.
 
     Args:
-        home: Who plays: random, static, human-like (stands in for people), learned (the newest policy) or
-            learned:3 (policy version 3).
+        home: Who plays: random, static, human-like, learned (the newest policy), learned:3 or just 3.
         away: Likewise.
         seed: Decides all that is left to chance; the same seed plays the same match.
         matches: How many; each has the next seed.
@@ -48,7 +40,7 @@ def record_matches(
     """
     store = common.store
     policies: dict[str, pl.DataFrame] = {}
-    teams = [team_of(word, store, policies, explore) for word in (home, away)]
+    teams = [entrant(store, word, policies, explore=explore).settings for word in (home, away)]
     referee = RefereeSettings(duration_s=60 * minutes)
     rows = []
     with bars() as progress:
@@ -65,21 +57,4 @@ def record_matches(
         print_json(rows)
     else:
         print_frame(pl.DataFrame(rows))
-
-
-def team_of(word: str, store: Store, policies: dict[str, pl.DataFrame], explore: float) -> TeamSettings:
-    """The team that a word names; a policy that it plays is put into ``policies``.
-
-    Raises:
-        BadSettings: if no team is called so.
-        NotFound: if there is no such policy.
-    """
-    kind, _, version = word.partition(":")
-    if kind == "learned" and (not version or version.isdecimal()):
-        label, rows = policy_of(store, int(version) if version else None)
-        policies[label] = rows
-        return TeamSettings(kind="learned", policy=label, explore=explore)
-    if word not in ("random", "static", "human-like"):
-        raise BadSettings(f"{word!r} is no team", next_step=(
-            "Name random, static, human-like, learned or learned:VERSION"))
-    return TeamSettings.model_validate({"kind": word})
+        print_stand_in(home, away)

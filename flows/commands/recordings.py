@@ -13,7 +13,17 @@ from prefect.settings import PREFECT_API_URL
 from pydantic import ValidationError
 
 from flows.catalog import catalog_path, refresh
-from flows.commands.common import SURE_AND_GOOD, Common, bars, console, print_frame, print_json, spelt
+from flows.commands.common import (
+    DEFAULTS,
+    SURE_AND_GOOD,
+    Common,
+    Json,
+    bars,
+    console,
+    print_frame,
+    print_json,
+    spelt,
+)
 from flows.matches import Recording, matches_flow, with_map
 from flows.policies import policies_flow
 from flows.run import RunReport, run_flow
@@ -21,9 +31,6 @@ from flows.stage import StageReport, listener
 from pipeline.errors import BadSettings, NotFound
 from pipeline.store import Store
 from schemas import Behaviours
-
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
 
 
 def import_files(

@@ -4,20 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
 
 import polars as pl
-from cyclopts import Parameter
 
-from flows.commands.common import Common, console, print_frame, print_json, warn
+from flows.commands.common import DEFAULTS, Common, Json, console, print_frame, print_json, warn
 from flows.report import tables, write_report
 from pipeline.receipts import Receipt
 from pipeline.seasons.summary import compared, played
 from pipeline.store import Store
 from schemas import Claims
-
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
 
 
 def report(*, export: Path | None = None, json: Json = False, common: Common = DEFAULTS) -> None:

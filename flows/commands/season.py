@@ -8,8 +8,18 @@ from typing import Annotated
 
 import polars as pl
 from cyclopts import Parameter
+from cyclopts.types import PositiveInt
 
-from flows.commands.common import Common, bars, console, print_frame, print_json
+from flows.commands.common import (
+    DEFAULTS,
+    Common,
+    Json,
+    bars,
+    console,
+    print_frame,
+    print_json,
+    print_stand_in,
+)
 from flows.season import NOUN, season_flow
 from flows.stage import StageReport, listener
 from pipeline.errors import BadSettings
@@ -18,18 +28,15 @@ from pipeline.store import Store
 from pipeline.store.files import SAFE_NAME
 from schemas import Games
 
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
-
 
 def season(
     *,
     settings: str = "best",
     opponent: tuple[Opponent, ...] = ("static",),
     seed: int = 1,
-    seasons: int = 1,
+    seasons: PositiveInt = 1,
     games: int | None = None,
-    jobs: int = 1,
+    jobs: PositiveInt = 1,
     discard: Annotated[bool, Parameter(negative=())] = False,
     json: Json = False,
     common: Common = DEFAULTS,
@@ -38,7 +45,7 @@ def season(
 
     Args:
         settings: Settings that come along (paper, best, and the ablations of both) or a TOML file.
-        opponent: Who is played against: static, human-like (stands in for people) or random; may be repeated.
+        opponent: Who is played against: static, human-like or random; may be repeated.
         seed: Of the first season.
         seasons: How many against each opponent; each has the next seed.
         games: Of a season, if not as the settings say.
@@ -63,6 +70,7 @@ def season(
         print_json({"report": report.model_dump(), "seasons": rows.to_dicts()})
     else:
         print_frame(rows, title="all games and the last ten: goals a game; share of actions that are learned")
+        print_stand_in(*opponent)
         for what, why in report.failed.items():
             console().print(f"[bold red]stopped[/] {what}: ", end="")
             console().print(why, markup=False, soft_wrap=True)

@@ -7,12 +7,9 @@ from typing import Annotated
 import polars as pl
 from cyclopts import Parameter
 
-from flows.catalog import PER_MATCH, RECEIPTED, refresh
-from flows.commands.common import Common, console, print_frame, print_json
+from flows.catalog import RECEIPTED, forget_match, match_of, refresh
+from flows.commands.common import DEFAULTS, Common, Json, console, print_frame, print_json
 from pipeline.errors import NotFound
-
-DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
 
 
 def quarantine(
@@ -46,15 +43,12 @@ def forget(match: str, *, common: Common = DEFAULTS) -> None:
         common: Options of every command.
     """
     store = common.store
-    removed = 0
-    for noun in reversed(PER_MATCH):
-        names = [r.name for r in store.receipts(noun) if r.name.rsplit(".n", 1)[0] == match]
-        removed += sum(store.forget(noun, name) for name in names)
+    removed = forget_match(store, match)
     if not removed:
         raise NotFound("there is no such match", where=match,
                        next_step='Take its id from pitchlore sql "select match_id from matches"')
     for record in store.quarantined():
-        if record.name.rsplit(".n", 1)[0] == match:
+        if match_of(record.name) == match:
             store.release(record.noun, record.name)
     refresh(store)
     console().print(f"{match}: {removed} outputs removed; the next run emits knowledge without it")

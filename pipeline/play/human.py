@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from pipeline.bodies import BALL, F64, X, Y
-from pipeline.play.minds import Decided, Scripted
+from pipeline.play.minds import Mind, Scripted
 from pipeline.play.recipe import TeamSettings
 from pipeline.players.measures import Measures
 from pipeline.players.steering import set_wheels
@@ -33,11 +33,12 @@ class Command(NamedTuple):
     boost: bool = False
 
 
-class Human:
-    """A :class:`pipeline.play.minds.Mind` that does as it is told.
+class Human(Mind):
+    """A team that does as it is told.
 
     The static rules share out their work among all robots, so that whoever drives the attacker attacks,
-    and the others keep the goal and support.
+    and the others keep the goal and support. It decides nothing: what a person did is found like what
+    anybody did, by the recogniser.
 
     Args:
         robots: N.
@@ -86,10 +87,6 @@ class Human:
 
     def stopped(self, frame: int, reward: float) -> None:  # noqa: D102
         self.playing, self.reward = False, reward
-
-    def decided(self) -> list[Decided]:
-        """Nothing: what a person did is found like what anybody did, by the recogniser."""
-        return []
 
     def _drive(self, wheels: F64) -> None:
         """The wheels of the driven robot."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -10,6 +10,7 @@ import polars as pl
 
 from pipeline.bodies import F64
 from pipeline.errors import BadSettings
+from pipeline.frame import AWAY, HOME
 from pipeline.pitch import Pitch
 from pipeline.play.recipe import Recipe, TeamSettings
 from pipeline.players import learned, teams
@@ -25,10 +26,15 @@ SCRIPTED = {"random": Team.RANDOM, "static": Team.STATIC, "human-like": Team.HUM
 
 
 class Mind(Protocol):
-    """Who plays a team; all it sees is turned so that its own goal is at -x."""
+    """Who plays a team; all it sees is turned so that its own goal is at -x.
+
+    A mind that says no more than how it thinks keeps no account of play, and has decided nothing that
+    anything could be learned from.
+    """
 
     def restarted(self, frame: int, lead: int) -> None:
         """Play is on from this frame; ``lead`` is own goals minus the other's."""
+        return
 
     def think(self, frame: int, view: F64, wheels: F64) -> None:
         """A frame of play.
@@ -41,9 +47,11 @@ class Mind(Protocol):
 
     def stopped(self, frame: int, reward: float) -> None:
         """Play has stopped at this frame: by a goal for (+1) or against (-1), or for another reason (0)."""
+        return
 
     def decided(self) -> list[Decided]:
         """What was decided in the episodes that have ended since this was last asked, in order."""
+        return []
 
 
 class Decided(NamedTuple):
@@ -74,8 +82,8 @@ class Decided(NamedTuple):
     reward: float
 
 
-class Scripted:
-    """A team of fixed rules; it makes no decisions that anything could be learned from."""
+class Scripted(Mind):
+    """A team of fixed rules."""
 
     def __init__(
         self, settings: TeamSettings, robots: int, measures: Measures, rng: np.random.Generator
@@ -86,20 +94,11 @@ class Scripted:
         self._memory = teams.new_memory(team, robots, measures, rng, settings.people)
         self._dice = new_dice(rng)
 
-    def restarted(self, frame: int, lead: int) -> None:  # noqa: D102
-        pass
-
     def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
         teams.play_packed(self._team, view, self._memory, self._measures, self._dice, wheels)
 
-    def stopped(self, frame: int, reward: float) -> None:  # noqa: D102
-        pass
 
-    def decided(self) -> list[Decided]:  # noqa: D102
-        return []
-
-
-class Learned:
+class Learned(Mind):
     """A team that plays a policy.
 
     Args:
@@ -188,6 +187,27 @@ def mind_of(
     if settings.kind == "human":
         raise BadSettings("a person plays at the window", where="human", next_step="Use `pitchlore play`")
     return Scripted(settings, recipe.robots, measures, rng)
+
+
+def minds_of(
+    recipe: Recipe, policies: Mapping[str, pl.DataFrame], person: Mind | None = None
+) -> tuple[Mind, Mind]:
+    """The minds of both teams, home and away.
+
+    Args:
+        recipe: of the match.
+        policies: rows of schema Policies by the label that the recipe's teams name.
+        person: plays the team that is of kind human.
+
+    Raises:
+        BadSettings: if a team needs a person and there is none.
+    """
+    home, away = (
+        person if settings.kind == "human" and person is not None
+        else mind_of(settings, recipe, team, policies[settings.policy] if settings.policy else None)
+        for team, settings in ((HOME, recipe.home), (AWAY, recipe.away))
+    )
+    return home, away
 
 
 def measures_of(recipe: Recipe) -> Measures:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from typing import Literal
 
 from pydantic import Field
 
 from pipeline.pitch import PITCHES, Kind, Pitch
 from pipeline.players.human_like import HumanLike
-from pipeline.receipts import digest
+from pipeline.receipts import fingerprint
 from pipeline.settings import Frozen
 from pipeline.world.camera import CameraSettings
 from pipeline.world.laws import RefereeSettings
@@ -22,7 +21,7 @@ class TeamSettings(Frozen):
     """Who plays.
 
     Attributes:
-        kind: of team. "human-like" stands in for people and is no model of anyone.
+        kind: of team; of the human-like see ``schemas.STAND_IN``.
         people: what the person of a human-like team may be like.
         policy: of a learned team: label and SHA-256 of the policy's table; None knows nothing yet, and
             moves randomly.
@@ -74,5 +73,4 @@ class Recipe(Frozen):
     @property
     def match_id(self) -> str:
         """Teams, seed, and a hash of everything."""
-        text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
-        return f"{self.home.kind}-{self.away.kind}-{self.seed}-{digest(text.encode())[:12]}"
+        return f"{self.home.kind}-{self.away.kind}-{self.seed}-{fingerprint(self)[:12]}"

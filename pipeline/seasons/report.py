@@ -12,11 +12,12 @@ from pipeline.seasons.claims import LATE, PAPER, WINNING
 from pipeline.seasons.judging import LEAST_SEASONS
 from pipeline.seasons.summary import LAST, attributed, beside_table_3, compared, played
 from pipeline.seasons.table3 import CHANGE, GAMES
+from schemas import STAND_IN
 
 #: What must be said beside every result.
 STANDS_IN = (
-    "The human-like team stands in for people with joysticks, whom we do not have. It is a scripted team "
-    "with delays, noise and changing tactics, and no model of anyone: nothing here is evidence about people."
+    f"{STAND_IN}. It has delays, noise and changing tactics; the paper had people with joysticks, whom we do "
+    "not have: nothing here is evidence about people."
 )
 
 #: Verdicts that are coloured on the web page: what holds, what does not, what the paper denies itself.

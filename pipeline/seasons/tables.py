@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import polars as pl
 
 from pipeline.errors import SchemaMismatch
-from schemas import ROLES, Games, Growth
+from schemas import ROLES, Games, Growth, StatesPlayed
 from schemas.behaviours import moves_randomly
 from schemas.goals import KINDS
 from schemas.table import Key
@@ -101,7 +100,8 @@ def game_row(
 
 def growth_rows(
     game: Game,
-    decisions: Iterable[pl.DataFrame],
+    decisions: pl.DataFrame,
+    played: pl.DataFrame,
     occasions: pl.DataFrame,
     behaviours: pl.DataFrame,
     *,
@@ -111,7 +111,8 @@ def growth_rows(
 
     Args:
         game: which one.
-        decisions: schema Decisions, a table a game of the season up to this one, which is the last.
+        decisions: schema Decisions, of the game.
+        played: schema StatesPlayed, of the season up to this game, which it is with.
         occasions: schema Occasions, of the newest version after the game (empty where there is none).
         behaviours: schema Behaviours, of the same version.
         key: the finest state key of ``occasions``, by which ``decisions`` tell states here.
@@ -119,11 +120,7 @@ def growth_rows(
     Returns:
         Three rows of schema Growth, by role.
     """
-    games = [own(table) for table in decisions]
-    last = games[-1].group_by("role").agg(
-        actions=pl.len(), other_actions=(~_at_random()).sum()
-    )
-    played = pl.concat([table.select("role", "state") for table in games]).unique()
+    made = own(decisions).group_by("role").agg(actions=pl.len(), other_actions=(~_at_random()).sum())
     known = occasions.filter(pl.col("key") == key)
     seen = known.filter(pl.col("count") > 0).select("role", "state").unique()
     parts = {
@@ -137,10 +134,24 @@ def growth_rows(
     for name, table in parts.items():
         rows = rows.join(table.group_by("role").agg(pl.len().alias(name)), on="role", how="left",
                          maintain_order="left")
-    rows = rows.join(last, on="role", how="left", maintain_order="left").with_columns(
+    rows = rows.join(made, on="role", how="left", maintain_order="left").with_columns(
         *game.columns(), pl.exclude("role").fill_null(0)
     )
     return Growth.validate(rows.select(list(Growth.dtypes())), cast=True)
+
+
+def states_played(before: pl.DataFrame, decisions: pl.DataFrame) -> pl.DataFrame:
+    """The states that the apprentice has decided in.
+
+    Args:
+        before: schema StatesPlayed, of the games before.
+        decisions: schema Decisions, of the game.
+
+    Returns:
+        Schema StatesPlayed.
+    """
+    states = own(decisions).select("role", "state")
+    return StatesPlayed.validate(pl.concat([before, states]).unique().sort("role", "state"))
 
 
 def own(decisions: pl.DataFrame) -> pl.DataFrame:

@@ -54,48 +54,52 @@ def _text(settings: dict[str, object], *tables: pl.DataFrame) -> str:
     return "\n\n".join(lines) + "\n"
 
 
+class _Clip:
+    """A stretch of the sample: its log, and what the first stages make of it by their defaults."""
+
+    def __init__(self, start_s: float, end_s: float) -> None:
+        settings = Settings()
+        self.log = log = _log(start_s, end_s)
+        self.pitch = log.info.pitch
+        self.bodies, self.flaws = trajectories(log, settings.trajectories)
+        self.situations = recognise(self.bodies, self.pitch, settings.situations)
+        self.goals = attribute(log.referee, self.bodies, self.situations, self.pitch, settings.goals)
+
+
 def situations() -> str:
     """Trajectories of 20 s thinned to one sample a second, and all situations in them."""
-    log, settings = _log(20.0, 40.0), Settings()
-    bodies, flaws = trajectories(log, settings.trajectories)
-    found = recognise(bodies, log.info.pitch, settings.situations)
-    thinned = bodies.filter(pl.col("frame") % 40 == 0).drop("match_id")
+    clip, settings = _Clip(20.0, 40.0), Settings()
+    thinned = clip.bodies.filter(pl.col("frame") % 40 == 0).drop("match_id")
     chosen = {"clip_s": [20.0, 40.0], "trajectories": settings.trajectories.model_dump(mode="json"),
               "situations": settings.situations.model_dump(mode="json")}
-    return _text(chosen, flaws.drop("match_id"), thinned, found.drop("match_id"))
+    return _text(chosen, clip.flaws.drop("match_id"), thinned, clip.situations.drop("match_id"))
 
 
 def knowledge_and_policy() -> str:
     """Behaviours of all rounds over two minutes, the busiest occasions, and their action values."""
-    log, settings = _log(0.0, 120.0), Settings()
-    pitch = log.info.pitch
-    bodies, _ = trajectories(log, settings.trajectories)
-    found = recognise(bodies, pitch, settings.situations)
-    goals = attribute(log.referee, bodies, found, pitch, settings.goals)
-    valued = grams.value(found, goals, settings.grams)
+    clip, settings = _Clip(0.0, 120.0), Settings()
+    valued = grams.value(clip.situations, clip.goals, settings.grams)
     patterns: list[pl.DataFrame] = []
     for round_ in settings.behaviours.rounds:
         taken = grams.cover(valued, pl.concat(patterns), settings.grams) if patterns else None
         counted = grams.merge([grams.grams(valued, round_.n, taken, settings.grams)])
-        patterns.append(behaviours.select(counted, found.height, settings.behaviours, round_).patterns)
-    seen = decisions.observe(valued, bodies, log.referee, pl.concat(patterns), pitch, settings.grams)
+        patterns.append(behaviours.select(counted, clip.situations.height, settings.behaviours, round_).patterns)
+    seen = decisions.observe(
+        valued, clip.bodies, clip.log.referee, pl.concat(patterns), clip.pitch, settings.grams)
     occasions = knowledge.occasions([seen], 1, settings.knowledge)
     policy, _ = policies.train([seen], occasions, None, settings.policies, 1, 1)
     chosen = {"clip_s": [0.0, 120.0]} | settings.model_dump(mode="json", exclude={"trajectories"})
     return _text(
-        chosen, goals.drop("match_id"), knowledge.behaviours(patterns, 1).drop("version"),
+        chosen, clip.goals.drop("match_id"), knowledge.behaviours(patterns, 1).drop("version"),
         occasions.drop("version").head(40), policy.drop("version", "knowledge_version").head(40),
     )
 
 
 def telling() -> str:
     """The commentary of the sample's seconds 100 to 200, and its numbers."""
-    log, settings = _log(100.0, 200.0), Settings()
-    pitch = log.info.pitch
-    bodies, _ = trajectories(log, settings.trajectories)
-    found = recognise(bodies, pitch, settings.situations)
-    goals = attribute(log.referee, bodies, found, pitch, settings.goals)
-    told = commentary(matches.row(log), log.referee, goals, found, bodies, pitch)
+    clip = _Clip(100.0, 200.0)
+    told = commentary(matches.row(clip.log), clip.log.referee, clip.goals, clip.situations, clip.bodies,
+                      clip.pitch)
     chosen = {"clip_s": [100.0, 200.0], "commentary": CommentarySettings().model_dump(mode="json")}
     lines = [f"# {json.dumps(chosen, sort_keys=True)}", "", *heading(told.summary)]
     lines += [*(moment.line() for moment in told.moments), "", *numbers(told.summary)]

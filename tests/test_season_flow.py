@@ -1,0 +1,125 @@
+"""Seasons through Prefect and the command line: several at once, failures on their own, killed and gone on with."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from threading import Barrier
+
+import pytest
+
+from flows import season as loop
+from flows.cli import main
+from flows.season import season_flow
+from flows.stage import StageReport
+from pipeline.errors import StorageFailed
+from pipeline.seasons.settings import Season, parse
+from pipeline.store import Store
+from schemas import Games, Growth
+
+pytestmark = pytest.mark.usefixtures("prefect_server")
+
+SHORT = 'base = "paper"\ngames = 3\nlead_from = 3\n[referee]\nduration_s = 20'
+
+
+def season(seed, text=SHORT):
+    return Season(name="short", opponent="static", seed=seed, settings=parse(text, where="short.toml"))
+
+
+def flow(data, *seasons, jobs):
+    return StageReport.model_validate(season_flow(data, list(seasons), jobs))
+
+
+@pytest.fixture(scope="module")
+def together(tmp_path_factory, prefect_server):
+    """A data folder with two seasons that two processes played at once."""
+    data = tmp_path_factory.mktemp("together")
+    report = flow(data, season(1), season(2), jobs=2)
+    assert report.failed == {}
+    assert sorted(report.made) == [f"short-static-{seed} game {game}" for seed in (1, 2) for game in (1, 2, 3)]
+    return data
+
+
+def test_seasons_played_at_once_are_whole_and_not_played_again(together):
+    store = Store(together)
+    matches = []
+    for seed in (1, 2):
+        receipt = store.receipt("seasons", season(seed).id)
+        games, growth = store.read_table(receipt, "games", Games), store.read_table(receipt, "growth", Growth)
+        assert games["game"].to_list() == [1, 2, 3]
+        assert growth.height == 9
+        matches.append(games["match_id"].to_list())
+    assert not set(matches[0]) & set(matches[1])
+    again = flow(together, season(1), season(2), season(2), jobs=2)
+    assert (again.made, again.kept, again.failed) == ([], 2, {})
+
+
+def test_as_many_are_played_at_once_as_there_are_jobs(tmp_path, monkeypatch):
+    met = Barrier(3, timeout=60)
+
+    class Meeting(loop.Workers):
+        def run(self, *_):
+            met.wait()
+
+    monkeypatch.setattr(loop, "Workers", Meeting)
+    one_game = SHORT.replace("games = 3", "games = 1")
+    report = flow(tmp_path, *(season(seed, one_game) for seed in range(6)), jobs=3)
+    assert (len(report.made), report.failed) == (6, {})
+
+
+def test_a_season_that_fails_stops_alone_and_says_why(tmp_path, monkeypatch):
+    Store(tmp_path).commit("seasons", season(3).id, "0" * 16, inputs={}, settings={})
+    tried = []
+
+    def take(data, turn, discard):
+        tried.append(turn.label)
+        if turn == (season(1), 2):
+            raise ValueError("a bug,\nsay")
+        if turn == (season(2), 1) and tried.count(turn.label) == 1:
+            raise StorageFailed("cannot be written", next_step="Free space")
+
+    monkeypatch.setattr(loop, "take", take)
+    report = flow(tmp_path, *map(season, (1, 2, 3, 4)), jobs=1)
+    assert report.failed == {
+        "short-static-1 game 2":
+            "unexpected ValueError: a bug, say. Run again with --debug and report what it says.",
+        "short-static-3":
+            "short-static-3: was begun with other settings or by another version of pitchlore. Take another seed,"
+            f" or remove {tmp_path}/seasons/short-static-3* to play it anew.",
+    }
+    assert tried.count("short-static-2 game 1") == 2, "the disk may have space again"
+    assert report.made == ["short-static-1 game 1", *(
+        f"short-static-{seed} game {game}" for seed in (2, 4) for game in (1, 2, 3))]
+
+
+def test_a_season_that_was_killed_in_the_middle_of_a_game_ends_as_one_that_was_not(together, tmp_path):
+    from prefect.settings import PREFECT_API_URL
+
+    (tmp_path / "short.toml").write_text(SHORT)
+    data, own = tmp_path / "data", season(1)
+    words = ["season", "--settings", str(tmp_path / "short.toml"), "--data", str(data)]
+    process = subprocess.Popen(
+        [sys.executable, "-c", "from flows.cli import main; main()", *words],
+        env={**os.environ, "PREFECT_API_URL": str(PREFECT_API_URL.value())},
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )
+    deadline = time.monotonic() + 120
+    folder = data / "seasons" / own.id
+
+    def second_game():
+        begun = [*folder.glob("matches/*.receipt.json"), *folder.glob("playing/*")]
+        return Store(data).receipt("seasons", own.id) is not None and len(begun) == 2
+
+    while not second_game():
+        assert process.poll() is None, "it ended before it could be killed"
+        assert time.monotonic() < deadline
+        time.sleep(0.001)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert Store(data).receipt("seasons", own.id).details["games"] < 3
+    with pytest.raises(SystemExit, match="0"):
+        main(words)
+    ended, wanted = (Store(root).receipt("seasons", own.id) for root in (data, together))
+    assert ended == wanted  # with the SHA-256 of all tables
+    assert Store(data).intact(ended)

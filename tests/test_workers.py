@@ -1,0 +1,80 @@
+"""Processes that work: what one of them suffers the others do not."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from flows.workers import Workers
+from pipeline.errors import WorkerLost
+
+HERE = Path(__file__).parent
+
+
+def number(add=0):
+    return os.getpid() + add
+
+
+def die():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def fail():
+    raise ValueError("no")
+
+
+def wait(file):
+    Path(file).write_text(str(os.getpid()))
+    time.sleep(60)
+
+
+def test_with_one_job_all_is_done_in_place():
+    with Workers(1) as workers:
+        assert workers.run(number, add=1) == os.getpid() + 1
+        with pytest.raises(ValueError, match="no"):
+            workers.run(fail)
+        assert workers.run(number) == os.getpid()
+
+
+def test_a_killed_process_takes_only_its_own_work_with_it(tmp_path):
+    with Workers(2) as workers, ThreadPoolExecutor(2) as threads:
+        slow = threads.submit(workers.run, time.sleep, 2)
+        with pytest.raises(WorkerLost, match=r"was killed.*--jobs"):
+            workers.run(die)
+        others = {workers.run(number) for _ in range(2)}
+        slow.result()
+    assert os.getpid() not in others
+
+
+def test_processes_end_with_the_one_that_started_them_even_if_that_is_killed(tmp_path):
+    script = ("import sys; from flows.workers import Workers; from test_workers import wait\n"
+              f"if __name__ == '__main__': Workers(2).run(wait, {str(tmp_path / 'pid')!r})")
+    (tmp_path / "main.py").write_text(script)
+    process = subprocess.Popen([sys.executable, tmp_path / "main.py"],
+                               env={**os.environ, "PYTHONPATH": f"{HERE.parent}:{HERE}"})
+    worker = int(eventually(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text()))
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert eventually(lambda: not alive(worker))
+
+
+def eventually(what, seconds=60):
+    """What is waited for, as soon as it is there."""
+    deadline = time.monotonic() + seconds
+    while not (found := what()):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    return found
+
+
+def alive(pid):
+    """Whether a process is there and no zombie that nobody here can wait for."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
