@@ -14,7 +14,8 @@ from schemas import Policies
 
 
 def entrant(
-    store: Store, word: str, policies: dict[str, pl.DataFrame], *, explore: float = 0.0, trust: int = 0
+    store: Store, word: str, policies: dict[str, pl.DataFrame], *, explore: float = 0.0,
+    caution: float = 0.0, trust: int = 0,
 ) -> Entrant:
     """The team that a word names; a policy that it plays is put into ``policies``.
 
@@ -24,6 +25,7 @@ def entrant(
             version.
         policies: rows of schema Policies by label.
         explore: of a learned team, see ``TeamSettings``.
+        caution: likewise.
         trust: likewise.
 
     Raises:
@@ -41,7 +43,7 @@ def entrant(
     policies[label] = rows
     return Entrant(
         name=f"v{manifest.version}",
-        settings=TeamSettings(kind="learned", policy=label, explore=explore, trust=trust),
+        settings=TeamSettings(kind="learned", policy=label, explore=explore, caution=caution, trust=trust),
         policy_version=manifest.version, knowledge_version=manifest.counts["knowledge_version"],
     )
 

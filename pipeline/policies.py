@@ -146,7 +146,7 @@ def train(
 
 
 def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, settings: PolicySettings) -> pl.DataFrame:
-    """The pairs in order: their ``row``, where ``q``, ``visits`` and ``evidence`` start, if they are ``new``."""
+    """The pairs in order, with ``row`` and ``new``, and where ``q``, ``visits`` and ``evidence`` start."""
     known = Policies.empty() if parent is None or not settings.parent else parent
     for name, frame in (("occasions", occasions), ("parent", known)):
         if frame.select(_PAIR).is_duplicated().any():

@@ -33,6 +33,7 @@ def evaluations(
     seed: NonNegativeInt = 0,
     minutes: PositiveFloat = 8.0,
     explore: float = 0.0,
+    caution: float = 0.0,
     trust: NonNegativeInt = 0,
     jobs: PositiveInt | None = None,
     json: Json = False,
@@ -49,6 +50,7 @@ def evaluations(
         seed: Of the first pair; the next pair has the next.
         minutes: Of a match.
         explore: Chance that a learned team's robot tries any behaviour instead of the best.
+        caution: By how much it takes a value known from one episode to be worse than the policy says.
         trust: Visits that a state needs to be looked up by a finer key.
         jobs: Processes that play; by default as many as there are cores.
         json: Print JSON.
@@ -59,8 +61,8 @@ def evaluations(
                           next_step=f"Ask for {matches + 1}")
     store, policies = common.store, dict[str, pl.DataFrame]()
     evaluation = Evaluation(
-        team=entrant(store, policy, policies, explore=explore, trust=trust),
-        opponent=entrant(store, against, policies, explore=explore, trust=trust),
+        team=entrant(store, policy, policies, explore=explore, caution=caution, trust=trust),
+        opponent=entrant(store, against, policies, explore=explore, caution=caution, trust=trust),
         referee=RefereeSettings(duration_s=60 * minutes),
     )
     seeds = range(seed, seed + matches // 2)

@@ -22,6 +22,7 @@ def record_matches(
     minutes: float = 8.0,
     robots: int = 3,
     explore: float = 0.0,
+    caution: float = 0.0,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
@@ -35,12 +36,14 @@ def record_matches(
         minutes: Of a match.
         robots: A side.
         explore: Chance that a learned team's robot tries any behaviour instead of the best.
+        caution: By how much it takes a value known from one episode to be worse than the policy says.
         json: Print JSON.
         common: Options of every command.
     """
     store = common.store
     policies: dict[str, pl.DataFrame] = {}
-    teams = [entrant(store, word, policies, explore=explore).settings for word in (home, away)]
+    teams = [entrant(store, word, policies, explore=explore, caution=caution).settings
+             for word in (home, away)]
     referee = RefereeSettings(duration_s=60 * minutes)
     rows = []
     with bars() as progress:

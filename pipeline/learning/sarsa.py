@@ -162,7 +162,9 @@ def _sweep(
                 errors[row] = error
                 error += sway[row]
                 decay = discount_t * trace_decay
-                count = _learn(error, a_tm1, decay, step_size, averaging, replacing, q, seen, trace, active, count)
+                count = _learn(
+                    error, a_tm1, decay, step_size, averaging, replacing, q, seen, trace, active, count
+                )
             a_tm1, row, r_t, discount_t = a_t, t, 0.0, 1.0
         discount_t *= discount[t]
         r_t += discount_t * reward[t]
@@ -172,7 +174,9 @@ def _sweep(
                 errors[row] = error
                 error += sway[row]
                 decay = discount_t * trace_decay
-                count = _learn(error, a_tm1, decay, step_size, averaging, replacing, q, seen, trace, active, count)
+                count = _learn(
+                    error, a_tm1, decay, step_size, averaging, replacing, q, seen, trace, active, count
+                )
             for i in range(count):
                 trace[active[i]] = 0.0
             count = 0
