@@ -13,7 +13,7 @@ import polars as pl
 
 from flows import season as loop
 from pipeline import matches
-from pipeline.frame import Frames
+from pipeline.frame import Frames, MatchLog
 from pipeline.play.match import PART, Match
 from pipeline.play.minds import mind_of
 from pipeline.play.recipe import Recipe, TeamSettings
@@ -42,6 +42,21 @@ backoff = ["role0"]
 Shown = tuple[dict[str, object], list[pl.DataFrame]]
 
 
+def logged(recipe: Recipe, policy: pl.DataFrame | None = None) -> MatchLog:
+    """A match as it is read from its log; a learned team plays the policy."""
+    played = Match(recipe, (mind_of(recipe.home, recipe, 0, policy), mind_of(recipe.away, recipe, 1, policy)))
+    stream = io.BytesIO()
+    with matches.Recorder(stream, played.info) as recorder:
+        goes_on = True
+        while goes_on:
+            goes_on = played.advance(PART)
+            part = played.take()
+            recorder.frames(part.frames)
+            recorder.referee(part.referee)
+            recorder.decisions(part.decisions)
+    return matches.read(stream.getvalue(), where="played")
+
+
 def match() -> Shown:
     """20 s of a learned team against a static one: the referee's rows, the decisions, a line a second."""
     known = pl.DataFrame(
@@ -56,17 +71,7 @@ def match() -> Shown:
         home=TeamSettings(kind="learned", explore=0.2), away=TeamSettings(kind="static"), seed=1,
         referee=RefereeSettings(duration_s=20.0),
     )
-    played = Match(recipe, (mind_of(recipe.home, recipe, 0, known), mind_of(recipe.away, recipe, 1)))
-    stream = io.BytesIO()
-    with matches.Recorder(stream, played.info) as recorder:
-        goes_on = True
-        while goes_on:
-            goes_on = played.advance(PART)
-            part = played.take()
-            recorder.frames(part.frames)
-            recorder.referee(part.referee)
-            recorder.decisions(part.decisions)
-    log = matches.read(stream.getvalue(), where="played")
+    log = logged(recipe, known)
     decisions = log.decisions.drop("match_id", "team", "value", "chosen")
     return (
         {"recipe": recipe.model_dump(mode="json"), "known": KNOWN},
