@@ -28,7 +28,7 @@ def see(bodies: F64, team: int, attacks: float, out: F64) -> None:
         bodies: float64 [1 + 2 N, 6] in the pitch frame; rows 1 to N are home's, then away's.
         team: 0 home, 1 away.
         attacks: +1 if the team attacks +x, -1 if -x; then everything is turned by half a turn.
-        out: float64 [1 + 2 N, 6], the view.
+        out: float64 [1 + 2 N, 6], the view; THETA in (-pi, pi].
     """
     count = (bodies.shape[0] - 1) // 2
     for row in range(bodies.shape[0]):
@@ -40,5 +40,9 @@ def see(bodies: F64, team: int, attacks: float, out: F64) -> None:
         out[row, VX] = attacks * bodies[source, VX]
         out[row, VY] = attacks * bodies[source, VY]
         out[row, OMEGA] = bodies[source, OMEGA]
-        theta = bodies[source, THETA] + (0.0 if attacks > 0 else math.pi)
-        out[row, THETA] = math.atan2(math.sin(theta), math.cos(theta))
+        theta = bodies[source, THETA]
+        if attacks < 0:
+            theta += math.pi if theta <= 0.0 else -math.pi
+        if not -math.pi < theta <= math.pi:
+            theta = math.atan2(math.sin(theta), math.cos(theta))
+        out[row, THETA] = theta

@@ -224,5 +224,7 @@ def _print_training(store: Store) -> None:
     columns = ("pairs", "new_pairs", "decisions", "transitions", "first_error", "last_error")
     rows = [{"key": key, "role": role} | {c: counts[c] for c in columns}
             for key, roles in newest.counts["tables"].items() for role, counts in roles.items()]
+    if not rows:  # nothing is known yet: no match had a goal
+        return
     print_frame(pl.DataFrame(rows).rename({c: c.replace("_", " ") for c in columns}),
                 title=f"training of policy version {newest.version} (error: mean |TD error| of a sweep)")

@@ -6,11 +6,12 @@ Both ways give the same bytes. Pymunk calls the first experimental; the second s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import pymunk
 from pymunk import batch
+from pymunk._chipmunk import ffi, lib
 
 from pipeline.bodies import COLUMNS, F64, OMEGA, THETA, VX, VY, X, Y
 
@@ -19,6 +20,8 @@ _STATE = (
     | batch.BodyFields.VELOCITY | batch.BodyFields.ANGULAR_VELOCITY
 )  # fmt: skip
 _FORCES = batch.BodyFields.FORCE | batch.BodyFields.TORQUE
+_GET = ffi.addressof(lib, "pmSpaceBodyGetIteratorFuncBatched")
+_SET = ffi.addressof(lib, "pmSpaceBodySetIteratorFuncBatched")
 
 
 class Exchange(Protocol):
@@ -43,27 +46,40 @@ class Exchange(Protocol):
 
 
 class Batch:
-    """By pymunk's batch interface, which walks through all bodies of a space, its static one last."""
+    """By pymunk's batch interface, which walks through all bodies of a space, its static one last.
+
+    Its functions pack their arguments anew at each call, which takes longer than the walk. Here they are
+    packed once, and the walk is asked for as those functions ask for it.
+    """
 
     def __init__(self, count: int) -> None:
         self._out, self._in = batch.Buffer(), batch.Buffer()
         self.state: F64 = np.zeros((1 + count, COLUMNS))
         self.forces: F64 = np.zeros((1 + count, 3))
         self._in.set_float_buf(self.forces)
+        self._asked, self._given = _packed(_STATE, self._out), _packed(_FORCES, self._in)
 
     def attach(self, space: pymunk.Space, bodies: Sequence[pymunk.Body]) -> None:  # noqa: D102
-        self._space = space
+        self._space = space  # it lives as long as this
         self.take()
         # Pymunk's own memory: it has found its size in the first filling and stays where it is. An
         # array of ours pymunk would free and allocate anew when the last of its room is used.
         self.state = np.frombuffer(self._out.float_buf(), dtype=np.float64).reshape(-1, COLUMNS)
 
     def take(self) -> None:  # noqa: D102
-        self._out.clear()
-        batch.get_space_bodies(self._space, _STATE, self._out)
+        self._asked.floatArray.num = 0
+        lib.cpSpaceEachBody(self._space._space, _GET, self._asked)
 
     def give(self) -> None:  # noqa: D102
-        batch.set_space_bodies(self._space, _FORCES, self._in)
+        self._given.floatArray.num = 0
+        lib.cpSpaceEachBody(self._space._space, _SET, self._given)
+
+
+def _packed(fields: batch.BodyFields, buffer: batch.Buffer) -> Any:
+    """What pymunk's walk takes: as in ``batch.get_space_bodies``."""
+    packed = ffi.new("pmBatchedData *")
+    packed.fields, packed.floatArray, packed.intArray = fields.value, buffer._float_arr, buffer._int_arr
+    return packed
 
 
 class ByAttribute:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import executions
+import played
 import polars as pl
 
 from pipeline import behaviours, decisions, grams, knowledge, matches, policies
@@ -118,6 +119,18 @@ def paradigms() -> str:
     return _text(design.model_dump(mode="json"), shown, verdicts(points).drop("quantity"))
 
 
+def match() -> str:
+    """20 s that are played: what the referee called, where all were each second, what was decided."""
+    settings, shown = played.match()
+    return _text(settings, *shown)
+
+
+def season() -> str:
+    """Two games, and what was known and valued after them."""
+    settings, shown = played.season()
+    return _text(settings, *shown)
+
+
 def tables() -> str:
     """The columns of every public table: a change here needs another VERSION of the table."""
     lines = []
@@ -157,6 +170,8 @@ CASES: dict[str, Callable[[], str]] = {
     "commentary/rsim-100s.txt": telling,
     "paradigms/quick.txt": paradigms,
     "executors/confusion.txt": executions.report,
+    "matches/played-20s.txt": match,
+    "seasons/two-games.txt": season,
 }
 
 

@@ -1,0 +1,218 @@
+"""Play a match: ours, the same match in plain Python, a plain loop that does less, and what a part costs.
+
+PERFORMANCE's rows of "play a match". The same match in plain Python is ours with compilation switched
+off, in a process of its own: the same rules, physics and log, and the same bodies but for rounding. The plain
+loop is what one would write first: pymunk's attributes, players of six lines, a message a frame.
+"""
+
+import io
+import json
+import math
+import multiprocessing
+import os
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+import pytest
+from mcap.writer import Writer
+
+from flows.record import record
+from pipeline import matches
+from pipeline.bodies import VX
+from pipeline.pitch import PITCHES, Kind
+from pipeline.play.match import PART, Match
+from pipeline.play.minds import mind_of
+from pipeline.play.recipe import Recipe, TeamSettings
+from pipeline.players.measures import Measures
+from pipeline.store import Store
+from pipeline.world.arena import Arena
+from pipeline.world.laws import RefereeSettings
+
+VSSS = PITCHES[Kind.VSSS]
+HZ, MINUTE = 60, 3_600
+LOGGED, UNLOGGED = "play a match and log it", "play a match without a log"
+STATIC = TeamSettings(kind="static")
+
+
+def recipe(frames, seed=1):
+    referee = RefereeSettings(duration_s=frames / HZ)
+    return Recipe(home=STATIC, away=STATIC, seed=seed, referee=referee)
+
+
+def match(frames, **options):
+    of = recipe(frames)
+    return Match(of, (mind_of(of.home, of, 0), mind_of(of.away, of, 1)), **options)
+
+
+def unlogged(frames):
+    """The bodies at the end."""
+    played = match(frames, logged=False)
+    while played.advance(PART):
+        pass
+    return played.bodies.tolist()
+
+
+def recorded(folder, frames, seed):
+    """As `pitchlore record` does it: the log is written, synced, read again, checked and committed."""
+    receipt, new = record(Store(folder), recipe(frames, seed))
+    assert new
+    return receipt
+
+
+def as_plain_tuples():
+    """Measures as Python has them: what is packed for numba has no attributes in Python, and is slower."""
+    assert os.environ["NUMBA_DISABLE_JIT"] == "1"
+    Measures.packed = lambda self: [self]
+
+
+@pytest.fixture(scope="module")
+def interpreted(tmp_path_factory):
+    """A process in which nothing is compiled."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("NUMBA_DISABLE_JIT", "1")
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(1, mp_context=context, initializer=as_plain_tuples) as pool:
+            pool.submit(recorded, tmp_path_factory.mktemp("warm"), 10, 0).result()
+            yield lambda work, *arguments: pool.submit(work, *arguments).result()
+
+
+# --- the plain loop ------------------------------------------------------------------------------------
+
+
+def plain_player(robot, ball, goal, behind):
+    """Forward speed and turn rate: to behind the ball as seen from a goal, then at it."""
+    (x, y), (bx, by) = robot.position, ball.position
+    away = math.hypot(goal - bx, by) or 1.0
+    near = math.hypot(bx - x, by - y) < behind + 0.05 and (bx - x) * goal > 0
+    tx, ty = (bx, by) if near else (bx - behind * (goal - bx) / away, by + behind * by / away)
+    off = (math.atan2(ty - y, tx - x) - robot.angle + math.pi) % math.tau - math.pi
+    return 1.2 * math.cos(off), 8.0 * off
+
+
+def plain_loop(frames, stream=None):
+    """Two teams of plain players in the arena's space, moved by attributes; a JSON message a frame."""
+    arena = Arena(VSSS, 3)
+    space, substeps, step_s = arena._space, arena.settings.substeps, arena._step_s
+    ball, *robots = space.bodies
+    start = [(tuple(body.position), body.angle) for body in space.bodies]
+    score, writer = [0, 0], None
+    if stream is not None:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema("frame", "jsonschema", b"{}")
+        channel = writer.register_channel("/frame", "json", schema)
+    for frame in range(frames):
+        for row, robot in enumerate(robots):
+            forward, turn = plain_player(robot, ball, 0.75 if row < 3 else -0.75, 0.1 * (1 + row % 3))
+            robot.velocity = forward * math.cos(robot.angle), forward * math.sin(robot.angle)
+            robot.angular_velocity = turn
+        ball.velocity = ball.velocity * 0.995
+        for _ in range(substeps):
+            space.step(step_s)
+        if abs(ball.position.x) > 0.77:
+            score[ball.position.x < 0] += 1
+            for body, (position, angle) in zip(space.bodies, start, strict=True):
+                body.position, body.angle, body.velocity, body.angular_velocity = position, angle, (0, 0), 0
+        if writer is not None:
+            message = {"frame": frame, "score": score, "bodies": [
+                [*body.position, body.angle, *body.velocity, body.angular_velocity] for body in space.bodies]}
+            t_ns = round(frame * 1e9 / HZ)
+            writer.add_message(channel, t_ns, json.dumps(message).encode(), t_ns)
+    if writer is not None:
+        writer.finish()
+    return score
+
+
+# --- with a log ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.benchmark(group=LOGGED)
+def test_logged_ours(benchmark, tmp_path):
+    recorded(tmp_path, 100, 0)
+    seeds = iter(range(1, 100))
+    benchmark.extra_info.update(units=8 * MINUTE, unit="frames")
+    benchmark.pedantic(lambda: recorded(tmp_path, 8 * MINUTE, next(seeds)), rounds=7)
+
+
+@pytest.mark.benchmark(group=LOGGED)
+def test_logged_plain_loop_that_does_less(benchmark):
+    benchmark.extra_info.update(units=MINUTE, unit="frames")
+    benchmark.pedantic(lambda: plain_loop(MINUTE, io.BytesIO()), rounds=5)
+
+
+@pytest.mark.benchmark(group=LOGGED)
+def test_logged_the_same_in_plain_python(benchmark, interpreted, tmp_path):
+    frames = MINUTE // 6
+    seeds = iter(range(1, 100))
+    benchmark.extra_info.update(units=frames, unit="frames")
+    receipt = benchmark.pedantic(lambda: interpreted(recorded, tmp_path / "plain", frames, next(seeds)), rounds=3)
+    ours = recorded(tmp_path / "ours", frames, 3)
+    for name in ("x", "y", "theta"):
+        plain, compiled = (
+            matches.read((tmp_path / folder / of.files["log"].path).read_bytes(), where=folder).frames.robots[name]
+            for folder, of in (("plain", receipt), ("ours", ours))
+        )
+        np.testing.assert_allclose(plain, compiled, rtol=0, atol=1e-6)
+
+
+# --- without ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.benchmark(group=UNLOGGED)
+def test_unlogged_ours(benchmark):
+    unlogged(100)
+    benchmark.extra_info.update(units=8 * MINUTE, unit="frames")
+    benchmark.pedantic(unlogged, (8 * MINUTE,), rounds=7)
+
+
+@pytest.mark.benchmark(group=UNLOGGED)
+def test_unlogged_plain_loop_that_does_less(benchmark):
+    benchmark.extra_info.update(units=MINUTE, unit="frames")
+    assert sum(benchmark.pedantic(plain_loop, (MINUTE,), rounds=5)) > 0
+
+
+@pytest.mark.benchmark(group=UNLOGGED)
+def test_unlogged_the_same_in_plain_python(benchmark, interpreted):
+    frames = MINUTE // 6
+    benchmark.extra_info.update(units=frames, unit="frames")
+    bodies = benchmark.pedantic(lambda: interpreted(unlogged, frames), rounds=3)
+    np.testing.assert_allclose(bodies, unlogged(frames), rtol=0, atol=1e-9)
+
+
+@pytest.mark.benchmark(group=UNLOGGED)
+def test_unlogged_bound_pymunk_steps_alone(benchmark):
+    """As many steps of the same space with nobody who drives: what no player or referee can be faster than."""
+    arena = Arena(VSSS, 3)
+    bodies = arena.bodies.copy()
+    bodies[:, VX:] = np.random.default_rng(1).uniform(-1, 1, (7, 3))
+    arena.place(bodies)
+    step, steps, step_s = arena._space.step, MINUTE * arena.settings.substeps, arena._step_s
+    benchmark.extra_info.update(units=MINUTE, unit="frames")
+    benchmark.pedantic(lambda: [step(step_s) for _ in range(steps)], rounds=5)
+
+
+# --- the players alone --------------------------------------------------------------------------------
+
+
+def thought(frames):
+    """What both teams want in so many frames of one scene; the last wheels."""
+    of = recipe(MINUTE)
+    minds = [mind_of(of.home, of, team) for team in (0, 1)]
+    view, wheels = Arena(VSSS, 3).bodies.copy(), np.zeros((2, 3, 2))
+    for frame in range(frames):
+        for team in (0, 1):
+            minds[team].think(frame, view, wheels[team])
+    return wheels.tolist()
+
+
+@pytest.mark.benchmark(group="two teams think")
+def test_think_ours(benchmark):
+    thought(1)
+    benchmark.extra_info.update(units=50_000, unit="frames")
+    benchmark.pedantic(thought, (50_000,), rounds=5)
+
+
+@pytest.mark.benchmark(group="two teams think")
+def test_think_the_same_in_plain_python(benchmark, interpreted):
+    benchmark.extra_info.update(units=1_000, unit="frames")
+    assert benchmark.pedantic(lambda: interpreted(thought, 1_000), rounds=3) == thought(1_000)

@@ -1,0 +1,133 @@
+"""A match and a season that are played here, as settings and tables that a person can compare.
+
+Lengths are rounded to millimetres and angles to degrees: what another machine's sine gives differs later.
+"""
+
+from __future__ import annotations
+
+import io
+import tempfile
+from pathlib import Path
+
+import polars as pl
+
+from flows import season as loop
+from pipeline import matches
+from pipeline.frame import Frames, MatchLog
+from pipeline.play.match import PART, Match
+from pipeline.play.minds import mind_of
+from pipeline.play.recipe import Recipe, TeamSettings
+from pipeline.seasons.settings import Season, parse
+from pipeline.store import Store
+from pipeline.world.laws import RefereeSettings
+from schemas import ROLES, Behaviours, Games, Growth, Occasions, Policies
+
+#: What the learned team knows: values of behaviours in any state, the same for each role.
+KNOWN = {"046-044-021": 0.5, "184": 0.5, "194": 0.1}
+#: The paper's loop, small: coarse keys, so that the second game meets states of the first.
+SEASON = """
+base = "paper"
+games = 2
+lead_from = 2
+practice = 1
+
+[referee]
+duration_s = 30
+
+[pipeline.knowledge]
+state_key = "self6"
+backoff = ["role0"]
+"""
+
+Shown = tuple[dict[str, object], list[pl.DataFrame]]
+
+
+def logged(recipe: Recipe, policy: pl.DataFrame | None = None) -> MatchLog:
+    """A match as it is read from its log; a learned team plays the policy."""
+    played = Match(recipe, (mind_of(recipe.home, recipe, 0, policy), mind_of(recipe.away, recipe, 1, policy)))
+    stream = io.BytesIO()
+    with matches.Recorder(stream, played.info) as recorder:
+        goes_on = True
+        while goes_on:
+            goes_on = played.advance(PART)
+            part = played.take()
+            recorder.frames(part.frames)
+            recorder.referee(part.referee)
+            recorder.decisions(part.decisions)
+    return matches.read(stream.getvalue(), where="played")
+
+
+def match() -> Shown:
+    """20 s of a learned team against a static one: the referee's rows, the decisions, a line a second."""
+    known = pl.DataFrame(
+        [
+            {"version": 1, "knowledge_version": 1, "role": role, "key": "role0", "state": 0,
+             "behaviour_id": f"{role}-{codes}", "q": q, "visits": 1}
+            for role in ROLES for codes, q in KNOWN.items()
+        ],
+        schema=Policies.dtypes(),
+    )
+    recipe = Recipe(
+        home=TeamSettings(kind="learned", explore=0.2), away=TeamSettings(kind="static"), seed=1,
+        referee=RefereeSettings(duration_s=20.0),
+    )
+    log = logged(recipe, known)
+    decisions = log.decisions.drop("match_id", "team", "value", "chosen")
+    return (
+        {"recipe": recipe.model_dump(mode="json"), "known": KNOWN},
+        [log.referee.drop("match_id"), _places(log.frames, every=60), decisions],
+    )
+
+
+def season() -> Shown:
+    """Two games: their rows, what was known after each, the action values that were learned most from."""
+    own = Season(name="golden", opponent="static", seed=1, settings=parse(SEASON, where="here"))
+    with tempfile.TemporaryDirectory() as folder:
+        data = Path(folder)
+        for game in (1, 2):
+            loop.learn(data, own, game, loop.play(data, own, game), discard=False)
+        store, inner = Store(data), loop.store_of(data, own)
+        receipt = store.receipt(loop.NOUN, own.id)
+        assert receipt is not None
+        games = store.read_table(receipt, "games", Games)
+        growth = store.read_table(receipt, "growth", Growth)
+        behaviours, occasions = (
+            pl.concat(
+                inner.read_version_table(manifest, table, schema)
+                for manifest in sorted(inner.manifests("knowledge"), key=lambda m: m.version)
+            )
+            for table, schema in (("behaviours", Behaviours), ("occasions", Occasions))
+        )
+        newest = inner.latest("policies")
+        assert newest is not None
+        policy = inner.read_version_table(newest, "policies", Policies)
+    most = policy.drop("version", "knowledge_version").sort(
+        "key", "visits", "q", "role", "state", "behaviour_id", descending=[False, True, True, False, False, False])
+    same = ("season", "settings", "opponent", "seed")
+    lengths = behaviours.sort("n").pivot("n", index=("version", "role"), values="behaviour_id", aggregate_function="len")
+    return own.model_dump(mode="json"), [
+        games.drop(*same, "match_id").cast(pl.String).transpose(include_header=True, header_name="game", column_names="game"),
+        growth.drop(same),
+        lengths.rename({str(n): f"behaviours of {n}" for n in range(1, 5)}).sort("version", "role"),
+        occasions.group_by("version", "key", "role").agg(
+            occasions=pl.len(), states=pl.col("state").n_unique()).sort("version", "key", "role"),
+        most.group_by("key", maintain_order=True).head(15),
+    ]
+
+
+def _places(frames: Frames, every: int) -> pl.DataFrame:
+    """Where the bodies are each so many frames: "x y" in millimetres, and the heading in degrees."""
+    robots = frames.robots.reshape(len(frames), -1)
+    names = [f"{'home' if team == 0 else 'away'} {number}" for team, number in robots[["team", "id"]][0].tolist()]
+    rows = []
+    for index in range(0, len(frames), every):
+        ball = frames.ball[index]
+        row = {"t_s": f"{frames.t_ns[index] / 1e9:.0f}", "ball": _whole(1000 * ball["x"], 1000 * ball["y"])}
+        for name, robot in zip(names, robots[index], strict=True):
+            row[name] = _whole(1000 * robot["x"], 1000 * robot["y"], 57.29578 * robot["theta"])
+        rows.append(row)
+    return pl.DataFrame(rows)
+
+
+def _whole(*numbers: float) -> str:
+    return " ".join(str(round(float(number))) for number in numbers)
