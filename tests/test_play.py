@@ -165,13 +165,13 @@ def test_a_person_does_not_play_by_itself():
 # --- the learned team ----------------------------------------------------------------------------
 
 
-def policy(*rows, key="role0"):
-    """Rows of schema Policies: role, state, behaviour without its role, value."""
+def policy(*rows, key="role0", evidence=1.0):
+    """Rows of schema Policies: role, state, behaviour without its role, value, and its evidence if not all's."""
     return pl.DataFrame(
         [
             {"version": 1, "knowledge_version": 1, "role": role, "key": key, "state": state,
-             "behaviour_id": f"{role}-{codes}", "q": q, "visits": 1}
-            for role, state, codes, q in rows
+             "behaviour_id": f"{role}-{codes}", "q": q, "visits": 1, "evidence": (*own, evidence)[0]}
+            for role, state, codes, q, *own in rows
         ],
         schema=Policies.dtypes(),
     )
@@ -218,6 +218,42 @@ def test_exploration_takes_any_behaviour_of_the_state():
     made = decided(of, known, 1201)
     assert 0.3 < made["random"].mean() < 0.7
     assert 0.1 < (made["behaviour_id"].str.ends_with("057")).mean() < 0.45
+
+
+ALL = ("goalkeeper", "midfield", "striker")
+
+
+def test_who_doubts_draws_what_it_believes_at_each_restart_and_holds_on_to_it_while_play_is_on():
+    known = policy(*((role, 0, codes, 0.5) for role in ALL for codes in ("184", "057", "078")))
+    of = recipe("learned", "static", seconds=120.0)
+    of = of.model_copy(update={"home": TeamSettings(kind="learned", doubt=1.0)})
+    made = decided(of, known, 120 * 60 + 1)
+    a_role = made.group_by("episode", "role").agg(pl.col("behaviour_id").n_unique())
+    assert (a_role["behaviour_id"] == 1).all()
+    assert made["behaviour_id"].n_unique() == 3 * len(ALL)
+    assert not made["random"].any()
+
+
+def test_what_is_well_known_is_doubted_less():
+    # the worse one is believed to be the better one where N(.2, 1 + 1 / 9) > 0: 57 %; and 0 % once it is known
+    kicks = ((1.0, 0.35, 0.65), (1e6, 0.0, 0.0))
+    for evidence, least, most in kicks:
+        known = policy(*((role, 0, codes, q, n) for role in ALL
+                         for codes, q, n in (("184", 0.2, 9 * evidence), ("057", 0.0, evidence))))
+        of = recipe("learned", "static", seconds=240.0)
+        of = of.model_copy(update={"home": TeamSettings(kind="learned", doubt=1.0)})
+        made = decided(of, known, 240 * 60 + 1)
+        first = made.group_by("episode", "role").agg(pl.col("behaviour_id").first().str.ends_with("057").alias("worse"))
+        assert least <= first["worse"].mean() <= most
+
+
+def test_the_cautious_prefer_what_they_know():
+    known = policy(*((role, 0, codes, q, n) for role in ALL
+                     for codes, q, n in (("184", 0.5, 1.0), ("057", 0.1, 100.0))))
+    for caution, codes in ((0.0, "184"), (0.4, "184"), (0.5, "057")):  # .5 - c against .1 - c / 10
+        of = recipe("learned", "static", seconds=10.0)
+        of = of.model_copy(update={"home": TeamSettings(kind="learned", caution=caution)})
+        assert set(decided(of, known)["behaviour_id"]) == {f"{role}-{codes}" for role in ALL}
 
 
 def test_a_finer_key_goes_first_and_a_coarser_one_is_the_fallback():

@@ -24,10 +24,10 @@ def occasions(*pairs, initial=0.0, key="full36", value=0.0):
     return pl.DataFrame(rows, schema=Occasions.dtypes(), orient="row").sort("role", "state", "behaviour_id")
 
 
-def policy(*rows, key="full36", visits=0):
+def policy(*rows, key="full36", visits=0, evidence=0.0):
     """Policies of (role, state, behaviour_id, q)."""
     return pl.DataFrame(
-        [(1, 1, role, key, *row, visits) for role, *row in rows], schema=Policies.dtypes(), orient="row"
+        [(1, 1, role, key, *row, visits, evidence) for role, *row in rows], schema=Policies.dtypes(), orient="row"
     ).sort("role", "state", "behaviour_id")
 
 
@@ -266,6 +266,32 @@ def test_visits_are_of_all_batches_it_has_learned_from():
     anew, report = train([match], known, first, PLAIN.model_copy(update={"parent": False}), 2, 1)
     assert [table["visits"].to_list() for table in (first, second, anew)] == [[0, 2], [0, 3], [0, 1]]
     assert (report.new_pairs, report.pairs) == (2, 2)
+
+
+def test_the_evidence_of_a_value_is_the_episodes_it_is_the_mean_of():
+    known = occasions(("striker", 7, KICK), ("striker", 7, GUIDE))
+    # two episodes, in the first of which it kicks twice
+    match = decisions(
+        ("striker", 7, KICK, 0.0, None, 0), ("striker", 7, KICK, 1.0, "terminal", 0),
+        ("striker", 7, KICK, -1.0, "terminal", 1),
+    )
+    rule = PLAIN.model_copy(update={"steps": "average", "step_size": 0.2, "start_evidence": 1.0})
+    first, _ = train([match], known, None, rule, 1, 1)
+    assert first.select("behaviour_id", "visits", "evidence").rows() == [(GUIDE, 0, 1.0), (KICK, 3, 3.0)]
+    second, _ = train([match], known, first, rule, 2, 1)
+    assert second["evidence"].to_list() == [1.0, 5.0]
+    third, _ = train([match], known, second, rule, 3, 1)
+    assert third["evidence"].to_list() == [1.0, 5.0]  # a step of 0.2 is that of the mean of five
+    assert third["visits"].to_list() == [0, 9]
+
+
+def test_a_mean_of_what_it_started_from_and_what_came_of_it():
+    known = occasions(("striker", 7, KICK), value=0.5)
+    match = decisions(("striker", 7, KICK, 1.0, "terminal", 0), ("striker", 7, KICK, -1.0, "terminal", 1))
+    rule = PLAIN.model_copy(update={
+        "steps": "average", "step_size": 0.001, "start_evidence": 2.0, "new_pairs": "outcome"})
+    table, _ = train([match], known, None, rule, 1, 1)
+    assert table["q"].to_list() == pytest.approx([(2 * 0.5 + 1 - 1) / 4])
 
 
 def test_without_a_parent_values_start_from_what_the_knowledge_says():
