@@ -62,7 +62,7 @@ def match() -> Shown:
     known = pl.DataFrame(
         [
             {"version": 1, "knowledge_version": 1, "role": role, "key": "role0", "state": 0,
-             "behaviour_id": f"{role}-{codes}", "q": q, "visits": 1}
+             "behaviour_id": f"{role}-{codes}", "q": q, "visits": 1, "evidence": 1.0}
             for role in ROLES for codes, q in KNOWN.items()
         ],
         schema=Policies.dtypes(),
