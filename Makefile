@@ -4,9 +4,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 DEMO_DATA ?= data
+STUDY_DATA ?= data
 export PREFECT_SERVER_ANALYTICS_ENABLED := false
 
-.PHONY: help demo test lint bench study golden lock clean
+.PHONY: help demo test lint bench study paradigms seasons golden lock clean
 
 help:  ## show what can be made
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -38,14 +39,31 @@ bench: $(READY)  ## ours beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: $(READY)  ## section 5 of the paper in full, into data/studies/ (about 45 minutes)
+study: paradigms seasons  ## both studies, into data/studies/
+
+paradigms: $(READY)  ## section 5 of the paper in full (about 45 minutes)
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 4 --figure 5 --runs 2000 --sensitivity
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 6 --runs 200 --sensitivity
+
+SEASON = $(BIN)/pitchlore season --jobs 2 --discard --data $(STUDY_DATA)
+EVALUATE = $(BIN)/pitchlore evaluate --data $(STUDY_DATA) --json
+IDEAS := both-teams constant-steps grams influence one-match optimistic random-tries states
+
+seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and what each idea is worth (under 90 minutes)
+	$(SEASON) --settings paper --opponent static --opponent human-like --seasons 5
+	$(SEASON) --settings paper-full35 --seasons 5
+	$(SEASON) --settings paper-level --seasons 5
+	$(SEASON) --settings best --opponent static --opponent human-like --seasons 5
+	for idea in $(IDEAS); do $(SEASON) --settings best-$$idea --seasons 3 || exit 1; done
 	mkdir -p data/studies/evaluations
 	for other in random static; do \
-	  $(BIN)/pitchlore evaluate --policy static --against $$other --matches 200 --minutes 2 --json \
-	    > data/studies/evaluations/static-$$other.json || exit 1; done
+	  $(EVALUATE) --policy static --against $$other --matches 200 --minutes 2 \
+	    > data/studies/evaluations/static-$$other.json || exit 1; \
+	  for seed in 1 2 3 4 5; do \
+	    $(EVALUATE) --policy best-static-$$seed --against $$other --matches 100 \
+	      > data/studies/evaluations/best-static-$$seed-$$other.json || exit 1; done; done
+	$(BIN)/pitchlore report --export data/studies/seasons --data $(STUDY_DATA)
 
 golden: $(READY)  ## make the goldens anew; review the diff
 	PYTHONPATH=tests $(BIN)/python -m golden.cases
