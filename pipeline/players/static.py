@@ -216,8 +216,11 @@ def not_behind(view: F64, robot: int, m: Measures) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def for_keeper(view: F64, m: Measures) -> bool:
-    """Whether only the goalkeeper plays the ball: in the own goal area, or too near it for the others."""
-    return in_area(view[BALL, X], view[BALL, Y], m.radius, m)
+    """Whether only the goalkeeper plays the ball: in the own goal area, or to be played from within it."""
+    x, y = view[BALL, X], view[BALL, Y]
+    ux, uy = _shot(view, m)
+    px, py = run_up(x, y, ux, uy, m)
+    return in_area(x, y, m.radius, m) or in_area(px, py, 0.0, m)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -227,12 +230,18 @@ def in_area(x: float, y: float, margin: float, m: Measures) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def run_up(x: float, y: float, ux: float, uy: float, m: Measures) -> tuple[float, float]:
+    """Where a robot gets ready to drive a ball at (x, y) in the direction (ux, uy)."""
+    return x - _RUN_UP * m.radius * ux, y - _RUN_UP * m.radius * uy
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def cramped(x: float, y: float, ux: float, uy: float, m: Measures) -> bool:
     """Whether a wall leaves no room beside a ball, or behind it to get ready for the direction (ux, uy)."""
     side = 2.0 * m.radius
     if abs(y) > m.half_width - side or (abs(x) > m.goal_x - side and abs(y) > m.half_goal):
         return True
-    px, py = x - _RUN_UP * m.radius * ux, y - _RUN_UP * m.radius * uy
+    px, py = run_up(x, y, ux, uy, m)
     return bool(abs(px) > m.goal_x - m.radius or abs(py) > m.half_width - m.radius)
 
 
