@@ -5,6 +5,8 @@ It stands in for the arena where a player only needs something that answers to i
 
 from __future__ import annotations
 
+import pipeline  # noqa: F401, I001 - before numba: it says where numba keeps its cache
+
 import math
 
 import numpy as np
