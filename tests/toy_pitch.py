@@ -5,7 +5,9 @@ It stands in for the arena where a player only needs something that answers to i
 
 from __future__ import annotations
 
-import pipeline  # noqa: F401, I001 - before numba: it says where numba keeps its cache
+# isort: off
+import pipeline  # noqa: F401 - before numba: it says where numba keeps its cache
+# isort: on
 
 import math
 
