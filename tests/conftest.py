@@ -12,6 +12,8 @@ import hypothesis
 import polars as pl
 import pytest
 
+import pipeline  # noqa: F401 - before any test imports numba: it says where numba keeps its cache
+
 if TYPE_CHECKING:
     from flows.run import RunReport
 

@@ -9,12 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline import matches as log
+from pipeline.bodies import BALL
 from pipeline.errors import BadSettings
 from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE
 from pipeline.play.match import Match
 from pipeline.play.minds import mind_of
 from pipeline.play.recipe import Recipe, TeamSettings
 from pipeline.state import encode
+from pipeline.world.arena import Arena
 from pipeline.world.camera import CameraSettings
 from pipeline.world.laws import RefereeSettings
 from schemas import Policies
@@ -298,3 +300,28 @@ def test_the_log_holds_no_garbage_beside_its_fields():
     assert frames.ball.dtype == BALL_DTYPE
     assert frames.robots.dtype == ROBOT_DTYPE
     assert encode(np.zeros((1, 36), dtype=np.uint8), "full36")[0] == 0
+
+
+@pytest.mark.parametrize(("ball", "robots", "pair"), [
+    # two of a team side by side, askew: each bends round the other, both push on and creep
+    ((0.1, 0.1), [(0.047, 0.328, 0.748), (-0.017, 0.288, 0.744), (-0.7, 0.193, 1.571),
+                  (0.7, 0.0, 1.57), (0.5, -0.5, 0.0), (0.3, -0.55, 0.0)], (1, 2)),
+    # the attacker against an opponent who stands before the ball
+    ((0.52, 0.162), [(-0.7, 0.145, -1.571), (-0.248, 0.04, -1.69), (0.484, -0.087, -1.345),
+                     (0.702, 0.047, 1.54), (0.494, -0.008, -1.35), (0.537, -0.166, 1.231)], (3, 5)),
+])  # fmt: skip
+def test_static_robots_that_touch_come_apart(ball, robots, pair):
+    """Home plays, the other team stands; robots of 7.5 cm whose middles are 11 cm apart cannot touch."""
+    of = recipe()
+    arena, mind = Arena(of.pitch, of.robots, of.physics), mind_of(of.home, of, 0)
+    bodies, wheels = np.zeros_like(arena.bodies), np.zeros((2 * of.robots, 2))
+    bodies[BALL, :2] = ball
+    bodies[1:, :3] = robots
+    arena.place(bodies)
+    one, other = pair
+    for frame in range(150):
+        if np.hypot(*(arena.bodies[one, :2] - arena.bodies[other, :2])) > 0.11:
+            return
+        mind.think(frame, arena.bodies, wheels[: of.robots])
+        arena.frame(wheels)
+    pytest.fail("they touch for 2.5 s")

@@ -30,6 +30,7 @@ from pipeline.players.steering import (
     along_walls,
     around,
     drive_to,
+    held,
     set_wheels,
     steer,
     to_pose,
@@ -332,14 +333,53 @@ class TestStatic:
                     break
         assert scored >= 7
 
-    def test_backs_off_when_it_is_stuck(self):
+    @pytest.mark.parametrize("creeps", [(0.0, 0.0, 0.0), (0.09, 0.0, 0.0), (-0.05, 0.08, 0.5)])
+    def test_backs_off_when_it_is_held(self, creeps):
+        # stands, or is pushed about by what it pushes at
         view = view_of((-0.70, 0.0, math.pi / 2), (0.0, 0.0, 0.0), (-0.4, -0.3, 0.0), ball=(0.5, 0.0, 0, 0))
+        view[2, VX:] = creeps
         memory = static.new_memory(3)
         drives = np.array([self.wheels(view, memory)[1].mean() for _ in range(48)])
         first = int(np.argmax(drives < 0))
         assert first * FRAME_S == pytest.approx(0.43, abs=0.03)
         assert (drives[:first] > 0).all()
         assert (drives[first : first + 17] < 0).all()
+
+    def test_one_that_gets_on_does_not_back_off(self):
+        view = view_of((-0.70, 0.0, math.pi / 2), (0.0, 0.0, 0.0), (-0.4, -0.3, 0.0), ball=(0.5, 0.0, 0, 0))
+        view[2, VX] = 0.6
+        memory = static.new_memory(3)
+        assert all(self.wheels(view, memory)[1].mean() > 0 for _ in range(120))
+
+    @pytest.mark.parametrize(("wheels", "motion", "is_held"), [
+        # forward at 0.8 m/s: less than 0.2 is held, sideways counts for nothing
+        ((0.8, 0.8), (0.19, 0.0, 0.0), True), ((0.8, 0.8), (0.21, 0.0, 0.0), False),
+        ((0.8, 0.8), (0.0, 0.7, 0.0), True), ((-0.8, -0.8), (0.7, 0.0, 0.0), True),
+        # rims of 0.71 m/s turn it at 20 rad/s: less than 5 is held
+        ((-0.71, 0.71), (0.3, 0.0, 4.9), True), ((-0.71, 0.71), (0.3, 0.0, 5.1), False),
+        # it is told to all but stand
+        ((0.0, 0.0), (0.0, 0.0, 0.0), False), ((0.07, 0.07), (0.0, 0.0, 0.0), False),
+    ])
+    def test_who_is_held(self, wheels, motion, is_held):
+        view = view_of((0.0, 0.0, 0.0))
+        view[1, VX:] = motion
+        assert held(view, 1, M, np.array([wheels] * 3)) == is_held
+
+    @pytest.mark.parametrize(("x", "y"), [
+        (-0.66, 0.1), (-0.66, 0.3),  # in the goal area
+        (-0.58, 0.0), (-0.58, 0.2), (-0.58, 0.37), (-0.66, 0.37),  # at its edge
+        (-0.55, 0.0), (-0.55, 0.3),  # before it: there is no room to get behind the ball
+        (-0.728, 0.25), (-0.728, 0.3), (-0.728, 0.37),  # at the goal line
+    ])
+    def test_somebody_plays_a_ball_about_the_goal_area(self, x, y):
+        bodies = view_of((-0.68, 0.19, -math.pi / 2), (-0.3, 0.1, 0.0), (-0.2, -0.3, 0.0), ball=(x, y, 0, 0))
+        speeds, wheels, memory, goal, frame = np.zeros((6, 2)), np.zeros((6, 2)), static.new_memory(3), 0, 0
+        while goal == 0 and np.hypot(*(bodies[BALL, :2] - [x, y])) < 0.1:
+            static.play(bodies, memory, M, dice(), wheels[:3])
+            goal = step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
+            frame += 1
+            assert frame * FRAME_S < 3.0
+        assert goal >= 0
 
 
 class TestHumanLike:

@@ -5,6 +5,10 @@ It stands in for the arena where a player only needs something that answers to i
 
 from __future__ import annotations
 
+# isort: off
+import pipeline  # noqa: F401 - before numba: it says where numba keeps its cache
+# isort: on
+
 import math
 
 import numpy as np

@@ -24,8 +24,8 @@ from pipeline.players.steering import (
     FRONT,
     along_walls,
     around,
+    held,
     set_wheels,
-    stands,
     steer,
     to_pose,
 )
@@ -47,7 +47,8 @@ _HYSTERESIS = 10 / 3.75
 _COS_BEHIND, _COS_HEADING, _SHOT = math.cos(math.radians(20)), math.cos(math.radians(35)), 4.0
 # Room that it needs behind the ball for that, in radii.
 _RUN_UP = 3.5
-# A robot that stands for so long although its wheels turn backs off for so long, seconds.
+# A robot that is held for so long backs off for so long, seconds. One that reverses from top speed looks
+# held for a quarter of a second (wheels of 6 m/s²).
 _STUCK_S, _ESCAPE_S = 0.4, 0.3
 
 
@@ -105,14 +106,16 @@ def share_out(view: F64, count: int, m: Measures, memory: F64) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def guard(view: F64, robot: int, m: Measures, wheels: F64) -> None:
-    """Keep the goal: on the line, where the ball will cross it; clear a ball that lies in the goal area."""
+    """Keep the goal: on the line, where the ball will cross it; clear a ball that nobody else may play."""
     dx, dy = offset(view, robot, BALL)
+    # a ball that lies beside the goal is not driven into it
+    clear = not_behind(view, robot, m) or abs(view[BALL, Y]) > m.half_goal
     if at_hand(view, robot, m):
         if has_ball(view, robot, m) and view[BALL, X] > view[robot, X] + 0.5 * m.radius:
             steer(view, robot, dx, dy, m.top, FRONT, m, wheels)
         else:
             spin(view, robot, 1.0, 0.0, m, wheels)
-    elif dx > 0.0 and speed_of(view, BALL) < m.fast and in_area(view[BALL, X], view[BALL, Y], 0.0, m):
+    elif clear and speed_of(view, BALL) < m.fast and for_keeper(view, m):
         steer(view, robot, dx, dy, m.top, FRONT, m, wheels)
     else:
         keep_line(view, robot, m.half_goal, m, wheels)
@@ -122,7 +125,7 @@ def guard(view: F64, robot: int, m: Measures, wheels: F64) -> None:
 def attack(view: F64, robot: int, m: Measures, wheels: F64) -> None:
     """Get behind the ball by the univector field and drive it into the adversary's goal."""
     x, y = view[robot, X], view[robot, Y]
-    if in_area(view[BALL, X], view[BALL, Y], m.radius, m):
+    if for_keeper(view, m):
         wait(view, robot, -m.goal_x + m.area_depth + 3.0 * m.radius, view[BALL, Y], m, wheels)
         return
     ux, uy = _shot(view, m)
@@ -202,8 +205,22 @@ def go(view: F64, robot: int, dx: float, dy: float, speed: float, m: Measures, w
 @njit(cache=True, nogil=True, error_model="numpy")
 def at_hand(view: F64, robot: int, m: Measures) -> bool:
     """Whether the ball is near enough to spin at, and not behind."""
-    near = distance(view, robot, BALL) < _SPIN * m.radius
-    return bool(near and view[BALL, X] > view[robot, X] - m.radius)
+    return bool(distance(view, robot, BALL) < _SPIN * m.radius and not_behind(view, robot, m))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def not_behind(view: F64, robot: int, m: Measures) -> bool:
+    """Whether the ball is ahead of a robot or beside it."""
+    return bool(view[BALL, X] > view[robot, X] - m.radius)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def for_keeper(view: F64, m: Measures) -> bool:
+    """Whether only the goalkeeper plays the ball: in the own goal area, or to be played from within it."""
+    x, y = view[BALL, X], view[BALL, Y]
+    ux, uy = _shot(view, m)
+    px, py = run_up(x, y, ux, uy, m)
+    return in_area(x, y, m.radius, m) or in_area(px, py, 0.0, m)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -213,18 +230,24 @@ def in_area(x: float, y: float, margin: float, m: Measures) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def run_up(x: float, y: float, ux: float, uy: float, m: Measures) -> tuple[float, float]:
+    """Where a robot gets ready to drive a ball at (x, y) in the direction (ux, uy)."""
+    return x - _RUN_UP * m.radius * ux, y - _RUN_UP * m.radius * uy
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def cramped(x: float, y: float, ux: float, uy: float, m: Measures) -> bool:
     """Whether a wall leaves no room beside a ball, or behind it to get ready for the direction (ux, uy)."""
     side = 2.0 * m.radius
     if abs(y) > m.half_width - side or (abs(x) > m.goal_x - side and abs(y) > m.half_goal):
         return True
-    px, py = x - _RUN_UP * m.radius * ux, y - _RUN_UP * m.radius * uy
+    px, py = run_up(x, y, ux, uy, m)
     return bool(abs(px) > m.goal_x - m.radius or abs(py) > m.half_width - m.radius)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def get_free(view: F64, robot: int, m: Measures, memory: F64, wheels: F64) -> None:
-    """Back off for a while if the wheels turn but the robot has stood for long.
+    """Back off for a while if the wheels turn but the robot has been held for long.
 
     Args:
         view: the team's.
@@ -238,8 +261,7 @@ def get_free(view: F64, robot: int, m: Measures, memory: F64, wheels: F64) -> No
         memory[ESCAPING] -= 1.0
         wheels[robot - 1, 0], wheels[robot - 1, 1] = memory[LEFT], memory[RIGHT]
         return
-    tries = max(abs(left), abs(right)) > 4.0 * m.moving
-    memory[STUCK] = memory[STUCK] + 1.0 if tries and stands(view, robot, m) else 0.0
+    memory[STUCK] = memory[STUCK] + 1.0 if held(view, robot, m, wheels) else 0.0
     if memory[STUCK] * m.frame_s > _STUCK_S:
         memory[STUCK] = 0.0
         memory[ESCAPING] = math.floor(_ESCAPE_S / m.frame_s)

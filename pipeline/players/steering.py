@@ -12,7 +12,7 @@ import math
 from numba import njit
 
 from pipeline.bodies import F64, OMEGA, THETA, VX, VY, X, Y
-from pipeline.players.geometry import clamp, offset
+from pipeline.players.geometry import along, clamp, offset
 from pipeline.players.measures import Measures
 
 #: Which end of the robot goes first.
@@ -26,6 +26,8 @@ _SMOOTHING = 6.15 / 3.75
 # The same source's spread of an obstacle's influence, 4.57 cm beyond its least distance, 3.48 cm.
 _SPREAD = 4.57 / 3.75
 _LEAST = 3.48 / 3.75
+# A robot that does less than this share of what its wheels are told is held.
+_HINDERED = 0.25
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -54,15 +56,15 @@ def steer(
         wheels: written.
     """
     cos, sin = math.cos(view[robot, THETA]), math.sin(view[robot, THETA])
-    along, across = cos * dx + sin * dy, cos * dy - sin * dx
-    length = math.sqrt(along * along + across * across)
+    ahead, across = cos * dx + sin * dy, cos * dy - sin * dx
+    length = math.sqrt(ahead * ahead + across * across)
     if length == 0.0:
         set_wheels(0.0, 0.0, robot, m, wheels)
         return
-    sign = -1.0 if end == BACK or (end == EITHER and along < 0.0) else 1.0
-    along, across = sign * along, sign * across
-    ahead = max(along, 0.0) / length
-    set_wheels(sign * speed * ahead * ahead, m.gain * math.atan2(across, along), robot, m, wheels)
+    sign = -1.0 if end == BACK or (end == EITHER and ahead < 0.0) else 1.0
+    ahead, across = sign * ahead, sign * across
+    share = max(ahead, 0.0) / length
+    set_wheels(sign * speed * share * share, m.gain * math.atan2(across, ahead), robot, m, wheels)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -186,8 +188,17 @@ def along_walls(view: F64, robot: int, dx: float, dy: float, m: Measures) -> tup
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def stands(view: F64, robot: int, m: Measures) -> bool:
-    """Whether a robot neither drives nor turns."""
-    slow: float = 0.25 * m.moving
-    squared = view[robot, VX] ** 2 + view[robot, VY] ** 2
-    return bool(squared < slow * slow and abs(view[robot, OMEGA]) * m.axle < 2.0 * slow)
+def held(view: F64, robot: int, m: Measures, wheels: F64) -> bool:
+    """Whether a robot hardly moves as its wheels tell it to, as if something is in its way.
+
+    That is so if the floor passes under its wheels at less than ``_HINDERED`` of the speed that they are
+    told, both wheels together (the projection on what they are told). Wheels that have to change their
+    direction look the same until they have caught up.
+    """
+    left, right = wheels[robot - 1, 0], wheels[robot - 1, 1]
+    if max(abs(left), abs(right)) <= m.moving:
+        return False
+    v = along(view, robot, view[robot, VX], view[robot, VY])
+    turn = 0.5 * m.axle * view[robot, OMEGA]
+    done = left * (v - turn) + right * (v + turn)
+    return bool(done < _HINDERED * (left * left + right * right))
