@@ -56,8 +56,8 @@ def measurements(store: Store, seasons: Sequence[Receipt]) -> Measurements:
     """The pairs of matches that measure the seasons' apprentices.
 
     A pair counts if the team plays the policy that the season's last game has left (by its SHA-256), as
-    `pitchlore evaluate` has it play when no option says otherwise, under the laws and as long as in
-    the season. All pairs of an apprentice are of one code: the season's own, or if it has none, the present.
+    `pitchlore evaluate` has it play when no option says otherwise, in matches as long as the season's
+    games. All pairs of an apprentice are of one code: the season's own, or if it has none, the present.
     """
     played: dict[str, list[Receipt]] = {season.name: [] for season in seasons}
     for receipt in store.receipts("evaluations"):

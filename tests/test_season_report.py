@@ -150,12 +150,14 @@ def test_commands_measure_the_very_apprentices_again():
     rows = pl.concat([
         evaluation("best-static-s1", pairs=100), evaluation("best-static-s1", "random", 3, first=2, minutes=2.5),
         evaluation("best-static-s2", pairs=2), evaluation("best-static-s2", pairs=1, first=7), evaluation("best-static-s9"),
+        evaluation("best-static-s2", "v3", 1),
     ])
     assert list(evaluating(games, rows)) == [
         "pitchlore evaluate --policy best-static-s1 --against random --matches 6 --seed 2 --minutes 2.5",
         "pitchlore evaluate --policy best-static-s1 --against static --matches 200",
         "pitchlore evaluate --policy best-static-s2 --against static --matches 4",
         "pitchlore evaluate --policy best-static-s2 --against static --matches 2 --seed 7",
+        "pitchlore evaluate --policy best-static-s2 --against learned:3 --matches 2",
     ]
 
 

@@ -3,6 +3,10 @@
 A claim says that a quantity, one number a season, lies in a range. Where the paper gives a number and no
 spread (it played one season a column), "about" means from half to double of it. "Almost none" of the static
 column's other actions is at most a tenth of what the column has from the change of the score on: 0.33 %.
+
+What we aim at is measured on the apprentice that 35 games against the static team have made: by evaluations,
+in which it tries nothing and learns nothing any more, against the static team and against the random one;
+and by the end of its learning curve.
 """
 
 from __future__ import annotations
@@ -198,12 +202,12 @@ CLAIMS: tuple[Claim, ...] = (
     Claim(AIM, "The best apprentice beats the static team", ((BEST, STATIC),),
           "goal difference a match in evaluations against static", evaluated(DIFFERENCE, STATIC, GAMES),
           ABOVE),
-    *(Claim(AIM, "It uses what it learned", ((BEST, STATIC),),
+    *(Claim(AIM, f"It uses what it learned: against the {kind} team", ((BEST, STATIC),),
             f"other actions in evaluations against {kind}, mean %", evaluated(OTHER, kind, GAMES),
             MOSTLY_LEARNED) for kind in (STATIC, RANDOM)),
-    Claim(AIM, "It wins against a random team", ((BEST, STATIC),), "share won of evaluations against random",
-          evaluated(WON, RANDOM, GAMES), Range("at least 0.95", low=0.95), pooling="rate",
-          trials=pairs(RANDOM)),
+    Claim(AIM, "It wins against the random team, too", ((BEST, STATIC),),
+          "share won of evaluations against random", evaluated(WON, RANDOM, GAMES),
+          Range("at least 0.95", low=0.95), pooling="rate", trials=pairs(RANDOM)),
     Claim(AIM, "In its last games it beats the static team", ((BEST, STATIC),),
           f"goal difference in games {LATE[0]} to {LATE[1]}, mean", mean(DIFFERENCE, *LATE), ABOVE),
     *(Claim(AIM, "In its last games it uses what it learned", ((BEST, kind),),

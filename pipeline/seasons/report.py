@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -119,7 +120,7 @@ def document(report: Report) -> list[Block]:
         Heading("What each change does"),
         Sentences(f"Ablations less what they vary, over the last {LAST} games that all their seasons have, "
                   "with Welch's interval: seasons of one seed have no more in common than the chances of "
-                  "their first game."),
+                  "their first game. Of twenty changes that do nothing one is told apart by chance."),
         _ablated(ablated(report.games, (PAPER, BEST))),
         Heading("Who made the goals"),
         Sentences("Goals a game, means over the seasons: by direct action, by indirect action, by error of "
@@ -165,7 +166,8 @@ def evaluating(games: pl.DataFrame, evaluations: pl.DataFrame) -> Iterator[str]:
         runs = mine.with_columns(run=(pl.col("pair").diff() != 1).fill_null(value=False).cum_sum())
         for run in runs.partition_by("run"):
             first = "" if run["pair"][0] == 0 else f" --seed {run['pair'][0]}"
-            yield (f"pitchlore evaluate --policy {team} --against {opponent} --matches {2 * run.height}"
+            word = re.sub(r"^v(\d+)$", r"learned:\1", opponent)
+            yield (f"pitchlore evaluate --policy {team} --against {word} --matches {2 * run.height}"
                    f"{first}{minutes}")
 
 

@@ -133,7 +133,7 @@ def ablated(games: pl.DataFrame, bases: Sequence[str]) -> pl.DataFrame:
     """What each ablation changes: the last ten games of its seasons less those of what it varies.
 
     The interval is Welch's: seasons of the same seed share no more than their first game's chances, so
-    that pairing them would give away half of the degrees of freedom for nothing.
+    that pairing them would give away half of the degrees of freedom for next to nothing.
 
     Args:
         games: schema Games.
