@@ -169,7 +169,7 @@ def test_the_page_says_how_apprentices_did_and_what_is_left_out():
     assert "| best | static | 35 | random | 5 | 100 | 3.80 [3.80, 3.80] | 95.0 [95.0, 95.0] | 95.0 [" in text
     assert "Left out: 3 pairs" in text
     assert "pitchlore evaluate --policy best-static-s4 --against static --matches 20" in text
-    assert re.search(r"\| best-exact \| best \| static \| 2 and 5 \| 26 to 35 \| -\d.* \| fewer goals \|", text)
+    assert re.search(r"\| best-exact \| best \| static \| 2 and 5 \| 26 to 35 \| -\d.* \| worse \|", text)
 
 
 @pytest.fixture(scope="module")

@@ -224,7 +224,7 @@ def _measured(table: pl.DataFrame) -> Grid:
 def _ablated(table: pl.DataFrame) -> Grid:
     """Which way a change goes is said where the interval tells."""
     low, high = pl.col("difference_low"), pl.col("difference_high")
-    told = (pl.when(low > 0).then(pl.lit("more goals")).when(high < 0).then(pl.lit("fewer goals"))
+    told = (pl.when(low > 0).then(pl.lit("better")).when(high < 0).then(pl.lit("worse"))
             .otherwise(pl.lit("not told apart")))
     named = table.select(
         "settings", pl.col("base").alias("less"), "opponent",
