@@ -37,8 +37,8 @@ COMMANDS = (
     ),
     (
         "evaluate", "evaluations:evaluations",
-        "Measure a policy or a scripted team: pairs of matches with sides swapped, 95 % intervals.",
-        "pitchlore evaluate --policy 3 --against static --matches 200",
+        "Measure a policy, a season's apprentice or a scripted team: matches in pairs, 95 % intervals.",
+        "pitchlore evaluate --policy best-static-1 --against static --matches 200",
     ),
     (
         "play", "human:play",

@@ -1,14 +1,17 @@
 """The report on all seasons that were played: claims with verdicts, plots, one page."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import polars as pl
 
 from flows.catalog import refresh
 from flows.stage import Made, Scope, Stage
+from flows.teams import apprentice
 from pipeline.document import to_html, to_markdown
-from pipeline.errors import NotFound
+from pipeline.errors import NotFound, PitchloreError
+from pipeline.evaluations import Evaluation
 from pipeline.plots import seasons as plots
 from pipeline.plots.style import png
 from pipeline.receipts import SOFTWARE, Receipt
@@ -20,7 +23,8 @@ from pipeline.seasons.summary import beside_table_3, curves
 from pipeline.seasons.table3 import CHANGE
 from pipeline.settings import Frozen
 from pipeline.store import Store
-from schemas import Claims, Games, Growth
+from pipeline.world.laws import RefereeSettings
+from schemas import Claims, Evaluations, Games, Growth
 
 #: The one output of the noun report.
 NAME = "seasons"
@@ -36,8 +40,66 @@ def seasons(store: Store) -> list[Receipt]:
     return [receipt for receipt in store.receipts("seasons") if {"games", "growth"} <= receipt.files.keys()]
 
 
-def tables(store: Store) -> tuple[pl.DataFrame, pl.DataFrame]:
-    """The games and the growth of all seasons, schemas Games and Growth.
+class Measurements(NamedTuple):
+    """Pairs of matches by which seasons' apprentices were measured.
+
+    Attributes:
+        counted: receipts of those that count.
+        left_out: how many others there are.
+    """
+
+    counted: list[Receipt]
+    left_out: int
+
+
+def measurements(store: Store, seasons: Sequence[Receipt]) -> Measurements:
+    """The pairs of matches that measure the seasons' apprentices.
+
+    A pair counts if the team plays the policy that the season's last game has left (by its SHA-256), as
+    `pitchlore evaluate` has it play when no option says otherwise, in matches as long as the season's
+    games. All pairs of an apprentice are of one code: the season's own, or if it has none, the present.
+    """
+    played: dict[str, list[Receipt]] = {season.name: [] for season in seasons}
+    for receipt in store.receipts("evaluations"):
+        played.get(receipt.settings["evaluation"]["team"]["name"], []).append(receipt)
+    counted = [receipt for season in seasons for receipt in _measuring(store, season, played[season.name])]
+    return Measurements(counted, sum(map(len, played.values())) - len(counted))
+
+
+def _measuring(store: Store, season: Receipt, played: Sequence[Receipt]) -> list[Receipt]:
+    if not played:
+        return []
+    try:
+        team = apprentice(store, season.name).team
+    except PitchloreError:
+        return []  # its store is gone: nobody can tell any more whose matches these are
+    laws = RefereeSettings(duration_s=season.settings["settings"]["referee"]["duration_s"])
+    usual = Evaluation(team=team, opponent=team, referee=laws).model_dump(mode="json")
+    same = [receipt for receipt in played if receipt.settings["evaluation"] == usual | {
+        "opponent": receipt.settings["evaluation"]["opponent"]}]
+    of_one_code = ([receipt for receipt in same if receipt.software == software]
+                   for software in (season.software, SOFTWARE))
+    return next(filter(None, of_one_code), [])
+
+
+class Tables(NamedTuple):
+    """What the report is made of.
+
+    Attributes:
+        games: schema Games.
+        growth: schema Growth.
+        evaluations: schema Evaluations, of the pairs that count.
+        left_out: how many pairs do not.
+    """
+
+    games: pl.DataFrame
+    growth: pl.DataFrame
+    evaluations: pl.DataFrame
+    left_out: int
+
+
+def tables(store: Store) -> Tables:
+    """The games and the growth of all seasons, and the evaluations of their apprentices.
 
     Raises:
         NotFound: if no season has been played.
@@ -49,7 +111,11 @@ def tables(store: Store) -> tuple[pl.DataFrame, pl.DataFrame]:
                        next_step="Play one with `pitchlore season`")
     games = pl.concat(store.read_table(receipt, "games", Games) for receipt in receipts)
     growth = pl.concat(store.read_table(receipt, "growth", Growth) for receipt in receipts)
-    return games.sort("season", "game"), growth.sort("season", "game", "role")
+    counted, left_out = measurements(store, receipts)
+    evaluations = pl.concat([Evaluations.empty(), *(
+        store.read_table(receipt, "evaluations", Evaluations) for receipt in counted)])
+    return Tables(games.sort("season", "game"), growth.sort("season", "game", "role"),
+                  evaluations.sort("evaluation", "seed", "match"), left_out)
 
 
 def drawn(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
@@ -76,16 +142,17 @@ def drawn(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
     for base in (PAPER, BEST):
         mine = (pl.col("settings") == base) | pl.col("settings").str.starts_with(f"{base}-")
         variants = games.filter(mine & (pl.col("opponent") == STATIC))
-        if variants["settings"].n_unique() > 1:
-            found[f"ablations-{base}"] = plots.settings(curves(variants, both), CHANGE)
+        if variants["settings"].n_unique() > 1 and base in variants["settings"]:
+            found[f"ablations-{base}"] = plots.ablations(
+                curves(variants, both), base, CHANGE if base == PAPER else None)
     return {name: png(figure) for name, figure in found.items()}
 
 
 def compute(store: Store, _: str, __: Frozen, ___: Scope) -> Made:
     """Claims, plots, and the page in both forms."""
-    games, growth = tables(store)
-    claims, pictures = judged(games, growth), drawn(games, growth)
-    blocks = document(Report(games, claims, pictures, SOFTWARE.split("+")[0]))
+    games, growth, evaluations, left_out = tables(store)
+    claims, pictures = judged(games, growth, evaluations), drawn(games, growth)
+    blocks = document(Report(games, evaluations, left_out, claims, pictures, SOFTWARE.split("+")[0]))
     return Made(
         tables=[(claims, Claims)],
         blobs={"page": ("html", to_html(TITLE, blocks)), "text": ("md", to_markdown(blocks).encode())}
@@ -94,14 +161,15 @@ def compute(store: Store, _: str, __: Frozen, ___: Scope) -> Made:
 
 
 def _sources(store: Store, _: str, __: Scope) -> Iterable[Receipt]:
-    return seasons(store)
+    receipts = seasons(store)
+    return [*receipts, *measurements(store, receipts).counted]
 
 
 STAGE = Stage("report", (Claims,), _sources, compute)
 
 
 def write_report(store: Store) -> tuple[Receipt, Path]:
-    """Make the report unless it is there, made of these very seasons.
+    """Make the report unless it is there, made of these very seasons and evaluations.
 
     Not a flow: it is one piece of work of a few seconds, and needs no server.
 
@@ -110,7 +178,7 @@ def write_report(store: Store) -> tuple[Receipt, Path]:
 
     Raises:
         NotFound: if no season has been played.
-        CorruptFile: if a season's file is gone or its bytes are others.
+        CorruptFile: if a season's or an evaluation's file is gone or its bytes are others.
     """
     receipt = store.receipt("report", NAME) if STAGE.done(store, NAME, NO_SETTINGS, NOTHING) else None
     if receipt is None:

@@ -2,50 +2,111 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import polars as pl
 
-from pipeline.errors import BadSettings, NotFound
+from pipeline.errors import BadSettings, NotFound, PitchloreError
 from pipeline.evaluations import Entrant
 from pipeline.play.minds import SCRIPTED
 from pipeline.play.recipe import TeamSettings
 from pipeline.receipts import Manifest
+from pipeline.seasons.settings import Season
+from pipeline.settings import fitted
 from pipeline.store import Store
+from pipeline.store.files import SAFE_NAME
 from schemas import Policies
+
+_SEASONS = "seasons"
 
 
 def entrant(
-    store: Store, word: str, policies: dict[str, pl.DataFrame], *, explore: float = 0.0,
-    caution: float = 0.0, trust: int = 0,
+    store: Store, word: str, policies: dict[str, pl.DataFrame], *, explore: float | None = None,
+    caution: float | None = None, trust: int | None = None,
 ) -> Entrant:
     """The team that a word names; a policy that it plays is put into ``policies``.
 
     Args:
-        store: where policies are.
+        store: where policies and seasons are.
         word: random, static or human-like; learned for the newest policy, learned:3 or just 3 for a
-            version.
+            version; the id of a season for its apprentice, see :func:`apprentice`.
         policies: rows of schema Policies by label.
-        explore: of a learned team, see ``TeamSettings``.
-        caution: likewise.
+        explore: of a learned team, see ``TeamSettings``; None for 0.
+        caution: likewise; None for that of the season, else 0.
         trust: likewise.
 
     Raises:
         BadSettings: if no team is called so.
-        NotFound: if there is no such policy.
+        NotFound: if there is no such policy, or the season has none yet.
     """
     if word in SCRIPTED:
         return Entrant(name=word, settings=TeamSettings.model_validate({"kind": word}))
     version = word.removeprefix("learned:")
-    if word != "learned" and not version.isdecimal():
-        raise BadSettings(f"{word!r} is no team", next_step=(
-            "Name random, static, human-like, learned or learned:VERSION"))
-    manifest = policy(store, None if word == "learned" else int(version))
-    label, rows = labelled(store, manifest)
-    policies[label] = rows
-    return Entrant(
-        name=f"v{manifest.version}",
-        settings=TeamSettings(kind="learned", policy=label, explore=explore, caution=caution, trust=trust),
+    if word == "learned" or version.isdecimal():
+        manifest = policy(store, None if word == "learned" else int(version))
+        player = _player(store, manifest, f"v{manifest.version}", TeamSettings(kind="learned"))
+    else:
+        player = apprentice(store, word)
+    named, rows = labelled(player.store, player.manifest)
+    policies[named] = rows
+    asked = {"explore": explore, "caution": caution, "trust": trust}
+    settings = player.team.settings.model_dump() | {k: v for k, v in asked.items() if v is not None}
+    return player.team.model_copy(update={"settings": TeamSettings.model_validate(settings)})
+
+
+class Player(NamedTuple):
+    """A learned team, and its policy.
+
+    Attributes:
+        team: as it enters.
+        store: where the policy is.
+        manifest: of the policy.
+    """
+
+    team: Entrant
+    store: Store
+    manifest: Manifest
+
+
+def apprentice(store: Store, season: str) -> Player:
+    """What a season has trained so far: it plays as in the season's counted matches, but tries nothing.
+
+    Args:
+        store: that the season belongs to.
+        season: its id, which is the team's name.
+
+    Raises:
+        BadSettings: if there is no such season, or it was begun by a version whose settings were others.
+        NotFound: if none of its games is done, or its own store is gone.
+    """
+    receipt = store.receipt(_SEASONS, season) if SAFE_NAME.match(season) else None
+    if receipt is None:
+        raise _no_season(store, season)
+    own = fitted(Season, receipt.settings, where=season, keys="Play the season anew")
+    home = Store(store.root / receipt.details["store"])
+    # of the last game that is done: while the next is played, there may be a newer one that is not counted
+    manifest = home.manifest("policies", receipt.details["policy"])
+    counted = own.recipes(receipt.details["games"], policy=None)[0].home
+    return _player(home, manifest, season, counted.model_copy(update={"explore": 0.0, "doubt": 0.0}))
+
+
+def _player(store: Store, manifest: Manifest, name: str, settings: TeamSettings) -> Player:
+    """A policy as a team."""
+    return Player(Entrant(
+        name=name,
+        settings=settings.model_copy(update={"policy": label(manifest)}),
         policy_version=manifest.version, knowledge_version=manifest.counts["knowledge_version"],
-    )
+    ), store, manifest)
+
+
+def _no_season(store: Store, word: str) -> PitchloreError:
+    """Why a word that is none of the others names no season's apprentice."""
+    if SAFE_NAME.match(word) and (store.root / _SEASONS / word).is_dir():
+        return NotFound("has no policy yet: none of its games is done", where=word,
+                        next_step="Play the season with `pitchlore season`")
+    there = ", ".join(receipt.name for receipt in store.receipts(_SEASONS)) or "none yet"
+    return BadSettings(f"{word!r} is no team, nor a season (there are: {there})", next_step=(
+        "Name random, static, human-like, learned, learned:VERSION or a season's id"))
 
 
 def policy(store: Store, version: int | None = None) -> Manifest:
@@ -61,7 +122,11 @@ def policy(store: Store, version: int | None = None) -> Manifest:
     return manifest
 
 
+def label(manifest: Manifest) -> str:
+    """What a recipe calls a policy: whichever store it is in, its bytes tell which it is."""
+    return f"v{manifest.version} {manifest.files['policies'].sha256}"
+
+
 def labelled(store: Store, manifest: Manifest) -> tuple[str, pl.DataFrame]:
     """A policy's label for recipes, and its rows."""
-    label = f"v{manifest.version} {manifest.files['policies'].sha256}"
-    return label, store.read_version_table(manifest, "policies", Policies)
+    return label(manifest), store.read_version_table(manifest, "policies", Policies)

@@ -31,7 +31,8 @@ class Entrant(Frozen):
     """A team as it enters an evaluation.
 
     Attributes:
-        name: what it is called: a scripted team's kind, or v and the version of its policy.
+        name: what it is called: a scripted team's kind, v and the version of its policy, or the id of the
+            season whose apprentice it is.
         settings: how it plays.
         policy_version: of its policy, None for a scripted team.
         knowledge_version: that its policy values.
@@ -60,8 +61,8 @@ class Evaluation(Frozen):
 
     @property
     def id(self) -> str:
-        """Both teams, and a hash of everything."""
-        return f"{self.team.name}-{self.opponent.name}-{fingerprint(self)[:12]}"
+        """Both teams, as far as there is room, and a hash of everything."""
+        return f"{self.team.name}-{self.opponent.name}"[:51].rstrip("-") + f"-{fingerprint(self)[:12]}"
 
     @property
     def of_itself(self) -> bool:

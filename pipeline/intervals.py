@@ -63,6 +63,30 @@ def mean_interval(values: npt.ArrayLike) -> tuple[float, float] | None:
     return centre - half, centre + half
 
 
+def welch(one: npt.ArrayLike, other: npt.ArrayLike) -> tuple[float, float] | None:
+    """Welch's 95 % interval of the difference of two means, both ends included; None below two values.
+
+    The variances may differ; the degrees of freedom are Satterthwaite's. Values that never vary on
+    either side give an interval without width.
+
+    Source: Welch, *Biometrika* 34 (1947) 28-35.
+
+    Args:
+        one: float64 [R], one a training; NaN where a training has none.
+        other: float64 [S], likewise, of trainings that are independent of these.
+    """
+    a, b = (values[~np.isnan(values)] for values in (np.asarray(x, dtype=np.float64) for x in (one, other)))
+    if min(len(a), len(b)) < 2:
+        return None
+    u, v = float(a.var(ddof=1)) / len(a), float(b.var(ddof=1)) / len(b)
+    half = 0.0
+    if u + v > 0:
+        freedom = (u + v) ** 2 / (u * u / (len(a) - 1) + v * v / (len(b) - 1))
+        half = float(stdtrit(freedom, 0.975)) * math.sqrt(u + v)
+    apart = float(a.mean() - b.mean())
+    return apart - half, apart + half
+
+
 def combined(
     weights: npt.ArrayLike, values: npt.ArrayLike, lows: npt.ArrayLike, highs: npt.ArrayLike
 ) -> tuple[float, float]:

@@ -21,8 +21,8 @@ class Evaluations(Table):
     VERSION: ClassVar[int] = 1
 
     evaluation = dy.String(regex=r"^[a-z0-9][a-z0-9-]{0,63}$", description="team, opponent, and a hash of all but the seed")
-    team = dy.String(description="team that is measured: v and the version of its policy, or a scripted team")
-    policy_version = dy.Int32(nullable=True, min=1, description="version of the policy it plays; null for a scripted team")
+    team = dy.String(description="team that is measured: v and the version of its policy, the id of the season whose apprentice it is, or a scripted team")
+    policy_version = dy.Int32(nullable=True, min=1, description="version of the policy it plays, among the season's own if it is an apprentice; null for a scripted team")
     knowledge_version = dy.Int32(nullable=True, min=1, description="version of the knowledge that policy values")
     opponent = dy.String(description=f"team it plays against, likewise. {STAND_IN}")
     seed = dy.Int64(min=0, description="of the pair of matches")

@@ -2,7 +2,7 @@
 
 import polars as pl
 
-from schemas import ROLES, Games, Growth
+from schemas import ROLES, Evaluations, Games, Growth
 
 
 def season(settings="paper", opponent="static", seed=0, *, last=35, other=lambda g: 0.0, goals=lambda g: (1, 0),
@@ -31,6 +31,25 @@ def season(settings="paper", opponent="static", seed=0, *, last=35, other=lambda
             "other_actions": others // 3,
         } for role in ROLES]
     return pl.DataFrame(games, schema=Games.dtypes()), pl.DataFrame(growth, schema=Growth.dtypes())
+
+
+def evaluation(team, against="static", pairs=10, *, goals=lambda i: (1, 0), learned=95, first=0, minutes=8.0):
+    """Evaluations of an apprentice; ``goals(match)`` those for and against, ``learned`` per cent."""
+    rows = [{
+        "evaluation": f"{team}-{against}"[:51] + "-0123456789ab", "team": team, "policy_version": 35, "knowledge_version": 35,
+        "opponent": against, "seed": first + i // 2, "match": 1 + i % 2, "side": ("home", "away")[i % 2],
+        "match_seed": 2_000_000_000 + 2 * (first + i // 2), "duration_s": 60 * minutes, "goals_for": goals(i)[0],
+        "goals_against": goals(i)[1], "actions": 200, "other_actions": 2 * learned,
+    } for i in range(2 * pairs)]
+    return Evaluations.validate(pl.DataFrame(rows, schema=Evaluations.dtypes()))
+
+
+def apprentices(seeds=5, late=lambda s: 1):
+    """Evaluations of best's apprentices; ``late(season)`` is how many of 20 matches against random it does not win."""
+    return pl.concat(rows for s in range(seeds) for rows in (
+        evaluation(f"best-static-s{s}", goals=lambda i, s=s: (3 + s % 2, 1)),
+        evaluation(f"best-static-s{s}", "random", goals=lambda i, s=s: (0, 0) if i < late(s) else (4, 0)),
+    ))
 
 
 def tables(*seasons):

@@ -21,6 +21,7 @@ from pipeline.intervals import (
     mean,
     mean_interval,
     weighted_sum,
+    welch,
     wilson,
 )
 from pipeline.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, verdicts
@@ -66,6 +67,18 @@ def test_a_mean_has_students_interval():
     assert mean_interval([np.nan, 4.0]) is None
     assert mean_interval([]) is None
     assert mean_interval([4.0, 4.0]) == (4.0, 4.0)
+
+
+@given(*(st.lists(st.integers(-50, 50), min_size=2, max_size=most, unique=True) for most in (6, 9)))
+def test_a_difference_of_means_has_welchs_interval(one, other):
+    expected = stats.ttest_ind(one, other, equal_var=False).confidence_interval(0.95)
+    assert welch([*one, np.nan], other) == pytest.approx((expected.low, expected.high), rel=1e-6, abs=1e-6)
+
+
+def test_a_difference_of_means_needs_two_values_on_either_side():
+    assert welch([1.0], [1.0, 2.0]) is None
+    assert welch([1.0, np.nan], [1.0, 2.0]) is None
+    assert welch([3.0, 3.0], [1.0, 1.0]) == (2.0, 2.0)
 
 
 @pytest.mark.parametrize(

@@ -102,6 +102,12 @@ def test_no_two_pairs_share_a_seed_and_a_team_against_itself_never_plays_a_match
     assert len(set.union(*swapped)) == 5
 
 
+def test_the_longest_names_of_teams_still_name_an_evaluation():
+    long = scripted("static").model_copy(update={"name": "a-very-long-name-of-settings-that-somebody-wrote-human-like-12"})
+    rows = play(Pair(evaluation=short().model_copy(update={"team": long, "opponent": long}), seed=0), {})
+    assert rows["evaluation"].str.len_chars().max() == 64
+
+
 def test_evaluations_of_other_settings_have_other_names():
     names = {e.id for e in (short(), short("random", "static"), short().model_copy(
         update={"referee": RefereeSettings(duration_s=5.0)}))}
@@ -159,8 +165,10 @@ def test_a_killed_process_is_one_clear_error_and_what_was_over_is_kept(tmp_path,
 
 def test_unknown_teams_and_policies_are_refused(tmp_path):
     store = Store(tmp_path)
-    with pytest.raises(BadSettings, match="no team"):
+    with pytest.raises(BadSettings, match=r"'brazil' is no team, nor a season \(there are: none yet\)\. Name .* season's id\.$"):
         entrant(store, "brazil", {})
+    with pytest.raises(BadSettings, match="no team"):
+        entrant(store, "../brazil", {})
     with pytest.raises(NotFound):
         entrant(store, "learned", {})
     with pytest.raises(NotFound):

@@ -4,7 +4,10 @@ import polars as pl
 import pytest
 
 from flows import season as loop
+from flows.record import record
+from flows.teams import entrant
 from pipeline.errors import BadSettings, NotFound
+from pipeline.play.recipe import Recipe
 from pipeline.seasons import settings
 from pipeline.seasons.settings import Season, SeasonSettings, named, names, parse
 from pipeline.store import Store
@@ -53,6 +56,31 @@ def test_each_game_is_played_with_what_was_learned_from_the_one_before(played):
     for before, after in zip(games.rows(named=True), games.rows(named=True)[1:], strict=False):
         policy = own.manifest("policies", after["policy_version"])
         assert policy.counts["knowledge_version"] == before["knowledge_version"]
+
+
+def test_its_apprentice_is_a_team_that_plays_the_last_policy_as_the_counted_match_does_but_tries_nothing(tmp_path):
+    own = season(lines=("caution = 0.5", "trust = 2", "doubt = 0.1"))
+    (tmp_path / "seasons" / own.id).mkdir(parents=True)
+    with pytest.raises(NotFound, match="short-static-1: has no policy yet: none of its games is done"):
+        entrant(Store(tmp_path), own.id, {})
+    play(tmp_path, own, (1, 2))
+    known = {}
+    team = entrant(Store(tmp_path), own.id, known)
+    manifest = loop.store_of(tmp_path, own).latest("policies")
+    assert (team.name, team.policy_version) == (own.id, manifest.version)
+    assert team.knowledge_version == rows(tmp_path, own)["knowledge_version"][-1]
+    (label,) = known
+    assert label == team.settings.policy == f"v{manifest.version} {manifest.files['policies'].sha256}"
+    (counted, *_) = own.recipes(3, label)
+    assert counted.home.explore > 0 < counted.home.doubt
+    assert team.settings == counted.home.model_copy(update={"explore": 0.0, "doubt": 0.0})
+    otherwise = entrant(Store(tmp_path), own.id, {}, explore=0.25, caution=0.0, trust=0)
+    assert otherwise.settings == counted.home.model_copy(update={"explore": 0.25, "doubt": 0.0, "caution": 0.0, "trust": 0})
+    # whose store is another's: its rows are found by the label when it plays
+    recipe = Recipe(home=team.settings, away=counted.away, seed=1, referee=own.settings.referee)
+    receipt, new = record(Store(tmp_path), recipe, known)
+    assert new
+    assert receipt.settings["home"]["policy"] == label
 
 
 def test_the_lead_comes_when_the_settings_say(played):

@@ -4,8 +4,10 @@ import math
 
 import polars as pl
 import pytest
-from seasons import ablations, evolving, rising, season, tables, world
+from scipy import stats
+from seasons import ablations, apprentices, evaluation, evolving, rising, season, tables, world
 
+from pipeline.intervals import wilson
 from pipeline.seasons import table3
 from pipeline.seasons.claims import CLAIMS, printed
 from pipeline.seasons.judging import judged
@@ -22,10 +24,11 @@ from pipeline.seasons.measures import (
     slope,
     total,
 )
-from pipeline.seasons.summary import attributed, beside_table_3, compared, curves, played
-from schemas import Claims, Games, Growth
+from pipeline.seasons.summary import ablated, attributed, beside_table_3, compared, curves, measured, played
+from schemas import Claims, Evaluations, Games, Growth
 
-HUMAN, STATIC = "human-like", "static"
+HUMAN, STATIC, RANDOM = "human-like", "static", "random"
+NONE = Evaluations.empty()
 
 
 def claim(found, text, opponent=None, quantity=""):
@@ -47,7 +50,7 @@ def test_what_is_known_of_the_papers_table(opponent, measure, value):
 
 
 def test_the_paper_denies_itself_in_what_its_table_does_not_bear_out():
-    found = judged(Games.empty(), Growth.empty())
+    found = judged(Games.empty(), Growth.empty(), NONE)
     denied = found.filter(pl.col("verdict") == "contradictory")
     assert denied["quantity"].to_list() == [
         "share of games 2 to 35 with other actions", "slope of other actions in games 11 to 35, % a game",
@@ -58,14 +61,14 @@ def test_the_paper_denies_itself_in_what_its_table_does_not_bear_out():
 
 
 def test_its_own_table_never_stands_against_an_about():
-    about = judged(Games.empty(), Growth.empty()).filter(pl.col("stated").str.starts_with("about"))
+    about = judged(Games.empty(), Growth.empty(), NONE).filter(pl.col("stated").str.starts_with("about"))
     assert about.height == 9
     assert (about["verdict"] == "not judged").all()
 
 
 def test_measures_of_a_phase_need_all_its_games():
     games, growth = tables(season(last=12, without=(4,), other=lambda g: float(g)))
-    (one,) = seasons_of(games, growth)["paper", STATIC]
+    (one,) = seasons_of(games, growth, NONE)["paper", STATIC]
     assert mean(OTHER, 5, 12)(one) == pytest.approx(8.5)
     assert total(pl.col("other_actions"), 5, 6)(one) == 110
     assert slope(OTHER, 5, 12)(one) == pytest.approx(1.0)
@@ -78,14 +81,14 @@ def test_a_game_without_decisions_says_nothing_of_shares():
     games, growth = season(other=lambda g: 10.0, last=3)
     games = games.with_columns(pl.when(pl.col("game") == 2).then(0).otherwise(pl.col(c)).alias(c).cast(pl.Int64)
                                for c in ("actions", "random_actions", "other_actions"))
-    assert mean(OTHER, 1, 3)(Season(games, growth)) == 10.0
-    assert slope(OTHER, 1, 3)(Season(games, growth)) == pytest.approx(0.0, abs=1e-12)
+    assert mean(OTHER, 1, 3)(Season(games, growth, NONE)) == 10.0
+    assert slope(OTHER, 1, 3)(Season(games, growth, NONE)) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_steps_and_growth_without_training():
     games, growth = tables(season(last=4, states=lambda g: (5, 9, 7, 12)[g - 1], behaviours=lambda g: 2 * g,
                                   knowledge=lambda g: (1, 2, 2, 3)[g - 1]))
-    (one,) = seasons_of(games, growth)["paper", STATIC]
+    (one,) = seasons_of(games, growth, NONE)["paper", STATIC]
     assert least_step("states", 1, 4)(one) == -2
     assert grown_without_training("behaviours", 1, 4)(one) == 3 * 2  # game 3, all three roles
 
@@ -97,19 +100,32 @@ def test_the_interval_of_seasons_is_students_or_wilsons():
     assert estimate.high - estimate.value == pytest.approx(3.182446 * 1.3149778 / 2, abs=1e-4)
     estimate, n = pooled([1.0] * 5, "seasons")
     assert estimate.low == pytest.approx(5 / (5 + 3.841459), abs=1e-6)
-    estimate, _ = pooled([1.0] * 5, "games", 25)
-    assert estimate.low == pytest.approx(125 / (125 + 3.841459), abs=1e-6)
     assert pooled([math.nan], "mean") == pooled([], "mean")
 
 
+def test_a_rate_is_as_uncertain_as_its_few_trials_and_as_its_few_seasons_make_it():
+    # no season differs: the trials alone make it uncertain
+    estimate, _ = pooled([1.0] * 5, "rate", 25)
+    assert (estimate.low, estimate.high) == (pytest.approx(125 / (125 + 3.841459), abs=1e-6), 1.0)
+    # seasons differ by far more than 1,000 trials each do: Student's, t(2) = 4.303, s = 0.1
+    estimate, n = pooled([0.5, 0.6, math.nan, 0.7], "rate", 1000)
+    assert n == 3
+    assert estimate == pytest.approx((0.6, 0.6 - 4.302653 * 0.1 / 3**0.5, 0.6 + 4.302653 * 0.1 / 3**0.5), abs=1e-5)
+    # never beyond what a rate can be
+    estimate, _ = pooled([0.0, 1.0], "rate", 10)
+    assert estimate == (0.5, 0.0, 1.0)
+    # of one apprentice it cannot be told how others differ
+    assert math.isnan(pooled([0.9], "rate", 1000)[0].low)
+
+
 def test_one_season_is_measured_without_an_interval_and_not_judged():
-    found = judged(*tables(season("paper", STATIC, other=evolving(0))))
+    found = judged(*tables(season("paper", STATIC, other=evolving(0))), NONE)
     row = claim(found, "nothing evolves")
     assert (row["measured"], row["low"], row["high"], row["seasons"], row["verdict"]) == (0.0, None, None, 1, "not judged")
 
 
 def test_most_of_what_the_paper_says_is_reproduced_where_it_holds():
-    found = judged(*world())
+    found = judged(*world(), apprentices())
     assert list(found.schema.items()) == list(Claims.dtypes().items())
     assert claim(found, "nothing evolves")["verdict"] == "reproduced"
     assert claim(found, "from game 11 on", quantity="11 less those")["verdict"] == "reproduced"
@@ -118,42 +134,68 @@ def test_most_of_what_the_paper_says_is_reproduced_where_it_holds():
     assert claim(found, "Actions in a game", STATIC)["verdict"] == "contradicted"  # 1,000, not 3,976
     assert claim(found, "the striker knows more states")["verdict"] == "reproduced"
     assert claim(found, "makes more goals", quantity="direct or indirect")["measured"] == pytest.approx(2.0)
-    assert claim(found, "beats the static team")["verdict"] == "reached"
-    assert claim(found, "It uses what it learned", STATIC)["verdict"] == "reached"
-    assert claim(found, "It uses what it learned", HUMAN)["verdict"] == "not judged"
-    assert claim(found, "It wins against a random team")["verdict"] == "reached"
+    assert claim(found, "The best apprentice beats the static team")["verdict"] == "reached"
+    assert claim(found, "In its last games it beats the static team")["verdict"] == "reached"
+    assert claim(found, "It uses what it learned: against the static team")["verdict"] == "reached"
+    assert claim(found, "In its last games it uses what it learned", STATIC)["verdict"] == "reached"
+    assert claim(found, "In its last games it uses what it learned", HUMAN)["verdict"] == "not judged"
     # the paper's words against its table stay so, whatever ours show
     row = claim(found, "a tendency to increase")
     assert (row["verdict"], row["measured"] > 0) == ("contradictory", True)
 
 
+def test_our_aims_are_of_evaluations_after_the_last_game():
+    found = judged(*world(), apprentices(late=lambda s: s))
+    row = claim(found, "The best apprentice beats")
+    # goal differences 2, 3, 2, 3, 2
+    assert (row["measured"], row["seasons"], row["verdict"]) == (pytest.approx(2.4), 5, "reached")
+    row = claim(found, "It wins against the random team")
+    # 1, .95, .9, .85, .8: mean .9, s = .0790569, t(4) = 2.776: ± .0982; 50 pairs: Wilson's .786 is lower
+    assert row["measured"] == pytest.approx(0.9)
+    assert (row["low"], row["high"]) == (pytest.approx(float(wilson(45, 50)[0])), pytest.approx(0.9 + 0.0981620, abs=1e-6))
+    assert row["verdict"] == "not reached"
+    assert (row["settings"], row["opponent"]) == ("best", STATIC)
+    many = pl.concat(evaluation(f"best-static-s{s}", RANDOM, 50) for s in range(5))
+    assert claim(judged(*world(), many), "It wins against the random team")["verdict"] == "reached"
+
+
+def test_a_season_that_has_not_ended_was_not_measured_after_its_last_game():
+    games, growth = (table.filter((pl.col("season") != "best-static-s1") | (pl.col("game") < 35)) for table in world())
+    assert claim(judged(games, growth, apprentices()), "The best apprentice beats")["seasons"] == 4
+
+
+def test_evaluations_of_teams_without_a_season_say_nothing():
+    rows = pl.concat([apprentices(), evaluation("best-static-s77", goals=lambda _: (0, 9)), evaluation("v3", goals=lambda _: (0, 9))])
+    assert judged(*world(), rows).equals(judged(*world(), apprentices()))
+
+
 def test_the_ablations_must_break_what_the_score_explains():
     games, growth = (pl.concat(parts) for parts in zip(world(), *ablations(), strict=True))
-    found = judged(games, growth).filter(pl.col("item") == "ablation")
+    found = judged(games, growth, NONE).filter(pl.col("item") == "ablation")
     assert found["verdict"].to_list() == ["reproduced"] * 4
     unbroken = [season("paper-full35", STATIC, s, other=evolving(s)) for s in range(5)]
     games, growth = (pl.concat(parts) for parts in zip(world(), *unbroken, strict=True))
-    found = judged(games, growth).filter(pl.col("item") == "ablation")
+    found = judged(games, growth, NONE).filter(pl.col("item") == "ablation")
     assert found["verdict"].to_list() == ["contradicted", "not judged", "not reproduced", "not judged"]
 
 
 def test_a_season_that_breaks_off_is_left_out_of_what_it_does_not_have():
     full = [season("paper", STATIC, s, other=evolving(s)) for s in range(5)]
-    found = judged(*tables(*full, season("paper", STATIC, 5, last=15, other=evolving(5))))
+    found = judged(*tables(*full, season("paper", STATIC, 5, last=15, other=evolving(5))), NONE)
     assert claim(found, "nothing evolves")["seasons"] == 6
     assert claim(found, "from game 11 on", quantity="11 to 20")["seasons"] == 5
 
 
 def test_the_same_season_twice_counts_once():
     again = season("paper", STATIC, 0, other=evolving(0), last=20, name="again")
-    found = judged(*tables(season("paper", STATIC, 0, other=evolving(0)), again))
+    found = judged(*tables(season("paper", STATIC, 0, other=evolving(0)), again), NONE)
     assert claim(found, "nothing evolves")["seasons"] == 1
 
 
 def test_verdicts_do_not_depend_on_the_order_of_rows():
     games, growth = world()
-    shuffled = judged(games.sample(fraction=1.0, shuffle=True, seed=1), growth.sample(fraction=1.0, shuffle=True, seed=2))
-    assert shuffled.equals(judged(games, growth))
+    shuffled = judged(*(table.sample(fraction=1.0, shuffle=True, seed=1) for table in (games, growth, apprentices())))
+    assert shuffled.equals(judged(games, growth, apprentices()))
 
 
 def test_curves_are_means_over_seasons_with_their_interval():
@@ -184,6 +226,34 @@ def test_settings_are_compared_over_the_last_ten_games():
     assert (row["seasons"], row["games"], row["difference"], row["won"], row["lost"]) == (2, 12, 1.0, 1.0, 0.0)
     assert row["won_low"] == pytest.approx(20 / (20 + 3.841459), abs=1e-6)
     assert compared(Games.empty()).height == 0
+
+
+def test_a_change_is_measured_over_the_last_games_that_all_have():
+    seasons = [season("best", STATIC, s, last=14, goals=lambda g, s=s: (s, 0) if g < 13 else (9, 0)) for s in (1, 2, 3)]
+    seasons += [season("best-exact", STATIC, s, last=12, goals=lambda g, s=s: (s, 5)) for s in (1, 2)]
+    seasons += [season("best-exact", RANDOM, 1, last=12), season("best-new", STATIC, 1, last=2), season("bester", STATIC, 1)]
+    found = ablated(tables(*seasons)[0], ("paper", "best"))
+    assert found.select("settings", "base", "opponent", "seasons", "seasons_base", "first", "last").rows() == [
+        ("best-exact", "best", STATIC, 2, 3, 3, 12), ("best-new", "best", STATIC, 1, 3, 1, 2)]
+    row = found.row(0, named=True)
+    # -4 and -3, less 1, 2 and 3: Welch's by hand: var/n .25 and 1/3
+    expected = stats.ttest_ind([-4, -3], [1, 2, 3], equal_var=False).confidence_interval(0.95)
+    assert (row["difference"], row["difference_low"], row["difference_high"]) == pytest.approx((-5.5, *expected))
+    assert found.row(1, named=True)["difference_low"] is None
+    assert ablated(Games.empty(), ("best",)).height == 0
+
+
+def test_apprentices_are_measured_by_opponent():
+    games, _ = tables(*(season("best", STATIC, s) for s in range(3)), season("best", HUMAN, 0))
+    found = measured(games, pl.concat([apprentices(3, late=lambda s: 2), evaluation("best-human-like-s0", pairs=4)]))
+    columns = ("settings", "opponent", "games", "against", "seasons", "matches")
+    assert found.select(columns).rows() == [
+        ("best", STATIC, 35, RANDOM, 3, 60), ("best", STATIC, 35, STATIC, 3, 60), ("best", HUMAN, 35, STATIC, 1, 8)]
+    row = found.row(0, named=True)
+    assert (row["won"], row["lost"], row["other"], row["difference"]) == pytest.approx((0.9, 0.0, 95.0, 3.6))
+    assert row["won_low"] == pytest.approx(float(wilson(27, 30)[0]))
+    assert found.row(2, named=True)["won_low"] is None
+    assert measured(games, NONE).height == 0
 
 
 def test_goals_and_leads_are_summed_up():

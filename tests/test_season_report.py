@@ -4,24 +4,32 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import struct
 
 import polars as pl
 import pytest
-from seasons import ablations, evolving, season, tables, world
+from seasons import ablations, apprentices, evaluation, evolving, season, tables, world
 
 from flows.cli import main
-from flows.report import drawn, write_report
+from flows.evaluations import evaluate
+from flows.report import NAME, drawn, write_report
+from flows.report import tables as read
+from flows.teams import entrant
 from pipeline.catalog import query
 from pipeline.document import Code, Grid, Heading, Picture, Sentences, to_html, to_markdown
 from pipeline.errors import NotFound
+from pipeline.evaluations import Evaluation
 from pipeline.plots import seasons as plots
 from pipeline.plots.style import png
+from pipeline.seasons.judging import judged
 from pipeline.seasons.measures import DIFFERENCE, OTHER
-from pipeline.seasons.report import commands
+from pipeline.seasons.report import Report, commands, document, evaluating
+from pipeline.seasons.settings import Season, parse
 from pipeline.seasons.summary import beside_table_3, curves
 from pipeline.store import Store
-from schemas import Games, Growth
+from pipeline.world.laws import RefereeSettings
+from schemas import Games, Growth, Policies
 
 
 def put(store, games, growth):
@@ -78,11 +86,31 @@ def test_ablations_are_drawn_beside_what_they_vary():
     assert {struct.unpack(">II", data[16:24])[0] for data in pictures.values()} == {1100}
 
 
+def test_each_of_many_ablations_has_a_panel_of_its_own_with_the_base_in_it():
+    every = [season(name, "static", s, last=4, goals=lambda g, k=k: (k, 2))
+             for k, name in enumerate(("best", *(f"best-{letter}" for letter in "abcdefg"))) for s in range(2)]
+    games, _ = tables(*every, season("best-h", "static", 0, last=4))
+    figure = plots.ablations(curves(games, {"difference": DIFFERENCE, "other": OTHER}), "best", None)
+    figure.draw_without_rendering()
+    shown = [axes for axes in figure.axes if axes.get_visible()]
+    assert len(shown) == 2 * 8
+    titles = [axes.get_title(loc="left") for axes in shown]
+    assert [t for t in titles if t] == [*(f"best-{letter} (2 seasons)" for letter in "abcdefg"), "best-h (1 season)"]
+    assert labels(figure) == {"best (2 seasons)", "with the change"}
+    assert len({axes.get_ylim() for axes, title in zip(shown, titles, strict=True) if title}) == 1
+    boxes = [axes.get_tightbbox() for axes in shown]
+    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+    assert not any(figure.legends[0].get_window_extent().overlaps(box) for box in boxes)
+    five = games.filter(pl.col("settings").is_in(["best", *(f"best-{letter}" for letter in "abcde")]))
+    figure = plots.ablations(curves(five, {"difference": DIFFERENCE, "other": OTHER}), "best", 11)
+    assert sum(axes.get_visible() for axes in figure.axes) == 2 * 5
+
+
 def test_equal_tables_give_equal_bytes():
     games, _ = world(2)
     best = games.filter(pl.col("settings") == "best")
     shuffled = best.sample(fraction=1.0, shuffle=True, seed=3)
-    once, again = (png(plots.settings(curves(table, {"difference": DIFFERENCE, "other": OTHER}), 11)) for table in (best, shuffled))
+    once, again = (png(plots.progress(curves(table, {"difference": DIFFERENCE, "other": OTHER}), 90)) for table in (best, shuffled))
     assert once == again
 
 
@@ -115,6 +143,33 @@ def test_commands_play_the_very_seasons_again():
         "pitchlore season --settings paper --opponent static --seed 1 --seasons 3",
         "pitchlore season --settings paper --opponent static --seed 7 --seasons 1",
     ]
+
+
+def test_commands_measure_the_very_apprentices_again():
+    games, _ = tables(season("best", "static", 1), season("best", "static", 2))
+    rows = pl.concat([
+        evaluation("best-static-s1", pairs=100), evaluation("best-static-s1", "random", 3, first=2, minutes=2.5),
+        evaluation("best-static-s2", pairs=2), evaluation("best-static-s2", pairs=1, first=7), evaluation("best-static-s9"),
+        evaluation("best-static-s2", "v3", 1),
+    ])
+    assert list(evaluating(games, rows)) == [
+        "pitchlore evaluate --policy best-static-s1 --against random --matches 6 --seed 2 --minutes 2.5",
+        "pitchlore evaluate --policy best-static-s1 --against static --matches 200",
+        "pitchlore evaluate --policy best-static-s2 --against static --matches 4",
+        "pitchlore evaluate --policy best-static-s2 --against static --matches 2 --seed 7",
+        "pitchlore evaluate --policy best-static-s2 --against learned:3 --matches 2",
+    ]
+
+
+def test_the_page_says_how_apprentices_did_and_what_is_left_out():
+    games, growth = (pl.concat(parts) for parts in zip(world(), *(season("best-exact", "static", s) for s in range(2)), strict=True))
+    rows = apprentices()
+    report = Report(games, rows, 3, judged(games, growth, rows), {}, "pitchlore")
+    text = to_markdown(document(report)).replace("\\", "")
+    assert "| best | static | 35 | random | 5 | 100 | 3.80 [3.80, 3.80] | 95.0 [95.0, 95.0] | 95.0 [" in text
+    assert "Left out: 3 pairs" in text
+    assert "pitchlore evaluate --policy best-static-s4 --against static --matches 20" in text
+    assert re.search(r"\| best-exact \| best \| static \| 2 and 5 \| 26 to 35 \| -\d.* \| worse \|", text)
 
 
 @pytest.fixture(scope="module")
@@ -150,7 +205,7 @@ def test_the_page_is_one_small_file_that_fetches_nothing(reported):
 def test_what_is_exported_is_complete_and_links_what_is_there(reported):
     data, export = reported
     names = {path.name for path in export.iterdir()}
-    assert names == {"README.md", "games.csv", "growth.csv", "claims.csv", "table-3.png", "figure-8.png", "figure-9.png",
+    assert names == {"README.md", "games.csv", "growth.csv", "evaluations.csv", "claims.csv", "table-3.png", "figure-8.png", "figure-9.png",
                      "figure-10.png", "best.png"}
     linked = re.findall(r"\]\(([^)]+)\)", (export / "README.md").read_text())
     assert set(linked) == {name for name in names if name.endswith(".png")}
@@ -169,11 +224,68 @@ def test_a_report_is_made_once_and_anew_when_there_are_more_seasons(tmp_path):
     assert write_report(store)[0].key != first.key
 
 
+SHORT = Season(name="best", opponent="static", seed=1, settings=parse('base = "best"\n[referee]\nduration_s = 2', where="here"))
+
+
+@pytest.fixture
+def taught(tmp_path):
+    """A data folder with a season of one game, whose apprentice knows nothing."""
+    store, own = Store(tmp_path), Store(tmp_path / "seasons" / SHORT.id)
+    games, growth = tables(season("best", "static", 1, last=1, name=SHORT.id))
+    own.commit_version("policies", 1, parent=None, key="0" * 16, inputs={}, settings={},
+                       tables={"policies": (Policies.empty(), Policies)}, counts={"knowledge_version": 1})
+    store.commit("seasons", SHORT.id, "0" * 16, inputs={}, settings=SHORT.model_dump(mode="json"),
+                 tables={"games": (games, Games), "growth": (growth, Growth)},
+                 details={"games": 1, "store": f"seasons/{SHORT.id}", "policy": 1})
+    return store
+
+
+def measure(store, seeds=(0,), seconds=2.0, policy=SHORT.id, against="random", **options):
+    """As the command evaluate does."""
+    known = {}
+    team, opponent = entrant(store, policy, known, **options), entrant(store, against, known)
+    evaluate(store, Evaluation(team=team, opponent=opponent, referee=RefereeSettings(duration_s=seconds)), seeds, known)
+
+
+def test_a_report_is_made_of_the_evaluations_of_its_apprentices_and_anew_only_for_these(taught):
+    first, _ = write_report(taught)
+    measure(taught, policy="static")
+    measure(taught, seconds=1.0)
+    measure(taught, trust=3)
+    again, page = write_report(taught)
+    assert again == first
+    assert (read(taught).evaluations.height, read(taught).left_out) == (0, 2)
+    measure(taught, (0, 1))
+    measured, page = write_report(taught)
+    assert measured.key != first.key
+    rows = read(taught).evaluations
+    assert rows.select("team", "opponent", "seed", "match").rows() == [
+        (SHORT.id, "random", seed, match) for seed in (0, 1) for match in (1, 2)]
+    assert sum(label.startswith("evaluations/") for label in measured.inputs) == 2
+    assert "pitchlore evaluate --policy best-static-1 --against random --matches 4 --minutes 0.03333333333333333" in page.read_text()
+    assert write_report(taught)[0] == measured
+    assert [receipt.name for receipt in taught.receipts("report")] == [NAME]
+
+
+def test_evaluations_by_an_earlier_policy_or_by_two_codes_are_not_mixed(taught, monkeypatch):
+    measure(taught, (0, 1))
+    path = next((taught.root / "evaluations").glob("*-0.receipt.json"))
+    said = json.loads(path.read_text())
+    path.write_text(json.dumps(said | {"software": "pitchlore 0.0.1+01234567"}))
+    assert (read(taught).evaluations["seed"].unique().to_list(), read(taught).left_out) == ([1], 1)
+    # those of the season's own code come first
+    season_path = taught.root / "seasons" / f"{SHORT.id}.receipt.json"
+    season_path.write_text(json.dumps(json.loads(season_path.read_text()) | {"software": "pitchlore 0.0.1+01234567"}))
+    assert (read(taught).evaluations["seed"].unique().to_list(), read(taught).left_out) == ([0], 1)
+    shutil.rmtree(taught.root / "seasons" / SHORT.id)
+    assert (read(taught).evaluations.height, read(taught).left_out) == (0, 2)
+
+
 def test_json_holds_what_the_page_says(reported, capsys):
     data, _ = reported
     main_ok(["report", "--json", "--data", str(data)])
     said = json.loads(capsys.readouterr().out)
-    assert set(said) == {"page", "played", "claims", "compared"}
+    assert set(said) == {"page", "played", "claims", "compared", "ablated", "measured", "left_out"}
     assert {row["verdict"] for row in said["claims"]} >= {"reproduced", "contradictory", "reached", "not judged"}
 
 

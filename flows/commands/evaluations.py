@@ -32,9 +32,9 @@ def evaluations(
     matches: PositiveInt = 200,
     seed: NonNegativeInt = 0,
     minutes: PositiveFloat = 8.0,
-    explore: float = 0.0,
-    caution: float = 0.0,
-    trust: NonNegativeInt = 0,
+    explore: float | None = None,
+    caution: float | None = None,
+    trust: NonNegativeInt | None = None,
     jobs: PositiveInt | None = None,
     json: Json = False,
     common: Common = DEFAULTS,
@@ -42,16 +42,17 @@ def evaluations(
     """Measure a team: matches in pairs of one seed with sides swapped, and 95 % intervals over the pairs.
 
     Args:
-        policy: Who is measured: learned (the newest policy), learned:3 or just 3, or a scripted team:
-            static, human-like, random.
+        policy: Who is measured: learned (the newest policy), learned:3 or just 3; the id of a season, as
+            best-static-1, for its apprentice; or a scripted team: static, human-like, random.
         against: The opponent, likewise. A team against itself plays home in all matches, each of its own
             seed: that measures the arena.
         matches: How many, an even number; those that were played before are not played again.
         seed: Of the first pair; the next pair has the next.
         minutes: Of a match.
-        explore: Chance that a learned team's robot tries any behaviour instead of the best.
-        caution: By how much it takes a value known from one episode to be worse than the policy says.
-        trust: Visits that a state needs to be looked up by a finer key.
+        explore: Chance that a learned team's robot tries any behaviour instead of the best; by default 0.
+        caution: By how much it takes a value known from one episode to be worse than the policy says; by
+            default as in its season, else 0.
+        trust: Visits that a state needs to be looked up by a finer key; likewise.
         jobs: Processes that play; by default as many as there are cores.
         json: Print JSON.
         common: Options of every command.

@@ -50,8 +50,8 @@ def play(
     Who leaves before the final whistle keeps the match so far.
 
     Args:
-        against: Who plays against you: random, static, human-like, learned (the newest policy),
-            learned:3 or just 3.
+        against: Who plays against you: random, static, human-like; learned (the newest policy), learned:3
+            or just 3; the id of a season, as best-static-1, for its apprentice.
         minutes: Of the match.
         seed: Decides all that is left to chance; by default the first with which this match has not been
             played yet.

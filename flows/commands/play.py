@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import polars as pl
+from cyclopts.types import NonNegativeInt
 
 from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common, Json, bars, print_frame, print_json, print_stand_in
@@ -21,28 +22,32 @@ def record_matches(
     matches: int = 1,
     minutes: float = 8.0,
     robots: int = 3,
-    explore: float = 0.0,
-    caution: float = 0.0,
+    explore: float | None = None,
+    caution: float | None = None,
+    trust: NonNegativeInt | None = None,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
     """Play matches and log them.
 
     Args:
-        home: Who plays: random, static, human-like, learned (the newest policy), learned:3 or just 3.
+        home: Who plays: random, static, human-like; learned (the newest policy), learned:3 or just 3; the
+            id of a season, as best-static-1, for its apprentice.
         away: Likewise.
         seed: Decides all that is left to chance; the same seed plays the same match.
         matches: How many; each has the next seed.
         minutes: Of a match.
         robots: A side.
-        explore: Chance that a learned team's robot tries any behaviour instead of the best.
-        caution: By how much it takes a value known from one episode to be worse than the policy says.
+        explore: Chance that a learned team's robot tries any behaviour instead of the best; by default 0.
+        caution: By how much it takes a value known from one episode to be worse than the policy says; by
+            default as in its season, else 0.
+        trust: Visits that a state needs to be looked up by a finer key; likewise.
         json: Print JSON.
         common: Options of every command.
     """
     store = common.store
     policies: dict[str, pl.DataFrame] = {}
-    teams = [entrant(store, word, policies, explore=explore, caution=caution).settings
+    teams = [entrant(store, word, policies, explore=explore, caution=caution, trust=trust).settings
              for word in (home, away)]
     referee = RefereeSettings(duration_s=60 * minutes)
     rows = []

@@ -10,7 +10,8 @@ import polars as pl
 from flows.commands.common import DEFAULTS, Common, Json, console, print_frame, print_json, warn
 from flows.report import tables, write_report
 from pipeline.receipts import Receipt
-from pipeline.seasons.summary import compared, played
+from pipeline.seasons.claims import BEST, PAPER
+from pipeline.seasons.summary import ablated, compared, measured, played
 from pipeline.store import Store
 from schemas import Claims
 
@@ -20,25 +21,39 @@ def report(*, export: Path | None = None, json: Json = False, common: Common = D
 
     Args:
         export: Write tables, plots and the report as Markdown into this folder, too.
-        json: Print what was played, the claims and the settings beside each other as JSON.
+        json: Print what was played, the claims and the settings beside each other, and the evaluations of
+            the apprentices, as JSON.
         common: Options of every command.
     """
     store = common.store
-    for name, why in store.unreadable_receipts("seasons").items():
-        warn(f"season {name} is left out: {why}")
+    for noun in ("seasons", "evaluations"):
+        for name, why in store.unreadable_receipts(noun).items():
+            warn(f"{noun.removesuffix('s')} {name} is left out: {why}")
     receipt, page = write_report(store)
-    games, growth = tables(store)
+    games, growth, evaluations, left_out = tables(store)
     claims = store.read_table(receipt, "claims", Claims)
     if json:
         print_json({"page": str(page), "played": played(games).to_dicts(), "claims": claims.to_dicts(),
-                    "compared": compared(games).to_dicts()})
+                    "compared": compared(games).to_dicts(), "ablated": _changes(games).to_dicts(),
+                    "measured": measured(games, evaluations).to_dicts(), "left_out": left_out})
     else:
         print_frame(played(games), title="what was played")
-        print_frame(_side_by_side(compared(games)), title="settings beside each other (last games, 95 %)")
+        print_frame(_intervals(compared(games), ("settings", "opponent", "seasons")),
+                    title="settings beside each other (last games, 95 %)")
+        if (changes := _changes(games)).height:
+            print_frame(_intervals(changes, ("settings", "base", "opponent", "last")),
+                        title="what each change does (last games, less those of the base, 95 %)")
+        if evaluations.height:
+            print_frame(_intervals(measured(games, evaluations), (
+                "settings", "opponent", "games", "against", "seasons", "matches")),
+                title="evaluations of the apprentices (95 %)")
+        if left_out:
+            console().print(f"{left_out} pairs of matches of apprentices are left out; the page says which.")
         print_frame(_shown(claims), title="what is claimed, and what is seen")
         console().print(f"page: {page}", soft_wrap=True)
     if export:
-        _export(store, receipt, {"games": games, "growth": growth, "claims": claims}, export)
+        _export(store, receipt, {"games": games, "growth": growth, "evaluations": evaluations,
+                                 "claims": claims}, export)
         if not json:
             console().print(f"{export}: written", soft_wrap=True)
 
@@ -49,9 +64,14 @@ def _interval(of: str, low: str, high: str) -> pl.Expr:
     return pl.coalesce(pl.format("{} [{}, {}]", *ends), ends[0]).alias(of)
 
 
-def _side_by_side(rows: pl.DataFrame) -> pl.DataFrame:
-    return rows.select("settings", "opponent", "seasons", *(
-        _interval(name, f"{name}_low", f"{name}_high") for name in ("difference", "other", "won", "lost")))
+def _intervals(rows: pl.DataFrame, first: tuple[str, ...]) -> pl.DataFrame:
+    """Columns as they are, then what was measured with its interval."""
+    return rows.select(*first, *(_interval(name, f"{name}_low", f"{name}_high")
+                                 for name in ("difference", "other", "won", "lost") if name in rows.columns))
+
+
+def _changes(games: pl.DataFrame) -> pl.DataFrame:
+    return ablated(games, (PAPER, BEST))
 
 
 def _shown(claims: pl.DataFrame) -> pl.DataFrame:

@@ -26,10 +26,14 @@ _OPPONENTS: dict[str, tuple[str, Dashes]] = {
     "static": ("#0072B2", "solid"), "human-like": ("#D55E00", (0, (5, 2))),
     "random": ("#009E73", (0, (1.2, 1.2))),
 }
-_LINES: tuple[Dashes, ...] = ("solid", (0, (5, 2)), (0, (1.2, 1.2)), (0, (5, 2, 1.2, 2)))
+#: Of settings that are varied, and of those that vary them.
+_BASE: tuple[str, Dashes] = ("0.35", (0, (5, 2)))
+_VARIED: tuple[str, Dashes] = (COLOURS[0], "solid")
 
-#: Inches.
-_WIDTH, _HEIGHT = 10.0, 3.1
+#: Inches: a figure's width, a row of panels, and one where there are many.
+_WIDTH, _HEIGHT, _LOW = 10.0, 3.1, 2.1
+#: Ablations side by side.
+_ABREAST = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,13 +44,15 @@ class _Panel:
         title: above it.
         label: of the vertical axis, with its unit.
         rows: the curves drawn in it.
-        of: column whose values tell the curves apart.
+        of: column whose values tell the curves apart: opponent, or settings.
+        base: the settings that the others vary.
     """
 
     title: str
     label: str
     rows: pl.DataFrame
     of: str = "opponent"
+    base: str = ""
 
 
 def table_3(curves: pl.DataFrame, printed: pl.DataFrame, change: int) -> Figure:
@@ -107,7 +113,11 @@ def progress(curves: pl.DataFrame, aim: float) -> Figure:
         curves: of ``difference`` and ``other``.
         aim: share of learned actions that we aim at, per cent.
     """
-    figure = _drawn(_difference_and_other(curves, "opponent"), 2)
+    titles = {"difference": ("(a) goals, for less against", "goal difference a game"),
+              "other": ("(b) learned actions", "other actions, % of all")}
+    panels = [_Panel(title, label, curves.filter(pl.col("what") == what))
+              for what, (title, label) in titles.items()]
+    figure = _drawn(panels, 2)
     figure.axes[0].axhline(0, color="0.6", linewidth=0.8, zorder=1)
     figure.axes[1].axhline(aim, color="0.6", linewidth=0.8, linestyle=(0, (3, 3)), zorder=1)
     figure.axes[1].annotate(f"aim: {aim:g} %", (1, aim), xytext=(0, -3), textcoords="offset points",
@@ -116,27 +126,39 @@ def progress(curves: pl.DataFrame, aim: float) -> Figure:
     return _keyed(figure)
 
 
-def settings(curves: pl.DataFrame, change: int) -> Figure:
-    """Other actions and goal difference against one opponent under several settings.
+def ablations(curves: pl.DataFrame, base: str, change: int | None) -> Figure:
+    """Goal difference and other actions of each ablation, a column each, above what it varies.
 
     Args:
-        curves: of ``other`` and ``difference``.
-        change: game from which on the paper's settings change the score.
+        curves: of ``difference`` and ``other``, against one opponent.
+        base: settings that the others vary; drawn in grey in all panels.
+        change: game from which on the settings change the score, if they do.
     """
-    figure = _drawn(_difference_and_other(curves, "settings"), 2)
-    for axes in figure.axes:
-        axes.axvline(change - 0.5, color="0.6", linewidth=0.9, linestyle=(0, (3, 3)), zorder=1)
+    names = sorted(set(curves["settings"]) - {base})
+    columns = math.ceil(len(names) / math.ceil(len(names) / _ABREAST))
+    panels: list[_Panel | None] = []
+    for first in range(0, len(names), columns):
+        row = [*names[first:first + columns], *[None] * columns][:columns]
+        for what, label in (("difference", "goal difference a game"), ("other", "other actions, %")):
+            for name in row:
+                if name is None:
+                    panels.append(None)
+                    continue
+                drawn = curves.filter((pl.col("what") == what) & pl.col("settings").is_in([base, name]))
+                title = f"{name} ({_seasons(drawn.filter(pl.col('settings') == name))})"
+                panels.append(_Panel(title if what == "difference" else "", label if name == row[0] else "",
+                                     drawn, "settings", base))
+    figure = _drawn(panels, columns, height=_LOW)
+    for kind in range(2):
+        alike = [axes for place, axes in enumerate(figure.axes) if place // columns % 2 == kind]
+        limits = [axes.get_ylim() for axes in alike if axes.get_visible()]
+        for axes in alike:
+            axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
+            if kind == 0:
+                axes.axhline(0, color="0.6", linewidth=0.8, zorder=1)
+            if change is not None:
+                axes.axvline(change - 0.5, color="0.6", linewidth=0.9, linestyle=(0, (3, 3)), zorder=1)
     return _keyed(figure)
-
-
-def _difference_and_other(curves: pl.DataFrame, of: str) -> list[_Panel]:
-    """Goals on the left, actions on the right."""
-    return [
-        _Panel("(a) goals, for less against", "goal difference a game",
-               curves.filter(pl.col("what") == "difference"), of),
-        _Panel("(b) learned actions", "other actions, % of all",
-               curves.filter(pl.col("what") == "other"), of),
-    ]
 
 
 def _by_role(curves: pl.DataFrame, labels: dict[str, str]) -> list[_Panel]:
@@ -148,47 +170,57 @@ def _by_role(curves: pl.DataFrame, labels: dict[str, str]) -> list[_Panel]:
     ]
 
 
-def _drawn(panels: Sequence[_Panel], columns: int, *, shared: bool = False) -> Figure:
-    """All panels, a line a curve, without legends.
+def _drawn(
+    panels: Sequence[_Panel | None], columns: int, *, shared: bool = False, height: float = _HEIGHT
+) -> Figure:
+    """All panels, a line a curve, without legends; where there is None, nothing.
 
     Raises:
         NotFound: if there is no curve at all.
     """
-    if not any(panel.rows.height for panel in panels):
+    if not any(panel and panel.rows.height for panel in panels):
         raise NotFound("there are no games to draw", where="plots of seasons",
                        next_step="Play seasons with `pitchlore season`")
     lines = math.ceil(len(panels) / columns)
-    figure = Figure(figsize=(_WIDTH, 0.5 + _HEIGHT * lines), layout="constrained")
+    figure = Figure(figsize=(_WIDTH, 0.5 + height * lines), layout="constrained")
     grid = figure.subplots(lines, columns, sharex=True, sharey=shared, squeeze=False)
     for place, (axes, panel) in enumerate(zip(grid.flat, panels, strict=True)):
-        for rank, (name,) in enumerate(panel.rows.select(panel.of).unique(maintain_order=True).iter_rows()):
-            _draw(axes, panel.rows.filter(pl.col(panel.of) == name), *_look(panel.of, str(name), rank))
+        if panel is None:
+            axes.set_visible(False)
+            continue
+        for (name,), curve in panel.rows.partition_by(panel.of, as_dict=True).items():
+            _draw(axes, curve, *_look(panel, str(name), _seasons(curve)))
         axes.set_title(panel.title, loc="left", fontsize=10)
         axes.set_ylabel(panel.label)
         axes.grid(axis="y", color="0.9", linewidth=0.6)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
-        if place >= len(panels) - columns:
+        if place + columns >= len(panels) or panels[place + columns] is None:
             axes.set_xlabel("game")
+            axes.xaxis.set_tick_params(labelbottom=True)
         plain(axes)
     return figure
 
 
-def _look(of: str, name: str, rank: int) -> tuple[str, str, Dashes]:
+def _look(panel: _Panel, name: str, seasons: str) -> tuple[str, str, Dashes]:
     """Label, colour and line of a curve."""
-    if of == "opponent":
-        return f"against {name}", *_OPPONENTS[name]
-    return name, COLOURS[rank % len(COLOURS)], _LINES[rank % len(_LINES)]
+    if panel.of == "opponent":
+        return f"against {name} ({seasons})", *_OPPONENTS[name]
+    return (f"{name} ({seasons})", *_BASE) if name == panel.base else ("with the change", *_VARIED)
+
+
+def _seasons(curve: pl.DataFrame) -> str:
+    """Of how many seasons a curve is, at most."""
+    seasons = int(curve["seasons"].max() or 0)  # type: ignore[arg-type]
+    return f"{seasons} season{'s' if seasons > 1 else ''}"
 
 
 def _draw(axes: Axes, curve: pl.DataFrame, label: str, colour: str, line: Dashes) -> None:
     """One curve with its band."""
     rows = curve.sort("game")
-    seasons = int(rows["seasons"].max() or 0)  # type: ignore[arg-type]
     low, high = (rows[end].fill_null(math.nan).to_numpy() for end in ("low", "high"))
     axes.fill_between(rows["game"], low, high, color=colour, alpha=0.16, linewidth=0, zorder=3)
     axes.plot(rows["game"], rows["mean"], color=colour, linestyle=line, linewidth=1.8, zorder=4,
-              marker="o" if rows.height == 1 else "",
-              label=f"{label} ({seasons} season{'s' if seasons > 1 else ''})")
+              marker="o" if rows.height == 1 else "", label=label)
 
 
 def _keyed(figure: Figure, columns: int = 3) -> Figure:

@@ -22,24 +22,24 @@ from schemas import Claims
 LEAST_SEASONS = 5
 
 
-def judged(games: pl.DataFrame, growth: pl.DataFrame) -> pl.DataFrame:
+def judged(games: pl.DataFrame, growth: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
     """Every claim beside what the seasons show.
 
     Args:
         games: schema Games, of any seasons.
         growth: schema Growth, of the same.
+        evaluations: schema Evaluations, of their apprentices.
 
     Returns:
         Schema Claims, a row a claim, in their order, whether or not its seasons are there.
     """
-    found = seasons_of(games, growth)
+    found = seasons_of(games, growth, evaluations)
     return Claims.validate(pl.DataFrame(list(_rows(found)), schema=Claims.dtypes()), cast=True)
 
 
 def _rows(found: Mapping[tuple[str, str], Sequence[Season]]) -> Iterator[dict[str, object]]:
     for claim in CLAIMS:
-        sides = [pooled(map(claim.measure, found.get(side, [])), claim.pooling, claim.games)
-                 for side in claim.sides]
+        sides = [_pooled(claim, found.get(side, [])) for side in claim.sides]
         estimate = _apart([side for side, _ in sides])
         seasons = min(n for _, n in sides)
         in_table = _of_table_3(claim) if claim.in_table_3 else None
@@ -52,6 +52,14 @@ def _rows(found: Mapping[tuple[str, str], Sequence[Season]]) -> Iterator[dict[st
                for name, end in zip(("measured", "low", "high"), estimate, strict=True)},
             "seasons": seasons, "verdict": _verdict(claim, in_table, estimate, seasons),
         }
+
+
+def _pooled(claim: Claim, seasons: Sequence[Season]) -> tuple[Estimate, int]:
+    """The quantity over the seasons of one side, and how many have it."""
+    values = [claim.measure(season) for season in seasons]
+    trials = [claim.trials(season) for season, value in zip(seasons, values, strict=True)
+              if not math.isnan(value)]
+    return pooled(values, claim.pooling, min(trials, default=1))
 
 
 def _apart(sides: Sequence[Estimate]) -> Estimate:

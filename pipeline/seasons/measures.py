@@ -17,8 +17,9 @@ from pipeline.intervals import UNDEFINED, Estimate, mean_interval, wilson
 from schemas import ROLES
 
 #: How numbers of seasons become one: their mean with Student's interval; the share of seasons that say
-#: yes (1 rather than 0), or the share of their games, both with Wilson's.
-Pooling = Literal["mean", "seasons", "games"]
+#: yes (1 rather than 0) with Wilson's; a rate, the mean of shares of games or matches, with the wider of
+#: both (see :func:`pooled`).
+Pooling = Literal["mean", "seasons", "rate"]
 
 #: Decisions of another behaviour than 194, per cent of the game's (Table 3, column %).
 #: Null in a game without decisions, which is left out of means.
@@ -36,10 +37,12 @@ class Season(NamedTuple):
     Attributes:
         games: schema Games, by game. Of the paper's own apprentices only game and actions are known.
         growth: schema Growth, by game and role.
+        evaluations: schema Evaluations: matches that its apprentice was measured by after the last game.
     """
 
     games: pl.DataFrame
     growth: pl.DataFrame
+    evaluations: pl.DataFrame
 
 
 Measure = Callable[[Season], float]
@@ -59,37 +62,54 @@ def distinct(games: pl.DataFrame) -> pl.DataFrame:
     return lengths.unique(key, keep="first", maintain_order=True).drop("len").sort(key)
 
 
-def seasons_of(games: pl.DataFrame, growth: pl.DataFrame) -> dict[tuple[str, str], list[Season]]:
-    """Settings and opponent to their :func:`distinct` seasons, by seed."""
+def seasons_of(
+    games: pl.DataFrame, growth: pl.DataFrame, evaluations: pl.DataFrame
+) -> dict[tuple[str, str], list[Season]]:
+    """Settings and opponent to their :func:`distinct` seasons, by seed.
+
+    Args:
+        games: schema Games.
+        growth: schema Growth.
+        evaluations: schema Evaluations, of teams that are called by the id of their season.
+    """
     found: dict[tuple[str, str], list[Season]] = {}
     for row in distinct(games).iter_rows(named=True):
         mine = pl.col("season") == row["season"]
         found.setdefault((row["settings"], row["opponent"]), []).append(
-            Season(games.filter(mine).sort("game"), growth.filter(mine).sort("game", "role")))
+            Season(games.filter(mine).sort("game"), growth.filter(mine).sort("game", "role"),
+                   evaluations.filter(pl.col("team") == row["season"])))
     return found
 
 
-def pooled(values: Iterable[float], pooling: Pooling, games: int = 1) -> tuple[Estimate, int]:
+def pooled(values: Iterable[float], pooling: Pooling, trials: int = 1) -> tuple[Estimate, int]:
     """One number of seasons' numbers, and how many seasons have it.
 
-    Equal numbers have an interval without width: what never varied in the seasons seen is taken as
-    certain, which suits facts that must hold, and is too narrow for others.
+    Equal numbers have a mean's interval without width: what never varied in the seasons seen is taken
+    as certain, which suits facts that must hold, and is too narrow for others. A rate is uncertain because
+    apprentices differ, and because each was seen in so many trials only. Student's interval over the
+    seasons holds both, but says nothing where few shares near 0 or 1 happen to be alike; Wilson's over all
+    trials holds the second alone. The interval of a rate reaches to the farther end of both.
 
     Args:
         values: one a season, NaN where it has none.
         pooling: see :data:`Pooling`.
-        games: that each share is over, for pooling by games. Games of a season share an apprentice, so
-            the interval is too narrow where apprentices differ.
+        trials: that each season's share is over at least and that are independent but for the
+            apprentice: games, or pairs of matches; of a rate only.
     """
     seen = [value for value in values if not math.isnan(value)]
     if not seen:
         return UNDEFINED, 0
     mean = math.fsum(seen) / len(seen)
-    if pooling == "mean":
-        return Estimate(mean, *(mean_interval(seen) or (math.nan, math.nan))), len(seen)
-    n = len(seen) * (games if pooling == "games" else 1)
-    low, high = wilson(mean * n, n)
-    return Estimate(mean, float(low), float(high)), len(seen)
+    if pooling == "seasons":
+        low, high = wilson(mean * len(seen), len(seen))
+        return Estimate(mean, float(low), float(high)), len(seen)
+    ends = mean_interval(seen)
+    if ends is None:
+        return Estimate(mean, math.nan, math.nan), len(seen)
+    if pooling == "rate":
+        low, high = wilson(mean * len(seen) * trials, len(seen) * trials)
+        ends = max(0.0, min(ends[0], float(low))), min(1.0, max(ends[1], float(high)))
+    return Estimate(mean, *ends), len(seen)
 
 
 def phase(games: pl.DataFrame, first: int, last: int) -> pl.DataFrame | None:
@@ -116,6 +136,27 @@ def greatest(value: pl.Expr, first: int, last: int) -> Measure:
 def share(condition: pl.Expr, first: int, last: int) -> Measure:
     """The share of games of a phase in which a condition holds."""
     return mean(condition.cast(pl.Float64), first, last)
+
+
+def evaluated(value: pl.Expr, opponent: str, games: int) -> Measure:
+    """The mean of a value over the matches that a season's apprentice was measured by.
+
+    Args:
+        value: of a row of schema Evaluations.
+        opponent: of the matches.
+        games: NaN of a season of another length.
+    """
+    def measure(season: Season) -> float:
+        matches = season.evaluations.filter(pl.col("opponent") == opponent)
+        seen = None if season.games["game"].max() != games else matches.select(value.mean()).item()
+        return math.nan if seen is None else float(seen)
+
+    return measure
+
+
+def pairs(opponent: str) -> Callable[[Season], int]:
+    """How many pairs of matches the apprentice was measured by against an opponent."""
+    return lambda season: season.evaluations.filter(pl.col("opponent") == opponent)["seed"].n_unique()
 
 
 def slope(value: pl.Expr, first: int, last: int) -> Measure:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import polars as pl
 
 from pipeline.document import Block, Code, Grid, Heading, Picture, Sentences
-from pipeline.seasons.claims import LATE, PAPER, WINNING
+from pipeline.seasons.claims import BEST, LATE, PAPER
 from pipeline.seasons.judging import LEAST_SEASONS
-from pipeline.seasons.summary import LAST, attributed, beside_table_3, compared, played
+from pipeline.seasons.measures import distinct
+from pipeline.seasons.summary import LAST, ablated, attributed, beside_table_3, compared, measured, played
 from pipeline.seasons.table3 import CHANGE, GAMES
+from pipeline.world.laws import RefereeSettings
 from schemas import STAND_IN
 
 #: What must be said beside every result.
@@ -26,6 +29,9 @@ _COLOURS = (
     ("contradicted", "#a33f00"), ("not reached", "#a33f00"),
     ("contradictory", "#8a3d70"), ("not reproduced", "#555"),
 )
+
+#: How sure a share of games or matches is.
+_OF_RATES = "the wider of Student's over the seasons and Wilson's over all they are shares of"
 
 #: Name of a plot to its title and what is seen.
 PICTURES: dict[str, tuple[str, str]] = {
@@ -50,10 +56,11 @@ PICTURES: dict[str, tuple[str, str]] = {
     ),
     "ablations-paper": (
         "Ablations of the paper's settings",
-        "Against the static team, one thing changed at a time. The line: the paper changes the score.",
+        "Against the static team, one thing changed at a time; grey: none. At the line the score changes.",
     ),
     "ablations-best": (
-        "Ablations of our best settings", "Against the static team, with one thing changed at a time.",
+        "Ablations of our best settings",
+        "Against the static team, one thing changed at a time; grey: none.",
     ),
 }
 
@@ -64,24 +71,28 @@ class Report:
 
     Attributes:
         games: schema Games.
+        evaluations: schema Evaluations, of the seasons' apprentices.
+        left_out: pairs of matches of these seasons' apprentices that are not among them.
         claims: schema Claims.
         pictures: PNG by name, of :data:`PICTURES`.
         software: name and version of what made it.
     """
 
     games: pl.DataFrame
+    evaluations: pl.DataFrame
+    left_out: int
     claims: pl.DataFrame
     pictures: Mapping[str, bytes]
     software: str
 
 
 def document(report: Report) -> list[Block]:
-    """The report in order: what was played, claims, plots, settings compared, goals, Table 3."""
+    """The report in order: played, claims, evaluations, plots, settings compared, goals, Table 3."""
     blocks: list[Block] = [
         Heading("Seasons: an apprentice that learns by watching", 1),
-        Sentences(f"Made by {report.software} from the tables `games` and `growth`. Intervals are 95 %, over "
-                  "seasons: a season is one apprentice, its games are not independent. Lines in plots are "
-                  "means over seasons, bands their intervals."),
+        Sentences(f"Made by {report.software} from the tables `games`, `growth` and `evaluations`. Intervals "
+                  "are 95 %, over seasons: a season is one apprentice, its games are not independent. Lines "
+                  "in plots are means over seasons, bands their intervals."),
         Sentences(f"**{STANDS_IN}**"),
         Heading("What was played"),
         _grid(played(report.games), {
@@ -90,19 +101,27 @@ def document(report: Report) -> list[Block]:
             "situations": "situations a game", "knowledge": "last knowledge version",
             "policy": "last policy version",
         }),
-        Code((*commands(report.games), "pitchlore report")),
+        Code((*commands(report.games), *evaluating(report.games, report.evaluations), "pitchlore report")),
         Heading("What is claimed, and what is seen"),
         Sentences(_verdicts_in_words(report.claims)),
         _claims(report.claims),
+        Heading("Evaluations of the apprentices"),
+        Sentences(_evaluations_in_words(report)),
+        _measured(measured(report.games, report.evaluations)),
     ]
     for name, (title, caption) in PICTURES.items():
         if name in report.pictures:
             blocks += [Heading(title), Picture(name, caption, report.pictures[name])]
     blocks += [
         Heading("Settings beside each other"),
-        Sentences(f"The last {LAST} games of each season. Wins and losses are shares of these games, with "
-                  "Wilson's interval over games."),
+        Sentences(f"The last {LAST} games of each season. Wins and losses are shares of these games; their "
+                  f"intervals are {_OF_RATES}."),
         _compared(compared(report.games)),
+        Heading("What each change does"),
+        Sentences(f"Ablations less what they vary, over the last {LAST} games that all their seasons have, "
+                  "with Welch's interval: seasons of one seed have no more in common than the chances of "
+                  "their first game. Of twenty changes that do nothing one is told apart by chance."),
+        _ablated(ablated(report.games, (PAPER, BEST))),
         Heading("Who made the goals"),
         Sentences("Goals a game, means over the seasons: by direct action, by indirect action, by error of "
                   "the other team, and those of which it cannot be told (paper, Figure 10; rules of ours)."),
@@ -131,6 +150,27 @@ def commands(games: pl.DataFrame) -> Iterator[str]:
                    f"--seasons {run.height}{length}")
 
 
+def evaluating(games: pl.DataFrame, evaluations: pl.DataFrame) -> Iterator[str]:
+    """What measures the seasons' apprentices again: one command for seeds that follow each other.
+
+    Args:
+        games: schema Games.
+        evaluations: schema Evaluations.
+    """
+    counted = evaluations.join(distinct(games), left_on="team", right_on="season", how="semi")
+    pairs = counted.group_by("team", "opponent", "duration_s", pair="seed").agg().sort(pl.all())
+    usual = RefereeSettings().duration_s
+    for (team, opponent, seconds), mine in pairs.partition_by(
+        "team", "opponent", "duration_s", as_dict=True).items():
+        minutes = "" if seconds == usual else f" --minutes {str(seconds / 60).removesuffix('.0')}"
+        runs = mine.with_columns(run=(pl.col("pair").diff() != 1).fill_null(value=False).cum_sum())
+        for run in runs.partition_by("run"):
+            first = "" if run["pair"][0] == 0 else f" --seed {run['pair'][0]}"
+            word = re.sub(r"^v(\d+)$", r"learned:\1", opponent)
+            yield (f"pitchlore evaluate --policy {team} --against {word} --matches {2 * run.height}"
+                   f"{first}{minutes}")
+
+
 def _verdicts_in_words(claims: pl.DataFrame) -> str:
     counts = claims.group_by(pl.col("verdict").cast(pl.String)).len().sort("len", "verdict",
                                                                         descending=[True, False])
@@ -139,8 +179,20 @@ def _verdicts_in_words(claims: pl.DataFrame) -> str:
         f"{claims.height} claims: {said}. *Reproduced*: the interval lies inside of what is claimed; "
         "*contradicted*: wholly outside; *not reproduced*: neither shown nor refuted; *contradictory*: the "
         f"paper's own Table 3 says otherwise; *not judged*: fewer than {LEAST_SEASONS} seasons of {GAMES} "
-        f"games. Our aims are measured over games {LATE[0]} to {LATE[1]}, the win rate over games "
-        f"{WINNING[0]} to {WINNING[1]} with Wilson's interval over games."
+        f"games. Our aims are measured by evaluations of the apprentice that {GAMES} games against the "
+        f"static team have made, and by its games {LATE[0]} to {LATE[1]}; a rate's interval is {_OF_RATES}."
+    )
+
+
+def _evaluations_in_words(report: Report) -> str:
+    """What counts as an evaluation, and how many pairs do not."""
+    left = ("" if not report.left_out else
+            f" Left out: {report.left_out} pairs of an earlier policy, with other options or laws, or by "
+            "other code.")
+    return (
+        "Each apprentice as its last game has left it, which tries nothing and learns nothing any more, in "
+        "pairs of matches with sides swapped, as long as its season's games. Goals and wins are means over "
+        f"the seasons, an apprentice each; intervals of rates are {_OF_RATES}, here pairs.{left}"
     )
 
 
@@ -160,17 +212,52 @@ def _claims(claims: pl.DataFrame) -> Grid:
 
 
 def _compared(table: pl.DataFrame) -> Grid:
-    names = {"difference": ("goal difference a game", 1), "other": ("learned actions, %", 1),
+    return _with_intervals(table, ("settings", "opponent", "seasons"))
+
+
+def _measured(table: pl.DataFrame) -> Grid:
+    names = table.rename({"opponent": "trained against", "against": "measured against"})
+    return _with_intervals(
+        names, ("settings", "trained against", "games", "measured against", "seasons", "matches"))
+
+
+def _ablated(table: pl.DataFrame) -> Grid:
+    """Which way a change goes is said where the interval tells."""
+    low, high = pl.col("difference_low"), pl.col("difference_high")
+    told = (pl.when(low > 0).then(pl.lit("better")).when(high < 0).then(pl.lit("worse"))
+            .otherwise(pl.lit("not told apart")))
+    named = table.select(
+        "settings", pl.col("base").alias("less"), "opponent",
+        pl.format("{} and {}", "seasons", "seasons_base").alias("seasons"),
+        pl.format("{} to {}", "first", "last").alias("games"),
+        pl.col("^difference.*$"), pl.col("^other.*$"), told.alias("with the change"),
+    )
+    return _with_intervals(named, ("settings", "less", "opponent", "seasons", "games"), ("with the change",))
+
+
+#: Columns with intervals: heading, and what they are multiplied by.
+_MEASURED = {"difference": ("goal difference a game", 1), "other": ("learned actions, %", 1),
              "won": ("won, %", 100), "lost": ("lost, %", 100)}
+
+
+def _with_intervals(table: pl.DataFrame, first: tuple[str, ...], last: tuple[str, ...] = ()) -> Grid:
+    """Columns as they are, those of :data:`_MEASURED` that the table has, with intervals, others again."""
+    names = {name: said for name, said in _MEASURED.items() if name in table.columns}
     percent = table.with_columns(
         pl.col(f"{name}{end}") * scale for name, (_, scale) in names.items() for end in ("", "_low", "_high"))
     rows = tuple(
-        (row["settings"], row["opponent"], _number(row["seasons"]),
-         *(_interval(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in names))
+        (*(_cell(row[name]) for name in first),
+         *(_interval(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in names),
+         *(_cell(row[name]) for name in last))
         for row in percent.iter_rows(named=True)
     )
-    head = ("settings", "opponent", "seasons", *(label for label, _ in names.values()))
-    return Grid(head, rows, (False,) * 2 + (True,) * 5)
+    head = (*first, *(label for label, _ in names.values()), *last)
+    right = (*(table.schema[name].is_numeric() for name in first), *[True] * len(names), *[False] * len(last))
+    return Grid(head, rows, right)
+
+
+def _cell(value: str | float | None) -> str:
+    return value if isinstance(value, str) else _number(value)
 
 
 def _attributed(table: pl.DataFrame) -> Grid:
@@ -201,8 +288,7 @@ def _grid(table: pl.DataFrame, names: Mapping[str, str]) -> Grid:
     """A table's columns under other names."""
     shown = table.select(pl.col(name) if table.schema[name].is_numeric() else pl.col(name).cast(pl.String)
                          for name in names)
-    rows = tuple(tuple(value if isinstance(value, str) else _number(value) for value in row)
-                 for row in shown.iter_rows())
+    rows = tuple(tuple(_cell(value) for value in row) for row in shown.iter_rows())
     return Grid(tuple(names.values()), rows, tuple(dtype.is_numeric() for dtype in shown.dtypes))
 
 

@@ -7,20 +7,24 @@ from collections.abc import Mapping, Sequence
 
 import polars as pl
 
-from pipeline.intervals import Estimate
+from pipeline.intervals import Estimate, welch
 from pipeline.seasons import table3
 from pipeline.seasons.measures import (
     DIFFERENCE,
     LOST,
     OTHER,
     WON,
+    Measure,
     Pooling,
+    Season,
     distinct,
+    evaluated,
     mean,
+    pairs,
     pooled,
     seasons_of,
 )
-from schemas import Growth
+from schemas import Evaluations, Growth
 
 #: Settings are compared over so many last games of a season.
 LAST = 10
@@ -29,7 +33,7 @@ _SIDES = ("settings", "opponent")
 _KINDS = ("direct", "indirect", "error")
 _COMPARED: dict[str, tuple[pl.Expr, Pooling]] = {
     "difference": (DIFFERENCE, "mean"), "other": (OTHER, "mean"),
-    "won": (WON, "games"), "lost": (LOST, "games"),
+    "won": (WON, "rate"), "lost": (LOST, "rate"),
 }
 
 
@@ -109,22 +113,109 @@ def compared(games: pl.DataFrame) -> pl.DataFrame:
     Returns:
         A row a settings and opponent that was played: settings, opponent, seasons, games (the shortest
         season's), and the means over the seasons with 95 % intervals of difference (goals a game), other
-        (%), won and lost (shares of games; Wilson's over the games). Of a season with fewer than ten games
-        all are taken.
+        (%), won and lost (shares of games). Of a season with fewer than ten games all are taken.
     """
     rows = []
-    for (settings, opponent), seasons in seasons_of(games, Growth.empty()).items():
-        lengths = [int(season.games["game"][-1]) for season in seasons]
+    for (settings, opponent), seasons in _seasons(games).items():
+        lengths = [_games(season) for season in seasons]
         row: dict[str, object] = dict(zip(_SIDES, (settings, opponent), strict=True))
         row |= {"seasons": len(seasons), "games": min(lengths)}
         for name, (value, pooling) in _COMPARED.items():
-            numbers = [mean(value, max(1, length - LAST + 1), length)(season)
-                       for season, length in zip(seasons, lengths, strict=True)]
+            numbers = [_last(value, length)(season) for season, length in zip(seasons, lengths, strict=True)]
             estimate, _ = pooled(numbers, pooling, min(LAST, *lengths))
             row |= _ends(estimate, name, f"{name}_low", f"{name}_high")
         rows.append(row)
     numbers_of = [f"{name}{end}" for name in _COMPARED for end in ("", "_low", "_high")]
     return pl.DataFrame(rows, schema=_types(strings=_SIDES, integers=("seasons", "games"), floats=numbers_of))
+
+
+def ablated(games: pl.DataFrame, bases: Sequence[str]) -> pl.DataFrame:
+    """What each ablation changes: the last ten games of its seasons less those of what it varies.
+
+    The interval is Welch's: seasons of the same seed share no more than their first game's chances, so
+    that pairing them would give away half of the degrees of freedom for next to nothing.
+
+    Args:
+        games: schema Games.
+        bases: names of settings; their ablations are called ``BASE-…``.
+
+    Returns:
+        A row an ablation and opponent that both were played against, by base, settings, opponent: settings,
+        base, opponent, seasons and seasons_base (how many), first and last game that is looked at (the
+        last ten that all of these seasons have), and with 95 % intervals difference (goals a game) and
+        other (%), the ablation's less the base's.
+    """
+    found = _seasons(games)
+    rows: list[dict[str, object]] = []
+    for base in bases:
+        for (settings, opponent), seasons in found.items():
+            others = found.get((base, opponent), [])
+            if not settings.startswith(f"{base}-") or not others:
+                continue
+            last = min(map(_games, (*seasons, *others)))
+            row: dict[str, object] = {
+                "settings": settings, "base": base, "opponent": opponent, "seasons": len(seasons),
+                "seasons_base": len(others), "first": max(1, last - LAST + 1), "last": last,
+            }
+            for name, value in (("difference", DIFFERENCE), ("other", OTHER)):
+                mine, theirs = ([_last(value, last)(season) for season in side] for side in (seasons, others))
+                apart = Estimate(pooled(mine, "mean")[0].value - pooled(theirs, "mean")[0].value,
+                                 *(welch(mine, theirs) or (math.nan, math.nan)))
+                row |= _ends(apart, name, f"{name}_low", f"{name}_high")
+            rows.append(row)
+    numbers_of = [f"{name}{end}" for name in ("difference", "other") for end in ("", "_low", "_high")]
+    return pl.DataFrame(rows, schema=_types(
+        strings=("settings", "base", "opponent"), integers=("seasons", "seasons_base", "first", "last"),
+        floats=numbers_of))
+
+
+def measured(games: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
+    """The apprentices, measured by evaluations after the last game of their season.
+
+    Args:
+        games: schema Games.
+        evaluations: schema Evaluations, of teams that are called by the id of their season.
+
+    Returns:
+        A row a settings, opponent and length of seasons, and opponent of the evaluation: settings,
+        opponent, games, against, seasons, matches (of all seasons), and the means over the seasons with
+        95 % intervals of difference (goals a match), other (%), won and lost (shares of matches).
+    """
+    rows: list[dict[str, object]] = []
+    for (settings, opponent), seasons in seasons_of(games, Growth.empty(), evaluations).items():
+        taught = [season for season in seasons if season.evaluations.height]
+        for length in sorted(set(map(_games, taught))):
+            mine = [season for season in taught if _games(season) == length]
+            for against in sorted({name for season in mine for name in season.evaluations["opponent"]}):
+                seen = [season for season in mine if pairs(against)(season)]
+                row: dict[str, object] = {
+                    "settings": settings, "opponent": opponent, "games": length, "against": against,
+                    "seasons": len(seen),
+                    "matches": sum(season.evaluations.filter(pl.col("opponent") == against).height
+                                   for season in seen),
+                }
+                for name, (value, pooling) in _COMPARED.items():
+                    estimate, _ = pooled(map(evaluated(value, against, length), seen), pooling,
+                                         min(map(pairs(against), seen)))
+                    row |= _ends(estimate, name, f"{name}_low", f"{name}_high")
+                rows.append(row)
+    numbers_of = [f"{name}{end}" for name in _COMPARED for end in ("", "_low", "_high")]
+    return pl.DataFrame(rows, schema=_types(
+        strings=(*_SIDES, "against"), integers=("games", "seasons", "matches"), floats=numbers_of))
+
+
+def _seasons(games: pl.DataFrame) -> dict[tuple[str, str], list[Season]]:
+    return seasons_of(games, Growth.empty(), Evaluations.empty())
+
+
+def _games(season: Season) -> int:
+    """How many games a season has."""
+    return int(season.games["game"][-1])
+
+
+def _last(value: pl.Expr, last: int) -> Measure:
+    """The mean of a value over the ten games up to ``last``, or over fewer if there are not ten."""
+    return mean(value, max(1, last - LAST + 1), last)
 
 
 def attributed(games: pl.DataFrame) -> pl.DataFrame:
