@@ -192,11 +192,42 @@ def test_the_papers_settings_say_what_the_paper_says():
         assert [own.lead(game) for game in (10, 11, 35)] == [0, lead, lead]
 
 
-def test_an_ablation_differs_in_one_thing():
-    paper, ablation = named("paper").model_dump(), named("paper-full35").model_dump()
-    assert ablation["pipeline"]["knowledge"].pop("state_key") == "full35"
-    paper["pipeline"]["knowledge"].pop("state_key")
-    assert paper == ablation
+#: What each ablation changes, by the name of its settings.
+ABLATIONS = {
+    "paper-full35": {"pipeline.knowledge.state_key"},
+    "paper-level": {"lead"},
+    "best-bold": {"caution"},
+    "best-both-teams": {"pipeline.behaviours.teams", "pipeline.knowledge.teams"},
+    "best-constant-steps": {"pipeline.policies.steps", "pipeline.policies.step_size"},
+    "best-each-decision": {"pipeline.policies.traces"},
+    "best-grams": {"pipeline.behaviours.rounds"},
+    "best-influence": {"pipeline.policies.rule"},
+    "best-one-match": {"practice", "pipeline.policies.last_matches"},
+    "best-optimistic": {"pipeline.policies.new_pairs"},
+    "best-random-tries": {"doubt", "explore", "explore_last"},
+    "best-short-traces": {"pipeline.policies.trace_decay"},
+    "best-states": {"pipeline.knowledge.state_key", "pipeline.knowledge.backoff", "trust"},
+}
+
+
+def flat(settings, path=""):
+    """Settings by the path of their names."""
+    for name, value in settings.items():
+        if isinstance(value, dict):
+            yield from flat(value, f"{path}{name}.")
+        else:
+            yield f"{path}{name}", value
+
+
+def test_all_that_come_along_are_the_two_and_their_ablations():
+    assert set(names()) == {"paper", "best", *ABLATIONS}
+
+
+@pytest.mark.parametrize("ablation", ABLATIONS)
+def test_an_ablation_changes_one_thing(ablation):
+    base = dict(flat(named(ablation.split("-")[0]).model_dump()))
+    changed = {name for name, value in flat(named(ablation).model_dump()) if value != base[name]}
+    assert changed == ABLATIONS[ablation]
 
 
 def test_exploration_changes_evenly():
