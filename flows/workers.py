@@ -26,7 +26,8 @@ def cores() -> int:
 class Workers:
     """So many processes, each of which does one piece of work at a time; with one it is done in place.
 
-    A process that is killed takes only its own work with it, and another is started for the next. All end
+    They share the cores: polars, which would take all of them in each, takes its part. A process that is
+    killed takes only its own work with it, and another is started for the next. All end
     with the process that started them, however that ends: none is left to write what a new run writes.
 
     Args:
@@ -35,6 +36,9 @@ class Workers:
 
     def __init__(self, jobs: int) -> None:
         self._free: SimpleQueue[ProcessPoolExecutor | None] = SimpleQueue()
+        if jobs > 1:
+            # read by polars when it is imported: of this process it is too late to change anything
+            os.environ.setdefault("POLARS_MAX_THREADS", str(max(1, cores() // jobs)))
         for _ in range(jobs):
             self._free.put(_process() if jobs > 1 else None)
 

@@ -20,6 +20,12 @@ def number(add=0):
     return os.getpid() + add
 
 
+def threads_of_polars():
+    import polars
+
+    return polars.thread_pool_size()
+
+
 def die():
     os.kill(os.getpid(), signal.SIGKILL)
 
@@ -49,6 +55,14 @@ def test_a_killed_process_takes_only_its_own_work_with_it(tmp_path):
         others = {workers.run(number) for _ in range(2)}
         slow.result()
     assert os.getpid() not in others
+
+
+def test_processes_share_the_cores(monkeypatch):
+    monkeypatch.setenv("POLARS_MAX_THREADS", "9")  # so that what it is set to is undone
+    monkeypatch.delenv("POLARS_MAX_THREADS")
+    monkeypatch.setattr("flows.workers.cores", lambda: 6)
+    with Workers(3) as workers:
+        assert workers.run(threads_of_polars) == 2
 
 
 def test_processes_end_with_the_one_that_started_them_even_if_that_is_killed(tmp_path):
