@@ -6,10 +6,10 @@ import os
 import sys
 import traceback
 
-from cyclopts import App
+from cyclopts import App, CycloptsError
 
 from pipeline import __version__
-from pipeline.errors import PitchloreError
+from pipeline.errors import PitchloreError, in_one_line
 
 app = App(
     name="pitchlore",
@@ -115,7 +115,10 @@ def main(arguments: list[str] | None = None) -> None:
     debug = "--debug" in words
     _quiet_prefect(debug)
     try:
-        app(words)
+        app(words, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        command = " ".join(("pitchlore", *(error.command_chain or ())))
+        _fail(f"{' '.join(str(error).split())} See `{command} --help`.", 1)
     except PitchloreError as error:
         if debug:
             traceback.print_exc()
@@ -128,8 +131,18 @@ def main(arguments: list[str] | None = None) -> None:
     except Exception as error:
         if debug:
             traceback.print_exc()
-        what = f"Unexpected {type(error).__name__}: {error}"
-        _fail(f"{what}. Run again with --debug and report what it says.", 1)
+        _fail(_unforeseen(error), 1)
+
+
+def _unforeseen(error: Exception) -> str:
+    """One line on an error that is not ours; a value that no settings take was given by whoever called."""
+    from pydantic import ValidationError  # noqa: PLC0415 (only what fails waits for it)
+
+    from pipeline.settings import unfit  # noqa: PLC0415
+
+    if isinstance(error, ValidationError):
+        return str(unfit(error, error.title, "Mend the option or the file that says so"))
+    return f"Unexpected {in_one_line(error)}. Run again with --debug and report what it says."
 
 
 def _fail(line: str, code: int) -> None:
