@@ -33,7 +33,7 @@ COMMANDS = (
     (
         "season", "season:season",
         "Play seasons: play, watch the adversary, learn, play again.",
-        "pitchlore season --settings paper --opponent static --opponent human-like --seasons 5",
+        "pitchlore season --settings paper --seasons 5",
     ),
     (
         "evaluate", "evaluations:evaluations",
@@ -42,7 +42,13 @@ COMMANDS = (
     ),
     (
         "play", "human:play",
-        "Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.",
+        "Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.\n\n"
+        "You drive one robot, the one with the ring; the others of your team play the rules of static. "
+        "Who leaves before the final whistle keeps the match so far.\n\n"
+        "Keys: arrows or WASD drive, Space full speed (alone: ahead; with left or right: the spin that hits "
+        "the ball), Tab next robot, E the one nearest to the ball, P pause, Esc leave.\n\n"
+        "Gamepad (an Xbox pad's names): left stick or cross drive, A full speed, X or right shoulder next "
+        "robot, B nearest, Start pause, Back leave.",
         "pitchlore play --against static --minutes 2",
     ),
     (

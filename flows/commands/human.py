@@ -51,10 +51,6 @@ def play(
     You drive one robot, the one with the ring; the others of your team play the rules of `static`.
     Who leaves before the final whistle keeps the match so far.
 
-    Keys: arrows or WASD drive, Space full speed (standing it hits the ball by a spin), Tab next robot,
-    E the one nearest to the ball, P pause, Esc leave. Gamepad (names of an Xbox pad): left stick or
-    cross drive, A full speed, X or right shoulder next robot, B nearest, Start pause, Back leave.
-
     Args:
         against: Who plays against you: random, static, human-like; learned (the newest policy), learned:3
             or just 3; the id of a season, as best-static-1, for its apprentice.

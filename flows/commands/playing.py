@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import polars as pl
 from cyclopts import Parameter
-from cyclopts.types import NonNegativeFloat, NonNegativeInt, NormFloat, PositiveFloat, PositiveInt
+from cyclopts.types import NonNegativeFloat, NonNegativeInt, NormFloat, PositiveInt
+from cyclopts.validators import Number
 
 from flows.teams import entrant
 from pipeline.errors import BadSettings
@@ -36,7 +38,7 @@ class Playing:
     """
 
     settings: Path | None = None
-    minutes: PositiveFloat | None = None
+    minutes: Annotated[float | None, Parameter(validator=Number(gt=0, lt=math.inf))] = None
     robots: PositiveInt | None = None
 
     def matches(self, store: Store, minutes: float = MINUTES) -> MatchSettings:
