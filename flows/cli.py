@@ -18,6 +18,17 @@ app = App(
     suppress_keyboard_interrupt=False,  # main says what it leaves
 )
 
+PLAY = """Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.
+
+You drive one robot, the one with the ring; the others of your team play the rules of static. Who leaves
+before the final whistle keeps the match so far.
+
+Keys: arrows or WASD drive, Space full speed (alone: ahead; with left or right: the spin that hits the
+ball), Tab next robot, E the one nearest to the ball, P pause, Esc leave.
+
+Gamepad (an Xbox pad's names): left stick or cross drive, A full speed, X or right shoulder next robot,
+B nearest, Start pause, Back leave.
+"""
 #: Where each command is, what it does, and an example; they are imported when they are called.
 COMMANDS = (
     (
@@ -42,13 +53,7 @@ COMMANDS = (
     ),
     (
         "play", "human:play",
-        "Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.\n\n"
-        "You drive one robot, the one with the ring; the others of your team play the rules of static. "
-        "Who leaves before the final whistle keeps the match so far.\n\n"
-        "Keys: arrows or WASD drive, Space full speed (alone: ahead; with left or right: the spin that hits "
-        "the ball), Tab next robot, E the one nearest to the ball, P pause, Esc leave.\n\n"
-        "Gamepad (an Xbox pad's names): left stick or cross drive, A full speed, X or right shoulder next "
-        "robot, B nearest, Start pause, Back leave.",
+        PLAY,
         "pitchlore play --against static --minutes 2",
     ),
     (
