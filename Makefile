@@ -53,7 +53,7 @@ IDEAS := bold both-teams constant-steps each-decision grams influence one-match 
   short-traces states
 
 seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and what each idea is worth (under 90 minutes)
-	$(SEASON) --settings paper --opponent static --opponent human-like --seasons 5
+	$(SEASON) --settings paper --seasons 5
 	$(SEASON) --settings paper-full35 --seasons 5
 	$(SEASON) --settings paper-level --seasons 5
 	$(SEASON) --settings best --opponent static --opponent human-like --seasons 5

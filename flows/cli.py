@@ -6,10 +6,10 @@ import os
 import sys
 import traceback
 
-from cyclopts import App
+from cyclopts import App, CycloptsError
 
 from pipeline import __version__
-from pipeline.errors import PitchloreError
+from pipeline.errors import PitchloreError, in_one_line
 
 app = App(
     name="pitchlore",
@@ -18,6 +18,17 @@ app = App(
     suppress_keyboard_interrupt=False,  # main says what it leaves
 )
 
+PLAY = """Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.
+
+You drive one robot, the one with the ring; the others of your team play the rules of static. Who leaves
+before the final whistle keeps the match so far.
+
+Keys: arrows or WASD drive, Space full speed (alone: ahead; with left or right: the spin that hits the
+ball), Tab next robot, E the one nearest to the ball, P pause, Esc leave.
+
+Gamepad (an Xbox pad's names): left stick or cross drive, A full speed, X or right shoulder next robot,
+B nearest, Start pause, Back leave.
+"""
 #: Where each command is, what it does, and an example; they are imported when they are called.
 COMMANDS = (
     (
@@ -33,7 +44,7 @@ COMMANDS = (
     (
         "season", "season:season",
         "Play seasons: play, watch the adversary, learn, play again.",
-        "pitchlore season --settings paper --opponent static --opponent human-like --seasons 5",
+        "pitchlore season --settings paper --seasons 5",
     ),
     (
         "evaluate", "evaluations:evaluations",
@@ -42,7 +53,7 @@ COMMANDS = (
     ),
     (
         "play", "human:play",
-        "Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.",
+        PLAY,
         "pitchlore play --against static --minutes 2",
     ),
     (
@@ -115,7 +126,10 @@ def main(arguments: list[str] | None = None) -> None:
     debug = "--debug" in words
     _quiet_prefect(debug)
     try:
-        app(words)
+        app(words, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        command = " ".join(("pitchlore", *(error.command_chain or ())))
+        _fail(f"{' '.join(str(error).split())} See `{command} --help`.", 1)
     except PitchloreError as error:
         if debug:
             traceback.print_exc()
@@ -128,8 +142,18 @@ def main(arguments: list[str] | None = None) -> None:
     except Exception as error:
         if debug:
             traceback.print_exc()
-        what = f"Unexpected {type(error).__name__}: {error}"
-        _fail(f"{what}. Run again with --debug and report what it says.", 1)
+        _fail(_unforeseen(error), 1)
+
+
+def _unforeseen(error: Exception) -> str:
+    """One line on an error that is not ours; a value that no settings take was given by whoever called."""
+    from pydantic import ValidationError  # noqa: PLC0415 (only what fails waits for it)
+
+    from pipeline.settings import unfit  # noqa: PLC0415
+
+    if isinstance(error, ValidationError):
+        return str(unfit(error, error.title, "Mend the option or the file that says so"))
+    return f"Unexpected {in_one_line(error)}. Run again with --debug and report what it says."
 
 
 def _fail(line: str, code: int) -> None:

@@ -5,13 +5,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import polars as pl
+from pydantic import ValidationError
 
 from flows.catalog import refresh
 from flows.stage import Made, Scope, Stage
 from flows.teams import apprentice
 from pipeline.document import to_html, to_markdown
 from pipeline.errors import NotFound, PitchloreError
-from pipeline.evaluations import Evaluation
+from pipeline.evaluations import Entrant, Evaluation
 from pipeline.plots import seasons as plots
 from pipeline.plots.style import png
 from pipeline.receipts import SOFTWARE, Receipt
@@ -19,11 +20,11 @@ from pipeline.seasons.claims import BEST, LEARNED, PAPER, STATIC
 from pipeline.seasons.judging import judged
 from pipeline.seasons.measures import DIFFERENCE, EFFECTIVE, OTHER
 from pipeline.seasons.report import Report, document
+from pipeline.seasons.settings import Season
 from pipeline.seasons.summary import beside_table_3, curves
 from pipeline.seasons.table3 import CHANGE
 from pipeline.settings import Frozen
 from pipeline.store import Store
-from pipeline.world.laws import RefereeSettings
 from schemas import Claims, Evaluations, Games, Growth
 
 #: The one output of the noun report.
@@ -56,7 +57,7 @@ def measurements(store: Store, seasons: Sequence[Receipt]) -> Measurements:
     """The pairs of matches that measure the seasons' apprentices.
 
     A pair counts if the team plays the policy that the season's last game has left (by its SHA-256), as
-    `pitchlore evaluate` has it play when no option says otherwise, in matches as long as the season's
+    `pitchlore evaluate` has it play when no option says otherwise, in matches like the season's
     games. All pairs of an apprentice are of one code: the season's own, or if it has none, the present.
     """
     played: dict[str, list[Receipt]] = {season.name: [] for season in seasons}
@@ -73,13 +74,21 @@ def _measuring(store: Store, season: Receipt, played: Sequence[Receipt]) -> list
         team = apprentice(store, season.name).team
     except PitchloreError:
         return []  # its store is gone: nobody can tell any more whose matches these are
-    laws = RefereeSettings(duration_s=season.settings["settings"]["referee"]["duration_s"])
-    usual = Evaluation(team=team, opponent=team, referee=laws).model_dump(mode="json")
-    same = [receipt for receipt in played if receipt.settings["evaluation"] == usual | {
-        "opponent": receipt.settings["evaluation"]["opponent"]}]
+    matches = Season.model_validate(season.settings).settings.of_match()
+    usual = Evaluation(**matches, team=team, opponent=team)
+    same = [receipt for receipt in played if _against(receipt, team) == usual]
     of_one_code = ([receipt for receipt in same if receipt.software == software]
                    for software in (season.software, SOFTWARE))
     return next(filter(None, of_one_code), [])
+
+
+def _against(receipt: Receipt, opponent: Entrant) -> Evaluation | None:
+    """The evaluation that a pair is of, but against another; None if this version cannot read it."""
+    try:
+        own = Evaluation.model_validate(receipt.settings["evaluation"])
+    except ValidationError:
+        return None
+    return own.model_copy(update={"opponent": opponent})
 
 
 class Tables(NamedTuple):

@@ -61,12 +61,17 @@ def done(store: Store, season: Season) -> Receipt | None:
         BadSettings: if they were played with other settings, or by other code.
     """
     receipt = store.receipt(NOUN, season.id)
-    if receipt is not None and receipt.key != _key(season):
-        raise BadSettings(
-            "was begun with other settings or by another version of pitchlore", where=season.id,
-            next_step=f"Take another seed, or remove {store.root / NOUN}/{season.id}* to play it anew",
-        )
-    return receipt
+    if receipt is None or receipt.key == _key(season):
+        return receipt
+    why = "was begun with other settings or by another version of pitchlore"
+    begun = receipt.settings.get("settings", {}).get("games")
+    if not season.grows and begun not in (None, season.settings.games):
+        why += (f"; it was to have {begun} games, and cannot have {season.settings.games},"
+                " for how much it explores depends on that (explore is not explore_last)")
+    raise BadSettings(
+        why, where=season.id,
+        next_step=f"Take another seed, or remove {store.root / NOUN}/{season.id}* to play it anew",
+    )
 
 
 def play(data: Path, season: Season, game: int) -> list[str]:
@@ -168,7 +173,7 @@ def _so_far(store: Store, before: Receipt | None, schema: type[Table]) -> pl.Dat
 
 
 def _key(season: Season) -> str:
-    return key_of(NOUN, season.id, inputs={}, settings=season.model_dump(mode="json"), tables=_TABLES)
+    return key_of(NOUN, season.id, inputs={}, settings=season.of_each_game(), tables=_TABLES)
 
 
 class Turn(NamedTuple):

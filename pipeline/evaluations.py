@@ -17,10 +17,9 @@ from pipeline.frame import AWAY, HOME
 from pipeline.intervals import F64, mean_interval, wilson
 from pipeline.play.match import PART, Match
 from pipeline.play.minds import minds_of
-from pipeline.play.recipe import Recipe, TeamSettings
+from pipeline.play.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.receipts import fingerprint
 from pipeline.settings import Frozen
-from pipeline.world.laws import RefereeSettings
 from schemas import TEAMS, Evaluations
 
 #: The seeds of matches: two to a pair, above those of seasons.
@@ -44,20 +43,16 @@ class Entrant(Frozen):
     knowledge_version: int | None = None
 
 
-class Evaluation(Frozen):
+class Evaluation(MatchSettings):
     """What is played to measure a team, but for the seeds.
 
     Attributes:
         team: which is measured.
         opponent: against whom.
-        robots: a side.
-        referee: the laws of the matches.
     """
 
     team: Entrant
     opponent: Entrant
-    robots: int = 3
-    referee: RefereeSettings = RefereeSettings()
 
     @property
     def id(self) -> str:
@@ -95,8 +90,7 @@ class Pair(Frozen):
         for side, seed in zip(sides, seeds, strict=True):
             home, away = (whole.team, whole.opponent) if side == HOME else (whole.opponent, whole.team)
             found.append((side, Recipe(
-                home=home.settings, away=away.settings, seed=seed, robots=whole.robots, referee=whole.referee,
-            )))  # fmt: skip
+                **whole.of_match(), home=home.settings, away=away.settings, seed=seed)))
         return found
 
 

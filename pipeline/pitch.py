@@ -31,7 +31,7 @@ class Pitch(BaseModel):
         goal_depth: goal line to the back of the net, metres.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     kind: Kind
     length: float = Field(gt=0)

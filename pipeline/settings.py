@@ -31,7 +31,12 @@ class Frozen(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-def _none_twice(teams: tuple[str, ...]) -> tuple[str, ...]:
+def none_twice(teams: tuple[str, ...]) -> tuple[str, ...]:
+    """The same teams.
+
+    Raises:
+        ValueError: if one is named twice.
+    """
     if len(set(teams)) < len(teams):
         raise ValueError(f"a team is named twice (it is: {', '.join(teams)})")
     return teams
@@ -39,7 +44,7 @@ def _none_twice(teams: tuple[str, ...]) -> tuple[str, ...]:
 
 Team = Literal["home", "away"]
 #: One team or both, none twice.
-Teams = Annotated[tuple[Team, ...], Field(min_length=1), AfterValidator(_none_twice)]
+Teams = Annotated[tuple[Team, ...], Field(min_length=1), AfterValidator(none_twice)]
 
 
 class TrajectorySettings(Frozen):
@@ -314,8 +319,22 @@ def fitted(model: type[M], values: dict[str, Any], where: str, keys: str) -> M:
     try:
         return model.model_validate(values)
     except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        raise BadSettings(
-            f"{key}: {first['msg'].removeprefix('Value error, ').lower()}", where=where, next_step=keys
-        ) from error
+        raise unfit(error, where, keys) from error
+
+
+def unfit(error: ValidationError, where: str, next_step: str) -> BadSettings:
+    """The first thing that keeps values from being settings, as an error of ours."""
+    first = error.errors()[0]
+    key = ".".join(str(part) for part in first["loc"]) or "it"
+    return BadSettings(
+        f"{key}: {first['msg'].removeprefix('Value error, ').lower()}", where=where, next_step=next_step
+    )
+
+
+def over(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
+    """Tables of which the one above hides what it says itself of the one below."""
+    out = dict(below)
+    for key, value in above.items():
+        both = isinstance(value, dict) and isinstance(out.get(key), dict)
+        out[key] = over(out[key], value) if both else value
+    return out

@@ -13,7 +13,7 @@ from schemas.paradigms import Paradigms, Verdicts
 from schemas.policies import Policies
 from schemas.seasons import Claims, Games, Growth, StatesPlayed
 from schemas.situations import Situations
-from schemas.table import BODIES, KEYS, ROLES, STAND_IN, TEAMS, Table
+from schemas.table import BODIES, KEYS, ROLES, STAND_IN, TEAMS, Table, note_on
 from schemas.trajectories import Trajectories
 
 #: The tables a user sees in the catalogue, by name.
@@ -29,5 +29,5 @@ PUBLIC: dict[str, type[Table]] = {
 __all__ = [
     "BODIES", "KEYS", "PUBLIC", "ROLES", "STAND_IN", "TEAMS", "Behaviours", "Claims", "Decisions", "Evaluations",
     "Games", "Goals", "Grams", "Growth", "Matches", "Occasions", "Paradigms", "Patterns", "Policies", "Quality",
-    "Referee", "Situations", "StatesPlayed", "Table", "Trajectories", "Verdicts",
+    "Referee", "Situations", "StatesPlayed", "Table", "Trajectories", "Verdicts", "note_on",
 ]

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import BODIES, TEAMS, Table, match_id, unit
+from schemas.table import BODIES, STAND_IN, TEAMS, Table, match_id, unit
 
 EVENTS = ("kick-off", "goal", "fault", "stop", "play", "half", "end")
 FLAWS = (
@@ -25,8 +25,8 @@ class Matches(Table):
 
     match_id = match_id()
     source = dy.String(description="name of the file the match was recorded in or imported from")
-    home = dy.String(description="name of the home team")
-    away = dy.String(description="name of the away team")
+    home = dy.String(description=f"name of the home team; if it was played here, its kind. {STAND_IN}")
+    away = dy.String(description="name of the away team, likewise")
     started_at = dy.Datetime(
         nullable=True, time_unit="us", time_zone="UTC",
         description="wall-clock time of the first sample, null where the source has none",

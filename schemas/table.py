@@ -21,6 +21,11 @@ Key = Literal["full36", "full35", "ego19", "team19", "self9", "self6", "role0"]
 KEYS: tuple[Key, ...] = get_args(Key)
 
 
+def note_on(*teams: str) -> str | None:
+    """What is to be said beside a result of these teams, None if nothing."""
+    return STAND_IN if "human-like" in teams else None
+
+
 class Table(dy.Schema):
     """Base of all schemas.
 

@@ -259,6 +259,27 @@ def test_evaluate_for_people_and_for_programs(call, tmp_path):
     assert "do not come in pairs" in err
 
 
+@pytest.mark.parametrize("words", [
+    ("record", "--minutes", "0"), ("record", "--minutes", "nan"), ("play", "--minutes", "inf"), ("evaluate", "--minutes", "-1"),
+    ("record", "--robots", "0"), ("play", "--robots", "0"), ("record", "--matches", "0"), ("evaluate", "--matches", "3"),
+    ("record", "--seed", "-1"), ("play", "--seed", "-1"), ("season", "--seed", "99999999"), ("season", "--seed", "-1"),
+    ("season", "--games", "0"), ("record", "--explore", "2"), ("evaluate", "--explore", "2"),
+    ("record", "--caution", "-1"), ("record", "--home", "static", "--explore", "0.5"), ("record", "--robots", "99"),
+    ("evaluate", "--policy", "static", "--trust", "3"), ("record", "--seed", "x"), ("record", "--sed", "1"),
+    ("season", "--opponent", "nobody"), ("recrod",),
+])
+def test_what_does_not_fit_is_one_line_that_says_what_to_do_next(call, tmp_path, words):
+    code, out, err = call(*words, *(("--data", tmp_path / "data") if len(words) > 1 else ()))
+    line = err.splitlines()[-1]  # after a progress bar, if it had begun
+    assert (code, out) == (1, "")
+    assert sum("pitchlore: " in row for row in err.splitlines()) == 1
+    assert line.startswith("pitchlore: ")
+    assert "Unexpected" not in line
+    assert words[-2 if len(words) > 1 else 0].strip("-") in line
+    assert any(step in line for step in ("--help`.", "Ask for 4.", "Leave it out", "Mend the option", "Play with fewer robots"))
+    assert not (tmp_path / "data" / "matches").exists()
+
+
 def test_replay_writes_one_page(call, copied):
     code, out, _ = call("replay", "early", "--data", copied)
     assert code == 0

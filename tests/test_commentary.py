@@ -12,6 +12,7 @@ from scenes import film, goes, stands
 
 from pipeline import matches
 from pipeline.commentary import CommentarySettings, commentary
+from pipeline.commentary.summary import heading
 from pipeline.commentary.touches import spells, touches
 from pipeline.commentary.words import clock, listed, metres, restart, story
 from pipeline.goals import attribute
@@ -61,6 +62,15 @@ def rolls(to_x, to_y=0.0, *, leaves=1.0, speed=1.0):
     """The ball at the centre, that rolls to a place from a second on."""
     arrives = leaves + (to_x**2 + to_y**2) ** 0.5 / speed
     return goes((0, 0, 0, 0), (leaves, 0, 0, 0), (arrives, to_x, to_y, 0))
+
+
+def test_a_human_like_team_is_said_to_stand_in_for_people():
+    told = commentary(about(away="human-like"), referee_rows(), scored(), done(), film({"ball": rolls(0.1), **KEEPER}, 4.0, roles=ROLES_), VSSS)
+    assert "stands in for people" in told.summary.note
+    assert heading(told.summary)[1] == f"{told.summary.note}."
+    told = tell({"ball": rolls(0.1), **KEEPER})
+    assert told.summary.note is None
+    assert len(heading(told.summary)) == 1
 
 
 def test_a_goalkeeper_saves_what_would_have_gone_in():

@@ -57,6 +57,14 @@ def test_the_numbers_are_those_worked_by_hand():
     assert found.learned_share is None
 
 
+def test_static_beats_random_in_the_arena():
+    whole = Evaluation(team=scripted("static"), opponent=scripted("random"), referee=RefereeSettings(duration_s=60.0))
+    found = summarise(pl.concat(play(Pair(evaluation=whole, seed=seed), {}) for seed in range(10)))
+    assert found.matches == 20
+    assert found.wins >= 19
+    assert found.goal_difference.low > 1
+
+
 def test_the_share_of_learned_actions_is_a_mean_over_matches_that_had_any():
     found = summarise(played((0, 0), (0, 0), (0, 0), (0, 0), decided=[(10, 5), (100, 100), (0, 0), (4, 1)]))
     # pairs: (0.5 + 1) / 2 and 0.25, for the third match says nothing

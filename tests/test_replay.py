@@ -172,6 +172,11 @@ def test_gaps_and_restarts_are_not_bridged():
     assert facts["play"] == [[0, 50], [100, 100]]
 
 
+def test_a_human_like_team_is_said_to_stand_in_for_people():
+    assert "stands in for people" in decode(make(about=match(home="human-like")))["note"]
+    assert decode(make())["note"] is None
+
+
 def test_situations_goals_scores_and_restarts_are_on_the_page():
     done = situations([
         ("home", 1, 21, "Robot kicks the ball", 0, 400, 0.756, "ball"),

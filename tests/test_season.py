@@ -6,12 +6,13 @@ import pytest
 from flows import season as loop
 from flows.record import record
 from flows.teams import entrant
+from pipeline import matches as log
 from pipeline.errors import BadSettings, NotFound
 from pipeline.play.recipe import Recipe
 from pipeline.seasons import settings
 from pipeline.seasons.settings import Season, SeasonSettings, named, names, parse
 from pipeline.store import Store
-from schemas import Games, Growth, Occasions, Policies
+from schemas import Games, Growth, Matches, Occasions, Policies
 
 
 def season(base="paper", seed=1, opponent="static", **more):
@@ -152,6 +153,39 @@ def test_nor_when_the_file_that_comes_along_has_changed_in_what_it_says(played, 
             loop.done(Store(played), season())
 
 
+def longer(own, games):
+    return own.model_copy(update={"settings": own.settings.model_copy(update={"games": games, "opponents": ("random",)})})
+
+
+def test_a_season_that_is_over_goes_on_when_more_games_are_asked_for(played, tmp_path):
+    own = season()
+    play(tmp_path, longer(own, 2), (1, 2))
+    assert loop.done(Store(tmp_path), own).details["games"] == 2
+    play(tmp_path, own, (3,))
+    receipt, whole = (Store(data).receipt("seasons", own.id) for data in (tmp_path, played))
+    assert receipt == whole  # with the SHA-256 of all tables
+    assert loop.done(Store(tmp_path), longer(own, 2)).details["games"] == 3
+
+
+def test_but_not_if_exploration_changes_up_to_the_last(tmp_path):
+    own = season(lines=("explore_last = 0.0",))
+    play(tmp_path, own, (1,))
+    with pytest.raises(BadSettings, match=r"it was to have 3 games, and cannot have 4, for how much it explores"):
+        loop.done(Store(tmp_path), longer(own, 4))
+
+
+def test_a_season_on_another_pitch_through_a_camera(tmp_path):
+    own = season(lines=("robots = 2", "[pitch]", 'kind = "ssl"', "length = 9.0", "[camera]", "robot_unseen = 0.2"))
+    play(tmp_path, own, (1, 2))
+    here = loop.store_of(tmp_path, own)
+    for match_id in rows(tmp_path, own)["match_id"]:
+        receipt = here.receipt("matches", match_id)
+        row = here.read_table(receipt, "matches", Matches).row(0, named=True)
+        assert (row["kind"], row["pitch_length"], row["pitch_width"], row["robots_per_team"]) == ("ssl", 9.0, 9.0, 2)
+        seen = log.read(here.read(receipt, "log"), where=match_id).frames
+        assert len(seen.robots) / len(seen) == pytest.approx(0.8 * 4, abs=0.1)
+
+
 def test_what_is_not_needed_any_more_can_be_forgotten(tmp_path):
     loop.learn(tmp_path, season(), 1, loop.play(tmp_path, season(), 1), discard=True)
     own = loop.store_of(tmp_path, season())
@@ -185,6 +219,7 @@ def test_all_settings_that_come_along_are_read():
 def test_the_papers_settings_say_what_the_paper_says():
     paper = named("paper")
     assert paper.games == 35
+    assert paper.opponents == ("static", "human-like")
     assert paper.referee.duration_s == 480
     assert paper.pipeline.knowledge.state_key == "full36"
     for opponent, lead in (("static", 100), ("human-like", 0)):
@@ -192,10 +227,10 @@ def test_the_papers_settings_say_what_the_paper_says():
         assert [own.lead(game) for game in (10, 11, 35)] == [0, lead, lead]
 
 
-#: What each ablation changes, by the name of its settings.
+#: What each ablation changes, by the name of its settings; those of the paper are played against one team.
 ABLATIONS = {
-    "paper-full35": {"pipeline.knowledge.state_key"},
-    "paper-level": {"lead"},
+    "paper-full35": {"pipeline.knowledge.state_key", "opponents"},
+    "paper-level": {"lead", "opponents"},
     "best-bold": {"caution"},
     "best-both-teams": {"pipeline.behaviours.teams", "pipeline.knowledge.teams"},
     "best-constant-steps": {"pipeline.policies.steps", "pipeline.policies.step_size"},
@@ -246,6 +281,8 @@ def test_no_two_matches_of_any_seasons_share_a_seed():
 @pytest.mark.parametrize(("text", "error", "words"), [
     ("games = 0", BadSettings, "games"),
     ("gaems = 3", BadSettings, "gaems"),
+    ('opponents = ["static", "static"]', BadSettings, "a team is named twice"),
+    ('[pitch]\nkind = "3d"', BadSettings, r"pitch\.kind"),
     ('base = "nobody"', NotFound, "nobody"),
     ("games = ", BadSettings, "TOML"),
 ])

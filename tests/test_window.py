@@ -23,6 +23,7 @@ from schemas import Matches, Referee
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
 
+from flows.window import screen  # noqa: E402
 from flows.window.controls import DEAD_ZONE, Controls  # noqa: E402
 from flows.window.painting import Painter  # noqa: E402
 from flows.window.scene import Scene  # noqa: E402
@@ -220,16 +221,21 @@ def path(match, team, number):
     return np.stack([mine["x"], mine["y"], mine["theta"]], axis=1).astype(float)
 
 
+def watched(monkeypatch):
+    """The robots that are driven, frame by frame, as the match goes on."""
+    drove, scene = [], human._scene
+    monkeypatch.setattr(human, "_scene", lambda match, mind, *a, **k: (
+        drove.append(mind.driven), scene(match, mind, *a, **k))[1])
+    return drove
+
+
 class TestPlay:
     def test_a_second_at_the_keys(self, monkeypatch, capsys, tmp_path):
         switches = {60: [key(pygame.K_UP, down=False), key(pygame.K_TAB)], 61: [key(pygame.K_SPACE)]}
         script(monkeypatch, {1: [key(pygame.K_TAB)], 2: [key(pygame.K_UP)], 40: [key(pygame.K_RIGHT)],
                              50: [key(pygame.K_RIGHT, down=False)], **switches,
                              90: [key(pygame.K_SPACE, down=False)], 100: [key(pygame.K_ESCAPE)]})
-        drove = []
-        scene = human._scene
-        monkeypatch.setattr(human, "_scene", lambda match, mind, *a, **k: (
-            drove.append(mind.driven), scene(match, mind, *a, **k))[1])
+        drove = watched(monkeypatch)
         report, store, receipt, match = played(capsys, tmp_path, "--seed", "1", "--minutes", "1")
 
         # the taker of the kick-off, then the goalkeeper, then the next
@@ -252,6 +258,41 @@ class TestPlay:
         assert end["note"] == "left early"
         assert end["t_ns"] == match.frames.t_ns[-1]
         assert not list((tmp_path / "playing").glob("*.mcap"))
+
+    def test_a_second_at_the_pad(self, monkeypatch, capsys, tmp_path):
+        opened = []
+
+        class Pad:
+            """A gamepad as SDL opens it; the second is pulled out before it can be."""
+
+            def __init__(self, index):
+                if index:
+                    raise pygame.error("no such device")
+                opened.append(index)
+
+        y = pygame.CONTROLLER_AXIS_LEFTY
+        plugged = [pygame.event.Event(pygame.CONTROLLERDEVICEADDED, device_index=index) for index in (0, 1)]
+        monkeypatch.setattr(screen.controller, "Controller", Pad)
+        script(monkeypatch, {
+            1: plugged, 2: [button(pygame.CONTROLLER_BUTTON_X), stick(y, -0.5)],
+            40: [stick(y, 0.0), button(pygame.CONTROLLER_BUTTON_X, down=False),
+                 button(pygame.CONTROLLER_BUTTON_RIGHTSHOULDER)],
+            42: [button(pygame.CONTROLLER_BUTTON_A)], 70: [button(pygame.CONTROLLER_BUTTON_A, down=False)],
+            72: [button(pygame.CONTROLLER_BUTTON_START)], 82: [button(pygame.CONTROLLER_BUTTON_START)],
+            90: [button(pygame.CONTROLLER_BUTTON_BACK)],
+        })
+        drove = watched(monkeypatch)
+        _, store, receipt, match = played(capsys, tmp_path, "--seed", "1", "--minutes", "1")
+
+        assert opened == [0]
+        assert [drove[0], *(b for a, b in pairwise(drove) if a != b)] == [3, 1, 2]
+        keeper = path(match, HOME, 1)
+        gone = keeper[32, :2] - keeper[2, :2]  # half a second at half of 0.72 m/s, but for the start
+        assert gone @ [math.cos(keeper[2, 2]), math.sin(keeper[2, 2])] == pytest.approx(0.36 * 0.5 - 0.01, abs=0.02)
+        speed = np.hypot(*np.diff(path(match, HOME, 2)[:, :2], axis=0).T) * 60
+        assert speed[50:70].max() > 0.9  # more than anybody drives without A
+        row = store.read_table(receipt, "matches", Matches).row(0, named=True)
+        assert row["incomplete_reason"].startswith("left after 1.3")  # 90 frames, of which 10 were a pause
 
     def test_the_log_can_be_imported_elsewhere(self, monkeypatch, capsys, tmp_path):
         from flows.matches import Recording, import_recording

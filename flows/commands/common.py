@@ -23,7 +23,7 @@ from pipeline.errors import BadSettings
 from pipeline.recognition.rules import TABLE_1
 from pipeline.settings import Settings, parse_settings
 from pipeline.store import Store
-from schemas import STAND_IN
+from schemas import note_on
 
 
 @Parameter(name="*")
@@ -102,8 +102,9 @@ def _plain(value: object) -> object:
 
 def print_stand_in(*teams: str) -> None:
     """Say what the human-like team is, if it is one of these."""
-    if "human-like" in teams:
-        console().print(f"{STAND_IN}.")
+    note = note_on(*teams)
+    if note is not None:
+        console().print(f"{note}.")
 
 
 def console() -> Console:

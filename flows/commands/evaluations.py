@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import polars as pl
-from cyclopts.types import NonNegativeInt, PositiveFloat, PositiveInt
+from cyclopts.types import NonNegativeInt, PositiveInt
 
 from flows.catalog import refresh
 from flows.commands.common import (
@@ -16,13 +16,13 @@ from flows.commands.common import (
     print_json,
     print_stand_in,
 )
+from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Playing
 from flows.evaluations import evaluate
 from flows.stage import listener
-from flows.teams import entrant
 from flows.workers import cores
 from pipeline.errors import BadSettings
 from pipeline.evaluations import Evaluation, Measured, Summary, summarise
-from pipeline.world.laws import RefereeSettings
+from schemas import note_on
 
 
 def evaluations(
@@ -31,10 +31,8 @@ def evaluations(
     against: str = "static",
     matches: PositiveInt = 200,
     seed: NonNegativeInt = 0,
-    minutes: PositiveFloat = 8.0,
-    explore: float | None = None,
-    caution: float | None = None,
-    trust: NonNegativeInt | None = None,
+    playing: Playing = AS_USUAL,
+    learners: Learners = AS_LEARNED,
     jobs: PositiveInt | None = None,
     json: Json = False,
     common: Common = DEFAULTS,
@@ -48,11 +46,8 @@ def evaluations(
             seed: that measures the arena.
         matches: How many, an even number; those that were played before are not played again.
         seed: Of the first pair; the next pair has the next.
-        minutes: Of a match.
-        explore: Chance that a learned team's robot tries any behaviour instead of the best; by default 0.
-        caution: By how much it takes a value known from one episode to be worse than the policy says; by
-            default as in its season, else 0.
-        trust: Visits that a state needs to be looked up by a finer key; likewise.
+        playing: How the matches are played.
+        learners: How learned teams play.
         jobs: Processes that play; by default as many as there are cores.
         json: Print JSON.
         common: Options of every command.
@@ -60,12 +55,11 @@ def evaluations(
     if matches % 2:
         raise BadSettings(f"{matches} matches do not come in pairs", where="--matches",
                           next_step=f"Ask for {matches + 1}")
-    store, policies = common.store, dict[str, pl.DataFrame]()
-    evaluation = Evaluation(
-        team=entrant(store, policy, policies, explore=explore, caution=caution, trust=trust),
-        opponent=entrant(store, against, policies, explore=explore, caution=caution, trust=trust),
-        referee=RefereeSettings(duration_s=60 * minutes),
-    )
+    store = common.store
+    how = playing.matches(store)
+    (team, opponent), policies = learners.entrants(store, policy, against)
+    evaluation = Evaluation(**how.of_match(), team=team, opponent=opponent)
+    minutes = how.referee.duration_s / 60
     seeds = range(seed, seed + matches // 2)
     with bars() as progress:
         listener.set(progress)
@@ -73,7 +67,8 @@ def evaluations(
     refresh(store)
     summary = summarise(rows)
     if json:
-        print_json(_plain(summary) | {"minutes": minutes, "seed": seed, "played_now": 2 * played})
+        print_json(_plain(summary) | {"minutes": minutes, "seed": seed, "played_now": 2 * played,
+                                      "note": note_on(summary.team, summary.opponent)})
         return
     print_frame(_table(summary), title=(
         f"{summary.team} against {summary.opponent}: {summary.matches} matches of {minutes:g} min"))

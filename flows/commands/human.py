@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 import polars as pl
 from cyclopts import Parameter
+from cyclopts.types import NonNegativeInt
 
 from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common, Json, console, print_json, print_stand_in
+from flows.commands.playing import AS_USUAL, Playing
 from flows.matches import PLAYING
 from flows.record import recording
 from flows.teams import entrant
@@ -22,8 +24,7 @@ from pipeline.play.match import Match
 from pipeline.play.minds import measures_of, minds_of
 from pipeline.play.recipe import Recipe, TeamSettings
 from pipeline.store import Store
-from pipeline.world.laws import RefereeSettings
-from schemas import TEAMS
+from schemas import TEAMS, note_on
 
 if TYPE_CHECKING:
     from flows.window.screen import Window
@@ -32,15 +33,16 @@ if TYPE_CHECKING:
 # A killed process loses what was played since it was last logged, and what no chunk of the log holds yet.
 _LOG_EVERY_S = 1.0
 _FAREWELL_S = 3.0
+# A person's match is short, unless they ask for more.
+_MINUTES = 2.0
 
 
 def play(
     *,
     against: str = "static",
-    minutes: float = 2.0,
-    seed: int | None = None,
+    seed: NonNegativeInt | None = None,
     side: Annotated[Literal["home", "away"], Parameter(name="--as")] = "home",
-    robots: int = 3,
+    playing: Playing = AS_USUAL,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
@@ -52,26 +54,22 @@ def play(
     Args:
         against: Who plays against you: random, static, human-like; learned (the newest policy), learned:3
             or just 3; the id of a season, as best-static-1, for its apprentice.
-        minutes: Of the match.
         seed: Decides all that is left to chance; by default the first with which this match has not been
             played yet.
         side: home kicks off and attacks to the right in the first half.
-        robots: A side.
+        playing: How the match is played.
         json: Print JSON.
         common: Options of every command.
     """
     store = common.store
+    how = playing.matches(store, _MINUTES).of_match()
     open_window = _window()
     policies: dict[str, pl.DataFrame] = {}
     team = TEAMS.index(side)
     teams = [entrant(store, against, policies).settings] * 2
     teams[team] = TeamSettings(kind="human")
-    rest = Recipe(
-        home=teams[HOME], away=teams[AWAY], seed=0, robots=robots,
-        referee=RefereeSettings(duration_s=60 * minutes),
-    )  # fmt: skip
-    recipe = _unplayed(store, rest, seed)
-    mind = Human(robots, measures_of(recipe), np.random.default_rng([recipe.seed, 1 + team]))
+    recipe = _unplayed(store, Recipe(**how, home=teams[HOME], away=teams[AWAY], seed=0), seed)
+    mind = Human(recipe.robots, measures_of(recipe), np.random.default_rng([recipe.seed, 1 + team]))
     match = Match(recipe, minds_of(recipe, policies, person=mind))
     names = ("you", against) if team == HOME else (against, "you")
     with open_window(recipe.pitch, names, recipe.physics.hz) as window, recording(store, match) as log_it:
@@ -80,7 +78,7 @@ def play(
     home, away = match.score
     if json:
         print_json({"match_id": recipe.match_id, "as": side, "score_home": home, "score_away": away,
-                    "complete": match.info.complete})
+                    "complete": match.info.complete, "note": note_on(against)})
     else:
         why = match.info.incomplete_reason
         console().print(f"{names[HOME]} {home} : {away} {names[AWAY]}{f', {why}' if why else ''}. "

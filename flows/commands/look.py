@@ -9,7 +9,16 @@ import polars as pl
 from cyclopts import Parameter
 
 from flows.catalog import refresh
-from flows.commands.common import DEFAULTS, Common, Json, console, print_frame, print_json, warn
+from flows.commands.common import (
+    DEFAULTS,
+    Common,
+    Json,
+    console,
+    print_frame,
+    print_json,
+    print_stand_in,
+    warn,
+)
 from pipeline import catalog
 from pipeline.commentary import commentary as tell
 from pipeline.commentary.summary import heading, numbers
@@ -115,6 +124,7 @@ def replay(
     path = output or store.root / "replays" / f"{log.name}.html"
     store.write_bytes(path, text.encode())
     console().print(f"{path} ({len(text) / 1e6:.2f} MB): open it in a browser", soft_wrap=True)
+    print_stand_in(log.details["home"], log.details["away"])
 
 
 def commentary(

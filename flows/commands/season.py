@@ -8,7 +8,7 @@ from typing import Annotated
 
 import polars as pl
 from cyclopts import Parameter
-from cyclopts.types import PositiveInt
+from cyclopts.types import NonNegativeInt, PositiveInt
 
 from flows.commands.common import (
     DEFAULTS,
@@ -26,16 +26,16 @@ from pipeline.errors import BadSettings
 from pipeline.seasons.settings import Opponent, Season, SeasonSettings, named, names, parse
 from pipeline.store import Store
 from pipeline.store.files import SAFE_NAME
-from schemas import Games
+from schemas import Games, note_on
 
 
 def season(
     *,
     settings: str = "best",
-    opponent: tuple[Opponent, ...] = ("static",),
-    seed: int = 1,
+    opponent: Annotated[tuple[Opponent, ...], Parameter(negative=())] = (),
+    seed: NonNegativeInt = 1,
     seasons: PositiveInt = 1,
-    games: int | None = None,
+    games: PositiveInt | None = None,
     jobs: PositiveInt = 1,
     discard: Annotated[bool, Parameter(negative=())] = False,
     json: Json = False,
@@ -45,10 +45,11 @@ def season(
 
     Args:
         settings: Settings that come along (paper, best, and the ablations of both) or a TOML file.
-        opponent: Who is played against: static, human-like or random; may be repeated.
+        opponent: Who is played against: static, human-like or random; may be repeated. By default whom the
+            settings name: best static, paper static and human-like, the columns of its Table 3.
         seed: Of the first season.
         seasons: How many against each opponent; each has the next seed.
-        games: Of a season, if not as the settings say.
+        games: Of a season, if not as the settings say; one that is over goes on if more are asked for.
         jobs: Games that are played at once, by processes of their own.
         discard: Forget a game's logs and tables once it was learned from.
         json: Print JSON.
@@ -57,9 +58,10 @@ def season(
     name, chosen = _settings(settings, common.store)
     if games is not None:
         chosen = SeasonSettings.model_validate(chosen.model_dump() | {"games": games})
+    opponents = opponent or chosen.opponents
     wanted = [
         Season(name=name, opponent=against, seed=number, settings=chosen)
-        for number in range(seed, seed + seasons) for against in opponent
+        for number in range(seed, seed + seasons) for against in opponents
     ]
     store = common.store
     with bars() as progress:
@@ -67,10 +69,10 @@ def season(
         report = StageReport.model_validate(season_flow(store.root, wanted, jobs, discard))
     rows = _summary(store, wanted)
     if json:
-        print_json({"report": report.model_dump(), "seasons": rows.to_dicts()})
+        print_json({"report": report.model_dump(), "seasons": rows.to_dicts(), "note": note_on(*opponents)})
     else:
         print_frame(rows, title="all games and the last ten: goals a game; share of actions that are learned")
-        print_stand_in(*opponent)
+        print_stand_in(*opponents)
         for what, why in report.failed.items():
             console().print(f"[bold red]stopped[/] {what}: ", end="")
             console().print(why, markup=False, soft_wrap=True)

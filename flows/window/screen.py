@@ -1,6 +1,7 @@
 """The window: opened, listened to, painted, in time."""
 
 import time
+from contextlib import suppress
 from types import TracebackType
 from typing import Self
 
@@ -65,7 +66,8 @@ class Window:
         events = pygame.event.get()
         for event in events:
             if event.type == pygame.CONTROLLERDEVICEADDED:
-                self._pads.append(controller.Controller(event.device_index))
+                with suppress(pygame.error):  # it was pulled out again: there is nobody to listen to
+                    self._pads.append(controller.Controller(event.device_index))
             elif event.type == pygame.VIDEORESIZE:
                 self._painter = self._new_painter()
         return self._controls.listen(events)

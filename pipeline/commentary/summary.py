@@ -12,7 +12,7 @@ from pipeline.commentary.chances import Outcome, Shot
 from pipeline.commentary.settings import CommentarySettings
 from pipeline.commentary.touches import Spell
 from pipeline.commentary.words import clock
-from schemas import ROLES, TEAMS
+from schemas import ROLES, TEAMS, note_on
 from schemas.goals import KINDS
 from schemas.situations import MOVES_RANDOMLY
 
@@ -55,6 +55,7 @@ class Summary(BaseModel):
         match_id: of the match.
         duration_s: first to last sample.
         home, away: the teams.
+        note: what is to be said beside results of such teams, None if nothing.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -63,6 +64,7 @@ class Summary(BaseModel):
     duration_s: float
     home: Side
     away: Side
+    note: str | None
 
 
 def summarise(
@@ -100,7 +102,9 @@ def summarise(
         )
 
     return Summary(
-        match_id=row["match_id"], duration_s=row["duration_s"], home=side("home"), away=side("away"))
+        match_id=row["match_id"], duration_s=row["duration_s"], home=side("home"), away=side("away"),
+        note=note_on(row["home"], row["away"]),
+    )
 
 
 def _by_role(situations: pl.DataFrame, team: str) -> list[tuple[str, pl.DataFrame]]:
@@ -124,10 +128,11 @@ def _random(done: pl.DataFrame) -> float:
 
 
 def heading(summary: Summary) -> tuple[str, ...]:
-    """Who played whom, for people."""
+    """Who played whom, for people, line by line."""
     home, away = summary.home, summary.away
     score = "–" if home.score is None or away.score is None else f"{home.score} : {away.score}"
-    return (f"{home.name} (home) {score} {away.name} (away), {clock(round(summary.duration_s * 1e9))} min",)
+    played = f"{home.name} (home) {score} {away.name} (away), {clock(round(summary.duration_s * 1e9))} min"
+    return (played,) if summary.note is None else (played, f"{summary.note}.")
 
 
 def numbers(summary: Summary) -> Iterator[str]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from pipeline.pitch import PITCHES, Kind, Pitch
 from pipeline.players.human_like import HumanLike
 from pipeline.receipts import fingerprint
-from pipeline.settings import Frozen
+from pipeline.settings import Frozen, fitted
 from pipeline.world.camera import CameraSettings
 from pipeline.world.laws import RefereeSettings
 from pipeline.world.settings import PhysicsSettings
@@ -45,30 +45,68 @@ class TeamSettings(Frozen):
     trust: int = Field(default=0, ge=0)
 
 
-class Recipe(Frozen):
+class MatchSettings(Frozen):
+    """How matches are played, whoever plays them; in TOML ``robots`` and a table for each of the others.
+
+    Attributes:
+        robots: a side; as many as find room on the pitch.
+        pitch: where. Of the numbers that are not given, those of the league that ``kind`` names.
+        physics: of the arena; those of VSSS robots and their ball on whatever pitch. How large both are
+            goes by the pitch's kind.
+        referee: the laws, which scale with the pitch.
+        camera: through which teams and log see the match; the referee sees all. Off by default.
+    """
+
+    robots: int = Field(default=3, ge=1)
+    pitch: Pitch = PITCHES[Kind.VSSS]
+    physics: PhysicsSettings = PhysicsSettings()
+    referee: RefereeSettings = RefereeSettings()
+    camera: CameraSettings = CameraSettings()
+
+    @field_validator("pitch", mode="before")
+    @classmethod
+    def _of_its_league(cls, pitch: object) -> object:
+        if not isinstance(pitch, dict):
+            return pitch
+        usual = next((own for own in PITCHES.values() if own.kind == pitch.get("kind", Kind.VSSS)), None)
+        return pitch if usual is None else usual.model_dump() | pitch
+
+    def of_match(self) -> dict[str, Any]:
+        """These settings by name, for other models that have them, too."""
+        return {name: getattr(self, name) for name in MatchSettings.model_fields}
+
+
+def match_settings(said: dict[str, Any], where: str) -> MatchSettings:
+    """How matches are played: the usual, with what was said on top.
+
+    Args:
+        said: keys and tables, as a TOML file has them.
+        where: they are from, for errors.
+
+    Raises:
+        BadSettings: if a key or value does not fit; names the first.
+    """
+    return fitted(
+        MatchSettings, said, where,
+        "It has robots and tables pitch, physics, referee, camera: see MatchSettings in "
+        "pipeline/play/recipe.py for their keys",
+    )
+
+
+class Recipe(MatchSettings):
     """A match before it is played.
 
     Attributes:
         home: attacks +x in the first half.
         away: the other.
         seed: decides all that is left to chance.
-        robots: a side.
         score: goals of home and away that count from the start.
-        pitch: where.
-        physics: of the arena.
-        referee: the laws.
-        camera: through which teams and log see the match; the referee sees all. Off by default.
     """
 
     home: TeamSettings
     away: TeamSettings
     seed: int = Field(ge=0)
-    robots: int = Field(default=3, ge=1)
     score: tuple[int, int] = (0, 0)
-    pitch: Pitch = PITCHES[Kind.VSSS]
-    physics: PhysicsSettings = PhysicsSettings()
-    referee: RefereeSettings = RefereeSettings()
-    camera: CameraSettings = CameraSettings()
 
     @property
     def match_id(self) -> str:

@@ -40,6 +40,7 @@ import polars as pl
 
 from pipeline.errors import BadSettings, NotFound
 from pipeline.pitch import SCALES, Pitch
+from schemas import note_on
 
 I64 = npt.NDArray[np.int64]
 
@@ -217,6 +218,7 @@ def _facts(
     events = referee.sort("t_ns", maintain_order=True)
     names = situations.select("code", "name").unique().sort("code")
     return {name: row[name] for name in kept} | {
+        "note": note_on(row["home"], row["away"]),
         "pitch": pitch.model_dump(mode="json"),
         "robot_radius": scales.robot_radius,
         "ball_radius": scales.ball_radius,

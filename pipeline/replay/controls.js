@@ -232,6 +232,7 @@ function start(match) {
     $("legend").append(item);
   });
   if (!match.complete) $("legend").append(element("span", "", `not complete: ${match.incomplete_reason ?? "reason unknown"}`));
+  if (match.note) $("legend").append(element("span", "", match.note));
   $("overview").style.height = "38px";
   $("timeline").style.height = `${lineHeight()}px`;
   readColours();

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from importlib.resources import files
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from pipeline.errors import NotFound
-from pipeline.play.recipe import Recipe, TeamSettings
-from pipeline.settings import Frozen, Settings, fitted, tables
-from pipeline.world.laws import RefereeSettings
+from pipeline.play.recipe import MatchSettings, Recipe, TeamSettings
+from pipeline.settings import Frozen, Settings, fitted, none_twice, over, tables
 
 Opponent = Literal["static", "human-like", "random"]
 OPPONENTS: tuple[Opponent, ...] = ("static", "human-like")
@@ -20,11 +19,15 @@ _SEEDS_A_SEASON = 100_000
 _SEEDS_A_GAME = 100
 
 
-class SeasonSettings(Frozen):
+class SeasonSettings(MatchSettings):
     """How a season is played and learned from (paper sections 4 and 6, Figure 2).
+
+    Its matches are those of ``MatchSettings``: three a side on a VSSS pitch, if nothing is said; the
+    paper's games take about eight minutes.
 
     Attributes:
         games: of a season; the paper plays 35.
+        opponents: who is played against, each in seasons of its own, if nobody is named.
         lead: goals that the apprentice is ahead by at the start of a game.
         lead_from: first game at which it is; before, games start 0 : 0. The paper changes the score
             against its static opponent at game 11.
@@ -38,11 +41,12 @@ class SeasonSettings(Frozen):
         caution: likewise, of the counted match of a game.
         explore_counted: whether the counted match of a game explores, or doubts, too.
         trust: visits that a state needs at least to be looked up by a finer key.
-        referee: laws of the matches; the paper's games take about eight minutes.
         pipeline: settings of all stages.
     """
 
     games: int = Field(default=35, ge=1)
+    opponents: Annotated[tuple[Opponent, ...], AfterValidator(none_twice)] = Field(
+        default=("static",), min_length=1)
     lead: int = Field(default=0, ge=0)
     lead_from: int = Field(default=11, ge=1)
     lead_against: tuple[Opponent, ...] = ("static",)
@@ -53,7 +57,6 @@ class SeasonSettings(Frozen):
     caution: float = Field(default=0.0, ge=0)
     explore_counted: bool = True
     trust: int = Field(default=0, ge=0)
-    referee: RefereeSettings = RefereeSettings()
     pipeline: Settings = Settings()
 
 
@@ -76,6 +79,22 @@ class Season(Frozen):
     def id(self) -> str:
         """Settings, opponent and seed."""
         return f"{self.name}-{self.opponent}-{self.seed}"
+
+    @property
+    def grows(self) -> bool:
+        """Whether more games can be added: not if exploration changes up to the last."""
+        return self.settings.explore == self.settings.explore_last
+
+    def of_each_game(self) -> dict[str, Any]:
+        """All that decides what is played in a game and learned from it, JSON-able.
+
+        Against whom other seasons are played does not, nor how many games follow, if the season grows.
+        """
+        said = self.model_dump(mode="json")
+        del said["settings"]["opponents"]
+        if self.grows:
+            del said["settings"]["games"]
+        return said
 
     def lead(self, game: int) -> int:
         """Goals that the apprentice is ahead by when a game starts (games count from 1)."""
@@ -102,7 +121,7 @@ class Season(Frozen):
                     caution=own.caution if match == 0 else 0.0,
                 ),
                 away=TeamSettings(kind=self.opponent),
-                seed=first + match, score=(self.lead(game), 0), referee=own.referee,
+                seed=first + match, score=(self.lead(game), 0), **own.of_match(),
             )
             for match, tries in enumerate(explores)
         ]  # fmt: skip
@@ -135,16 +154,7 @@ def parse(data: bytes | str, where: str) -> SeasonSettings:
 
 def _unfolded(said: dict[str, Any]) -> dict[str, Any]:
     base = said.pop("base", None)
-    return said if base is None else _over(_unfolded(tables(_text(base), f"{base}.toml")), said)
-
-
-def _over(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
-    """Tables of which the one above hides what it says itself of the one below."""
-    out = dict(below)
-    for key, value in above.items():
-        both = isinstance(value, dict) and isinstance(out.get(key), dict)
-        out[key] = _over(out[key], value) if both else value
-    return out
+    return said if base is None else over(_unfolded(tables(_text(base), f"{base}.toml")), said)
 
 
 def _text(name: str) -> str:

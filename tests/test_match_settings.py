@@ -1,0 +1,113 @@
+"""How matches are played, from a file and from options: other pitches, numbers of robots, and a camera."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from flows.cli import main
+from pipeline import matches as log
+from pipeline.errors import BadSettings
+from pipeline.pitch import PITCHES, Kind
+from pipeline.play.recipe import MatchSettings, match_settings
+from pipeline.settings import tables
+from pipeline.store import Store
+
+
+def settings(text):
+    return match_settings(tables(text, "here"), "here")
+
+
+@pytest.fixture
+def recorded(tmp_path, capsys):
+    """Record by a settings file; what the command says, and the logs."""
+
+    def run(text, *words):
+        (tmp_path / "match.toml").write_text(text)
+        with pytest.raises(SystemExit, match="0"):
+            main(["record", "--settings", str(tmp_path / "match.toml"), *words, "--json", "--data", str(tmp_path / "data")])
+        rows, store = json.loads(capsys.readouterr().out), Store(tmp_path / "data")
+        return rows, [log.read(store.read(store.receipt("matches", row["match_id"]), "log"), where="log") for row in rows]
+
+    return run
+
+
+def test_nothing_said_is_the_usual():
+    assert settings("") == MatchSettings()
+
+
+@pytest.mark.parametrize(("text", "pitch"), [
+    ('[pitch]\nkind = "ssl"', PITCHES[Kind.SSL]),
+    ('[pitch]\nkind = "2d"', PITCHES[Kind.SIM2D]),
+    ("[pitch]\nlength = 2.2\nwidth = 1.8", PITCHES[Kind.VSSS].model_copy(update={"length": 2.2, "width": 1.8})),
+    ('[pitch]\nkind = "ssl"\nlength = 9.0', PITCHES[Kind.SSL].model_copy(update={"length": 9.0})),
+])
+def test_a_pitch_is_named_by_its_league_or_by_numbers(text, pitch):
+    assert settings(text) == MatchSettings(pitch=pitch)
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("[pitch]\nlenght = 3", r"pitch\.lenght: extra inputs are not permitted"),
+    ("[cammera]\nlatency_s = 0.1", "cammera: extra inputs are not permitted"),
+    ('[pitch]\nkind = "3d"', "pitch.kind: input should be 'vsss', 'ssl' or '2d'"),
+    ("[pitch]\nlength = inf", r"pitch\.length: input should be a finite number"),
+    ('pitch = "ssl"', "pitch: "),
+    ("robots = 0", "robots: input should be greater than or equal to 1"),
+    ("[camera]\nrobot_unseen = 1.0", r"camera\.robot_unseen: input should be less than 1"),
+])
+def test_what_does_not_fit_is_one_line(text, words):
+    with pytest.raises(BadSettings, match=f"^here: {words}.*It has robots and tables pitch, physics, referee, camera") as error:
+        settings(text)
+    assert "\n" not in str(error.value)
+
+
+def test_a_whole_match_of_six_a_side_on_the_pitch_of_another_league(recorded):
+    text = 'robots = 6\n[pitch]\nkind = "ssl"\n[physics]\nwheel_speed = 3.0\n[referee]\nduration_s = 20.0'
+    (row,), (match,) = recorded(text, "--away", "human-like")
+    assert match.info.pitch == PITCHES[Kind.SSL]
+    assert match.info.complete
+    assert row["duration_s"] == 20.0
+    assert "stands in for people" in row["note"]
+    robots = match.frames.robots
+    assert {(int(r["team"]), int(r["id"])) for r in robots[:12]} == {(team, n) for team in (0, 1) for n in range(1, 7)}
+    assert np.abs(robots["x"]).max() < 6.0 + 0.18
+    assert np.abs(robots["y"]).max() < 4.5
+    speed = np.hypot(robots["vx"], robots["vy"])
+    assert 2.0 < speed.max() < 4.0  # as fast as they were told that they can be
+
+
+def test_a_whole_match_through_a_camera(recorded):
+    text = "[referee]\nduration_s = 20.0\n[camera]\nposition_noise = 0.003\nrobot_unseen = 0.05\nball_unseen = 0.1"
+    (row,), (match,) = recorded(text)
+    (_,), (clear,) = recorded("[referee]\nduration_s = 20.0")
+    assert row["note"] is None
+    frames = match.frames
+    assert len(frames.robots) / (6 * len(frames)) == pytest.approx(0.95, abs=0.01)
+    assert np.isnan(frames.ball["x"]).mean() == pytest.approx(0.1, abs=0.03)
+    assert len(clear.frames.robots) == 6 * len(clear.frames)
+    # what a ball goes from frame to frame hardly changes; noise of 3 mm in three places does by 3 mm x √6
+    jitter, smooth = (np.nanmedian(np.abs(np.diff(seen.ball["x"].astype(float), 2))) for seen in (frames, clear.frames))
+    assert smooth < 0.0005
+    assert jitter == pytest.approx(0.6745 * 0.003 * 6**0.5, rel=0.15)
+
+
+def test_options_go_before_the_file(recorded):
+    rows, logs = recorded("robots = 5\n[referee]\nduration_s = 90.0", "--robots", "2", "--minutes", "0.05", "--matches", "2")
+    assert [row["duration_s"] for row in rows] == [3.0, 3.0]
+    assert all(len(match.frames.robots) == 4 * len(match.frames) for match in logs)
+
+
+def test_matches_are_measured_by_the_same_settings(tmp_path, capsys):
+    (tmp_path / "match.toml").write_text('robots = 2\n[pitch]\nkind = "ssl"\n[referee]\nduration_s = 3.0')
+    words = ["evaluate", "--policy", "static", "--against", "human-like", "--matches", "2", "--jobs", "1", "--json",
+             "--data", str(tmp_path / "data")]
+    with pytest.raises(SystemExit, match="0"):
+        main([*words, "--settings", str(tmp_path / "match.toml")])
+    found = json.loads(capsys.readouterr().out)
+    assert found["minutes"] == 0.05
+    assert "stands in for people" in found["note"]
+    (receipt,) = Store(tmp_path / "data").receipts("evaluations")
+    evaluation = receipt.settings["evaluation"]
+    assert (evaluation["robots"], evaluation["pitch"]["length"]) == (2, 12.0)
