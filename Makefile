@@ -7,7 +7,7 @@ DEMO_DATA ?= data
 STUDY_DATA ?= data
 export PREFECT_SERVER_ANALYTICS_ENABLED := false
 
-.PHONY: help demo test lint bench study paradigms seasons golden lock clean
+.PHONY: help demo test lint bench study world paradigms seasons golden lock clean
 
 help:  ## show what can be made
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -39,7 +39,10 @@ bench: $(READY)  ## ours beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: paradigms seasons  ## both studies, into data/studies/
+study: world paradigms seasons  ## all studies, into data/studies/
+
+world: $(READY)  ## a thousand random matches, each frame looked at (two minutes)
+	PYTHONPATH=tests $(BIN)/python -m studies.thousand data/studies/world/thousand.json
 
 paradigms: $(READY)  ## section 5 of the paper in full (about 45 minutes)
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from flows.stage import StageReport, conclude, data_folder, our_flow, run_tasks, stage_task
 from pipeline import matches as log
-from pipeline.errors import BadRecording
+from pipeline.errors import BadRecording, NoFrames, PitchloreError
 from pipeline.frame import MatchLog
 from pipeline.importers import rcg, source, tracking
 from pipeline.importers.doubts import doubts
@@ -186,8 +186,19 @@ def make_match(data: Path, name: str, recording: Recording) -> tuple[str, bool]:
     return receipt.name, new
 
 
-def import_all(store: Store, recordings: list[Recording]) -> StageReport:
-    """Import files, a task each; those whose match is already there count as kept."""
+def import_all(store: Store, recordings: list[Recording] | None = None) -> StageReport:
+    """Import files, a task each; those whose match is already there count as kept.
+
+    Args:
+        store: where to.
+        recordings: what to import; None takes the :func:`inbox`, and throws away what is left of matches
+            that were killed before anything of them was logged.
+    """
+    notes = []
+    if recordings is None:
+        notes = [f"{file}: removed, for its match was killed before anything of it was logged"
+                 for file in store.abandoned(PLAYING) if store.discard(file, _nothing_logged)]
+        recordings = inbox(store)
     before = {receipt.name: receipt.key for receipt in store.receipts("matches")}
     work = {
         str(r.file): {"data": store.root, "name": r.file.name, "recording": r} for r in recordings
@@ -197,11 +208,23 @@ def import_all(store: Store, recordings: list[Recording]) -> StageReport:
     done = len(report.made)
     report.made = sorted(name for name, key in after.items() if before.get(name) != key)
     report.kept = done - len(report.made)
+    report.notes = notes
     return report
+
+
+def _nothing_logged(data: bytes) -> bool:
+    """Whether a log has not a single frame."""
+    try:
+        log.read(data, where="")
+    except NoFrames:
+        return True
+    except PitchloreError:
+        return not data
+    return False
 
 
 @our_flow(name="matches")
 def matches_flow(data: Path, recordings: list[Recording] | None = None) -> dict[str, object]:
     """Import the recordings, by default those in the inbox."""
     store = data_folder(data)
-    return conclude(store, import_all(store, inbox(store) if recordings is None else recordings))
+    return conclude(store, import_all(store, recordings))

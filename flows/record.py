@@ -43,11 +43,11 @@ def record(
 def recording(store: Store, match: Match) -> Iterator[Callable[[], None]]:
     """Log a match while it is played; it is committed when the body ends, as what its log then says.
 
-    If the process is killed, or the body raises, the log so far stays in ``playing/``, whence the next
-    run of the stages takes it.
+    If the process is killed, what was logged stays in ``playing/``, and if the body raises, all that was
+    played; the next run of the stages takes it from there.
 
     Yields:
-        What logs all that was played since it was last called.
+        What logs all that was played since it was last called; no kill of the process takes that back.
     """
     recipe = match.recipe
     with store.growing(PLAYING, f"{recipe.match_id}.mcap") as (path, stream):
@@ -58,9 +58,12 @@ def recording(store: Store, match: Match) -> Iterator[Callable[[], None]]:
             recorder.frames(part.frames)
             recorder.referee(part.referee)
             recorder.decisions(part.decisions)
+            recorder.flush()
 
-        yield log_it
-        log_it()
+        try:
+            yield log_it
+        finally:  # of a match that breaks off as well
+            log_it()
         recorder.close(info=match.info)
         data = store.foreign(path)
         played = log.read(data, where=str(path))

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from flows import behaviours, decisions, goals, grams, knowledge, policies, situations, trajectories
 from flows.catalog import refresh
-from flows.matches import Recording, import_all, inbox
+from flows.matches import Recording, import_all
 from flows.stage import Scope, Stage, StageReport, data_folder, match_names, our_flow, run_one, run_stage
 from pipeline.settings import Settings
 from pipeline.store import Store
@@ -58,6 +58,7 @@ class RunReport(BaseModel):
         lines = ["| stage | made | kept | failed |", "|---|---|---|---|"]
         lines += [f"| {s.noun} | {len(s.made)} | {s.kept} | {len(s.failed)} |" for s in self.stages]
         lines += [f"- **{what}**: {why}" for what, why in self.failures.items()]
+        lines += [f"- {note}" for stage in self.stages for note in stage.notes]
         return "\n".join(lines)
 
 
@@ -127,7 +128,7 @@ def run_flow(
 ) -> dict[str, Any]:
     """Import what is new in the inbox (or ``recordings``) and bring every stage up to date."""
     store = data_folder(data)
-    imported = import_all(store, inbox(store) if recordings is None else recordings)
+    imported = import_all(store, recordings)
     run = _Run(store, settings)
     run.report.stages.append(imported)
     imported.failed |= store.unreadable("matches")

@@ -63,12 +63,14 @@ class StageReport(BaseModel):
         made: the outputs made anew.
         kept: how many outputs were already there.
         failed: the outputs that could not be made, with the reason.
+        notes: what else somebody may want to know, a line each.
     """
 
     noun: str
     made: list[str] = []
     kept: int = 0
     failed: dict[str, str] = {}
+    notes: list[str] = []
 
 
 class Scope(BaseModel):
@@ -307,6 +309,7 @@ def conclude(store: Store, report: StageReport) -> dict[str, object]:
     lines = [f"{len(report.made)} made, {report.kept} kept, {len(report.failed)} in quarantine", ""]
     lines += [f"- {name}" for name in report.made]
     lines += [f"- **{name}**: {why}" for name, why in report.failed.items()]
+    lines += [f"- {note}" for note in report.notes]
     create_markdown_artifact("\n".join(lines), key=report.noun, description="what the flow made")
     return report.model_dump()
 

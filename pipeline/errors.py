@@ -41,6 +41,10 @@ class DamagedLog(PitchloreError):
     """A match log (MCAP) from which nothing can be salvaged, or that may not be trusted."""
 
 
+class NoFrames(DamagedLog):
+    """A match log in which not one frame can be read."""
+
+
 class SchemaMismatch(PitchloreError):
     """A table does not have the columns, types or bounds of its schema."""
 

@@ -1,6 +1,10 @@
 """Matches that are played: the loop, what it logs, and what a learned team decides."""
 
 import io
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -90,6 +94,34 @@ def test_robots_stand_from_the_whistle_to_the_restart():
 
 def test_the_same_recipe_gives_the_same_bytes():
     assert logged(recipe(seed=5)) == logged(recipe(seed=5))
+
+
+#: Records a match into the folder in which it runs, and says where its log is.
+FRESH = """
+from pathlib import Path
+from flows.record import record
+from pipeline.store import Store
+from test_play import recipe
+receipt, _ = record(Store(Path.cwd()), recipe("learned", "human-like", seed=5, seconds=10.0))
+print(receipt.files["log"].path)
+"""
+
+
+def test_the_same_recipe_gives_the_same_bytes_in_another_process_and_place(tmp_path):
+    processes = []
+    for number in ("1", "2"):
+        (tmp_path / number).mkdir()
+        seen = {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path]), "PYTHONHASHSEED": number}
+        processes.append(subprocess.Popen(
+            [sys.executable, "-c", FRESH], cwd=tmp_path / number, env={**os.environ, **seen},
+            stdout=subprocess.PIPE, text=True,
+        ))
+    said = [process.communicate(timeout=120)[0].strip() for process in processes]
+    one, other = ((tmp_path / folder / path).read_bytes() for folder, path in zip(("1", "2"), said, strict=True))
+    assert one == other
+    played = log.read(one, where="there")
+    assert len(played.frames) == 601
+    assert len(played.decisions) > 60
 
 
 def test_how_often_it_is_handed_over_changes_nothing_that_is_read():

@@ -1,19 +1,23 @@
-"""`pitchlore record`: what it leaves behind when it is killed."""
+"""`pitchlore record` and `pitchlore play`: what they leave behind when they are killed."""
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from flows.cli import main
+from flows.matches import PLAYING, _nothing_logged, import_all
+from flows.record import recording
 from pipeline import matches
 from pipeline.play.match import Match
-from pipeline.play.minds import mind_of
+from pipeline.play.minds import mind_of, minds_of
 from pipeline.play.recipe import Recipe, TeamSettings
 from pipeline.store import Store
 from pipeline.world.laws import RefereeSettings
@@ -22,7 +26,7 @@ from schemas import Matches
 #: Of a match that is certainly not over when it is killed.
 MINUTES = 100
 RECORD = "import sys; from flows.cli import main; main(sys.argv[1:])"
-CHUNKS = 300_000  # bytes
+CHUNKS, HEAD = 300_000, 8_192  # bytes: more than a chunk, more than what is before the first
 
 
 @pytest.fixture(scope="module")
@@ -66,3 +70,116 @@ def test_kill_9_while_a_match_is_played_and_the_next_run_takes_what_was_played(k
     assert salvaged.ball.tobytes() == played.ball.tobytes()
     for name in played.robots.dtype.names:
         np.testing.assert_array_equal(salvaged.robots[name], played.robots[name])
+
+
+#: Plays a match of two seconds and kills itself when its log is whole and is to be committed.
+COMMITTING = """
+import os, signal, sys
+from pathlib import Path
+import flows.record
+from pipeline.store import Store
+from test_record import short
+
+flows.record.keep = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)
+flows.record.record(Store(Path(sys.argv[1])), short(1))
+"""
+PLAY = "import sys; from flows.cli import main; main(['play', '--data', sys.argv[1]])"
+
+
+def short(seed):
+    random = TeamSettings(kind="random")
+    return Recipe(home=random, away=random, seed=seed, referee=RefereeSettings(duration_s=2.0))
+
+
+def match(recipe):
+    return Match(recipe, minds_of(recipe, {}))
+
+
+def logs(data):
+    return list((data / "playing").glob("*.mcap"))
+
+
+def head(data, recipe):
+    """The log of a match that was killed before anything of it was logged: its path and bytes."""
+    with Store(data).growing(PLAYING, f"{recipe.match_id}.mcap") as (path, stream):
+        matches.Recorder(stream, match(recipe).info)
+    return path, path.read_bytes()
+
+
+def test_kill_9_early_or_late_loses_nothing_that_was_logged_and_leaves_no_trouble(tmp_path, capsys, prefect_server):
+    pytest.importorskip("pygame")
+    folders = os.pathsep.join([str(Path(__file__).parent), *sys.path])
+    here = {**os.environ, "PYTHONPATH": folders, "SDL_VIDEODRIVER": "dummy"}
+    committing, person = (
+        subprocess.Popen([sys.executable, "-c", code, tmp_path], env=here, stdout=subprocess.DEVNULL)
+        for code in (COMMITTING, PLAY)
+    )
+    try:
+        deadline = time.monotonic() + 120
+        while not any(log.name.startswith("human-") and log.stat().st_size > HEAD for log in logs(tmp_path)):
+            assert person.poll() is None, "it ended before it could be killed"
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        person.kill()
+        assert committing.wait(120) == -signal.SIGKILL
+    finally:
+        person.kill()
+        person.wait()
+    unplayed, _ = head(tmp_path, short(2))
+    assert len(logs(tmp_path)) == 3
+
+    with pytest.raises(SystemExit, match="0"):
+        main(["run", "--data", str(tmp_path)])
+    said = f"{unplayed}: removed, for its match was killed before anything of it was logged"
+    assert said in capsys.readouterr().out.splitlines()
+    assert not unplayed.exists()
+    store = Store(tmp_path)
+    assert not store.quarantined()
+    mine, whole = store.receipts("matches")
+    assert (whole.name, whole.details["frames"], whole.details["complete"]) == (short(1).match_id, 121, True)
+    assert mine.name.startswith("human-")
+    assert 60 <= mine.details["frames"] < 1000  # far from what fills a chunk
+    assert not mine.details["complete"]
+    assert store.receipt("situations", mine.name) is not None
+
+
+def test_what_was_logged_is_in_the_file_at_once(tmp_path):
+    """The bytes that the system has are those that a killed process leaves."""
+    played = match(short(1))
+    with recording(Store(tmp_path), played) as log_it:
+        for seconds in (1, 2):
+            played.advance(60)
+            log_it()
+            (log,) = logs(tmp_path)
+            assert len(matches.read(log.read_bytes(), where="killed here").frames) == 60 * seconds
+
+
+def test_a_match_that_breaks_off_is_logged_to_its_last_frame(tmp_path):
+    played = match(short(1))
+
+    def interrupted():
+        with recording(Store(tmp_path), played):
+            played.advance(17)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    (log,) = logs(tmp_path)
+    assert len(matches.read(log.read_bytes(), where="broken off").frames) == 17
+
+
+def test_a_log_without_a_frame_is_removed_unless_somebody_writes_it(tmp_path):
+    store = Store(tmp_path)
+    path, whole = head(tmp_path, short(1))
+    with store.growing(PLAYING, path.name):
+        assert import_all(store).notes == []
+        assert path.exists()
+    for length in (0, 100, len(whole)):
+        path.write_bytes(whole[:length])
+        report = import_all(store)
+        assert [note.split(": ")[0] for note in report.notes] == [str(path)]
+        assert not report.failed
+        assert not path.exists()
+    path.write_bytes(b"what nobody here has written")
+    assert not store.discard(path, _nothing_logged)
+    assert path.exists()

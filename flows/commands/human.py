@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from flows.window.screen import Window
 
 
-# A killed process loses what was played since it was last logged, and what no chunk of the log holds yet.
+# A killed process loses what was played since it was last logged.
 _LOG_EVERY_S = 1.0
 _FAREWELL_S = 3.0
 # A person's match is short, unless they ask for more.

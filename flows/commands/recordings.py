@@ -167,6 +167,8 @@ def _print_run(store: Store, report: RunReport) -> None:
     for what, why in report.failures.items():
         out.print(f"[bold red]quarantined[/] {what}: ", end="")
         out.print(why, markup=False, soft_wrap=True)
+    for note in report.stage("matches").notes:
+        out.print(note, markup=False, soft_wrap=True)
     _print_quarantine(store, report)
     if report.knowledge is None:
         out.print(f"No match yet: drop recordings into {store.root / 'inbox'} or `pitchlore import` them.")

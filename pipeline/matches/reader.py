@@ -18,7 +18,7 @@ from mcap.records import Channel, ChunkIndex, DataEnd, Footer, Metadata, Metadat
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import MCAP0_MAGIC
 
-from pipeline.errors import DamagedLog
+from pipeline.errors import DamagedLog, NoFrames
 from pipeline.frame import MatchInfo, MatchLog
 from pipeline.matches.chunks import DamagedChunk, chunk_size, chunk_span, unseal
 from pipeline.matches.description import METADATA, is_sound, parse
@@ -68,8 +68,9 @@ def read(data: bytes | memoryview, *, where: str, default_info: MatchInfo | None
             written here). Its times then count from its earliest message.
 
     Raises:
-        DamagedLog: if the file is not MCAP, none of its frames can be read, it declares more than
-            ``MAX_LOG_BYTES``, or it does not say which match it is and ``default_info`` is None.
+        NoFrames: if none of its frames can be read.
+        DamagedLog: if the file is not MCAP, it declares more than ``MAX_LOG_BYTES``, or it does not say
+            which match it is and ``default_info`` is None.
     """
     return _Reading(memoryview(data).cast("B"), where).log(default_info)
 
@@ -95,9 +96,11 @@ class _Reading:
         own = self._description(records)
         info = own[0] if own else default_info
         if info is None:
+            content = np.isin(records.opcodes, (Opcode.CHUNK, Opcode.MESSAGE)).any()
             raise self._error(
                 self._reasons[0] if self._reasons else "does not say which match it is",
                 "Say which match it is: its teams, pitch and kind (default_info)",
+                DamagedLog if content else NoFrames,
             )
         self._read_chunks(records, summary)
         missing = (summary.messages or 0) - self._inbox.seen if summary else 0
@@ -110,8 +113,8 @@ class _Reading:
         self._check_data_section(records)
         return self._assemble(info, own[1] if own else Quality.empty(), foreign=own is None)
 
-    def _error(self, what: str, next_step: str) -> DamagedLog:
-        return DamagedLog(what, where=self._where, next_step=next_step)
+    def _error(self, what: str, next_step: str, kind: type[DamagedLog] = DamagedLog) -> DamagedLog:
+        return kind(what, where=self._where, next_step=next_step)
 
     def _damaged(
         self, note: str, *, flaw: str = "damaged record", span: tuple[int, int] | None = None
@@ -239,7 +242,8 @@ class _Reading:
         frames = self._inbox.frames()
         if not len(frames) and (self._reasons or foreign):
             why = self._reasons[0] if self._reasons else "it has no /frame of ours"
-            raise self._error(f"none of its frames can be read ({why})", "Get another copy of the file")
+            raise self._error(
+                f"none of its frames can be read ({why})", "Get another copy of the file", NoFrames)
         referee = self._inbox.referee(info.match_id)
         decisions = self._inbox.decisions(info.match_id)
         flaws = [*self._flaws, *self._inbox.skipped(self._where)]

@@ -35,7 +35,7 @@ from pipeline.matches.records import encoded
 from pipeline.tables import check
 from schemas import Decisions, Quality, Referee
 
-#: A recorder that is killed loses at most so much: about 20 s of a match of three a side.
+#: A chunk's content; three a side fill it in about 20 s of a match.
 CHUNK_BYTES = 256 << 10
 #: Of zstd. Positive levels code bodies' coordinates, which are nearly noise, by entropy: files are 6 %
 #: smaller, but take half as long again to write and more than twice as long to decompress.
@@ -47,9 +47,9 @@ _SLICE = 1024  # frames that `write` lays out at once: they stay in the cache
 class Recorder:
     """A log that is written while the match is played.
 
-    Whole chunks are written and flushed as they fill; what is not yet in a chunk is lost with the
-    process. As a context manager it closes the log unless an exception ends it: a log that was not
-    closed reads as truncated.
+    Chunks are written and handed to the system as they fill, and at each :meth:`flush`; what a chunk does
+    not hold yet is lost with the process. As a context manager it closes the log unless an exception ends
+    it: a log that was not closed reads as truncated.
 
     Args:
         stream: buffered, writable; nothing has been written to it yet.
@@ -107,6 +107,16 @@ class Recorder:
             check(decisions, Decisions, where=self._info.match_id)
             self._append(DECISION, cdr.pack_decisions(decisions, DECISION))
 
+    def flush(self) -> None:
+        """Write what is pending, as a chunk of its own: whoever kills the process now loses nothing.
+
+        It is not synced, so that a machine that fails may still lose it. A chunk of few messages costs
+        room: chunks of a second (60 frames of six robots) make a log 2.2 % larger, chunks of 1,024 frames
+        0.02 %.
+        """
+        for chunk in self._buffer.seal():
+            self._put_chunk(chunk)
+
     def close(self, *, info: MatchInfo | None = None, quality: pl.DataFrame | None = None) -> None:
         """Write what is pending, the description again, and the summary; the stream stays open.
 
@@ -121,8 +131,7 @@ class Recorder:
             quality = Quality.empty()
         else:
             check(quality, Quality, where=self._info.match_id)
-        for chunk in self._buffer.seal():
-            self._put_chunk(chunk)
+        self.flush()
         # once more: with what is known now, and so that one bad byte cannot make the log anonymous
         self._describe(info or self._info, quality)
         self._put(encoded(DataEnd(data_section_crc=self._crc)))

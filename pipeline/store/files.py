@@ -7,8 +7,8 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, TypeVar
 
@@ -76,7 +76,7 @@ class Files:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             with path.open("ab") as stream:
-                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                _take(stream)
                 stream.truncate(0)
                 yield path, stream
         except BlockingIOError as error:
@@ -89,6 +89,23 @@ class Files:
     def abandoned(self, folder: str) -> list[Path]:
         """The files in ``folder`` that were growing (:meth:`growing`) until their process was killed."""
         return [path for path in sorted((self.root / folder).glob("*")) if path.is_file() and _free(path)]
+
+    def discard(self, path: Path, useless: Callable[[bytes], bool]) -> bool:
+        """Remove a file that was growing until its process was killed, if it is of no use.
+
+        Args:
+            path: from :meth:`abandoned`.
+            useless: told from its bytes.
+
+        Returns:
+            Whether it was removed: not if it is of use, somebody has it again, or it is gone.
+        """
+        with suppress(BlockingIOError, FileNotFoundError), path.open("rb") as held:
+            _take(held)
+            if useless(held.read()):
+                path.unlink()
+                return True
+        return False
 
     def sweep(self) -> int:
         """Remove temporary files and staging folders of processes that are gone; how many."""
@@ -188,13 +205,24 @@ def verified(folder: Path, files: Mapping[str, FileRecord], role: str, what: str
     return data
 
 
+def _take(stream: BinaryIO) -> None:
+    """Hold an open file against every other process until it is closed.
+
+    Raises:
+        BlockingIOError: if somebody has it, or has removed it since it was opened.
+    """
+    fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    if not os.fstat(stream.fileno()).st_nlink:
+        raise BlockingIOError
+
+
 def _free(path: Path) -> bool:
-    """Whether no process holds a file."""
-    with path.open("rb") as held:
-        try:
+    """Whether a file is there and no process holds it."""
+    try:
+        with path.open("rb") as held:
             fcntl.flock(held, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return False
+    except (BlockingIOError, FileNotFoundError):
+        return False
     return True
 
 

@@ -113,6 +113,9 @@ class Arena:
         settings, scales = self.settings, SCALES[self.pitch.kind]
         space = pymunk.Space()
         space.iterations = settings.iterations
+        # Contacts that open and close again within three steps would start with the impulse that they ended
+        # with, which pymunk then takes back without having given it, and bodies would gain energy.
+        space.collision_persistence = 1
         space.collision_slop = settings.slop
         space.collision_bias = (1 - settings.stiffness) ** 60
         moving = []

@@ -24,7 +24,12 @@ class PhysicsSettings(Frozen):
         hz: frames a second; cameras of the league give 60 (MIROSOT'96 winner, Warwick).
         substeps: equal steps that a frame is made of. With 2 a ball of 6 m/s goes 5 cm a step, less than
             half a robot and its own radius, so it cannot pass through; 0.4 s after a kick it is 2 mm
-            (median) from where 64 steps take it.
+            (median) from where 64 steps take it. What touches is noticed once it overlaps, up to a step's
+            way: a ball that is pressed into a wall was seen 12.1 mm in it (it has 21.35 to its middle), a
+            robot's corner 9.9. The tests' bounds are 16 and 15 mm (the latter is a step's way of the corner
+            of a robot that spins, 1.8 m/s); a ball is over 5 mm in one frame of 700 between static teams, of
+            20,000 between random ones (data/studies/world). With 4 steps it is half as deep, in up to 1.6
+            times the time; more ``iterations`` or ``stiffness`` do not change it.
         iterations: of the solver of contacts, a step.
         slop: metres that touching bodies may overlap, which keeps them in touch.
         stiffness: part of the overlap beyond it that is removed in a sixtieth of a second.
