@@ -144,6 +144,18 @@ def test_most_of_what_the_paper_says_is_reproduced_where_it_holds():
     assert (row["verdict"], row["measured"] > 0) == ("contradictory", True)
 
 
+def test_what_could_not_be_otherwise_is_no_evidence():
+    found = judged(*world(), apprentices())
+    by_construction = found.filter(pl.col("verdict") == "by construction")
+    assert by_construction["claim"].unique(maintain_order=True).to_list() == [
+        "The first game knows only random actions", "The number of states never falls", "Actions increase only during training"]
+    assert by_construction.height == 6
+    # should one of them not hold, that is said, and few seasons say nothing of it either
+    forgetful = [season("paper", STATIC, s, states=lambda g: 100 - g) for s in range(5)]
+    assert claim(judged(*tables(*forgetful), NONE), "never falls", STATIC)["verdict"] == "contradicted"
+    assert claim(judged(*tables(*forgetful[:4]), NONE), "only during training", STATIC)["verdict"] == "not judged"
+
+
 def test_our_aims_are_of_evaluations_after_the_last_game():
     found = judged(*world(), apprentices(late=lambda s: s))
     row = claim(found, "The best apprentice beats")
