@@ -47,7 +47,7 @@ paradigms: $(READY)  ## section 5 of the paper in full (about 45 minutes)
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 6 --runs 200 --sensitivity
 
 SEASON = $(BIN)/pitchlore season --jobs 2 --discard --data $(STUDY_DATA)
-EVALUATE = $(BIN)/pitchlore evaluate --data $(STUDY_DATA) --json
+EVALUATE = $(BIN)/pitchlore evaluate --export data/studies/evaluations --data $(STUDY_DATA)
 IDEAS := both-teams constant-steps grams influence one-match optimistic random-tries states
 
 seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and what each idea is worth (under 90 minutes)
@@ -56,13 +56,12 @@ seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and what each
 	$(SEASON) --settings paper-level --seasons 5
 	$(SEASON) --settings best --opponent static --opponent human-like --seasons 5
 	for idea in $(IDEAS); do $(SEASON) --settings best-$$idea --seasons 3 || exit 1; done
-	mkdir -p data/studies/evaluations
 	for other in random static; do \
-	  $(EVALUATE) --policy static --against $$other --matches 200 --minutes 2 \
-	    > data/studies/evaluations/static-$$other.json || exit 1; \
+	  $(EVALUATE) --policy static --against $$other --matches 200 --minutes 2 || exit 1; \
 	  for seed in 1 2 3 4 5; do \
-	    $(EVALUATE) --policy best-static-$$seed --against $$other --matches 100 \
-	      > data/studies/evaluations/best-static-$$seed-$$other.json || exit 1; done; done
+	    $(EVALUATE) --policy best-static-$$seed --against $$other --matches 100 || exit 1; \
+	  done; \
+	done
 	$(BIN)/pitchlore report --export data/studies/seasons --data $(STUDY_DATA)
 
 golden: $(READY)  ## make the goldens anew; review the diff
