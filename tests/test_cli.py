@@ -300,6 +300,18 @@ def test_an_export_that_fails_leaves_what_was_there(call, tmp_path, monkeypatch)
     assert set((tmp_path / "export").iterdir()) == set(before)  # nothing lies aside
 
 
+def test_replay_writes_a_small_film(call, finished, tmp_path):
+    film = tmp_path / "film.gif"
+    code, out, _ = call("replay", "early", "--gif", film, "--from", "2", "--seconds", "4", "--data", finished)
+    assert code == 0
+    assert "4 s from 2 s on" in out
+    assert film.read_bytes().startswith(b"GIF89a")
+    assert 10_000 < film.stat().st_size < 4 * 50_000  # 20 s are at most 1 MB
+    assert not (finished / "replays").exists()
+    code, _, err = call("replay", "early", "--gif", film, "--from", "9999", "--data", finished)
+    assert (code, err.count("\n")) == (1, 1)
+
+
 def test_replay_writes_one_page(call, copied):
     code, out, _ = call("replay", "early", "--data", copied)
     assert code == 0
