@@ -118,6 +118,23 @@ def test_a_rate_is_as_uncertain_as_its_few_trials_and_as_its_few_seasons_make_it
     assert math.isnan(pooled([0.9], "rate", 1000)[0].low)
 
 
+@pytest.mark.parametrize(("pooling", "values", "ends"), [
+    ("mean", [0.0, 2.0], (-11.706205, 13.706205)), ("count", [0.0, 2.0], (0.0, 13.706205)),
+    ("percent", [98.0, 100.0], (99 - 12.706205, 100.0)), ("share", [0.0, 1.0], (0.0, 1.0)),
+])
+def test_an_interval_ends_where_the_quantity_does(pooling, values, ends):
+    estimate, _ = pooled(values, pooling)
+    assert (estimate.low, estimate.high) == pytest.approx(ends, abs=1e-5)
+
+
+def test_no_interval_of_shares_on_the_page_leaves_what_can_be():
+    games, _ = tables(season("paper", STATIC, 0, last=12), season("paper", STATIC, 1, last=12, other=lambda g: 4.0))
+    assert compared(games)["other_low"].to_list() == [0.0]
+    assert beside_table_3(games, "paper")["low"].drop_nulls().to_list() == [0.0] * 12
+    found = judged(games, Growth.empty(), NONE)
+    assert claim(found, "nothing evolves")["low"] == 0.0
+
+
 def test_one_season_is_measured_without_an_interval_and_not_judged():
     found = judged(*tables(season("paper", STATIC, other=evolving(0))), NONE)
     row = claim(found, "nothing evolves")
