@@ -51,7 +51,7 @@ paradigms: $(READY)  ## section 5 of the paper in full (about 45 minutes)
 
 # seeds below 101 were for finding settings
 SEASON = $(BIN)/pitchlore season --seed 101 --jobs 2 --discard --data $(STUDY_DATA)
-EVALUATE = $(BIN)/pitchlore evaluate --data $(STUDY_DATA) --json
+EVALUATE = $(BIN)/pitchlore evaluate --export data/studies/evaluations --data $(STUDY_DATA)
 IDEAS := bold both-teams constant-steps each-decision grams influence one-match optimistic random-tries \
   short-traces states
 
@@ -61,13 +61,12 @@ seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and what each
 	$(SEASON) --settings paper-level --seasons 5
 	$(SEASON) --settings best --opponent static --opponent human-like --seasons 5
 	for idea in $(IDEAS); do $(SEASON) --settings best-$$idea --games 20 --seasons 3 || exit 1; done
-	mkdir -p data/studies/evaluations
 	for other in random static; do \
-	  $(EVALUATE) --policy static --against $$other --matches 200 --minutes 2 \
-	    > data/studies/evaluations/static-$$other.json || exit 1; \
+	  $(EVALUATE) --policy static --against $$other --matches 200 --minutes 2 || exit 1; \
 	  for seed in 101 102 103 104 105; do \
-	    $(EVALUATE) --policy best-static-$$seed --against $$other --matches 100 \
-	      > data/studies/evaluations/best-static-$$seed-$$other.json || exit 1; done; done
+	    $(EVALUATE) --policy best-static-$$seed --against $$other --matches 100 || exit 1; \
+	  done; \
+	done
 	$(BIN)/pitchlore report --export data/studies/seasons --data $(STUDY_DATA)
 
 golden: $(READY)  ## make the goldens anew; review the diff

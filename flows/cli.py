@@ -105,8 +105,8 @@ COMMANDS = (
     ),
     (
         "replay", "look:replay",
-        "Write a match as one web page: the pitch, the situations, the goals.",
-        "pitchlore replay rsim-vss-3v3",
+        "Write a match as one web page: the pitch, the situations, the goals; or some seconds as a GIF.",
+        "pitchlore replay rsim-vss-3v3 --gif derby.gif --from 60 --seconds 20",
     ),
     (
         "commentary", "look:commentary",

@@ -18,7 +18,7 @@ from pipeline.plots.style import png
 from pipeline.receipts import SOFTWARE, Receipt
 from pipeline.seasons.claims import BEST, LEARNED, PAPER, STATIC
 from pipeline.seasons.judging import judged
-from pipeline.seasons.measures import DIFFERENCE, EFFECTIVE, OTHER
+from pipeline.seasons.measures import DIFFERENCE, EFFECTIVE, OTHER, Pooling
 from pipeline.seasons.report import Report, document
 from pipeline.seasons.settings import Season
 from pipeline.seasons.summary import beside_table_3, curves
@@ -34,6 +34,12 @@ TITLE = "Pitchlore: seasons"
 #: It is made of all seasons there are, in one way.
 NO_SETTINGS = Frozen()
 NOTHING = Scope(matches=(), lengths=())
+
+#: What cannot be below 0, nor a percentage above 100: bands end there.
+_WITHIN: dict[str, Pooling] = {
+    "other": "percent",
+    **dict.fromkeys(("states", "behaviours", "pairs", "effective", "cumulative"), "count"),
+}
 
 
 def seasons(store: Store) -> list[Receipt]:
@@ -140,20 +146,21 @@ def drawn(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
         goals = {"effective": EFFECTIVE, "cumulative": EFFECTIVE.cum_sum(), "difference": DIFFERENCE}
         actions = {name: pl.col(name) for name in ("behaviours", "pairs")}
         printed = beside_table_3(games, PAPER)
-        found["table-3"] = plots.table_3(curves(paper, {"other": OTHER}), printed, CHANGE)
-        found["figure-8"] = plots.states(curves(known, {"states": pl.col("states")}, ["role"]))
-        found["figure-9"] = plots.actions(curves(known, actions, ["role"]))
-        found["figure-10"] = plots.goals(curves(paper, goals))
+        found["table-3"] = plots.table_3(curves(paper, {"other": OTHER}, poolings=_WITHIN), printed, CHANGE)
+        states = {"states": pl.col("states")}
+        found["figure-8"] = plots.states(curves(known, states, ["role"], poolings=_WITHIN))
+        found["figure-9"] = plots.actions(curves(known, actions, ["role"], poolings=_WITHIN))
+        found["figure-10"] = plots.goals(curves(paper, goals, poolings=_WITHIN))
     both = {"difference": DIFFERENCE, "other": OTHER}
     best = games.filter(pl.col("settings") == BEST)
     if best.height:
-        found["best"] = plots.progress(curves(best, both), LEARNED)
+        found["best"] = plots.progress(curves(best, both, poolings=_WITHIN), LEARNED)
     for base in (PAPER, BEST):
         mine = (pl.col("settings") == base) | pl.col("settings").str.starts_with(f"{base}-")
         variants = games.filter(mine & (pl.col("opponent") == STATIC))
         if variants["settings"].n_unique() > 1 and base in variants["settings"]:
             found[f"ablations-{base}"] = plots.ablations(
-                curves(variants, both), base, CHANGE if base == PAPER else None)
+                curves(variants, both, poolings=_WITHIN), base, CHANGE if base == PAPER else None)
     return {name: png(figure) for name, figure in found.items()}
 
 

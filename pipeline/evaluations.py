@@ -7,6 +7,7 @@ of every interval.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -167,8 +168,12 @@ class Summary(Frozen):
 def summarise(rows: pl.DataFrame) -> Summary:
     """What an evaluation says of a team.
 
-    The intervals of means are Student's over the pairs' means, those of rates Wilson's with the pairs'
-    shares as observations: whatever the two matches of a pair have in common, they are not too narrow.
+    The intervals of means are Student's over the pairs' means, cut off where no mean can be (goals below 0,
+    shares outside of [0, 1]); those of wins, draws and losses Wilson's with the pairs' shares as
+    observations: whatever the two matches of a pair have in common, they are not too narrow. The share of
+    learned actions is a mean, not such a rate: a match is a yes or no to the one and hundreds of decisions
+    to the other, so that how pairs differ is seen, and Wilson's interval, which supposes that they differ
+    as much as they possibly could, would be several times too wide.
 
     Args:
         rows: schema Evaluations, of one evaluation, at least one pair.
@@ -182,8 +187,8 @@ def summarise(rows: pl.DataFrame) -> Summary:
         pl.col("difference", "won", "drawn", "lost", "goals_for", "goals_against", "share").mean()
     ).sort("seed")
 
-    def mean(column: str) -> Measured:
-        return _mean(pairs[column].drop_nulls().to_numpy().astype(np.float64))
+    def mean(column: str, least: float = -math.inf, most: float = math.inf) -> Measured:
+        return _mean(pairs[column].drop_nulls().to_numpy().astype(np.float64), least, most)
 
     def rate(column: str) -> Measured:
         shares = pairs[column].to_numpy()
@@ -195,12 +200,15 @@ def summarise(rows: pl.DataFrame) -> Summary:
         matches=rows.height, pairs=pairs.height,
         wins=int(rows["won"].sum()), draws=int(rows["drawn"].sum()), losses=int(rows["lost"].sum()),
         win_rate=rate("won"), draw_rate=rate("drawn"), loss_rate=rate("lost"),
-        goal_difference=mean("difference"), goals_for=mean("goals_for"), goals_against=mean("goals_against"),
-        learned_share=None if pairs["share"].is_null().all() else mean("share"),
+        goal_difference=mean("difference"),
+        goals_for=mean("goals_for", least=0), goals_against=mean("goals_against", least=0),
+        learned_share=None if pairs["share"].is_null().all() else mean("share", least=0, most=1),
     )
 
 
-def _mean(values: F64) -> Measured:
-    """The mean with Student's interval."""
-    low, high = mean_interval(values) or (None, None)
-    return Measured(float(values.mean()), low, high)
+def _mean(values: F64, least: float, most: float) -> Measured:
+    """The mean with Student's interval, of which no more is left than lies in [least, most]."""
+    ends = mean_interval(values)
+    if ends is None:
+        return Measured(float(values.mean()), None, None)
+    return Measured(float(values.mean()), max(ends[0], least), min(ends[1], most))

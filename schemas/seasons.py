@@ -11,7 +11,7 @@ from schemas.paradigms import VERDICTS
 from schemas.table import ROLES, STAND_IN, Table, match_id, unit
 
 OPPONENTS = ("static", "human-like", "random")
-CLAIM_VERDICTS = (*VERDICTS, "contradictory", "reached", "not reached", "not judged")
+CLAIM_VERDICTS = (*VERDICTS, "contradictory", "reached", "not reached", "not judged", "by construction")
 
 
 class OfGame(Table):
@@ -104,7 +104,7 @@ class Claims(Table):
     """One claim about seasons beside what was measured. Ordered as the paper states them, then our own aims."""
 
     NAME: ClassVar[str] = "claims"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
 
     item = dy.String(description="what the claim is about: Table 3, Figure 8, 9 or 10, ablation, aim")
     claim = dy.String(description="what is claimed, shortly")
@@ -119,5 +119,6 @@ class Claims(Table):
     seasons = dy.Int64(min=0, description="seasons that have the quantity; of two opponents the fewer")
     verdict = dy.Enum(CLAIM_VERDICTS, description=(
         "contradictory: the paper's own Table 3 says otherwise; not judged: fewer than five seasons; "
-        "reproduced, contradicted, or not reproduced (neither shown nor refuted); reached or not, of aims"
+        "reproduced, contradicted, or not reproduced (neither shown nor refuted); by construction: holds in "
+        "any run of this system, hence no evidence; reached or not, of aims"
     ))

@@ -280,6 +280,59 @@ def test_what_does_not_fit_is_one_line_that_says_what_to_do_next(call, tmp_path,
     assert not (tmp_path / "data" / "matches").exists()
 
 
+def test_an_exported_evaluation_says_what_it_is_of_and_is_the_same_when_it_is_made_again(call, tmp_path):
+    words = ("evaluate", "--policy", "static", "--against", "random", "--matches", "4", "--seed", "3", "--minutes", "0.05")
+    first, again = tmp_path / "first", tmp_path / "again"
+    _, out, _ = call(*words, "--jobs", "1", "--json", "--export", first, "--data", tmp_path / "data")
+    told = json.loads(out)
+    said = json.loads((first / "static-random.json").read_text())
+    assert said["command"] == "pitchlore " + " ".join(words)
+    assert said["seeds"] == {"first": 3, "last": 4}
+    assert said["settings"]["referee"]["duration_s"] == 3.0
+    assert said["software"].startswith("pitchlore ")
+    assert said["summary"] == {name: told[name] for name in said["summary"]}
+    matches = pl.read_csv(first / "static-random.matches.csv")
+    assert matches.select("seed", "match", "side").rows() == [(3, 1, "home"), (3, 2, "away"), (4, 1, "home"), (4, 2, "away")]
+    assert matches["goals_for"].mean() == told["goals_for"]["value"]
+    # played by others, then not at all
+    for data in ("other", "data"):
+        assert call(*said["command"].split()[1:], "--jobs", "2", "--export", again, "--data", tmp_path / data)[0] == 0
+        assert {file.name: file.read_bytes() for file in again.iterdir()} == {
+            file.name: file.read_bytes() for file in first.iterdir()}
+
+
+def test_an_export_that_fails_leaves_what_was_there(call, tmp_path, monkeypatch):
+    words = ("evaluate", "--policy", "static", "--against", "random", "--minutes", "0.02", "--jobs", "1",
+             "--export", tmp_path / "export", "--data", tmp_path)
+    assert call(*words, "--matches", "2")[0] == 0
+    before = {file: file.read_bytes() for file in (tmp_path / "export").iterdir()}
+    replace = os.replace
+
+    def full(source, target):
+        if str(target).endswith("static-random.json"):
+            raise OSError(28, "No space left on device")
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", full)
+    code, _, err = call(*words, "--matches", "4")
+    assert (code, "No space left" in err) == (1, True)
+    summary = tmp_path / "export" / "static-random.json"
+    assert summary.read_bytes() == before[summary]
+    assert set((tmp_path / "export").iterdir()) == set(before)  # nothing lies aside
+
+
+def test_replay_writes_a_small_film(call, finished, tmp_path):
+    film = tmp_path / "film.gif"
+    code, out, _ = call("replay", "early", "--gif", film, "--from", "2", "--seconds", "4", "--data", finished)
+    assert code == 0
+    assert "4 s from 2 s on" in out
+    assert film.read_bytes().startswith(b"GIF89a")
+    assert 10_000 < film.stat().st_size < 4 * 50_000  # 20 s are at most 1 MB
+    assert not (finished / "replays").exists()
+    code, _, err = call("replay", "early", "--gif", film, "--from", "9999", "--data", finished)
+    assert (code, err.count("\n")) == (1, 1)
+
+
 def test_replay_writes_one_page(call, copied):
     code, out, _ = call("replay", "early", "--data", copied)
     assert code == 0

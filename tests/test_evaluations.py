@@ -71,6 +71,17 @@ def test_the_share_of_learned_actions_is_a_mean_over_matches_that_had_any():
     assert found.learned_share.value == pytest.approx((0.75 + 0.25) / 2)
 
 
+def test_no_interval_reaches_where_nothing_can_be():
+    # pairs of 5 and 0 goals, shares .9 and 1.0: Student's with one degree of freedom is ±31.8 and ±.64
+    found = summarise(played((0, 5), (0, 5), (0, 0), (0, 0), decided=[(10, 9), (10, 9), (10, 10), (10, 10)]))
+    assert found.goals_against[1:] == (0.0, pytest.approx(2.5 + 12.706205 * 2.5, abs=1e-4))
+    assert found.goal_difference[1:] == pytest.approx((-2.5 - 31.765512, -2.5 + 31.765512), abs=1e-4)
+    assert found.learned_share[1:] == (pytest.approx(0.95 - 12.706205 * 0.05, abs=1e-5), 1.0)
+    found = summarise(played((3, 1), (3, 1), (1, 3), (1, 3), decided=[(10, 0), (10, 0), (10, 2), (10, 2)]))
+    assert found.learned_share.low == 0.0
+    assert (found.goals_for.low, found.goals_for.high > 14) == (0.0, True)
+
+
 def test_one_pair_has_no_interval_of_a_mean():
     assert summarise(played((1, 0), (0, 2))).goal_difference == (-0.5, None, None)
 

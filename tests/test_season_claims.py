@@ -118,6 +118,23 @@ def test_a_rate_is_as_uncertain_as_its_few_trials_and_as_its_few_seasons_make_it
     assert math.isnan(pooled([0.9], "rate", 1000)[0].low)
 
 
+@pytest.mark.parametrize(("pooling", "values", "ends"), [
+    ("mean", [0.0, 2.0], (-11.706205, 13.706205)), ("count", [0.0, 2.0], (0.0, 13.706205)),
+    ("percent", [98.0, 100.0], (99 - 12.706205, 100.0)), ("share", [0.0, 1.0], (0.0, 1.0)),
+])
+def test_an_interval_ends_where_the_quantity_does(pooling, values, ends):
+    estimate, _ = pooled(values, pooling)
+    assert (estimate.low, estimate.high) == pytest.approx(ends, abs=1e-5)
+
+
+def test_no_interval_of_shares_on_the_page_leaves_what_can_be():
+    games, _ = tables(season("paper", STATIC, 0, last=12), season("paper", STATIC, 1, last=12, other=lambda g: 4.0))
+    assert compared(games)["other_low"].to_list() == [0.0]
+    assert beside_table_3(games, "paper")["low"].drop_nulls().to_list() == [0.0] * 12
+    found = judged(games, Growth.empty(), NONE)
+    assert claim(found, "nothing evolves")["low"] == 0.0
+
+
 def test_one_season_is_measured_without_an_interval_and_not_judged():
     found = judged(*tables(season("paper", STATIC, other=evolving(0))), NONE)
     row = claim(found, "nothing evolves")
@@ -142,6 +159,18 @@ def test_most_of_what_the_paper_says_is_reproduced_where_it_holds():
     # the paper's words against its table stay so, whatever ours show
     row = claim(found, "a tendency to increase")
     assert (row["verdict"], row["measured"] > 0) == ("contradictory", True)
+
+
+def test_what_could_not_be_otherwise_is_no_evidence():
+    found = judged(*world(), apprentices())
+    by_construction = found.filter(pl.col("verdict") == "by construction")
+    assert by_construction["claim"].unique(maintain_order=True).to_list() == [
+        "The first game knows only random actions", "The number of states never falls", "Actions increase only during training"]
+    assert by_construction.height == 6
+    # should one of them not hold, that is said, and few seasons say nothing of it either
+    forgetful = [season("paper", STATIC, s, states=lambda g: 100 - g) for s in range(5)]
+    assert claim(judged(*tables(*forgetful), NONE), "never falls", STATIC)["verdict"] == "contradicted"
+    assert claim(judged(*tables(*forgetful[:4]), NONE), "only during training", STATIC)["verdict"] == "not judged"
 
 
 def test_our_aims_are_of_evaluations_after_the_last_game():

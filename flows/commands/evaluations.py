@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import json as encoder
+import re
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+
 import polars as pl
 from cyclopts.types import NonNegativeInt, PositiveInt
 
@@ -22,6 +28,8 @@ from flows.stage import listener
 from flows.workers import cores
 from pipeline.errors import BadSettings
 from pipeline.evaluations import Evaluation, Measured, Summary, summarise
+from pipeline.receipts import SOFTWARE
+from pipeline.store import Store
 from schemas import note_on
 
 
@@ -34,6 +42,7 @@ def evaluations(
     playing: Playing = AS_USUAL,
     learners: Learners = AS_LEARNED,
     jobs: PositiveInt | None = None,
+    export: Path | None = None,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
@@ -49,6 +58,8 @@ def evaluations(
         playing: How the matches are played.
         learners: How learned teams play.
         jobs: Processes that play; by default as many as there are cores.
+        export: Write what came out into this folder, too, under the names of both teams: each match as
+            CSV; the summary with command, settings, seeds and software as JSON.
         json: Print JSON.
         common: Options of every command.
     """
@@ -66,6 +77,10 @@ def evaluations(
         rows, played = evaluate(store, evaluation, seeds, policies, jobs or cores())
     refresh(store)
     summary = summarise(rows)
+    if export:
+        command = _command(evaluation, seeds, {
+            "settings": playing.settings, "robots": playing.robots, **asdict(learners)})
+        _export(store, evaluation, seeds, command, rows, summary, export)
     if json:
         print_json(_plain(summary) | {"minutes": minutes, "seed": seed, "played_now": 2 * played,
                                       "note": note_on(summary.team, summary.opponent)})
@@ -77,6 +92,8 @@ def evaluations(
     if evaluation.of_itself:
         console().print("A team against itself: home's side of matches that have seeds of their own.")
     print_stand_in(summary.team, summary.opponent)
+    if export:
+        console().print(f"{export}: {_stem(summary)} written", soft_wrap=True)
 
 
 def _plain(summary: Summary) -> dict[str, object]:
@@ -100,3 +117,37 @@ def _table(summary: Summary) -> pl.DataFrame:
          "95 % high": None if m is None else m.high, "count": count}
         for name, m, count in rows
     ])
+
+
+def _stem(summary: Summary) -> str:
+    return f"{summary.team}-{summary.opponent}"
+
+
+def _export(
+    store: Store, evaluation: Evaluation, seeds: range, command: str, rows: pl.DataFrame, summary: Summary,
+    folder: Path,
+) -> None:
+    """Matches as CSV, the summary and what it is of as JSON: small and readable, to be kept in git.
+
+    Nothing in them depends on when or by how many processes the matches were played.
+    """
+    said = {
+        "command": command, "software": SOFTWARE, "seeds": {"first": seeds[0], "last": seeds[-1]},
+        "summary": _plain(summary), "settings": evaluation.model_dump(mode="json"),
+    }
+    matches = rows.select("seed", "match", "side", "match_seed", "goals_for", "goals_against", "actions",
+                          "other_actions")
+    stem = folder / _stem(summary)
+    store.write_bytes(stem.with_name(f"{stem.name}.matches.csv"), matches.write_csv().encode())
+    text = encoder.dumps(said, indent=1, allow_nan=False)
+    store.write_bytes(stem.with_name(f"{stem.name}.json"), f"{text}\n".encode())
+
+
+def _command(evaluation: Evaluation, seeds: range, options: Mapping[str, object]) -> str:
+    """What plays these matches again, in whatever data folder the teams are."""
+    team, opponent = (re.sub(r"^v(\d+)$", r"learned:\1", side.name)
+                      for side in (evaluation.team, evaluation.opponent))
+    words = {"policy": team, "against": opponent, "matches": 2 * len(seeds), "seed": seeds[0],
+             "minutes": str(evaluation.referee.duration_s / 60).removesuffix(".0"), **options}
+    said = " ".join(f"--{name} {word}" for name, word in words.items() if word is not None)
+    return f"pitchlore evaluate {said}"

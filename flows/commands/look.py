@@ -29,6 +29,7 @@ from pipeline.plots.style import png
 from pipeline.receipts import Receipt
 from pipeline.recognition.rulebook import rule_table, term_table
 from pipeline.replay import page
+from pipeline.replay.animation import animation
 from pipeline.store import Store
 from schemas import PUBLIC, Goals, Matches, Referee, Situations, Trajectories
 
@@ -100,17 +101,34 @@ def situations(
 
 def replay(
     match: str, *, output: Annotated[Path | None, Parameter(alias="-o")] = None, hz: float = 20.0,
+    gif: Path | None = None, start: Annotated[float, Parameter(name="--from")] = 0.0, seconds: float = 20.0,
     common: Common = DEFAULTS,
 ) -> None:
-    """Write a match as one web page: the pitch, the situations, the goals; no network needed.
+    """Write a match as one web page: the pitch, the situations, the goals; no network needed. Or as a film.
 
     Args:
         match: The match's id, or the beginning of it.
         output: Where to write; by default replays/MATCH.html in the data folder.
-        hz: Pictures a second of play.
+        hz: Pictures a second of play, of the page.
+        gif: Write some seconds as an animation into this file instead.
+        start: Where the animation begins, seconds since the first sample.
+        seconds: How long it is.
         common: Options of every command.
     """
     store = common.store
+    if gif is not None:
+        log, made = _chain_of(store, match, "trajectories", "situations")
+        film = animation(
+            store.read_table(log, "matches", Matches),
+            store.read_table(made["trajectories"], "trajectories", Trajectories),
+            store.read_table(made["situations"], "situations", Situations),
+            store.read_table(log, "referee", Referee),
+            Pitch.model_validate(log.details["pitch"]), start_s=start, seconds=seconds,
+        )
+        store.write_bytes(gif, film)
+        said = f"{gif} ({len(film) / 1e6:.2f} MB): {seconds:g} s from {start:g} s on"
+        console().print(said, soft_wrap=True)
+        return
     log, made = _chain_of(store, match, "trajectories", "situations", "goals")
     text = page(
         store.read_table(log, "matches", Matches),

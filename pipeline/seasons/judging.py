@@ -2,8 +2,9 @@
 
 A claim is *contradictory* if the quantity, read in the paper's own Table 3, lies outside of what it states;
 else it is judged by our seasons: *reproduced* if the 95 % interval lies wholly inside, *contradicted* if
-wholly outside, else *not reproduced*; *not judged* below five seasons. Our aims are *reached* or not, by the
-same rule.
+wholly outside, else *not reproduced*; *not judged* below five seasons. What holds and could not but hold
+in this system is true *by construction*, which is no evidence. Our aims are *reached* or not, by the same
+rule.
 """
 
 from __future__ import annotations
@@ -85,7 +86,7 @@ def _verdict(claim: Claim, in_table: float | None, estimate: Estimate, seasons: 
     verdict = claim.states.verdict(estimate)
     if claim.item == AIM:
         return "reached" if verdict == "reproduced" else "not reached"
-    return verdict
+    return "by construction" if claim.by_construction and verdict == "reproduced" else verdict
 
 
 def _named(names: Iterable[str]) -> str:

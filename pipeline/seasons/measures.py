@@ -16,10 +16,13 @@ import polars as pl
 from pipeline.intervals import UNDEFINED, Estimate, mean_interval, wilson
 from schemas import ROLES
 
-#: How numbers of seasons become one: their mean with Student's interval; the share of seasons that say
-#: yes (1 rather than 0) with Wilson's; a rate, the mean of shares of games or matches, with the wider of
-#: both (see :func:`pooled`).
-Pooling = Literal["mean", "seasons", "rate"]
+#: How numbers of seasons become one: their mean with Student's interval, of which no more is left than a
+#: count, a percentage or a share can be; the share of seasons that say yes (1 rather than 0) with Wilson's; a
+#: rate, the mean of shares of games or matches, with the wider of both (see :func:`pooled`).
+Pooling = Literal["mean", "count", "percent", "share", "seasons", "rate"]
+_BOUNDS: dict[Pooling, tuple[float, float]] = {
+    "count": (0.0, math.inf), "percent": (0.0, 100.0), "share": (0.0, 1.0), "rate": (0.0, 1.0),
+}
 
 #: Decisions of another behaviour than 194, per cent of the game's (Table 3, column %).
 #: Null in a game without decisions, which is left out of means.
@@ -108,8 +111,9 @@ def pooled(values: Iterable[float], pooling: Pooling, trials: int = 1) -> tuple[
         return Estimate(mean, math.nan, math.nan), len(seen)
     if pooling == "rate":
         low, high = wilson(mean * len(seen) * trials, len(seen) * trials)
-        ends = max(0.0, min(ends[0], float(low))), min(1.0, max(ends[1], float(high)))
-    return Estimate(mean, *ends), len(seen)
+        ends = min(ends[0], float(low)), max(ends[1], float(high))
+    least, most = _BOUNDS.get(pooling, (-math.inf, math.inf))
+    return Estimate(mean, max(ends[0], least), min(ends[1], most)), len(seen)
 
 
 def phase(games: pl.DataFrame, first: int, last: int) -> pl.DataFrame | None:

@@ -27,7 +27,7 @@ STANDS_IN = (
 _COLOURS = (
     ("reproduced", "#00644a"), ("reached", "#00644a"),
     ("contradicted", "#a33f00"), ("not reached", "#a33f00"),
-    ("contradictory", "#8a3d70"), ("not reproduced", "#555"),
+    ("contradictory", "#8a3d70"), ("not reproduced", "#555"), ("by construction", "#555"),
 )
 
 #: How sure a share of games or matches is.
@@ -178,7 +178,8 @@ def _verdicts_in_words(claims: pl.DataFrame) -> str:
     return (
         f"{claims.height} claims: {said}. *Reproduced*: the interval lies inside of what is claimed; "
         "*contradicted*: wholly outside; *not reproduced*: neither shown nor refuted; *contradictory*: the "
-        f"paper's own Table 3 says otherwise; *not judged*: fewer than {LEAST_SEASONS} seasons of {GAMES} "
+        "paper's own Table 3 says otherwise; *by construction*: true of any run of this system, whatever is "
+        f"learned, hence no evidence; *not judged*: fewer than {LEAST_SEASONS} seasons of {GAMES} "
         f"games. Our aims are measured by evaluations of the apprentice that {GAMES} games against the "
         f"static team have made, and by its games {LATE[0]} to {LATE[1]}; a rate's interval is {_OF_RATES}."
     )

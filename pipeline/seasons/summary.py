@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import polars as pl
 
@@ -32,13 +33,14 @@ LAST = 10
 _SIDES = ("settings", "opponent")
 _KINDS = ("direct", "indirect", "error")
 _COMPARED: dict[str, tuple[pl.Expr, Pooling]] = {
-    "difference": (DIFFERENCE, "mean"), "other": (OTHER, "mean"),
+    "difference": (DIFFERENCE, "mean"), "other": (OTHER, "percent"),
     "won": (WON, "rate"), "lost": (LOST, "rate"),
 }
 
 
 def curves(
-    table: pl.DataFrame, values: Mapping[str, pl.Expr], by: Sequence[str] = ()
+    table: pl.DataFrame, values: Mapping[str, pl.Expr], by: Sequence[str] = (), *,
+    poolings: Mapping[str, Pooling] = MappingProxyType({}),
 ) -> pl.DataFrame:
     """Means over the seasons, game by game.
 
@@ -47,6 +49,7 @@ def curves(
         values: name to what is read off a row; it may look at the season's earlier games, which come
             before it.
         by: columns that rows are told apart by besides the game (the role of schema Growth).
+        poolings: how numbers of seasons become one, by name; of those that are not named as means.
 
     Returns:
         Columns what (a name of ``values``), settings, opponent, those of ``by``, game, seasons, mean, low
@@ -60,7 +63,7 @@ def curves(
         read = kept.select(*key, value.over("season", *by).cast(pl.Float64).alias("value"))
         groups = read.drop_nulls("value").group_by(*key).agg("value").sort(key)
         for group in groups.iter_rows(named=True):
-            estimate, seasons = pooled(group.pop("value"), "mean")
+            estimate, seasons = pooled(group.pop("value"), poolings.get(what, "mean"))
             rows.append({"what": what, **group, "seasons": seasons} | _ends(estimate, "mean", "low", "high"))
     types = {"what": pl.String(), **{name: table.schema[name] for name in key}, "seasons": pl.Int64(),
              **dict.fromkeys(("mean", "low", "high"), pl.Float64())}
@@ -84,7 +87,7 @@ def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
     ours = curves(mine, {
         "total": pl.col("actions"), "random": pl.col("random_actions"), "other": pl.col("other_actions"),
         "pct": OTHER,
-    }).with_columns(pl.col("opponent").cast(pl.String))
+    }, poolings={"pct": "percent"}).with_columns(pl.col("opponent").cast(pl.String))
     wide = ours.filter(pl.col("what") == "pct").select(
         "opponent", "game", "seasons", pl.col("mean").alias("pct"), "low", "high")
     for what in ("other", "random", "total"):

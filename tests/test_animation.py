@@ -1,0 +1,149 @@
+"""The replay as a film: what is seen where and when, and that it is small and always the same."""
+
+from __future__ import annotations
+
+import io
+import math
+
+import polars as pl
+import pytest
+from PIL import Image
+from test_replay import match, situations, trajectories
+
+from pipeline.errors import BadSettings, NotFound
+from pipeline.pitch import PITCHES, Kind
+from pipeline.replay.animation import animation
+from schemas import Referee, Situations
+
+BLUE, ORANGE, WHITE = (63, 158, 230), (240, 138, 60), (255, 255, 255)
+#: Pixels a metre: 400 without margins of 8 over 1.5 m and two goals of 0.1 m.
+SCALE = 384 / 1.7
+
+
+def played(ms=range(0, 2000, 20), ball=lambda t: (0.2 * t, 0.0), blue=lambda t: (-0.3, 0.2), segment=0):
+    """A ball, a blue and an orange robot; places by time in seconds."""
+    return trajectories([
+        row for t in ms for row in (
+            (t, "ball", None, *ball(t / 1000), None, segment), (t, "home", 1, *blue(t / 1000), 0.0, segment),
+            (t, "away", 2, 0.5, -0.3, math.pi, segment))])
+
+
+def film(rows=None, doing=None, referee=None, *, kind=Kind.VSSS, start_s=0.0, seconds=2.0):
+    return animation(match(score_home=0, score_away=0), played() if rows is None else rows,
+                     Situations.empty() if doing is None else doing, Referee.empty() if referee is None else referee,
+                     PITCHES[kind], start_s=start_s, seconds=seconds)
+
+
+def pictures(gif):
+    image = Image.open(io.BytesIO(gif))
+    found = []
+    for number in range(image.n_frames):
+        image.seek(number)
+        found.append((image.info["duration"], image.convert("RGB")))
+    return found
+
+
+def at(gif, t_s):
+    """The picture that is shown at a time."""
+    passed = 0
+    for duration, picture in pictures(gif):
+        passed += duration
+        if t_s * 1000 < passed:
+            return picture
+    raise AssertionError("the film is over")
+
+
+def seen(picture, x, y):
+    """The colour at a place on a VSSS pitch."""
+    return picture.getpixel((round(200 + x * SCALE), round(50 + (0.65 - y) * SCALE)))
+
+
+def near(one, other):
+    return max(abs(a - b) for a, b in zip(one, other, strict=True)) <= 12
+
+
+def events(*rows):
+    return pl.DataFrame(
+        [("m-1", int(t * 1e9), event, team, home, away, None) for t, event, team, home, away in rows],
+        schema=Referee.dtypes(), orient="row")
+
+
+def test_there_are_twelve_and_a_half_pictures_a_second():
+    found = pictures(film())
+    assert len(found) == 25
+    assert {duration for duration, _ in found} == {80}
+    assert found[0][1].width == 400
+
+
+def test_bodies_are_where_they_were_and_what_moves_is_seen_to_move():
+    first, *_, last = (picture for _, picture in pictures(film()))
+    for picture in (first, last):
+        assert near(seen(picture, -0.3 - 0.028, 0.2 - 0.02), BLUE)
+        assert near(seen(picture, 0.5 + 0.028, -0.3 - 0.02), ORANGE)
+    assert near(seen(first, 0.0, 0.0), WHITE)
+    assert near(seen(last, 0.2 * 1.92, 0.0), WHITE)
+    # the trail is behind the ball, not before it
+    assert sum(seen(last, 0.2 * 1.6, 0.0)) > sum(seen(last, 0.2 * 2.3, 0.0)) + 60
+    # +y is up
+    (_, higher), *_ = pictures(film(played(blue=lambda _: (-0.3, 0.4))))
+    assert near(seen(higher, -0.3 - 0.028, 0.4 - 0.02), BLUE)
+
+
+def test_the_same_match_gives_the_same_bytes_and_another_others():
+    assert film() == film(played().sample(fraction=1.0, shuffle=True, seed=1))
+    assert film() != film(played(blue=lambda t: (-0.3, 0.2 + 0.1 * t)))
+    assert film(start_s=0.4, seconds=1.0) != film(seconds=1.0)
+
+
+def test_pictures_that_are_the_same_are_one():
+    (only,) = pictures(film(played(ball=lambda _: (0.0, 0.0)), seconds=0.8))
+    assert only[0] == 800
+
+
+def test_what_a_robot_does_is_said_while_it_does_it():
+    doing = situations([("home", 1, 46, "Robot approaches the ball", 1000, 1500, 1.0, "ball")])
+    still = played(ball=lambda _: (0.0, 0.0))
+    before, during, after = (at(film(still, doing), t).crop((0, 345, 400, 376)).tobytes() for t in (0.9, 1.2, 1.6))
+    assert before == after != during
+
+
+def test_a_goal_is_seen_for_a_while_and_so_is_the_score():
+    still = played(range(0, 4000, 20), ball=lambda _: (0.0, 0.0))
+    goal = events((0.0, "kick-off", "home", 0, 0), (1.0, "goal", "away", 0, 1))
+    before, lit, after = (at(film(still, referee=goal, seconds=4.0), t) for t in (0.5, 2.0, 3.5))
+    edge = (0.3, 0.65)
+    assert near(seen(lit, *edge), ORANGE)
+    assert not near(seen(before, *edge), ORANGE)
+    assert seen(after, *edge) == seen(before, *edge)
+    head = (0, 0, 400, 34)
+    assert before.crop(head).tobytes() != after.crop(head).tobytes()
+
+
+def test_the_trail_does_not_reach_across_a_restart():
+    rows = pl.concat([played(range(0, 480, 20), ball=lambda _: (-0.6, 0.0)), played(range(480, 960, 20), ball=lambda _: (0.0, 0.0), segment=1)])
+    last = pictures(film(rows, seconds=0.96))[-1][1]
+    assert seen(last, -0.5, 0.0) == seen(last, -0.45, 0.0)
+
+
+def test_what_is_not_recorded_is_not_shown():
+    rows = played([*range(0, 500, 20), *range(1500, 2000, 20)])
+    found = pictures(film(rows))
+    gap = next(picture for duration, picture in found if duration > 400)
+    assert not near(seen(gap, -0.3 - 0.028, 0.2 - 0.02), BLUE)
+    assert near(seen(found[-1][1], -0.3 - 0.028, 0.2 - 0.02), BLUE)
+
+
+@pytest.mark.parametrize("kind", [Kind.SSL, Kind.SIM2D])
+def test_other_leagues_have_films(kind):
+    assert len(pictures(film(played(ball=lambda t: (2 * t, 0.0)), kind=kind))) == 25
+
+
+@pytest.mark.parametrize(("start_s", "seconds"), [(0.0, 0.0), (-1.0, 5.0), (0.0, 121.0), (math.nan, 5.0), (0.0, math.nan)])
+def test_times_that_make_no_sense_are_refused(start_s, seconds):
+    with pytest.raises(BadSettings, match="cannot show"):
+        film(start_s=start_s, seconds=seconds)
+
+
+def test_after_the_end_there_is_nothing_to_show():
+    with pytest.raises(NotFound, match=r"m-1: has nothing to show from 9 s on\. It is 1\.0 s long"):
+        film(start_s=9.0)
