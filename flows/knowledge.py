@@ -7,6 +7,7 @@ import polars as pl
 from prefect.artifacts import create_markdown_artifact
 
 from flows.catalog import refresh
+from flows.lineage import lineage, matches_of
 from flows.stage import Scope, data_folder, need, our_flow, run_one, scope_of, stage_task
 from pipeline.errors import BadSettings, NotFound
 from pipeline.knowledge import behaviours, finest, merge_behaviours, merge_occasions, occasions
@@ -45,7 +46,7 @@ def emit(store: Store, settings: KnowledgeSettings, scope: Scope) -> tuple[Manif
             return standing, False
         parent = store.latest("knowledge")
         before = parent if settings.accumulate else None
-        held = _held(store, before)
+        held = {match for version in lineage(store, before) for match in matches_of(version)}
         _refuse_twice(store, before, held.intersection(scope.matches))
         inputs |= _of_parent(before)
         with store.claim("knowledge") as version:
@@ -92,17 +93,6 @@ def _standing(store: Store, inputs: dict[str, str], settings: KnowledgeSettings)
         if manifest.key == _key(inputs | parent, settings):
             return manifest
     return None
-
-
-def _held(store: Store, manifest: Manifest | None) -> set[str]:
-    """The matches that a version knows of, by its parents too if it accumulates."""
-    held: set[str] = set()
-    while manifest is not None:
-        held |= {label.split("/")[1] for label in manifest.inputs if label.startswith("decisions/")}
-        accumulates = any(label.startswith(_PARENT) for label in manifest.inputs)
-        parent = manifest.parent if accumulates else None
-        manifest = None if parent is None else store.manifest("knowledge", parent)
-    return held
 
 
 def _refuse_twice(store: Store, before: Manifest | None, twice: set[str]) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 from prefect.artifacts import create_markdown_artifact
 
 from flows.catalog import refresh
+from flows.lineage import lineage, matches_of
 from flows.stage import data_folder, need, our_flow, run_one, stage_task
 from pipeline.errors import NotFound
 from pipeline.policies import train
@@ -31,22 +32,13 @@ def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) ->
             version that the knowledge builds on is gone.
     """
     newest_first: dict[str, Receipt] = {}
-    version: Manifest | None = knowledge
-    while version is not None:
-        for match in reversed(_matches(version)):
+    for version in lineage(store, knowledge):
+        for match in reversed(matches_of(version)):
             if len(newest_first) == last_matches:
                 return list(newest_first.values())[::-1]
             if match not in newest_first:
                 newest_first[match] = _held(store, version, match)
-        adds_to = version.parent if version.settings.get("accumulate", False) else None
-        version = store.manifest("knowledge", adds_to) if adds_to is not None else None
     return list(newest_first.values())[::-1]
-
-
-def _matches(knowledge: Manifest) -> list[str]:
-    """The matches whose decisions a version of the knowledge names, sorted."""
-    labels = (label.split("/") for label in knowledge.inputs)
-    return sorted({label[1] for label in labels if label[0] == "decisions"})
 
 
 def _held(store: Store, knowledge: Manifest, match: str) -> Receipt:

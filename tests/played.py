@@ -42,19 +42,29 @@ backoff = ["role0"]
 Shown = tuple[dict[str, object], list[pl.DataFrame]]
 
 
-def logged(recipe: Recipe, policy: pl.DataFrame | None = None) -> MatchLog:
-    """A match as it is read from its log; a learned team plays the policy."""
-    played = Match(recipe, (mind_of(recipe.home, recipe, 0, policy), mind_of(recipe.away, recipe, 1, policy)))
-    stream = io.BytesIO()
+def starting(recipe: Recipe, policy: pl.DataFrame | None = None, *, logged: bool = True) -> Match:
+    """A match that has not begun; learned teams play the policy."""
+    minds = (mind_of(recipe.home, recipe, 0, policy), mind_of(recipe.away, recipe, 1, policy))
+    return Match(recipe, minds, logged=logged)
+
+
+def logged(recipe: Recipe, policy: pl.DataFrame | None = None, part: int = PART) -> bytes:
+    """The log of a match, written in parts of so many frames."""
+    played, stream = starting(recipe, policy), io.BytesIO()
     with matches.Recorder(stream, played.info) as recorder:
         goes_on = True
         while goes_on:
-            goes_on = played.advance(PART)
-            part = played.take()
-            recorder.frames(part.frames)
-            recorder.referee(part.referee)
-            recorder.decisions(part.decisions)
-    return matches.read(stream.getvalue(), where="played")
+            goes_on = played.advance(part)
+            taken = played.take()
+            recorder.frames(taken.frames)
+            recorder.referee(taken.referee)
+            recorder.decisions(taken.decisions)
+    return stream.getvalue()
+
+
+def read(recipe: Recipe, policy: pl.DataFrame | None = None) -> MatchLog:
+    """A match as it is read from its log."""
+    return matches.read(logged(recipe, policy), where="played")
 
 
 def match() -> Shown:
@@ -71,7 +81,7 @@ def match() -> Shown:
         home=TeamSettings(kind="learned", explore=0.2), away=TeamSettings(kind="static"), seed=1,
         referee=RefereeSettings(duration_s=20.0),
     )
-    log = logged(recipe, known)
+    log = read(recipe, known)
     decisions = log.decisions.drop("match_id", "team", "value", "chosen")
     return (
         {"recipe": recipe.model_dump(mode="json"), "known": KNOWN},

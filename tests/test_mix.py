@@ -6,7 +6,7 @@ from functools import cache
 
 import polars as pl
 import pytest
-from played import logged
+from played import read
 from recordings import INSPER, RCSS, RSIM, SSL, imported
 
 from pipeline.play.recipe import Recipe, TeamSettings
@@ -37,7 +37,7 @@ def mix(log):
 @cache
 def played(home, away, seed):
     """The mix of eight minutes."""
-    return mix(logged(Recipe(home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed,
+    return mix(read(Recipe(home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed,
                              referee=RefereeSettings(duration_s=480.0))))
 
 

@@ -1,6 +1,5 @@
 """Matches that are played: the loop, what it logs, and what a learned team decides."""
 
-import io
 import os
 import subprocess
 import sys
@@ -11,12 +10,13 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from played import logged
+from played import starting as match
 
 from pipeline import matches as log
 from pipeline.bodies import BALL
 from pipeline.errors import BadSettings
 from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE
-from pipeline.play.match import Match
 from pipeline.play.minds import mind_of
 from pipeline.play.recipe import Recipe, TeamSettings
 from pipeline.state import encode
@@ -33,24 +33,6 @@ def recipe(home="static", away="static", seed=1, seconds=20.0, **more):
         home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed,
         referee=RefereeSettings(duration_s=seconds), **more,
     )
-
-
-def match(of, policy=None, **more):
-    return Match(of, (mind_of(of.home, of, 0, policy), mind_of(of.away, of, 1, policy)), **more)
-
-
-def logged(of, policy=None, part=1000):
-    """The bytes of the log of a match."""
-    played, stream = match(of, policy), io.BytesIO()
-    with log.Recorder(stream, played.info) as recorder:
-        goes_on = True
-        while goes_on:
-            goes_on = played.advance(part)
-            taken = played.take()
-            recorder.frames(taken.frames)
-            recorder.referee(taken.referee)
-            recorder.decisions(taken.decisions)
-    return stream.getvalue()
 
 
 @pytest.fixture(scope="module")
