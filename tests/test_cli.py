@@ -281,17 +281,19 @@ def test_what_does_not_fit_is_one_line_that_says_what_to_do_next(call, tmp_path,
 
 
 def test_an_exported_evaluation_says_what_it_is_of_and_is_the_same_when_it_is_made_again(call, tmp_path):
-    words = ("evaluate", "--policy", "static", "--against", "random", "--matches", "4", "--seed", "3", "--minutes", "0.05")
+    words = ("evaluate", "--policy", "human-like", "--against", "random", "--matches", "4", "--seed", "3", "--minutes", "0.05")
     first, again = tmp_path / "first", tmp_path / "again"
     _, out, _ = call(*words, "--jobs", "1", "--json", "--export", first, "--data", tmp_path / "data")
     told = json.loads(out)
-    said = json.loads((first / "static-random.json").read_text())
+    said = json.loads((first / "human-like-random.json").read_text())
     assert said["command"] == "pitchlore " + " ".join(words)
     assert said["seeds"] == {"first": 3, "last": 4}
     assert said["settings"]["referee"]["duration_s"] == 3.0
+    assert said["note"] == told["note"]
+    assert "stands in for people" in said["note"]
     assert said["software"].startswith("pitchlore ")
     assert said["summary"] == {name: told[name] for name in said["summary"]}
-    matches = pl.read_csv(first / "static-random.matches.csv")
+    matches = pl.read_csv(first / "human-like-random.matches.csv")
     assert matches.select("seed", "match", "side").rows() == [(3, 1, "home"), (3, 2, "away"), (4, 1, "home"), (4, 2, "away")]
     assert matches["goals_for"].mean() == told["goals_for"]["value"]
     # played by others, then not at all

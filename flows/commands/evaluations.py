@@ -133,7 +133,8 @@ def _export(
     """
     said = {
         "command": command, "software": SOFTWARE, "seeds": {"first": seeds[0], "last": seeds[-1]},
-        "summary": _plain(summary), "settings": evaluation.model_dump(mode="json"),
+        "summary": _plain(summary), "note": note_on(summary.team, summary.opponent),
+        "settings": evaluation.model_dump(mode="json"),
     }
     matches = rows.select("seed", "match", "side", "match_seed", "goals_for", "goals_against", "actions",
                           "other_actions")
