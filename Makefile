@@ -28,7 +28,7 @@ demo: $(READY)  ## a recording and three played matches in, knowledge and a trai
 	$(BIN)/pitchlore paradigms --quick --figure 5 --data $(DEMO_DATA)
 
 test: $(READY) lint  ## lint, types, import contracts, tests
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
 lint: $(READY)  ## style, types, import contracts
 	$(BIN)/ruff check .
