@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from flows.catalog import refresh
 from flows.stage import Made, Scope, Stage
-from flows.teams import apprentice
+from flows.teams import apprentice, labelled
 from pipeline.document import to_html, to_markdown
 from pipeline.errors import NotFound, PitchloreError
 from pipeline.evaluations import Entrant, Evaluation
@@ -19,6 +19,7 @@ from pipeline.receipts import SOFTWARE, Receipt
 from pipeline.seasons.claims import BEST, LEARNED, PAPER, STATIC
 from pipeline.seasons.judging import judged
 from pipeline.seasons.measures import DIFFERENCE, EFFECTIVE, OTHER, Pooling
+from pipeline.seasons.preferences import nobody, preferred
 from pipeline.seasons.report import Report, document
 from pipeline.seasons.settings import Season
 from pipeline.seasons.summary import beside_table_3, curves
@@ -105,12 +106,14 @@ class Tables(NamedTuple):
         growth: schema Growth.
         evaluations: schema Evaluations, of the pairs that count.
         left_out: how many pairs do not.
+        preferences: what the best apprentices prefer to do.
     """
 
     games: pl.DataFrame
     growth: pl.DataFrame
     evaluations: pl.DataFrame
     left_out: int
+    preferences: pl.DataFrame
 
 
 def tables(store: Store) -> Tables:
@@ -130,7 +133,35 @@ def tables(store: Store) -> Tables:
     evaluations = pl.concat([Evaluations.empty(), *(
         store.read_table(receipt, "evaluations", Evaluations) for receipt in counted)])
     return Tables(games.sort("season", "game"), growth.sort("season", "game", "role"),
-                  evaluations.sort("evaluation", "seed", "match"), left_out)
+                  evaluations.sort("evaluation", "seed", "match"), left_out, preferences(store, games))
+
+
+def preferences(store: Store, games: pl.DataFrame) -> pl.DataFrame:
+    """What the best apprentices prefer to do, of seasons whose own store is there.
+
+    Args:
+        store: that the seasons belong to.
+        games: schema Games.
+
+    Returns:
+        Columns settings, opponent, season, and those of :func:`pipeline.seasons.preferences.preferred`.
+
+    Raises:
+        CorruptFile: if a policy's file is gone or its bytes are others.
+    """
+    best = games.filter(pl.col("settings") == BEST)
+    whose = best.select("settings", "opponent", "season").unique().sort(pl.all())
+    found = [nobody()]
+    for settings, opponent, season in whose.iter_rows():
+        try:
+            player = apprentice(store, season)
+        except PitchloreError:
+            continue  # its store is gone
+        _, policy = labelled(player.store, player.manifest)
+        does = preferred(policy, player.team.settings.caution)
+        found.append(does.select(pl.lit(settings).alias("settings"), pl.lit(opponent).alias("opponent"),
+                                 pl.lit(season).alias("season"), pl.all()))
+    return pl.concat(found)
 
 
 def drawn(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
@@ -166,9 +197,10 @@ def drawn(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
 
 def compute(store: Store, _: str, __: Frozen, ___: Scope) -> Made:
     """Claims, plots, and the page in both forms."""
-    games, growth, evaluations, left_out = tables(store)
+    games, growth, evaluations, left_out, prefer = tables(store)
     claims, pictures = judged(games, growth, evaluations), drawn(games, growth)
-    blocks = document(Report(games, evaluations, left_out, claims, pictures, SOFTWARE.split("+")[0]))
+    blocks = document(
+        Report(games, evaluations, left_out, prefer, claims, pictures, SOFTWARE.split("+")[0]))
     return Made(
         tables=[(claims, Claims)],
         blobs={"page": ("html", to_html(TITLE, blocks)), "text": ("md", to_markdown(blocks).encode())}

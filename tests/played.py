@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import polars as pl
 
@@ -67,16 +68,21 @@ def read(recipe: Recipe, policy: pl.DataFrame | None = None) -> MatchLog:
     return matches.read(logged(recipe, policy), where="played")
 
 
-def match() -> Shown:
-    """20 s of a learned team against a static one: the referee's rows, the decisions, a line a second."""
-    known = pl.DataFrame(
+def policy(*rows: tuple[Any, ...], key: str = "role0", evidence: float = 1.0) -> pl.DataFrame:
+    """Rows of schema Policies: role, state, behaviour without its role, value, and its evidence if not all's."""
+    return pl.DataFrame(
         [
-            {"version": 1, "knowledge_version": 1, "role": role, "key": "role0", "state": 0,
-             "behaviour_id": f"{role}-{codes}", "q": q, "visits": 1, "evidence": 1.0}
-            for role in ROLES for codes, q in KNOWN.items()
+            {"version": 1, "knowledge_version": 1, "role": role, "key": key, "state": state,
+             "behaviour_id": f"{role}-{codes}", "q": q, "visits": 1, "evidence": (*own, evidence)[0]}
+            for role, state, codes, q, *own in rows
         ],
         schema=Policies.dtypes(),
     )
+
+
+def match() -> Shown:
+    """20 s of a learned team against a static one: the referee's rows, the decisions, a line a second."""
+    known = policy(*((role, 0, codes, q) for role in ROLES for codes, q in KNOWN.items()))
     recipe = Recipe(
         home=TeamSettings(kind="learned", explore=0.2), away=TeamSettings(kind="static"), seed=1,
         referee=RefereeSettings(duration_s=20.0),

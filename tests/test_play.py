@@ -10,7 +10,7 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from played import logged
+from played import logged, policy
 from played import starting as match
 
 from pipeline import matches as log
@@ -23,7 +23,6 @@ from pipeline.state import encode
 from pipeline.world.arena import Arena
 from pipeline.world.camera import CameraSettings
 from pipeline.world.laws import RefereeSettings
-from schemas import Policies
 
 MINUTE = 3600
 
@@ -179,18 +178,6 @@ def test_a_person_does_not_play_by_itself():
 
 
 # --- the learned team ----------------------------------------------------------------------------
-
-
-def policy(*rows, key="role0", evidence=1.0):
-    """Rows of schema Policies: role, state, behaviour without its role, value, and its evidence if not all's."""
-    return pl.DataFrame(
-        [
-            {"version": 1, "knowledge_version": 1, "role": role, "key": key, "state": state,
-             "behaviour_id": f"{role}-{codes}", "q": q, "visits": 1, "evidence": (*own, evidence)[0]}
-            for role, state, codes, q, *own in rows
-        ],
-        schema=Policies.dtypes(),
-    )
 
 
 def decided(of, known, frames=601):

@@ -9,6 +9,7 @@ import struct
 
 import polars as pl
 import pytest
+from played import policy, starting
 from seasons import ablations, apprentices, evaluation, evolving, season, tables, world
 
 from flows.cli import main
@@ -20,10 +21,12 @@ from pipeline.catalog import query
 from pipeline.document import Code, Grid, Heading, Picture, Sentences, to_html, to_markdown
 from pipeline.errors import NotFound
 from pipeline.evaluations import Evaluation
+from pipeline.play.recipe import Recipe, TeamSettings
 from pipeline.plots import seasons as plots
 from pipeline.plots.style import png
 from pipeline.seasons.judging import judged
 from pipeline.seasons.measures import DIFFERENCE, OTHER
+from pipeline.seasons.preferences import nobody, preferred
 from pipeline.seasons.report import Report, commands, document, evaluating
 from pipeline.seasons.settings import Season, parse
 from pipeline.seasons.summary import beside_table_3, curves
@@ -164,12 +167,43 @@ def test_commands_measure_the_very_apprentices_again():
 def test_the_page_says_how_apprentices_did_and_what_is_left_out():
     games, growth = (pl.concat(parts) for parts in zip(world(), *(season("best-exact", "static", s) for s in range(2)), strict=True))
     rows = apprentices()
-    report = Report(games, rows, 3, judged(games, growth, rows), {}, "pitchlore")
+    does = pl.DataFrame([("best", "static", "best-static-s1", role, f"{code} Robot …", worth, 9.0) for role, code, worth in (
+        ("goalkeeper", "088", 0.123), ("midfield", "021", 0.5), ("striker", "044", 0.25))], schema=nobody().schema, orient="row")
+    report = Report(games, rows, 3, does, judged(games, growth, rows), {}, "pitchlore")
     text = to_markdown(document(report)).replace("\\", "")
+    assert "| best | static | best-static-s1 | 088 Robot … (0.12) | 021 Robot … (0.5) | 044 Robot … (0.25) |" in text
     assert "| best | static | 35 | random | 5 | 100 | 3.80 [3.80, 3.80] | 95.0 [95.0, 95.0] | 95.0 [" in text
     assert "Left out: 3 pairs" in text
     assert "pitchlore evaluate --policy best-static-s4 --against static --matches 20" in text
     assert re.search(r"\| best-exact \| best \| static \| 2 and 5 \| 26 to 35 \| -\d.* \| worse \|", text)
+
+
+ROLE_BY_ROLE = policy(
+    ("goalkeeper", 0, "088", 0.3, 1.0), ("goalkeeper", 0, "044-021", 0.2, 100.0), ("goalkeeper", 0, "194", -0.1, 900.0),
+    ("midfield", 0, "044", 0.1, 4.0), ("midfield", 0, "021", 0.0, 4.0), ("striker", 0, "021", 0.5, 1000.0), ("striker", 0, "046", 0.4, 1000.0),
+)
+
+
+def test_an_apprentice_prefers_what_is_worth_most_less_its_doubt():
+    # .3 - .7 / 1 against .2 - .7 / 10
+    assert preferred(ROLE_BY_ROLE, 0.7).rows() == [
+        ("goalkeeper", "044 Robot reaches the ball, 021 Robot kicks the ball", 0.2, 100.0),
+        ("midfield", "044 Robot reaches the ball", 0.1, 4.0), ("striker", "021 Robot kicks the ball", 0.5, 1000.0)]
+    assert preferred(ROLE_BY_ROLE, 0.0)["does"].to_list()[0] == "088 Robot approaches it's own goal"
+    assert preferred(policy(("striker", 0, "021", 1.0), key="self6"), 0.0).height == 0
+    assert preferred(Policies.empty(), 0.0).height == 0
+
+
+def test_what_an_apprentice_prefers_is_what_it_plays():
+    team = TeamSettings(kind="learned", caution=0.7)
+    of = Recipe(home=team, away=TeamSettings(kind="static"), seed=1, referee=RefereeSettings(duration_s=20.0))
+    played = starting(of, ROLE_BY_ROLE)
+    played.advance(20 * 60)
+    does = {row["role"]: row["does"] for row in preferred(ROLE_BY_ROLE, 0.7).iter_rows(named=True)}
+    made = played.take().decisions.filter("chosen")
+    assert {(role, behaviour) for role, behaviour in made.select("role", "behaviour_id").iter_rows()} == {
+        ("goalkeeper", "goalkeeper-044-021"), ("midfield", "midfield-044"), ("striker", "striker-021")}
+    assert set(does) == set(made["role"])
 
 
 @pytest.fixture(scope="module")
@@ -205,7 +239,7 @@ def test_the_page_is_one_small_file_that_fetches_nothing(reported):
 def test_what_is_exported_is_complete_and_links_what_is_there(reported):
     data, export = reported
     names = {path.name for path in export.iterdir()}
-    assert names == {"README.md", "games.csv", "growth.csv", "evaluations.csv", "claims.csv", "table-3.png", "figure-8.png", "figure-9.png",
+    assert names == {"README.md", "games.csv", "growth.csv", "evaluations.csv", "claims.csv", "preferences.csv", "table-3.png", "figure-8.png", "figure-9.png",
                      "figure-10.png", "best.png"}
     linked = re.findall(r"\]\(([^)]+)\)", (export / "README.md").read_text())
     assert set(linked) == {name for name in names if name.endswith(".png")}
@@ -229,15 +263,26 @@ SHORT = Season(name="best", opponent="static", seed=1, settings=parse('base = "b
 
 @pytest.fixture
 def taught(tmp_path):
-    """A data folder with a season of one game, whose apprentice knows nothing."""
+    """A data folder with a season of one game, whose apprentice has a behaviour for each role."""
     store, own = Store(tmp_path), Store(tmp_path / "seasons" / SHORT.id)
     games, growth = tables(season("best", "static", 1, last=1, name=SHORT.id))
     own.commit_version("policies", 1, parent=None, key="0" * 16, inputs={}, settings={},
-                       tables={"policies": (Policies.empty(), Policies)}, counts={"knowledge_version": 1})
+                       tables={"policies": (ROLE_BY_ROLE, Policies)}, counts={"knowledge_version": 1})
     store.commit("seasons", SHORT.id, "0" * 16, inputs={}, settings=SHORT.model_dump(mode="json"),
                  tables={"games": (games, Games), "growth": (growth, Growth)},
                  details={"games": 1, "store": f"seasons/{SHORT.id}", "policy": 1})
     return store
+
+
+def test_a_report_says_what_the_apprentices_of_the_best_settings_do(taught, capsys):
+    _, page = write_report(taught)
+    assert "044 Robot reaches the ball (0.1)" in page.read_text()
+    main_ok(["report", "--json", "--data", str(taught.root)])
+    (*_, striker) = json.loads(capsys.readouterr().out)["preferences"]
+    assert striker == {"settings": "best", "opponent": "static", "season": SHORT.id, "role": "striker",
+                       "does": "021 Robot kicks the ball", "worth": 0.5, "evidence": 1000.0}
+    shutil.rmtree(taught.root / "seasons" / SHORT.id)
+    assert read(taught).preferences.height == 0
 
 
 def measure(store, seeds=(0,), seconds=2.0, policy=SHORT.id, against="random", **options):
@@ -285,7 +330,7 @@ def test_json_holds_what_the_page_says(reported, capsys):
     data, _ = reported
     main_ok(["report", "--json", "--data", str(data)])
     said = json.loads(capsys.readouterr().out)
-    assert set(said) == {"page", "played", "claims", "compared", "ablated", "measured", "left_out"}
+    assert set(said) == {"page", "played", "claims", "compared", "ablated", "measured", "left_out", "preferences"}
     assert {row["verdict"] for row in said["claims"]} >= {"reproduced", "contradictory", "reached", "not judged"}
 
 

@@ -11,6 +11,7 @@ from flows.commands.common import DEFAULTS, Common, Json, console, print_frame, 
 from flows.report import tables, write_report
 from pipeline.receipts import Receipt
 from pipeline.seasons.claims import BEST, PAPER
+from pipeline.seasons.preferences import side_by_side
 from pipeline.seasons.summary import ablated, compared, measured, played
 from pipeline.store import Store
 from schemas import Claims
@@ -21,8 +22,8 @@ def report(*, export: Path | None = None, json: Json = False, common: Common = D
 
     Args:
         export: Write tables, plots and the report as Markdown into this folder, too.
-        json: Print what was played, the claims and the settings beside each other, and the evaluations of
-            the apprentices, as JSON.
+        json: Print what was played, the claims and the settings beside each other, the evaluations of the
+            apprentices and what they prefer to do, as JSON.
         common: Options of every command.
     """
     store = common.store
@@ -30,12 +31,13 @@ def report(*, export: Path | None = None, json: Json = False, common: Common = D
         for name, why in store.unreadable_receipts(noun).items():
             warn(f"{noun.removesuffix('s')} {name} is left out: {why}")
     receipt, page = write_report(store)
-    games, growth, evaluations, left_out = tables(store)
+    games, growth, evaluations, left_out, prefer = tables(store)
     claims = store.read_table(receipt, "claims", Claims)
     if json:
         print_json({"page": str(page), "played": played(games).to_dicts(), "claims": claims.to_dicts(),
                     "compared": compared(games).to_dicts(), "ablated": _changes(games).to_dicts(),
-                    "measured": measured(games, evaluations).to_dicts(), "left_out": left_out})
+                    "measured": measured(games, evaluations).to_dicts(), "left_out": left_out,
+                    "preferences": prefer.to_dicts()})
     else:
         print_frame(played(games), title="what was played")
         print_frame(_intervals(compared(games), ("settings", "opponent", "seasons")),
@@ -47,13 +49,15 @@ def report(*, export: Path | None = None, json: Json = False, common: Common = D
             print_frame(_intervals(measured(games, evaluations), (
                 "settings", "opponent", "games", "against", "seasons", "matches")),
                 title="evaluations of the apprentices (95 %)")
+        if prefer.height:
+            print_frame(side_by_side(prefer), title="what the best apprentices do")
         if left_out:
             console().print(f"{left_out} pairs of matches of apprentices are left out; the page says which.")
         print_frame(_shown(claims), title="what is claimed, and what is seen")
         console().print(f"page: {page}", soft_wrap=True)
     if export:
         _export(store, receipt, {"games": games, "growth": growth, "evaluations": evaluations,
-                                 "claims": claims}, export)
+                                 "claims": claims, "preferences": prefer}, export)
         if not json:
             console().print(f"{export}: written", soft_wrap=True)
 

@@ -19,6 +19,8 @@ from schemas.table import KEYS, Key
 RANDOMLY = 0
 #: Most codes of a behaviour.
 LONGEST = 4
+#: How far the value of a row of schema Policies may be off: one over the root of its evidence, at most 1.
+DOUBT = 1.0 / pl.max_horizontal(pl.col("evidence"), 1.0).sqrt()
 
 
 class Playbook(NamedTuple):
@@ -34,7 +36,7 @@ class Playbook(NamedTuple):
         first: int64 [S + 1]; the actions of state i are rows ``first[i]`` to ``first[i + 1]``, exclusive.
         actions: int64 [A], rows of ``codes``.
         values: float64 [A], what each is worth.
-        doubts: float64 [A], how far that may be off: one over the root of its evidence, at most 1.
+        doubts: float64 [A], how far that may be off: :data:`DOUBT`.
     """
 
     codes: I64
@@ -84,7 +86,7 @@ def open_playbook(policy: pl.DataFrame, trust: int = 0) -> tuple[Playbook, list[
         codes[row, : len(own)] = own
     row_of = {name: row for row, name in enumerate(names, start=1)}
     pairs = policy.select(
-        "state", "q", "evidence",
+        "state", "q", DOUBT.alias("doubt"),
         table=pl.col("key").cast(pl.Enum(keys)).to_physical() * len(ROLES) + pl.col("role").to_physical(),
         action=pl.col("behaviour_id").replace_strict(row_of, default=RANDOMLY, return_dtype=pl.Int64),
     ).sort("table", "state", "action")
@@ -100,7 +102,7 @@ def open_playbook(policy: pl.DataFrame, trust: int = 0) -> tuple[Playbook, list[
         codes, digits, levels, starts.reshape(len(keys), len(ROLES), 2).astype(np.int64),
         first["state"].to_numpy().copy(), np.append(first["first"].to_numpy(), len(pairs)).astype(np.int64),
         pairs["action"].to_numpy().copy(), pairs["q"].to_numpy().copy(),
-        1.0 / np.sqrt(np.maximum(pairs["evidence"].to_numpy(), 1.0)),
+        pairs["doubt"].to_numpy().copy(),
     )  # fmt: skip
     return book, [None, *names]
 

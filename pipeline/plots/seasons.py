@@ -120,8 +120,8 @@ def progress(curves: pl.DataFrame, aim: float) -> Figure:
     figure = _drawn(panels, 2)
     figure.axes[0].axhline(0, color="0.6", linewidth=0.8, zorder=1)
     figure.axes[1].axhline(aim, color="0.6", linewidth=0.8, linestyle=(0, (3, 3)), zorder=1)
-    figure.axes[1].annotate(f"aim: {aim:g} %", (1, aim), xytext=(0, -3), textcoords="offset points",
-                            fontsize=8, color="0.35", va="top")
+    figure.axes[1].annotate(f"aim: {aim:g} %", (1, aim), xycoords=("axes fraction", "data"), xytext=(-4, -3),
+                            textcoords="offset points", fontsize=8, color="0.35", ha="right", va="top")
     figure.axes[1].set_ylim(-2, 102)
     return _keyed(figure)
 

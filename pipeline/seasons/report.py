@@ -12,10 +12,11 @@ from pipeline.document import Block, Code, Grid, Heading, Picture, Sentences
 from pipeline.seasons.claims import BEST, LATE, PAPER
 from pipeline.seasons.judging import LEAST_SEASONS
 from pipeline.seasons.measures import distinct
+from pipeline.seasons.preferences import side_by_side
 from pipeline.seasons.summary import LAST, ablated, attributed, beside_table_3, compared, measured, played
 from pipeline.seasons.table3 import CHANGE, GAMES
 from pipeline.world.laws import RefereeSettings
-from schemas import STAND_IN
+from schemas import ROLES, STAND_IN
 
 #: What must be said beside every result.
 STANDS_IN = (
@@ -73,6 +74,7 @@ class Report:
         games: schema Games.
         evaluations: schema Evaluations, of the seasons' apprentices.
         left_out: pairs of matches of these seasons' apprentices that are not among them.
+        preferences: what apprentices prefer to do, see :func:`pipeline.seasons.preferences.side_by_side`.
         claims: schema Claims.
         pictures: PNG by name, of :data:`PICTURES`.
         software: name and version of what made it.
@@ -81,13 +83,14 @@ class Report:
     games: pl.DataFrame
     evaluations: pl.DataFrame
     left_out: int
+    preferences: pl.DataFrame
     claims: pl.DataFrame
     pictures: Mapping[str, bytes]
     software: str
 
 
 def document(report: Report) -> list[Block]:
-    """The report in order: played, claims, evaluations, plots, settings compared, goals, Table 3."""
+    """The report in order: played, claims, evaluations, plots, preferences, settings, goals, Table 3."""
     blocks: list[Block] = [
         Heading("Seasons: an apprentice that learns by watching", 1),
         Sentences(f"Made by {report.software} from the tables `games`, `growth` and `evaluations`. Intervals "
@@ -112,6 +115,18 @@ def document(report: Report) -> list[Block]:
     for name, (title, caption) in PICTURES.items():
         if name in report.pictures:
             blocks += [Heading(title), Picture(name, caption, report.pictures[name])]
+    if report.preferences.height:
+        blocks += [
+            Heading("What our best apprentices do"),
+            Sentences(
+                "Their key tells roles apart and nothing else, so that an apprentice prefers one behaviour a "
+                "role and does it again and again; what answers the adversary is who has which role, and the "
+                "control within a situation. In brackets what it is worth: goals, discounted."),
+            _grid(side_by_side(report.preferences), {
+                "settings": "settings", "opponent": "trained against", "season": "season",
+                **dict(zip(ROLES, ROLES, strict=True)),
+            }),
+        ]
     blocks += [
         Heading("Settings beside each other"),
         Sentences(f"The last {LAST} games of each season. Wins and losses are shares of these games; their "
