@@ -6,7 +6,6 @@ whatever was killed goes on with the first game that is not.
 """
 
 from collections.abc import Iterator
-from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -192,6 +191,11 @@ class Turn(NamedTuple):
         """What people call it."""
         return f"{self.season.id} game {self.game}"
 
+    @property
+    def left(self) -> int:
+        """How many games of the season are to be played, this one included."""
+        return self.season.settings.games - self.game + 1
+
     def following(self) -> "Turn | None":
         """The next game of the season, None if this is the last."""
         return Turn(self.season, self.game + 1) if self.game < self.season.settings.games else None
@@ -214,7 +218,8 @@ def season_flow(
 ) -> dict[str, Any]:
     """Play what is left of some seasons, ``jobs`` games at a time; a season's games follow each other.
 
-    A season that fails stops at that game; the others go on.
+    Of the season that has most games left is played next, so that all processes have work to the end. A
+    season that fails stops at that game; the others go on.
 
     Args:
         data: the data folder.
@@ -224,21 +229,20 @@ def season_flow(
     """
     store = data_folder(data)
     report = StageReport(noun=NOUN)
-    begun = _begin(store, seasons, report)
+    waiting = list(_begin(store, seasons, report))
     running: dict[PrefectFuture[Any], Turn] = {}
     with Workers(jobs) as workers:
 
-        def start(turn: Turn) -> None:
-            running[play_game.submit(turn.label, workers, data, turn, discard)] = turn
-
-        for turn in islice(begun, jobs):
-            start(turn)
-        while running:
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                turn = max(waiting, key=lambda turn: turn.left)
+                waiting.remove(turn)
+                running[play_game.submit(turn.label, workers, data, turn, discard)] = turn
             future = next(as_completed(list(running)))
             turn = running.pop(future)
-            following = _end(turn, future.result(raise_on_failure=False), report) or next(begun, None)
+            following = _end(turn, future.result(raise_on_failure=False), report)
             if following is not None:
-                start(following)
+                waiting.append(following)
     refresh(store)
     create_markdown_artifact(_markdown(report), key="season", description="what was played")
     return report.model_dump()
