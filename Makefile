@@ -57,7 +57,7 @@ IDEAS := bold both-teams constant-steps each-decision grams influence one-match 
 
 seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and what each idea is worth (under 90 minutes)
 	$(SEASON) --settings paper --seasons 5
-	$(SEASON) --settings paper-full35 --seasons 5
+	$(SEASON) --settings paper-full35 --opponent static --opponent human-like --seasons 5
 	$(SEASON) --settings paper-level --seasons 5
 	$(SEASON) --settings best --opponent static --opponent human-like --seasons 5
 	for idea in $(IDEAS); do $(SEASON) --settings best-$$idea --games 20 --seasons 3 || exit 1; done

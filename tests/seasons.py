@@ -86,5 +86,6 @@ def world(seeds=5):
 def ablations(seeds=5):
     """Seasons without the score in the key, and without its change."""
     early = [season("paper-full35", "static", s, other=rising(s, 1.0)) for s in range(seeds)]
+    people = [season("paper-full35", "human-like", s, other=rising(s, 1.0)) for s in range(seeds)]
     level = [season("paper-level", "static", s) for s in range(seeds)]
-    return [*early, *level]
+    return [*early, *people, *level]

@@ -201,11 +201,12 @@ def test_evaluations_of_teams_without_a_season_say_nothing():
 def test_the_ablations_must_break_what_the_score_explains():
     games, growth = (pl.concat(parts) for parts in zip(world(), *ablations(), strict=True))
     found = judged(games, growth, NONE).filter(pl.col("item") == "ablation")
-    assert found["verdict"].to_list() == ["reproduced"] * 4
-    unbroken = [season("paper-full35", STATIC, s, other=evolving(s)) for s in range(5)]
+    assert found["verdict"].to_list() == ["reproduced"] * 5
+    assert claim(found, "used against the human-like team")["measured"] == pytest.approx(1.0 * 34 / 35, abs=0.01)
+    unbroken = [season("paper-full35", kind, s, other=other(s)) for s in range(5) for kind, other in ((STATIC, evolving), (HUMAN, rising))]
     games, growth = (pl.concat(parts) for parts in zip(world(), *unbroken, strict=True))
     found = judged(games, growth, NONE).filter(pl.col("item") == "ablation")
-    assert found["verdict"].to_list() == ["contradicted", "not judged", "not reproduced", "not judged"]
+    assert found["verdict"].to_list() == ["contradicted", "not judged", "not reproduced", "not judged", "not reproduced"]
 
 
 def test_a_season_that_breaks_off_is_left_out_of_what_it_does_not_have():

@@ -211,6 +211,9 @@ CLAIMS: tuple[Claim, ...] = (
             ((settings, STATIC), (PAPER, STATIC)),
             "other actions in games 11 to 20 less those in games 1 to 10, mean %", _JUMP, BELOW)
       for settings, without in _ABLATIONS.items()),
+    Claim("ablation", "With the score out of the key, more new actions are used against the human-like team",
+          ((WITHOUT_SCORE, HUMAN), (PAPER, HUMAN)), "other of all actions, %", overall_other(1, GAMES),
+          ABOVE),
 
     Claim(AIM, "The best apprentice beats the static team", ((BEST, STATIC),),
           "goal difference a match in evaluations against static", evaluated(DIFFERENCE, STATIC, GAMES),
