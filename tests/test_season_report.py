@@ -92,18 +92,22 @@ def test_ablations_are_drawn_beside_what_they_vary():
 def test_each_of_many_ablations_has_a_panel_of_its_own_with_the_base_in_it():
     every = [season(name, "static", s, last=4, goals=lambda g, k=k: (k, 2))
              for k, name in enumerate(("best", *(f"best-{letter}" for letter in "abcdefg"))) for s in range(2)]
-    games, _ = tables(*every, season("best-h", "static", 0, last=4))
+    games, _ = tables(*every, season("best-in-each-state", "static", 0, last=4))
     figure = plots.ablations(curves(games, {"difference": DIFFERENCE, "other": OTHER}), "best", None)
     figure.draw_without_rendering()
     shown = [axes for axes in figure.axes if axes.get_visible()]
     assert len(shown) == 2 * 8
     titles = [axes.get_title(loc="left") for axes in shown]
-    assert [t for t in titles if t] == [*(f"best-{letter} (2 seasons)" for letter in "abcdefg"), "best-h (1 season)"]
+    assert [t for t in titles if t] == [*(f"best-{letter} (2 seasons)" for letter in "abcdefg"), "best-in-each-state (1 season)"]
     assert labels(figure) == {"best (2 seasons)", "with the change"}
     assert len({axes.get_ylim() for axes, title in zip(shown, titles, strict=True) if title}) == 1
     boxes = [axes.get_tightbbox() for axes in shown]
     assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
     assert not any(figure.legends[0].get_window_extent().overlaps(box) for box in boxes)
+    assert max(box.x1 for box in boxes) <= figure.bbox.x1  # titles, too
+    lines = [(axes.get_ylim(), line.get_ydata()) for axes in shown for line in axes.lines if len(line.get_xdata()) == 4]
+    assert len(lines) > 16
+    assert all(low < min(y) <= max(y) < high for (low, high), y in lines)
     five = games.filter(pl.col("settings").is_in(["best", *(f"best-{letter}" for letter in "abcde")]))
     figure = plots.ablations(curves(five, {"difference": DIFFERENCE, "other": OTHER}), "best", 11)
     assert sum(axes.get_visible() for axes in figure.axes) == 2 * 5

@@ -148,17 +148,31 @@ def ablations(curves: pl.DataFrame, base: str, change: int | None) -> Figure:
                 title = f"{name} ({_seasons(drawn.filter(pl.col('settings') == name))})"
                 panels.append(_Panel(title if what == "difference" else "", label if name == row[0] else "",
                                      drawn, "settings", base))
-    figure = _drawn(panels, columns, height=_LOW)
-    for kind in range(2):
+    figure = _drawn(panels, columns, height=_LOW, size=8.5)
+    for kind, what in enumerate(("difference", "other")):
         alike = [axes for place, axes in enumerate(figure.axes) if place // columns % 2 == kind]
-        limits = [axes.get_ylim() for axes in alike if axes.get_visible()]
+        limits = _limits(curves.filter(pl.col("what") == what), base)
         for axes in alike:
-            axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
+            axes.set_ylim(limits)
             if kind == 0:
                 axes.axhline(0, color="0.6", linewidth=0.8, zorder=1)
             if change is not None:
                 axes.axvline(change - 0.5, color="0.6", linewidth=0.9, linestyle=(0, (3, 3)), zorder=1)
     return _keyed(figure)
+
+
+def _limits(curves: pl.DataFrame, base: str) -> tuple[float, float]:
+    """Ends of the vertical axis: room for all lines and the base's band.
+
+    Bands of few seasons would take all of it; they leave the panel instead.
+    """
+    of_base = pl.col("settings") == base
+    low, high = curves.select(
+        low=pl.min_horizontal(pl.col("mean").min(), pl.col("low").filter(of_base).min()),
+        high=pl.max_horizontal(pl.col("mean").max(), pl.col("high").filter(of_base).max()),
+    ).row(0)
+    room = 0.05 * (high - low) or 1.0
+    return low - room, high + room
 
 
 def _by_role(curves: pl.DataFrame, labels: dict[str, str]) -> list[_Panel]:
@@ -171,9 +185,10 @@ def _by_role(curves: pl.DataFrame, labels: dict[str, str]) -> list[_Panel]:
 
 
 def _drawn(
-    panels: Sequence[_Panel | None], columns: int, *, shared: bool = False, height: float = _HEIGHT
+    panels: Sequence[_Panel | None], columns: int, *, shared: bool = False, height: float = _HEIGHT,
+    size: float = 10.0,
 ) -> Figure:
-    """All panels, a line a curve, without legends; where there is None, nothing.
+    """All panels, a line a curve, titles of that size, without legends; where there is None, nothing.
 
     Raises:
         NotFound: if there is no curve at all.
@@ -190,7 +205,7 @@ def _drawn(
             continue
         for (name,), curve in panel.rows.partition_by(panel.of, as_dict=True).items():
             _draw(axes, curve, *_look(panel, str(name), _seasons(curve)))
-        axes.set_title(panel.title, loc="left", fontsize=10)
+        axes.set_title(panel.title, loc="left", fontsize=size)
         axes.set_ylabel(panel.label)
         axes.grid(axis="y", color="0.9", linewidth=0.6)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))

@@ -57,11 +57,11 @@ PICTURES: dict[str, tuple[str, str]] = {
     ),
     "ablations-paper": (
         "Ablations of the paper's settings",
-        "Against the static team, one thing changed at a time; grey: none. At the line the score changes.",
+        "One thing changed, against the static team; grey: none. Wide bands are cut. The line: a new score.",
     ),
     "ablations-best": (
         "Ablations of our best settings",
-        "Against the static team, one thing changed at a time; grey: none.",
+        "One thing changed, against the static team; grey: none. Wide bands are cut.",
     ),
 }
 
