@@ -60,11 +60,14 @@ seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and what each
 	$(SEASON) --settings paper-full35 --opponent static --opponent human-like --seasons 5
 	$(SEASON) --settings paper-level --seasons 5
 	$(SEASON) --settings best --opponent static --opponent human-like --seasons 5
+	$(SEASON) --settings best-in-games --seasons 5
 	for idea in $(IDEAS); do $(SEASON) --settings best-$$idea --games 20 --seasons 3 || exit 1; done
 	for other in random static; do \
 	  $(EVALUATE) --policy static --against $$other --matches 200 --minutes 2 || exit 1; \
 	  for seed in 101 102 103 104 105; do \
-	    $(EVALUATE) --policy best-static-$$seed --against $$other --matches 100 || exit 1; \
+	    for ours in best best-in-games; do \
+	      $(EVALUATE) --policy $$ours-static-$$seed --against $$other --matches 100 || exit 1; \
+	    done; \
 	  done; \
 	done
 	$(BIN)/pitchlore report --export data/studies/seasons --data $(STUDY_DATA)

@@ -8,18 +8,18 @@ import polars as pl
 from pydantic import ValidationError
 
 from flows.catalog import refresh
-from flows.stage import Made, Scope, Stage
-from flows.teams import apprentice, labelled
+from flows.stage import Made, Scope, Source, Stage
+from flows.teams import Player, apprentice, labelled
 from pipeline.document import to_html, to_markdown
 from pipeline.errors import NotFound, PitchloreError
 from pipeline.evaluations import Entrant, Evaluation
 from pipeline.plots import seasons as plots
 from pipeline.plots.style import png
 from pipeline.receipts import SOFTWARE, Receipt
-from pipeline.seasons.claims import BEST, LEARNED, PAPER, STATIC
+from pipeline.seasons.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC
 from pipeline.seasons.judging import judged
 from pipeline.seasons.measures import DIFFERENCE, EFFECTIVE, OTHER, Pooling
-from pipeline.seasons.preferences import nobody, preferred
+from pipeline.seasons.preferences import DOES, nobody, preferred
 from pipeline.seasons.report import Report, document
 from pipeline.seasons.settings import Season
 from pipeline.seasons.summary import beside_table_3, curves
@@ -117,7 +117,7 @@ class Tables(NamedTuple):
 
 
 def tables(store: Store) -> Tables:
-    """The games and the growth of all seasons, and the evaluations of their apprentices.
+    """The games and the growth of all seasons, the evaluations of their apprentices, what these prefer.
 
     Raises:
         NotFound: if no season has been played.
@@ -133,34 +133,53 @@ def tables(store: Store) -> Tables:
     evaluations = pl.concat([Evaluations.empty(), *(
         store.read_table(receipt, "evaluations", Evaluations) for receipt in counted)])
     return Tables(games.sort("season", "game"), growth.sort("season", "game", "role"),
-                  evaluations.sort("evaluation", "seed", "match"), left_out, preferences(store, games))
+                  evaluations.sort("evaluation", "seed", "match"), left_out,
+                  _preferences(apprentices(store, receipts)))
 
 
-def preferences(store: Store, games: pl.DataFrame) -> pl.DataFrame:
-    """What the best apprentices prefer to do, of seasons whose own store is there.
+class Apprentice(NamedTuple):
+    """Whom a season of the best settings has trained.
+
+    Attributes:
+        season: of which settings, against whom.
+        player: the team, and where its policy is.
+    """
+
+    season: Season
+    player: Player
+
+    def digests(self) -> dict[str, str]:
+        """SHA-256 of its policy."""
+        return {f"seasons/{self.season.id}/policies": self.player.manifest.files["policies"].sha256}
+
+
+def apprentices(store: Store, seasons: Sequence[Receipt]) -> list[Apprentice]:
+    """The apprentices of the best settings; without those whose season's own store is gone.
 
     Args:
         store: that the seasons belong to.
-        games: schema Games.
-
-    Returns:
-        Columns settings, opponent, season, and those of :func:`pipeline.seasons.preferences.preferred`.
-
-    Raises:
-        CorruptFile: if a policy's file is gone or its bytes are others.
+        seasons: receipts.
     """
-    best = games.filter(pl.col("settings") == BEST)
-    whose = best.select("settings", "opponent", "season").unique().sort(pl.all())
-    found = [nobody()]
-    for settings, opponent, season in whose.iter_rows():
+    found = []
+    for receipt in seasons:
         try:
-            player = apprentice(store, season)
+            player = apprentice(store, receipt.name)
         except PitchloreError:
-            continue  # its store is gone
+            continue  # the report counts and names it
+        season = Season.model_validate(receipt.settings)
+        if season.name in (BEST, IN_GAMES):
+            found.append(Apprentice(season, player))
+    return found
+
+
+def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
+    """What they prefer to do: settings, opponent, season, and the columns of ``preferred``."""
+    found = [nobody()]
+    for season, player in of:
         _, policy = labelled(player.store, player.manifest)
-        does = preferred(policy, player.team.settings.caution)
-        found.append(does.select(pl.lit(settings).alias("settings"), pl.lit(opponent).alias("opponent"),
-                                 pl.lit(season).alias("season"), pl.all()))
+        found.append(preferred(policy, player.team.settings.caution).select(
+            settings=pl.lit(season.name), opponent=pl.lit(season.opponent), season=pl.lit(season.id),
+            **{name: pl.col(name) for name in DOES}))
     return pl.concat(found)
 
 
@@ -208,16 +227,16 @@ def compute(store: Store, _: str, __: Frozen, ___: Scope) -> Made:
     )
 
 
-def _sources(store: Store, _: str, __: Scope) -> Iterable[Receipt]:
+def _sources(store: Store, _: str, __: Scope) -> Iterable[Source]:
     receipts = seasons(store)
-    return [*receipts, *measurements(store, receipts).counted]
+    return [*receipts, *measurements(store, receipts).counted, *apprentices(store, receipts)]
 
 
 STAGE = Stage("report", (Claims,), _sources, compute)
 
 
 def write_report(store: Store) -> tuple[Receipt, Path]:
-    """Make the report unless it is there, made of these very seasons and evaluations.
+    """Make the report unless it is there, made of these very seasons, evaluations and policies.
 
     Not a flow: it is one piece of work of a few seconds, and needs no server.
 
@@ -226,7 +245,7 @@ def write_report(store: Store) -> tuple[Receipt, Path]:
 
     Raises:
         NotFound: if no season has been played.
-        CorruptFile: if a season's or an evaluation's file is gone or its bytes are others.
+        CorruptFile: if a season's, an evaluation's or a policy's file is gone or its bytes are others.
     """
     receipt = store.receipt("report", NAME) if STAGE.done(store, NAME, NO_SETTINGS, NOTHING) else None
     if receipt is None:

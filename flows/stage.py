@@ -107,6 +107,14 @@ class Made:
     details: Mapping[str, Any] = field(default_factory=dict)
 
 
+class Source(Protocol):
+    """What an output is made from."""
+
+    def digests(self) -> dict[str, str]:
+        """SHA-256 by label."""
+
+
+
 @dataclass(frozen=True, slots=True)
 class Stage(Generic[S]):
     """How one noun is made from others, one output at a time.
@@ -114,13 +122,13 @@ class Stage(Generic[S]):
     Attributes:
         noun: the stage.
         schemas: of the tables it makes.
-        sources: store, name and scope in, the receipts an output is made from out.
+        sources: store, name and scope in, what an output is made from out: receipts, mostly.
         compute: store, name, settings and scope in, what was made out.
     """
 
     noun: str
     schemas: tuple[type[Table], ...]
-    sources: Callable[[Store, str, Scope], Iterable[Receipt]]
+    sources: Callable[[Store, str, Scope], Iterable[Source]]
     compute: Callable[[Store, str, S, Scope], Made]
 
     def done(self, store: Store, name: str, settings: S, scope: Scope) -> bool:
@@ -154,8 +162,8 @@ class Stage(Generic[S]):
 
     def _key(self, store: Store, name: str, settings: S, scope: Scope) -> tuple[str, dict[str, str]]:
         inputs: dict[str, str] = {}
-        for receipt in self.sources(store, name, scope):
-            inputs |= receipt.digests()
+        for source in self.sources(store, name, scope):
+            inputs |= source.digests()
         dumped = settings.model_dump(mode="json")
         return key_of(self.noun, name, inputs=inputs, settings=dumped, tables=self.schemas), inputs
 

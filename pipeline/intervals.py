@@ -191,7 +191,8 @@ class Range:
         text: in words.
         low: lower end, included unless ``strict``.
         high: upper end, likewise.
-        strict: an interval that touches an end is not inside (nor is it outside).
+        strict: the ends do not belong to it: an interval that touches one from within is not inside, and
+            one that comes to it from without is outside.
     """
 
     text: str
@@ -201,10 +202,11 @@ class Range:
 
     def verdict(self, estimate: Estimate) -> str:
         """One of ``schemas.paradigms.VERDICTS``; "not reproduced" where the estimate is not defined."""
-        if estimate.low > self.high or estimate.high < self.low:
+        low, high = estimate.low, estimate.high
+        if low > self.high or high < self.low or (self.strict and (low == self.high or high == self.low)):
             return "contradicted"
-        inside = self.low <= estimate.low and estimate.high <= self.high
-        touches = self.strict and (estimate.low == self.low or estimate.high == self.high)
+        inside = self.low <= low and high <= self.high
+        touches = self.strict and (low == self.low or high == self.high)
         return "reproduced" if inside and not touches else "not reproduced"
 
     def holds(self, value: float) -> bool:

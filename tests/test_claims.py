@@ -143,7 +143,10 @@ def test_one_rule_for_all_verdicts():
     assert inside.verdict(UNDEFINED) == UNDECIDED
     above = Range("", low=0.0, strict=True)
     assert above.verdict(Estimate(0.5, 0.0, 1.0)) == UNDECIDED
-    assert above.verdict(Estimate(0.0, 0.0, 0.0)) == UNDECIDED
+    assert above.verdict(Estimate(0.0, 0.0, 0.0)) == CONTRADICTED  # 0 is not above 0
+    assert above.verdict(Estimate(-0.1, -0.2, 0.0)) == CONTRADICTED
+    assert Range("", high=0.0, strict=True).verdict(Estimate(0.1, 0.0, 0.2)) == CONTRADICTED
+    assert above.verdict(UNDEFINED) == UNDECIDED
     assert above.verdict(Estimate(0.5, 0.1, 1.0)) == REPRODUCED
     assert above.verdict(Estimate(-0.5, -1.0, -0.1)) == CONTRADICTED
 

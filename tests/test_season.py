@@ -236,6 +236,7 @@ ABLATIONS = {
     "best-constant-steps": {"pipeline.policies.steps", "pipeline.policies.step_size"},
     "best-each-decision": {"pipeline.policies.traces"},
     "best-grams": {"pipeline.behaviours.rounds"},
+    "best-in-games": {"practice", "explore_counted", "pipeline.policies.last_matches"},
     "best-influence": {"pipeline.policies.rule"},
     "best-one-match": {"practice", "pipeline.policies.last_matches"},
     "best-optimistic": {"pipeline.policies.new_pairs"},

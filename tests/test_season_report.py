@@ -90,7 +90,7 @@ def test_ablations_are_drawn_beside_what_they_vary():
 
 
 def test_each_of_many_ablations_has_a_panel_of_its_own_with_the_base_in_it():
-    every = [season(name, "static", s, last=4, goals=lambda g, k=k: (k, 2))
+    every = [season(name, "static", s, last=4, goals=lambda g, k=k, s=s: (k + s * (k == 0), 2))
              for k, name in enumerate(("best", *(f"best-{letter}" for letter in "abcdefg"))) for s in range(2)]
     games, _ = tables(*every, season("best-in-each-state", "static", 0, last=4))
     figure = plots.ablations(curves(games, {"difference": DIFFERENCE, "other": OTHER}), "best", None)
@@ -108,6 +108,8 @@ def test_each_of_many_ablations_has_a_panel_of_its_own_with_the_base_in_it():
     lines = [(axes.get_ylim(), line.get_ydata()) for axes in shown for line in axes.lines if len(line.get_xdata()) == 4]
     assert len(lines) > 16
     assert all(low < min(y) <= max(y) < high for (low, high), y in lines)
+    # .5 ± 12.7 × .707 / √2 less 2: the base's band
+    assert figure.axes[0].get_ylim()[0] < 0.5 - 12.706 * 0.5 - 2
     five = games.filter(pl.col("settings").is_in(["best", *(f"best-{letter}" for letter in "abcde")]))
     figure = plots.ablations(curves(five, {"difference": DIFFERENCE, "other": OTHER}), "best", 11)
     assert sum(axes.get_visible() for axes in figure.axes) == 2 * 5
@@ -280,11 +282,19 @@ def test_a_report_says_what_the_apprentices_of_the_best_settings_do(taught, caps
     _, page = write_report(taught)
     assert "044 Robot reaches the ball (0.1)" in page.read_text()
     main_ok(["report", "--json", "--data", str(taught.root)])
-    (*_, striker) = json.loads(capsys.readouterr().out)["preferences"]
+    (goalkeeper, _, striker) = json.loads(capsys.readouterr().out)["preferences"]
+    assert goalkeeper["does"] == "044 Robot reaches the ball, 021 Robot kicks the ball"  # as cautious as it plays
     assert striker == {"settings": "best", "opponent": "static", "season": SHORT.id, "role": "striker",
                        "does": "021 Robot kicks the ball", "worth": 0.5, "evidence": 1000.0}
-    shutil.rmtree(taught.root / "seasons" / SHORT.id)
+    store = taught.root / "seasons" / SHORT.id
+    store.rename(away := store.with_name("away"))
     assert read(taught).preferences.height == 0
+    _, page = write_report(taught)
+    assert "044 Robot reaches the ball (0.1)" not in page.read_text()
+    assert f"Of {SHORT.id} nobody can tell" in page.read_text()
+    away.rename(store)
+    _, page = write_report(taught)
+    assert "044 Robot reaches the ball (0.1)" in page.read_text()
 
 
 def measure(store, seeds=(0,), seconds=2.0, policy=SHORT.id, against="random", **options):

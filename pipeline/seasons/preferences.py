@@ -9,7 +9,8 @@ from pipeline.recognition.rules import TABLE_1
 from schemas.table import ROLES
 
 _WHOSE = ("settings", "opponent", "season")
-_DOES: dict[str, pl.DataType] = {
+#: Columns of what is preferred.
+DOES: dict[str, pl.DataType] = {
     "role": pl.Enum(ROLES), "does": pl.String(), "worth": pl.Float64(), "evidence": pl.Float64(),
 }
 
@@ -23,10 +24,11 @@ def preferred(policy: pl.DataFrame, caution: float) -> pl.DataFrame:
 
     Returns:
         A row a role, in order of the roles: role, does (codes and names of the behaviour), worth (goals,
-        discounted) and evidence (episodes). None if the policy has a state that says more than the role.
+        discounted) and evidence (episodes, at most one over the step size). None if the policy has a state
+        that says more than the role.
     """
     if set(policy["key"].unique()) != {"role0"}:
-        return pl.DataFrame(schema=_DOES)
+        return pl.DataFrame(schema=DOES)
     best = policy.sort("role", pl.col("q") - caution * DOUBT, descending=[False, True], maintain_order=True)
     first = best.unique("role", keep="first", maintain_order=True)
     does = pl.Series("does", [_in_words(behaviour) for behaviour in first["behaviour_id"]], pl.String)
@@ -40,7 +42,7 @@ def _in_words(behaviour: str) -> str:
 
 def nobody() -> pl.DataFrame:
     """Preferences of no season."""
-    return pl.DataFrame(schema={**dict.fromkeys(_WHOSE, pl.String()), **_DOES})
+    return pl.DataFrame(schema={**dict.fromkeys(_WHOSE, pl.String()), **DOES})
 
 
 def side_by_side(preferences: pl.DataFrame) -> pl.DataFrame:

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import polars as pl
 
 from pipeline.document import Block, Code, Grid, Heading, Picture, Sentences
-from pipeline.seasons.claims import BEST, LATE, PAPER
+from pipeline.seasons.claims import AIM, BEST, IN_GAMES, LATE, PAPER
 from pipeline.seasons.judging import LEAST_SEASONS
 from pipeline.seasons.measures import distinct
 from pipeline.seasons.preferences import side_by_side
+from pipeline.seasons.settings import named
 from pipeline.seasons.summary import LAST, ablated, attributed, beside_table_3, compared, measured, played
 from pipeline.seasons.table3 import CHANGE, GAMES
 from pipeline.world.laws import RefereeSettings
@@ -93,9 +94,10 @@ def document(report: Report) -> list[Block]:
     """The report in order: played, claims, evaluations, plots, preferences, settings, goals, Table 3."""
     blocks: list[Block] = [
         Heading("Seasons: an apprentice that learns by watching", 1),
-        Sentences(f"Made by {report.software} from the tables `games`, `growth` and `evaluations`. Intervals "
-                  "are 95 %, over seasons: a season is one apprentice, its games are not independent. Lines "
-                  "in plots are means over seasons, bands their intervals."),
+        Sentences(f"Made by {report.software} from the tables `games`, `growth` and `evaluations`, and the "
+                  "best apprentices' policies. Intervals are 95 %, over seasons: a season is one apprentice, "
+                  "its games are not independent. Lines in plots are means over seasons, bands their "
+                  "intervals."),
         Sentences(f"**{STANDS_IN}**"),
         Heading("What was played"),
         _grid(played(report.games), {
@@ -104,6 +106,9 @@ def document(report: Report) -> list[Block]:
             "situations": "situations a game", "knowledge": "last knowledge version",
             "policy": "last policy version",
         }),
+        *([Sentences(f"Beside each game an apprentice of `{BEST}` plays {named(BEST).practice} matches that "
+                     "count for learning only; what varies it does so, too, unless that is what it varies.")]
+          if BEST in report.games["settings"] else []),
         Code((*commands(report.games), *evaluating(report.games, report.evaluations), "pitchlore report")),
         Heading("What is claimed, and what is seen"),
         Sentences(_verdicts_in_words(report.claims)),
@@ -115,13 +120,17 @@ def document(report: Report) -> list[Block]:
     for name, (title, caption) in PICTURES.items():
         if name in report.pictures:
             blocks += [Heading(title), Picture(name, caption, report.pictures[name])]
-    if report.preferences.height:
+    best = report.games.filter(pl.col("settings").is_in([BEST, IN_GAMES]))
+    if best.height:
+        unknown = best.join(report.preferences, on="season", how="anti")["season"].unique().sort()
         blocks += [
             Heading("What our best apprentices do"),
             Sentences(
                 "Their key tells roles apart and nothing else, so that an apprentice prefers one behaviour a "
                 "role and does it again and again; what answers the adversary is who has which role, and the "
-                "control within a situation. In brackets what it is worth: goals, discounted."),
+                "control within a situation. In brackets what it is worth: goals, discounted."
+                + (f" Of {', '.join(unknown)} nobody can tell: their policies are gone, or look at more." if
+                   unknown.len() else "")),
             _grid(side_by_side(report.preferences), {
                 "settings": "settings", "opponent": "trained against", "season": "season",
                 **dict(zip(ROLES, ROLES, strict=True)),
@@ -187,17 +196,27 @@ def evaluating(games: pl.DataFrame, evaluations: pl.DataFrame) -> Iterator[str]:
 
 
 def _verdicts_in_words(claims: pl.DataFrame) -> str:
+    ours = pl.col("item").is_in(["ablation", AIM])
+    of_ablations, of_aims = (claims.filter(pl.col("item") == item) for item in ("ablation", AIM))
+    return (
+        f"The paper's {_counted(claims.filter(~ours))}. Ours on ablations of its settings, "
+        f"{_counted(of_ablations)}. Our aims, {_counted(of_aims)}. *Reproduced*: the interval lies inside of "
+        "what is claimed; *contradicted*: wholly outside; *not reproduced*: neither shown nor refuted; "
+        "*contradictory*: the paper's own Table 3 says otherwise (a number without an interval), whatever "
+        "ours shows; *by construction*: true of any run of this system, whatever is learned, hence no "
+        f"evidence; *not judged*: fewer than {LEAST_SEASONS} seasons of {GAMES} "
+        f"games. Our aims are measured by evaluations of the apprentice that {GAMES} games against the "
+        f"static team have made, and by its games {LATE[0]} to {LATE[1]}; a rate's interval is {_OF_RATES}. "
+        "That it uses what it learned is so by its key: there is one state a role, and it is known."
+    )
+
+
+def _counted(claims: pl.DataFrame) -> str:
+    """How many claims have each verdict."""
     counts = claims.group_by(pl.col("verdict").cast(pl.String)).len().sort("len", "verdict",
                                                                         descending=[True, False])
     said = ", ".join(f"{count} {verdict}" for verdict, count in counts.iter_rows())
-    return (
-        f"{claims.height} claims: {said}. *Reproduced*: the interval lies inside of what is claimed; "
-        "*contradicted*: wholly outside; *not reproduced*: neither shown nor refuted; *contradictory*: the "
-        "paper's own Table 3 says otherwise; *by construction*: true of any run of this system, whatever is "
-        f"learned, hence no evidence; *not judged*: fewer than {LEAST_SEASONS} seasons of {GAMES} "
-        f"games. Our aims are measured by evaluations of the apprentice that {GAMES} games against the "
-        f"static team have made, and by its games {LATE[0]} to {LATE[1]}; a rate's interval is {_OF_RATES}."
-    )
+    return f"{claims.height} claims: {said}"
 
 
 def _evaluations_in_words(report: Report) -> str:
