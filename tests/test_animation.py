@@ -28,8 +28,8 @@ def played(ms=range(0, 2000, 20), ball=lambda t: (0.2 * t, 0.0), blue=lambda t: 
             (t, "away", 2, 0.5, -0.3, math.pi, segment))])
 
 
-def film(rows=None, doing=None, referee=None, *, kind=Kind.VSSS, start_s=0.0, seconds=2.0):
-    return animation(match(score_home=0, score_away=0), played() if rows is None else rows,
+def film(rows=None, doing=None, referee=None, *, kind=Kind.VSSS, start_s=0.0, seconds=2.0, length=2.0):
+    return animation(match(score_home=0, score_away=0, duration_s=length), played() if rows is None else rows,
                      Situations.empty() if doing is None else doing, Referee.empty() if referee is None else referee,
                      PITCHES[kind], start_s=start_s, seconds=seconds)
 
@@ -110,7 +110,7 @@ def test_what_a_robot_does_is_said_while_it_does_it():
 def test_a_goal_is_seen_for_a_while_and_so_is_the_score():
     still = played(range(0, 4000, 20), ball=lambda _: (0.0, 0.0))
     goal = events((0.0, "kick-off", "home", 0, 0), (1.0, "goal", "away", 0, 1))
-    before, lit, after = (at(film(still, referee=goal, seconds=4.0), t) for t in (0.5, 2.0, 3.5))
+    before, lit, after = (at(film(still, referee=goal, seconds=4.0, length=4.0), t) for t in (0.5, 2.0, 3.5))
     edge = (0.3, 0.65)
     assert near(seen(lit, *edge), ORANGE)
     assert not near(seen(before, *edge), ORANGE)
@@ -145,5 +145,11 @@ def test_times_that_make_no_sense_are_refused(start_s, seconds):
 
 
 def test_after_the_end_there_is_nothing_to_show():
-    with pytest.raises(NotFound, match=r"m-1: has nothing to show from 9 s on\. It is 1\.0 s long"):
+    with pytest.raises(NotFound, match=r"m-1: has nothing to show from 9 s on\. It is 2\.0 s long"):
         film(start_s=9.0)
+    with pytest.raises(NotFound, match=r"nothing to show from 2 s on"):
+        film(start_s=2.0)
+
+
+def test_a_film_ends_with_the_match():
+    assert film(seconds=60.0) == film(seconds=2.0)

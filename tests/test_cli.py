@@ -67,6 +67,14 @@ def test_sql_for_people_and_for_programs(call, finished):
     assert set(rows[0]) == {"code", "name", "n"}
 
 
+def test_of_a_large_answer_people_see_the_beginning(call, finished):
+    _, out, _ = call("sql", "select frame from trajectories order by frame limit 1200", "--data", finished)
+    assert "the first 1,000 of 1,200 rows; --json prints all" in out
+    assert 1_000 < out.count("\n") < 1_010
+    _, out, _ = call("sql", "select frame from trajectories limit 1200", "--json", "--data", finished)
+    assert len(json.loads(out)) == 1200
+
+
 def test_sql_binds_parameters(call, finished):
     _, out, _ = call("sql", "select count(*) n from situations where team = ? and code = ?::int", "home", "184",
                      "--json", "--data", finished)

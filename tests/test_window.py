@@ -354,6 +354,15 @@ class TestPlay:
         assert error.count("\n") == 1
         assert not (tmp_path / "matches").exists()
 
+    def test_where_sdl_would_paint_for_nobody(self, monkeypatch, capsys, tmp_path):
+        for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
+            monkeypatch.delenv(name, raising=False)
+        monkeypatch.setattr(pygame.display, "get_driver", lambda: "offscreen")
+        code, _, error = call(capsys, "--data", tmp_path)
+        assert code == 1
+        assert "no window can be opened (there is no display)" in error
+        assert not (tmp_path / "matches").exists()
+
 
 def test_without_pygame(monkeypatch, capsys, tmp_path):
     for module in [name for name in sys.modules if name.startswith("flows.window")]:

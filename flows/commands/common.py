@@ -138,7 +138,7 @@ def _cell(value: object) -> str:
     if value is None:
         return ""
     if isinstance(value, float):
-        return f"{value:.4g}"
+        return f"{value:.4g}" if abs(value) < 10_000 or not math.isfinite(value) else f"{value:.0f}"
     return str(value).replace("[", r"\[") if isinstance(value, (str, list)) else str(value)
 
 

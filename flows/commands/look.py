@@ -33,6 +33,9 @@ from pipeline.replay.animation import animation
 from pipeline.store import Store
 from schemas import PUBLIC, Goals, Matches, Referee, Situations, Trajectories
 
+#: Rows of an answer that are laid out for people: a table of millions would take all memory.
+MOST_ROWS = 1_000
+
 
 def sql(
     query: str | None = None,
@@ -44,7 +47,7 @@ def sql(
     """Ask the catalogue in SQL (DuckDB's), read-only.
 
     Args:
-        query: One statement.
+        query: One statement. Of its rows the first 1,000 are shown.
         parameters: Values for the `?` in the query, in order.
         tables: List the tables with their columns, meanings and units instead.
         json: Print an array of objects.
@@ -65,8 +68,10 @@ def sql(
     if json:
         print_json(frame.to_dicts())
     else:
-        print_frame(frame)
-        if not tables:
+        print_frame(frame.head(MOST_ROWS) if not tables else frame)
+        if frame.height > MOST_ROWS and not tables:
+            console().print(f"the first {MOST_ROWS:,} of {frame.height:,} rows; --json prints all")
+        elif not tables:
             console().print(f"{frame.height} rows")
 
 
@@ -112,21 +117,23 @@ def replay(
         hz: Pictures a second of play, of the page.
         gif: Write some seconds as an animation into this file instead.
         start: Where the animation begins, seconds since the first sample.
-        seconds: How long it is.
+        seconds: How long it is, unless the match ends before.
         common: Options of every command.
     """
     store = common.store
     if gif is not None:
         log, made = _chain_of(store, match, "trajectories", "situations")
+        row = store.read_table(log, "matches", Matches)
         film = animation(
-            store.read_table(log, "matches", Matches),
+            row,
             store.read_table(made["trajectories"], "trajectories", Trajectories),
             store.read_table(made["situations"], "situations", Situations),
             store.read_table(log, "referee", Referee),
             Pitch.model_validate(log.details["pitch"]), start_s=start, seconds=seconds,
         )
         store.write_bytes(gif, film)
-        said = f"{gif} ({len(film) / 1e6:.2f} MB): {seconds:g} s from {start:g} s on"
+        shown = min(seconds, row["duration_s"].item() - start)
+        said = f"{gif} ({len(film) / 1e6:.2f} MB): {shown:.4g} s from {start:g} s on"
         console().print(said, soft_wrap=True)
         return
     log, made = _chain_of(store, match, "trajectories", "situations", "goals")

@@ -11,8 +11,10 @@ from flows.commands.common import DEFAULTS, Common, Json, console, print_frame, 
 from flows.report import tables, write_report
 from pipeline.receipts import Receipt
 from pipeline.seasons.claims import BEST, PAPER
+from pipeline.seasons.judging import LEAST_SEASONS
 from pipeline.seasons.preferences import side_by_side
 from pipeline.seasons.summary import ablated, compared, measured, played
+from pipeline.seasons.table3 import GAMES
 from pipeline.store import Store
 from schemas import Claims
 
@@ -54,6 +56,9 @@ def report(*, export: Path | None = None, json: Json = False, common: Common = D
         if left_out:
             console().print(f"{left_out} pairs of matches of apprentices are left out; the page says which.")
         print_frame(_shown(claims), title="what is claimed, and what is seen")
+        if "not judged" in claims["verdict"]:
+            console().print(f"not judged: fewer than {LEAST_SEASONS} seasons of {GAMES} games; the page says"
+                            " what the other verdicts mean.")
         console().print(f"page: {page}", soft_wrap=True)
     if export:
         _export(store, receipt, {"games": games, "growth": growth, "evaluations": evaluations,
@@ -79,7 +84,7 @@ def _changes(games: pl.DataFrame) -> pl.DataFrame:
 
 
 def _shown(claims: pl.DataFrame) -> pl.DataFrame:
-    return claims.select("item", "claim", "opponent", "stated", "table_3",
+    return claims.select("item", "claim", "quantity", "opponent", "stated", "table_3",
                          _interval("measured", "low", "high"), "seasons", "verdict")
 
 

@@ -1,5 +1,6 @@
 """The window: opened, listened to, painted, in time."""
 
+import os
 import time
 from contextlib import suppress
 from types import TracebackType
@@ -16,6 +17,8 @@ from pipeline.pitch import Pitch
 
 SIZE = (980, 860)
 LEAST = (480, 460)
+#: What SDL falls back to where there is no display: nobody would see the match.
+_UNSEEN = ("offscreen", "dummy")
 #: Frames that may be made up for at once; one that was late for longer lets the match wait.
 MOST_DUE = 4
 
@@ -40,7 +43,7 @@ class Window:
 
     def __enter__(self) -> Self:
         try:
-            pygame.display.init()
+            _find_display()
             pygame.font.init()
             controller.init()
             pygame.display.set_caption(f"Pitchlore: {self._names[0]} - {self._names[1]}")
@@ -93,6 +96,13 @@ class Window:
         self._screen = screen
         width, height = screen.get_size()
         return Painter(self._pitch, self._names, (max(width, LEAST[0]), max(height, LEAST[1])), HELP)
+
+
+def _find_display() -> None:
+    """Raises pygame.error if nobody could see a window, unless the environment asks for just that."""
+    pygame.display.init()
+    if pygame.display.get_driver() in _UNSEEN and "SDL_VIDEODRIVER" not in os.environ:
+        raise pygame.error("there is no display")
 
 
 def _fitting(size: tuple[int, int]) -> tuple[int, int]:

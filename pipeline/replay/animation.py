@@ -49,7 +49,7 @@ def animation(
         referee: schema Referee, of that match.
         pitch: the field of play.
         start_s: where the film begins, seconds since the first sample; at least 0.
-        seconds: how long it is, above 0 and at most :data:`LONGEST_S`.
+        seconds: how long it is at most, above 0 and at most :data:`LONGEST_S`; it ends with the match.
 
     Raises:
         BadSettings: if start or length are out of their bounds.
@@ -58,9 +58,10 @@ def animation(
     if not (0 < seconds <= LONGEST_S and 0 <= start_s < math.inf):
         raise BadSettings(f"cannot show {seconds:g} s from {start_s:g} s on", where="replay", next_step=(
             f"Begin at 0 or later and show up to {LONGEST_S:g} s"))
-    shown = _shown(match, trajectories, situations, referee, start_s, seconds)
+    name, length = match.select("match_id", "duration_s").row(0)
+    seconds = min(seconds, length - start_s)
+    shown = _shown(match, trajectories, situations, referee, start_s, seconds) if seconds > 0 else []
     if trajectories.is_empty() or not any(moment.robots or moment.trail for moment in shown):
-        name, length = match.select("match_id", "duration_s").row(0)
         raise NotFound(f"has nothing to show from {start_s:g} s on", where=str(name),
                        next_step=f"It is {length:.1f} s long; begin earlier")
     lines = max(len({robot.number for m in shown for robot in m.robots if robot.team == team})

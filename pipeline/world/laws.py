@@ -112,11 +112,11 @@ class Marks(NamedTuple):
                 f"no ball of {2 * ball:g} m is ever wholly in a goal {pitch.goal_depth:g} m deep",
                 where="pitch", next_step="Make the goals deeper",
             )
-        if pitch.length < _LENGTH_IN_ROBOTS * 2 * robot or pitch.width < _WIDTH_IN_ROBOTS * 2 * robot:
+        length, width = _LENGTH_IN_ROBOTS * 2 * robot, _WIDTH_IN_ROBOTS * 2 * robot
+        if pitch.length < length or pitch.width < width:
             raise BadSettings(
                 f"{pitch.length:g} by {pitch.width:g} m are too small for robots of {2 * robot:g} m",
-                where="pitch",
-                next_step=f"Make it at least {_LENGTH_IN_ROBOTS:g} by {_WIDTH_IN_ROBOTS:g} robots large",
+                where="pitch: length, width", next_step=f"Make it at least {length:.3g} by {width:.3g} m",
             )
         return cls(
             goal_x=pitch.goal_x,
