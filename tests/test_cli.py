@@ -356,6 +356,15 @@ def test_replay_writes_one_page(call, copied):
     assert "there is no such match (there are: early-" in err
 
 
+def test_a_match_of_a_season_is_found_where_it_is(call, tmp_path):
+    own = tmp_path / "seasons" / "club-static-1"
+    Store(tmp_path).commit("seasons", own.name, "0" * 16, inputs={}, settings={}, details={"store": f"seasons/{own.name}"})
+    Store(own).commit("matches", "learned-static-7-0123456789ab", "0" * 16, inputs={}, settings={})
+    code, _, err = call("replay", "learned-static-7", "--data", tmp_path)
+    assert code == 1
+    assert f"learned-static-7: is a match of the season club-static-1. Add `--data {own}`." in err
+
+
 @pytest.mark.usefixtures("prefect_server")
 def test_import_run_and_train(call, tmp_path):
     recording = tmp_path / "derby.csv"

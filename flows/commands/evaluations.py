@@ -86,7 +86,8 @@ def evaluations(
                                       "note": note_on(summary.team, summary.opponent)})
         return
     print_frame(_table(summary), title=(
-        f"{summary.team} against {summary.opponent}: {summary.matches} matches of {minutes:g} min"))
+        f"{summary.team} against {summary.opponent}: {summary.matches} matches of {minutes:g} min,"
+        f" {how.robots} a side on {how.pitch.length:g} by {how.pitch.width:g} m"))
     console().print(f"{2 * played} matches played now, {summary.matches - 2 * played} were there;"
                     f" intervals are over {summary.pairs} pairs.")
     if evaluation.of_itself:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -206,9 +207,21 @@ def _chain_of(store: Store, match: str, *nouns: str) -> tuple[Receipt, dict[str,
 
 def _find(store: Store, match: str) -> Receipt:
     receipts = list(store.receipts("matches"))
-    found = [r for r in receipts if r.name == match] or [r for r in receipts if r.name.startswith(match)]
+    found = _called(receipts, match)
+    if not found:
+        for season in store.receipts("seasons"):
+            own = store.root / season.details["store"]
+            if _called(Store(own).receipts("matches"), match):
+                raise NotFound(f"is a match of the season {season.name}", where=match,
+                               next_step=f"Add `--data {own}`")
     if len(found) != 1:
         names = ", ".join(r.name for r in (found or receipts)[:8]) or "none yet"
         what = "several matches begin so" if found else "there is no such match"
         raise NotFound(f"{what} (there are: {names})", where=match, next_step="Name one of them")
     return found[0]
+
+
+def _called(receipts: Iterable[Receipt], match: str) -> list[Receipt]:
+    """Those of that name, or else those whose names begin so."""
+    every = list(receipts)
+    return [r for r in every if r.name == match] or [r for r in every if r.name.startswith(match)]
