@@ -19,7 +19,7 @@ from pipeline.receipts import SOFTWARE, Receipt
 from pipeline.seasons.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC
 from pipeline.seasons.judging import judged
 from pipeline.seasons.measures import DIFFERENCE, EFFECTIVE, OTHER, Pooling
-from pipeline.seasons.preferences import DOES, nobody, preferred
+from pipeline.seasons.preferences import nobody, preferred
 from pipeline.seasons.report import Report, document
 from pipeline.seasons.settings import Season
 from pipeline.seasons.summary import beside_table_3, curves
@@ -162,13 +162,13 @@ def apprentices(store: Store, seasons: Sequence[Receipt]) -> list[Apprentice]:
     """
     found = []
     for receipt in seasons:
+        if receipt.settings.get("name") not in (BEST, IN_GAMES):
+            continue
         try:
             player = apprentice(store, receipt.name)
         except PitchloreError:
             continue  # the report counts and names it
-        season = Season.model_validate(receipt.settings)
-        if season.name in (BEST, IN_GAMES):
-            found.append(Apprentice(season, player))
+        found.append(Apprentice(Season.model_validate(receipt.settings), player))
     return found
 
 
@@ -177,9 +177,9 @@ def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
     found = [nobody()]
     for season, player in of:
         _, policy = labelled(player.store, player.manifest)
-        found.append(preferred(policy, player.team.settings.caution).select(
-            settings=pl.lit(season.name), opponent=pl.lit(season.opponent), season=pl.lit(season.id),
-            **{name: pl.col(name) for name in DOES}))
+        does = preferred(policy, player.team.settings.caution).with_columns(
+            settings=pl.lit(season.name), opponent=pl.lit(season.opponent), season=pl.lit(season.id))
+        found.append(does.select(found[0].columns))
     return pl.concat(found)
 
 

@@ -114,7 +114,6 @@ class Source(Protocol):
         """SHA-256 by label."""
 
 
-
 @dataclass(frozen=True, slots=True)
 class Stage(Generic[S]):
     """How one noun is made from others, one output at a time.

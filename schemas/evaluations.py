@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from typing import ClassVar
 
 import dataframely as dy
 
 from schemas.table import STAND_IN, TEAMS, Table, unit
+
+
+def word_of(team: str) -> str:
+    """What commands take for a team of the columns team and opponent."""
+    return re.sub(r"^v(\d+)$", r"learned:\1", team)
 
 
 class Evaluations(Table):

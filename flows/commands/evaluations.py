@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json as encoder
-import re
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -31,6 +30,7 @@ from pipeline.evaluations import Evaluation, Measured, Summary, summarise
 from pipeline.receipts import SOFTWARE
 from pipeline.store import Store
 from schemas import note_on
+from schemas.evaluations import word_of
 
 
 def evaluations(
@@ -147,8 +147,7 @@ def _export(
 
 def _command(evaluation: Evaluation, seeds: range, options: Mapping[str, object]) -> str:
     """What plays these matches again, in whatever data folder the teams are."""
-    team, opponent = (re.sub(r"^v(\d+)$", r"learned:\1", side.name)
-                      for side in (evaluation.team, evaluation.opponent))
+    team, opponent = (word_of(side.name) for side in (evaluation.team, evaluation.opponent))
     words = {"policy": team, "against": opponent, "matches": 2 * len(seeds), "seed": seeds[0],
              "minutes": str(evaluation.referee.duration_s / 60).removesuffix(".0"), **options}
     said = " ".join(f"--{name} {word}" for name, word in words.items() if word is not None)

@@ -30,7 +30,7 @@ from pipeline.plots.style import png
 from pipeline.receipts import Receipt
 from pipeline.recognition.rulebook import rule_table, term_table
 from pipeline.replay import page
-from pipeline.replay.animation import animation
+from pipeline.replay.animation import animation, seconds_shown
 from pipeline.store import Store
 from schemas import PUBLIC, Goals, Matches, Referee, Situations, Trajectories
 
@@ -69,8 +69,9 @@ def sql(
     if json:
         print_json(frame.to_dicts())
     else:
-        print_frame(frame.head(MOST_ROWS) if not tables else frame)
-        if frame.height > MOST_ROWS and not tables:
+        shown = frame if tables else frame.head(MOST_ROWS)
+        print_frame(shown)
+        if shown.height < frame.height:
             console().print(f"the first {MOST_ROWS:,} of {frame.height:,} rows; --json prints all")
         elif not tables:
             console().print(f"{frame.height} rows")
@@ -133,8 +134,8 @@ def replay(
             Pitch.model_validate(log.details["pitch"]), start_s=start, seconds=seconds,
         )
         store.write_bytes(gif, film)
-        shown = min(seconds, row["duration_s"].item() - start)
-        said = f"{gif} ({len(film) / 1e6:.2f} MB): {shown:.4g} s from {start:g} s on"
+        lasts = seconds_shown(row, start, seconds)
+        said = f"{gif} ({len(film) / 1e6:.2f} MB): {lasts:.4g} s from {start:g} s on"
         console().print(said, soft_wrap=True)
         return
     log, made = _chain_of(store, match, "trajectories", "situations", "goals")

@@ -58,10 +58,10 @@ def animation(
     if not (0 < seconds <= LONGEST_S and 0 <= start_s < math.inf):
         raise BadSettings(f"cannot show {seconds:g} s from {start_s:g} s on", where="replay", next_step=(
             f"Begin at 0 or later and show up to {LONGEST_S:g} s"))
-    name, length = match.select("match_id", "duration_s").row(0)
-    seconds = min(seconds, length - start_s)
-    shown = _shown(match, trajectories, situations, referee, start_s, seconds) if seconds > 0 else []
+    lasts = seconds_shown(match, start_s, seconds)
+    shown = _shown(match, trajectories, situations, referee, start_s, lasts) if lasts > 0 else []
     if trajectories.is_empty() or not any(moment.robots or moment.trail for moment in shown):
+        name, length = match.select("match_id", "duration_s").row(0)
         raise NotFound(f"has nothing to show from {start_s:g} s on", where=str(name),
                        next_step=f"It is {length:.1f} s long; begin earlier")
     lines = max(len({robot.number for m in shown for robot in m.robots if robot.team == team})
@@ -69,6 +69,11 @@ def animation(
     names = match.select("home", "away").row(0)
     painter = Painter(pitch, names, lines if lines <= _LISTED else 0, WIDTH)
     return _gif([painter.paint(moment) for moment in shown])
+
+
+def seconds_shown(match: pl.DataFrame, start_s: float, seconds: float) -> float:
+    """How long a film is that ends with the match (schema Matches, one row); not above 0 if it has ended."""
+    return min(seconds, float(match["duration_s"].item()) - start_s)
 
 
 class _Body(NamedTuple):

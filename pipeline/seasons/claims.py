@@ -53,7 +53,8 @@ from schemas import ROLES, Evaluations, Growth
 PAPER, BEST, IN_GAMES, WITHOUT_SCORE, LEVEL = "paper", "best", "best-in-games", "paper-full35", "paper-level"
 HUMAN, STATIC, RANDOM = "human-like", "static", "random"
 
-AIM = "aim"
+#: Items of ours beside those of the paper.
+ABLATION, AIM = "ablation", "aim"
 #: Our aims are measured on the apprentice that 35 games have made; the curve there over the last ten.
 LATE = (GAMES - 9, GAMES)
 #: Share of learned actions, per cent.
@@ -70,7 +71,6 @@ ALMOST_NONE = Range("at most 0.33 % (almost none)", high=0.33)
 MOST = Range("more than half", low=0.5, strict=True)
 FEW = Range("less than half", high=0.5, strict=True)
 MOSTLY_LEARNED = Range(f"at least {LEARNED:g} %", low=LEARNED)
-MOSTLY_WON = Range("at least 0.95", low=0.95)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +124,19 @@ def _about(
         value = printed(measure, kind)
         about = Range(f"about {value:,.4g}{unit} (half to double)", value / 2, 2 * value)
         yield _table_3(text, kind, quantity, measure, about, pooling="percent" if unit else "count")
+
+
+def _beats(text: str, settings: str) -> Claim:
+    """The claim that apprentices of some settings beat the static team."""
+    return Claim(AIM, text, ((settings, STATIC),), "goal difference a match in evaluations against static",
+                 evaluated(DIFFERENCE, STATIC, GAMES), ABOVE)
+
+
+def _wins(text: str, settings: str) -> Claim:
+    """The claim that apprentices of some settings win against the random team."""
+    return Claim(AIM, text, ((settings, STATIC),), "share won of evaluations against random",
+                 evaluated(WON, RANDOM, GAMES), Range("at least 0.95", low=0.95), pooling="rate",
+                 trials=pairs(RANDOM))
 
 
 _BEFORE = mean(OTHER, 1, CHANGE - 1)
@@ -207,33 +220,25 @@ CLAIMS: tuple[Claim, ...] = (
       for value, what in ((EFFECTIVE, "goals by direct or indirect action"),
                           (pl.col("direct"), "goals by direct action alone"))),
 
-    *(Claim("ablation", f"{without}, the static column does not wait for game 11", ((settings, STATIC),),
+    *(Claim(ABLATION, f"{without}, the static column does not wait for game 11", ((settings, STATIC),),
             "share of seasons with almost none in games 1 to 10 and more in games 11 to 20",
             _EVOLVES, FEW, pooling="seasons")
       for settings, without in _ABLATIONS.items()),
-    *(Claim("ablation", f"{without}, the rise after game 10 is smaller",
+    *(Claim(ABLATION, f"{without}, the rise after game 10 is smaller",
             ((settings, STATIC), (PAPER, STATIC)),
             "other actions in games 11 to 20 less those in games 1 to 10, mean %", _JUMP, BELOW)
       for settings, without in _ABLATIONS.items()),
-    Claim("ablation", "With the score out of the key, more new actions are used against the human-like team",
+    Claim(ABLATION, "With the score out of the key, more new actions are used against the human-like team",
           ((WITHOUT_SCORE, HUMAN), (PAPER, HUMAN)), "other of all actions, %", overall_other(1, GAMES),
           ABOVE),
 
-    Claim(AIM, "The best apprentice beats the static team", ((BEST, STATIC),),
-          "goal difference a match in evaluations against static", evaluated(DIFFERENCE, STATIC, GAMES),
-          ABOVE),
+    _beats("The best apprentice beats the static team", BEST),
     *(Claim(AIM, f"It uses what it learned: against the {kind} team", ((BEST, STATIC),),
             f"other actions in evaluations against {kind}, mean %", evaluated(OTHER, kind, GAMES),
             MOSTLY_LEARNED, pooling="percent") for kind in (STATIC, RANDOM)),
-    Claim(AIM, "It wins against the random team, too", ((BEST, STATIC),),
-          "share won of evaluations against random", evaluated(WON, RANDOM, GAMES), MOSTLY_WON,
-          pooling="rate", trials=pairs(RANDOM)),
-    Claim(AIM, f"One that has {GAMES} matches and no others beats the static team", ((IN_GAMES, STATIC),),
-          "goal difference a match in evaluations against static", evaluated(DIFFERENCE, STATIC, GAMES),
-          ABOVE),
-    Claim(AIM, f"One that has {GAMES} matches and no others wins against the random team",
-          ((IN_GAMES, STATIC),), "share won of evaluations against random", evaluated(WON, RANDOM, GAMES),
-          MOSTLY_WON, pooling="rate", trials=pairs(RANDOM)),
+    _wins("It wins against the random team, too", BEST),
+    _beats(f"One that has {GAMES} matches and no others beats the static team", IN_GAMES),
+    _wins(f"One that has {GAMES} matches and no others wins against the random team", IN_GAMES),
     Claim(AIM, "In its last games it beats the static team", ((BEST, STATIC),),
           f"goal difference in games {LATE[0]} to {LATE[1]}, mean", mean(DIFFERENCE, *LATE), ABOVE),
     *(Claim(AIM, "In its last games it uses what it learned", ((BEST, kind),),

@@ -9,8 +9,7 @@ from pipeline.recognition.rules import TABLE_1
 from schemas.table import ROLES
 
 _WHOSE = ("settings", "opponent", "season")
-#: Columns of what is preferred.
-DOES: dict[str, pl.DataType] = {
+_DOES: dict[str, pl.DataType] = {
     "role": pl.Enum(ROLES), "does": pl.String(), "worth": pl.Float64(), "evidence": pl.Float64(),
 }
 
@@ -28,7 +27,7 @@ def preferred(policy: pl.DataFrame, caution: float) -> pl.DataFrame:
         that says more than the role.
     """
     if set(policy["key"].unique()) != {"role0"}:
-        return pl.DataFrame(schema=DOES)
+        return pl.DataFrame(schema=_DOES)
     best = policy.sort("role", pl.col("q") - caution * DOUBT, descending=[False, True], maintain_order=True)
     first = best.unique("role", keep="first", maintain_order=True)
     does = pl.Series("does", [_in_words(behaviour) for behaviour in first["behaviour_id"]], pl.String)
@@ -42,7 +41,7 @@ def _in_words(behaviour: str) -> str:
 
 def nobody() -> pl.DataFrame:
     """Preferences of no season."""
-    return pl.DataFrame(schema={**dict.fromkeys(_WHOSE, pl.String()), **DOES})
+    return pl.DataFrame(schema={**dict.fromkeys(_WHOSE, pl.String()), **_DOES})
 
 
 def side_by_side(preferences: pl.DataFrame) -> pl.DataFrame:

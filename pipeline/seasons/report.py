@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import polars as pl
 
 from pipeline.document import Block, Code, Grid, Heading, Picture, Sentences
-from pipeline.seasons.claims import AIM, BEST, IN_GAMES, LATE, PAPER
+from pipeline.seasons.claims import ABLATION, AIM, BEST, IN_GAMES, LATE, PAPER
 from pipeline.seasons.judging import LEAST_SEASONS
 from pipeline.seasons.measures import distinct
 from pipeline.seasons.preferences import side_by_side
@@ -18,6 +17,7 @@ from pipeline.seasons.summary import LAST, ablated, attributed, beside_table_3, 
 from pipeline.seasons.table3 import CHANGE, GAMES
 from pipeline.world.laws import RefereeSettings
 from schemas import ROLES, STAND_IN
+from schemas.evaluations import word_of
 
 #: What must be said beside every result.
 STANDS_IN = (
@@ -190,14 +190,13 @@ def evaluating(games: pl.DataFrame, evaluations: pl.DataFrame) -> Iterator[str]:
         runs = mine.with_columns(run=(pl.col("pair").diff() != 1).fill_null(value=False).cum_sum())
         for run in runs.partition_by("run"):
             first = "" if run["pair"][0] == 0 else f" --seed {run['pair'][0]}"
-            word = re.sub(r"^v(\d+)$", r"learned:\1", opponent)
-            yield (f"pitchlore evaluate --policy {team} --against {word} --matches {2 * run.height}"
-                   f"{first}{minutes}")
+            yield (f"pitchlore evaluate --policy {team} --against {word_of(opponent)}"
+                   f" --matches {2 * run.height}{first}{minutes}")
 
 
 def _verdicts_in_words(claims: pl.DataFrame) -> str:
-    ours = pl.col("item").is_in(["ablation", AIM])
-    of_ablations, of_aims = (claims.filter(pl.col("item") == item) for item in ("ablation", AIM))
+    ours = pl.col("item").is_in([ABLATION, AIM])
+    of_ablations, of_aims = (claims.filter(pl.col("item") == item) for item in (ABLATION, AIM))
     return (
         f"The paper's {_counted(claims.filter(~ours))}. Ours on ablations of its settings, "
         f"{_counted(of_ablations)}. Our aims, {_counted(of_aims)}. *Reproduced*: the interval lies inside of "
