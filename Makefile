@@ -41,7 +41,7 @@ bench: $(READY)  ## ours beside the alternatives, as ratios
 
 study: world paradigms seasons  ## all studies, into data/studies/
 
-world: $(READY)  ## a thousand random matches, each frame looked at (two minutes)
+world: $(READY)  ## a thousand random matches, each frame looked at (a minute)
 	PYTHONPATH=tests $(BIN)/python -m studies.thousand data/studies/world/thousand.json
 
 paradigms: $(READY)  ## section 5 of the paper in full (about 45 minutes)

@@ -1,6 +1,6 @@
 """A thousand matches of two random teams, and two hundred of two static ones, looked at frame by frame.
 
-``PYTHONPATH=tests python -m studies.thousand data/studies/world/thousand.json`` (about two minutes). It fails
+``PYTHONPATH=tests python -m studies.thousand data/studies/world/thousand.json`` (about a minute). It fails
 if a number of any frame is not finite, or a body is deeper in a wall than ``borders`` allows.
 """
 
