@@ -1,6 +1,6 @@
 """The report on all seasons that were played: claims with verdicts, plots, one page."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -98,45 +98,6 @@ def _against(receipt: Receipt, opponent: Entrant) -> Evaluation | None:
     return own.model_copy(update={"opponent": opponent})
 
 
-class Tables(NamedTuple):
-    """What the report is made of.
-
-    Attributes:
-        games: schema Games.
-        growth: schema Growth.
-        evaluations: schema Evaluations, of the pairs that count.
-        left_out: how many pairs do not.
-        preferences: what the best apprentices prefer to do.
-    """
-
-    games: pl.DataFrame
-    growth: pl.DataFrame
-    evaluations: pl.DataFrame
-    left_out: int
-    preferences: pl.DataFrame
-
-
-def tables(store: Store) -> Tables:
-    """The games and the growth of all seasons, the evaluations of their apprentices, what these prefer.
-
-    Raises:
-        NotFound: if no season has been played.
-        CorruptFile: if a file is gone or its bytes are others.
-    """
-    receipts = seasons(store)
-    if not receipts:
-        raise NotFound("no season has been played", where=str(store.root),
-                       next_step="Play one with `pitchlore season`")
-    games = pl.concat(store.read_table(receipt, "games", Games) for receipt in receipts)
-    growth = pl.concat(store.read_table(receipt, "growth", Growth) for receipt in receipts)
-    counted, left_out = measurements(store, receipts)
-    evaluations = pl.concat([Evaluations.empty(), *(
-        store.read_table(receipt, "evaluations", Evaluations) for receipt in counted)])
-    return Tables(games.sort("season", "game"), growth.sort("season", "game", "role"),
-                  evaluations.sort("evaluation", "seed", "match"), left_out,
-                  _preferences(apprentices(store, receipts)))
-
-
 class Apprentice(NamedTuple):
     """Whom a season of the best settings has trained.
 
@@ -170,6 +131,74 @@ def apprentices(store: Store, seasons: Sequence[Receipt]) -> list[Apprentice]:
             continue  # the report counts and names it
         found.append(Apprentice(Season.model_validate(receipt.settings), player))
     return found
+
+
+class Sources(NamedTuple):
+    """What the report is made from.
+
+    Attributes:
+        seasons: receipts of all of them.
+        measurements: of their apprentices.
+        apprentices: of the best settings.
+    """
+
+    seasons: list[Receipt]
+    measurements: Measurements
+    apprentices: list[Apprentice]
+
+    def each(self) -> list[Source]:
+        """All that its key covers."""
+        return [*self.seasons, *self.measurements.counted, *self.apprentices]
+
+
+def sources(store: Store) -> Sources:
+    """What there is in a store for a report.
+
+    Raises:
+        NotFound: if no season has been played.
+    """
+    receipts = seasons(store)
+    if not receipts:
+        raise NotFound("no season has been played", where=str(store.root),
+                       next_step="Play one with `pitchlore season`")
+    return Sources(receipts, measurements(store, receipts), apprentices(store, receipts))
+
+
+class Tables(NamedTuple):
+    """What the report is made of.
+
+    Attributes:
+        games: schema Games.
+        growth: schema Growth.
+        evaluations: schema Evaluations, of the pairs that count.
+        left_out: how many pairs do not.
+        preferences: what the best apprentices prefer to do.
+    """
+
+    games: pl.DataFrame
+    growth: pl.DataFrame
+    evaluations: pl.DataFrame
+    left_out: int
+    preferences: pl.DataFrame
+
+
+def tables(store: Store, of: Sources) -> Tables:
+    """The games and the growth of all seasons, the evaluations of their apprentices, what these prefer.
+
+    Args:
+        store: that they are in.
+        of: what there is, see :func:`sources`.
+
+    Raises:
+        CorruptFile: if a file is gone or its bytes are others.
+    """
+    games = pl.concat(store.read_table(receipt, "games", Games) for receipt in of.seasons)
+    growth = pl.concat(store.read_table(receipt, "growth", Growth) for receipt in of.seasons)
+    evaluations = pl.concat([Evaluations.empty(), *(
+        store.read_table(receipt, "evaluations", Evaluations) for receipt in of.measurements.counted)])
+    return Tables(games.sort("season", "game"), growth.sort("season", "game", "role"),
+                  evaluations.sort("evaluation", "seed", "match"), of.measurements.left_out,
+                  _preferences(of.apprentices))
 
 
 def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
@@ -214,9 +243,9 @@ def drawn(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
     return {name: png(figure) for name, figure in found.items()}
 
 
-def compute(store: Store, _: str, __: Frozen, ___: Scope) -> Made:
+def _made(found: Tables) -> Made:
     """Claims, plots, and the page in both forms."""
-    games, growth, evaluations, left_out, prefer = tables(store)
+    games, growth, evaluations, left_out, prefer = found
     claims, pictures = judged(games, growth, evaluations), drawn(games, growth)
     blocks = document(
         Report(games, evaluations, left_out, prefer, claims, pictures, SOFTWARE.split("+")[0]))
@@ -227,31 +256,36 @@ def compute(store: Store, _: str, __: Frozen, ___: Scope) -> Made:
     )
 
 
-def _sources(store: Store, _: str, __: Scope) -> Iterable[Source]:
-    receipts = seasons(store)
-    return [*receipts, *measurements(store, receipts).counted, *apprentices(store, receipts)]
+class Written(NamedTuple):
+    """A report that is there.
+
+    Attributes:
+        receipt: of its files: claims, page, text, and the plots.
+        page: where the page is.
+        tables: what it is made of.
+    """
+
+    receipt: Receipt
+    page: Path
+    tables: Tables
 
 
-STAGE = Stage("report", (Claims,), _sources, compute)
-
-
-def write_report(store: Store) -> tuple[Receipt, Path]:
+def write_report(store: Store) -> Written:
     """Make the report unless it is there, made of these very seasons, evaluations and policies.
 
     Not a flow: it is one piece of work of a few seconds, and needs no server.
-
-    Returns:
-        The receipt of its files (claims, page, text, and the plots), and where the page is.
 
     Raises:
         NotFound: if no season has been played.
         CorruptFile: if a season's, an evaluation's or a policy's file is gone or its bytes are others.
     """
-    receipt = store.receipt("report", NAME) if STAGE.done(store, NAME, NO_SETTINGS, NOTHING) else None
+    of = sources(store)  # looked up once, so that the key is that of what was read
+    found = tables(store, of)  # before the stage: what is missing is said, and puts nothing in quarantine
+    stage: Stage[Frozen] = Stage("report", (Claims,), lambda *_: of.each(), lambda *_: _made(found))
+    receipt = store.receipt(stage.noun, NAME) if stage.done(store, NAME, NO_SETTINGS, NOTHING) else None
     if receipt is None:
-        tables(store)  # what is missing is said before anything is put in quarantine for it
-        receipt = STAGE.perform(store, NAME, NO_SETTINGS, NOTHING)
+        receipt = stage.perform(store, NAME, NO_SETTINGS, NOTHING)
         refresh(store)
     path = store.root / "report" / "index.html"
     store.write_bytes(path, store.read(receipt, "page"))
-    return receipt, path
+    return Written(receipt, path, found)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import ge, gt
 from typing import NamedTuple
 
 import numpy as np
@@ -202,12 +203,11 @@ class Range:
 
     def verdict(self, estimate: Estimate) -> str:
         """One of ``schemas.paradigms.VERDICTS``; "not reproduced" where the estimate is not defined."""
-        low, high = estimate.low, estimate.high
-        if low > self.high or high < self.low or (self.strict and (low == self.high or high == self.low)):
+        _, low, high = estimate
+        within, beyond = (gt, ge) if self.strict else (ge, gt)
+        if beyond(low, self.high) or beyond(self.low, high):
             return "contradicted"
-        inside = self.low <= low and high <= self.high
-        touches = self.strict and (low == self.low or high == self.high)
-        return "reproduced" if inside and not touches else "not reproduced"
+        return "reproduced" if within(low, self.low) and within(self.high, high) else "not reproduced"
 
     def holds(self, value: float) -> bool:
         """Whether a value without an interval lies in it."""

@@ -15,6 +15,11 @@ def word_of(team: str) -> str:
     return re.sub(r"^v(\d+)$", r"learned:\1", team)
 
 
+def minutes_of(duration_s: float) -> str:
+    """What commands take for the column duration_s."""
+    return str(duration_s / 60).removesuffix(".0")
+
+
 class Evaluations(Table):
     """One match that was played to measure a team, from its side. Sorted by evaluation, seed, match.
 

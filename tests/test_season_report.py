@@ -14,8 +14,8 @@ from seasons import ablations, apprentices, evaluation, evolving, season, tables
 
 from flows.cli import main
 from flows.evaluations import evaluate
-from flows.report import NAME, drawn, write_report
-from flows.report import tables as read
+from flows.report import NAME, drawn, sources, write_report
+from flows.report import tables as tables_in
 from flows.teams import entrant
 from pipeline.catalog import query
 from pipeline.document import Code, Grid, Heading, Picture, Sentences, to_html, to_markdown
@@ -255,11 +255,16 @@ def test_what_is_exported_is_complete_and_links_what_is_there(reported):
 def test_a_report_is_made_once_and_anew_when_there_are_more_seasons(tmp_path):
     store = Store(tmp_path)
     put(store, *tables(season("paper", "static", 1, last=3)))
-    first, page = write_report(store)
+    first, page, _ = write_report(store)
     assert write_report(store)[0] == first
     assert "not judged" in page.read_text()
     put(store, *tables(season("paper", "static", 2, last=3)))
     assert write_report(store)[0].key != first.key
+
+
+def read(store):
+    """What a report would be made of."""
+    return tables_in(store, sources(store))
 
 
 SHORT = Season(name="best", opponent="static", seed=1, settings=parse('base = "best"\n[referee]\nduration_s = 2', where="here"))
@@ -279,7 +284,7 @@ def taught(tmp_path):
 
 
 def test_a_report_says_what_the_apprentices_of_the_best_settings_do(taught, capsys):
-    _, page = write_report(taught)
+    page = write_report(taught).page
     assert "044 Robot reaches the ball (0.1)" in page.read_text()
     main_ok(["report", "--json", "--data", str(taught.root)])
     (goalkeeper, _, striker) = json.loads(capsys.readouterr().out)["preferences"]
@@ -289,11 +294,11 @@ def test_a_report_says_what_the_apprentices_of_the_best_settings_do(taught, caps
     store = taught.root / "seasons" / SHORT.id
     store.rename(away := store.with_name("away"))
     assert read(taught).preferences.height == 0
-    _, page = write_report(taught)
+    page = write_report(taught).page
     assert "044 Robot reaches the ball (0.1)" not in page.read_text()
     assert f"Of {SHORT.id} nobody can tell" in page.read_text()
     away.rename(store)
-    _, page = write_report(taught)
+    page = write_report(taught).page
     assert "044 Robot reaches the ball (0.1)" in page.read_text()
 
 
@@ -305,15 +310,15 @@ def measure(store, seeds=(0,), seconds=2.0, policy=SHORT.id, against="random", *
 
 
 def test_a_report_is_made_of_the_evaluations_of_its_apprentices_and_anew_only_for_these(taught):
-    first, _ = write_report(taught)
+    first = write_report(taught).receipt
     measure(taught, policy="static")
     measure(taught, seconds=1.0)
     measure(taught, trust=3)
-    again, page = write_report(taught)
+    again = write_report(taught).receipt
     assert again == first
     assert (read(taught).evaluations.height, read(taught).left_out) == (0, 2)
     measure(taught, (0, 1))
-    measured, page = write_report(taught)
+    measured, page, _ = write_report(taught)
     assert measured.key != first.key
     rows = read(taught).evaluations
     assert rows.select("team", "opponent", "seed", "match").rows() == [

@@ -30,7 +30,7 @@ from pipeline.evaluations import Evaluation, Measured, Summary, summarise
 from pipeline.receipts import SOFTWARE
 from pipeline.store import Store
 from schemas import note_on
-from schemas.evaluations import word_of
+from schemas.evaluations import minutes_of, word_of
 
 
 def evaluations(
@@ -149,6 +149,6 @@ def _command(evaluation: Evaluation, seeds: range, options: Mapping[str, object]
     """What plays these matches again, in whatever data folder the teams are."""
     team, opponent = (word_of(side.name) for side in (evaluation.team, evaluation.opponent))
     words = {"policy": team, "against": opponent, "matches": 2 * len(seeds), "seed": seeds[0],
-             "minutes": str(evaluation.referee.duration_s / 60).removesuffix(".0"), **options}
+             "minutes": minutes_of(evaluation.referee.duration_s), **options}
     said = " ".join(f"--{name} {word}" for name, word in words.items() if word is not None)
     return f"pitchlore evaluate {said}"

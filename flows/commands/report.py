@@ -8,7 +8,7 @@ from pathlib import Path
 import polars as pl
 
 from flows.commands.common import DEFAULTS, Common, Json, console, print_frame, print_json, warn
-from flows.report import tables, write_report
+from flows.report import write_report
 from pipeline.receipts import Receipt
 from pipeline.seasons.claims import BEST, PAPER
 from pipeline.seasons.judging import LEAST_SEASONS
@@ -32,8 +32,7 @@ def report(*, export: Path | None = None, json: Json = False, common: Common = D
     for noun in ("seasons", "evaluations"):
         for name, why in store.unreadable_receipts(noun).items():
             warn(f"{noun.removesuffix('s')} {name} is left out: {why}")
-    receipt, page = write_report(store)
-    games, growth, evaluations, left_out, prefer = tables(store)
+    receipt, page, (games, growth, evaluations, left_out, prefer) = write_report(store)
     claims = store.read_table(receipt, "claims", Claims)
     if json:
         print_json({"page": str(page), "played": played(games).to_dicts(), "claims": claims.to_dicts(),

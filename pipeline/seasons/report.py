@@ -17,7 +17,7 @@ from pipeline.seasons.summary import LAST, ablated, attributed, beside_table_3, 
 from pipeline.seasons.table3 import CHANGE, GAMES
 from pipeline.world.laws import RefereeSettings
 from schemas import ROLES, STAND_IN
-from schemas.evaluations import word_of
+from schemas.evaluations import minutes_of, word_of
 
 #: What must be said beside every result.
 STANDS_IN = (
@@ -186,7 +186,7 @@ def evaluating(games: pl.DataFrame, evaluations: pl.DataFrame) -> Iterator[str]:
     usual = RefereeSettings().duration_s
     for (team, opponent, seconds), mine in pairs.partition_by(
         "team", "opponent", "duration_s", as_dict=True).items():
-        minutes = "" if seconds == usual else f" --minutes {str(seconds / 60).removesuffix('.0')}"
+        minutes = "" if seconds == usual else f" --minutes {minutes_of(seconds)}"
         runs = mine.with_columns(run=(pl.col("pair").diff() != 1).fill_null(value=False).cum_sum())
         for run in runs.partition_by("run"):
             first = "" if run["pair"][0] == 0 else f" --seed {run['pair'][0]}"
