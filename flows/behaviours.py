@@ -3,12 +3,12 @@
 import polars as pl
 
 from flows.stage import Made, Scope, Stage, flow_of, need, task_of
-from pipeline.behaviours import select
-from pipeline.grams import merge
-from pipeline.receipts import Receipt
+from pipeline.behaviours.select import select
+from pipeline.behaviours.som import to_bytes
+from pipeline.grams.count import merge
 from pipeline.settings import BehaviourSettings
-from pipeline.som import to_bytes
 from pipeline.store import Store
+from pipeline.store.receipts import Receipt
 from schemas import Grams, Patterns
 
 

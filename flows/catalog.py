@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from pipeline import catalog
-from pipeline.receipts import FileRecord, digest
-from pipeline.store import Store
+from pipeline.store import Store, catalog
+from pipeline.store.receipts import FileRecord, digest
 from schemas import PUBLIC
 
 #: The nouns: those with outputs of a match in their order (behaviours are of one where it is a group

@@ -5,11 +5,11 @@ import polars as pl
 from flows.stage import Made, Scope, Stage, flow_of, need, task_of
 from pipeline import matches
 from pipeline.decisions import complete, observe
-from pipeline.grams import value
+from pipeline.grams.count import value
 from pipeline.pitch import Pitch
-from pipeline.receipts import Receipt
 from pipeline.settings import GramSettings
 from pipeline.store import Store
+from pipeline.store.receipts import Receipt
 from schemas import Decisions, Goals, Patterns, Referee, Situations, Trajectories
 
 NOUNS = ("matches", "trajectories", "situations", "goals")

@@ -7,9 +7,9 @@ import polars as pl
 
 from flows.stage import listener
 from flows.workers import Workers
-from pipeline.evaluations import Evaluation, Pair, play
-from pipeline.receipts import key_of
 from pipeline.store import Store
+from pipeline.store.receipts import key_of
+from pipeline.studies.evaluations import Evaluation, Pair, play
 from schemas import Evaluations
 
 NOUN = "evaluations"

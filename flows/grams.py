@@ -7,10 +7,10 @@ shorter length are counted in what the behaviours of the longer ones have left.
 import polars as pl
 
 from flows.stage import Made, Scope, Stage, flow_of, need, task_of
-from pipeline.grams import cover, grams, value
-from pipeline.receipts import Receipt
+from pipeline.grams.count import cover, grams, value
 from pipeline.settings import GramSettings
 from pipeline.store import Store
+from pipeline.store.receipts import Receipt
 from schemas import Goals, Grams, Patterns, Situations
 
 

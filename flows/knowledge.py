@@ -11,9 +11,9 @@ from flows.lineage import lineage, matches_of
 from flows.stage import Scope, data_folder, need, our_flow, run_one, scope_of, stage_task
 from pipeline.errors import BadSettings, NotFound
 from pipeline.knowledge import behaviours, finest, merge_behaviours, merge_occasions, occasions
-from pipeline.receipts import Manifest, key_of
 from pipeline.settings import KnowledgeSettings, Settings
 from pipeline.store import Store
+from pipeline.store.receipts import Manifest, key_of
 from schemas import ROLES, Behaviours, Decisions, Occasions, Patterns
 
 #: What labels of a parent's tables begin with, among the inputs of a version that accumulates.

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from pipeline.receipts import Manifest
 from pipeline.store import Store
+from pipeline.store.receipts import Manifest
 
 
 def lineage(store: Store, knowledge: Manifest | None) -> Iterator[Manifest]:

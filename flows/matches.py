@@ -10,12 +10,12 @@ from pydantic import BaseModel
 from flows.stage import StageReport, conclude, data_folder, our_flow, run_tasks, stage_task
 from pipeline import matches as log
 from pipeline.errors import BadRecording, NoFrames, PitchloreError
-from pipeline.frame import MatchLog
 from pipeline.importers import rcg, source, tracking
 from pipeline.importers.doubts import doubts
-from pipeline.quality import quality_table
-from pipeline.receipts import SOFTWARE, Receipt, digest, key_of
+from pipeline.matches.frame import MatchLog
+from pipeline.matches.quality import quality_table
 from pipeline.store import Store
+from pipeline.store.receipts import SOFTWARE, Receipt, digest, key_of
 from schemas import Matches, Quality, Referee
 
 SCHEMAS = (Matches, Referee, Quality)

@@ -16,13 +16,13 @@ from flows.stage import (
     run_each,
     task_of,
 )
-from pipeline.paradigms.claims import PEAK, verdicts
-from pipeline.paradigms.experiments import STOCHASTIC, Design, Figure, Sheet, sheets
-from pipeline.paradigms.readings import telling
-from pipeline.plots.paradigms import curves, sensitivity
-from pipeline.plots.style import png
-from pipeline.receipts import Receipt
 from pipeline.store import Store
+from pipeline.store.receipts import Receipt
+from pipeline.studies.paradigms.claims import PEAK, verdicts
+from pipeline.studies.paradigms.experiments import STOCHASTIC, Design, Figure, Sheet, sheets
+from pipeline.studies.paradigms.readings import telling
+from pipeline.views.plots.paradigms import curves, sensitivity
+from pipeline.views.plots.style import png
 from schemas import Paradigms, Verdicts
 
 #: The side chain is not made of matches.

@@ -9,10 +9,10 @@ from flows.catalog import refresh
 from flows.lineage import lineage, matches_of
 from flows.stage import data_folder, need, our_flow, run_one, stage_task
 from pipeline.errors import NotFound
-from pipeline.policies import train
-from pipeline.receipts import Manifest, Receipt, key_of
+from pipeline.policies.train import train
 from pipeline.settings import PolicySettings, Settings
 from pipeline.store import Store
+from pipeline.store.receipts import Manifest, Receipt, key_of
 from schemas import Decisions, Occasions, Policies
 
 

@@ -7,11 +7,11 @@ import polars as pl
 
 from flows.matches import PLAYING, SCHEMAS, keep
 from pipeline import matches as log
-from pipeline.play.match import PART, Match
-from pipeline.play.minds import minds_of
-from pipeline.play.recipe import Recipe
-from pipeline.receipts import Receipt, fingerprint, key_of
+from pipeline.arena.match.match import PART, Match
+from pipeline.arena.match.minds import minds_of
+from pipeline.arena.match.recipe import Recipe
 from pipeline.store import Store
+from pipeline.store.receipts import Receipt, fingerprint, key_of
 
 
 def record(

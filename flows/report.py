@@ -10,22 +10,22 @@ from pydantic import ValidationError
 from flows.catalog import refresh
 from flows.stage import Made, Scope, Source, Stage
 from flows.teams import Player, apprentice, labelled
-from pipeline.document import to_html, to_markdown
 from pipeline.errors import NotFound, PitchloreError
-from pipeline.evaluations import Entrant, Evaluation
-from pipeline.plots import seasons as plots
-from pipeline.plots.style import png
-from pipeline.receipts import SOFTWARE, Receipt
-from pipeline.seasons.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC
-from pipeline.seasons.judging import judged
-from pipeline.seasons.measures import DIFFERENCE, EFFECTIVE, OTHER, Pooling
-from pipeline.seasons.preferences import nobody, preferred
-from pipeline.seasons.report import Report, document
-from pipeline.seasons.settings import Season
-from pipeline.seasons.summary import beside_table_3, curves
-from pipeline.seasons.table3 import CHANGE
 from pipeline.settings import Frozen
 from pipeline.store import Store
+from pipeline.store.receipts import SOFTWARE, Receipt
+from pipeline.studies.document import to_html, to_markdown
+from pipeline.studies.evaluations import Entrant, Evaluation
+from pipeline.studies.seasons.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC
+from pipeline.studies.seasons.judging import judged
+from pipeline.studies.seasons.measures import DIFFERENCE, EFFECTIVE, OTHER, Pooling
+from pipeline.studies.seasons.preferences import nobody, preferred
+from pipeline.studies.seasons.report import Report, document
+from pipeline.studies.seasons.settings import Season
+from pipeline.studies.seasons.summary import beside_table_3, curves
+from pipeline.studies.seasons.table3 import CHANGE
+from pipeline.views.plots import seasons as plots
+from pipeline.views.plots.style import png
 from schemas import Claims, Evaluations, Games, Growth
 
 #: The one output of the noun report.

@@ -31,11 +31,11 @@ from flows.stage import (
 from flows.teams import labelled
 from flows.workers import Workers
 from pipeline.errors import BadSettings, PitchloreError, in_one_line
-from pipeline.receipts import Manifest, Receipt, key_of
-from pipeline.seasons.settings import Season
-from pipeline.seasons.tables import Game, game_row, growth_rows, states_played
 from pipeline.state import project
 from pipeline.store import Store
+from pipeline.store.receipts import Manifest, Receipt, key_of
+from pipeline.studies.seasons.settings import Season
+from pipeline.studies.seasons.tables import Game, game_row, growth_rows, states_played
 from schemas import Behaviours, Decisions, Games, Goals, Growth, Matches, Occasions, StatesPlayed, Table
 from schemas.table import Key
 

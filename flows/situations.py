@@ -5,7 +5,7 @@ import polars as pl
 from flows.stage import Made, Scope, Stage, flow_of, need, task_of
 from pipeline.pitch import Pitch
 from pipeline.settings import SituationSettings
-from pipeline.situations import recognise
+from pipeline.situations.recognise import recognise
 from pipeline.store import Store
 from schemas import TEAMS, Situations, Trajectories
 

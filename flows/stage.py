@@ -19,9 +19,9 @@ from pydantic import BaseModel, ConfigDict
 
 from flows.catalog import match_of, refresh
 from pipeline.errors import BadSettings, CorruptFile, NotFound, in_one_line
-from pipeline.receipts import Receipt, key_of
 from pipeline.settings import Settings
 from pipeline.store import Store
+from pipeline.store.receipts import Receipt, key_of
 from schemas import Table
 
 S = TypeVar("S", bound=BaseModel)

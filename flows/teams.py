@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 import polars as pl
 
+from pipeline.arena.match.minds import SCRIPTED
+from pipeline.arena.match.recipe import TeamSettings
 from pipeline.errors import BadSettings, NotFound, PitchloreError
-from pipeline.evaluations import Entrant
-from pipeline.play.minds import SCRIPTED
-from pipeline.play.recipe import TeamSettings
-from pipeline.receipts import Manifest
-from pipeline.seasons.settings import Season
 from pipeline.settings import fitted
 from pipeline.store import Store
 from pipeline.store.files import SAFE_NAME
+from pipeline.store.receipts import Manifest
+from pipeline.studies.evaluations import Entrant
+from pipeline.studies.seasons.settings import Season
 from schemas import Policies
 
 _SEASONS = "seasons"

@@ -4,7 +4,7 @@ from flows.stage import Made, Scope, Stage, flow_of, need, task_of
 from pipeline import matches as log
 from pipeline.settings import TrajectorySettings
 from pipeline.store import Store
-from pipeline.trajectories import trajectories
+from pipeline.trajectories.derive import trajectories
 from schemas import Quality, Trajectories
 
 

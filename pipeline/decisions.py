@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
+from pipeline.grams.sequences import I64, exact, instances
 from pipeline.pitch import Pitch
-from pipeline.sequences import I64, exact, instances
 from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
 from schemas import TEAMS, Decisions
@@ -47,7 +47,7 @@ def observe(
     """The decisions that all robots of a match show.
 
     Args:
-        valued: rows of schema Situations with column ``value`` (``pipeline.grams.value``).
+        valued: rows of schema Situations with column ``value`` (``pipeline.grams.count.value``).
         trajectories: rows of schema Trajectories of the same match.
         referee: rows of schema Referee of the same match, in order of time.
         patterns: rows of schema Patterns or Behaviours, of all rounds.
@@ -108,7 +108,7 @@ def complete(seen: pl.DataFrame, logged: pl.DataFrame) -> pl.DataFrame:
     Args:
         seen: rows of schema Decisions, what :func:`observe` returns.
         logged: rows of schema Decisions of the same match's log, whose column ``value`` was computed
-            from its goals (``pipeline.grams.value``): while it was played nobody knew the next one.
+            from its goals (``pipeline.grams.count.value``): while it was played nobody knew the next one.
 
     Returns:
         Rows of schema Decisions.

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.frame import Frames
+from pipeline.arena.physics.walls import walls
+from pipeline.matches.frame import Frames
 from pipeline.pitch import SCALES, Pitch
-from pipeline.world.walls import walls
 
 F64 = npt.NDArray[np.float64]
 

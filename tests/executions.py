@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from toy_scenes import BY_CHANCE, ROBOTS, VSSS, M, dice, filmed, openings
 
+from pipeline.arena.physics.arena import Arena
+from pipeline.arena.teams import executors
 from pipeline.bodies import BALL, X, Y
-from pipeline.players import executors
 from pipeline.settings import SituationSettings
-from pipeline.situations import recognise
-from pipeline.world.arena import Arena
+from pipeline.situations.recognise import recognise
 
 #: Scenes a code.
 EACH = 30

@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pipeline import fuzzy
-from pipeline.fuzzy import Variable
 from pipeline.pitch import SCALES, Pitch
-from pipeline.recognition.rules import MACROS, RULES, TABLE_1, Rule, Start, Target
 from pipeline.settings import SituationSettings
+from pipeline.situations import fuzzy
+from pipeline.situations.fuzzy import Variable
+from pipeline.situations.rules import MACROS, RULES, TABLE_1, Rule, Start, Target
 from schemas import ROLES
 
 CLOCK = 1_000

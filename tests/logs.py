@@ -3,7 +3,7 @@
 import numpy as np
 import polars as pl
 
-from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
+from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
 from pipeline.pitch import PITCHES, Kind
 from schemas import Referee
 

@@ -14,13 +14,13 @@ import polars as pl
 
 from flows import season as loop
 from pipeline import matches
-from pipeline.frame import Frames, MatchLog
-from pipeline.play.match import PART, Match
-from pipeline.play.minds import mind_of
-from pipeline.play.recipe import Recipe, TeamSettings
-from pipeline.seasons.settings import Season, parse
+from pipeline.arena.match.match import PART, Match
+from pipeline.arena.match.minds import mind_of
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.matches.frame import Frames, MatchLog
 from pipeline.store import Store
-from pipeline.world.laws import RefereeSettings
+from pipeline.studies.seasons.settings import Season, parse
 from schemas import ROLES, Behaviours, Games, Growth, Occasions, Policies
 
 #: What the learned team knows: values of behaviours in any state, the same for each role.

@@ -8,8 +8,8 @@ from functools import cache
 import pytest
 from conftest import RECORDINGS, SAMPLE
 
-from pipeline.frame import MatchLog
 from pipeline.importers import rcg, source, tracking
+from pipeline.matches.frame import MatchLog
 
 RSIM = "rsim-vss-3v3.parquet"
 SSL = "ssl-2025-robocin-tigers-345s.parquet"

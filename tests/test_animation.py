@@ -12,7 +12,7 @@ from test_replay import match, situations, trajectories
 
 from pipeline.errors import BadSettings, NotFound
 from pipeline.pitch import PITCHES, Kind
-from pipeline.replay.animation import animation
+from pipeline.views.replay.animation import animation
 from schemas import Referee, Situations
 
 BLUE, ORANGE, WHITE = (63, 158, 230), (240, 138, 60), (255, 255, 255)

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from rows import consecutive, goals, situations
 
-from pipeline.behaviours import select
-from pipeline.grams import cover, grams, merge, value
+from pipeline.behaviours.select import select
+from pipeline.grams.count import cover, grams, merge, value
 from pipeline.settings import BehaviourSettings, GramSettings, RoundSettings
 from schemas import ROLES, Grams, Patterns
 

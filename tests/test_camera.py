@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from pipeline import matches as log
+from pipeline.arena.match.match import Match
+from pipeline.arena.match.minds import mind_of
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.physics.camera import TYPICAL, Camera, CameraSettings
+from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
 from pipeline.pitch import PITCHES, Kind
-from pipeline.play.match import Match
-from pipeline.play.minds import mind_of
-from pipeline.play.recipe import Recipe, TeamSettings
-from pipeline.world.camera import TYPICAL, Camera, CameraSettings
-from pipeline.world.laws import RefereeSettings
 
 VSSS = PITCHES[Kind.VSSS]
 HZ = 60.0

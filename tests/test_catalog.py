@@ -9,10 +9,9 @@ import polars as pl
 import pytest
 
 from flows.catalog import catalog_path, refresh
-from pipeline import catalog
 from pipeline.errors import BadQuery, NotFound
-from pipeline.receipts import key_of
-from pipeline.store import Store
+from pipeline.store import Store, catalog
+from pipeline.store.receipts import key_of
 from schemas import PUBLIC, Goals
 
 

@@ -9,7 +9,8 @@ from points import curve, over_decays, point, table
 from scipy import stats
 
 from pipeline.errors import SchemaMismatch
-from pipeline.intervals import (
+from pipeline.studies.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, verdicts
+from pipeline.studies.statistics import (
     UNDEFINED,
     Estimate,
     Range,
@@ -24,7 +25,6 @@ from pipeline.intervals import (
     welch,
     wilson,
 )
-from pipeline.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, verdicts
 from schemas.paradigms import Paradigms, Verdicts
 
 REPRODUCED, UNDECIDED, CONTRADICTED = "reproduced", "not reproduced", "contradicted"

@@ -143,7 +143,7 @@ def test_an_interrupted_query_stops_and_says_so(finished):
 INTERRUPTIBLE = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from pipeline import catalog
+from pipeline.store import catalog
 from flows.cli import main
 ask = catalog.query
 def query(*arguments):

@@ -11,15 +11,15 @@ from logs import referee_rows
 from scenes import film, goes, stands
 
 from pipeline import matches
-from pipeline.commentary import CommentarySettings, commentary
-from pipeline.commentary.summary import heading
-from pipeline.commentary.touches import spells, touches
-from pipeline.commentary.words import clock, listed, metres, restart, story
 from pipeline.goals import attribute
 from pipeline.pitch import PITCHES, Kind
 from pipeline.settings import Settings
-from pipeline.situations import recognise
-from pipeline.trajectories import trajectories
+from pipeline.situations.recognise import recognise
+from pipeline.trajectories.derive import trajectories
+from pipeline.views.commentary import CommentarySettings, commentary
+from pipeline.views.commentary.summary import heading
+from pipeline.views.commentary.touches import spells, touches
+from pipeline.views.commentary.words import clock, listed, metres, restart, story
 from schemas import Goals, Matches, Situations
 
 VSSS = PITCHES[Kind.VSSS]

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from rows import MATCH, S, bodies, consecutive, patterns, situations
 
 from pipeline.decisions import complete, episodes, observe, resolve
-from pipeline.grams import cover, value
+from pipeline.grams.count import cover, value
 from pipeline.pitch import PITCHES, Kind
 from pipeline.settings import GramSettings
 from pipeline.state import elements, encode

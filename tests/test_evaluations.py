@@ -13,12 +13,12 @@ from scipy import stats
 
 from flows import evaluations as flow
 from flows.teams import entrant
+from pipeline.arena.match.recipe import TeamSettings
+from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.errors import BadSettings, NotFound, WorkerLost
-from pipeline.evaluations import Entrant, Evaluation, Pair, play, summarise
-from pipeline.intervals import wilson
-from pipeline.play.recipe import TeamSettings
 from pipeline.store import Store
-from pipeline.world.laws import RefereeSettings
+from pipeline.studies.evaluations import Entrant, Evaluation, Pair, play, summarise
+from pipeline.studies.statistics import wilson
 from schemas import Evaluations, Policies
 
 SHORT = RefereeSettings(duration_s=4.0)

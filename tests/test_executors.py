@@ -25,13 +25,13 @@ from toy_scenes import (
     views,
 )
 
+from pipeline.arena.teams import executors
+from pipeline.arena.teams.measures import Measures
+from pipeline.arena.teams.roles import GOALKEEPER, MIDFIELD, STRIKER, assign
 from pipeline.pitch import PITCHES, Kind
-from pipeline.players import executors
-from pipeline.players.measures import Measures
-from pipeline.players.roles import GOALKEEPER, MIDFIELD, STRIKER, assign
-from pipeline.recognition.rules import TABLE_1
 from pipeline.settings import SituationSettings
-from pipeline.situations import recognise
+from pipeline.situations.recognise import recognise
+from pipeline.situations.rules import TABLE_1
 
 # For how many of the scenes the final condition must be reached (other codes: 0.7).
 AT_LEAST = {11: 0.5, 22: 0.5, 23: 0.5, 45: 0.6}

@@ -20,11 +20,10 @@ import flows.matches
 from flows.catalog import catalog_path
 from flows.matches import Recording, import_recording, inbox, matches_flow
 from flows.policies import policies_flow
-from pipeline import catalog
 from pipeline import matches as log_format
 from pipeline.errors import BadRecording, StorageFailed
 from pipeline.settings import BehaviourSettings, GramSettings, PolicySettings, Settings, TrajectorySettings
-from pipeline.store import Store
+from pipeline.store import Store, catalog
 from schemas import Policies
 
 pytestmark = pytest.mark.usefixtures("prefect_server")

@@ -9,15 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline import fuzzy
 from pipeline.errors import BadSettings
-from pipeline.fuzzy import Trapezoid, Variable
 from pipeline.pitch import SCALES, Kind
-from pipeline.recognition import signals
-from pipeline.recognition.conditions import compile_conditions, execute, parse
-from pipeline.recognition.rulebook import variable_of
-from pipeline.recognition.rules import MACROS, RULES
-from pipeline.situations import ROUNDING
+from pipeline.situations import fuzzy, signals
+from pipeline.situations.conditions import compile_conditions, execute, parse
+from pipeline.situations.fuzzy import Trapezoid, Variable
+from pipeline.situations.recognise import ROUNDING
+from pipeline.situations.rulebook import variable_of
+from pipeline.situations.rules import MACROS, RULES
 
 ALL_TERMS = [
     pytest.param(term, domain, id=f"{kind} {variable} {name}")

@@ -12,17 +12,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.errors import BadSettings, NotFound, SchemaMismatch
-from pipeline.games.equilibria import optimal, pure_equilibria
-from pipeline.games.game import Game
-from pipeline.games.grid import Move, grid_world, positions, state_of
-from pipeline.games.matrix import (
+from pipeline.studies.paradigms.games.equilibria import optimal, pure_equilibria
+from pipeline.studies.paradigms.games.game import Game
+from pipeline.studies.paradigms.games.grid import Move, grid_world, positions, state_of
+from pipeline.studies.paradigms.games.matrix import (
     climbing,
     fully_stochastic_climbing,
     matrix_game,
     partially_stochastic_climbing,
     penalty,
 )
-from pipeline.games.planning import (
+from pipeline.studies.paradigms.games.planning import (
     best_response,
     evaluate,
     gains,

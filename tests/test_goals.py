@@ -6,12 +6,12 @@ import pytest
 from conftest import SAMPLE
 from logs import make_log, ns
 
-from pipeline.frame import AWAY, HOME
 from pipeline.goals import attribute
 from pipeline.importers import rcg, tracking
+from pipeline.matches.frame import AWAY, HOME
 from pipeline.pitch import PITCHES, Kind
 from pipeline.settings import GoalSettings, TrajectorySettings
-from pipeline.trajectories import trajectories
+from pipeline.trajectories.derive import trajectories
 from schemas import Goals, Situations
 
 VSSS = PITCHES[Kind.VSSS]

@@ -8,8 +8,8 @@ from polars.testing import assert_frame_equal
 from rows import TEAMS, consecutive, goals, patterns, situations
 
 from pipeline.errors import SchemaMismatch
-from pipeline.grams import cover, grams, merge, value
-from pipeline.sequences import codes_of, exact, keys_of, lengths_of, role_of, windows
+from pipeline.grams.count import cover, grams, merge, value
+from pipeline.grams.sequences import codes_of, exact, keys_of, lengths_of, role_of, windows
 from pipeline.settings import GramSettings
 from schemas import Grams
 
@@ -173,7 +173,7 @@ class TestMerge:
     def test_adds_up_what_it_holds_back_when_it_is_much(self, monkeypatch):
         tables = [table_of(([1, 11, 21], [1], [(3, "home")]), 1) for _ in range(9)]
         whole = merge(tables)
-        monkeypatch.setattr("pipeline.grams._BUFFERED_ROWS", 2)
+        monkeypatch.setattr("pipeline.grams.count._BUFFERED_ROWS", 2)
         assert_frame_equal(merge(iter(tables)), whole, check_exact=True)
 
     def test_of_nothing_is_empty(self):

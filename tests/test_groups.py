@@ -15,14 +15,13 @@ from flows.catalog import catalog_path, refresh
 from flows.knowledge import emit
 from flows.matches import Recording, import_recording
 from flows.stage import Scope, scope_of
-from pipeline import catalog
 from pipeline import matches as log_format
 from pipeline.errors import BadSettings
-from pipeline.grams import merge
+from pipeline.grams.count import merge
 from pipeline.knowledge import merge_behaviours, merge_occasions, occasions
 from pipeline.settings import KnowledgeSettings, Settings
 from pipeline.state import size
-from pipeline.store import Store
+from pipeline.store import Store, catalog
 from schemas import Behaviours, Decisions, Goals, Grams, Occasions, Patterns, Situations
 
 S = 1_000_000_000

@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
+from pipeline.arena.match.human import Command, Human
+from pipeline.arena.match.match import Match
+from pipeline.arena.match.minds import Scripted, measures_of, mind_of
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.bodies import BALL, THETA, X, Y, see
-from pipeline.play.human import Command, Human
-from pipeline.play.match import Match
-from pipeline.play.minds import Scripted, measures_of, mind_of
-from pipeline.play.recipe import Recipe, TeamSettings
-from pipeline.world.laws import RefereeSettings
 
 RECIPE = Recipe(home=TeamSettings(kind="human"), away=TeamSettings(kind="static"), seed=3,
                 referee=RefereeSettings(duration_s=20))

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from recordings import ALL, INSPER, RCSS, RSIM, SSL, imported, recording
 
 from pipeline.errors import BadRecording
-from pipeline.frame import MatchLog
 from pipeline.importers import source
+from pipeline.matches.frame import MatchLog
 from schemas import Quality, Referee
 
 

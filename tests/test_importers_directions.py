@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings import RSIM, imported, recording
 
-from pipeline.frame import Frames
 from pipeline.importers import directions, tracking
 from pipeline.importers.rows import pack
+from pipeline.matches.frame import Frames
 
 STEP = 100_000_000
 

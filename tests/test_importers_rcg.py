@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from recordings import INSPER, RCSS, imported
 
 from pipeline.errors import BadRecording
-from pipeline.frame import AWAY, HOME, MatchLog
 from pipeline.importers import rcg
+from pipeline.matches.frame import AWAY, HOME, MatchLog
 from pipeline.pitch import Kind
 
 PARAMS = "(server_param (goal_width 7.32)(half_time 1)(simulator_step 100))"

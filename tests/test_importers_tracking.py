@@ -17,15 +17,15 @@ from recordings import RSIM, imported, recording
 
 from pipeline.decisions import observe
 from pipeline.errors import BadRecording, BadSettings
-from pipeline.frame import MatchLog
 from pipeline.goals import attribute
-from pipeline.grams import grams, value
+from pipeline.grams.count import grams, value
 from pipeline.importers import tracking
 from pipeline.importers.tracking_map import TrackingMap, load_map
+from pipeline.matches.frame import MatchLog
 from pipeline.pitch import Kind
 from pipeline.settings import GramSettings, SituationSettings, TrajectorySettings
-from pipeline.situations import recognise
-from pipeline.trajectories import trajectories
+from pipeline.situations.recognise import recognise
+from pipeline.trajectories.derive import trajectories
 from schemas import Decisions, Goals
 
 MAPS = Path(__file__).parents[1] / "data" / "samples" / "maps"

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.errors import BadSettings, SchemaMismatch
-from pipeline.learning.influence import Influence, opinion
-from pipeline.learning.sarsa import CONTINUES, TERMINAL, TRACE_FLOOR, TRUNCATED, UNKNOWN, Batch, sarsa_lambda
+from pipeline.policies.influence import Influence, opinion
+from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRACE_FLOOR, TRUNCATED, UNKNOWN, Batch, sarsa_lambda
 
 PAIRS = 5
 

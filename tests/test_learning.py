@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.learning import jaq, rules
-from pipeline.learning.iq import IQ
-from pipeline.learning.ivq import IVQ
-from pipeline.learning.jaq import JAQ
-from pipeline.learning.memory import Memory, memory_of
-from pipeline.learning.rules import RULES
+from pipeline.studies.paradigms.rules import jaq, rules
+from pipeline.studies.paradigms.rules.iq import IQ
+from pipeline.studies.paradigms.rules.ivq import IVQ
+from pipeline.studies.paradigms.rules.jaq import JAQ
+from pipeline.studies.paradigms.rules.memory import Memory, memory_of
+from pipeline.studies.paradigms.rules.rules import RULES
 
 AGENTS, ACTIONS, OBSERVATIONS = 3, 3, 2
 PAPER = [IQ, JAQ, IVQ]

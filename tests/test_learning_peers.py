@@ -8,15 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from pipeline.learning import distributed, fmq, hysteretic, iq, lenient, wolf_phc
-from pipeline.learning.distributed import KEPT, Distributed
-from pipeline.learning.fmq import FMQ, GREATEST, HITS, TAKEN
-from pipeline.learning.hysteretic import Hysteretic
-from pipeline.learning.iq import IQ
-from pipeline.learning.lenient import TEMPERATURE, Lenient
-from pipeline.learning.memory import NOTES, Memory, memory_of
-from pipeline.learning.selection import Selection, select
-from pipeline.learning.wolf_phc import MEAN, POLICY, WoLFPHC
+from pipeline.studies.paradigms.rules import distributed, fmq, hysteretic, iq, lenient, wolf_phc
+from pipeline.studies.paradigms.rules.distributed import KEPT, Distributed
+from pipeline.studies.paradigms.rules.fmq import FMQ, GREATEST, HITS, TAKEN
+from pipeline.studies.paradigms.rules.hysteretic import Hysteretic
+from pipeline.studies.paradigms.rules.iq import IQ
+from pipeline.studies.paradigms.rules.lenient import TEMPERATURE, Lenient
+from pipeline.studies.paradigms.rules.memory import NOTES, Memory, memory_of
+from pipeline.studies.paradigms.rules.selection import Selection, select
+from pipeline.studies.paradigms.rules.wolf_phc import MEAN, POLICY, WoLFPHC
 
 PEERS = [(hysteretic, Hysteretic), (fmq, FMQ), (lenient, Lenient), (distributed, Distributed), (wolf_phc, WoLFPHC)]
 NAMES = ["hysteretic", "fmq", "lenient", "distributed", "wolf_phc"]

@@ -9,9 +9,9 @@ import pytest
 
 from flows.cli import main
 from pipeline import matches as log
+from pipeline.arena.match.recipe import MatchSettings, match_settings
 from pipeline.errors import BadSettings
 from pipeline.pitch import PITCHES, Kind
-from pipeline.play.recipe import MatchSettings, match_settings
 from pipeline.settings import tables
 from pipeline.store import Store
 

@@ -27,9 +27,9 @@ from mcap_ros2.writer import Writer as Ros2Writer
 
 from pipeline import matches
 from pipeline.errors import BadRecording, DamagedLog, SchemaMismatch
-from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
 from pipeline.matches import description, reader
 from pipeline.matches.channels import DECISION, FRAME, REFEREE, TOPICS
+from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
 from pipeline.matches.records import as_array, walk
 from pipeline.pitch import PITCHES, Kind
 from schemas import Decisions, Matches, Quality, Referee

@@ -9,11 +9,11 @@ import pytest
 from played import read
 from recordings import INSPER, RCSS, RSIM, SSL, imported
 
-from pipeline.play.recipe import Recipe, TeamSettings
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.settings import Settings
-from pipeline.situations import recognise
-from pipeline.trajectories import trajectories
-from pipeline.world.laws import RefereeSettings
+from pipeline.situations.recognise import recognise
+from pipeline.trajectories.derive import trajectories
 
 #: A situation is common if it is so large a part of all that began.
 COMMON = 0.005

@@ -10,8 +10,8 @@ from matplotlib.colors import to_hex
 from points import curve, over_decays, point, table
 
 from pipeline.errors import NotFound
-from pipeline.plots.paradigms import curves, sensitivity
-from pipeline.plots.style import png
+from pipeline.views.plots.paradigms import curves, sensitivity
+from pipeline.views.plots.style import png
 from schemas.paradigms import Paradigms
 
 PAPER = (0.9997, 0.7, 0.604, 0.781)

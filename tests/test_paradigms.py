@@ -8,23 +8,23 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from pipeline.games import matrix
-from pipeline.games.grid import grid_world, state_of
-from pipeline.learning.distributed import Distributed
-from pipeline.learning.fmq import FMQ
-from pipeline.learning.hysteretic import Hysteretic
-from pipeline.learning.iq import IQ
-from pipeline.learning.ivq import IVQ
-from pipeline.learning.jaq import JAQ
-from pipeline.learning.lenient import Lenient
-from pipeline.learning.rules import RULES
-from pipeline.learning.selection import Selection
-from pipeline.learning.wolf_phc import WoLFPHC
-from pipeline.paradigms import curves, runner
-from pipeline.paradigms.curves import Curve, Exploration
-from pipeline.paradigms.experiments import Design, sheets
-from pipeline.paradigms.readings import telling
-from pipeline.paradigms.runner import Runs, Training, learn, play, stream
+from pipeline.studies.paradigms import curves, runner
+from pipeline.studies.paradigms.curves import Curve, Exploration
+from pipeline.studies.paradigms.experiments import Design, sheets
+from pipeline.studies.paradigms.games import matrix
+from pipeline.studies.paradigms.games.grid import grid_world, state_of
+from pipeline.studies.paradigms.readings import telling
+from pipeline.studies.paradigms.rules.distributed import Distributed
+from pipeline.studies.paradigms.rules.fmq import FMQ
+from pipeline.studies.paradigms.rules.hysteretic import Hysteretic
+from pipeline.studies.paradigms.rules.iq import IQ
+from pipeline.studies.paradigms.rules.ivq import IVQ
+from pipeline.studies.paradigms.rules.jaq import JAQ
+from pipeline.studies.paradigms.rules.lenient import Lenient
+from pipeline.studies.paradigms.rules.rules import RULES
+from pipeline.studies.paradigms.rules.selection import Selection
+from pipeline.studies.paradigms.rules.wolf_phc import WoLFPHC
+from pipeline.studies.paradigms.runner import Runs, Training, learn, play, stream
 from schemas import Paradigms
 from tests import literal_learning as literal
 from tests.points import point, table

@@ -10,10 +10,10 @@ import pytest
 
 from flows.cli import main
 from flows.paradigms import paradigms_flow, points_of, reports
-from pipeline.catalog import query
-from pipeline.paradigms import experiments
-from pipeline.paradigms.experiments import Design
 from pipeline.store import Store
+from pipeline.store.catalog import query
+from pipeline.studies.paradigms import experiments
+from pipeline.studies.paradigms.experiments import Design
 from schemas import Paradigms, Verdicts
 
 QUICK = Design(figures=(4, 5), runs=4, quick=True)
@@ -71,7 +71,7 @@ def test_other_seeds_play_other_runs_beside_the_first(played):
 
 
 def test_a_sheet_that_fails_is_reported_and_the_others_stand(tmp_path, prefect_server, monkeypatch):
-    from pipeline.paradigms import curves
+    from pipeline.studies.paradigms import curves
 
     def broken(k):
         raise MemoryError("no room")

@@ -14,15 +14,15 @@ from played import logged, policy
 from played import starting as match
 
 from pipeline import matches as log
+from pipeline.arena.match.minds import mind_of
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.physics.arena import Arena
+from pipeline.arena.physics.camera import CameraSettings
+from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.bodies import BALL
 from pipeline.errors import BadSettings
-from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE
-from pipeline.play.minds import mind_of
-from pipeline.play.recipe import Recipe, TeamSettings
+from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE
 from pipeline.state import encode
-from pipeline.world.arena import Arena
-from pipeline.world.camera import CameraSettings
-from pipeline.world.laws import RefereeSettings
 
 MINUTE = 3600
 

@@ -12,18 +12,14 @@ from pydantic import ValidationError
 from toy_pitch import FRAME_S, kick_off, step
 from toy_scenes import ROBOTS, VSSS, M, dice, mirrored, view_of, views
 
-from pipeline import kinematics
-from pipeline.bodies import BALL, THETA, VX, VY, X, Y, see
-from pipeline.errors import BadSettings
-from pipeline.pitch import PITCHES, Kind
-from pipeline.players import human_like, static
-from pipeline.players.ball import coming, has_ball, soon, spin
-from pipeline.players.dice import bits, new_dice, normal, uniform
-from pipeline.players.goalkeeping import crossing, keep_line
-from pipeline.players.human_like import HumanLike
-from pipeline.players.measures import Measures
-from pipeline.players.roles import assign
-from pipeline.players.steering import (
+from pipeline.arena.teams import human_like, static
+from pipeline.arena.teams.ball import coming, has_ball, soon, spin
+from pipeline.arena.teams.dice import bits, new_dice, normal, uniform
+from pipeline.arena.teams.goalkeeping import crossing, keep_line
+from pipeline.arena.teams.human_like import HumanLike
+from pipeline.arena.teams.measures import Measures
+from pipeline.arena.teams.roles import assign
+from pipeline.arena.teams.steering import (
     BACK,
     EITHER,
     FRONT,
@@ -35,7 +31,11 @@ from pipeline.players.steering import (
     steer,
     to_pose,
 )
-from pipeline.players.teams import Team, new_memory, play
+from pipeline.arena.teams.teams import Team, new_memory, play
+from pipeline.bodies import BALL, THETA, VX, VY, X, Y, see
+from pipeline.errors import BadSettings
+from pipeline.pitch import PITCHES, Kind
+from pipeline.trajectories import kinematics
 
 
 class TestMeasures:

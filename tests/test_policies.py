@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.errors import BadSettings, SchemaMismatch
-from pipeline.learning.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN, Batch, sarsa_lambda
-from pipeline.policies import train
+from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN, Batch, sarsa_lambda
+from pipeline.policies.train import train
 from pipeline.settings import PolicySettings
 from pipeline.state import encode, project
 from schemas import ROLES, Decisions, Occasions, Policies

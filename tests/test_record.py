@@ -16,11 +16,11 @@ from flows.cli import main
 from flows.matches import PLAYING, _nothing_logged, import_all
 from flows.record import recording
 from pipeline import matches
-from pipeline.play.match import Match
-from pipeline.play.minds import mind_of, minds_of
-from pipeline.play.recipe import Recipe, TeamSettings
+from pipeline.arena.match.match import Match
+from pipeline.arena.match.minds import mind_of, minds_of
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.store import Store
-from pipeline.world.laws import RefereeSettings
 from schemas import Matches
 
 #: Of a match that is certainly not over when it is killed.

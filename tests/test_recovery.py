@@ -10,7 +10,7 @@ from conftest import clip, fill, run
 
 import flows.decisions
 import flows.matches
-import pipeline.receipts
+import pipeline.store.receipts
 from flows.behaviours import behaviours_flow
 from flows.catalog import catalog_path, refresh
 from flows.decisions import decisions_flow
@@ -21,10 +21,9 @@ from flows.matches import Recording, import_all, import_recording, with_map
 from flows.policies import policies_flow
 from flows.situations import situations_flow
 from flows.trajectories import trajectories_flow
-from pipeline import catalog
 from pipeline.errors import DamagedLog
 from pipeline.settings import BehaviourSettings, KnowledgeSettings, RoundSettings, Settings, SituationSettings
-from pipeline.store import Store
+from pipeline.store import Store, catalog
 from schemas import Referee
 
 pytestmark = pytest.mark.usefixtures("prefect_server")
@@ -138,7 +137,7 @@ def test_other_code_imports_anew_under_the_same_name(tmp_path, clips, monkeypatc
     receipt, _ = import_recording(store, Recording(file=file))
     renamed = tmp_path / "renamed.parquet"
     shutil.copy(file, renamed)
-    monkeypatch.setattr(pipeline.receipts, "SOFTWARE", "pitchlore 9.9")
+    monkeypatch.setattr(pipeline.store.receipts, "SOFTWARE", "pitchlore 9.9")
     monkeypatch.setattr(flows.matches, "SOFTWARE", "pitchlore 9.9")
     again, new = import_recording(store, Recording(file=renamed))
     assert new

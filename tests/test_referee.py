@@ -16,16 +16,7 @@ from hypothesis import strategies as st
 from logs import make_log
 from polars.testing import assert_frame_equal
 
-from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
-from pipeline.errors import BadSettings
-from pipeline.frame import AWAY, HOME, home_attacks
-from pipeline.matches import table as matches_table
-from pipeline.matches.reader import read
-from pipeline.matches.recorder import write
-from pipeline.pitch import PITCHES, SCALES, Kind
-from pipeline.settings import TrajectorySettings
-from pipeline.trajectories import trajectories
-from pipeline.world.laws import (
+from pipeline.arena.physics.laws import (
     END,
     FOUL,
     FREE_BALL,
@@ -38,7 +29,7 @@ from pipeline.world.laws import (
     Marks,
     RefereeSettings,
 )
-from pipeline.world.referee import (
+from pipeline.arena.physics.referee import (
     AWAY_GOALS,
     DUE,
     FRAME,
@@ -55,7 +46,16 @@ from pipeline.world.referee import (
     told,
     watch,
 )
-from pipeline.world.restarts import restart
+from pipeline.arena.physics.restarts import restart
+from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
+from pipeline.errors import BadSettings
+from pipeline.matches import table as matches_table
+from pipeline.matches.frame import AWAY, HOME, home_attacks
+from pipeline.matches.reader import read
+from pipeline.matches.recorder import write
+from pipeline.pitch import PITCHES, SCALES, Kind
+from pipeline.settings import TrajectorySettings
+from pipeline.trajectories.derive import trajectories
 from schemas import Referee
 
 VSSS = PITCHES[Kind.VSSS]

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from pipeline.errors import BadSettings, NotFound
 from pipeline.pitch import PITCHES, Kind
-from pipeline.replay import FAMILIES, HEADED, SEEN, SUSPECT, TURN, page
+from pipeline.views.replay import FAMILIES, HEADED, SEEN, SUSPECT, TURN, page
 from schemas import Goals, Matches, Referee, Situations, Trajectories
 
 SAMPLE = Path(__file__).parents[1] / "data" / "samples" / "rsim-vss-3v3.parquet"

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.errors import BadSettings, SchemaMismatch
-from pipeline.learning.sarsa import (
+from pipeline.policies.sarsa import (
     CONTINUES,
     TERMINAL,
     TRACE_FLOOR,

@@ -7,11 +7,11 @@ from flows import season as loop
 from flows.record import record
 from flows.teams import entrant
 from pipeline import matches as log
+from pipeline.arena.match.recipe import Recipe
 from pipeline.errors import BadSettings, NotFound
-from pipeline.play.recipe import Recipe
-from pipeline.seasons import settings
-from pipeline.seasons.settings import Season, SeasonSettings, named, names, parse
 from pipeline.store import Store
+from pipeline.studies.seasons import settings
+from pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse
 from schemas import Games, Growth, Matches, Occasions, Policies
 
 

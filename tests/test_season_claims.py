@@ -7,11 +7,10 @@ import pytest
 from scipy import stats
 from seasons import ablations, apprentices, evaluation, evolving, rising, season, tables, world
 
-from pipeline.intervals import wilson
-from pipeline.seasons import table3
-from pipeline.seasons.claims import CLAIMS, printed
-from pipeline.seasons.judging import judged
-from pipeline.seasons.measures import (
+from pipeline.studies.seasons import table3
+from pipeline.studies.seasons.claims import CLAIMS, printed
+from pipeline.studies.seasons.judging import judged
+from pipeline.studies.seasons.measures import (
     OTHER,
     Season,
     greatest,
@@ -24,7 +23,16 @@ from pipeline.seasons.measures import (
     slope,
     total,
 )
-from pipeline.seasons.summary import ablated, attributed, beside_table_3, compared, curves, measured, played
+from pipeline.studies.seasons.summary import (
+    ablated,
+    attributed,
+    beside_table_3,
+    compared,
+    curves,
+    measured,
+    played,
+)
+from pipeline.studies.statistics import wilson
 from schemas import Claims, Evaluations, Games, Growth
 
 HUMAN, STATIC, RANDOM = "human-like", "static", "random"

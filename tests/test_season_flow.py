@@ -14,8 +14,8 @@ from flows.cli import main
 from flows.season import season_flow
 from flows.stage import StageReport
 from pipeline.errors import StorageFailed
-from pipeline.seasons.settings import Season, parse
 from pipeline.store import Store
+from pipeline.studies.seasons.settings import Season, parse
 from schemas import Games, Growth
 
 pytestmark = pytest.mark.usefixtures("prefect_server")

@@ -17,21 +17,21 @@ from flows.evaluations import evaluate
 from flows.report import NAME, drawn, sources, write_report
 from flows.report import tables as tables_in
 from flows.teams import entrant
-from pipeline.catalog import query
-from pipeline.document import Code, Grid, Heading, Picture, Sentences, to_html, to_markdown
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.errors import NotFound
-from pipeline.evaluations import Evaluation
-from pipeline.play.recipe import Recipe, TeamSettings
-from pipeline.plots import seasons as plots
-from pipeline.plots.style import png
-from pipeline.seasons.judging import judged
-from pipeline.seasons.measures import DIFFERENCE, OTHER
-from pipeline.seasons.preferences import nobody, preferred
-from pipeline.seasons.report import Report, commands, document, evaluating
-from pipeline.seasons.settings import Season, parse
-from pipeline.seasons.summary import beside_table_3, curves
 from pipeline.store import Store
-from pipeline.world.laws import RefereeSettings
+from pipeline.store.catalog import query
+from pipeline.studies.document import Code, Grid, Heading, Picture, Sentences, to_html, to_markdown
+from pipeline.studies.evaluations import Evaluation
+from pipeline.studies.seasons.judging import judged
+from pipeline.studies.seasons.measures import DIFFERENCE, OTHER
+from pipeline.studies.seasons.preferences import nobody, preferred
+from pipeline.studies.seasons.report import Report, commands, document, evaluating
+from pipeline.studies.seasons.settings import Season, parse
+from pipeline.studies.seasons.summary import beside_table_3, curves
+from pipeline.views.plots import seasons as plots
+from pipeline.views.plots.style import png
 from schemas import Games, Growth, Policies
 
 

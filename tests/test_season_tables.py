@@ -5,8 +5,8 @@ import pytest
 from rows import MATCH
 
 from pipeline.errors import SchemaMismatch
-from pipeline.seasons import table3
-from pipeline.seasons.tables import Game, game_row, growth_rows, states_played
+from pipeline.studies.seasons import table3
+from pipeline.studies.seasons.tables import Game, game_row, growth_rows, states_played
 from schemas import Behaviours, Decisions, Goals, Growth, Matches, Occasions, StatesPlayed
 
 GAME = Game("paper-static-3", "paper", "static", 3, 2)

@@ -8,7 +8,14 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from pipeline.learning.selection import Selection, boltzmann, epsilon_greedy, mixed, sample, select
+from pipeline.studies.paradigms.rules.selection import (
+    Selection,
+    boltzmann,
+    epsilon_greedy,
+    mixed,
+    sample,
+    select,
+)
 
 HUGE, ALMOST_ONE = 1e308, math.nextafter(1.0, 0.0)
 

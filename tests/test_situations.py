@@ -17,10 +17,10 @@ from scenes import FRO, SCENES, THERE, TO, film, goes, stands, walk
 
 from pipeline.errors import SchemaMismatch
 from pipeline.pitch import PITCHES, Kind, Pitch
-from pipeline.recognition.rules import RULES, TABLE_1, Start
 from pipeline.settings import SituationSettings, TrajectorySettings
-from pipeline.situations import recognise, rule_table, term_table
-from pipeline.trajectories import trajectories
+from pipeline.situations.recognise import recognise, rule_table, term_table
+from pipeline.situations.rules import RULES, TABLE_1, Start
+from pipeline.trajectories.derive import trajectories
 from schemas import Situations
 
 VSSS = PITCHES[Kind.VSSS]
@@ -333,7 +333,7 @@ class TestProperties:
         table, _ = trajectories(imported(RSIM), TrajectorySettings())
         clip = table.filter(pl.col("t_ns") < 30 * 10**9)
         whole = recognise(clip, VSSS, DEFAULT)
-        monkeypatch.setattr("pipeline.situations.REGISTERS", 3_000)
+        monkeypatch.setattr("pipeline.situations.recognise.REGISTERS", 3_000)
         assert_frame_equal(whole, recognise(clip, VSSS, DEFAULT))
 
 

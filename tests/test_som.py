@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from minisom import MiniSom
 
+from pipeline.behaviours.som import Map, best_matching_units, from_bytes, to_bytes, train
 from pipeline.errors import BadSettings, CorruptFile
-from pipeline.som import Map, best_matching_units, from_bytes, to_bytes, train
 
 CODES = np.array([1, 11, 21, 44, 46, 57, 88, 118, 184, 194])
 

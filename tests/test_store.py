@@ -17,9 +17,9 @@ import polars as pl
 import pytest
 
 from pipeline.errors import BadSettings, CorruptFile, NotFound, SchemaMismatch, StorageFailed
-from pipeline.receipts import Receipt, key_of
 from pipeline.store import Store
-from pipeline.tables import SCHEMA_KEY, from_parquet, to_parquet
+from pipeline.store.receipts import Receipt, key_of
+from pipeline.store.tables import SCHEMA_KEY, from_parquet, to_parquet
 from schemas import (
     Decisions,
     Goals,

@@ -12,12 +12,12 @@ from logs import make_log, ns
 from polars.testing import assert_frame_equal
 
 from pipeline.errors import DamagedLog
-from pipeline.frame import AWAY, HOME, Frames, MatchLog
 from pipeline.importers import rcg, tracking
+from pipeline.matches.frame import AWAY, HOME, Frames, MatchLog
 from pipeline.pitch import Kind
 from pipeline.settings import TrajectorySettings
-from pipeline.timeline import order_samples
-from pipeline.trajectories import trajectories
+from pipeline.trajectories.derive import trajectories
+from pipeline.trajectories.timeline import order_samples
 from schemas import Quality, Trajectories
 
 DEFAULT = TrajectorySettings()

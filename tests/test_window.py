@@ -15,19 +15,19 @@ import pytest
 from flows.cli import main
 from flows.commands import human
 from pipeline import matches as log
-from pipeline.frame import AWAY, HOME
+from pipeline.arena.match.human import Command
+from pipeline.matches.frame import AWAY, HOME
 from pipeline.pitch import PITCHES, Kind
-from pipeline.play.human import Command
 from pipeline.store import Store
 from schemas import Matches, Referee
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
 
-from flows.window import screen  # noqa: E402
-from flows.window.controls import DEAD_ZONE, Controls  # noqa: E402
-from flows.window.painting import Painter  # noqa: E402
-from flows.window.scene import Scene  # noqa: E402
-from flows.window.screen import MOST_DUE, Window  # noqa: E402
+from pipeline.arena.window import screen  # noqa: E402
+from pipeline.arena.window.controls import DEAD_ZONE, Controls  # noqa: E402
+from pipeline.arena.window.painting import Painter  # noqa: E402
+from pipeline.arena.window.scene import Scene  # noqa: E402
+from pipeline.arena.window.screen import MOST_DUE, Window  # noqa: E402
 
 VSSS = PITCHES[Kind.VSSS]
 
@@ -365,7 +365,7 @@ class TestPlay:
 
 
 def test_without_pygame(monkeypatch, capsys, tmp_path):
-    for module in [name for name in sys.modules if name.startswith("flows.window")]:
+    for module in [name for name in sys.modules if name.startswith("pipeline.arena.window")]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, "pygame", None)
     code, out, error = call(capsys, "--data", tmp_path)

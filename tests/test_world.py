@@ -15,14 +15,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from studies.thousand import look
 
+from pipeline.arena.physics.arena import Arena
+from pipeline.arena.physics.drive import publish
+from pipeline.arena.physics.settings import GRAVITY, PhysicsSettings
+from pipeline.arena.physics.walls import walls
 from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
 from pipeline.errors import BadSettings
-from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE, Frames
+from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames
 from pipeline.pitch import PITCHES, SCALES, Kind
-from pipeline.world.arena import Arena
-from pipeline.world.drive import publish
-from pipeline.world.settings import GRAVITY, PhysicsSettings
-from pipeline.world.walls import walls
 
 VSSS = PITCHES[Kind.VSSS]
 BALL_RADIUS = SCALES[Kind.VSSS].ball_radius
@@ -355,7 +355,7 @@ class TestBorders:
 FRESH = """
 import hashlib, numpy as np
 from pipeline.pitch import PITCHES, Kind
-from pipeline.world.arena import Arena
+from pipeline.arena.physics.arena import Arena
 arena, rng = Arena(PITCHES[Kind.VSSS], 3), np.random.default_rng(7)
 digest = hashlib.sha256()
 for _ in range(15):

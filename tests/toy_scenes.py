@@ -9,15 +9,15 @@ import polars as pl
 from hypothesis import strategies as st
 from toy_pitch import ACCELERATION, AXLE, FRAME_S, step
 
+from pipeline.arena.teams import executors
+from pipeline.arena.teams.dice import new_dice
+from pipeline.arena.teams.measures import Measures
+from pipeline.arena.teams.roles import assign
 from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
 from pipeline.pitch import PITCHES, Kind
-from pipeline.players import executors
-from pipeline.players.dice import new_dice
-from pipeline.players.measures import Measures
-from pipeline.players.roles import assign
-from pipeline.recognition import conditions, signals
-from pipeline.recognition.rulebook import compiled
-from pipeline.recognition.rules import RULES, Target
+from pipeline.situations import conditions, signals
+from pipeline.situations.rulebook import compiled
+from pipeline.situations.rules import RULES, Target
 from schemas import ROLES, Trajectories
 
 VSSS = PITCHES[Kind.VSSS]

@@ -20,8 +20,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 from rich.table import Table
 
 from pipeline.errors import BadSettings
-from pipeline.recognition.rules import TABLE_1
 from pipeline.settings import Settings, parse_settings
+from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
 from schemas import note_on
 

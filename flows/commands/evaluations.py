@@ -26,9 +26,9 @@ from flows.evaluations import evaluate
 from flows.stage import listener
 from flows.workers import cores
 from pipeline.errors import BadSettings
-from pipeline.evaluations import Evaluation, Measured, Summary, summarise
-from pipeline.receipts import SOFTWARE
 from pipeline.store import Store
+from pipeline.store.receipts import SOFTWARE
+from pipeline.studies.evaluations import Evaluation, Measured, Summary, summarise
 from schemas import note_on
 from schemas.evaluations import minutes_of, word_of
 

@@ -16,18 +16,18 @@ from flows.commands.playing import AS_USUAL, Playing
 from flows.matches import PLAYING
 from flows.record import recording
 from flows.teams import entrant
-from flows.window.scene import Scene
+from pipeline.arena.match.human import Human
+from pipeline.arena.match.match import Match
+from pipeline.arena.match.minds import measures_of, minds_of
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.window.scene import Scene
 from pipeline.errors import BadSettings, NotFound
-from pipeline.frame import AWAY, HOME, home_attacks
-from pipeline.play.human import Human
-from pipeline.play.match import Match
-from pipeline.play.minds import measures_of, minds_of
-from pipeline.play.recipe import Recipe, TeamSettings
+from pipeline.matches.frame import AWAY, HOME, home_attacks
 from pipeline.store import Store
 from schemas import TEAMS, note_on
 
 if TYPE_CHECKING:
-    from flows.window.screen import Window
+    from pipeline.arena.window.screen import Window
 
 
 # A killed process loses what was played since it was last logged.
@@ -94,7 +94,7 @@ def _window() -> type[Window]:
         NotFound: if pygame is not installed.
     """
     try:
-        from flows.window.screen import Window  # noqa: PLC0415
+        from pipeline.arena.window.screen import Window  # noqa: PLC0415
     except ModuleNotFoundError as error:
         if error.name != "pygame":
             raise

@@ -20,18 +20,17 @@ from flows.commands.common import (
     print_stand_in,
     warn,
 )
-from pipeline import catalog
-from pipeline.commentary import commentary as tell
-from pipeline.commentary.summary import heading, numbers
 from pipeline.errors import NotFound
 from pipeline.pitch import Kind, Pitch
-from pipeline.plots.matches import memberships
-from pipeline.plots.style import png
-from pipeline.receipts import Receipt
-from pipeline.recognition.rulebook import rule_table, term_table
-from pipeline.replay import page
-from pipeline.replay.animation import animation, seconds_shown
-from pipeline.store import Store
+from pipeline.situations.rulebook import rule_table, term_table
+from pipeline.store import Store, catalog
+from pipeline.store.receipts import Receipt
+from pipeline.views.commentary import commentary as tell
+from pipeline.views.commentary.summary import heading, numbers
+from pipeline.views.plots.matches import memberships
+from pipeline.views.plots.style import png
+from pipeline.views.replay import page
+from pipeline.views.replay.animation import animation, seconds_shown
 from schemas import PUBLIC, Goals, Matches, Referee, Situations, Trajectories
 
 #: Rows of an answer that are laid out for people: a table of millions would take all memory.

@@ -15,10 +15,10 @@ from cyclopts.types import NonNegativeInt, PositiveInt
 from flows.commands.common import DEFAULTS, Common, Json, bars, console, print_frame, print_json
 from flows.paradigms import Report, paradigms_flow, points_of, reports
 from flows.stage import StageReport, listener, need
-from pipeline.paradigms.claims import PEAK, PRINTED
-from pipeline.paradigms.experiments import LEARNERS, Design, Figure, sheets
-from pipeline.paradigms.runner import warm_up
 from pipeline.store import Store
+from pipeline.studies.paradigms.claims import PEAK, PRINTED
+from pipeline.studies.paradigms.experiments import LEARNERS, Design, Figure, sheets
+from pipeline.studies.paradigms.runner import warm_up
 from schemas import Verdicts
 
 FigureName = Literal["4", "5", "6", "7"]

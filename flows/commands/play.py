@@ -9,7 +9,7 @@ from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common, Json, bars, print_frame, print_json, print_stand_in
 from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Playing
 from flows.record import record
-from pipeline.play.recipe import Recipe
+from pipeline.arena.match.recipe import Recipe
 from schemas import Matches, note_on
 
 

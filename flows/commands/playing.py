@@ -14,11 +14,11 @@ from cyclopts.types import NonNegativeFloat, NonNegativeInt, NormFloat, Positive
 from cyclopts.validators import Number
 
 from flows.teams import entrant
+from pipeline.arena.match.recipe import MatchSettings, match_settings
 from pipeline.errors import BadSettings
-from pipeline.evaluations import Entrant
-from pipeline.play.recipe import MatchSettings, match_settings
 from pipeline.settings import over, tables
 from pipeline.store import Store
+from pipeline.studies.evaluations import Entrant
 
 #: Of a match, unless a settings file or option says otherwise: the paper's games take about as long.
 MINUTES = 8.0

@@ -9,13 +9,13 @@ import polars as pl
 
 from flows.commands.common import DEFAULTS, Common, Json, console, print_frame, print_json, warn
 from flows.report import write_report
-from pipeline.receipts import Receipt
-from pipeline.seasons.claims import BEST, PAPER
-from pipeline.seasons.judging import LEAST_SEASONS
-from pipeline.seasons.preferences import side_by_side
-from pipeline.seasons.summary import ablated, compared, measured, played
-from pipeline.seasons.table3 import GAMES
 from pipeline.store import Store
+from pipeline.store.receipts import Receipt
+from pipeline.studies.seasons.claims import BEST, PAPER
+from pipeline.studies.seasons.judging import LEAST_SEASONS
+from pipeline.studies.seasons.preferences import side_by_side
+from pipeline.studies.seasons.summary import ablated, compared, measured, played
+from pipeline.studies.seasons.table3 import GAMES
 from schemas import Claims
 
 

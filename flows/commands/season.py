@@ -23,9 +23,9 @@ from flows.commands.common import (
 from flows.season import NOUN, season_flow
 from flows.stage import StageReport, listener
 from pipeline.errors import BadSettings
-from pipeline.seasons.settings import Opponent, Season, SeasonSettings, named, names, parse
 from pipeline.store import Store
 from pipeline.store.files import SAFE_NAME
+from pipeline.studies.seasons.settings import Opponent, Season, SeasonSettings, named, names, parse
 from schemas import Games, note_on
 
 

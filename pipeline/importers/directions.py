@@ -9,8 +9,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.frame import AWAY, HOME, I64, Frames, Period
-from pipeline.quality import Flaw
+from pipeline.matches.frame import AWAY, HOME, I64, Frames, Period
+from pipeline.matches.quality import Flaw
 
 F64 = npt.NDArray[np.float64]
 Sign = Literal[1, -1]

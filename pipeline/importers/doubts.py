@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.frame import MatchLog
-from pipeline.quality import Flaw
+from pipeline.matches.frame import MatchLog
+from pipeline.matches.quality import Flaw
 
 #: How far beyond the lines a robot may well be, as a share of the pitch.
 MARGIN = 0.15

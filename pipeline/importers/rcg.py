@@ -17,11 +17,11 @@ import numpy.typing as npt
 
 from pipeline import __version__
 from pipeline.errors import BadRecording
-from pipeline.frame import I64, Frames, MatchInfo, MatchLog, Period, wrap
 from pipeline.importers.rows import SIDES, Event, Side, pack, referee
 from pipeline.importers.source import content
+from pipeline.matches.frame import I64, Frames, MatchInfo, MatchLog, Period, wrap
+from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import PITCHES, Kind
-from pipeline.quality import Flaw, quality_table
 
 #: As a C++ stream writes it; the pitch is not large enough for a positive exponent.
 _NUMBER = rb"(-?\d{1,6}(?:\.\d{1,9})?(?:e-\d{1,3})?)"

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.frame import BALL_DTYPE, I64, ROBOT_DTYPE, Frames
+from pipeline.matches.frame import BALL_DTYPE, I64, ROBOT_DTYPE, Frames
 from schemas import Referee
 
 Side = Literal["home", "away"]

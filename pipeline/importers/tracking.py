@@ -10,7 +10,6 @@ import polars as pl
 
 from pipeline import __version__
 from pipeline.errors import BadRecording
-from pipeline.frame import I64, Frames, MatchInfo, MatchLog, wrap
 from pipeline.importers.directions import direction_flaws, infer_periods, votes_of
 from pipeline.importers.guesses import guess_home, guess_pitch
 from pipeline.importers.rows import SIDES, pack, referee
@@ -18,8 +17,9 @@ from pipeline.importers.source import content
 from pipeline.importers.tracking_events import Course, referee_events
 from pipeline.importers.tracking_map import Teams, TrackingMap, load_map
 from pipeline.importers.tracking_table import load
+from pipeline.matches.frame import I64, Frames, MatchInfo, MatchLog, wrap
+from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import Pitch
-from pipeline.quality import Flaw, quality_table
 
 __all__ = ["TrackingMap", "load_map", "read"]
 

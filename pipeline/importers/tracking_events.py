@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.frame import I64
 from pipeline.importers.rows import SIDES, Event, Side, other
 from pipeline.importers.tracking_map import TrackingMap
-from pipeline.quality import Flaw
+from pipeline.matches.frame import I64
+from pipeline.matches.quality import Flaw
 
 _STOPS = {"goal", "half", "end", "stop"}
 #: Events that are for a team: it scores, or brings the ball back into play.

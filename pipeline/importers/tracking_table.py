@@ -13,7 +13,7 @@ from pipeline.errors import BadRecording
 from pipeline.importers.rows import MAX_SCORE
 from pipeline.importers.source import separator
 from pipeline.importers.tracking_map import Columns, TrackingMap
-from pipeline.quality import Flaw
+from pipeline.matches.quality import Flaw
 
 REQUIRED = ("t", "team", "player", "x", "y")
 _WHOLE = ("frame", "score_home", "score_away")

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 import polars as pl
 
-from pipeline.frame import BALL_DTYPE, I64, ROBOT_DTYPE, Frames
+from pipeline.matches.frame import BALL_DTYPE, I64, ROBOT_DTYPE, Frames
 from pipeline.matches.messages import RECORD, Bools, Heads, Messages, bytes_of
 from schemas import ROLES, TEAMS, Decisions, Referee
 from schemas.decisions import ENDS

@@ -17,7 +17,7 @@ import lz4.frame  # type: ignore[import-untyped]
 import numpy as np
 import zstandard
 
-from pipeline.frame import I64
+from pipeline.matches.frame import I64
 from pipeline.matches.records import CHUNK, FRAMING_BYTES, MESSAGE_INDEX, U8, Records, as_array, walk
 
 #: A chunk that says that it is larger than this is not decompressed.

@@ -9,7 +9,7 @@ import polars as pl
 from pydantic import ValidationError
 
 from pipeline.errors import DamagedLog
-from pipeline.frame import MatchInfo
+from pipeline.matches.frame import MatchInfo
 from schemas import Quality
 
 #: Name of the metadata record.

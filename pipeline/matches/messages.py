@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from pipeline.frame import I64
+from pipeline.matches.frame import I64
 from pipeline.matches.records import FRAMING_BYTES, MESSAGE, U8, Records
 
 Bools = npt.NDArray[np.bool_]

@@ -19,12 +19,12 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import MCAP0_MAGIC
 
 from pipeline.errors import DamagedLog, NoFrames
-from pipeline.frame import MatchInfo, MatchLog
 from pipeline.matches.chunks import DamagedChunk, chunk_size, chunk_span, unseal
 from pipeline.matches.description import METADATA, is_sound, parse
+from pipeline.matches.frame import MatchInfo, MatchLog
 from pipeline.matches.inbox import Inbox
+from pipeline.matches.quality import Flaw, quality_table
 from pipeline.matches.records import FRAMING_BYTES, U8, Records, as_array, find_records, walk
-from pipeline.quality import Flaw, quality_table
 from schemas import Quality
 
 #: A log whose chunks declare more than this together is not read.

@@ -25,14 +25,14 @@ from mcap.well_known import Profile
 from mcap.writer import MCAP0_MAGIC
 
 from pipeline.errors import BadRecording
-from pipeline.frame import I64, Frames, MatchInfo, MatchLog
 from pipeline.matches import cdr
 from pipeline.matches.channels import DECISION, FRAME, REFEREE, TOPICS, declarations
 from pipeline.matches.chunks import ChunkBuffer, SealedChunk
 from pipeline.matches.description import METADATA, describe
+from pipeline.matches.frame import I64, Frames, MatchInfo, MatchLog
 from pipeline.matches.messages import Messages, lay_out
 from pipeline.matches.records import encoded
-from pipeline.tables import check
+from pipeline.store.tables import check
 from schemas import Decisions, Quality, Referee
 
 #: A chunk's content; three a side fill it in about 20 s of a match.

@@ -17,7 +17,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import McapRecord
 from numba import njit
 
-from pipeline.frame import I64
+from pipeline.matches.frame import I64
 
 U8 = npt.NDArray[np.uint8]
 

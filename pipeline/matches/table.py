@@ -7,7 +7,7 @@ from datetime import UTC
 import numpy as np
 import polars as pl
 
-from pipeline.frame import AWAY, HOME, MatchLog
+from pipeline.matches.frame import AWAY, HOME, MatchLog
 from schemas import Matches
 
 

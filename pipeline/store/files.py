@@ -15,7 +15,7 @@ from typing import BinaryIO, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from pipeline.errors import BadSettings, CorruptFile, NotFound, StorageFailed
-from pipeline.receipts import FileRecord, Receipt, digest
+from pipeline.store.receipts import FileRecord, Receipt, digest
 
 SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}$")
 M = TypeVar("M", bound=BaseModel)

@@ -11,9 +11,9 @@ from typing import Any
 import polars as pl
 
 from pipeline.errors import CorruptFile, PitchloreError
-from pipeline.receipts import SOFTWARE, FileRecord, Receipt, digest
 from pipeline.store.files import Files, pretty, read_model, safe, verified
-from pipeline.tables import from_parquet, to_parquet
+from pipeline.store.receipts import SOFTWARE, FileRecord, Receipt, digest
+from pipeline.store.tables import from_parquet, to_parquet
 from schemas import Table
 
 KEYED_FILE = re.compile(r"-[0-9a-f]{12}\.(?!receipt\.)[a-z0-9_-]+\.[a-z]+$")

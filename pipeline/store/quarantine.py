@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from pipeline.errors import in_one_line
-from pipeline.receipts import Quarantined
 from pipeline.store.files import Files, pretty, read_model, safe
+from pipeline.store.receipts import Quarantined
 
 
 class Quarantine(Files):

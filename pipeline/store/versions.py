@@ -14,9 +14,9 @@ from typing import Any
 import polars as pl
 
 from pipeline.errors import CorruptFile, NotFound, PitchloreError, StorageFailed
-from pipeline.receipts import SOFTWARE, FileRecord, Manifest, digest
 from pipeline.store.files import Files, pretty, read_model, sync, verified
-from pipeline.tables import from_parquet, to_parquet
+from pipeline.store.receipts import SOFTWARE, FileRecord, Manifest, digest
+from pipeline.store.tables import from_parquet, to_parquet
 from schemas import Table
 
 VERSION_FOLDER = re.compile(r"^v(\d{4,})$")

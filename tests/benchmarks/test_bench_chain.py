@@ -14,10 +14,10 @@ from conftest import SAMPLE
 from flows import goals, grams, situations, trajectories
 from flows.matches import Recording, import_recording
 from flows.stage import Scope
-from pipeline.catalog import query
 from pipeline.settings import Settings
 from pipeline.store import Store
-from pipeline.tables import to_parquet
+from pipeline.store.catalog import query
+from pipeline.store.tables import to_parquet
 from schemas import Trajectories
 
 PLAY_S = 600.0

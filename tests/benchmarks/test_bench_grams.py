@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from pipeline.grams import grams, merge, value
+from pipeline.grams.count import grams, merge, value
 from pipeline.settings import GramSettings
 from schemas import ROLES, TEAMS, Goals, Situations
 

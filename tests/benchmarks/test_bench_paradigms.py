@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from pipeline.games.matrix import CLIMBING, climbing
-from pipeline.learning.iq import IQ
-from pipeline.learning.ivq import IVQ
-from pipeline.learning.jaq import JAQ
-from pipeline.paradigms.runner import Testing as Trial
-from pipeline.paradigms.runner import Training, learn, play, stream
+from pipeline.studies.paradigms.games.matrix import CLIMBING, climbing
+from pipeline.studies.paradigms.rules.iq import IQ
+from pipeline.studies.paradigms.rules.ivq import IVQ
+from pipeline.studies.paradigms.rules.jaq import JAQ
+from pipeline.studies.paradigms.runner import Testing as Trial
+from pipeline.studies.paradigms.runner import Training, learn, play, stream
 
 #: The paper's best decay.
 HEATS = 16 * 0.9997 ** np.arange(24_589)

@@ -18,15 +18,15 @@ from mcap.writer import Writer
 
 from flows.record import record
 from pipeline import matches
+from pipeline.arena.match.match import PART, Match
+from pipeline.arena.match.minds import mind_of
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.physics.arena import Arena
+from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.arena.teams.measures import Measures
 from pipeline.bodies import VX
 from pipeline.pitch import PITCHES, Kind
-from pipeline.play.match import PART, Match
-from pipeline.play.minds import mind_of
-from pipeline.play.recipe import Recipe, TeamSettings
-from pipeline.players.measures import Measures
 from pipeline.store import Store
-from pipeline.world.arena import Arena
-from pipeline.world.laws import RefereeSettings
 
 VSSS = PITCHES[Kind.VSSS]
 HZ, MINUTE = 60, 3_600

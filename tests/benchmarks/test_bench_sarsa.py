@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.learning.sarsa import CONTINUES, TERMINAL, TRACE_FLOOR, Batch, sarsa_lambda
+from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRACE_FLOOR, Batch, sarsa_lambda
 
 PAIRS = 60_000
 RULE = {"step_size": 0.1, "discount": 0.95, "trace_decay": 0.9}

@@ -13,16 +13,15 @@ import skfuzzy
 from recordings import RSIM, imported
 from skfuzzy import control
 
-from pipeline import fuzzy
 from pipeline.pitch import SCALES, Kind
-from pipeline.recognition import conditions, signals
-from pipeline.recognition.conditions import And, Expression, Is, Not, Or, Very, execute, parse
-from pipeline.recognition.rulebook import compiled, variable_of
-from pipeline.recognition.rules import MACROS, RULES, Start
-from pipeline.recognition.scene import arrange
 from pipeline.settings import SituationSettings, TrajectorySettings
-from pipeline.situations import recognise
-from pipeline.trajectories import trajectories
+from pipeline.situations import conditions, fuzzy, signals
+from pipeline.situations.conditions import And, Expression, Is, Not, Or, Very, execute, parse
+from pipeline.situations.recognise import recognise
+from pipeline.situations.rulebook import compiled, variable_of
+from pipeline.situations.rules import MACROS, RULES, Start
+from pipeline.situations.scene import arrange
+from pipeline.trajectories.derive import trajectories
 
 TERMS = fuzzy.terms(SCALES[Kind.VSSS])
 OWN = compiled(Kind.VSSS)["own"]

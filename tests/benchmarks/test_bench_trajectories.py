@@ -5,11 +5,11 @@ import polars as pl
 import pytest
 from scipy.signal import savgol_filter
 
-from pipeline.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
-from pipeline.kinematics import slopes
+from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
 from pipeline.pitch import PITCHES, Kind
 from pipeline.settings import TrajectorySettings
-from pipeline.trajectories import trajectories
+from pipeline.trajectories.derive import trajectories
+from pipeline.trajectories.kinematics import slopes
 from schemas import Referee
 
 FRAMES, ROBOTS = 28_800, 6

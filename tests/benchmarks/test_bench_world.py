@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from pipeline.arena.physics.arena import Arena
 from pipeline.bodies import VX
 from pipeline.pitch import PITCHES, Kind
-from pipeline.world.arena import Arena
 
 VSSS = PITCHES[Kind.VSSS]
 FRAMES = 6_000

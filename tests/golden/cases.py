@@ -12,17 +12,20 @@ import executions
 import played
 import polars as pl
 
-from pipeline import behaviours, decisions, grams, knowledge, matches, policies
-from pipeline.commentary import CommentarySettings, commentary
-from pipeline.commentary.summary import heading, numbers
-from pipeline.frame import MatchLog
+from pipeline import decisions, knowledge, matches
+from pipeline.behaviours import select as behaviours
 from pipeline.goals import attribute
+from pipeline.grams import count as grams
 from pipeline.importers import source, tracking
-from pipeline.paradigms.claims import verdicts
-from pipeline.paradigms.experiments import Design, sheets
+from pipeline.matches.frame import MatchLog
+from pipeline.policies import train as policies
 from pipeline.settings import Settings
-from pipeline.situations import recognise
-from pipeline.trajectories import trajectories
+from pipeline.situations.recognise import recognise
+from pipeline.studies.paradigms.claims import verdicts
+from pipeline.studies.paradigms.experiments import Design, sheets
+from pipeline.trajectories.derive import trajectories
+from pipeline.views.commentary import CommentarySettings, commentary
+from pipeline.views.commentary.summary import heading, numbers
 from schemas import PUBLIC
 
 HERE = Path(__file__).parent

@@ -1,0 +1,102 @@
+"""A team of which a person drives one robot at a time; the others play the static rules."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from pipeline.arena.match.minds import Mind, Scripted
+from pipeline.arena.match.recipe import TeamSettings
+from pipeline.arena.teams.measures import Measures
+from pipeline.arena.teams.steering import set_wheels
+from pipeline.bodies import BALL, F64, X, Y
+
+# Full speed takes skill: a person drives at this part of it unless they ask for all, and turns at most so
+# fast, radians a second: half a circle in 0.6 s. Ours.
+_CRUISE = 0.6
+_TURN = 5.0
+
+
+class Command(NamedTuple):
+    """What a person wants of the robot that they drive.
+
+    Attributes:
+        forward: part of the speed, in [-1, 1]; backwards below 0.
+        turn: part of the turn rate, in [-1, 1]; to the left above 0.
+        boost: at full speed; forward if they ask for nothing else, and turning on the spot becomes the
+            spin with which these robots, that cannot kick, hit a ball.
+    """
+
+    forward: float = 0.0
+    turn: float = 0.0
+    boost: bool = False
+
+
+class Human(Mind):
+    """A team that does as it is told.
+
+    The static rules share out their work among all robots, so that whoever drives the attacker attacks,
+    and the others keep the goal and support. It decides nothing: what a person did is found like what
+    anybody did, by the recogniser.
+
+    Args:
+        robots: N.
+        measures: of the match.
+        rng: of the team.
+
+    Attributes:
+        driven: row of the robot in the team's view, and its number in the log: 1 to N.
+        playing: whether play is on.
+        reward: of how play last stopped, +1 or -1 for a goal for or against, else 0.
+    """
+
+    def __init__(self, robots: int, measures: Measures, rng: np.random.Generator) -> None:
+        self._others = Scripted(TeamSettings(kind="static"), robots, measures, rng)
+        self._robots = robots
+        self._measures = measures
+        self._command = Command()
+        self._to_nearest = True  # whoever is nearest to the ball begins
+        self.driven = 1
+        self.playing = False
+        self.reward = 0.0
+
+    def command(self, command: Command) -> None:
+        """Drive so from the next frame on, until another command comes."""
+        self._command = command
+
+    def switch(self, to: Literal["next", "nearest"]) -> None:
+        """Drive another robot: the next by its number, or the one that is nearest to the ball.
+
+        The nearest is found when play is on next.
+        """
+        if to == "next":
+            self.driven = self.driven % self._robots + 1
+        self._to_nearest = to == "nearest"
+
+    def restarted(self, frame: int, lead: int) -> None:  # noqa: D102
+        self.playing = True
+
+    def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
+        if self._to_nearest:
+            self._to_nearest = False
+            own = view[1 : 1 + self._robots]
+            self.driven = 1 + int(np.hypot(own[:, X] - view[BALL, X], own[:, Y] - view[BALL, Y]).argmin())
+        self._others.think(frame, view, wheels)
+        self._drive(wheels)
+
+    def stopped(self, frame: int, reward: float) -> None:  # noqa: D102
+        self.playing, self.reward = False, reward
+
+    def _drive(self, wheels: F64) -> None:
+        """The wheels of the driven robot."""
+        forward, turn, boost = self._command
+        top = self._measures.top
+        forward, turn = min(max(forward, -1.0), 1.0), min(max(turn, -1.0), 1.0)
+        if boost and forward == 0.0 and turn == 0.0:
+            forward = 1.0
+        rate = _TURN
+        if boost and forward == 0.0:
+            rate = 2 * top / self._measures.axle
+        speed = top if boost else _CRUISE * top
+        set_wheels(speed * forward, rate * turn, self.driven, self._measures, wheels)

@@ -1,0 +1,241 @@
+"""The loop in which two minds, physics and the referee meet; what is played is handed out in parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+
+from pipeline.arena.match.minds import Decided, Mind
+from pipeline.arena.match.recipe import Recipe
+from pipeline.arena.physics.arena import Arena
+from pipeline.arena.physics.camera import Camera
+from pipeline.arena.physics.laws import END, FREE_BALL, GOAL, GOAL_KICK, HALF, KICK_OFF, PENALTY, PLAY_ON
+from pipeline.arena.physics.referee import (
+    AWAY_GOALS,
+    DUE,
+    FRAME,
+    HALVES_OVER,
+    HOME_GOALS,
+    Event,
+    Laws,
+    begin,
+    home_attacks,
+    table,
+    told,
+    watch,
+)
+from pipeline.arena.physics.restarts import restart
+from pipeline.bodies import BALL, F64, OMEGA, THETA, VX, VY, X, Y, see
+from pipeline.matches.frame import AWAY, BALL_DTYPE, HOME, ROBOT_DTYPE, Frames, MatchInfo
+from pipeline.store.receipts import SOFTWARE
+from schemas import ROLES, TEAMS, Decisions
+from schemas.decisions import ENDS
+
+#: Frames that a log gets at once.
+PART = 1024
+
+# At these play goes on, from new places.
+_RESTARTS = (KICK_OFF, FREE_BALL, PENALTY, GOAL_KICK, HALF)
+
+
+class Part(NamedTuple):
+    """What was played since the last part, as a recorder takes it.
+
+    Attributes:
+        frames: the samples.
+        referee: rows of schema Referee.
+        decisions: rows of schema Decisions of the episodes that have ended.
+    """
+
+    frames: Frames
+    referee: pl.DataFrame
+    decisions: pl.DataFrame
+
+
+class Match:
+    """A match that is played frame by frame.
+
+    Args:
+        recipe: what to play.
+        minds: of home and away.
+        logged: whether frames are kept for :meth:`take`; without, memory does not grow.
+
+    Attributes:
+        bodies: float64 [1 + 2 N, 6], as they are at the frame that is next.
+        over: whether the final whistle has been.
+
+    Raises:
+        BadSettings: if nothing can be played by this recipe.
+    """
+
+    def __init__(self, recipe: Recipe, minds: tuple[Mind, Mind], *, logged: bool = True) -> None:
+        self.recipe = recipe
+        self.minds = minds
+        self.over = False
+        physics = recipe.physics
+        self.laws = Laws.of(recipe.pitch, recipe.referee, physics.hz)
+        self._arena = Arena(recipe.pitch, recipe.robots, physics)
+        self.bodies = self._arena.bodies
+        self._state = begin(HOME, recipe.score)
+        self._rng = np.random.default_rng([recipe.seed, 0])
+        self._camera = Camera(
+            recipe.camera, recipe.pitch, recipe.robots, physics.hz, np.random.default_rng([recipe.seed, 3])
+        )
+        self._wheels = np.zeros((2 * recipe.robots, 2))
+        self._hands = (self._wheels[: recipe.robots], self._wheels[recipe.robots :])
+        self._views = (np.zeros_like(self.bodies), np.zeros_like(self.bodies))
+        self._attacks = 1.0
+        self._in_play = False
+        self._logged = logged
+        self._samples: list[F64] = []
+        self._first = 0
+        self._events: list[Event] = []
+
+    @property
+    def frame(self) -> int:
+        """Number of the frame that is next."""
+        return int(self._state[FRAME])
+
+    @property
+    def score(self) -> tuple[int, int]:
+        """Goals of home and away, those of the start included."""
+        return int(self._state[HOME_GOALS]), int(self._state[AWAY_GOALS])
+
+    @property
+    def info(self) -> MatchInfo:
+        """What the log says of the match; one that was left is not complete."""
+        recipe = self.recipe
+        left = self.over and self._state[DUE] != END
+        why = f"left after {self.frame / self.laws.hz:.1f} of {recipe.referee.duration_s:.1f} s"
+        return MatchInfo(
+            match_id=recipe.match_id, source=f"{recipe.match_id}.mcap", format="world",
+            home=recipe.home.kind, away=recipe.away.kind, pitch=recipe.pitch, periods=self.laws.periods(),
+            seed=recipe.seed, settings=recipe.model_dump(mode="json"), software=SOFTWARE,
+            complete=not left, incomplete_reason=why if left else None,
+        )  # fmt: skip
+
+    def advance(self, frames: int = 1) -> bool:
+        """Play some frames, fewer if the match ends; whether it goes on."""
+        for _ in range(frames):
+            if self.over:
+                break
+            self._play()
+        return not self.over
+
+    def leave(self) -> None:
+        """End the match at the frame that is next, before its time."""
+        if self.over:
+            return
+        frame = self.frame
+        self._stop(frame, None)
+        self._events.append(Event(self.laws.t_ns(frame), "end", None, *self.score, "left early"))
+        self._look()
+        self.over = True
+
+    def take(self) -> Part:
+        """What was played since this was last called."""
+        match_id = self.recipe.match_id
+        events, self._events = self._events, []
+        samples, self._samples = self._samples, []
+        first, self._first = self._first, self._first + len(samples)
+        made = [
+            _rows(mind.decided(), team, match_id, self.laws)
+            for team, mind in zip(TEAMS, self.minds, strict=True)
+        ]
+        return Part(
+            _frames(np.array(samples).reshape(-1, *self.bodies.shape), first, self.laws),
+            table(match_id, events),
+            pl.concat(made).sort("end_ns", "team", "robot", "t_ns"),
+        )
+
+    def _play(self) -> None:
+        """The next frame: whistle, look, log, think, move."""
+        frame = int(self._state[FRAME])
+        call = watch(self.bodies, self._state, self.laws.lengths, self.laws.times)
+        if call != PLAY_ON:
+            self._called(call, frame)
+        seen = self._look()
+        if self.over:
+            return
+        if self._in_play:
+            for team in (HOME, AWAY):
+                view = self._views[team]
+                see(seen, team, self._attacks if team == HOME else -self._attacks, view)
+                self.minds[team].think(frame, view, self._hands[team])
+        self._arena.frame(self._wheels)
+
+    def _look(self) -> F64:
+        """The bodies as the camera sees them; what it does not see is NaN in the sample that is logged."""
+        seen, visible = self._camera.see(self.bodies)
+        if self._logged:
+            sample = seen.copy()
+            if not self._camera.off:
+                sample[~visible] = np.nan
+            self._samples.append(sample)
+        return seen
+
+    def _called(self, call: int, frame: int) -> None:
+        """Tell the log, the minds and the arena what the referee has called."""
+        events = told(call, self._state, self.laws)
+        self._events += events
+        if call not in _RESTARTS:
+            self._stop(frame, events[0].team if call == GOAL else None)
+            self.over = call == END
+            return
+        if call == HALF:
+            self._stop(frame, None)
+        self._attacks = float(home_attacks(int(self._state[HALVES_OVER])))
+        restart(self.bodies, call, self._state, self.laws, self._rng)
+        self._arena.place(self.bodies)
+        self._in_play = True
+        home, away = self.score
+        for mind, lead in zip(self.minds, (home - away, away - home), strict=True):
+            mind.restarted(frame, lead)
+
+    def _stop(self, frame: int, scorer: str | None) -> None:
+        """Play stops, if it was on: robots stand, episodes are over."""
+        self._wheels[:] = 0.0
+        if self._in_play:
+            for team, mind in zip(TEAMS, self.minds, strict=True):
+                mind.stopped(frame, 0.0 if scorer is None else (1.0 if scorer == team else -1.0))
+        self._in_play = False
+
+
+def _frames(samples: F64, first: int, laws: Laws) -> Frames:
+    """Samples [F, 1 + 2 N, 6] as a log holds them; the first has number ``first``.
+
+    A ball that was not seen is NaN, a robot is left out.
+    """
+    count, robots = len(samples), samples.shape[1] - 1
+    number = np.arange(first, first + count, dtype=np.uint32)
+    ball = np.zeros(count, dtype=BALL_DTYPE)
+    for name, column in (("x", X), ("y", Y), ("vx", VX), ("vy", VY)):
+        ball[name] = samples[:, BALL, column]
+    rows = np.zeros((count, robots), dtype=ROBOT_DTYPE)
+    rows["team"] = np.repeat((HOME, AWAY), robots // 2)
+    rows["id"] = np.tile(np.arange(1, robots // 2 + 1), 2)
+    for name, column in (("x", X), ("y", Y), ("theta", THETA), ("vx", VX), ("vy", VY), ("omega", OMEGA)):
+        rows[name] = samples[:, 1:, column]
+    t_ns = np.rint(number * 1e9 / laws.hz).astype(np.int64)
+    there = ~np.isnan(samples[:, 1:, X])
+    offsets = np.concatenate(([0], there.sum(axis=1).cumsum())).astype(np.int64)
+    whole = rows.view(f"V{ROBOT_DTYPE.itemsize}")  # with its padding, which is 0; a record's copy has any
+    return Frames(number, t_ns, ball, offsets, whole[there].view(ROBOT_DTYPE))
+
+
+def _rows(decided: Sequence[Decided], team: str, match_id: str, laws: Laws) -> pl.DataFrame:
+    """Decisions of a team as rows of schema Decisions; what they were worth the stage decisions finds."""
+    rows = [
+        {
+            "match_id": match_id, "team": team, "robot": d.robot, "role": ROLES[d.role],
+            "t_ns": laws.t_ns(d.frame), "end_ns": laws.t_ns(d.end), "state": d.state,
+            "behaviour_id": d.behaviour_id, "random": d.random, "reward": d.reward, "episode": d.episode,
+            "ends": ENDS[0] if d.last else None, "value": 0.0, "chosen": True,
+        }
+        for d in decided
+    ]  # fmt: skip
+    schema = Decisions.dtypes()
+    return pl.DataFrame([{name: row[name] for name in schema} for row in rows], schema=schema)

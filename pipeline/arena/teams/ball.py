@@ -1,0 +1,107 @@
+"""The ball as a robot meets it: whether the robot has it, where it will be, and driving that moves it.
+
+All functions take a team's view, float64 [1 + 2 N, 6], and the row of one of its robots, 1 to N.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+from pipeline.arena.teams.geometry import along, clamp, distance, offset, speed_of, unit
+from pipeline.arena.teams.measures import Measures
+from pipeline.arena.teams.steering import FRONT, steer
+from pipeline.bodies import BALL, F64, VX, VY, X, Y
+
+#: Half angle at which the recogniser's term FACING crosses 0.5, cosine.
+COS_FACING = math.cos(math.radians(30))
+
+# How far ahead the ball's way is looked at, seconds.
+_AHEAD_S = 0.5
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def touches(view: F64, row: int, m: Measures) -> bool:
+    """Whether a robot, here of any team, touches the ball."""
+    return distance(view, row, BALL) < m.contact
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def has_ball(view: F64, robot: int, m: Measures) -> bool:
+    """Whether a robot touches the ball and heads at it within 30 degrees: the recogniser's has_ball."""
+    dx, dy = offset(view, robot, BALL)
+    off = math.sqrt(dx * dx + dy * dy)
+    if off >= m.contact:
+        return False
+    return along(view, robot, dx, dy) > COS_FACING * off
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def soon(view: F64, robot: int, m: Measures) -> tuple[float, float]:
+    """Where the ball will be, x and y, when a robot can be there; within the pitch, half a second at most."""
+    ahead_s = min(distance(view, robot, BALL) / m.top, _AHEAD_S)
+    x, y = view[BALL, X] + ahead_s * view[BALL, VX], view[BALL, Y] + ahead_s * view[BALL, VY]
+    return clamp(x, m.goal_x), clamp(y, m.half_width)
+
+
+class Coming(NamedTuple):
+    """A ball as it rolls toward a robot.
+
+    Attributes:
+        comes: whether it does; if not, the rest is 0.
+        speed: m/s.
+        ux: of its direction, which has length 1.
+        uy: of its direction.
+        aside: its way passes the robot's middle at this many metres times (uy, -ux).
+    """
+
+    comes: bool
+    speed: float
+    ux: float
+    uy: float
+    aside: float
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def coming(view: F64, robot: int, m: Measures) -> Coming:
+    """Whether the ball rolls toward a robot, and where it will pass it."""
+    dx, dy = offset(view, robot, BALL)
+    vx, vy = view[BALL, VX], view[BALL, VY]
+    speed = speed_of(view, BALL)
+    if speed > m.moving and dx * vx + dy * vy < 0.0:
+        ux, uy = vx / speed, vy / speed
+        return Coming(True, speed, ux, uy, dx * uy - dy * ux)
+    return Coming(False, 0.0, 0.0, 0.0, 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def push(
+    view: F64, robot: int, tx: float, ty: float, speed: float, round_it: float, m: Measures, wheels: F64
+) -> None:
+    """Push a ball that is in front so that it goes to a place.
+
+    Args:
+        view: the team's.
+        robot: its row.
+        tx: of the place.
+        ty: of the place.
+        speed: m/s.
+        round_it: how far behind the ball's middle it aims, in shares of the distance at which they touch;
+            the more, the quicker the ball is turned, and the sooner lost.
+        m: measures.
+        wheels: written.
+    """
+    ux, uy = unit(tx - view[BALL, X], ty - view[BALL, Y])
+    dx, dy = offset(view, robot, BALL)
+    back = round_it * m.touch if dx * ux + dy * uy > 0.0 else 0.0
+    steer(view, robot, dx - back * ux, dy - back * uy, speed, FRONT, m, wheels)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def spin(view: F64, robot: int, dx: float, dy: float, m: Measures, wheels: F64) -> None:
+    """Spin so that the side of the robot at which the ball lies hits it in a direction, as well as it can."""
+    rx, ry = offset(view, robot, BALL)
+    wheels[robot - 1, 1] = m.top if rx * dy - ry * dx >= 0.0 else -m.top
+    wheels[robot - 1, 0] = -wheels[robot - 1, 1]

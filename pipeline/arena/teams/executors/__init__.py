@@ -1,0 +1,23 @@
+"""Every situation of Table 1 as something that a robot can do: one controller a code.
+
+An action is begun with :func:`start` and carried on with :func:`act`, frame by frame, until its final
+condition holds or its time is up.
+
+==============  ==============================================================
+actions         what each code does, and what a robot remembers of it
+beginnings      ``start``: whom it is done to, and at what distance it is over
+acting          ``act``: a frame of it, by the controller of its code
+with_ball       controllers of 001, 011, 021, 022 and 023
+to_ball         controllers of 044, 045 and 047
+to_things       controllers of 033, 034, 046, 088 to 174, but 108
+endings         when it is over; of each code the condition in words
+==============  ==============================================================
+
+067, 068, 184, 194 and to face something (057, 078, 108) are a line each in ``acting``.
+"""
+
+from pipeline.arena.teams.executors.acting import act
+from pipeline.arena.teams.executors.actions import CODE, CODES, FIELDS, OTHER
+from pipeline.arena.teams.executors.beginnings import start
+
+__all__ = ["CODE", "CODES", "FIELDS", "OTHER", "act", "start"]

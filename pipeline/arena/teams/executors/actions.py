@@ -1,0 +1,93 @@
+"""What each code does, to what and for how long; and what a robot remembers while it does it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from pipeline.arena.teams.measures import Measures
+from pipeline.bodies import BALL, F64, X, Y
+from schemas.situations import MOVES_RANDOMLY
+
+#: Controllers; ``acting`` says where each is.
+HOLD, GUIDE, KICK, GIVE, LEAVE, RECEDE, REACH, RECEIVE = range(8)
+APPROACH, BLOCK, FACE, LEVEL_X, LEVEL_Y, STAND, WANDER = range(8, 15)
+#: What they are done to.
+THE_BALL, OWN_GOAL, ADVERSARY_GOAL, OPPONENT, TEAMMATE = range(5)
+
+
+class Action(NamedTuple):
+    """What a code does.
+
+    Attributes:
+        verb: the controller.
+        thing: what it is done to.
+        role: of an opponent its role, of a teammate how many roles it is ahead; -1 any: a near
+            one beyond the ball.
+        limit_s: it lasts no longer.
+    """
+
+    verb: int
+    thing: int = THE_BALL
+    role: int = -1
+    limit_s: float = 1.0
+
+
+_ACTIONS: dict[int, Action] = {
+    1: Action(HOLD),
+    11: Action(GUIDE),
+    21: Action(KICK),
+    22: Action(GIVE, OPPONENT),
+    23: Action(GIVE, TEAMMATE),
+    33: Action(LEAVE),
+    34: Action(RECEDE),
+    44: Action(REACH),
+    45: Action(RECEIVE),
+    46: Action(APPROACH),
+    47: Action(BLOCK),
+    57: Action(FACE),
+    67: Action(LEVEL_X),
+    68: Action(LEVEL_Y),
+    78: Action(FACE, OWN_GOAL),
+    88: Action(APPROACH, OWN_GOAL),
+    98: Action(RECEDE, OWN_GOAL),
+    108: Action(FACE, ADVERSARY_GOAL),
+    118: Action(APPROACH, ADVERSARY_GOAL),
+    128: Action(RECEDE, ADVERSARY_GOAL),
+    **{138 + role: Action(APPROACH, OPPONENT, role) for role in range(3)},
+    **{150 + role: Action(RECEDE, OPPONENT, role) for role in range(3)},
+    **{161 + ahead: Action(APPROACH, TEAMMATE, ahead) for ahead in (1, 2)},
+    **{172 + ahead: Action(RECEDE, TEAMMATE, ahead) for ahead in (1, 2)},
+    184: Action(STAND),
+    MOVES_RANDOMLY: Action(WANDER, limit_s=0.4),
+}
+
+#: The codes that can be executed: all of Table 1.
+CODES = tuple(_ACTIONS)
+
+#: The table by code for compiled functions, int64 [195] and float64 [195]; -1 and 0 of what is no code.
+VERB, THING, ROLE = np.full((3, max(CODES) + 1), -1, dtype=np.int64)
+LIMIT_S = np.zeros(max(CODES) + 1)
+for _code, _action in _ACTIONS.items():
+    VERB[_code], THING[_code], ROLE[_code], LIMIT_S[_code] = _action
+
+#: Columns of an action's memory: its code; frames since it began; the row of the other robot it is done
+#: to, -1 if none; the distance at which it is over, NaN if none is; frames for which a condition has
+#: lasted; whether the robot has had the ball; the wheels of a random move, m/s.
+CODE, FRAMES, OTHER, LEVEL, LASTED, HAD, LEFT, RIGHT = range(8)
+FIELDS = 8
+#: Value of LASTED once a ball was let go.
+GONE = -1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def place_of(view: F64, thing: int, other: int, m: Measures) -> tuple[float, float]:
+    """Where the thing is that an action is done to; an opponent or teammate is the robot of row ``other``."""
+    if thing == OWN_GOAL:
+        return -m.goal_x, 0.0
+    if thing == ADVERSARY_GOAL:
+        return m.goal_x, 0.0
+    row = max(other, BALL)
+    return view[row, X], view[row, Y]

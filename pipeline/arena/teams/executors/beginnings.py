@@ -1,0 +1,78 @@
+"""How an action begins: whom it is done to, and at what distance it will be over."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from pipeline.arena.teams.ball import has_ball
+from pipeline.arena.teams.dice import Dice, uniform
+from pipeline.arena.teams.executors import actions
+from pipeline.arena.teams.executors.actions import CODE, HAD, LEFT, LEVEL, OTHER, RIGHT
+from pipeline.arena.teams.geometry import distance, offset, unit
+from pipeline.arena.teams.measures import Measures
+from pipeline.arena.teams.roles import I64
+from pipeline.bodies import BALL, F64, X, Y
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def start(code: int, robot: int, view: F64, roles: I64, m: Measures, dice: Dice, memory: F64) -> None:
+    """Begin an action.
+
+    Args:
+        code: one of :data:`~pipeline.arena.teams.executors.CODES`.
+        robot: row of the robot in the view, 1 to N.
+        view: float64 [1 + 2 N, 6], the team's.
+        roles: int64 [2 N], of the robots of rows 1 to 2 N (:func:`pipeline.arena.teams.roles.assign`); they
+            decide whom codes 138 to 174 are done to. Of several the nearest is; if nobody has the role,
+            the nearest of the nearest role.
+        m: measures.
+        dice: draw the wheels of 194; no other code rolls them.
+        memory: float64 [FIELDS], the robot's, written.
+    """
+    verb, thing = actions.VERB[code], actions.THING[code]
+    memory[:] = 0.0
+    memory[CODE] = code
+    memory[LEVEL] = np.nan
+    memory[OTHER] = _whom(view, robot, thing, actions.ROLE[code], roles)
+    memory[HAD] = 1.0 if has_ball(view, robot, m) else 0.0
+    if verb == actions.WANDER:
+        memory[LEFT] = m.top * (2.0 * uniform(dice) - 1.0)
+        memory[RIGHT] = m.top * (2.0 * uniform(dice) - 1.0)
+    elif verb in (actions.APPROACH, actions.RECEDE):
+        x, y = actions.place_of(view, thing, int(memory[OTHER]), m)
+        away = math.hypot(x - view[robot, X], y - view[robot, Y])
+        if verb == actions.RECEDE:
+            memory[LEVEL] = m.close if away < m.close else (m.near if away < m.near else np.nan)
+        elif away > m.far and thing < actions.OPPONENT:
+            memory[LEVEL] = m.far
+        else:
+            memory[LEVEL] = m.near if away > m.near else (m.close if away > m.close else m.contact)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _whom(view: F64, robot: int, thing: int, role: int, roles: I64) -> int:
+    """Row of the robot that an action is done to, -1 if none."""
+    if thing < actions.OPPONENT:
+        return -1
+    count = len(roles) // 2
+    first = 1 if thing == actions.TEAMMATE else count + 1
+    wanted = role
+    if thing == actions.TEAMMATE and role >= 0:
+        wanted = (roles[robot - 1] + role) % 3
+    bx, by = offset(view, robot, BALL)
+    ux, uy = unit(bx, by)
+    best, best_rank, best_cost = -1, 3, np.inf
+    for other in range(first, first + count):
+        if other == robot:
+            continue
+        if role < 0:
+            dx, dy = offset(view, BALL, other)
+            off, cost = 0, 2.0 * distance(view, other, BALL) - ux * dx - uy * dy
+        else:
+            off, cost = abs(roles[other - 1] - wanted), distance(view, other, robot)
+        if off < best_rank or (off == best_rank and cost < best_cost):
+            best, best_rank, best_cost = other, off, cost
+    return best

@@ -1,0 +1,116 @@
+"""Behaviours: the grams that recur and pay (paper section 3.2.2)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+
+from pipeline.behaviours.som import Map, best_matching_units, train
+from pipeline.settings import BehaviourSettings, RoundSettings
+from schemas import Patterns
+from schemas.situations import MOVES_RANDOMLY
+
+
+class Report(NamedTuple):
+    """What one round of the selection counted.
+
+    Attributes:
+        n: length of the grams.
+        distinct: distinct grams (role, codes) that trained the map.
+        windows: instances of them.
+        threshold: instances that a neuron must be activated by.
+        activations: instances per neuron.
+        neurons_kept: neurons with at least ``threshold`` instances.
+        groups_on_kept: distinct grams on these neurons.
+        groups_kept: those of them that became behaviours.
+        instances_kept: instances of those.
+    """
+
+    n: int
+    distinct: int
+    windows: int
+    threshold: float
+    activations: tuple[int, ...]
+    neurons_kept: int
+    groups_on_kept: int
+    groups_kept: int
+    instances_kept: int
+
+
+class Selection(NamedTuple):
+    """What one round of the selection gave.
+
+    Attributes:
+        patterns: rows of schema Patterns.
+        map: the map it was made with; None if there were no grams.
+        report: what was counted on the way.
+    """
+
+    patterns: pl.DataFrame
+    map: Map | None
+    report: Report
+
+
+def select(
+    grams: pl.DataFrame, recognised: int, settings: BehaviourSettings, round_: RoundSettings
+) -> Selection:
+    """Select the behaviours of one length.
+
+    The grams of all roles train one map. Neurons that are activated by at least the round's
+    share of the groups (or of all recognised situations, by the settings) are kept, and the
+    grams on them that are worth more than the threshold become behaviours, role by role.
+
+    Args:
+        grams: columns role, codes, n, count, value_sum and value_square_sum, one row a distinct
+            (role, codes), all of the round's n (``pipeline.grams.count.merge``).
+        recognised: situations recognised in all matches, those used up by longer behaviours
+            included.
+        settings: of all rounds.
+        round_: of this one.
+    """
+    whole = recognised if settings.share_of == "situations" else int(grams["count"].sum())
+    threshold = round_.activation * whole
+    if grams.is_empty():
+        report = Report(round_.n, 0, 0, threshold, (0,) * (round_.rows * round_.columns), 0, 0, 0, 0)
+        return Selection(Patterns.empty(), None, report)
+    codes = grams["codes"].list.to_array(round_.n).to_numpy()
+    counts = grams["count"].to_numpy()
+    som = train(
+        codes, counts, round_.rows, round_.columns,
+        epochs=settings.epochs, seed=settings.seed, sigma_end=settings.sigma_end,
+    )
+    neuron = best_matching_units(som, codes)
+    activations = np.zeros(len(som.weights), dtype=np.int64)
+    np.add.at(activations, neuron, counts)
+    kept = (activations >= threshold) & (activations > 0)
+    mean = pl.col("value_sum") / pl.col("count")
+    purposeful = pl.col("codes").list.eval(pl.element() != MOVES_RANDOMLY).list.any()
+    digits = pl.col("codes").list.eval(pl.element().cast(pl.String).str.zfill(3)).list.join("-")
+    on_kept = grams.with_columns(pl.Series("neuron", neuron)).filter(pl.Series(kept[neuron]))
+    patterns = on_kept.filter(
+        mean > settings.value_over, pl.col("count") >= settings.support_at_least,
+        settings.keep_random | purposeful,
+    ).select(
+        pl.concat_str("role", digits, separator="-").alias("behaviour_id"),
+        "role",
+        "codes",
+        "n",
+        support="count",
+        value=mean,
+        spread=(pl.col("value_square_sum") / pl.col("count") - mean**2).clip(lower_bound=0).sqrt(),
+        neuron="neuron",
+    ).cast(pl.Schema(Patterns.dtypes())).sort("role", "codes")
+    report = Report(
+        n=round_.n,
+        distinct=grams.height,
+        windows=int(counts.sum()),
+        threshold=threshold,
+        activations=tuple(activations.tolist()),
+        neurons_kept=int(kept.sum()),
+        groups_on_kept=on_kept.height,
+        groups_kept=patterns.height,
+        instances_kept=int(patterns["support"].sum()),
+    )
+    return Selection(patterns, som, report)

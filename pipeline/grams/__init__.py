@@ -1,0 +1,1 @@
+"""The noun grams: runs of consecutive situations, valued and counted."""

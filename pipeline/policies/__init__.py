@@ -1,0 +1,1 @@
+"""The noun policies: batch Sarsa(λ) over a version of the knowledge."""

@@ -1,0 +1,293 @@
+"""Sarsa(lambda) in batch over state-behaviour pairs, for decisions that last unequally long.
+
+The rule is tabular Sarsa(lambda) with eligibility traces (Sutton and Barto, *Reinforcement
+Learning*, 1st edition, sections 7.5, 7.8 and figure 7.11; 2nd edition, section 12.7: replacing
+traces set the visited pair's trace to one and leave the other behaviours of its state alone).
+Behaviours take time, so the process is semi-Markov: discounting counts seconds, not decisions.
+
+Suffixes carry time: ``q_tm1`` is the value of the pair decided on at t - 1, ``r_t``,
+``discount_t`` and ``q_t`` are what came of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from pipeline.errors import BadSettings, SchemaMismatch
+
+F64 = npt.NDArray[np.float64]
+I64 = npt.NDArray[np.int64]
+I8 = npt.NDArray[np.int8]
+
+CONTINUES, TERMINAL, TRUNCATED = 0, 1, 2
+
+#: The pair of a decision that the knowledge does not hold.
+UNKNOWN = -1
+
+#: A trace that has decayed below this is dropped: it would move a value by less than a
+#: millionth of the step that the latest pair takes.
+TRACE_FLOOR = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """Decisions in order of time, episode after episode.
+
+    An episode is a run of rows that ends with the first row whose ``ends`` is not CONTINUES.
+
+    Attributes:
+        pair: int64 [T], index of the state-behaviour pair decided on, or UNKNOWN.
+        elapsed: float64 [T], seconds until the next decision or the episode's end.
+        reward: float64 [T], received once, when ``elapsed`` is over.
+        ends: int8 [T], CONTINUES: the next row is the robot's next decision; TERMINAL: nothing
+            follows, so nothing is left to gain; TRUNCATED: what followed was not recorded.
+
+    Raises:
+        SchemaMismatch: if an array is not as above, a number is not finite, ``elapsed`` is
+            negative, or the last row continues.
+    """
+
+    pair: I64
+    elapsed: F64
+    reward: F64
+    ends: I8
+
+    def __post_init__(self) -> None:
+        dtypes = {"pair": np.int64, "elapsed": np.float64, "reward": np.float64, "ends": np.int8}
+        for name, dtype in dtypes.items():
+            array = getattr(self, name)
+            _require(array.shape == self.pair.shape and array.ndim == 1, name, "is not [T] as pair is")
+            _require(array.dtype == dtype, name, f"is {array.dtype}, not {np.dtype(dtype)}")
+        _require_all(self.pair >= UNKNOWN, "pair", "is below -1")
+        _require_all(np.isfinite(self.elapsed) & (self.elapsed >= 0), "elapsed", "is negative or not finite")
+        _require_all(np.isfinite(self.reward), "reward", "is not finite")
+        _require_all((self.ends >= CONTINUES) & (self.ends <= TRUNCATED), "ends", "is none of 0, 1, 2")
+        _require(len(self) == 0 or self.ends[-1] != CONTINUES, "ends", "lets the last row continue")
+
+    def __len__(self) -> int:
+        return int(self.pair.shape[0])
+
+
+class Learned(NamedTuple):
+    """What some sweeps over a batch made of the action values.
+
+    Attributes:
+        q: float64 [P], the new action values.
+        seen: float64 [P], how often each pair was seen, the times before included: with replacing traces
+            once in an episode (or again when its trace has run out), with accumulating ones at each visit.
+        first_errors: float64 [T], TD error of each decision in the first sweep, without what swayed
+            it; NaN where the decision made no update (its pair is unknown, or its successor was not
+            recorded).
+        last_errors: the same in the last sweep.
+    """
+
+    q: F64
+    seen: F64
+    first_errors: F64
+    last_errors: F64
+
+
+@njit(cache=True, nogil=True)
+def td_error(q_tm1: float, r_t: float, discount_t: float, q_t: float) -> float:
+    """``r_t + discount_t * q_t - q_tm1``: by how much the outcome beat what was expected.
+
+    Args:
+        q_tm1: action value of the pair decided on.
+        r_t: reward since then, as it was worth at that decision (already discounted).
+        discount_t: gamma to the power of the seconds since then.
+        q_t: action value of the next pair; zero at the end of an episode.
+    """
+    return r_t + discount_t * q_t - q_tm1
+
+
+@njit(cache=True, nogil=True)
+def _learn(
+    error: float, pair: int, decay: float, step_size: float, averaging: bool, replacing: bool,
+    q: F64, seen: F64, trace: F64, active: I64, count: int,
+) -> int:
+    """Move every traced pair along the error and decay its trace; the new number of active pairs.
+
+    ``active[:count]`` lists the pairs whose ``trace`` is not zero, so the cost does not depend on P.
+    ``seen`` [P] is one larger for each trace that was begun, or for each visit if traces accumulate.
+    """
+    if trace[pair] == 0.0:
+        active[count] = pair
+        count += 1
+    if trace[pair] == 0.0 or not replacing:
+        seen[pair] += 1.0
+    trace[pair] = 1.0 if replacing else trace[pair] + 1.0
+    kept = 0
+    for i in range(count):
+        traced = active[i]
+        step = max(step_size, 1.0 / seen[traced]) if averaging else step_size
+        q[traced] += step * error * trace[traced]
+        decayed = trace[traced] * decay
+        if decayed < TRACE_FLOOR:
+            trace[traced] = 0.0
+        else:
+            trace[traced] = decayed
+            active[kept] = traced
+            kept += 1
+    return kept
+
+
+@njit(cache=True, nogil=True)
+def _sweep(
+    pair: I64, discount: F64, reward: F64, ends: I8, sway: F64,
+    step_size: float, trace_decay: float, averaging: bool, replacing: bool,
+    q: F64, seen: F64, errors: F64, trace: F64, active: I64,
+) -> None:
+    """One pass over the batch: changes ``q`` and ``seen`` [P] and fills ``errors`` [T].
+
+    ``sway`` [T] is added to a decision's error in its update only. ``trace`` [P] must be zero and
+    is zero again afterwards; ``active`` [P] is scratch.
+    """
+    count = 0
+    a_tm1 = -1  # the last known pair, waiting for its outcome
+    row = 0
+    r_t = 0.0
+    discount_t = 1.0
+    for t in range(len(pair)):
+        errors[t] = np.nan
+        a_t = pair[t]
+        if a_t >= 0:
+            if a_tm1 >= 0:
+                error = td_error(q[a_tm1], r_t, discount_t, q[a_t])
+                errors[row] = error
+                error += sway[row]
+                decay = discount_t * trace_decay
+                count = _learn(
+                    error, a_tm1, decay, step_size, averaging, replacing, q, seen, trace, active, count
+                )
+            a_tm1, row, r_t, discount_t = a_t, t, 0.0, 1.0
+        discount_t *= discount[t]
+        r_t += discount_t * reward[t]
+        if ends[t] != CONTINUES:
+            if ends[t] == TERMINAL and a_tm1 >= 0:
+                error = td_error(q[a_tm1], r_t, discount_t, 0.0)
+                errors[row] = error
+                error += sway[row]
+                decay = discount_t * trace_decay
+                count = _learn(
+                    error, a_tm1, decay, step_size, averaging, replacing, q, seen, trace, active, count
+                )
+            for i in range(count):
+                trace[active[i]] = 0.0
+            count = 0
+            a_tm1 = -1
+
+
+def sarsa_lambda(
+    q: F64,
+    batch: Batch,
+    *,
+    step_size: float,
+    discount: float,
+    trace_decay: float,
+    traces: Literal["replacing", "accumulating"] = "replacing",
+    sweeps: int = 1,
+    steps: Literal["constant", "average"] = "constant",
+    seen: F64 | None = None,
+    sway: Callable[[F64], F64] | None = None,
+) -> Learned:
+    """Action values after some sweeps over a batch, in order of time, updated at every decision.
+
+    A decision at time t that lasts ``elapsed`` seconds has the target
+    ``discount ** elapsed * (reward + q_next)``: the reward is discounted like everything else that
+    happens at the end of the decision, so that a goal is worth ``discount ** seconds`` to each
+    decision before it, as in the paper's value of a situation (section 3.2.2). Traces decay by
+    ``discount ** elapsed * trace_decay`` and are cleared where an episode ends.
+
+    A decision whose pair is UNKNOWN is no choice that could be valued: it prolongs the known
+    decision before it, which waits through it for its successor and collects its reward; before
+    the episode's first known decision it is ignored. The last known decision of a TRUNCATED
+    episode has no successor and makes no update; updates before it stand.
+
+    Args:
+        q: float64 [P], action values to start from; not changed.
+        batch: the decisions; every pair is below P.
+        step_size: alpha, in (0, 1]; of averages the least that it becomes.
+        discount: gamma a second, in (0, 1].
+        trace_decay: lambda a decision, in [0, 1].
+        traces: what a visit does to its pair's trace: replacing sets one, accumulating adds one.
+        sweeps: passes over the batch, at least 1.
+        steps: "constant", or "average" (Sutton and Barto, 2nd edition, section 2.4): a pair's step size is
+            one over how often it was seen, and ``step_size`` if that is more. For episodes of one decision
+            a value is then the mean return of all; what else counts as seen is said at :class:`Learned`.
+        seen: float64 [P], finite and not negative: how often each pair was seen before; None: never. Every
+            sweep counts from there.
+        sway: asked before every sweep for what is added to the TD error of each decision in its
+            update, float64 [T], finite. It is given the TD errors by the values that the sweep
+            starts from, float64 [T], NaN where a decision makes no update. See
+            :class:`pipeline.policies.influence.Influence`.
+
+    Raises:
+        SchemaMismatch: if ``q`` is not float64 [P] and finite, or a pair is not below P.
+        BadSettings: if a setting is out of its bounds, or the values grew beyond all bounds.
+    """
+    _require(q.ndim == 1 and q.dtype == np.float64, "q", "is not float64 [P]")
+    _require_all(np.isfinite(q), "q", "is not finite")
+    _require_all(batch.pair < len(q), "pair", f"is not below the {len(q)} action values")
+    for name, value, ok in (
+        ("step_size", step_size, 0 < step_size <= 1),
+        ("discount", discount, 0 < discount <= 1),
+        ("trace_decay", trace_decay, 0 <= trace_decay <= 1),
+        ("steps", steps, steps in ("constant", "average")),
+        ("traces", traces, traces in ("replacing", "accumulating")),
+        ("sweeps", sweeps, sweeps >= 1),
+    ):
+        if not ok:
+            raise BadSettings(
+                f"{name} cannot be {value}", where="sarsa", next_step="See PolicySettings for its bounds"
+            )
+
+    before = np.zeros_like(q) if seen is None else seen
+    _require(before.shape == q.shape and before.dtype == np.float64, "seen", "is not float64 [P]")
+    _require_all(np.isfinite(before) & (before >= 0), "seen", "is negative or not finite")
+
+    learned, counted = q.copy(), before.copy()
+    discounts = np.power(discount, batch.elapsed)
+    trace = np.zeros_like(learned)
+    active = np.empty(len(learned), dtype=np.int64)
+    errors = [np.empty(len(batch)) for _ in range(min(sweeps, 2))]
+    alone = np.zeros(len(batch))
+    # read-only arrays are another type to numba, and would have the kernel compiled once more
+    pair, reward, ends = batch.pair.copy(), batch.reward.copy(), batch.ends.copy()
+    for sweep in range(sweeps):
+        swayed, counted = alone, before.copy()
+        if sway is not None:
+            # a sweep of step zero moves nothing: its errors are those by the values as they are
+            still = np.empty(len(batch))
+            _sweep(
+                pair, discounts, reward, ends, alone, 0.0, 0.0, False, True, learned.copy(), counted.copy(),
+                still, trace, active,
+            )
+            swayed = sway(still)
+        _sweep(
+            pair, discounts, reward, ends, swayed, step_size, trace_decay, steps == "average",
+            traces == "replacing", learned, counted, errors[min(sweep, 1)], trace, active,
+        )
+    if not np.isfinite(learned).all():
+        raise BadSettings(
+            "the action values grew beyond all bounds", where="sarsa",
+            next_step="Lower step_size, discount or trace_decay, or use replacing traces",
+        )
+    return Learned(learned, counted, errors[0], errors[-1])
+
+
+def _require(ok: bool, name: str, breach: str) -> None:
+    if not ok:
+        raise SchemaMismatch(
+            f"{name} {breach}", where="sarsa", next_step="Pass arrays as Batch documents them"
+        )
+
+
+def _require_all(ok: npt.NDArray[np.bool_], name: str, breach: str) -> None:
+    if not ok.all():
+        _require(False, f"{name}[{int(np.argmin(ok))}]", breach)

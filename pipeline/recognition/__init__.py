@@ -1,1 +1,0 @@
-"""How situations are recognised: rules as text, the scene as signals, conditions, occurrences."""

@@ -1,0 +1,146 @@
+"""The rules made ready: compiled for a kind of match, and as tables for people."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from pipeline.pitch import SCALES, Kind
+from pipeline.settings import SituationSettings
+from pipeline.situations import fuzzy, occurrences, signals
+from pipeline.situations.conditions import Code, compile_conditions, parse
+from pipeline.situations.fuzzy import Variable
+from pipeline.situations.rules import MACROS, RULES, TABLE_1, Start, Target
+from schemas.situations import MOVES_RANDOMLY
+
+I64 = npt.NDArray[np.int64]
+I32 = npt.NDArray[np.int32]
+Flags = npt.NDArray[np.bool_]
+
+_STARTS = {Start.ONSET: occurrences.ONSET, Start.LATEST: occurrences.LATEST, Start.WHILE: occurrences.WHILE}
+
+
+@dataclass(frozen=True, slots=True)
+class RuleSet:
+    """V rules that look at the same signals, compiled.
+
+    Attributes:
+        places: int64 [V], which rules of RULES they are.
+        code: their conditions.
+        initial, final: int32 [V], registers of the conditions.
+        start: int64 [V], ONSET, LATEST or WHILE of :mod:`pipeline.situations.occurrences`.
+        limit_ns, hold_ns: int64 [V].
+        once: bool [V].
+    """
+
+    places: I64
+    code: Code
+    initial: I32
+    final: I32
+    start: I64
+    limit_ns: I64
+    hold_ns: I64
+    once: Flags
+
+
+def variable_of(signal: str) -> Variable:
+    """The fuzzy variable that a signal is a value of; its name says it."""
+    if signal.endswith("_distance"):
+        return Variable.DISTANCE
+    if signal == "heading_off_ball_course":
+        return Variable.ORIENTATION
+    return Variable.BEARING if "_off_" in signal else Variable.VELOCITY
+
+
+@cache
+def compiled(kind: Kind) -> dict[str, RuleSet]:
+    """The rules about the robot itself ('own'), about each opponent and about each teammate."""
+    terms = fuzzy.terms(SCALES[kind])
+
+    def lines(signal: str, term: str) -> fuzzy.Lines:
+        return fuzzy.lines(terms[variable_of(signal)][term])
+
+    def rule_set(places: Sequence[int], names: tuple[str, ...]) -> RuleSet:
+        rules = [RULES[place] for place in places]
+        # a rule without final condition keeps its register: it is never looked at
+        texts = [text for rule in rules for text in (rule.initial, rule.final or rule.initial)]
+        code = compile_conditions([parse(text, MACROS) for text in texts], names, lines)
+        return RuleSet(
+            places=np.array(places, dtype=np.int64),
+            code=code,
+            initial=code.outputs[0::2].copy(),
+            final=code.outputs[1::2].copy(),
+            start=np.array([_STARTS[rule.start] for rule in rules], dtype=np.int64),
+            limit_ns=np.array([round(rule.limit_s * 1e9) for rule in rules], dtype=np.int64),
+            hold_ns=np.array([round(rule.hold_s * 1e9) for rule in rules], dtype=np.int64),
+            once=np.array([rule.once for rule in rules], dtype=np.bool_),
+        )
+
+    others = (Target.OPPONENT, Target.TEAMMATE)
+    own = [place for place, rule in enumerate(RULES) if rule.target not in others]
+    sets = {"own": rule_set(own, signals.OWN)}
+    for about in others:
+        sets[about] = rule_set([p for p, rule in enumerate(RULES) if rule.target == about], signals.OTHER)
+    return sets
+
+
+def rule_table() -> pl.DataFrame:
+    """Every rule as text, one row a code and variant, in order of code.
+
+    Returns:
+        Columns code, name, priority (null for 194), variant, initial, final (null where the initial
+        condition has to last), start, limit_s, hold_s and playing_time, the term that hold_s belongs to
+        most (both null where nothing has to last), target.
+    """
+    times = fuzzy.terms(SCALES[Kind.VSSS])[Variable.PLAYING_TIME]
+    rows: list[dict[str, object]] = []
+    for rule in RULES:
+        for code in rule.code if isinstance(rule.code, tuple) else (rule.code,):
+            if code in TABLE_1:
+                name, priority = TABLE_1[code]
+                lasting = rule.start == Start.WHILE
+                rows.append({
+                    "code": code, "name": name, "priority": priority, "variant": rule.variant,
+                    "initial": rule.initial, "final": rule.final or None,
+                    "start": str(rule.start), "limit_s": rule.limit_s,
+                    "hold_s": rule.hold_s if lasting else None,
+                    "playing_time": fuzzy.likeliest(times, rule.hold_s) if lasting else None,
+                    "target": str(rule.target),
+                })
+    settings = SituationSettings()
+    rows.append({
+        "code": MOVES_RANDOMLY, "name": TABLE_1[MOVES_RANDOMLY][0], "variant": "what the others leave",
+        "start": str(Start.WHILE), "limit_s": settings.random_longest_s, "hold_s": settings.random_least_s,
+        "playing_time": fuzzy.likeliest(times, settings.random_least_s), "target": str(Target.NOTHING),
+    })
+    schema = {
+        "code": pl.Int16, "name": pl.String, "priority": pl.Int8, "variant": pl.String, "initial": pl.String,
+        "final": pl.String, "start": pl.String, "limit_s": pl.Float64, "hold_s": pl.Float64,
+        "playing_time": pl.String, "target": pl.String,
+    }
+    return pl.DataFrame(rows, schema=schema).sort("code", maintain_order=True)
+
+
+def term_table(kind: Kind) -> pl.DataFrame:
+    """Every term of the five fuzzy variables for a kind of match (the paper's Figure 1).
+
+    Returns:
+        Columns variable, meaning, unit, term, the trapezoid's corners a, b, c, d (null where nothing
+        ends it), and rises_at and falls_at, where its membership crosses 0.5 by scikit-fuzzy's lambda-cut
+        (null on the side of a shoulder).
+    """
+    rows = []
+    for variable, terms in fuzzy.terms(SCALES[kind]).items():
+        meaning, unit = fuzzy.MEANINGS[variable]
+        for term, trapezoid in terms.items():
+            rises_at, falls_at = fuzzy.crossings(trapezoid)
+            rows.append((str(variable), meaning, unit, term, *fuzzy.corners(trapezoid), rises_at, falls_at))
+    columns = ("variable", "meaning", "unit", "term", "a", "b", "c", "d", "rises_at", "falls_at")
+    return pl.DataFrame(rows, schema={
+        name: pl.String if name in columns[:4] else pl.Float64 for name in columns
+    }, orient="row")

@@ -1,0 +1,230 @@
+"""The rules as data: Table 1's situations, each with its initial and final condition.
+
+Codes, names and priorities are the paper's (Table 1). The conditions and times are ours, for the paper
+prints none (DECISIONS.md, "Sources of numbers" and "Situations"). The language of the conditions is that
+of :mod:`pipeline.situations.conditions`.
+
+Signals
+    ``ball_distance``, ``own_goal_distance``, …: from the robot's centre.
+    ``ball_off_heading``: angle between the robot's heading and the bearing of the ball.
+    ``ball_off_course``: the same for its course, the direction in which it drives: its heading, or the
+    opposite of it while it reverses; of robots that drive sideways, their direction of motion.
+    ``robot_off_ball_course``: angle between the ball's direction of travel and the bearing of the robot.
+    ``heading_off_ball_course``: angle between the robot's heading and the ball's direction of travel.
+    ``ball_x``, ``ball_y``: the point of the robot's line across (along) the pitch that is level with the
+    ball: (ball's x, robot's y) and (robot's x, ball's y).
+    ``other_…``: one other robot, each in turn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+#: Code to name and priority, 1 is the highest; None where the paper gives none (Table 1, its spelling).
+TABLE_1: dict[int, tuple[str, int | None]] = {
+    1: ("Robot with the ball", 1),
+    11: ("Robot guides the ball", 2),
+    21: ("Robot kicks the ball", 3),
+    22: ("Robot loses the ball", 4),
+    23: ("Robot yields the ball", 4),
+    33: ("Robot leaves the ball", 5),
+    34: ("Robot moves away from the ball", 10),
+    44: ("Robot reaches the ball", 6),
+    45: ("Robot receives the ball", 7),
+    46: ("Robot approaches the ball", 9),
+    47: ("Ball hits the robot", 8),
+    57: ("Robot orients to the ball", 11),
+    67: ("Robot goes ball's X direction", 12),
+    68: ("Robot goes ball's Y direction", 13),
+    78: ("Robot orients to it's own goal", 14),
+    88: ("Robot approaches it's own goal", 15),
+    98: ("Robot moves away from it's own goal", 16),
+    108: ("Robot orients to adversary's goal", 17),
+    118: ("Robot approaches the adversary's goal", 18),
+    128: ("Robot moves away from adversary's goal", 19),
+    138: ("Robot approaches goalkeeper adversary", 21),
+    139: ("Robot approaches midfield adversary", 21),
+    140: ("Robot approaches striker adversary", 21),
+    150: ("Robot moves away from goalkeeper adversary", 24),
+    151: ("Robot moves away from midfield adversary", 24),
+    152: ("Robot moves away from striker adversary", 24),
+    162: ("Robot approaches role +1 teammate", 23),
+    163: ("Robot approaches role +2 teammate", 23),
+    173: ("Robot moves away from role+1 teammate", 22),
+    174: ("Robot moves away from role+2 teammate", 22),
+    184: ("Robot does not move", 20),
+    194: ("Robot moves randomly", None),
+}
+
+
+class Start(StrEnum):
+    """Where a situation starts, and so how its rule is applied.
+
+    ONSET: where the initial condition set in (it contains the motion, which belongs to the situation).
+    LATEST: where the initial condition last held (a state before it, which is another situation's).
+    WHILE: where the initial condition set in, and it lasts while that holds; there is no final condition.
+    """
+
+    ONSET = "onset"
+    LATEST = "latest"
+    WHILE = "while"
+
+
+class Target(StrEnum):
+    """What a situation is done to; an other robot is named by its team and number instead."""
+
+    BALL = "ball"
+    OWN_GOAL = "own-goal"
+    ADVERSARY_GOAL = "adversary-goal"
+    OPPONENT = "opponent"
+    TEAMMATE = "teammate"
+    NOTHING = "nothing"
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """One way in which a situation comes about; a situation has one or more.
+
+    Attributes:
+        code: of Table 1; of a family that asks for the other robot's role, the codes of three: for an
+            opponent by its role (goalkeeper, midfield, striker), for a teammate by how many roles it is
+            ahead on the circle of roles (0, 1, 2), 0 being no situation.
+        variant: what tells it from the situation's other rules.
+        initial: the condition that marks it as possible.
+        final: the condition that completes it, within ``limit_s`` of the mark; empty for WHILE.
+        start: where the situation starts.
+        target: what it is done to.
+        limit_s: seconds for which a mark holds after the initial condition last held; of WHILE, the
+            longest situation: a longer stretch is cut.
+        hold_s: of WHILE, seconds for which the condition must hold.
+        once: of WHILE, whether it is only the first ``hold_s`` of the stretch.
+    """
+
+    code: int | tuple[int, int, int]
+    variant: str
+    initial: str
+    final: str
+    start: Start
+    target: Target
+    limit_s: float
+    hold_s: float = 0.0
+    once: bool = False
+
+
+MACROS: dict[str, str] = {
+    "touching": "ball_distance is CONTACT",
+    "facing_ball": "ball_off_heading is FACING",
+    "has_ball": "touching and facing_ball",
+    "moving": "speed is (FASTER or MUCH_FASTER)",
+    "ball_slow": "ball_speed is (EQUAL or FASTER)",
+    "ball_fast": "ball_speed is MUCH_FASTER",
+    "ball_moving": "ball_speed is (FASTER or MUCH_FASTER)",
+    "beside_ball": "ball_distance is (CLOSE or NEAR)",
+    "ball_goes_off": "robot_off_ball_course is BACK",
+    "ball_comes": "robot_off_ball_course is FACING",
+    "opponent_touching": "opponent_ball_distance is CONTACT",
+    "teammate_touching": "teammate_ball_distance is CONTACT",
+    "nobody_else_touching": "not opponent_touching and not teammate_touching",
+}
+
+_O, _L, _W = Start.ONSET, Start.LATEST, Start.WHILE
+_NEARER = (("VERY_FAR", "FAR"), ("FAR", "NEAR"), ("NEAR", "CLOSE"))
+_FARTHER = (("CLOSE", "NEAR"), ("NEAR", "FAR"))
+
+
+def _ladder(
+    code: int | tuple[int, int, int], thing: str, target: Target, steps: tuple[tuple[str, str], ...]
+) -> tuple[Rule, ...]:
+    """Driving to (or from) a thing, from one level of distance to the next: one rule a step."""
+    course = "FACING" if steps[-1][1] == "CLOSE" else "BACK"
+    return tuple(
+        Rule(
+            code, f"{here} to {there}".lower().replace("_", " "),
+            f"{thing}_distance is {here} and {thing}_off_course is {course} and moving",
+            f"{thing}_distance is {there}", _O, target, 0.30,
+        )
+        for here, there in steps
+    )
+
+
+def _turn(code: int, thing: str, target: Target) -> Rule:
+    """Turning to a thing: from well off (36 degrees or more) to right at it (24 or less)."""
+    return Rule(
+        code, "", f"very(not {thing}_off_heading is FACING)", f"very({thing}_off_heading is FACING)",
+        _L, target, 0.50,
+    )
+
+
+def _level(code: int, thing: str) -> Rule:
+    """Driving along (or across) the pitch until level with the ball."""
+    return Rule(
+        code, "", f"not {thing}_distance is CONTACT and {thing}_off_course is FACING and moving",
+        f"{thing}_distance is CONTACT and ball_distance is (NEAR or FAR or VERY_FAR)", _O, Target.BALL, 0.20,
+    )
+
+
+_BALL, _OWN, _ADVERSARY = Target.BALL, Target.OWN_GOAL, Target.ADVERSARY_GOAL
+
+RULES: tuple[Rule, ...] = (
+    Rule(1, "gains it", "has_ball", "", _W, _BALL, 0.15, hold_s=0.15, once=True),
+    Rule(1, "holds it", "has_ball and ball_speed is EQUAL", "", _W, _BALL, 1.0, hold_s=0.40),
+    Rule(
+        11, "", "has_ball and moving and ball_moving and heading_off_ball_course is PARALLEL", "",
+        _W, _BALL, 1.0, hold_s=0.25,
+    ),
+    Rule(
+        21, "push", "has_ball and moving",
+        "not touching and ball_goes_off and ball_speed_over_robot is (FASTER or MUCH_FASTER)"
+        " and heading_off_ball_course is PARALLEL",
+        _L, _BALL, 0.40,
+    ),
+    Rule(
+        21, "strike", "touching and ball_slow", "ball_fast and ball_goes_off and nobody_else_touching",
+        _L, _BALL, 0.30,
+    ),
+    Rule(22, "", "has_ball", "not touching and opponent_touching", _L, _BALL, 1.0),
+    Rule(23, "", "has_ball", "not touching and teammate_touching", _L, _BALL, 1.5),
+    Rule(
+        33, "", "has_ball",
+        "not touching and not ball_off_course is FACING and speed_over_ball is (FASTER or MUCH_FASTER)"
+        " and ball_slow and nobody_else_touching",
+        _L, _BALL, 0.60,
+    ),
+    *_ladder(34, "ball", _BALL, _FARTHER),
+    Rule(
+        44, "",
+        "beside_ball and facing_ball and speed_over_ball is (EQUAL or FASTER or MUCH_FASTER) and moving",
+        "has_ball", _O, _BALL, 0.15,
+    ),
+    Rule(
+        45, "",
+        "beside_ball and facing_ball and ball_comes and"
+        " (speed_over_ball is (SLOWER or MUCH_SLOWER) or speed_over_ball is EQUAL and not moving)",
+        "has_ball", _O, _BALL, 0.15,
+    ),
+    *_ladder(46, "ball", _BALL, _NEARER),
+    Rule(
+        47, "comes",
+        "beside_ball and not facing_ball and ball_comes and speed_over_ball is (SLOWER or MUCH_SLOWER)",
+        "touching and not facing_ball", _O, _BALL, 0.15,
+    ),
+    Rule(
+        47, "close by", "ball_distance is CLOSE and not facing_ball", "touching and not facing_ball",
+        _L, _BALL, 0.15,
+    ),
+    _turn(57, "ball", _BALL),
+    _level(67, "ball_x"),
+    _level(68, "ball_y"),
+    _turn(78, "own_goal", _OWN),
+    *_ladder(88, "own_goal", _OWN, _NEARER),
+    *_ladder(98, "own_goal", _OWN, _FARTHER),
+    _turn(108, "adversary_goal", _ADVERSARY),
+    *_ladder(118, "adversary_goal", _ADVERSARY, _NEARER),
+    *_ladder(128, "adversary_goal", _ADVERSARY, _FARTHER),
+    *_ladder((138, 139, 140), "other", Target.OPPONENT, _NEARER[1:]),
+    *_ladder((150, 151, 152), "other", Target.OPPONENT, _FARTHER),
+    *_ladder((0, 162, 163), "other", Target.TEAMMATE, _NEARER[1:]),
+    *_ladder((0, 173, 174), "other", Target.TEAMMATE, _FARTHER),
+    Rule(184, "", "speed is EQUAL", "", _W, Target.NOTHING, 2.0, hold_s=0.40),
+)

@@ -1,0 +1,1 @@
+"""Studies: seasons, paradigms, evaluations, and how their claims are judged."""

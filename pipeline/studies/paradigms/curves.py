@@ -1,0 +1,182 @@
+"""A curve: one learner in one game, over penalties and decays of the temperature."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import polars as pl
+from pydantic import Field, model_validator
+
+from pipeline.settings import Frozen
+from pipeline.store.receipts import digest
+from pipeline.studies.paradigms.games.equilibria import pure_equilibria
+from pipeline.studies.paradigms.games.game import Game
+from pipeline.studies.paradigms.games.grid import grid_world
+from pipeline.studies.paradigms.games.matrix import (
+    climbing,
+    fully_stochastic_climbing,
+    partially_stochastic_climbing,
+    penalty,
+)
+from pipeline.studies.paradigms.rules.memory import F64
+from pipeline.studies.paradigms.rules.rules import AnyLearner
+from pipeline.studies.paradigms.rules.selection import Selection
+from pipeline.studies.paradigms.runner import Runs, Testing, Training, play
+from pipeline.studies.statistics import mean_interval, wilson
+from schemas import Paradigms
+
+SELECTIONS = {
+    "boltzmann": Selection.BOLTZMANN, "epsilon-greedy": Selection.EPSILON_GREEDY, "mixed": Selection.MIXED
+}
+
+
+class Exploration(Frozen):
+    """How a learner explores, where it is not by the paper's temperatures; its budget is the paper's.
+
+    Attributes:
+        selection: what makes weights of action values.
+        start, end: heat of the first and the last tick; it falls by a constant factor. Where it is a
+            probability, at most 1.
+    """
+
+    selection: Literal["boltzmann", "epsilon-greedy", "mixed"]
+    start: float = Field(gt=0)
+    end: float = Field(gt=0)
+
+    @model_validator(mode="after")
+    def _heat_may_be_a_probability(self) -> Exploration:
+        if self.selection != "boltzmann" and max(self.start, self.end) > 1:
+            raise ValueError(f"{self.selection} explores with a probability: start and end are at most 1")
+        return self
+
+    def heats(self, ticks: int) -> F64:
+        """float64 [ticks], geometric from start to end, both included."""
+        return np.asarray(np.geomspace(self.start, self.end, ticks))
+
+
+class Curve(Frozen):
+    """One learner in one game under one reading; a point for every penalty and decay.
+
+    Attributes:
+        study: what the curve is for (schema Paradigms).
+        figure: of the paper.
+        game: penalty, climbing, grid, or a stochastic variant.
+        learner: its name in the figure.
+        reading: what was read into the text, in words.
+        rule: the learning rule and its settings.
+        ks: penalties as written in the figure: the payoff k of the penalty game, at most 0; what the grid
+            world punishes with, at least 0. Empty where the game has none.
+        decays: of the temperature a tick.
+        temperature: of the first tick, T0.
+        floor: training ends when the temperature has fallen below.
+        exploration: instead of Boltzmann's selection by that temperature.
+        tick: whether the temperature falls with every step or with every episode.
+        episode_steps: of training; an episode that has not ended is broken off.
+        test_steps: the same in the tests.
+        tests: of each training's policy.
+        test_by: greedy, ties at random; or by the temperature of the end of training.
+        punished, stay: readings of the grid world (:func:`pipeline.studies.paradigms.games.grid.grid_world`).
+    """
+
+    study: Literal["figure", "sensitivity", "confirmation"] = "figure"
+    figure: Literal[4, 5, 6]
+    game: Literal[
+        "penalty", "climbing", "partially stochastic climbing", "fully stochastic climbing", "grid"
+    ]
+    learner: str
+    reading: str
+    rule: AnyLearner
+    ks: tuple[float, ...] = ()
+    decays: tuple[Annotated[float, Field(gt=0, lt=1)], ...] = Field(min_length=1)
+    temperature: float = Field(default=16.0, gt=0)
+    floor: float = Field(default=0.01, gt=0)
+    exploration: Exploration | None = None
+    tick: Literal["step", "episode"] = "step"
+    episode_steps: int = Field(default=1_000, ge=1)
+    test_steps: int = Field(default=1, ge=1)
+    tests: int = Field(default=1, ge=1)
+    test_by: Literal["greedy", "last temperature"] = "greedy"
+    punished: Literal["both", "alone"] = "both"
+    stay: bool = False
+
+    def points(self) -> Iterator[tuple[float | None, float]]:
+        """All pairs of penalty (None where there is none) and decay."""
+        for decay in self.decays:
+            for k in self.ks or (None,):
+                yield k, decay
+
+    def ticks(self, decay: float) -> int:
+        """How often the temperature is lowered: the t from which ``temperature * decay**t < floor``."""
+        return max(1, math.floor(math.log(self.floor / self.temperature) / math.log(decay)) + 1)
+
+    def _temperatures(self, decay: float) -> F64:
+        return np.asarray(self.temperature * np.power(decay, np.arange(self.ticks(decay))))
+
+    def play(self, k: float | None, decay: float, *, runs: int, seed: int) -> pl.DataFrame:
+        """One row of schema Paradigms: the point over independent runs.
+
+        Args:
+            k: one of ``ks``, None where there are none.
+            decay: one of ``decays``.
+            runs: how many, from the first.
+            seed: of the runs.
+        """
+        game = self._game(k)
+        ticks = self.ticks(decay)
+        if self.exploration is None:
+            heats, selection = self._temperatures(decay), Selection.BOLTZMANN
+        else:
+            heats, selection = self.exploration.heats(ticks), SELECTIONS[self.exploration.selection]
+        heat = 0.0 if self.test_by == "greedy" else float(heats[-1])
+        played = play(
+            game, self.rule, Training(heats, selection, self.tick, self.episode_steps),
+            Testing(self.tests, self.test_steps, heat), runs=range(runs),
+            seeds=(seed, self._number(k, decay)),
+        )
+        described: dict[str, Any] = {
+            "study": self.study, "figure": self.figure, "game": self.game, "learner": self.learner,
+            "reading": self.reading, "k": k, "decay": decay, "steps": ticks, "runs": runs,
+            "tests": self.tests, "seed": seed,
+        }
+        return pl.DataFrame([described | _summary(played, game)], schema=Paradigms.dtypes())
+
+    def _number(self, k: float | None, decay: float) -> int:
+        """A number of the point's own, so that no two points share random numbers."""
+        point = f"{self.study} {self.figure} {self.game} {self.learner} {self.reading} {k} {decay}"
+        return int(digest(point.encode())[:16], 16)
+
+    def _game(self, k: float | None) -> Game:
+        match self.game:
+            case "penalty":
+                return penalty(k or 0.0)
+            case "climbing":
+                return climbing()
+            case "partially stochastic climbing":
+                return partially_stochastic_climbing()
+            case "fully stochastic climbing":
+                return fully_stochastic_climbing()
+            case "grid":
+                return grid_world(k or 0.0, punished=self.punished, stay=self.stay)
+
+
+def _summary(played: Runs, game: Game) -> dict[str, Any]:
+    """What the runs of one point came to; a run that diverged never succeeded."""
+    runs = len(played.success)
+    reached = float(played.success.mean())
+    low, high = wilson(reached * runs, runs)
+    equilibrium = length = length_low = length_high = None
+    lengths = played.length[~np.isnan(played.length)]
+    if game.states == 1:
+        ended = played.last[~played.diverged]
+        equilibrium = float(pure_equilibria(game)[ended].sum() / runs)
+    elif len(lengths):
+        length = float(lengths.mean())
+        length_low, length_high = mean_interval(lengths) or (None, None)
+    return {
+        "p_optimal": reached, "p_low": float(low), "p_high": float(high), "p_equilibrium": equilibrium,
+        "path_length": length, "path_low": length_low, "path_high": length_high,
+        "diverged": int(played.diverged.sum()),
+    }

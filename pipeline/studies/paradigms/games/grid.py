@@ -1,0 +1,121 @@
+"""The grid world of two agents who have to be in the same place at the same time (paper, Figure 3c).
+
+Positions are (row, column), counted from 1, row 1 on top. A state is the positions of both agents:
+``25 * first + second``, where a position is the cell ``5 * (row - 1) + (column - 1)``.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import Literal
+
+import numpy as np
+
+from pipeline.errors import BadSettings, NotFound
+from pipeline.studies.paradigms.games.game import Game
+
+Position = tuple[int, int]
+
+SIZE = 5
+CELLS = SIZE * SIZE
+
+STARTS: tuple[Position, Position] = ((5, 1), (5, 5))
+SUMMIT: Position = (3, 3)
+SUMMIT_REWARD = 10.0
+REFUGE: Position = (1, 3)
+REFUGE_REWARD = 5.0
+
+
+class Move(IntEnum):
+    """The actions in their order; the paper names none."""
+
+    UP = 0
+    DOWN = 1
+    LEFT = 2
+    RIGHT = 3
+    STAY = 4
+
+
+#: Rows and columns that each move leads down and to the right.
+STEPS = ((-1, 0), (1, 0), (0, -1), (0, 1), (0, 0))
+
+
+def grid_world(k: float, *, punished: Literal["both", "alone"] = "both", stay: bool = False) -> Game:
+    """The game as section 5 of the paper tells it.
+
+    Both agents move at once, may share a cell, and stay where they are if the move leads off the board.
+    Then, if both are on (3, 3), each receives 10, and if both are on (1, 3), each receives 5, and the
+    episode is over. As long as exactly one is on (3, 3), every such step costs k. Nothing else counts.
+
+    Args:
+        k: the penalty as a positive number, at least 0 and finite.
+        punished: who pays k: both agents ("they are punished", as printed), or the one who is there alone.
+        stay: whether there is a fifth action, to stay; the paper does not say.
+
+    Raises:
+        BadSettings: if k or punished is not as above.
+    """
+    if not (math.isfinite(k) and k >= 0):
+        raise BadSettings(f"k cannot be {k}", where="grid world", next_step="Choose a finite k of at least 0")
+    if punished not in ("both", "alone"):
+        raise BadSettings(
+            f"punished cannot be {punished!r}", where="grid world", next_step="Choose both or alone"
+        )
+    actions = len(Move) if stay else len(Move) - 1
+    down, right = np.array(STEPS[:actions], dtype=np.int64).T
+    rows, columns = np.indices((SIZE, SIZE), dtype=np.int64).reshape(2, CELLS, 1)
+    moved = SIZE * np.clip(rows + down, 0, SIZE - 1) + np.clip(columns + right, 0, SIZE - 1)
+
+    own = np.indices((CELLS, CELLS), dtype=np.int64).reshape(2, -1)
+    choices = np.indices((actions, actions)).reshape(2, -1)
+    cells = moved[own[:, :, np.newaxis], choices[:, np.newaxis, :]]  # [N, S, J]
+
+    there = cells == _cell(SUMMIT)
+    summit = there.all(axis=0)
+    refuge = (cells == _cell(REFUGE)).all(axis=0)
+    alone = there.any(axis=0) & ~summit
+    pays = np.broadcast_to(alone, there.shape) if punished == "both" else there & alone
+    rewards = SUMMIT_REWARD * summit + REFUGE_REWARD * refuge - k * pays
+    return Game(
+        name="grid",
+        actions=actions,
+        following=CELLS * cells[0] + cells[1],
+        rewards=np.ascontiguousarray(np.moveaxis(rewards, 0, -1)[:, :, np.newaxis, :]),
+        ends=summit | refuge,
+        success=summit,
+        own=own,
+        start=state_of(*STARTS),
+    )
+
+
+def positions(state: int) -> tuple[Position, Position]:
+    """Where the two agents are, as (row, column) counted from 1.
+
+    Raises:
+        NotFound: if there is no such state.
+    """
+    if not 0 <= state < CELLS * CELLS:
+        raise NotFound(
+            f"no state {state}", where="grid world", next_step=f"States are 0 to {CELLS * CELLS - 1}"
+        )
+    first, second = divmod(int(state), CELLS)
+    return (first // SIZE + 1, first % SIZE + 1), (second // SIZE + 1, second % SIZE + 1)
+
+
+def state_of(first: Position, second: Position) -> int:
+    """The state of two agents at such positions, (row, column) counted from 1.
+
+    Raises:
+        NotFound: if a position is not on the board.
+    """
+    return CELLS * _cell(first) + _cell(second)
+
+
+def _cell(position: Position) -> int:
+    row, column = position
+    if not (1 <= row <= SIZE and 1 <= column <= SIZE):
+        raise NotFound(
+            f"no position {position}", where="grid world", next_step=f"Rows and columns are 1 to {SIZE}"
+        )
+    return SIZE * (row - 1) + (column - 1)

@@ -1,0 +1,103 @@
+"""Matrix games that are played again and again: penalty, climbing and its stochastic variants.
+
+Rows are the first agent's actions and columns the second's, and both agents receive the cell. Penalty
+and climbing are of Claus and Boutilier (*The dynamics of reinforcement learning in cooperative multiagent
+systems*, AAAI 1998; paper, Figures 3a and 3b), the stochastic variants of Kapetanakis and Kudenko
+(*Reinforcement learning of coordination in cooperative multi-agent systems*, AAAI 2002).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.errors import BadSettings, SchemaMismatch
+from pipeline.studies.paradigms.games.equilibria import optimal
+from pipeline.studies.paradigms.games.game import Game
+
+CLIMBING = ((11, -30, 0), (-30, 7, 6), (0, 0, 5))
+
+#: The two outcomes of every cell. The last cell is also found as 10/0; the mean is the same.
+FULLY_STOCHASTIC_CLIMBING = (
+    ((10, 12), (5, -65), (8, -8)),
+    ((5, -65), (14, 0), (12, 0)),
+    ((5, -5), (5, -5), (7, 3)),
+)
+
+
+def matrix_game(
+    name: str, payoff: npt.ArrayLike, *, outcomes: bool = False, individual: bool = False
+) -> Game:
+    """A game of one state that follows itself, for any number of agents with A actions each.
+
+    Its success is computed: the equilibria that are best for every agent, see
+    :func:`pipeline.studies.paradigms.games.equilibria.optimal`. There may be none if rewards are individual.
+
+    Args:
+        name: of the game.
+        payoff: numbers [A] * N, what every agent receives for a joint action; then an axis [V] if there
+            are ``outcomes``, then an axis [N] if rewards are ``individual``. It is copied.
+        outcomes: whether there is an axis of V equally likely outcomes.
+        individual: whether there is a last axis of what each agent receives; else all receive the same.
+
+    Raises:
+        SchemaMismatch: if the axes are not as above or a number is not finite.
+    """
+    rewards = np.array(payoff, dtype=np.float64)
+    agents = rewards.ndim - outcomes - individual
+    axes = ["A"] * agents + ["V"] * outcomes + ["N"] * individual
+    if (agents < 1 or 0 in rewards.shape or len(set(rewards.shape[:agents])) != 1
+            or (individual and rewards.shape[-1] != agents)):
+        raise SchemaMismatch(
+            f"payoff of shape {rewards.shape} is not [{', '.join(axes)}]", where=f"game {name}",
+            next_step="Give every agent as many actions, and say whether there are outcomes or "
+            "individual rewards",
+        )
+    if not individual:
+        rewards = np.repeat(rewards[..., np.newaxis], agents, axis=-1)
+    actions = rewards.shape[0]
+    joint = actions**agents
+    game = Game(
+        name=name,
+        actions=actions,
+        following=np.zeros((1, joint), dtype=np.int64),
+        rewards=rewards.reshape(1, joint, -1, agents),
+        ends=np.zeros((1, joint), dtype=np.bool_),
+        success=np.zeros((1, joint), dtype=np.bool_),
+        own=np.zeros((agents, 1), dtype=np.int64),
+    )
+    return replace(game, success=optimal(game)[np.newaxis])
+
+
+def penalty(k: float) -> Game:
+    """The penalty game: two optimal equilibria, (0, 0) and (2, 2), that cost k to confuse.
+
+    Args:
+        k: at most 0 and finite, received for (0, 2) and (2, 0).
+
+    Raises:
+        BadSettings: if k is not as above: a reward for confusion is another game.
+    """
+    if not (math.isfinite(k) and k <= 0):
+        raise BadSettings(f"k cannot be {k}", where="penalty game", next_step="Choose a finite k up to 0")
+    return matrix_game("penalty", ((10, 0, k), (0, 2, 0), (k, 0, 10)))
+
+
+def climbing() -> Game:
+    """The climbing game: the optimal equilibrium, (0, 0), is surrounded by penalties."""
+    return matrix_game("climbing", CLIMBING)
+
+
+def partially_stochastic_climbing() -> Game:
+    """The climbing game where (1, 1) pays 14 or nothing, equally likely."""
+    payoff = np.repeat(np.array(CLIMBING, dtype=np.float64)[..., np.newaxis], 2, axis=-1)
+    payoff[1, 1] = 14, 0
+    return matrix_game("partially stochastic climbing", payoff, outcomes=True)
+
+
+def fully_stochastic_climbing() -> Game:
+    """The climbing game where every joint action pays one of two rewards, equally likely."""
+    return matrix_game("fully stochastic climbing", FULLY_STOCHASTIC_CLIMBING, outcomes=True)

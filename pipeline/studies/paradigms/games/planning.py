@@ -1,0 +1,215 @@
+"""What perfect knowledge of a game allows: best joint play, best responses, equilibria of policies.
+
+A policy is int64 [S], the joint action in each state. What it is worth is the discounted sum of expected
+rewards until the episode ends. With discount 1 an episode may go on for ever without rewards, but where
+rewards or penalties go on for ever, too, nothing has a worth, and planning refuses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from pipeline.errors import BadSettings, NotFound, SchemaMismatch
+from pipeline.studies.paradigms.games.game import F64, I64, Bool, Game
+
+#: How far values may be from their limit.
+TOLERANCE = 1e-9
+
+#: After so many sweeps without a limit there is none, or it is too far off to wait for.
+MOST_SWEEPS = 100_000
+
+
+class Plan(NamedTuple):
+    """The best that can be done in every state; K choices are joint actions, or those of one agent.
+
+    Attributes:
+        values: float64 [S], the discounted sum of rewards that is to be had.
+        best: bool [S, K], the choices that lead to it; all of them, if several do.
+    """
+
+    values: F64
+    best: Bool
+
+
+def value_iteration(game: Game, discount: float, tolerance: float = TOLERANCE) -> Plan:
+    """The best joint play of a team that maximises the mean of its agents' rewards.
+
+    Bellman's equation, iterated from zero (Sutton and Barto, 2nd edition, section 4.4). With discount 1
+    delay costs nothing: ``best`` then holds choices that waste time, even for ever.
+
+    Args:
+        game: N agents.
+        discount: in [0, 1].
+        tolerance: above 0; values are at most half of it off, choices that are tied are all found, and
+            none is taken for best that is worse by twice the tolerance.
+
+    Raises:
+        BadSettings: if discount or tolerance is not as above, or the values do not converge.
+    """
+    return _solve(game.following, game.expected.mean(axis=2), game.ends, discount, tolerance)
+
+
+def best_response(
+    game: Game, policy: I64, agent: int, discount: float, tolerance: float = TOLERANCE
+) -> Plan:
+    """The best that one agent can do for itself while the others keep to their parts of a policy.
+
+    Args:
+        game: N agents.
+        policy: int64 [S], each in [0, J).
+        agent: in [0, N).
+        discount: in [0, 1].
+        tolerance: above 0, as for :func:`value_iteration`.
+
+    Returns:
+        A plan whose choices are the agent's own A actions.
+
+    Raises:
+        NotFound: if there is no such agent.
+        SchemaMismatch: if the policy is not as above.
+        BadSettings: as :func:`value_iteration`.
+    """
+    _require_policy(game, policy)
+    if not 0 <= agent < game.agents:
+        raise NotFound(f"no agent {agent}", where="game", next_step=f"Agents are 0 to {game.agents - 1}")
+    return _solve(*_restricted(game, _deviations(game, policy, agent), agent), discount, tolerance)
+
+
+def evaluate(game: Game, policy: I64, discount: float, tolerance: float = TOLERANCE) -> F64:
+    """What a policy is worth to each agent from the game's start on, float64 [N].
+
+    Args:
+        game: N agents.
+        policy: int64 [S], each in [0, J).
+        discount: in [0, 1].
+        tolerance: above 0; the result is at most half of it off.
+
+    Raises:
+        SchemaMismatch: if the policy is not as above.
+        BadSettings: as :func:`value_iteration`.
+    """
+    _require_policy(game, policy)
+    kept = policy[:, np.newaxis]
+    return np.array([
+        _from_start(game, kept, agent, discount, tolerance) for agent in range(game.agents)
+    ])
+
+
+def gains(game: Game, policy: I64, discount: float, tolerance: float = TOLERANCE) -> F64:
+    """What each agent gains, from the game's start on, by its best deviation from a policy, float64 [N].
+
+    Args, errors: as :func:`evaluate`. The result is at most the tolerance off.
+    """
+    kept = evaluate(game, policy, discount, tolerance)
+    best = [
+        _from_start(game, _deviations(game, policy, agent), agent, discount, tolerance)
+        for agent in range(game.agents)
+    ]
+    return np.array(best) - kept
+
+
+def is_equilibrium(game: Game, policy: I64, discount: float, tolerance: float = TOLERANCE) -> bool:
+    """Whether no agent gains by deviating from a policy alone (paper, inequality 8), from the start on.
+
+    What a policy does in states that it never comes to still matters: it is how the others answer a
+    deviation. They need not answer wisely: this is a Nash equilibrium, not a perfect one.
+
+    Args, errors: as :func:`evaluate`; a gain of no more than the tolerance is none.
+    """
+    return bool((gains(game, policy, discount, tolerance) <= tolerance).all())
+
+
+def path_length(game: Game, allowed: Bool) -> int | None:
+    """The fewest steps from the start to success by allowed joint actions; null if they never lead there.
+
+    Args:
+        game: N agents.
+        allowed: bool [S, J], e.g. :attr:`Plan.best`.
+
+    Raises:
+        SchemaMismatch: if ``allowed`` is not as above.
+    """
+    if allowed.shape != game.following.shape or allowed.dtype != np.bool_:
+        raise SchemaMismatch("allowed is not bool [S, J]", where="game", next_step="Pass a plan's best")
+    for steps, newest in enumerate(_frontiers(game.following, allowed & ~game.ends, game.start), start=1):
+        if (game.success & allowed)[newest].any():
+            return steps
+    return None
+
+
+def _frontiers(following: I64, onward: Bool, start: int) -> Iterator[Bool]:
+    """The states [S] first come to after 0, 1, 2, … steps, until there are no new ones.
+
+    ``onward`` [S, K] says which choices are taken and do not end the episode.
+    """
+    known = np.zeros(len(following), dtype=np.bool_)
+    newest = known.copy()
+    newest[start] = True
+    while newest.any():
+        yield newest
+        known |= newest
+        reached = np.zeros_like(known)
+        reached[following[onward & newest[:, np.newaxis]]] = True
+        newest = reached & ~known
+
+
+def _deviations(game: Game, policy: I64, agent: int) -> I64:
+    """The joint actions [S, A] that come of each of an agent's actions while the others keep to a policy."""
+    weight = game.actions ** (game.agents - 1 - agent)
+    others = policy - weight * game.choices[agent, policy]
+    return np.asarray(others[:, np.newaxis] + weight * np.arange(game.actions))
+
+
+def _from_start(game: Game, joint: I64, agent: int, discount: float, tolerance: float) -> float:
+    """What an agent can have from the start on if only some joint actions [S, K] are taken.
+
+    States that these never lead to end at once: without discount they need not have a worth.
+    """
+    following, rewards, ends = _restricted(game, joint, agent)
+    never = ~np.logical_or.reduce(list(_frontiers(following, ~ends, game.start)))[:, np.newaxis]
+    return float(_solve(following, rewards, ends | never, discount, tolerance).values[game.start])
+
+
+def _restricted(game: Game, joint: I64, agent: int) -> tuple[I64, F64, Bool]:
+    """What follows if only some joint actions [S, K] are taken: following, one agent's rewards, ends."""
+    rows = np.arange(game.states)[:, np.newaxis]
+    return game.following[rows, joint], game.expected[rows, joint, agent], game.ends[rows, joint]
+
+
+def _solve(following: I64, rewards: F64, ends: Bool, discount: float, tolerance: float) -> Plan:
+    """Iterate Bellman's equation over K choices, all arrays [S, K], until the values keep still."""
+    if not 0 <= discount <= 1:
+        raise BadSettings(
+            f"discount cannot be {discount}", where="planning", next_step="Choose one in [0, 1]"
+        )
+    if not 0 < tolerance < np.inf:
+        raise BadSettings(
+            f"tolerance cannot be {tolerance}", where="planning", next_step="Choose a finite one above 0"
+        )
+    discounts = np.where(ends, 0.0, discount)
+    values = np.zeros(len(rewards))
+    for _ in range(MOST_SWEEPS):
+        choices = rewards + discounts * values[following]
+        before, values = values, choices.max(axis=1)
+        # the distance to the limit is at most discount / (1 - discount) times the last change; with
+        # discount 1 nothing may change at all
+        if discount * np.abs(values - before).max() <= (1 - discount) * tolerance / 2:
+            choices = rewards + discounts * values[following]
+            return Plan(choices.max(axis=1), choices >= choices.max(axis=1, keepdims=True) - tolerance)
+    raise BadSettings(
+        f"values do not converge within {MOST_SWEEPS:,} sweeps at discount {discount}", where="planning",
+        next_step="Lower the discount or raise the tolerance",
+    )
+
+
+def _require_policy(game: Game, policy: I64) -> None:
+    if policy.shape != (game.states,) or policy.dtype != np.int64 or not (
+        (policy >= 0) & (policy < game.following.shape[1])
+    ).all():
+        raise SchemaMismatch(
+            "policy is not int64 [S] of joint actions", where="game",
+            next_step="Give the index of a joint action for every state",
+        )

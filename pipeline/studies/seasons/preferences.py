@@ -1,0 +1,59 @@
+"""What apprentices prefer to do."""
+
+from __future__ import annotations
+
+import polars as pl
+
+from pipeline.arena.teams.playbook import DOUBT
+from pipeline.situations.rules import TABLE_1
+from schemas.table import ROLES
+
+_WHOSE = ("settings", "opponent", "season")
+_DOES: dict[str, pl.DataType] = {
+    "role": pl.Enum(ROLES), "does": pl.String(), "worth": pl.Float64(), "evidence": pl.Float64(),
+}
+
+
+def preferred(policy: pl.DataFrame, caution: float) -> pl.DataFrame:
+    """What a robot does by a policy that looks at nothing but its role, unless it tries something.
+
+    Args:
+        policy: rows of schema Policies, of one version.
+        caution: of the team that plays it, ``TeamSettings.caution``.
+
+    Returns:
+        A row a role, in order of the roles: role, does (codes and names of the behaviour), worth (goals,
+        discounted) and evidence (episodes, at most one over the step size). None if the policy has a state
+        that says more than the role.
+    """
+    if set(policy["key"].unique()) != {"role0"}:
+        return pl.DataFrame(schema=_DOES)
+    best = policy.sort("role", pl.col("q") - caution * DOUBT, descending=[False, True], maintain_order=True)
+    first = best.unique("role", keep="first", maintain_order=True)
+    does = pl.Series("does", [_in_words(behaviour) for behaviour in first["behaviour_id"]], pl.String)
+    return first.select("role", does, pl.col("q").alias("worth"), "evidence")
+
+
+def _in_words(behaviour: str) -> str:
+    """Codes and names of a behaviour's situations, in order."""
+    return ", ".join(f"{code} {TABLE_1[int(code)][0]}" for code in behaviour.split("-")[1:])
+
+
+def nobody() -> pl.DataFrame:
+    """Preferences of no season."""
+    return pl.DataFrame(schema={**dict.fromkeys(_WHOSE, pl.String()), **_DOES})
+
+
+def side_by_side(preferences: pl.DataFrame) -> pl.DataFrame:
+    """What each apprentice does, all roles in a row.
+
+    Args:
+        preferences: settings, opponent, season, and the columns of :func:`preferred`.
+
+    Returns:
+        Columns settings, opponent, season, and one a role: what it does, and in brackets its worth; sorted.
+    """
+    said = preferences.with_columns(pl.format("{} ({})", "does", pl.col("worth").round(2)))
+    return said.select(*_WHOSE, *(
+        pl.col("does").filter(pl.col("role") == role).first().over(*_WHOSE).alias(role) for role in ROLES
+    )).unique().sort(*_WHOSE)

@@ -1,0 +1,296 @@
+"""Seasons in few numbers: curves over the games, Table 3 beside the paper's, settings beside each other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import polars as pl
+
+from pipeline.studies.seasons import table3
+from pipeline.studies.seasons.measures import (
+    DIFFERENCE,
+    LOST,
+    OTHER,
+    WON,
+    Measure,
+    Pooling,
+    Season,
+    distinct,
+    evaluated,
+    mean,
+    pairs,
+    pooled,
+    seasons_of,
+)
+from pipeline.studies.statistics import Estimate, welch
+from schemas import Evaluations, Growth
+
+#: Settings are compared over so many last games of a season.
+LAST = 10
+
+_SIDES = ("settings", "opponent")
+_KINDS = ("direct", "indirect", "error")
+_COMPARED: dict[str, tuple[pl.Expr, Pooling]] = {
+    "difference": (DIFFERENCE, "mean"), "other": (OTHER, "percent"),
+    "won": (WON, "rate"), "lost": (LOST, "rate"),
+}
+
+
+def curves(
+    table: pl.DataFrame, values: Mapping[str, pl.Expr], by: Sequence[str] = (), *,
+    poolings: Mapping[str, Pooling] = MappingProxyType({}),
+) -> pl.DataFrame:
+    """Means over the seasons, game by game.
+
+    Args:
+        table: schema Games or Growth.
+        values: name to what is read off a row; it may look at the season's earlier games, which come
+            before it.
+        by: columns that rows are told apart by besides the game (the role of schema Growth).
+        poolings: how numbers of seasons become one, by name; of those that are not named as means.
+
+    Returns:
+        Columns what (a name of ``values``), settings, opponent, those of ``by``, game, seasons, mean, low
+        and high (Student's 95 % interval; null below two seasons), sorted in this order but ``what``,
+        which keeps that of ``values``.
+    """
+    key = [*_SIDES, *by, "game"]
+    kept = table.join(distinct(table), on=[*_SIDES, "seed", "season"], how="semi").sort("season", *by, "game")
+    rows = []
+    for what, value in values.items():
+        read = kept.select(*key, value.over("season", *by).cast(pl.Float64).alias("value"))
+        groups = read.drop_nulls("value").group_by(*key).agg("value").sort(key)
+        for group in groups.iter_rows(named=True):
+            estimate, seasons = pooled(group.pop("value"), poolings.get(what, "mean"))
+            rows.append({"what": what, **group, "seasons": seasons} | _ends(estimate, "mean", "low", "high"))
+    types = {"what": pl.String(), **{name: table.schema[name] for name in key}, "seasons": pl.Int64(),
+             **dict.fromkeys(("mean", "low", "high"), pl.Float64())}
+    return pl.DataFrame(rows, schema=types)
+
+
+def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
+    """The paper's Table 3 and ours, game by game.
+
+    Args:
+        games: schema Games.
+        settings: name of those whose seasons are ours.
+
+    Returns:
+        A row a game of the paper or of ours and opponent: opponent, game, seasons, total, random, other,
+        pct, low, high (ours: means over the seasons, the interval of pct; null where there are none) and
+        paper_total, paper_random, paper_other, paper_pct as printed (null after game 35), by opponent and
+        game.
+    """
+    mine = games.filter(pl.col("settings") == settings)
+    ours = curves(mine, {
+        "total": pl.col("actions"), "random": pl.col("random_actions"), "other": pl.col("other_actions"),
+        "pct": OTHER,
+    }, poolings={"pct": "percent"}).with_columns(pl.col("opponent").cast(pl.String))
+    wide = ours.filter(pl.col("what") == "pct").select(
+        "opponent", "game", "seasons", pl.col("mean").alias("pct"), "low", "high")
+    for what in ("other", "random", "total"):
+        means = ours.filter(pl.col("what") == what).select("opponent", "game", pl.col("mean").alias(what))
+        wide = means.join(wide, on=["opponent", "game"], how="left")
+    printed = pl.concat(
+        table3.printed().select(
+            pl.lit(kind).alias("opponent"), pl.col("game").cast(pl.Int16),
+            *(pl.col(f"{column}_{name}").alias(f"paper_{name}")
+              for name in ("total", "random", "other", "pct")),
+        ) for column, kind in table3.COLUMNS.items()
+    )
+    both = printed.join(wide, on=["opponent", "game"], how="full", coalesce=True)
+    return both.filter(pl.col("opponent").is_in(list(table3.COLUMNS.values()))).select(
+        "opponent", "game", pl.col("seasons").fill_null(0), "total", "random", "other", "pct", "low", "high",
+        "paper_total", "paper_random", "paper_other", "paper_pct",
+    ).sort("opponent", "game")
+
+
+def compared(games: pl.DataFrame) -> pl.DataFrame:
+    """Settings beside each other: the last ten games of their seasons.
+
+    Args:
+        games: schema Games.
+
+    Returns:
+        A row a settings and opponent that was played: settings, opponent, seasons, games (the shortest
+        season's), and the means over the seasons with 95 % intervals of difference (goals a game), other
+        (%), won and lost (shares of games). Of a season with fewer than ten games all are taken.
+    """
+    rows = []
+    for (settings, opponent), seasons in _seasons(games).items():
+        lengths = [_games(season) for season in seasons]
+        row: dict[str, object] = dict(zip(_SIDES, (settings, opponent), strict=True))
+        row |= {"seasons": len(seasons), "games": min(lengths)}
+        for name, (value, pooling) in _COMPARED.items():
+            numbers = [_last(value, length)(season) for season, length in zip(seasons, lengths, strict=True)]
+            estimate, _ = pooled(numbers, pooling, min(LAST, *lengths))
+            row |= _ends(estimate, name, f"{name}_low", f"{name}_high")
+        rows.append(row)
+    numbers_of = [f"{name}{end}" for name in _COMPARED for end in ("", "_low", "_high")]
+    return pl.DataFrame(rows, schema=_types(strings=_SIDES, integers=("seasons", "games"), floats=numbers_of))
+
+
+def ablated(games: pl.DataFrame, bases: Sequence[str]) -> pl.DataFrame:
+    """What each ablation changes: the last ten games of its seasons less those of what it varies.
+
+    The interval is Welch's: seasons of the same seed share no more than their first game's chances, so
+    that pairing them would give away half of the degrees of freedom for next to nothing.
+
+    Args:
+        games: schema Games.
+        bases: names of settings; their ablations are called ``BASE-…``.
+
+    Returns:
+        A row an ablation and opponent that both were played against, by base, settings, opponent: settings,
+        base, opponent, seasons and seasons_base (how many), first and last game that is looked at (the
+        last ten that all of these seasons have), and with 95 % intervals difference (goals a game) and
+        other (%), the ablation's less the base's.
+    """
+    found = _seasons(games)
+    rows: list[dict[str, object]] = []
+    for base in bases:
+        for (settings, opponent), seasons in found.items():
+            others = found.get((base, opponent), [])
+            if not settings.startswith(f"{base}-") or not others:
+                continue
+            last = min(map(_games, (*seasons, *others)))
+            row: dict[str, object] = {
+                "settings": settings, "base": base, "opponent": opponent, "seasons": len(seasons),
+                "seasons_base": len(others), "first": max(1, last - LAST + 1), "last": last,
+            }
+            for name, value in (("difference", DIFFERENCE), ("other", OTHER)):
+                mine, theirs = ([_last(value, last)(season) for season in side] for side in (seasons, others))
+                apart = Estimate(pooled(mine, "mean")[0].value - pooled(theirs, "mean")[0].value,
+                                 *(welch(mine, theirs) or (math.nan, math.nan)))
+                row |= _ends(apart, name, f"{name}_low", f"{name}_high")
+            rows.append(row)
+    numbers_of = [f"{name}{end}" for name in ("difference", "other") for end in ("", "_low", "_high")]
+    return pl.DataFrame(rows, schema=_types(
+        strings=("settings", "base", "opponent"), integers=("seasons", "seasons_base", "first", "last"),
+        floats=numbers_of))
+
+
+def measured(games: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
+    """The apprentices, measured by evaluations after the last game of their season.
+
+    Args:
+        games: schema Games.
+        evaluations: schema Evaluations, of teams that are called by the id of their season.
+
+    Returns:
+        A row a settings, opponent and length of seasons, and opponent of the evaluation: settings,
+        opponent, games, against, seasons, matches (of all seasons), and the means over the seasons with
+        95 % intervals of difference (goals a match), other (%), won and lost (shares of matches).
+    """
+    rows: list[dict[str, object]] = []
+    for (settings, opponent), seasons in seasons_of(games, Growth.empty(), evaluations).items():
+        taught = [season for season in seasons if season.evaluations.height]
+        for length in sorted(set(map(_games, taught))):
+            mine = [season for season in taught if _games(season) == length]
+            for against in sorted({name for season in mine for name in season.evaluations["opponent"]}):
+                seen = [season for season in mine if pairs(against)(season)]
+                row: dict[str, object] = {
+                    "settings": settings, "opponent": opponent, "games": length, "against": against,
+                    "seasons": len(seen),
+                    "matches": sum(season.evaluations.filter(pl.col("opponent") == against).height
+                                   for season in seen),
+                }
+                for name, (value, pooling) in _COMPARED.items():
+                    estimate, _ = pooled(map(evaluated(value, against, length), seen), pooling,
+                                         min(map(pairs(against), seen)))
+                    row |= _ends(estimate, name, f"{name}_low", f"{name}_high")
+                rows.append(row)
+    numbers_of = [f"{name}{end}" for name in _COMPARED for end in ("", "_low", "_high")]
+    return pl.DataFrame(rows, schema=_types(
+        strings=(*_SIDES, "against"), integers=("games", "seasons", "matches"), floats=numbers_of))
+
+
+def _seasons(games: pl.DataFrame) -> dict[tuple[str, str], list[Season]]:
+    return seasons_of(games, Growth.empty(), Evaluations.empty())
+
+
+def _games(season: Season) -> int:
+    """How many games a season has."""
+    return int(season.games["game"][-1])
+
+
+def _last(value: pl.Expr, last: int) -> Measure:
+    """The mean of a value over the ten games up to ``last``, or over fewer if there are not ten."""
+    return mean(value, max(1, last - LAST + 1), last)
+
+
+def attributed(games: pl.DataFrame) -> pl.DataFrame:
+    """Who made the goals: means a game over the seasons.
+
+    Args:
+        games: schema Games.
+
+    Returns:
+        A row a settings and opponent: settings, opponent, seasons, and goals a game of the apprentice by
+        direct and indirect action, by error of the opponent and of unknown kind; then those of the
+        opponent (``_against``).
+    """
+    kept = games.join(distinct(games), on=[*_SIDES, "seed", "season"], how="semi")
+    sums = {f"unknown{side}": pl.col("goals_against" if side else "goals_for") - pl.sum_horizontal(
+        f"{kind}{side}" for kind in _KINDS) for side in ("", "_against")}
+    means = [pl.col(name).mean() for name in ("goals_for", *_KINDS, "unknown", "goals_against",
+                                              *(f"{kind}_against" for kind in _KINDS), "unknown_against")]
+    by_season = kept.with_columns(**sums).group_by(*_SIDES, "season").agg(means)
+    return by_season.group_by(_SIDES).agg(pl.len().cast(pl.Int64).alias("seasons"), *means).sort(_SIDES)
+
+
+def played(games: pl.DataFrame) -> pl.DataFrame:
+    """What was played: a row a settings and opponent.
+
+    Returns:
+        Columns settings, opponent, seasons, seeds (as text), games, leads (goals the apprentice started
+        ahead by, as ``0; from game 11: 5``), minutes a game, situations a game, and the newest versions of
+        knowledge and policy at the seasons' ends (least to greatest).
+    """
+    kept = games.join(distinct(games), on=[*_SIDES, "seed", "season"], how="semi").sort("season", "game")
+    rows = []
+    for (settings, opponent), mine in kept.partition_by(_SIDES, as_dict=True).items():
+        seasons = mine.group_by("season", "seed").agg(
+            pl.col("game").max(), pl.col("knowledge_version", "policy_version").max()).sort("seed")
+        rows.append({
+            "settings": settings, "opponent": opponent, "seasons": seasons.height,
+            "seeds": ", ".join(map(str, seasons["seed"])), "games": _span(seasons["game"]),
+            "lead": _leads(mine), "minutes": mine["duration_s"].mean() / 60,  # type: ignore[operator]
+            "situations": mine["situations"].mean(),
+            "knowledge": _span(seasons["knowledge_version"]), "policy": _span(seasons["policy_version"]),
+        })
+    texts = (*_SIDES, "seeds", "games", "lead", "knowledge", "policy")
+    types = _types(strings=texts, integers=("seasons",), floats=("minutes", "situations"))
+    order = (*_SIDES, "seasons", "seeds", "games", "lead", "minutes", "situations", "knowledge", "policy")
+    return pl.DataFrame(rows, schema=types).select(order).sort(_SIDES)
+
+
+def _leads(games: pl.DataFrame) -> str:
+    """The lead of the games, as it changes from game to game in the longest season."""
+    longest = games.sort("game", descending=True)["season"][0]
+    season = games.filter(pl.col("season") == longest).sort("game")
+    changes = season.filter(pl.col("lead").ne_missing(pl.col("lead").shift(1))).select("game", "lead")
+    return "; ".join(f"from game {game}: {lead}" if game > 1 else str(lead)
+                     for game, lead in changes.iter_rows())
+
+
+def _span(values: pl.Series) -> str:
+    """``35``, or ``20 to 35``; a dash where there is none."""
+    known = sorted(set(values.drop_nulls().to_list()))
+    if not known:
+        return "–"
+    return f"{known[0]} to {known[-1]}" if len(known) > 1 else str(known[0])
+
+
+def _ends(estimate: Estimate, *names: str) -> dict[str, float | None]:
+    """An estimate as columns, null where it is not defined; named value, low and high."""
+    return {name: None if math.isnan(end) else end for name, end in zip(names, estimate, strict=True)}
+
+
+def _types(
+    *, strings: Sequence[str], integers: Sequence[str], floats: Sequence[str]
+) -> dict[str, pl.DataType]:
+    return {**dict.fromkeys(strings, pl.String()), **dict.fromkeys(integers, pl.Int64()),
+            **dict.fromkeys(floats, pl.Float64())}

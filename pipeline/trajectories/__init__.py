@@ -1,0 +1,1 @@
+"""The noun trajectories: logs as one table of bodies, cleaned, with velocities and roles."""

@@ -1,0 +1,200 @@
+"""Numba kernels over the rows of bodies: implausible jumps, velocities, roles.
+
+Rows are *body-contiguous* where a docstring says so: all rows of a body together, in order of time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from pipeline.matches.frame import F32, I64
+
+Bools = npt.NDArray[np.bool_]
+F64 = npt.NDArray[np.float64]
+
+GOALKEEPER, MIDFIELD, STRIKER = range(3)
+#: Instead of a role: the robot is already in this frame.
+REPEATED = -1
+
+# Times are rounded to nanoseconds by whoever recorded them, often from float seconds; a sample
+# that lies on the window's edge must not go in or out by that.
+_EDGE_NS = 1_000
+
+
+@njit(cache=True, nogil=True)
+def find_jumps(
+    body: npt.NDArray[np.int32], part: I64, t_ns: I64, x: F32, y: F32,
+    max_speed: float, slack: float, accept_ns: int,
+) -> tuple[Bools, Bools]:
+    """Rows that the body cannot have got to, and rows where it was put.
+
+    A row is plausible if it is at most ``max_speed * dt + slack`` from the last plausible row of its
+    part. One that is not is suspect, and the rows after it are compared with both: those nearer to
+    the new place keep to it. Once the body has kept to the new place for ``accept_ns`` it has been put
+    there, and its rows since the jump are plausible again; but if it had not been at its old place
+    for so long, it was those first rows that were wrong, and they become suspect instead. A part
+    starts afresh: its first row is plausible wherever it is; the body has been there for as long as
+    before, if it could have got there and was seen at most ``accept_ns`` ago.
+
+    Args:
+        body: int32 [n], which body; body-contiguous.
+        part: int64 [n], a stretch of a body; rows of equal part are compared with one another.
+        t_ns: int64 [n], increasing within a body.
+        x: float32 [n], metres.
+        y: float32 [n], metres.
+        max_speed: m/s.
+        slack: metres that vision and its clock may err by.
+        accept_ns: see above.
+
+    Returns:
+        suspect: bool [n].
+        moved: bool [n], true at the first row of a place where the body was put.
+    """
+    n = len(part)
+    suspect = np.zeros(n, dtype=np.bool_)
+    moved = np.zeros(n, dtype=np.bool_)
+    begin = first = last = 0  # of the part; of the place that the body keeps to; last plausible
+    there = tip = -1  # first and last row at the new place
+    for i in range(n):
+        if i == 0 or body[i] != body[i - 1]:
+            begin = first = last = i
+            there = -1
+            continue
+        left = np.hypot(np.float64(x[i]) - x[last], np.float64(y[i]) - y[last])
+        plausible = left <= max_speed * (t_ns[i] - t_ns[last]) * 1e-9 + slack
+        if part[i] != part[i - 1]:
+            if not plausible or t_ns[i] - t_ns[last] > accept_ns:
+                first = i
+            begin = last = i
+            there = -1
+            continue
+        if there >= 0:
+            along = np.hypot(np.float64(x[i]) - x[tip], np.float64(y[i]) - y[tip])
+            keeps = along <= max_speed * (t_ns[i] - t_ns[tip]) * 1e-9 + slack
+            if keeps and not (plausible and left < along):
+                tip = i
+                suspect[i] = True
+                if t_ns[i] - t_ns[there] >= accept_ns:
+                    if t_ns[last] - t_ns[first] >= accept_ns:
+                        moved[there] = True
+                    else:
+                        suspect[begin:there] = True
+                    suspect[there : i + 1] = False
+                    first, last, there = there, i, -1
+                continue
+        if plausible:
+            last = i
+            there = -1
+        else:
+            suspect[i] = True
+            there = tip = i
+    return suspect, moved
+
+
+@njit(cache=True, nogil=True)
+def slopes(part: I64, t_ns: I64, values: F64, half_ns: int, least: int) -> F32:
+    """Slope of the least-squares line through the samples around each sample, per second.
+
+    The window of sample i is [t_i - half, t_i + half], both ends included, and at least
+    ``least // 2`` samples on either side; it ends where the part ends, and takes samples from its
+    other side there if it would hold fewer than ``least``. This is Savitzky-Golay smoothing of
+    degree 1, for irregular times (Savitzky & Golay 1964, doi:10.1021/ac60214a047).
+
+    Args:
+        part: int64 [n], body-contiguous; the window stays within rows of equal part.
+        t_ns: int64 [n], strictly increasing within a part.
+        values: float64 [k, n], finite.
+        half_ns: half the width of the window.
+        least: samples that the window holds at least, where the part has so many.
+
+    Returns:
+        float32 [k, n]; NaN where the part has one sample only.
+    """
+    k, n = values.shape
+    out = np.full((k, n), np.nan, dtype=np.float32)
+    half = half_ns + _EDGE_NS
+    start = 0
+    while start < n:
+        end = start + 1
+        while end < n and part[end] == part[start]:
+            end += 1
+        low = high = start  # the window is rows low <= j < high
+        for i in range(start, end):
+            while t_ns[i] - t_ns[low] > half:
+                low += 1
+            while high < end and t_ns[high] - t_ns[i] <= half:
+                high += 1
+            a = max(start, min(low, i - least // 2))
+            b = min(end, max(high, i + least // 2 + 1))
+            if b - a < least:
+                a, b = max(start, min(a, b - least)), min(end, max(b, a + least))
+            if b - a < 2:
+                continue
+            mean = 0.0
+            for j in range(a, b):
+                mean += (t_ns[j] - t_ns[i]) * 1e-9
+            mean /= b - a
+            spread = 0.0
+            for j in range(a, b):
+                spread += ((t_ns[j] - t_ns[i]) * 1e-9 - mean) ** 2
+            for v in range(k):
+                moment = 0.0
+                for j in range(a, b):
+                    moment += ((t_ns[j] - t_ns[i]) * 1e-9 - mean) * (values[v, j] - values[v, i])
+                out[v, i] = moment / spread
+        start = end
+    return out
+
+
+@njit(cache=True, nogil=True)
+def assign_roles(
+    frame: I64, team: npt.NDArray[np.uint8], robot: npt.NDArray[np.uint16], x: F32, y: F32, goal_x: float
+) -> npt.NDArray[np.int8]:
+    """Role of each robot among those of its team in its frame, by distance to the own goal's centre.
+
+    The nearest is the goalkeeper (paper, section 4), the nearer ``(n - 1) // 2`` of the others are
+    midfield, the rest strikers; the lower number wins ties. Home's own goal is at -x.
+
+    Args:
+        frame: int64 [n], non-decreasing.
+        team: uint8 [n], HOME or AWAY.
+        robot: uint16 [n].
+        x: float32 [n], metres, home attacks +x.
+        y: float32 [n], metres.
+        goal_x: distance of the goal lines from the centre.
+
+    Returns:
+        int8 [n]: GOALKEEPER, MIDFIELD or STRIKER; REPEATED for a robot that the frame already has.
+    """
+    n = len(frame)
+    role = np.empty(n, dtype=np.int8)
+    distance = np.empty(n, dtype=np.float64)
+    start = 0
+    while start < n:
+        end = start + 1
+        while end < n and frame[end] == frame[start]:
+            end += 1
+        for i in range(start, end):
+            own = -goal_x if team[i] == 0 else goal_x
+            distance[i] = (x[i] - own) ** 2 + np.float64(y[i]) ** 2
+            role[i] = GOALKEEPER
+            for j in range(start, i):
+                if team[j] == team[i] and robot[j] == robot[i]:
+                    role[i] = REPEATED
+        for i in range(start, end):
+            if role[i] == REPEATED:
+                continue
+            rank = 0
+            mates = 0
+            for j in range(start, end):
+                if team[j] != team[i] or role[j] == REPEATED or j == i:
+                    continue
+                mates += 1
+                nearer = distance[j] < distance[i] or (distance[j] == distance[i] and robot[j] < robot[i])
+                rank += int(nearer)
+            if rank > 0:
+                role[i] = MIDFIELD if rank <= mates // 2 else STRIKER
+        start = end
+    return role

@@ -1,0 +1,1 @@
+"""Views: replay, commentary, plots."""

@@ -1,0 +1,168 @@
+"""A match in numbers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+import polars as pl
+from pydantic import BaseModel, ConfigDict
+
+from pipeline.views.commentary.chances import Outcome, Shot
+from pipeline.views.commentary.settings import CommentarySettings
+from pipeline.views.commentary.touches import Spell
+from pipeline.views.commentary.words import clock
+from schemas import ROLES, TEAMS, note_on
+from schemas.goals import KINDS
+from schemas.situations import MOVES_RANDOMLY
+
+
+class Side(BaseModel):
+    """One team's match.
+
+    Attributes:
+        name: of the team.
+        score: its goals; None where unknown.
+        goals: its goals by kind: direct, indirect, error (of the adversary), and unknown.
+        scorers: number to goals of the robots that made them, errors of the adversary not counted.
+        shots: at the goal, goals included.
+        on_target: of them.
+        saves: shots of the other team that its goalkeeper stopped.
+        possession: share of the time on the ball, in [0, 1]; None where nobody touched it.
+        situations: role to its most frequent situations, name and count, most frequent first;
+            without "moves randomly".
+        random: role to the share of its time in situations that was "moves randomly".
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str
+    score: int | None
+    goals: dict[str, int]
+    scorers: dict[int, int]
+    shots: int
+    on_target: int
+    saves: int
+    possession: float | None
+    situations: dict[str, list[tuple[str, int]]]
+    random: dict[str, float]
+
+
+class Summary(BaseModel):
+    """Both teams' match.
+
+    Attributes:
+        match_id: of the match.
+        duration_s: first to last sample.
+        home, away: the teams.
+        note: what is to be said beside results of such teams, None if nothing.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    match_id: str
+    duration_s: float
+    home: Side
+    away: Side
+    note: str | None
+
+
+def summarise(
+    match: pl.DataFrame, goals: pl.DataFrame, situations: pl.DataFrame, shots: Sequence[Shot],
+    spells: Sequence[Spell], settings: CommentarySettings,
+) -> Summary:
+    """A match in numbers.
+
+    Args:
+        match: schema Matches, one row.
+        goals: schema Goals, of that match.
+        situations: schema Situations, of that match.
+        shots: from :func:`pipeline.views.commentary.chances.shots`.
+        spells: from :func:`pipeline.views.commentary.touches.spells`.
+        settings: of the commentary.
+    """
+    row = match.row(0, named=True)
+    on_ball = {team: sum(spell.seconds for spell in spells if spell.team == team) for team in TEAMS}
+    total = sum(on_ball.values())
+
+    def side(team: str) -> Side:
+        own = goals.filter(pl.col("team") == team)
+        made = own.filter(pl.col("kind") != "error").drop_nulls("robot")["robot"]
+        kinds = Counter(own["kind"].cast(pl.String).fill_null("unknown"))
+        tried = [shot for shot in shots if shot.touch.team == team]
+        return Side(
+            name=row[team], score=row[f"score_{team}"],
+            goals={kind: kinds[kind] for kind in (*KINDS, "unknown") if kind in KINDS or kinds[kind]},
+            scorers=dict(Counter(made.to_list()).most_common()),
+            shots=len(tried), on_target=sum(shot.on_target for shot in tried),
+            saves=sum(shot.outcome == Outcome.SAVED and shot.touch.team != team for shot in shots),
+            possession=on_ball[team] / total if total else None,
+            situations={role: _most(done, settings) for role, done in _by_role(situations, team)},
+            random={role: _random(done) for role, done in _by_role(situations, team)},
+        )
+
+    return Summary(
+        match_id=row["match_id"], duration_s=row["duration_s"], home=side("home"), away=side("away"),
+        note=note_on(row["home"], row["away"]),
+    )
+
+
+def _by_role(situations: pl.DataFrame, team: str) -> list[tuple[str, pl.DataFrame]]:
+    """A team's situations by role; roles that it never had are left out."""
+    own = situations.filter(pl.col("team") == team)
+    parts = [(role, own.filter(pl.col("role") == role)) for role in ROLES]
+    return [(role, done) for role, done in parts if done.height]
+
+
+def _most(done: pl.DataFrame, settings: CommentarySettings) -> list[tuple[str, int]]:
+    """The most frequent situations, of equal ones the lower code first."""
+    named = done.filter(pl.col("code") != MOVES_RANDOMLY).group_by("code", "name").len()
+    most = named.sort("len", "code", descending=[True, False]).head(settings.most_frequent)
+    return list(most.select("name", "len").iter_rows())
+
+
+def _random(done: pl.DataFrame) -> float:
+    """The share of the time that no rule explains."""
+    lasts = (done["end_ns"] - done["start_ns"]).to_numpy()
+    return float(lasts[(done["code"] == MOVES_RANDOMLY).to_numpy()].sum() / lasts.sum())
+
+
+def heading(summary: Summary) -> tuple[str, ...]:
+    """Who played whom, for people, line by line."""
+    home, away = summary.home, summary.away
+    score = "–" if home.score is None or away.score is None else f"{home.score} : {away.score}"
+    played = f"{home.name} (home) {score} {away.name} (away), {clock(round(summary.duration_s * 1e9))} min"
+    return (played,) if summary.note is None else (played, f"{summary.note}.")
+
+
+def numbers(summary: Summary) -> Iterator[str]:
+    """The summary for people, line by line."""
+    sides = {"home": summary.home, "away": summary.away}
+    rows = [("", *(f"{team} ({side.name})" for team, side in sides.items()))]
+    rows.append(("goals", *(_goals(side) for side in sides.values())))
+    rows.append(("made by", *(_scorers(side) for side in sides.values())))
+    rows.append(("shots", *(f"{side.shots}, {side.on_target} on target" for side in sides.values())))
+    rows.append(("saves", *(str(side.saves) for side in sides.values())))
+    rows.append(("possession", *(_share(side.possession) for side in sides.values())))
+    first, second = (max(len(row[i]) for row in rows) for i in (0, 1))
+    yield from (f"{label:<{first}}  {home:<{second}}  {away}".rstrip() for label, home, away in rows)
+    yield ""
+    yield "Most frequent situations, beside moves randomly"
+    for team, side in sides.items():
+        for role, most in side.situations.items():
+            done = ", ".join(f"{name.removeprefix('Robot ')} {count}" for name, count in most)
+            yield f"  {team} {role}: {done} ({_share(side.random[role])} of its time moves randomly)"
+
+
+def _goals(side: Side) -> str:
+    kinds = ", ".join(f"{count} {kind}" for kind, count in side.goals.items() if count)
+    total = sum(side.goals.values())
+    return f"{total}: {kinds}" if total else "0"
+
+
+def _scorers(side: Side) -> str:
+    return ", ".join(f"{robot} ({count})" for robot, count in side.scorers.items()) or "–"
+
+
+def _share(share: float | None) -> str:
+    return "–" if share is None else f"{share:.0%}"

@@ -1,0 +1,181 @@
+"""Who touched the ball, and where it went then."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from pipeline.pitch import SCALES, Pitch
+from pipeline.views.commentary.settings import CommentarySettings
+
+I64 = npt.NDArray[np.int64]
+F64 = npt.NDArray[np.float64]
+
+
+class Touch(NamedTuple):
+    """One robot's uninterrupted touch of the ball.
+
+    Lengths are metres, in the frame in which the toucher's team attacks +x.
+
+    Attributes:
+        team, robot, role: whose it is; the role when it starts.
+        segment: stretch of play it lies in.
+        start_ns, end_ns: first and last sample of it, both included.
+        start_x, start_y: the ball at the start.
+        x, y: the ball at the end.
+        speed: of the ball on leaving, m/s; NaN where it is not known.
+        aim: where the ball's straight line crosses the adversary's goal line, as y; NaN if it does not.
+        reach: greatest x of the ball until the next touch, or the end of the segment.
+    """
+
+    team: str
+    robot: int
+    role: str
+    segment: int
+    start_ns: int
+    end_ns: int
+    start_x: float
+    start_y: float
+    x: float
+    y: float
+    speed: float
+    aim: float
+    reach: float
+
+
+class _Ball(NamedTuple):
+    """The ball in play by time, each [n]."""
+
+    t_ns: I64
+    segment: I64
+    x: F64
+    y: F64
+
+
+def touches(trajectories: pl.DataFrame, pitch: Pitch, settings: CommentarySettings) -> list[Touch]:
+    """All touches, by time; at each sample the ball is the nearest robot's within contact distance.
+
+    Args:
+        trajectories: rows of schema Trajectories of one match.
+        pitch: of the match.
+        settings: of the commentary.
+    """
+    in_play = trajectories.filter(pl.col("segment").is_not_null(), ~pl.col("suspect"))
+    seen = in_play.filter(pl.col("team") == "ball").sort("t_ns").with_row_index("sample")
+    t_ns, segment = (seen[name].to_numpy().astype(np.int64) for name in ("t_ns", "segment"))
+    x, y = (seen[name].to_numpy().astype(np.float64) for name in ("x", "y"))
+    ball = _Ball(t_ns, segment, x, y)
+    distance = ((pl.col("x") - pl.col("bx")) ** 2 + (pl.col("y") - pl.col("by")) ** 2).sqrt()
+    near = (
+        in_play.filter(pl.col("team") != "ball")
+        .join(seen.select("t_ns", "sample", bx="x", by="y"), on="t_ns")
+        .with_columns(distance=distance)
+        .filter(pl.col("distance") < SCALES[pitch.kind].contact)
+        .sort("sample", "distance", "team", "robot")
+        .unique("sample", keep="first", maintain_order=True)
+        .select("sample", "t_ns", "segment", pl.col("team").cast(pl.String), "robot",
+                pl.col("role").cast(pl.String))
+    )
+    flicker_ns = round(settings.flicker_s * 1e9)
+    runs = near.with_columns(
+        run=(
+            pl.struct("segment", "team", "robot").rle_id().diff().ne(0).fill_null(value=True)
+            | (pl.col("t_ns").diff() > flicker_ns + _period(ball.t_ns))
+        ).cum_sum()
+    ).group_by("run", maintain_order=True).agg(
+        pl.col("team", "robot", "role", "segment").first(),
+        pl.col("sample").first(), last=pl.col("sample").last(),
+    )
+    rows = list(runs.drop("run").iter_rows())
+    ends = [*(row[4] for row in rows[1:]), len(ball.t_ns)][:len(rows)]
+    line_ns = round(settings.line_s * 1e9)
+    return [
+        _touch(*row, following=end, ball=ball, pitch=pitch, line_ns=line_ns)
+        for row, end in zip(rows, ends, strict=True)
+    ]
+
+
+def _period(t_ns: I64) -> int:
+    """The usual time between samples; neighbouring samples are never apart."""
+    return int(np.median(np.diff(t_ns))) if len(t_ns) > 1 else 0
+
+
+def _touch(
+    team: str, robot: int, role: str, segment: int, first: int, last: int, *, following: int, ball: _Ball,
+    pitch: Pitch, line_ns: int,
+) -> Touch:
+    """A touch from its first to its last sample; ``following`` is the first sample of the next one."""
+    side = 1.0 if team == "home" else -1.0
+    end = min(following, int(np.searchsorted(ball.segment, segment, side="right")))
+    x, y = side * ball.x[last:end], side * ball.y[last:end]
+    to = min(int(np.searchsorted(ball.t_ns[last:end], ball.t_ns[last] + line_ns, side="right")), len(x)) - 1
+    speed = aim = float("nan")
+    if to > 0:
+        dx, dy = float(x[to] - x[0]), float(y[to] - y[0])
+        speed = float(np.hypot(dx, dy)) / ((int(ball.t_ns[last + to]) - int(ball.t_ns[last])) / 1e9)
+        if dx > 0:
+            aim = float(y[0]) + dy * (pitch.goal_x - float(x[0])) / dx
+    return Touch(
+        team, robot, role, segment, int(ball.t_ns[first]), int(ball.t_ns[last]),
+        side * float(ball.x[first]), side * float(ball.y[first]), float(x[0]), float(y[0]),
+        speed, aim, float(x.max()),
+    )
+
+
+class Spell(NamedTuple):
+    """A team's time on the ball: from its first touch to the other team's, or to the end of the segment.
+
+    Attributes:
+        touches: in it, at least one.
+        end_ns: exclusive.
+        lost_by: the other team's last touch before it in the segment, None at its beginning.
+    """
+
+    touches: tuple[Touch, ...]
+    end_ns: int
+    lost_by: Touch | None
+
+    @property
+    def team(self) -> str:
+        """Whose it is."""
+        return self.touches[0].team
+
+    @property
+    def start_ns(self) -> int:
+        """When it starts."""
+        return self.touches[0].start_ns
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts."""
+        return (self.end_ns - self.start_ns) / 1e9
+
+
+def spells(touched: list[Touch], trajectories: pl.DataFrame) -> list[Spell]:
+    """The ball is that team's that touched it last, as long as play goes on; by time.
+
+    Args:
+        touched: from :func:`touches`.
+        trajectories: what they are of.
+    """
+    ends = trajectories.drop_nulls("segment").group_by("segment").agg(pl.col("t_ns").max())
+    last_ns = dict(ends.iter_rows())
+    runs: list[list[Touch]] = []
+    for touch in touched:
+        if runs and (runs[-1][0].team, runs[-1][0].segment) == (touch.team, touch.segment):
+            runs[-1].append(touch)
+        else:
+            runs.append([touch])
+    found = []
+    for i, run in enumerate(runs):
+        before = runs[i - 1] if i else None
+        after = runs[i + 1] if i + 1 < len(runs) else None
+        segment = run[0].segment
+        follows = after is not None and after[0].segment == segment
+        end_ns = after[0].start_ns if after is not None and follows else int(last_ns[segment])
+        lost_by = before[-1] if before is not None and before[-1].segment == segment else None
+        found.append(Spell(tuple(run), end_ns, lost_by))
+    return found

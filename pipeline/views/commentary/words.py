@@ -1,0 +1,81 @@
+"""How things are said."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pipeline.views.commentary.touches import Touch
+
+#: What leads to a goal, by code of Table 1: what robots do with the ball, but that they lose it.
+DONE: dict[int, str] = {
+    1: "has {ball}",
+    11: "guides {ball}",
+    21: "kicks {ball}",
+    23: "lets a teammate have {ball}",
+    33: "leaves {ball}",
+    44: "reaches {ball}",
+    45: "receives {ball}",
+    47: "is hit by {ball}",
+}
+
+#: A restart in the words of the sources, and in ours.
+RESTARTS: dict[str, str] = {
+    "freeball": "The ball is stuck: free ball",
+    "free ball": "The ball is stuck: free ball",
+    "segment": "Play goes on after a break",
+    **{word: word.capitalize() for word in (
+        "penalty", "goal kick", "kick in", "free kick", "indirect free kick", "corner kick", "penalty kick",
+        "drop ball",
+    )},
+}
+
+OTHER = {"home": "away", "away": "home"}
+
+
+def clock(t_ns: int) -> str:
+    """Minutes and seconds since the first sample, whole seconds that are over."""
+    seconds = t_ns // 1_000_000_000
+    return f"{seconds // 60}:{seconds % 60:02d}"
+
+
+def robot(team: str, number: int, role: str | None) -> str:
+    """A robot's name."""
+    return f"{team} {number}" if role is None else f"{team} {number} ({role})"
+
+
+def who(touch: Touch) -> str:
+    """The robot that touched the ball."""
+    return robot(touch.team, touch.robot, touch.role)
+
+
+def metres(length: float) -> str:
+    """A length as one says it: to the centimetre below a metre, to the decimetre below ten."""
+    return f"{length:.2f} m" if length < 1 else f"{length:.1f} m" if length < 10 else f"{length:.0f} m"
+
+
+def listed(items: Sequence[str]) -> str:
+    """A, b and c."""
+    return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
+
+
+def restart(note: str | None, team: str | None) -> str:
+    """What a restart is called; a word that we do not know is quoted."""
+    words = (note or "").replace("_", " ").strip().lower().removesuffix(" l").removesuffix(" r")
+    said = RESTARTS.get(words, f"Play restarts ({note})" if note else "Play restarts")
+    return f"{said} for {team}." if team else f"{said}."
+
+
+def story(steps: Sequence[tuple[str, int]], named: str = "") -> str:
+    """What robots did with the ball, one after the other; a name is said only when it changes.
+
+    Args:
+        steps: name and code of each situation, in order of time.
+        named: who was named just before.
+    """
+    parts: list[str] = []
+    for name, code in steps:
+        done = DONE[code].format(ball="it" if parts else "the ball")
+        joint = ", " if name == named else "; "
+        parts.append(f"{joint if parts else ''}{'' if name == named else f'{name} '}{done}")
+        named = name
+    return "".join(parts)

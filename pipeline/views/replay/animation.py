@@ -1,0 +1,166 @@
+"""The replay as a film: some seconds of a match as one animated GIF, to look at where no page can be opened.
+
+GIF, because it moves wherever a picture is shown, and because flat colours of one palette become smaller in
+it than in the other formats that browsers and GitHub animate: 20 s of a VSSS match are 0.87 MB, as WebP
+0.90 (quality 70) or 0.93 (lossless), as APNG 2.8.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import polars as pl
+from PIL import Image
+
+from pipeline.errors import BadSettings, NotFound
+from pipeline.pitch import Pitch
+from pipeline.views.replay.painting import Moment, Painter, Point, Robot
+
+#: GIF counts in hundredths of a second: 12.5 pictures a second.
+STEP_MS = 80
+WIDTH = 400
+#: Longer films are no pictures any more; the page shows whole matches.
+LONGEST_S = 120.0
+
+#: What is older is not shown, seconds: a body, the ball's trail, a goal.
+_STALE_S, _TRAIL_S, _GOAL_S = 0.5, 0.7, 1.6
+#: Of the one palette of all pictures; it is made of so many of them.
+_COLOURS, _LOOKED_AT = 96, 16
+#: Of more robots a side than these it is not said what they do.
+_LISTED = 5
+_NS = 1_000_000_000
+
+
+def animation(
+    match: pl.DataFrame, trajectories: pl.DataFrame, situations: pl.DataFrame, referee: pl.DataFrame,
+    pitch: Pitch, *, start_s: float, seconds: float,
+) -> bytes:
+    """Some seconds of a match as GIF; the same tables give the same bytes.
+
+    Each picture shows the last sample before it. Pictures that are the same are one that stays longer.
+
+    Args:
+        match: schema Matches, one row.
+        trajectories: schema Trajectories, of that match.
+        situations: schema Situations, of that match.
+        referee: schema Referee, of that match.
+        pitch: the field of play.
+        start_s: where the film begins, seconds since the first sample; at least 0.
+        seconds: how long it is at most, above 0 and at most :data:`LONGEST_S`; it ends with the match.
+
+    Raises:
+        BadSettings: if start or length are out of their bounds.
+        NotFound: if nothing is recorded in that time.
+    """
+    if not (0 < seconds <= LONGEST_S and 0 <= start_s < math.inf):
+        raise BadSettings(f"cannot show {seconds:g} s from {start_s:g} s on", where="replay", next_step=(
+            f"Begin at 0 or later and show up to {LONGEST_S:g} s"))
+    lasts = seconds_shown(match, start_s, seconds)
+    shown = _shown(match, trajectories, situations, referee, start_s, lasts) if lasts > 0 else []
+    if trajectories.is_empty() or not any(moment.robots or moment.trail for moment in shown):
+        name, length = match.select("match_id", "duration_s").row(0)
+        raise NotFound(f"has nothing to show from {start_s:g} s on", where=str(name),
+                       next_step=f"It is {length:.1f} s long; begin earlier")
+    lines = max(len({robot.number for m in shown for robot in m.robots if robot.team == team})
+                for team in ("home", "away"))
+    names = match.select("home", "away").row(0)
+    painter = Painter(pitch, names, lines if lines <= _LISTED else 0, WIDTH)
+    return _gif([painter.paint(moment) for moment in shown])
+
+
+def seconds_shown(match: pl.DataFrame, start_s: float, seconds: float) -> float:
+    """How long a film is that ends with the match (schema Matches, one row); not above 0 if it has ended."""
+    return min(seconds, float(match["duration_s"].item()) - start_s)
+
+
+class _Body(NamedTuple):
+    """A row of schema Trajectories."""
+
+    t_ns: int
+    team: str
+    robot: int | None
+    x: float
+    y: float
+    theta: float | None
+    segment: int | None
+    suspect: bool
+
+
+def _shown(
+    match: pl.DataFrame, trajectories: pl.DataFrame, situations: pl.DataFrame, referee: pl.DataFrame,
+    start_s: float, seconds: float,
+) -> list[Moment]:
+    """What the pictures show, one every :data:`STEP_MS`."""
+    start, stop = round(start_s * _NS), round((start_s + seconds) * _NS)
+    earliest = start - round(max(_TRAIL_S, _STALE_S) * _NS)
+    bodies = trajectories.filter(pl.col("t_ns").is_between(earliest, stop)).sort(
+        "t_ns", "team", "robot").with_columns(pl.col("team").cast(pl.String), pl.col("theta").fill_nan(None))
+    samples = [
+        [_Body(*row) for row in part.select(_Body._fields).iter_rows()]
+        for part in bodies.partition_by("t_ns", maintain_order=True)
+    ]
+    unknown = match["score_home"][0] is None and match["score_away"][0] is None
+    doings = list(situations.filter((pl.col("start_ns") < stop) & (pl.col("end_ns") > start)).select(
+        pl.col("team").cast(pl.String), "robot", "start_ns", "end_ns", "name").iter_rows())
+    events = list(referee.filter(pl.col("t_ns") <= stop).sort("t_ns", maintain_order=True).select(
+        "t_ns", "event", "team", "score_home", "score_away").iter_rows())
+    times = range(start, stop, STEP_MS * 1_000_000)
+    return list(_moments(samples, doings, events, times, (None, None) if unknown else (0, 0)))
+
+
+def _moments(
+    samples: Sequence[Sequence[_Body]], doings: Sequence[tuple[str, int, int, int, str]],
+    events: Sequence[tuple[int, str, str | None, int | None, int | None]], times: range,
+    first_score: tuple[int | None, int | None],
+) -> Iterator[Moment]:
+    last = -1
+    for now in times:
+        while last + 1 < len(samples) and samples[last + 1][0].t_ns <= now:
+            last += 1
+        seen = samples[last] if last >= 0 and now - samples[last][0].t_ns <= _STALE_S * _NS else []
+        doing = {(team, robot): name.removeprefix("Robot ") for team, robot, start, end, name in doings
+                 if start <= now < end}
+        past = [event for event in events if event[0] <= now]
+        scores = [(home, away) for _, _, _, home, away in past if home is not None or away is not None]
+        goals = [team or "" for t_ns, event, team, _, _ in past
+                 if event == "goal" and now - t_ns < _GOAL_S * _NS]
+        yield Moment(
+            clock_s=now / _NS, score=scores[-1] if scores else first_score,
+            trail=_trail(samples[:last + 1], now) if seen else [],
+            robots=[Robot(body.team, body.robot, (body.x, body.y), body.theta,
+                          doing.get((body.team, body.robot), ""))
+                    for body in seen if body.robot is not None],
+            scorer=goals[-1] if goals else None,
+        )  # fmt: skip
+
+
+def _trail(samples: Sequence[Sequence[_Body]], now: int) -> list[Point]:
+    """Where the ball was of late in the same stretch of play, and where it is now; the last sample is now."""
+    found: list[Point] = []
+    segment = None
+    for sample in reversed(samples):
+        ball = next((body for body in sample if body.team == "ball"), None)
+        if ball is None or now - ball.t_ns > _TRAIL_S * _NS:
+            break
+        if found and (ball.suspect or ball.segment != segment):
+            break
+        found.append((ball.x, ball.y))
+        segment = ball.segment
+    return found[::-1]
+
+
+def _gif(pictures: Sequence[Image.Image]) -> bytes:
+    """The pictures as one GIF that goes round for ever, all of one palette."""
+    looked_at = pictures[::max(1, len(pictures) // _LOOKED_AT)]
+    width, height = pictures[0].size
+    together = Image.new("RGB", (width, height * len(looked_at)))
+    for place, picture in enumerate(looked_at):
+        together.paste(picture, (0, place * height))
+    palette = together.quantize(_COLOURS, Image.Quantize.MEDIANCUT)
+    first, *others = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
+    buffer = io.BytesIO()
+    first.save(buffer, "GIF", save_all=True, append_images=others, duration=STEP_MS, loop=0, optimize=True)
+    return buffer.getvalue()
