@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
-from rows import consecutive, goals, situations
+from support.rows import consecutive, goals, situations
 
 from pipeline.behaviours.select import select
 from pipeline.grams.count import cover, grams, merge, value

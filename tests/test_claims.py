@@ -5,8 +5,8 @@ import polars as pl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from points import curve, over_decays, point, table
 from scipy import stats
+from support.points import curve, over_decays, point, table
 
 from pipeline.errors import SchemaMismatch
 from pipeline.studies.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, verdicts

@@ -7,8 +7,8 @@ import functools
 import polars as pl
 import pytest
 from golden.cases import _log
-from logs import referee_rows
-from scenes import film, goes, stands
+from support.logs import referee_rows
+from support.scenes import film, goes, stands
 
 from pipeline import matches
 from pipeline.goals import attribute

@@ -5,7 +5,7 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rows import MATCH, S, bodies, consecutive, patterns, situations
+from support.rows import MATCH, S, bodies, consecutive, patterns, situations
 
 from pipeline.decisions import complete, episodes, observe, resolve
 from pipeline.grams.count import cover, value

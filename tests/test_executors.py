@@ -7,11 +7,11 @@ from functools import cache
 
 import numpy as np
 import pytest
-from executions import confusion
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from toy_pitch import FRAME_S, step
-from toy_scenes import (
+from support.executions import confusion
+from support.toy_pitch import FRAME_S, step
+from support.toy_scenes import (
     BY_CHANCE,
     VSSS,
     M,

@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 from conftest import SAMPLE
-from logs import make_log, ns
+from support.logs import make_log, ns
 
 from pipeline.goals import attribute
 from pipeline.importers import rcg, tracking

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
-from rows import TEAMS, consecutive, goals, patterns, situations
+from support.rows import TEAMS, consecutive, goals, patterns, situations
 
 from pipeline.errors import SchemaMismatch
 from pipeline.grams.count import cover, grams, merge, value

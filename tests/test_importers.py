@@ -11,7 +11,7 @@ import polars as pl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from recordings import ALL, INSPER, RCSS, RSIM, SSL, imported, recording
+from support.recordings import ALL, INSPER, RCSS, RSIM, SSL, imported, recording
 
 from pipeline.errors import BadRecording
 from pipeline.importers import source

@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from recordings import RSIM, imported, recording
+from support.recordings import RSIM, imported, recording
 
 from pipeline.importers import directions, tracking
 from pipeline.importers.rows import pack

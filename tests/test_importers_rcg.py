@@ -9,7 +9,7 @@ import polars as pl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from recordings import INSPER, RCSS, imported
+from support.recordings import INSPER, RCSS, imported
 
 from pipeline.errors import BadRecording
 from pipeline.importers import rcg

@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from recordings import RSIM, imported, recording
+from support.recordings import RSIM, imported, recording
 
 from pipeline.decisions import observe
 from pipeline.errors import BadRecording, BadSettings

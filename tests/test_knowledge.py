@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
-from rows import MATCH, patterns
+from support.rows import MATCH, patterns
 
 from pipeline.grams.sequences import exact
 from pipeline.knowledge import behaviours, diff, merge_behaviours, merge_occasions, occasions

@@ -6,8 +6,8 @@ from functools import cache
 
 import polars as pl
 import pytest
-from played import read
-from recordings import INSPER, RCSS, RSIM, SSL, imported
+from support.played import read
+from support.recordings import INSPER, RCSS, RSIM, SSL, imported
 
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings

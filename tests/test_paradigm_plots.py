@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
-from points import curve, over_decays, point, table
+from support.points import curve, over_decays, point, table
 
 from pipeline.errors import NotFound
 from pipeline.views.plots.paradigms import curves, sensitivity

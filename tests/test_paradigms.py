@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from support import literal_learning as literal
+from support.points import point, table
 
 from pipeline.studies.paradigms import curves, runner
 from pipeline.studies.paradigms.curves import Curve, Exploration
@@ -26,8 +28,6 @@ from pipeline.studies.paradigms.rules.selection import Selection
 from pipeline.studies.paradigms.rules.wolf_phc import WoLFPHC
 from pipeline.studies.paradigms.runner import Runs, Training, learn, play, stream
 from schemas import Paradigms
-from tests import literal_learning as literal
-from tests.points import point, table
 
 SEEDS = (7, 11)
 CLIMBING = [[11, -30, 0], [-30, 7, 6], [0, 0, 5]]

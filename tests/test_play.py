@@ -10,8 +10,8 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from played import logged, policy
-from played import starting as match
+from support.played import logged, policy
+from support.played import starting as match
 
 from pipeline import matches as log
 from pipeline.arena.match.minds import mind_of

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
-from toy_pitch import FRAME_S, kick_off, step
-from toy_scenes import ROBOTS, VSSS, M, dice, mirrored, view_of, views
+from support.toy_pitch import FRAME_S, kick_off, step
+from support.toy_scenes import ROBOTS, VSSS, M, dice, mirrored, view_of, views
 
 from pipeline.arena.teams import human_like, static
 from pipeline.arena.teams.ball import coming, has_ball, soon, spin

@@ -13,8 +13,8 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from logs import make_log
 from polars.testing import assert_frame_equal
+from support.logs import make_log
 
 from pipeline.arena.physics.laws import (
     END,

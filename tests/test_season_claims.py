@@ -5,7 +5,7 @@ import math
 import polars as pl
 import pytest
 from scipy import stats
-from seasons import ablations, apprentices, evaluation, evolving, rising, season, tables, world
+from support.seasons import ablations, apprentices, evaluation, evolving, rising, season, tables, world
 
 from pipeline.studies.seasons import table3
 from pipeline.studies.seasons.claims import CLAIMS, printed

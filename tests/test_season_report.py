@@ -9,8 +9,8 @@ import struct
 
 import polars as pl
 import pytest
-from played import policy, starting
-from seasons import ablations, apprentices, evaluation, evolving, season, tables, world
+from support.played import policy, starting
+from support.seasons import ablations, apprentices, evaluation, evolving, season, tables, world
 
 from flows.cli import main
 from flows.evaluations import evaluate

@@ -2,7 +2,7 @@
 
 import polars as pl
 import pytest
-from rows import MATCH
+from support.rows import MATCH
 
 from pipeline.errors import SchemaMismatch
 from pipeline.studies.seasons import table3

@@ -10,10 +10,10 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from literal import Found, recognise_literally
 from polars.testing import assert_frame_equal
-from recordings import INSPER, RCSS, RSIM, SSL, imported
-from scenes import FRO, SCENES, THERE, TO, film, goes, stands, walk
+from support.literal import Found, recognise_literally
+from support.recordings import INSPER, RCSS, RSIM, SSL, imported
+from support.scenes import FRO, SCENES, THERE, TO, film, goes, stands, walk
 
 from pipeline.errors import SchemaMismatch
 from pipeline.pitch import PITCHES, Kind, Pitch

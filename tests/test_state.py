@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rows import MATCH, WORDS, S, bodies
+from support.rows import MATCH, WORDS, S, bodies
 
 from pipeline.errors import BadSettings
 from pipeline.pitch import PITCHES, Kind

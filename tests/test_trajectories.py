@@ -8,8 +8,8 @@ from conftest import SAMPLE
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from logs import make_log, ns
 from polars.testing import assert_frame_equal
+from support.logs import make_log, ns
 
 from pipeline.errors import DamagedLog
 from pipeline.importers import rcg, tracking

@@ -10,10 +10,10 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from borders import BALL_MOST, ROBOT_MOST, ball_overlaps, robot_overlaps
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from studies.thousand import look
+from support.borders import BALL_MOST, ROBOT_MOST, ball_overlaps, robot_overlaps
 
 from pipeline.arena.physics.arena import Arena
 from pipeline.arena.physics.drive import publish

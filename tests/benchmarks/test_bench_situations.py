@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import skfuzzy
-from recordings import RSIM, imported
 from skfuzzy import control
+from support.recordings import RSIM, imported
 
 from pipeline.pitch import SCALES, Kind
 from pipeline.settings import SituationSettings, TrajectorySettings

@@ -8,9 +8,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import executions
-import played
 import polars as pl
+from support import executions, played
 
 from pipeline import decisions, knowledge, matches
 from pipeline.behaviours import select as behaviours

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from borders import BALL_MOST, ROBOT_MOST, ball_overlaps, robot_overlaps
+from support.borders import BALL_MOST, ROBOT_MOST, ball_overlaps, robot_overlaps
 
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.minds import minds_of

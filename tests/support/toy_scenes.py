@@ -7,7 +7,7 @@ import math
 import numpy as np
 import polars as pl
 from hypothesis import strategies as st
-from toy_pitch import ACCELERATION, AXLE, FRAME_S, step
+from support.toy_pitch import ACCELERATION, AXLE, FRAME_S, step
 
 from pipeline.arena.teams import executors
 from pipeline.arena.teams.dice import new_dice

@@ -8,7 +8,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from toy_scenes import BY_CHANCE, ROBOTS, VSSS, M, dice, filmed, openings
+from support.toy_scenes import BY_CHANCE, ROBOTS, VSSS, M, dice, filmed, openings
 
 from pipeline.arena.physics.arena import Arena
 from pipeline.arena.teams import executors
