@@ -5,16 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from flows.stage import Per
+from flows.stages import STAGES
 from pipeline.store import Store, catalog
 from pipeline.store.receipts import FileRecord, digest
 from schemas import PUBLIC
-
-#: The nouns: those with outputs of a match in their order (behaviours are of one where it is a group
-#: of its own), those with versions, and those that are not made of matches.
-PER_MATCH = ("matches", "trajectories", "situations", "goals", "grams", "behaviours", "decisions")
-VERSIONED = ("knowledge", "policies")
-SIDE_CHAIN = ("paradigms", "seasons", "evaluations", "report")
-RECEIPTED = (*PER_MATCH, *SIDE_CHAIN)
 
 
 def match_of(output: str) -> str:
@@ -31,7 +26,7 @@ def forget_match(store: Store, match: str, keep: Iterable[str] = ()) -> int:
         keep: nouns whose outputs stay.
     """
     removed = 0
-    for noun in reversed(PER_MATCH):
+    for noun in reversed(STAGES.of_matches):
         if noun not in keep:
             names = [receipt.name for receipt in store.receipts(noun) if match_of(receipt.name) == match]
             removed += sum(store.forget(noun, name) for name in names)
@@ -59,15 +54,15 @@ def sources(store: Store) -> dict[str, list[tuple[Path, FileRecord]]]:
 
     standing = {receipt.name for receipt in store.receipts("matches")}
     refused = {(record.noun, match_of(record.name)) for record in store.quarantined()}
-    for noun in PER_MATCH:
+    for noun in STAGES.of_matches:
         standing -= {match for stage, match in refused if stage == noun and noun != "matches"}
         for receipt in store.receipts(noun):
             if match_of(receipt.name) in standing:
                 add(store.root, receipt.files.values())
-    for noun in SIDE_CHAIN:
+    for noun in STAGES.nouns(Per.OWN):
         for receipt in store.receipts(noun):
             add(store.root, receipt.files.values())
-    for noun in VERSIONED:
+    for noun in STAGES.versioned:
         for manifest in store.manifests(noun):
             add(store.version_folder(noun, manifest.version), manifest.files.values())
     return files

@@ -5,10 +5,12 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 
 import polars as pl
 
-from flows.stage import listener
+from flows.progress import listener
+from flows.stages import STAGES
 from flows.workers import Workers
+from pipeline import arena
 from pipeline.store import Store
-from pipeline.store.receipts import key_of
+from pipeline.store.work import Made, Work
 from pipeline.studies.evaluations import Evaluation, Pair, play
 from schemas import Evaluations
 
@@ -41,10 +43,7 @@ def evaluate(
     todo = [pair for seed, pair in pairs.items() if seed not in there]
     listener.get().begin(NOUN, len(todo))
     for pair, rows in _played(todo, policies, max(1, min(jobs, len(todo)))):
-        store.commit(
-            NOUN, pair.name, _key(pair), inputs={}, settings=pair.model_dump(mode="json"),
-            seed=pair.seed, tables={"evaluations": (rows, Evaluations)},
-        )
+        store.commit(_work(pair), Made([(rows, Evaluations)]))
         there[pair.seed] = rows
         listener.get().advance(NOUN, pair.name)
     return pl.concat([there[seed] for seed in pairs]), len(todo)
@@ -52,13 +51,13 @@ def evaluate(
 
 def _there(store: Store, pair: Pair) -> pl.DataFrame | None:
     """What a pair of matches came to, if it was played."""
-    receipt = store.holding(NOUN, pair.name, _key(pair))
+    receipt = store.holding(_work(pair))
     return None if receipt is None else store.read_table(receipt, "evaluations", Evaluations)
 
 
-def _key(pair: Pair) -> str:
-    return key_of(NOUN, pair.name, inputs={}, settings=pair.model_dump(mode="json"), seed=pair.seed,
-                  tables=(Evaluations,))
+def _work(pair: Pair) -> Work:
+    """A pair as a piece of work: it depends on the version of the arena, too."""
+    return STAGES[NOUN].work(pair.name, pair, {}, seed=pair.seed, through={"arena": arena.VERSION})
 
 
 def _played(

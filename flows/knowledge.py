@@ -1,31 +1,29 @@
-"""Flow of the noun knowledge: one immutable version for all that is known now."""
+"""The noun knowledge: what a version is made from and how, and its lineage."""
 
-from collections.abc import Mapping
-from pathlib import Path
+from __future__ import annotations
+
+from collections.abc import Iterator
 
 import polars as pl
-from prefect.artifacts import create_markdown_artifact
 
-from flows.catalog import refresh
-from flows.lineage import lineage, matches_of
-from flows.stage import Scope, data_folder, need, our_flow, run_one, scope_of, stage_task
+from flows.stage import Inputs, Plan, Scope, Stage, digests, need
 from pipeline.errors import BadSettings, NotFound
 from pipeline.knowledge import behaviours, finest, merge_behaviours, merge_occasions, occasions
-from pipeline.settings import KnowledgeSettings, Settings
+from pipeline.settings import KnowledgeSettings
 from pipeline.store import Store
-from pipeline.store.receipts import Manifest, key_of
+from pipeline.store.receipts import Manifest, Receipt
+from pipeline.store.work import Made
 from schemas import ROLES, Behaviours, Decisions, Occasions, Patterns
 
-#: What labels of a parent's tables begin with, among the inputs of a version that accumulates.
-_PARENT = "parent/"
+#: First part of the labels of a parent's tables, among the inputs of a version that accumulates.
+_PARENT = "parent"
 
 
-def emit(store: Store, settings: KnowledgeSettings, scope: Scope) -> tuple[Manifest, bool]:
-    """Emit the next version, unless one stands that was made from the same; and whether it is new.
+def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) -> Plan:
+    """The inputs of the next version: behaviours, decisions, and the parent if versions accumulate.
 
-    A version that accumulates is made from the one before, too: its key is over that one's tables, and
-    work that was added once, by whatever version, is not added again. The noun is locked meanwhile, for
-    nothing may come between a version and its parent.
+    A version that accumulates is made from the one before as well: its key covers that one's tables.
+    Work that was added once, by whatever version, is not added again.
 
     Raises:
         NotFound: if there is no match to know anything from.
@@ -35,77 +33,94 @@ def emit(store: Store, settings: KnowledgeSettings, scope: Scope) -> tuple[Manif
     if not scope.matches:
         raise NotFound("there is no match to know anything from", where=str(store.root),
                        next_step="Import recordings and run the stages first")
-    rounds = [need(store, "behaviours", scope.round(n)) for n in scope.lengths]
-    seen = [need(store, "decisions", match) for match in scope.matches]
-    inputs: dict[str, str] = {}
-    for receipt in (*rounds, *seen):
-        inputs |= receipt.digests()
-    with store.locked("knowledge"):
-        standing = _standing(store, inputs, settings)
-        if standing is not None:
-            return standing, False
-        parent = store.latest("knowledge")
-        before = parent if settings.accumulate else None
-        held = {match for version in lineage(store, before) for match in matches_of(version)}
-        _refuse_twice(store, before, held.intersection(scope.matches))
-        inputs |= _of_parent(before)
-        with store.claim("knowledge") as version:
-            known = behaviours((store.read_table(r, "patterns", Patterns) for r in rounds), version)
-            if before is not None:
-                earlier = store.read_version_table(before, "behaviours", Behaviours)
-                known = merge_behaviours([earlier, known], version)
-            occurred = occasions((store.read_table(r, "decisions", Decisions) for r in seen), version,
-                                 settings, known["behaviour_id"])
-            if before is not None:
-                earlier = store.read_version_table(before, "occasions", Occasions)
-                occurred = merge_occasions([earlier, occurred], version, settings)
-            manifest = store.commit_version(
-                "knowledge", version, parent=parent.version if parent else None,
-                key=_key(inputs, settings), inputs=inputs,
-                settings=settings.model_dump(mode="json"), seed=rounds[0].settings["seed"],
-                tables={"behaviours": (known, Behaviours), "occasions": (occurred, Occasions)},
-                blobs={f"map-n{n}": ("npz", store.read(receipt, "map"))
-                       for n, receipt in zip(scope.lengths, rounds, strict=True) if "map" in receipt.files},
-                counts=_counts(known, occurred, matches=len(held) + len(seen)),
-            )
-            return manifest, True
+    receipts: dict[str, list[Receipt]] = {
+        "behaviours": [need(store, "behaviours", scope.round(n)) for n in scope.lengths],
+        "decisions": [need(store, "decisions", match) for match in scope.matches],
+    }
+    inputs = digests(receipts)
+    parent = store.latest("knowledge")
+    follows = None if parent is None else parent.version
+    seed = receipts["behaviours"][0].settings["seed"]
+    if not settings.accumulate:
+        return Plan(receipts, inputs, follows, seed=seed)
+    standing = _added(store, inputs, settings, stage, seed)
+    if standing is None and parent is not None:
+        _refuse_twice(store, parent, scope)
+    receipts[_PARENT] = [parent] if parent is not None else []
+    return Plan(receipts, inputs | _of_parent(parent), follows, standing, seed)
 
 
-def _key(inputs: Mapping[str, str], settings: KnowledgeSettings) -> str:
-    return key_of("knowledge", "knowledge", inputs=inputs, settings=settings.model_dump(mode="json"),
-                  tables=(Behaviours, Occasions))
+def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
+    """The behaviours and occasions of a version, and the maps that the behaviours were found with."""
+    (before,) = inputs.get(_PARENT) or (None,)
+    version = inputs.version
+    known = behaviours(inputs.tables("behaviours", Patterns), version)
+    if before is not None:
+        known = merge_behaviours([inputs.table(_PARENT, Behaviours), known], version)
+    occurred = occasions(inputs.tables("decisions", Decisions), version, settings, known["behaviour_id"])
+    matches = len(inputs["decisions"])
+    if before is not None:
+        occurred = merge_occasions([inputs.table(_PARENT, Occasions), occurred], version, settings)
+        matches += before.details["matches"]
+    lengths = [receipt.name.rpartition("n")[2] for receipt in inputs["behaviours"]]
+    maps = zip(lengths, inputs.blobs("behaviours", "map"), strict=True)
+    return Made(
+        [(known, Behaviours), (occurred, Occasions)],
+        blobs={f"map-n{n}": ("npz", data) for n, data in maps if data is not None},
+        details=_counts(known, occurred, matches=matches),
+    )
+
+
+def lineage(store: Store, knowledge: Manifest | None) -> Iterator[Manifest]:
+    """A version of the knowledge and those that it adds to, the newest first.
+
+    Raises:
+        NotFound: if one of them is gone.
+    """
+    while knowledge is not None:
+        yield knowledge
+        adds_to = knowledge.parent if knowledge.settings.get("accumulate", False) else None
+        knowledge = None if adds_to is None else store.manifest("knowledge", adds_to)
+
+
+def matches_of(knowledge: Manifest) -> list[str]:
+    """The matches whose decisions a version names itself, sorted."""
+    labels = (label.split("/") for label in knowledge.inputs)
+    return sorted({label[1] for label in labels if label[0] == "decisions"})
 
 
 def _of_parent(before: Manifest | None) -> dict[str, str]:
     """The tables of the version before among the inputs of one that accumulates."""
     if before is None:
         return {}
-    return {f"{_PARENT}{role}": before.files[role].sha256 for role in ("behaviours", "occasions")}
+    return {f"{_PARENT}/{role}": before.files[role].sha256 for role in ("behaviours", "occasions")}
 
 
-def _standing(store: Store, inputs: dict[str, str], settings: KnowledgeSettings) -> Manifest | None:
-    """The version that need not be made again: the newest; if versions accumulate, any of them."""
-    if not settings.accumulate:
-        newest = store.latest("knowledge")
-        return newest if newest is not None and newest.key == _key(inputs, settings) else None
+def _added(
+    store: Store, inputs: dict[str, str], settings: KnowledgeSettings, stage: Stage, seed: int
+) -> Manifest | None:
+    """The version by which these very inputs were added, None if there is none."""
     for manifest in reversed(store.manifests("knowledge")):
-        parent = {label: sha for label, sha in manifest.inputs.items() if label.startswith(_PARENT)}
-        if manifest.key == _key(inputs | parent, settings):
+        parent = {label: sha for label, sha in manifest.inputs.items() if label.startswith(f"{_PARENT}/")}
+        if manifest.key == stage.work(stage.noun, settings, inputs | parent, seed=seed).key:
             return manifest
     return None
 
 
-def _refuse_twice(store: Store, before: Manifest | None, twice: set[str]) -> None:
-    if before is not None and twice:
+def _refuse_twice(store: Store, before: Manifest, scope: Scope) -> None:
+    held = {match for version in lineage(store, before) for match in matches_of(version)}
+    twice = held.intersection(scope.matches)
+    if twice:
         raise BadSettings(
             f"knowledge version {before.version} holds {min(twice)} already, made from other files, by "
-            "other code or by other settings, and would count it twice", where=str(store.root),
+            "another version of the stage or by other settings, and would count it twice",
+            where=str(store.root),
             next_step="Begin again in another data folder, or say accumulate = false",
         )
 
 
 def _counts(known: pl.DataFrame, occurred: pl.DataFrame, *, matches: int) -> dict[str, object]:
-    """What a person wants to know at a glance; states and occasions are those of the state key."""
+    """Counts for people; states and occasions are those of the state key."""
     occurred = finest(occurred)
     roles = {
         role: {
@@ -118,39 +133,14 @@ def _counts(known: pl.DataFrame, occurred: pl.DataFrame, *, matches: int) -> dic
     return {"matches": matches, "behaviours": known.height, "occasions": occurred.height, "roles": roles}
 
 
-def describe(manifest: Manifest, known: pl.DataFrame) -> str:
-    """A version of the knowledge as Markdown: counts and its best and worst behaviours."""
+def describe(store: Store, manifest: Manifest) -> str:
+    """A version of the knowledge as Markdown: counts, and its behaviours of greatest value."""
+    known = store.read_table(manifest, "behaviours", Behaviours)
     lines = [f"# Knowledge version {manifest.version}", "", "| role | behaviours | states | occasions |",
              "|---|---|---|---|"]
     lines += [f"| {role} | {c['behaviours']} | {c['states']} | {c['occasions']} |"
-              for role, c in manifest.counts["roles"].items()]
+              for role, c in manifest.details["roles"].items()]
     lines += ["", "| behaviour | support | value | spread |", "|---|---|---|---|"]
     lines += [f"| {b['behaviour_id']} | {b['support']} | {b['value']:+.3f} | {b['spread']:.3f} |"
               for b in known.sort("value", descending=True).head(30).iter_rows(named=True)]
     return "\n".join(lines)
-
-
-@stage_task(name="knowledge")
-def make_knowledge(data: Path, name: str, settings: KnowledgeSettings, scope: Scope) -> tuple[int, bool]:
-    """Emit knowledge; the version that stands now, and whether it is new."""
-    manifest, new = emit(Store(data), settings, scope)
-    return manifest.version, new
-
-
-def publish(store: Store, version: int) -> None:
-    """Show a version as an artifact of the flow run."""
-    manifest = store.manifest("knowledge", version)
-    known = store.read_version_table(manifest, "behaviours", Behaviours)
-    create_markdown_artifact(describe(manifest, known), key="knowledge", description="the newest knowledge")
-
-
-@our_flow(name="knowledge")
-def knowledge_flow(data: Path, settings: Settings = Settings()) -> dict[str, object]:
-    """Emit a version of the knowledge if there is anything new to know."""
-    store = data_folder(data)
-    scope = scope_of(store, settings)
-    version, new = run_one(
-        make_knowledge, "knowledge", store.root, "knowledge", settings.knowledge, scope)
-    refresh(store)
-    publish(store, version)
-    return {"version": version, "new": new}

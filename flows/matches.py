@@ -7,7 +7,9 @@ from pathlib import Path
 import polars as pl
 from pydantic import BaseModel
 
-from flows.stage import StageReport, conclude, data_folder, our_flow, run_tasks, stage_task
+from flows.progress import StageReport
+from flows.stages import STAGES
+from flows.tasks import conclude, data_folder, our_flow, run_tasks, stage_task
 from pipeline import matches as log
 from pipeline.errors import BadRecording, NoFrames, PitchloreError
 from pipeline.importers import rcg, source, tracking
@@ -15,10 +17,9 @@ from pipeline.importers.doubts import doubts
 from pipeline.matches.frame import MatchLog
 from pipeline.matches.quality import quality_table
 from pipeline.store import Store
-from pipeline.store.receipts import SOFTWARE, Receipt, digest, key_of
+from pipeline.store.receipts import Receipt, digest
+from pipeline.store.work import Made, Work
 from schemas import Matches, Quality, Referee
-
-SCHEMAS = (Matches, Referee, Quality)
 
 #: Where recordings are dropped for the next run, in the data folder.
 INBOX = "inbox"
@@ -95,13 +96,15 @@ def _same_recording(store: Store, name: str) -> Receipt | None:
     return next((r for r in store.receipts("matches") if r.name.endswith(f"-{identity}")), None)
 
 
-def _key(name: str, sha256: str, settings: dict[str, object]) -> str:
-    return key_of("matches", name, inputs={"source": sha256}, settings=settings, tables=SCHEMAS)
+def _work(name: str, sha256: str, settings: dict[str, object]) -> Work:
+    stage = STAGES["matches"]
+    return Work(noun=stage.noun, name=name, settings=settings, version=stage.version,
+                inputs={"source": sha256}, schemas=stage.schemas)
 
 
 def _stands(store: Store, receipt: Receipt, sha256: str, settings: dict[str, object]) -> bool:
     """Whether a match need not be made anew from this content."""
-    return receipt.key == _key(receipt.name, sha256, settings) and store.intact(receipt)
+    return receipt.key == _work(receipt.name, sha256, settings).key and store.intact(receipt)
 
 
 def _mapping(store: Store, path: Path) -> tracking.TrackingMap:
@@ -136,7 +139,7 @@ def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, obje
     there = store.receipt("matches", name)
     if there is not None and store.intact(there):
         same_source = there.inputs["source"] == sha256
-        if there.files["log"].sha256 == digest(data) and (not same_source or there.software == SOFTWARE):
+        if there.files["log"].sha256 == digest(data) and not same_source:
             return there, False
         if not same_source and not match.info.complete:
             return there, False
@@ -145,29 +148,22 @@ def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, obje
                 f"another match is here as {name} already", where=match.info.source,
                 next_step="Give one of the two logs another match id",
             )
-    key = _key(name, sha256, settings)
-    return keep(store, match, data, key, source=sha256, settings=settings), True
+    return keep(store, match, data, _work(name, sha256, settings)), True
 
 
-def keep(
-    store: Store, match: MatchLog, data: bytes, key: str, *, source: str, settings: dict[str, object]
-) -> Receipt:
-    """Commit a match: its log, its row, what the referee said and what was found wrong.
+def keep(store: Store, match: MatchLog, data: bytes, work: Work) -> Receipt:
+    """Commit a match: its log, its row, the referee's events, and its flaws.
 
     Args:
         store: where to.
         match: what the log says.
         data: the log's bytes.
-        key: of the work that made it.
-        source: SHA-256 of what it was made from.
-        settings: it was made with.
+        work: that made it.
     """
     row = log.row(match)
     flaws = match.quality.group_by("flaw").agg(pl.col("count").sum()).sort("flaw")
-    return store.commit(
-        "matches", match.info.match_id, key, inputs={"source": source}, settings=settings,
-        tables={"matches": (row, Matches), "referee": (match.referee, Referee),
-                "quality": (match.quality, Quality)},
+    return store.commit(work, Made(
+        tables=[(row, Matches), (match.referee, Referee), (match.quality, Quality)],
         blobs={"log": ("mcap", data)},
         details={
             "pitch": match.info.pitch.model_dump(mode="json"), "complete": match.info.complete,
@@ -176,7 +172,7 @@ def keep(
             "decisions": match.decisions.height,
             "flaws": dict(flaws.cast({"flaw": pl.String}).iter_rows()),
         },
-    )
+    ))
 
 
 @stage_task(name="import")

@@ -5,19 +5,12 @@ from pathlib import Path
 import polars as pl
 from pydantic import BaseModel
 
-from flows.stage import (
-    Made,
-    Scope,
-    Stage,
-    conclude,
-    data_folder,
-    need,
-    our_flow,
-    run_each,
-    task_of,
-)
+from flows.stage import digests, need, refusing
+from flows.stages import STAGES
+from flows.tasks import conclude, data_folder, our_flow, run_tasks, stage_task
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
+from pipeline.store.work import Made, Work
 from pipeline.studies.paradigms.claims import PEAK, verdicts
 from pipeline.studies.paradigms.experiments import STOCHASTIC, Design, Figure, Sheet, sheets
 from pipeline.studies.paradigms.readings import telling
@@ -25,8 +18,7 @@ from pipeline.views.plots.paradigms import curves, sensitivity
 from pipeline.views.plots.style import png
 from schemas import Paradigms, Verdicts
 
-#: The side chain is not made of matches.
-NOTHING = Scope(matches=(), lengths=())
+NOUN = "paradigms"
 
 #: The order of schema Paradigms.
 SORTED = ("study", "figure", "game", "learner", "reading", "decay", "k", "runs", "seed")
@@ -57,7 +49,7 @@ def reports(design: Design) -> list[Report]:
     ]
 
 
-def compute_sheet(_: Store, __: str, sheet: Sheet, ___: Scope) -> Made:
+def compute_sheet(sheet: Sheet) -> Made:
     """All points of a sheet's curves."""
     points = [
         curve.play(k, decay, runs=sheet.runs, seed=sheet.seed)
@@ -79,7 +71,7 @@ def points_of(store: Store, report: Report) -> pl.DataFrame:
     ).sort(*SORTED)
 
 
-def compute_report(store: Store, _: str, report: Report, __: Scope) -> Made:
+def compute_report(store: Store, report: Report) -> Made:
     """Verdicts on a figure's claims, and its plots."""
     points = points_of(store, report)
     drawn = points.filter(pl.col("study") == "figure")
@@ -95,25 +87,51 @@ def compute_report(store: Store, _: str, report: Report, __: Scope) -> Made:
     )
 
 
-SHEETS = Stage("paradigms", (Paradigms,), lambda *_: [], compute_sheet)
-make_sheet = task_of(SHEETS)
+def sheet_work(sheet: Sheet) -> Work:
+    """A sheet as a piece of work."""
+    return STAGES[NOUN].work(sheet.name, sheet, {})
+
+
+def report_work(store: Store, report: Report) -> Work:
+    """A report as a piece of work.
+
+    Raises:
+        NotFound: if one of its sheets has not been made.
+    """
+    return STAGES[NOUN].work(report.name, report, digests({NOUN: sheets_of(store, report)}))
+
+
+@stage_task(name="paradigms")
+def make_sheet(data: Path, name: str, sheet: Sheet) -> None:
+    """Play a sheet's curves."""
+    store = Store(data)
+    with refusing(store, NOUN, name):
+        store.commit(sheet_work(sheet), compute_sheet(sheet))
+
+
+@stage_task(name="paradigms-report")
+def make_report(data: Path, name: str, report: Report) -> None:
+    """Judge a figure's claims and draw its plots."""
+    store = Store(data)
+    with refusing(store, NOUN, name):
+        store.commit(report_work(store, report), compute_report(store, report))
 
 
 @our_flow(name="paradigms")
 def paradigms_flow(data: Path, design: Design = Design()) -> dict[str, object]:
     """Play the curves of a design that are not there yet, then report on its figures."""
     store = data_folder(data)
-    played = run_each(make_sheet, SHEETS, store, {sheet.name: sheet for sheet in sheets(design)}, NOTHING)
+    every = sheets(design)
+    todo = [sheet for sheet in every if store.holding(sheet_work(sheet)) is None]
+    played = run_tasks(make_sheet, NOUN, {
+        sheet.name: {"data": store.root, "name": sheet.name, "sheet": sheet} for sheet in todo})
+    played.kept += len(every) - len(todo)
     for report in reports(design):
-        if not set(report.sheets) & set(played.failed):
-            stage = report_stage(report)
-            written = run_each(task_of(stage), stage, store, {report.name: report}, NOTHING)
-            played.made += written.made
-            played.kept += written.kept
-            played.failed |= written.failed
+        if set(report.sheets) & set(played.failed):
+            continue
+        if store.holding(report_work(store, report)) is None:
+            arguments = {"data": store.root, "name": report.name, "report": report}
+            played.add(run_tasks(make_report, NOUN, {report.name: arguments}))
+        else:
+            played.kept += 1
     return conclude(store, played)
-
-
-def report_stage(report: Report) -> Stage[Report]:
-    """The stage that makes a report of its sheets."""
-    return Stage("paradigms", (Verdicts,), lambda store, _, __: sheets_of(store, report), compute_report)

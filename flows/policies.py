@@ -1,19 +1,58 @@
-"""Flow of the noun policies: batch Sarsa(lambda) from one policy version to the next."""
+"""The noun policies: what a version is trained on and from, and how."""
+
+from __future__ import annotations
 
 from dataclasses import asdict
-from pathlib import Path
 
-from prefect.artifacts import create_markdown_artifact
-
-from flows.catalog import refresh
-from flows.lineage import lineage, matches_of
-from flows.stage import data_folder, need, our_flow, run_one, stage_task
+from flows.knowledge import lineage, matches_of
+from flows.stage import Inputs, Plan, Scope, Stage, digests, need
 from pipeline.errors import NotFound
 from pipeline.policies.train import train
-from pipeline.settings import PolicySettings, Settings
+from pipeline.settings import PolicySettings
 from pipeline.store import Store
-from pipeline.store.receipts import Manifest, Receipt, key_of
+from pipeline.store.receipts import Manifest, Receipt
+from pipeline.store.work import Made
 from schemas import Decisions, Occasions, Policies
+
+_DECISIONS = "decisions/"
+
+
+def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
+    """The inputs of the next policy: the newest knowledge, its decisions, and the policy before.
+
+    No match is learned from twice. A parent is trained on those matches only that none of its line has
+    learned from. Where there are none, or where a match that it learned from was made anew since,
+    training begins anew from the knowledge, on all matches.
+
+    Raises:
+        NotFound: if there is no knowledge yet, or if it is out of date.
+    """
+    knowledge = store.latest("knowledge")
+    if knowledge is None:
+        raise NotFound("there is no knowledge to train on", where=str(store.root),
+                       next_step="Import recordings and run `pitchlore run` first")
+    decisions = batch(store, knowledge, settings.last_matches)
+    inputs = {f"knowledge/{role}": record.sha256 for role, record in sorted(knowledge.files.items())}
+    inputs |= digests({"decisions": decisions})
+    parent = store.latest("policies") if settings.parent else None
+    fresh = decisions if parent is None else _unlearned(store, parent, decisions)
+    if parent is not None and fresh:
+        receipts: dict[str, list[Receipt]] = {
+            "knowledge": [knowledge], "decisions": fresh, "parent": [parent]}
+        return Plan(receipts, inputs, parent.version)
+    return Plan({"knowledge": [knowledge], "decisions": decisions}, inputs)
+
+
+def compute(inputs: Inputs, settings: PolicySettings) -> Made:
+    """The action values of a policy."""
+    (knowledge,) = inputs["knowledge"]
+    assert isinstance(knowledge, Manifest)
+    policy, report = train(
+        inputs.tables("decisions", Decisions), inputs.table("knowledge", Occasions),
+        inputs.table("parent", Policies) if "parent" in inputs else None,
+        settings, inputs.version, knowledge.version,
+    )
+    return Made([(policy, Policies)], details={"knowledge_version": knowledge.version, **asdict(report)})
 
 
 def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) -> list[Receipt]:
@@ -50,67 +89,25 @@ def _held(store: Store, knowledge: Manifest, match: str) -> Receipt:
     return receipt
 
 
-def learn(store: Store, settings: PolicySettings) -> tuple[Manifest, bool]:
-    """Train the next policy on the newest knowledge, unless that has been done; and whether it is new.
-
-    Raises:
-        NotFound: if there is no knowledge yet.
-    """
-    knowledge = store.latest("knowledge")
-    if knowledge is None:
-        raise NotFound("there is no knowledge to train on", where=str(store.root),
-                       next_step="Import recordings and run `pitchlore run` first")
-    receipts = batch(store, knowledge, settings.last_matches)
-    inputs = {f"knowledge/{role}": record.sha256 for role, record in sorted(knowledge.files.items())}
-    for receipt in receipts:
-        inputs |= receipt.digests()
-    dumped = settings.model_dump(mode="json")
-    key = key_of("policies", "policy", inputs=inputs, settings=dumped, tables=(Policies,))
-    newest = store.latest("policies")
-    if newest is not None and newest.key == key:
-        return newest, False
-    with store.claim("policies") as version:
-        parent = store.latest("policies") if settings.parent else None
-        policy, report = train(
-            (store.read_table(receipt, "decisions", Decisions) for receipt in receipts),
-            store.read_version_table(knowledge, "occasions", Occasions),
-            store.read_version_table(parent, "policies", Policies) if parent else None,
-            settings, version, knowledge.version,
-        )
-        if parent is not None:
-            inputs["parent"] = parent.files["policies"].sha256
-        manifest = store.commit_version(
-            "policies", version, parent=parent.version if parent else None, key=key, inputs=inputs,
-            settings=dumped, tables={"policies": (policy, Policies)},
-            counts={"knowledge_version": knowledge.version, **asdict(report)},
-        )
-        return manifest, True
+def _unlearned(store: Store, parent: Manifest, decisions: list[Receipt]) -> list[Receipt]:
+    """The decisions that no policy of a line has learned from; none if one learned from others of a match."""
+    learned: dict[str, str] = {}
+    policy: Manifest | None = parent
+    while policy is not None:
+        learned |= {label: sha for label, sha in policy.inputs.items() if label.startswith(_DECISIONS)}
+        policy = None if policy.parent is None else store.manifest("policies", policy.parent)
+    fresh = [receipt for receipt in decisions if not receipt.digests().keys() & learned.keys()]
+    changed = any(learned.get(label, sha) != sha for r in decisions for label, sha in r.digests().items())
+    return [] if changed else fresh
 
 
-@stage_task(name="train")
-def make_policy(data: Path, name: str, settings: PolicySettings) -> tuple[int, bool]:
-    """Train; the policy version that stands now, and whether it is new."""
-    manifest, new = learn(Store(data), settings)
-    return manifest.version, new
-
-
-def publish(store: Store, version: int) -> None:
-    """Show a version's training as an artifact of the flow run."""
-    counts = store.manifest("policies", version).counts
-    lines = [f"# Policy version {version} on knowledge version {counts['knowledge_version']}", "",
+def describe(store: Store, manifest: Manifest) -> str:
+    """The training of a version as Markdown."""
+    details = manifest.details
+    lines = [f"# Policy version {manifest.version} on knowledge version {details['knowledge_version']}", "",
              "| key | role | pairs | new | decisions | transitions | mean error, first and last sweep |",
              "|---|---|---|---|---|---|---|"]
     lines += [f"| {key} | {role} | {c['pairs']} | {c['new_pairs']} | {c['decisions']} | {c['transitions']} "
               f"| {c['first_error']} {c['last_error']} |"
-              for key, roles in counts["tables"].items() for role, c in roles.items()]
-    create_markdown_artifact("\n".join(lines), key="policy", description="the newest policy")
-
-
-@our_flow(name="policies")
-def policies_flow(data: Path, settings: Settings = Settings()) -> dict[str, object]:
-    """Train the next policy if the knowledge or the settings are new."""
-    store = data_folder(data)
-    version, new = run_one(make_policy, "policies", store.root, "policy", settings.policies)
-    refresh(store)
-    publish(store, version)
-    return {"version": version, "new": new}
+              for key, roles in details["tables"].items() for role, c in roles.items()]
+    return "\n".join(lines)

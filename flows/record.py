@@ -5,13 +5,16 @@ from contextlib import contextmanager
 
 import polars as pl
 
-from flows.matches import PLAYING, SCHEMAS, keep
+from flows.matches import PLAYING, keep
+from flows.stages import STAGES
+from pipeline import arena
 from pipeline import matches as log
 from pipeline.arena.match.match import PART, Match
 from pipeline.arena.match.minds import minds_of
 from pipeline.arena.match.recipe import Recipe
 from pipeline.store import Store
-from pipeline.store.receipts import Receipt, fingerprint, key_of
+from pipeline.store.receipts import Receipt, fingerprint
+from pipeline.store.work import Work
 
 
 def record(
@@ -27,7 +30,7 @@ def record(
     Raises:
         StorageFailed: if the log cannot be written, or if another process plays this match.
     """
-    there = store.holding("matches", recipe.match_id, _key(recipe))
+    there = store.holding(_work(recipe))
     if there is None:
         match = Match(recipe, minds_of(recipe, policies or {}))
         with recording(store, match) as log_it:
@@ -68,12 +71,14 @@ def recording(store: Store, match: Match) -> Iterator[Callable[[], None]]:
         data = store.foreign(path)
         played = log.read(data, where=str(path))
         with store.locked("matches"):
-            keep(store, played, data, _key(recipe), source=fingerprint(recipe),
-                 settings=recipe.model_dump(mode="json"))
+            keep(store, played, data, _work(recipe))
         store.release("matches", recipe.match_id)
         path.unlink()
 
 
-def _key(recipe: Recipe) -> str:
-    return key_of("matches", recipe.match_id, inputs={"source": fingerprint(recipe)},
-                  settings=recipe.model_dump(mode="json"), tables=SCHEMAS)
+def _work(recipe: Recipe) -> Work:
+    """A match as a piece of work: its version is the arena's."""
+    return Work(
+        noun="matches", name=recipe.match_id, settings=recipe.model_dump(mode="json"), version=arena.VERSION,
+        inputs={"source": fingerprint(recipe)}, schemas=STAGES["matches"].schemas,
+    )

@@ -8,12 +8,15 @@ import polars as pl
 from pydantic import ValidationError
 
 from flows.catalog import refresh
-from flows.stage import Made, Scope, Source, Stage
+from flows.stage import refusing
+from flows.stages import STAGES
 from flows.teams import Player, apprentice, labelled
+from pipeline import arena
 from pipeline.errors import NotFound, PitchloreError
 from pipeline.settings import Frozen
 from pipeline.store import Store
-from pipeline.store.receipts import SOFTWARE, Receipt
+from pipeline.store.receipts import RELEASE, Receipt
+from pipeline.store.work import Made
 from pipeline.studies.document import to_html, to_markdown
 from pipeline.studies.evaluations import Entrant, Evaluation
 from pipeline.studies.seasons.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC
@@ -34,7 +37,6 @@ TITLE = "Pitchlore: seasons"
 
 #: It is made of all seasons there are, in one way.
 NO_SETTINGS = Frozen()
-NOTHING = Scope(matches=(), lengths=())
 
 #: What cannot be below 0, nor a percentage above 100: bands end there.
 _WITHIN: dict[str, Pooling] = {
@@ -65,7 +67,8 @@ def measurements(store: Store, seasons: Sequence[Receipt]) -> Measurements:
 
     A pair counts if the team plays the policy that the season's last game has left (by its SHA-256), as
     `pitchlore evaluate` has it play when no option says otherwise, in matches like the season's
-    games. All pairs of an apprentice are of one code: the season's own, or if it has none, the present.
+    games. All pairs of an apprentice are of one version of the arena: that of the season's
+    games, or if it has none, the present one.
     """
     played: dict[str, list[Receipt]] = {season.name: [] for season in seasons}
     for receipt in store.receipts("evaluations"):
@@ -84,9 +87,9 @@ def _measuring(store: Store, season: Receipt, played: Sequence[Receipt]) -> list
     matches = Season.model_validate(season.settings).settings.of_match()
     usual = Evaluation(**matches, team=team, opponent=team)
     same = [receipt for receipt in played if _against(receipt, team) == usual]
-    of_one_code = ([receipt for receipt in same if receipt.software == software]
-                   for software in (season.software, SOFTWARE))
-    return next(filter(None, of_one_code), [])
+    of_one_arena = ([receipt for receipt in same if receipt.versions["arena"] == version]
+                    for version in (season.versions["arena"], arena.VERSION))
+    return next(filter(None, of_one_arena), [])
 
 
 def _against(receipt: Receipt, opponent: Entrant) -> Evaluation | None:
@@ -146,9 +149,14 @@ class Sources(NamedTuple):
     measurements: Measurements
     apprentices: list[Apprentice]
 
-    def each(self) -> list[Source]:
-        """All that its key covers."""
-        return [*self.seasons, *self.measurements.counted, *self.apprentices]
+    def digests(self) -> dict[str, str]:
+        """SHA-256 of all that it is made from, by label."""
+        found: dict[str, str] = {}
+        for receipt in (*self.seasons, *self.measurements.counted):
+            found |= receipt.digests()
+        for taught in self.apprentices:
+            found |= taught.digests()
+        return found
 
 
 def sources(store: Store) -> Sources:
@@ -248,7 +256,7 @@ def _made(found: Tables) -> Made:
     games, growth, evaluations, left_out, prefer = found
     claims, pictures = judged(games, growth, evaluations), drawn(games, growth)
     blocks = document(
-        Report(games, evaluations, left_out, prefer, claims, pictures, SOFTWARE.split("+")[0]))
+        Report(games, evaluations, left_out, prefer, claims, pictures, RELEASE))
     return Made(
         tables=[(claims, Claims)],
         blobs={"page": ("html", to_html(TITLE, blocks)), "text": ("md", to_markdown(blocks).encode())}
@@ -281,10 +289,11 @@ def write_report(store: Store) -> Written:
     """
     of = sources(store)  # looked up once, so that the key is that of what was read
     found = tables(store, of)  # before the stage: what is missing is said, and puts nothing in quarantine
-    stage: Stage[Frozen] = Stage("report", (Claims,), lambda *_: of.each(), lambda *_: _made(found))
-    receipt = store.receipt(stage.noun, NAME) if stage.done(store, NAME, NO_SETTINGS, NOTHING) else None
+    work = STAGES["report"].work(NAME, NO_SETTINGS, of.digests())
+    receipt = store.holding(work)
     if receipt is None:
-        receipt = stage.perform(store, NAME, NO_SETTINGS, NOTHING)
+        with refusing(store, work.noun, work.name):
+            receipt = store.commit(work, _made(found))
         refresh(store)
     path = store.root / "report" / "index.html"
     store.write_bytes(path, store.read(receipt, "page"))

@@ -7,33 +7,27 @@ whatever was killed goes on with the first game that is not.
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import polars as pl
 from prefect.artifacts import create_markdown_artifact
 from prefect.futures import PrefectFuture, as_completed
-from pydantic import BaseModel, PositiveInt
+from pydantic import PositiveInt
 
-from flows import behaviours, decisions, goals, grams, knowledge, policies, situations, trajectories
 from flows.catalog import forget_match, refresh
+from flows.progress import StageReport, listener
 from flows.record import record
-from flows.stage import (
-    Scope,
-    Stage,
-    StageReport,
-    data_folder,
-    listener,
-    match_names,
-    need,
-    our_flow,
-    stage_task,
-)
+from flows.stage import Scope, emit, match_names, need
+from flows.stages import STAGES
+from flows.tasks import data_folder, our_flow, stage_task
 from flows.teams import labelled
 from flows.workers import Workers
+from pipeline import arena
 from pipeline.errors import BadSettings, PitchloreError, in_one_line
 from pipeline.state import project
 from pipeline.store import Store
-from pipeline.store.receipts import Manifest, Receipt, key_of
+from pipeline.store.receipts import Manifest, Receipt
+from pipeline.store.work import Made, Work
 from pipeline.studies.seasons.settings import Season
 from pipeline.studies.seasons.tables import Game, game_row, growth_rows, states_played
 from schemas import Behaviours, Decisions, Games, Goals, Growth, Matches, Occasions, StatesPlayed, Table
@@ -42,10 +36,6 @@ from schemas.table import Key
 NOUN = "seasons"
 #: What is kept of the games of a season that is to leave little behind.
 _KEPT = ("decisions",)
-#: What a season's receipt vouches for.
-_TABLES: tuple[type[Table], ...] = (Games, Growth, StatesPlayed)
-
-S = TypeVar("S", bound=BaseModel)
 
 
 def store_of(data: Path, season: Season) -> Store:
@@ -60,7 +50,7 @@ def done(store: Store, season: Season) -> Receipt | None:
         BadSettings: if they were played with other settings, or by other code.
     """
     receipt = store.receipt(NOUN, season.id)
-    if receipt is None or receipt.key == _key(season):
+    if receipt is None or receipt.key == _work(season).key:
         return receipt
     why = "was begun with other settings or by another version of pitchlore"
     begun = receipt.settings.get("settings", {}).get("games")
@@ -92,28 +82,16 @@ def learn(data: Path, season: Season, game: int, matches: list[str], discard: bo
     own, settings, group = store_of(data, season), season.settings.pipeline, f"game-{game:03d}"
     lengths = tuple(r.n for r in settings.behaviours.rounds)
     scope = Scope(matches=tuple(sorted(matches)), lengths=lengths, group=group)
-    for match in scope.matches:
-        _make(trajectories.STAGE, own, match, settings.trajectories, scope)
-        _make(situations.STAGE, own, match, settings.situations, scope)
-        _make(goals.STAGE, own, match, settings.goals, scope)
-    for n in lengths:
-        for match in scope.matches:
-            _make(grams.STAGE, own, grams.output(match, n), settings.grams, scope)
-        _make(behaviours.STAGE, own, scope.round(n), settings.behaviours, scope)
-    for match in scope.matches:
-        _make(decisions.STAGE, own, match, settings.decisions, scope)
-    known, _ = knowledge.emit(own, settings.knowledge, scope)
-    policy, _ = policies.learn(own, settings.policies)
+    STAGES.make(own, settings, scope)
+    known, policy = (
+        emit(own, stage, stage.settings(settings), scope)[0]
+        for stage in (STAGES[noun] for noun in STAGES.versioned)
+    )
     _commit(data, season, game, matches[0], known, policy)
     if discard:
         # with what an earlier game has left, if its process was killed at this point
         for name in (group, *match_names(own)):
             forget_match(own, name, keep=_KEPT)
-
-
-def _make(stage: Stage[S], store: Store, name: str, settings: S, scope: Scope) -> None:
-    if not stage.done(store, name, settings, scope):
-        stage.perform(store, name, settings, scope)
 
 
 def _commit(
@@ -141,22 +119,21 @@ def _commit(
         own.read_table(need(own, "goals", match), "goals", Goals),
         situations=sum(need(own, "situations", match).details["situations"].values()),
         lead=season.lead(number), key=key,
-        known=None if played_with is None else own.read_version_table(played_with, "occasions", Occasions),
+        known=None if played_with is None else own.read_table(played_with, "occasions", Occasions),
         policy_version=None if before is None else before.details["policy"],
         knowledge_version=known.version,
     )
     growth = growth_rows(
-        game, decided, played, own.read_version_table(known, "occasions", Occasions),
-        own.read_version_table(known, "behaviours", Behaviours), key=key,
+        game, decided, played, own.read_table(known, "occasions", Occasions),
+        own.read_table(known, "behaviours", Behaviours), key=key,
     )
-    made = (pl.concat([_so_far(store, before, Games), row]),
-            pl.concat([_so_far(store, before, Growth), growth]), played)
-    return store.commit(
-        NOUN, season.id, _key(season), inputs={}, seed=season.seed, settings=season.model_dump(mode="json"),
-        tables={schema.NAME: (table, schema) for schema, table in zip(_TABLES, made, strict=True)},
+    return store.commit(_work(season), Made(
+        tables=[(pl.concat([_so_far(store, before, Games), row]), Games),
+                (pl.concat([_so_far(store, before, Growth), growth]), Growth),
+                (played, StatesPlayed)],
         details={"games": number, "store": f"{NOUN}/{season.id}", "knowledge": known.version,
                  "policy": policy.version},
-    )
+    ))
 
 
 def _decided(own: Store, match: str, key: Key) -> pl.DataFrame:
@@ -171,8 +148,15 @@ def _so_far(store: Store, before: Receipt | None, schema: type[Table]) -> pl.Dat
     return schema.empty() if before is None else store.read_table(before, schema.NAME, schema)
 
 
-def _key(season: Season) -> str:
-    return key_of(NOUN, season.id, inputs={}, settings=season.of_each_game(), tables=_TABLES)
+def _work(season: Season) -> Work:
+    """A season as a piece of work: it goes on only under the versions of the stages that it began under."""
+    versions = {noun: STAGES[noun].version for noun in (*STAGES.of_matches, *STAGES.versioned)}
+    stage = STAGES[NOUN]
+    return Work(
+        noun=NOUN, name=season.id, settings=season.model_dump(mode="json"), version=stage.version,
+        seed=season.seed, schemas=stage.schemas, through={**versions, "arena": arena.VERSION},
+        deciding=season.of_each_game(),
+    )
 
 
 class Turn(NamedTuple):

@@ -1,86 +1,32 @@
-"""What every stage's flow shares: doing only what is new, committing, quarantining, reporting."""
+"""Stages: what each is made from, what of it is new, and how one output of it is made."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextvars import ContextVar
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any, Generic, ParamSpec, Protocol, TypeVar, cast
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, NamedTuple
 
 import polars as pl
-from prefect import Flow, Task
-from prefect.artifacts import create_markdown_artifact
-from prefect.cache_policies import NO_CACHE
-from prefect.client.schemas.objects import State, TaskRun
-from prefect.futures import as_completed
-from prefect.task_runners import ThreadPoolTaskRunner
 from pydantic import BaseModel, ConfigDict
 
-from flows.catalog import match_of, refresh
-from pipeline.errors import BadSettings, CorruptFile, NotFound, in_one_line
+from pipeline.errors import CorruptFile, NotFound
+from pipeline.pitch import Pitch
 from pipeline.settings import Settings
 from pipeline.store import Store
-from pipeline.store.receipts import Receipt, key_of
+from pipeline.store.receipts import Manifest, Receipt
+from pipeline.store.work import Made, Work
 from schemas import Table
-
-S = TypeVar("S", bound=BaseModel)
-P = ParamSpec("P")
-R = TypeVar("R")
-
-#: Threads that work at once: the kernels release the GIL, polars brings threads of its own.
-WORKERS = 2
-
-
-class Listener(Protocol):
-    """Who wants to know how far a run is (the command line's progress bars)."""
-
-    def begin(self, noun: str, total: int) -> None:
-        """A stage starts with so many pieces of work to do."""
-
-    def advance(self, noun: str, name: str) -> None:
-        """A piece of a stage's work has ended."""
-
-
-class Silence:
-    """A listener that does nothing."""
-
-    def begin(self, noun: str, total: int) -> None:
-        """Do nothing."""
-
-    def advance(self, noun: str, name: str) -> None:
-        """Do nothing."""
-
-
-listener: ContextVar[Listener] = ContextVar("listener", default=Silence())  # noqa: B039 (Silence has no state)
-
-
-class StageReport(BaseModel):
-    """What a stage did.
-
-    Attributes:
-        noun: the stage.
-        made: the outputs made anew.
-        kept: how many outputs were already there.
-        failed: the outputs that could not be made, with the reason.
-        notes: what else somebody may want to know, a line each.
-    """
-
-    noun: str
-    made: list[str] = []
-    kept: int = 0
-    failed: dict[str, str] = {}
-    notes: list[str] = []
 
 
 class Scope(BaseModel):
-    """What a run is over; what is made of all matches is made of these.
+    """The matches and gram lengths that a run is over.
 
     Attributes:
         matches: their ids, sorted.
         lengths: of the grams, longest first.
-        group: None if behaviours are of the whole store; else the id of the one match that they are
-            of, so that learning from a new match costs the same however many there are.
+        group: None if behaviours are of the whole store; else the id of the group whose matches they
+            are of, so that learning from a new match costs the same however many there are.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -90,81 +36,394 @@ class Scope(BaseModel):
     group: str | None = None
 
     def round(self, n: int) -> str:
-        """The name of the output of the round over grams of length ``n``: ``n4``, ``<group>.n4``."""
+        """Name of the output of the round over grams of length ``n``: ``n4``, ``<group>.n4``."""
         return f"n{n}" if self.group is None else f"{self.group}.n{n}"
 
-    def longer(self, n: int) -> list[int]:
-        """The lengths over ``n``, longest first."""
-        return [length for length in self.lengths if length > n]
+
+class Output(NamedTuple):
+    """One output of a stage.
+
+    Attributes:
+        name: unique in its noun.
+        match: that it is of, None if it is of all matches of the scope.
+        n: length of grams that it is of, None if it is of no single length.
+    """
+
+    name: str
+    match: str | None = None
+    n: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Made:
-    """What a stage computed: tables (each file is named for its table), other files, facts."""
+class Per(Enum):
+    """The unit that a stage has one output for."""
 
-    tables: Sequence[tuple[pl.DataFrame, type[Table]]] = ()
-    blobs: Mapping[str, tuple[str, bytes]] = field(default_factory=dict)
-    details: Mapping[str, Any] = field(default_factory=dict)
-
-
-class Source(Protocol):
-    """What an output is made from."""
-
-    def digests(self) -> dict[str, str]:
-        """SHA-256 by label."""
+    MATCH = "match"
+    GRAMS = "match and gram length"
+    ROUND = "gram length"
+    VERSION = "version"
+    OWN = "piece of work of a flow of its own"
 
 
-@dataclass(frozen=True, slots=True)
-class Stage(Generic[S]):
-    """How one noun is made from others, one output at a time.
+class Longer(NamedTuple):
+    """An input of which only the outputs of greater gram lengths are read.
 
     Attributes:
         noun: the stage.
-        schemas: of the tables it makes.
-        sources: store, name and scope in, what an output is made from out: receipts, mostly.
-        compute: store, name, settings and scope in, what was made out.
     """
 
     noun: str
-    schemas: tuple[type[Table], ...]
-    sources: Callable[[Store, str, Scope], Iterable[Source]]
-    compute: Callable[[Store, str, S, Scope], Made]
 
-    def done(self, store: Store, name: str, settings: S, scope: Scope) -> bool:
-        """Whether the output is already there, made from these very inputs with these settings."""
+
+class Inputs(Mapping[str, Sequence[Receipt]]):
+    """The outputs that one output is made from, by noun; tables are read when they are asked for.
+
+    Args:
+        store: they are in.
+        receipts: by noun, in order. A manifest stands for a version.
+        n: length of grams that the output is of, 0 if it is of no single length.
+        version: number of the version that is being made, 0 for what has no versions.
+    """
+
+    def __init__(
+        self, store: Store, receipts: Mapping[str, Sequence[Receipt]], *, n: int = 0, version: int = 0
+    ) -> None:
+        self._store = store
+        self._receipts = receipts
+        self.n = n
+        self.version = version
+
+    def __getitem__(self, noun: str) -> Sequence[Receipt]:
+        return self._receipts[noun]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._receipts)
+
+    def __len__(self) -> int:
+        return len(self._receipts)
+
+    def table(self, noun: str, schema: type[Table]) -> pl.DataFrame:
+        """The table of the only output of a noun.
+
+        Raises:
+            CorruptFile, SchemaMismatch: as for :meth:`pipeline.store.Store.read_table`.
+        """
+        (found,) = self.tables(noun, schema)
+        return found
+
+    def tables(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
+        """The tables of all outputs of a noun, each read when its turn comes."""
+        for receipt in self[noun]:
+            yield self._store.read_table(receipt, schema.NAME, schema)
+
+    def blob(self, noun: str, role: str) -> bytes | None:
+        """A file that is no table, of the only output of a noun; None if it has no such file."""
+        (found,) = self.blobs(noun, role)
+        return found
+
+    def blobs(self, noun: str, role: str) -> Iterator[bytes | None]:
+        """A file that is no table, of all outputs of a noun."""
+        for receipt in self[noun]:
+            yield self._store.read(receipt, role) if role in receipt.files else None
+
+    def details(self, noun: str) -> dict[str, Any]:
+        """Details of the only output of a noun."""
+        (receipt,) = self[noun]
+        return receipt.details
+
+    def where(self, noun: str, role: str) -> str:
+        """Path of a file of the only output of a noun, for error messages."""
+        (receipt,) = self[noun]
+        return str(self._store.root / receipt.files[role].path)
+
+    @property
+    def pitch(self) -> Pitch:
+        """The pitch of the match that the output is of."""
+        return Pitch.model_validate(self.details("matches")["pitch"])
+
+
+class Plan(NamedTuple):
+    """The inputs of a version that may be made.
+
+    Attributes:
+        receipts: by noun, for :class:`Inputs`.
+        inputs: label to SHA-256, for the key.
+        parent: the version that it follows or is made from, None for the first.
+        standing: the version that holds this work already, None if it is to be looked for by its key.
+        seed: of the work.
+    """
+
+    receipts: Mapping[str, Sequence[Receipt]]
+    inputs: Mapping[str, str]
+    parent: int | None = None
+    standing: Manifest | None = None
+    seed: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """How one noun is made from others.
+
+    Attributes:
+        noun: the stage.
+        per: the unit that has one output.
+        inputs: the nouns that it is made from, each once.
+        schemas: of the tables it makes.
+        version: raised when the stage makes other bytes of the same inputs; the goldens say when.
+        compute: inputs and settings in, tables out; None if a flow of its own makes the noun.
+        plan: of a versioned noun: store, scope, settings and stage in, the inputs of the next
+            version out.
+    """
+
+    noun: str
+    per: Per
+    inputs: tuple[str | Longer, ...] = ()
+    schemas: tuple[type[Table], ...] = ()
+    version: int = 1
+    compute: Callable[[Inputs, Any], Made] | None = None
+    plan: Callable[[Store, Scope, Any, Stage], Plan] | None = None
+
+    def settings(self, settings: Settings) -> BaseModel:
+        """The settings of this stage among those of a run."""
+        found = getattr(settings, self.noun)
+        assert isinstance(found, BaseModel)
+        return found
+
+    def work(
+        self, name: str, settings: BaseModel, inputs: Mapping[str, str], *, seed: int | None = None,
+        through: Mapping[str, int] | None = None,
+    ) -> Work:
+        """The piece of work that makes an output from these inputs (label to SHA-256)."""
+        return Work(
+            noun=self.noun, name=name, settings=settings.model_dump(mode="json"), version=self.version,
+            inputs=inputs, seed=seed, schemas=self.schemas, through=through or {},
+        )
+
+    def outputs(
+        self, scope: Scope, matches: Sequence[str] | None = None, lengths: Sequence[int] | None = None
+    ) -> list[Output]:
+        """The outputs of this stage over a scope, or over some of its matches and lengths."""
+        matches = scope.matches if matches is None else matches
+        lengths = scope.lengths if lengths is None else lengths
+        match self.per:
+            case Per.MATCH:
+                return [Output(match, match) for match in matches]
+            case Per.GRAMS:
+                return [Output(f"{match}.n{n}", match, n) for n in lengths for match in matches]
+            case Per.ROUND:
+                return [Output(scope.round(n), n=n) for n in lengths]
+            case _:
+                return []
+
+
+class Wave(NamedTuple):
+    """Outputs that can be made at once.
+
+    Attributes:
+        stage: that makes them.
+        lengths: of grams that they are of; None if the stage has no lengths.
+    """
+
+    stage: Stage
+    lengths: tuple[int, ...] | None
+
+
+class Chain(Mapping[str, Stage]):
+    """Stages by noun, in the order in which they are made."""
+
+    def __init__(self, *stages: Stage) -> None:
+        self._stages = {stage.noun: stage for stage in stages}
+
+    def __getitem__(self, noun: str) -> Stage:
+        return self._stages[noun]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._stages)
+
+    def __len__(self) -> int:
+        return len(self._stages)
+
+    def nouns(self, *per: Per) -> tuple[str, ...]:
+        """The nouns that have an output for each of these units, in order; all if none is named."""
+        return tuple(noun for noun, stage in self.items() if not per or stage.per in per)
+
+    @property
+    def of_matches(self) -> tuple[str, ...]:
+        """The nouns whose outputs are of matches, in order."""
+        return self.nouns(Per.MATCH, Per.GRAMS, Per.ROUND)
+
+    @property
+    def versioned(self) -> tuple[str, ...]:
+        """The nouns that have immutable versions, in order."""
+        return self.nouns(Per.VERSION)
+
+    @property
+    def receipted(self) -> tuple[str, ...]:
+        """The nouns whose outputs have receipts, in order."""
+        return tuple(noun for noun in self if noun not in self.versioned)
+
+    def waves(self, scope: Scope) -> Iterator[Wave]:
+        """The stages that are computed from matches, in order; those of gram lengths take turns."""
+        together: list[Stage] = []
+        for noun in self.of_matches:
+            stage = self[noun]
+            if stage.compute is None:
+                continue
+            if stage.per is Per.MATCH:
+                yield from self._by_length(together, scope)
+                together = []
+                yield Wave(stage, None)
+            else:
+                together.append(stage)
+        yield from self._by_length(together, scope)
+
+    @staticmethod
+    def _by_length(together: Sequence[Stage], scope: Scope) -> Iterator[Wave]:
+        if together:
+            for n in scope.lengths:
+                for stage in together:
+                    yield Wave(stage, (n,))
+
+    def sources(self, store: Store, stage: Stage, output: Output, scope: Scope) -> dict[str, list[Receipt]]:
+        """The receipts that an output is made from, by noun.
+
+        Of each input those outputs are taken that share the output's match and length, where both have one.
+
+        Raises:
+            NotFound: if one of them has not been made.
+        """
+        found: dict[str, list[Receipt]] = {}
+        for each in stage.inputs:
+            noun = each.noun if isinstance(each, Longer) else each
+            lengths: tuple[int, ...] | None = None if output.n is None else (output.n,)
+            if isinstance(each, Longer):
+                assert output.n is not None
+                lengths = tuple(n for n in scope.lengths if n > output.n)
+            matches = None if output.match is None else (output.match,)
+            found[noun] = [need(store, noun, o.name) for o in self[noun].outputs(scope, matches, lengths)]
+        return found
+
+    def work(
+        self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope
+    ) -> tuple[Work, Inputs]:
+        """An output as a piece of work, and what it is made from.
+
+        Raises:
+            NotFound: if one of its inputs has not been made.
+        """
+        receipts = self.sources(store, stage, output, scope)
+        return stage.work(output.name, settings, digests(receipts)), Inputs(store, receipts, n=output.n or 0)
+
+    def done(self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope) -> bool:
+        """Whether an output is there, made from these very inputs with these settings."""
         try:
-            return store.holding(self.noun, name, self._key(store, name, settings, scope)[0]) is not None
+            return store.holding(self.work(store, stage, output, settings, scope)[0]) is not None
         except (NotFound, CorruptFile):
             return False
 
-    def perform(self, store: Store, name: str, settings: S, scope: Scope) -> Receipt:
-        """Make and commit an output.
+    def perform(self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope) -> bool:
+        """Make and commit an output; whether its bytes are new.
 
         Raises:
-            Exception: whatever the stage raised; unless trying again may help, or what it is made
-                from is missing, the output's name is put in quarantine with the reason first.
+            Exception: as :func:`refusing`.
         """
-        try:
-            key, inputs = self._key(store, name, settings, scope)
-            made = self.compute(store, name, settings, scope)
-            receipt = store.commit(
-                self.noun, name, key, inputs=inputs, settings=settings.model_dump(mode="json"),
-                tables={schema.NAME: (table, schema) for table, schema in made.tables},
-                blobs=made.blobs, details=made.details,
-            )
-        except Exception as error:
-            if not getattr(error, "transient", False) and not isinstance(error, NotFound):
-                store.quarantine(self.noun, name, error)
-            raise
-        store.release(self.noun, name)
-        return receipt
+        with refusing(store, stage.noun, output.name):
+            work, inputs = self.work(store, stage, output, settings, scope)
+            assert stage.compute is not None
+            before = _files(store, work)
+            return store.commit(work, stage.compute(inputs, settings)).files != before
 
-    def _key(self, store: Store, name: str, settings: S, scope: Scope) -> tuple[str, dict[str, str]]:
-        inputs: dict[str, str] = {}
-        for source in self.sources(store, name, scope):
-            inputs |= source.digests()
-        dumped = settings.model_dump(mode="json")
-        return key_of(self.noun, name, inputs=inputs, settings=dumped, tables=self.schemas), inputs
+    def make(
+        self, store: Store, settings: Settings, scope: Scope, nouns: Container[str] | None = None
+    ) -> None:
+        """Make all that is new of a scope, one output after the other, in this thread.
+
+        Args:
+            store: where to.
+            settings: of all stages.
+            scope: matches and lengths.
+            nouns: only these; None: all.
+
+        Raises:
+            Exception: as :func:`refusing`; the first that is raised ends it.
+        """
+        for stage, lengths in self.waves(scope):
+            if nouns is not None and stage.noun not in nouns:
+                continue
+            own = stage.settings(settings)
+            for output in stage.outputs(scope, lengths=lengths):
+                if not self.done(store, stage, output, own, scope):
+                    self.perform(store, stage, output, own, scope)
+
+
+class refusing:  # noqa: N801 (a context manager is used like a function)
+    """Put an output in quarantine if its making fails, take it out if it succeeds.
+
+    What may succeed when it is tried again, or lacks an input, is not put there.
+
+    Args:
+        store: of the output.
+        noun: the stage.
+        name: of the output.
+
+    Raises:
+        Exception: whatever the making raised.
+    """
+
+    def __init__(self, store: Store, noun: str, name: str) -> None:
+        self._store, self._noun, self._name = store, noun, name
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        if error is None:
+            self._store.release(self._noun, self._name)
+        elif (isinstance(error, Exception) and not isinstance(error, NotFound)
+              and not getattr(error, "transient", False)):
+            self._store.quarantine(self._noun, self._name, error)
+
+
+def emit(store: Store, stage: Stage, settings: BaseModel, scope: Scope) -> tuple[Manifest, bool]:
+    """Make the next version of a noun, unless one stands that holds the same; and whether it is new.
+
+    The noun is locked meanwhile: two runs at once make one version, and nothing comes between a version
+    and its parent. If the same inputs give the tables of the newest version again, no version is minted.
+
+    Raises:
+        Exception: whatever planning or computing raised.
+    """
+    assert stage.plan is not None
+    assert stage.compute is not None
+    with store.locked(stage.noun):
+        plan = stage.plan(store, scope, settings, stage)
+        work = stage.work(stage.noun, settings, plan.inputs, seed=plan.seed)
+        standing = plan.standing or store.standing(work)
+        if standing is not None:
+            return standing, False
+        with store.claim(stage.noun) as version:
+            made = stage.compute(Inputs(store, plan.receipts, version=version), settings)
+            newest = store.latest(stage.noun)
+            if newest is not None and _holds(store, newest, work, made):
+                store.confirm(work, newest.version)
+                return newest, False
+            return store.commit_version(work, made, version, parent=plan.parent), True
+
+
+def _holds(store: Store, version: Manifest, work: Work, made: Made) -> bool:
+    """Whether a version is of the same inputs and has the same tables, but for the version's own number."""
+    return version.inputs == dict(work.inputs) and all(
+        store.read_table(version, schema.NAME, schema).drop("version").equals(table.drop("version"))
+        for table, schema in made.tables
+    )
+
+
+def digests(receipts: Mapping[str, Sequence[Receipt]]) -> dict[str, str]:
+    """SHA-256 of all files of some outputs, labelled ``noun/name/role``."""
+    found: dict[str, str] = {}
+    for each in receipts.values():
+        for receipt in each:
+            found |= receipt.digests()
+    return found
 
 
 def need(store: Store, noun: str, name: str) -> Receipt:
@@ -185,146 +444,10 @@ def match_names(store: Store) -> list[str]:
     return [receipt.name for receipt in store.receipts("matches")]
 
 
-def scope_of(store: Store, settings: Settings) -> Scope:
-    """The scope of a single stage's flow: all matches that no stage has in quarantine."""
-    bad = {match_of(record.name) for record in store.quarantined()}
-    return Scope(
-        matches=tuple(name for name in match_names(store) if name not in bad),
-        lengths=tuple(round_.n for round_ in settings.behaviours.rounds),
-    )
-
-
-def may_succeed_later(_task: Task[Any, Any], _run: TaskRun, state: State[Any]) -> bool:
-    """Whether a failed task is worth trying again: only when its error says so."""
-    error = state.result(raise_on_failure=False)
-    return bool(getattr(error, "transient", False))
-
-
-def stage_task(*, name: str) -> Callable[[Callable[P, R]], Task[P, R]]:
-    """A task that makes one output; tried again only where that may help, nothing cached or pickled."""
-
-    def decorate(function: Callable[P, R]) -> Task[P, R]:
-        return Task(
-            function, name=name, task_run_name=f"{name} {{name}}", retries=2, retry_delay_seconds=1,
-            retry_condition_fn=may_succeed_later, cache_policy=NO_CACHE, persist_result=False,
-        )
-
-    return decorate
-
-
-def our_flow(*, name: str, threads: int | None = WORKERS) -> Callable[[Callable[P, R]], Flow[P, R]]:
-    """A flow of ours: its result is JSON, its tasks share a few threads.
-
-    Args:
-        name: of the flow.
-        threads: None: a task has a thread as soon as it is submitted.
-    """
-
-    def decorate(function: Callable[P, R]) -> Flow[P, R]:
-        return Flow(
-            function, name=name, persist_result=True, result_serializer="json",
-            task_runner=cast("Any", ThreadPoolTaskRunner(max_workers=threads)),
-        )
-
-    return decorate
-
-
-def task_of(stage: Stage[Any]) -> Task[..., str]:
-    """The task that makes one output of a stage and returns its receipt's key."""
-
-    @stage_task(name=stage.noun)
-    def make(data: Path, name: str, settings: BaseModel, scope: Scope) -> str:
-        return stage.perform(Store(data), name, settings, scope).key
-
-    return make
-
-
-def flow_of(
-    stage: Stage[Any], job: Task[..., Any], names: Callable[[Scope], Sequence[str]]
-) -> Flow[..., dict[str, object]]:
-    """The flow that makes what is new of a stage, for all matches that no stage has in quarantine."""
-
-    @our_flow(name=stage.noun)
-    def make_all(data: Path, settings: Settings = Settings()) -> dict[str, object]:
-        store = data_folder(data)
-        scope = scope_of(store, settings)
-        report = run_stage(job, stage, store, names(scope), getattr(settings, stage.noun), scope)
-        return conclude(store, report)
-
-    make_all.description = f"Make what is new of the {stage.noun}."
-    return make_all
-
-
-def run_stage(
-    job: Task[..., Any], stage: Stage[S], store: Store, names: Sequence[str], settings: S, scope: Scope
-) -> StageReport:
-    """Make what is new of a stage, all outputs with the same settings (see :func:`run_each`)."""
-    return run_each(job, stage, store, dict.fromkeys(names, settings), scope)
-
-
-def run_each(
-    job: Task[..., Any], stage: Stage[S], store: Store, settings: Mapping[str, S], scope: Scope
-) -> StageReport:
-    """Make what is new of a stage: a task for each output, none for what is already there.
-
-    Args:
-        job: from :func:`task_of`.
-        stage: of the outputs.
-        store: where they are.
-        settings: by the name of the output.
-        scope: of all of them.
-    """
-    todo = {name: own for name, own in settings.items() if not stage.done(store, name, own, scope)}
-    report = run_tasks(job, stage.noun, {
-        name: {"data": store.root, "name": name, "settings": own, "scope": scope}
-        for name, own in todo.items()
-    })
-    for name in settings.keys() - todo.keys():
-        store.release(stage.noun, name)
-    report.kept = len(settings) - len(todo)
-    return report
-
-
-def run_tasks(job: Task[..., Any], noun: str, work: Mapping[str, Mapping[str, Any]]) -> StageReport:
-    """Run one task a piece of work (label to arguments); failures are reported, the others finish."""
-    report = StageReport(noun=noun)
-    listener.get().begin(noun, len(work))
-    futures = {job.submit(**arguments): label for label, arguments in work.items()}
-    for future in as_completed(list(futures)):
-        label = futures[future]
-        result = future.result(raise_on_failure=False)
-        if isinstance(result, BaseException):
-            report.failed[label] = in_one_line(result)
-        else:
-            report.made.append(label)
-        listener.get().advance(noun, label)
-    report.made.sort()
-    return report
-
-
-def run_one(job: Task[P, R], noun: str, *args: P.args, **kwargs: P.kwargs) -> R:
-    """Run the only task of a stage; its result."""
-    listener.get().begin(noun, 1)
-    result = job(*args, **kwargs)
-    listener.get().advance(noun, noun)
-    return result
-
-
-def conclude(store: Store, report: StageReport) -> dict[str, object]:
-    """Bring the catalogue up to date and show the report as an artifact of the flow run; its result."""
-    refresh(store)
-    lines = [f"{len(report.made)} made, {report.kept} kept, {len(report.failed)} in quarantine", ""]
-    lines += [f"- {name}" for name in report.made]
-    lines += [f"- **{name}**: {why}" for name, why in report.failed.items()]
-    lines += [f"- {note}" for note in report.notes]
-    create_markdown_artifact("\n".join(lines), key=report.noun, description="what the flow made")
-    return report.model_dump()
-
-
-def data_folder(data: Path) -> Store:
-    """The store of a run, with what killed runs left lying about swept up."""
-    if data.exists() and not data.is_dir():
-        raise BadSettings("is not a folder", where=str(data), next_step="Name the data folder with --data")
-    store = Store(data)
-    store.sweep()
-    return store
+def _files(store: Store, work: Work) -> object:
+    """The files that an output's receipt names now, None if there is none that can be read."""
+    try:
+        receipt = store.receipt(work.noun, work.name)
+    except CorruptFile:
+        return None
+    return receipt and receipt.files

@@ -95,7 +95,7 @@ def _player(store: Store, manifest: Manifest, name: str, settings: TeamSettings)
     return Player(Entrant(
         name=name,
         settings=settings.model_copy(update={"policy": label(manifest)}),
-        policy_version=manifest.version, knowledge_version=manifest.counts["knowledge_version"],
+        policy_version=manifest.version, knowledge_version=manifest.details["knowledge_version"],
     ), store, manifest)
 
 
@@ -129,4 +129,4 @@ def label(manifest: Manifest) -> str:
 
 def labelled(store: Store, manifest: Manifest) -> tuple[str, pl.DataFrame]:
     """A policy's label for recipes, and its rows."""
-    return label(manifest), store.read_version_table(manifest, "policies", Policies)
+    return label(manifest), store.read_table(manifest, "policies", Policies)

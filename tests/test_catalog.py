@@ -11,7 +11,7 @@ import pytest
 from flows.catalog import catalog_path, refresh
 from pipeline.errors import BadQuery, NotFound
 from pipeline.store import Store, catalog
-from pipeline.store.receipts import key_of
+from pipeline.store.work import Made, Work
 from schemas import PUBLIC, Goals
 
 
@@ -20,9 +20,8 @@ def put(store: Store, match: str, robot: int) -> Path:
         {"match_id": [match], "t_ns": [5], "team": ["away"], "robot": [robot], "kind": ["error"]},
         schema=Goals.dtypes(),
     )
-    store.commit("matches", match, "0" * 16, inputs={}, settings={})
-    key = key_of("goals", match, inputs={}, settings={"robot": robot})
-    receipt = store.commit("goals", match, key, inputs={}, settings={}, tables={"goals": (frame, Goals)})
+    store.commit(Work("matches", match, {}, version=1), Made())
+    receipt = store.commit(Work("goals", match, {"robot": robot}, version=1), Made([(frame, Goals)]))
     return store.root / receipt.files["goals"].path
 
 

@@ -18,6 +18,7 @@ from conftest import ROOT, clip
 from flows.cli import main
 from pipeline.pitch import Kind
 from pipeline.store import Store
+from pipeline.store.work import Made, Work
 from schemas import PUBLIC
 
 
@@ -358,8 +359,8 @@ def test_replay_writes_one_page(call, copied):
 
 def test_a_match_of_a_season_is_found_where_it_is(call, tmp_path):
     own = tmp_path / "seasons" / "club-static-1"
-    Store(tmp_path).commit("seasons", own.name, "0" * 16, inputs={}, settings={}, details={"store": f"seasons/{own.name}"})
-    Store(own).commit("matches", "learned-static-7-0123456789ab", "0" * 16, inputs={}, settings={})
+    Store(tmp_path).commit(Work("seasons", own.name, {}, version=1), Made(details={"store": f"seasons/{own.name}"}))
+    Store(own).commit(Work("matches", "learned-static-7-0123456789ab", {}, version=1), Made())
     code, _, err = call("replay", "learned-static-7", "--data", tmp_path)
     assert code == 1
     assert f"learned-static-7: is a match of the season club-static-1. Add `--data {own}`." in err

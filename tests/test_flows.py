@@ -19,7 +19,7 @@ from prefect import Flow, Task
 import flows.matches
 from flows.catalog import catalog_path
 from flows.matches import Recording, import_recording, inbox, matches_flow
-from flows.policies import policies_flow
+from flows.tasks import FLOWS, make_output, make_version
 from pipeline import matches as log_format
 from pipeline.errors import BadRecording, StorageFailed
 from pipeline.settings import BehaviourSettings, GramSettings, PolicySettings, Settings, TrajectorySettings
@@ -119,18 +119,18 @@ def test_a_match_whose_log_is_damaged_later_steps_aside(tmp_path, finished):
     assert failed == {"trajectories": {receipt.name}}
     assert [q.noun for q in store.quarantined()] == ["trajectories"]
     assert report.knowledge == 2, "the knowledge is emitted without it"
-    assert store.manifest("knowledge", 2).counts["matches"] == 1
+    assert store.manifest("knowledge", 2).details["matches"] == 1
 
 
 def test_a_disk_error_is_tried_again(tmp_path, clips, monkeypatch):
     fill(tmp_path, clips)
     commit, failures = Store.commit, [2]
 
-    def flaky(self, noun, *args, **kwargs):
-        if noun == "situations" and failures[0]:
+    def flaky(self, work, made):
+        if work.noun == "situations" and failures[0]:
             failures[0] -= 1
             raise StorageFailed("cannot be written (No space left on device)")
-        return commit(self, noun, *args, **kwargs)
+        return commit(self, work, made)
 
     monkeypatch.setattr(Store, "commit", flaky)
     assert run(tmp_path).failures == {}
@@ -161,10 +161,11 @@ def test_two_flows_emit_knowledge_at_once_and_both_land(tmp_path, finished):
     data = tmp_path / "data"
     shutil.copytree(finished, data)
     script = (
-        "import sys; from pathlib import Path; from flows.knowledge import emit; from flows.stage import scope_of\n"
+        "import sys; from pathlib import Path; from flows.stage import emit; from flows.stages import STAGES\n"
+        "from flows.update import scope_of\n"
         "from pipeline.settings import KnowledgeSettings, Settings; from pipeline.store import Store\n"
         "store = Store(Path(sys.argv[1])); scope = scope_of(store, Settings())\n"
-        "print(emit(store, KnowledgeSettings(optimistic=float(sys.argv[2])), scope)[0].version)"
+        "print(emit(store, STAGES['knowledge'], KnowledgeSettings(optimistic=float(sys.argv[2])), scope)[0].version)"
     )
     emitters = [
         subprocess.Popen([sys.executable, "-c", script, str(data), optimistic], stdout=subprocess.PIPE, text=True)
@@ -249,17 +250,16 @@ def test_results_are_json(finished):
     assert json.loads(json.dumps(report)) == report
 
 
-def test_training_again_with_other_settings_starts_from_the_parent(tmp_path, finished):
+def test_training_again_with_other_settings_begins_anew(tmp_path, finished):
     data = tmp_path / "data"
     shutil.copytree(finished, data)
-    assert policies_flow(data) == {"version": 1, "new": False}
-    assert policies_flow(data, Settings(policies=PolicySettings(sweeps=9))) == {"version": 2, "new": True}
+    assert FLOWS["policies"](data) == {"version": 1, "new": False}
+    assert FLOWS["policies"](data, Settings(policies=PolicySettings(sweeps=9))) == {"version": 2, "new": True}
     store = Store(data)
-    assert store.manifest("policies", 2).parent == 1
-    tables = [store.read_version_table(store.manifest("policies", v), "policies", Policies) for v in (1, 2)]
-    learned = ("version", "q", "visits", "evidence")
-    assert tables[0].drop(learned).equals(tables[1].drop(learned))
-    assert tables[1]["visits"].equals(2 * tables[0]["visits"])
+    assert store.manifest("policies", 2).parent is None, "the first has learned from these matches"
+    tables = [store.read_table(store.manifest("policies", v), "policies", Policies) for v in (1, 2)]
+    learned = ("version", "q")
+    assert tables[0].drop(learned).equals(tables[1].drop(learned)), "visits count each match once"
     assert not tables[0]["q"].equals(tables[1]["q"])
 
 
@@ -283,14 +283,13 @@ def test_a_worker_can_load_the_flow_from_its_file(monkeypatch):
 
 
 def test_prefect_keeps_results_as_json_and_never_as_pickles():
-    from flows import behaviours, decisions, goals, grams, knowledge, policies, run, situations, trajectories
+    from flows.paradigms import make_report, make_sheet, paradigms_flow
+    from flows.run import run_flow
+    from flows.season import play_game, season_flow
 
-    modules = (behaviours, decisions, goals, grams, knowledge, flows.matches, policies, run, situations,
-               trajectories)
-    members = [value for module in modules for value in vars(module).values()]
-    found = {value.name: value for value in members if isinstance(value, Flow)}
-    tasks = {value.name: value for value in members if isinstance(value, Task)}
-    assert len(found) == 10
-    assert len(tasks) == 9
-    assert {flow.result_serializer for flow in found.values()} == {"json"}
-    assert not any(task.persist_result for task in tasks.values())
+    found = [*FLOWS.values(), matches_flow, run_flow, season_flow, paradigms_flow]
+    tasks = [make_output, make_version, flows.matches.make_match, make_sheet, make_report, play_game]
+    assert all(isinstance(flow, Flow) for flow in found)
+    assert all(isinstance(task, Task) for task in tasks)
+    assert {flow.result_serializer for flow in found} == {"json"}
+    assert not any(task.persist_result for task in tasks)

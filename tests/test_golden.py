@@ -2,19 +2,46 @@
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 
 import pytest
-from golden.cases import CASES, HERE
+from golden.cases import CASES, HERE, Golden, complaint
+
+from flows.stages import STAGES
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_golden(name):
-    wanted = (HERE / name).read_text(encoding="utf-8").splitlines()
-    got = CASES[name]().splitlines()
-    changes = list(difflib.unified_diff(wanted, got, "golden", "now", lineterm="", n=0))
-    assert not changes, "\n".join(changes[:40])
+    before, now = (HERE / name).read_text(encoding="utf-8"), CASES[name]()
+    said = complaint(name, before, now) or "`make golden`, and review the diff"
+    changes = list(difflib.unified_diff(
+        before.splitlines(), str(now).splitlines(), "golden", "now", lineterm="", n=0))
+    assert not changes, "\n".join([said, *changes[:40]])
 
 
 def test_no_golden_is_orphaned():
     assert {str(p.relative_to(HERE)) for p in HERE.glob("*/*.txt")} == set(CASES)
+
+
+def test_every_stage_has_a_golden_that_names_its_version():
+    named = {noun for make in CASES.values() for noun in make().versions}
+    assert named == {*STAGES, "arena"}
+
+
+MADE = Golden("1,2", {"grams": 3}, {"alpha": 0.5}, inputs="ab")
+
+
+@pytest.mark.parametrize(("other", "complained"), [
+    ({"text": "1,3"}, True),
+    ({"content": "cd"}, True),
+    ({"text": "1,3", "versions": {"grams": 4}}, False),
+    ({"text": "1,3", "inputs": "cd"}, False),
+    ({"text": "1,3", "settings": {"alpha": 0.6}}, False),
+    ({}, False),
+])
+def test_a_changed_golden_says_which_version_to_raise(other, complained):
+    said = complaint("grams/x.txt", str(MADE), dataclasses.replace(MADE, **other))
+    wanted = "Raise the version of grams from 3 to 4 in flows/stages.py, then `make golden`"
+    assert (said or "").endswith(wanted) == complained
+    assert (said is None) != complained

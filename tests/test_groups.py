@@ -10,11 +10,12 @@ import polars as pl
 import pytest
 from polars.testing import assert_frame_equal
 
-from flows import behaviours, decisions, goals, grams, situations, trajectories
 from flows.catalog import catalog_path, refresh
-from flows.knowledge import emit
 from flows.matches import Recording, import_recording
-from flows.stage import Scope, scope_of
+from flows.stage import Scope
+from flows.stage import emit as emit_version
+from flows.stages import STAGES
+from flows.update import scope_of
 from pipeline import matches as log_format
 from pipeline.errors import BadSettings
 from pipeline.grams.count import merge
@@ -55,11 +56,7 @@ def played(tmp_path_factory, clips) -> Store:
     log_format.write(ours, buffer)
     (store.root / "played.mcap").write_bytes(buffer.getvalue())
     import_recording(store, Recording(file=store.root / "played.mcap"))
-    scope = scope_of(store, SETTINGS)
-    for stage in (trajectories, situations, goals):
-        for match in scope.matches:
-            noun = stage.STAGE.noun
-            stage.STAGE.perform(store, match, getattr(SETTINGS, noun), scope)
+    STAGES.make(store, SETTINGS, scope_of(store, SETTINGS), ("trajectories", "situations", "goals"))
     return store
 
 
@@ -74,12 +71,11 @@ def group(match: str) -> Scope:
 
 def learn(store: Store, scope: Scope, settings: Settings = SETTINGS) -> None:
     """All rounds and the decisions of a scope."""
-    for n in scope.lengths:
-        for match in scope.matches:
-            grams.STAGE.perform(store, grams.output(match, n), settings.grams, scope)
-        behaviours.STAGE.perform(store, scope.round(n), settings.behaviours, scope)
-    for match in scope.matches:
-        decisions.STAGE.perform(store, match, settings.decisions, scope)
+    STAGES.make(store, settings, scope)
+
+
+def emit(store: Store, settings: KnowledgeSettings, scope: Scope):
+    return emit_version(store, STAGES["knowledge"], settings, scope)
 
 
 def recording_of(store: Store) -> str:
@@ -91,7 +87,7 @@ def table(store, noun, name, role, schema) -> pl.DataFrame:
 
 
 def version(store, manifest) -> tuple[pl.DataFrame, pl.DataFrame]:
-    return tuple(store.read_version_table(manifest, *of) for of in (("behaviours", Behaviours), ("occasions", Occasions)))
+    return tuple(store.read_table(manifest, *of) for of in (("behaviours", Behaviours), ("occasions", Occasions)))
 
 
 class TestGroups:
@@ -171,10 +167,10 @@ class TestAddingUp:
         name = recording_of(store)
         learn(store, group(name))
         first, new = emit(store, ADDS_UP, group(name))
-        assert (first.version, first.parent, new, first.counts["matches"]) == (1, None, True, 1)
+        assert (first.version, first.parent, new, first.details["matches"]) == (1, None, True, 1)
         learn(store, group(PLAYED))
         second, new = emit(store, ADDS_UP, group(PLAYED))
-        assert (second.version, second.parent, new, second.counts["matches"]) == (2, 1, True, 2)
+        assert (second.version, second.parent, new, second.details["matches"]) == (2, 1, True, 2)
         known, seen = version(store, first)
         patterns = [table(store, "behaviours", f"{PLAYED}.n{n}", "patterns", Patterns) for n in LENGTHS]
         alone = pl.concat(patterns).with_columns(version=pl.lit(2, pl.Int32)).select(list(Behaviours.dtypes()))
@@ -185,7 +181,7 @@ class TestAddingUp:
         assert_frame_equal(version(store, second)[1], merge_occasions([seen, later], 2, ADDS_UP))
         assert "striker-099-099-099" not in later["behaviour_id"].to_list(), "no version of ours knows it"
         by_the_state_key = version(store, second)[1].filter(pl.col("key") == "full36")
-        assert second.counts["occasions"] == by_the_state_key.height
+        assert second.details["occasions"] == by_the_state_key.height
 
     def test_never_adds_the_same_match_again(self, store):
         scopes = [group(recording_of(store)), group(PLAYED)]
@@ -211,5 +207,5 @@ class TestAddingUp:
         for scope in scopes:
             learn(store, scope)
             manifest, _ = emit(store, KnowledgeSettings(), scope)
-            assert manifest.counts["matches"] == 1
+            assert manifest.details["matches"] == 1
         assert not any(label.startswith("parent/") for label in manifest.inputs)

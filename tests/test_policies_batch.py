@@ -3,11 +3,14 @@
 import polars as pl
 import pytest
 
-from flows.policies import batch, learn
+from flows.policies import batch
+from flows.stage import Scope, emit
+from flows.stages import STAGES
 from pipeline.errors import NotFound
 from pipeline.settings import PolicySettings
 from pipeline.store import Store
-from schemas import Behaviours, Decisions, Occasions
+from pipeline.store.work import Made, Work
+from schemas import Behaviours, Decisions, Occasions, Policies
 
 KICK = "striker-021"
 
@@ -20,8 +23,7 @@ def play(store, match, reward=1.0):
         "ends": "terminal", "value": 0.0,
     }
     table = pl.DataFrame([row], schema=Decisions.dtypes())
-    return store.commit(
-        "decisions", match, f"{match}{reward}", inputs={}, settings={}, tables={"decisions": (table, Decisions)})
+    return store.commit(Work("decisions", match, {"reward": reward}, version=1), Made([(table, Decisions)]))
 
 
 def know(store, *receipts, accumulate):
@@ -30,13 +32,15 @@ def know(store, *receipts, accumulate):
            "value": 0.0, "initial": 0.0}
     parent = store.latest("knowledge")
     with store.claim("knowledge") as version:
-        return store.commit_version(
-            "knowledge", version, parent=parent.version if parent else None, key=str(version),
-            inputs={label: sha for receipt in receipts for label, sha in receipt.digests().items()},
-            settings={"accumulate": accumulate},
-            tables={"behaviours": (Behaviours.empty(), Behaviours),
-                    "occasions": (pl.DataFrame([row], schema=Occasions.dtypes()), Occasions)},
-        )
+        made = Made([(Behaviours.empty(), Behaviours), (pl.DataFrame([row], schema=Occasions.dtypes()), Occasions)])
+        inputs = {label: sha for receipt in receipts for label, sha in receipt.digests().items()}
+        of = Work("knowledge", "knowledge", {"accumulate": accumulate}, version=1, inputs=inputs)
+        return store.commit_version(of, made, version, parent=parent.version if parent else None)
+
+
+def learn(store, settings):
+    """The policy that stands after training, and whether it is new."""
+    return emit(store, STAGES["policies"], settings, Scope(matches=(), lengths=()))
 
 
 def names(store, knowledge, last_matches=None):
@@ -76,16 +80,52 @@ def test_decisions_made_anew_put_the_knowledge_out_of_date(store, season):
     assert names(store, season, 2) == ["z", "c"]  # those hold
 
 
-def test_training_is_on_the_last_matches_and_goes_on_from_the_parent(store, season):
-    settings = PolicySettings(step_size=1.0, discount=1.0, sweeps=1, last_matches=2)
-    first, new = learn(store, settings)
-    assert (new, first.counts["matches"], first.counts["decisions"], first.parent) == (True, 2, 2, None)
-    assert {label for label in first.inputs if label.startswith("decisions/")} == {
-        "decisions/c/decisions", "decisions/z/decisions"}
-    assert learn(store, settings) == (first, False)
-    second, new = learn(store, settings.model_copy(update={"last_matches": None}))
-    assert (new, second.counts["matches"], second.parent, "parent" in second.inputs) == (True, 4, 1, True)
-    anew, new = learn(store, settings.model_copy(update={"parent": False}))
-    assert (new, anew.parent, "parent" in anew.inputs) == (True, None, False)
-    visits = [store.read_version(version, "policies") for version in (first, second, anew)]
-    assert [pl.read_parquet(data)["visits"].to_list() for data in visits] == [[2], [6], [2]]
+def matches(policy):
+    """The matches whose decisions a policy, or one of its line, was trained on."""
+    return {label.split("/")[1] for label in policy.inputs if label.startswith("decisions/")}
+
+
+def visits(store, policy):
+    return store.read_table(policy, "policies", Policies)["visits"].to_list()
+
+
+SETTINGS = PolicySettings(step_size=1.0, discount=1.0, sweeps=1, last_matches=2)
+
+
+def test_training_is_on_the_last_matches(store, season):
+    first, new = learn(store, SETTINGS)
+    assert (new, first.details["matches"], first.details["decisions"], first.parent) == (True, 2, 2, None)
+    assert matches(first) == {"c", "z"}
+    assert learn(store, SETTINGS) == (first, False)
+
+
+def test_a_parent_goes_on_with_the_matches_that_it_has_not_learned_from(store, season):
+    first, _ = learn(store, SETTINGS)
+    second, new = learn(store, SETTINGS.model_copy(update={"last_matches": None}))
+    assert (new, second.details["matches"], second.parent) == (True, 2, 1)
+    assert matches(second) == {"a", "b", "c", "z"}
+    know(store, play(store, "d"), accumulate=True)
+    third, new = learn(store, SETTINGS.model_copy(update={"last_matches": None}))
+    assert (new, third.details["matches"], third.parent) == (True, 1, 2)
+    assert [visits(store, policy) for policy in (first, second, third)] == [[2], [4], [5]]
+    assert learn(store, SETTINGS.model_copy(update={"last_matches": None})) == (third, False)
+
+
+def test_training_begins_anew_where_a_parent_has_learned_from_all(store, season):
+    learn(store, SETTINGS)
+    anew, new = learn(store, SETTINGS.model_copy(update={"step_size": 0.5}))
+    assert (new, anew.details["matches"], anew.parent, visits(store, anew)) == (True, 2, None, [2])
+
+
+def test_training_begins_anew_where_a_match_was_made_anew(store):
+    know(store, play(store, "a"), accumulate=False)
+    learn(store, SETTINGS)
+    know(store, play(store, "a", reward=-1.0), play(store, "b"), accumulate=False)
+    anew, new = learn(store, SETTINGS)
+    assert (new, anew.details["matches"], anew.parent, visits(store, anew)) == (True, 2, None, [2])
+
+
+def test_training_without_a_parent_begins_anew(store, season):
+    learn(store, SETTINGS)
+    anew, new = learn(store, SETTINGS.model_copy(update={"parent": False, "step_size": 0.5}))
+    assert (new, anew.parent, visits(store, anew)) == (True, None, [2])

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 
 import polars as pl
 import pytest
 from conftest import clip, fill, run
 
-import flows.decisions
 import flows.matches
-import pipeline.store.receipts
-from flows.behaviours import behaviours_flow
+import flows.stages
 from flows.catalog import catalog_path, refresh
-from flows.decisions import decisions_flow
-from flows.goals import goals_flow
-from flows.grams import grams_flow
-from flows.knowledge import knowledge_flow
 from flows.matches import Recording, import_all, import_recording, with_map
-from flows.policies import policies_flow
-from flows.situations import situations_flow
-from flows.trajectories import trajectories_flow
+from flows.stages import STAGES
+from flows.tasks import FLOWS
 from pipeline.errors import DamagedLog
 from pipeline.settings import BehaviourSettings, KnowledgeSettings, RoundSettings, Settings, SituationSettings
 from pipeline.store import Store, catalog
@@ -38,7 +32,7 @@ def data(tmp_path, finished):
 
 
 def matches_known(data) -> int:
-    return Store(data).latest("knowledge").counts["matches"]
+    return Store(data).latest("knowledge").details["matches"]
 
 
 def test_a_match_that_was_mended_counts_again(data):
@@ -65,7 +59,7 @@ def test_a_failure_in_every_match_emits_nothing_and_loses_nothing(tmp_path, clip
         raise ZeroDivisionError("observe")
 
     with monkeypatch.context() as patch:
-        patch.setattr(flows.decisions, "observe", broken)
+        patch.setattr(flows.stages, "observe", broken)
         report = run(tmp_path)
     assert len(report.failures) == 2
     assert report.knowledge is report.policy is None
@@ -94,7 +88,7 @@ def test_settings_that_select_nothing_still_finish(data):
     nothing = Settings(behaviours=BehaviourSettings(value_over=1.0))
     report = run(data, settings=nothing)
     assert report.failures == {}
-    assert Store(data).latest("knowledge").counts["behaviours"] == 0
+    assert Store(data).latest("knowledge").details["behaviours"] == 0
 
 
 def test_copies_imported_at_once_are_one_match(tmp_path):
@@ -131,14 +125,19 @@ def test_a_match_whose_log_is_gone_can_be_imported_again(tmp_path, clips, harm):
     assert import_recording(store, recording) == (receipt, False)
 
 
-def test_other_code_imports_anew_under_the_same_name(tmp_path, clips, monkeypatch):
+def raised(monkeypatch, noun):
+    """Another version of a stage."""
+    stages = {**STAGES, noun: dataclasses.replace(STAGES[noun], version=STAGES[noun].version + 1)}
+    monkeypatch.setattr(STAGES, "_stages", stages)
+
+
+def test_another_version_imports_anew_under_the_same_name(tmp_path, clips, monkeypatch):
     store = Store(tmp_path)
     file = clips / "early.parquet"
     receipt, _ = import_recording(store, Recording(file=file))
     renamed = tmp_path / "renamed.parquet"
     shutil.copy(file, renamed)
-    monkeypatch.setattr(pipeline.store.receipts, "SOFTWARE", "pitchlore 9.9")
-    monkeypatch.setattr(flows.matches, "SOFTWARE", "pitchlore 9.9")
+    raised(monkeypatch, "matches")
     again, new = import_recording(store, Recording(file=renamed))
     assert new
     assert again.name == receipt.name
@@ -207,21 +206,21 @@ def test_every_noun_has_a_flow_of_its_own(data):
     store = Store(data)
     for noun in ("trajectories", "situations", "goals", "decisions"):
         store.forget(noun, next(iter(store.receipts(noun))).name)
-    for flow in (trajectories_flow, situations_flow, goals_flow):
+    for flow in (FLOWS["trajectories"], FLOWS["situations"], FLOWS["goals"]):
         report = flow(data)
         assert (len(report["made"]), report["kept"], report["failed"]) == (1, 1, {})
-    assert grams_flow(data)["kept"] == 8
-    assert behaviours_flow(data)["kept"] == 4
-    assert len(decisions_flow(data)["made"]) == 1
-    assert knowledge_flow(data) == {"version": 1, "new": False}
-    assert policies_flow(data) == {"version": 1, "new": False}
+    assert FLOWS["grams"](data)["kept"] == 8
+    assert FLOWS["behaviours"](data)["kept"] == 4
+    assert len(FLOWS["decisions"](data)["made"]) == 1
+    assert FLOWS["knowledge"](data) == {"version": 1, "new": False}
+    assert FLOWS["policies"](data) == {"version": 1, "new": False}
     assert catalog.query(catalog_path(store), "select count(distinct match_id) from decisions").item() == 2
 
 
 def test_a_stage_before_its_turn_says_so_and_blames_no_match(tmp_path, clips):
     store = Store(tmp_path)
     import_recording(store, Recording(file=clips / "early.parquet"))
-    (why,) = situations_flow(tmp_path)["failed"].values()
+    (why,) = FLOWS["situations"](tmp_path)["failed"].values()
     assert "Run the stage trajectories first" in why
     assert store.quarantined() == []
 
@@ -229,7 +228,7 @@ def test_a_stage_before_its_turn_says_so_and_blames_no_match(tmp_path, clips):
 def test_a_policy_of_another_state_key_lends_no_value(data):
     report = run(data, settings=Settings(knowledge=KnowledgeSettings(state_key="ego19")))
     assert (report.failures, report.policy) == ({}, 2)
-    (roles,) = Store(data).manifest("policies", 2).counts["tables"].values()
+    (roles,) = Store(data).manifest("policies", 2).details["tables"].values()
     assert all(counts["new_pairs"] == counts["pairs"] for counts in roles.values())
 
 

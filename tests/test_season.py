@@ -56,7 +56,7 @@ def test_each_game_is_played_with_what_was_learned_from_the_one_before(played):
     games = rows(played)
     for before, after in zip(games.rows(named=True), games.rows(named=True)[1:], strict=False):
         policy = own.manifest("policies", after["policy_version"])
-        assert policy.counts["knowledge_version"] == before["knowledge_version"]
+        assert policy.details["knowledge_version"] == before["knowledge_version"]
 
 
 def test_its_apprentice_is_a_team_that_plays_the_last_policy_as_the_counted_match_does_but_tries_nothing(tmp_path):
@@ -90,11 +90,11 @@ def test_the_lead_comes_when_the_settings_say(played):
 
 def test_the_knowledge_is_of_the_adversary_and_states_of_both(played):
     own = loop.store_of(played, season())
-    known = own.read_version_table(own.latest("knowledge"), "occasions", Occasions)
+    known = own.read_table(own.latest("knowledge"), "occasions", Occasions)
     at_random = pl.col("behaviour_id").str.contains(r"^\w+-194$")
     assert known.filter(~at_random).height > 0
     assert known.filter(at_random).height > 0  # states that the apprentice was in
-    learned = own.read_version_table(own.latest("policies"), "policies", Policies)
+    learned = own.read_table(own.latest("policies"), "policies", Policies)
     assert learned.height == known.height
 
 
@@ -112,18 +112,20 @@ def test_the_same_season_is_the_same_season(played, tmp_path):
         assert again.equals(rows(played, table=table).filter(pl.col("game") <= 2))
 
 
-@pytest.mark.parametrize("stop_before", ["_commit", "knowledge.emit", "policies.learn"])
+@pytest.mark.parametrize("stop_before", ["_commit", "knowledge", "policies"])
 def test_a_game_that_was_stopped_anywhere_is_gone_on_with(played, tmp_path, monkeypatch, stop_before):
     play(tmp_path, season(), (1,))
     matches = loop.play(tmp_path, season(), 2)
-    module, _, name = f"loop.{stop_before}".rpartition(".")
-    where = loop if module == "loop" else getattr(loop, module.removeprefix("loop."))
+    emit = loop.emit
 
     def killed(*_, **__):
         raise KeyboardInterrupt
 
+    def emit_or_killed(store, stage, *more):
+        return killed() if stage.noun == stop_before else emit(store, stage, *more)
+
     with monkeypatch.context() as patch:
-        patch.setattr(where, name, killed)
+        patch.setattr(loop, *("_commit", killed) if stop_before == "_commit" else ("emit", emit_or_killed))
         with pytest.raises(KeyboardInterrupt):
             loop.learn(tmp_path, season(), 2, matches, discard=False)
     assert loop.done(Store(tmp_path), season()).details["games"] == 1
@@ -204,7 +206,7 @@ def test_practice_is_learned_from_and_not_counted(tmp_path):
     assert rows(tmp_path, own).height == 1
     assert rows(tmp_path, own)["match_id"].item() == matches[0]
     store = loop.store_of(tmp_path, own)
-    assert store.latest("knowledge").counts["matches"] == 2
+    assert store.latest("knowledge").details["matches"] == 2
 
 
 # --- settings --------------------------------------------------------------------------------------

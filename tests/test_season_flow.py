@@ -11,10 +11,11 @@ import pytest
 
 from flows import season as loop
 from flows.cli import main
+from flows.progress import StageReport
 from flows.season import season_flow
-from flows.stage import StageReport
 from pipeline.errors import StorageFailed
 from pipeline.store import Store
+from pipeline.store.work import Made, Work
 from pipeline.studies.seasons.settings import Season, parse
 from schemas import Games, Growth
 
@@ -69,7 +70,7 @@ def test_as_many_are_played_at_once_as_there_are_jobs(tmp_path, monkeypatch):
 
 
 def test_a_season_that_fails_stops_alone_and_says_why(tmp_path, monkeypatch):
-    Store(tmp_path).commit("seasons", season(3).id, "0" * 16, inputs={}, settings={})
+    Store(tmp_path).commit(Work("seasons", season(3).id, {}, version=1), Made())
     tried = []
 
     def take(data, turn, discard):

@@ -17,11 +17,13 @@ from flows.evaluations import evaluate
 from flows.report import NAME, drawn, sources, write_report
 from flows.report import tables as tables_in
 from flows.teams import entrant
+from pipeline import arena
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.errors import NotFound
 from pipeline.store import Store
 from pipeline.store.catalog import query
+from pipeline.store.work import Made, Work
 from pipeline.studies.document import Code, Grid, Heading, Picture, Sentences, to_html, to_markdown
 from pipeline.studies.evaluations import Evaluation
 from pipeline.studies.seasons.judging import judged
@@ -38,8 +40,8 @@ from schemas import Games, Growth, Policies
 def put(store, games, growth):
     """Commit each season as the flow of seasons does."""
     for (name,), mine in games.partition_by("season", as_dict=True).items():
-        store.commit("seasons", name, "0123456789abcdef", inputs={}, settings={}, tables={
-            "games": (mine, Games), "growth": (growth.filter(pl.col("season") == name), Growth)})
+        work = Work("seasons", name, {}, version=1, through={"arena": 1})
+        store.commit(work, Made([(mine, Games), (growth.filter(pl.col("season") == name), Growth)]))
 
 
 def labels(figure):
@@ -275,11 +277,11 @@ def taught(tmp_path):
     """A data folder with a season of one game, whose apprentice has a behaviour for each role."""
     store, own = Store(tmp_path), Store(tmp_path / "seasons" / SHORT.id)
     games, growth = tables(season("best", "static", 1, last=1, name=SHORT.id))
-    own.commit_version("policies", 1, parent=None, key="0" * 16, inputs={}, settings={},
-                       tables={"policies": (ROLE_BY_ROLE, Policies)}, counts={"knowledge_version": 1})
-    store.commit("seasons", SHORT.id, "0" * 16, inputs={}, settings=SHORT.model_dump(mode="json"),
-                 tables={"games": (games, Games), "growth": (growth, Growth)},
-                 details={"games": 1, "store": f"seasons/{SHORT.id}", "policy": 1})
+    policy = Made([(ROLE_BY_ROLE, Policies)], details={"knowledge_version": 1})
+    own.commit_version(Work("policies", "policies", {}, version=1), policy, 1, parent=None)
+    work = Work("seasons", SHORT.id, SHORT.model_dump(mode="json"), version=1, through={"arena": arena.VERSION})
+    store.commit(work, Made([(games, Games), (growth, Growth)],
+                            details={"games": 1, "store": f"seasons/{SHORT.id}", "policy": 1}))
     return store
 
 
@@ -329,15 +331,16 @@ def test_a_report_is_made_of_the_evaluations_of_its_apprentices_and_anew_only_fo
     assert [receipt.name for receipt in taught.receipts("report")] == [NAME]
 
 
-def test_evaluations_by_an_earlier_policy_or_by_two_codes_are_not_mixed(taught, monkeypatch):
+def test_evaluations_by_an_earlier_policy_or_by_two_arenas_are_not_mixed(taught, monkeypatch):
     measure(taught, (0, 1))
     path = next((taught.root / "evaluations").glob("*-0.receipt.json"))
     said = json.loads(path.read_text())
-    path.write_text(json.dumps(said | {"software": "pitchlore 0.0.1+01234567"}))
+    path.write_text(json.dumps(said | {"versions": {"evaluations": 1, "arena": 0}}))
     assert (read(taught).evaluations["seed"].unique().to_list(), read(taught).left_out) == ([1], 1)
-    # those of the season's own code come first
+    # those of the season's own arena come first
     season_path = taught.root / "seasons" / f"{SHORT.id}.receipt.json"
-    season_path.write_text(json.dumps(json.loads(season_path.read_text()) | {"software": "pitchlore 0.0.1+01234567"}))
+    season_path.write_text(json.dumps(
+        json.loads(season_path.read_text()) | {"versions": {"seasons": 1, "arena": 0}}))
     assert (read(taught).evaluations["seed"].unique().to_list(), read(taught).left_out) == ([0], 1)
     shutil.rmtree(taught.root / "seasons" / SHORT.id)
     assert (read(taught).evaluations.height, read(taught).left_out) == (0, 2)

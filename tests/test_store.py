@@ -18,8 +18,9 @@ import pytest
 
 from pipeline.errors import BadSettings, CorruptFile, NotFound, SchemaMismatch, StorageFailed
 from pipeline.store import Store
-from pipeline.store.receipts import Receipt, key_of
+from pipeline.store.receipts import Receipt
 from pipeline.store.tables import SCHEMA_KEY, from_parquet, to_parquet
+from pipeline.store.work import Made, Work
 from schemas import (
     Decisions,
     Goals,
@@ -43,11 +44,13 @@ def goals(robot: int = 1, rows: int = 3) -> pl.DataFrame:
     )
 
 
-def put(store: Store, robot: int) -> Receipt:
-    settings = {"robot": robot}
-    key = key_of("goals", "m-1", inputs={}, settings=settings, tables=(Goals,))
-    return store.commit("goals", "m-1", key, inputs={}, settings=settings,
-                        tables={"goals": (goals(robot), Goals)}, blobs={"note": ("txt", b"n%d" % robot)})
+def work(robot: int, name: str = "m-1", **other: object) -> Work:
+    return Work("goals", name, {"robot": robot}, **{"version": 1, "schemas": (Goals,)} | other)
+
+
+def put(store: Store, robot: int, of: Work | None = None) -> Receipt:
+    made = Made([(goals(robot), Goals)], blobs={"note": ("txt", b"n%d" % robot)})
+    return store.commit(of or work(robot), made)
 
 
 def current_robot(store: Store) -> int:
@@ -61,9 +64,10 @@ def current_robot(store: Store) -> int:
 def put_version(store: Store, robot: int) -> int:
     with store.claim("knowledge") as version:
         parent = store.latest("knowledge")
+        made = Made([(goals(robot), Goals)], blobs={"map": ("npz", b"x" * robot)})
         store.commit_version(
-            "knowledge", version, parent=parent.version if parent else None, key=f"{robot:016d}", inputs={},
-            settings={}, tables={"goals": (goals(robot), Goals)}, blobs={"map": ("npz", b"x" * robot)},
+            Work("knowledge", "knowledge", {"robot": robot}, version=1), made, version,
+            parent=parent.version if parent else None,
         )
         return version
 
@@ -96,18 +100,65 @@ def failing_at(monkeypatch: pytest.MonkeyPatch, step: int, error: Callable[[], B
 def test_the_same_work_is_kept_and_other_settings_are_not(tmp_path):
     store = Store(tmp_path)
     receipt = put(store, 1)
-    assert store.holding("goals", "m-1", receipt.key) == receipt
-    assert store.holding("goals", "m-1", "0" * 16) is None
-    assert store.holding("goals", "m-2", receipt.key) is None
-    assert key_of("goals", "m", inputs={"a": "1"}, settings={"x": 1}) != key_of(
-        "goals", "m", inputs={"a": "2"}, settings={"x": 1})
+    assert store.holding(work(1)) == receipt
+    assert store.holding(work(2)) is None
+    assert store.holding(work(1, "m-2")) is None
+
+
+@pytest.mark.parametrize("other", [
+    {"version": 2}, {"inputs": {"a": "1"}}, {"seed": 1}, {"schemas": ()}, {"through": {"arena": 1}},
+    {"deciding": {}},
+])
+def test_a_key_names_the_work(other):
+    assert work(1).key == work(1).key
+    assert work(1, **other).key != work(1).key
+    assert work(1, deciding={"robot": 1}).key == work(1).key
+
+
+def test_the_same_bytes_made_by_other_work_change_no_file(tmp_path):
+    store = Store(tmp_path)
+    first = put(store, 1)
+    before = {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*") if p.is_file()}
+    second = put(store, 1, work(1, version=2))
+    assert second.files == first.files
+    assert (second.key != first.key, second.digests() == first.digests()) == (True, True)
+    changed = {p.name for p in tmp_path.rglob("*") if p.is_file() and p.stat().st_mtime_ns != before.get(p)}
+    assert changed == {"m-1.receipt.json"}
+
+
+def test_the_same_work_of_other_code_keeps_its_receipt(tmp_path, monkeypatch):
+    store = Store(tmp_path)
+    first = put(store, 1)
+    monkeypatch.setattr("pipeline.store.outputs.software", lambda: "pitchlore 9.9+00000000")
+    assert put(store, 1) == first
+    assert put(store, 2).software == "pitchlore 9.9+00000000"
+
+
+def test_a_damaged_file_is_written_again(tmp_path):
+    store = Store(tmp_path)
+    receipt = put(store, 1)
+    path = tmp_path / receipt.files["goals"].path
+    path.write_bytes(path.read_bytes()[:-1] + b"?")
+    assert put(store, 1) == receipt
+    assert store.intact(receipt)
+
+
+def test_what_a_version_was_found_to_hold_is_remembered(tmp_path):
+    store = Store(tmp_path)
+    put_version(store, 1)
+    later = Work("knowledge", "knowledge", {"robot": 1}, version=2)
+    assert store.standing(later) is None
+    store.confirm(later, 1)
+    assert store.standing(later).version == 1
+    put_version(store, 2)
+    assert store.standing(later) is None, "it is not the newest any more"
 
 
 def test_a_lost_file_is_made_again(tmp_path):
     store = Store(tmp_path)
     receipt = put(store, 1)
     (tmp_path / receipt.files["goals"].path).unlink()
-    assert store.holding("goals", "m-1", receipt.key) is None
+    assert store.holding(work(1)) is None
 
 
 def test_the_same_work_gives_the_same_bytes(tmp_path):
@@ -135,6 +186,7 @@ def test_a_crash_or_full_disk_at_any_step_leaves_the_last_good_output(tmp_path, 
         assert current_robot(store) in (1, 2)
         assert not list(tmp_path.rglob("*.tmp"))
         put(store, 1)
+        store.prune("goals")  # what was written of the other: each step is tried with all of them to do
     put(store, 2)
     assert current_robot(store) == 2
 
@@ -220,7 +272,7 @@ def test_verify_names_every_damaged_missing_and_foreign_file(tmp_path):
     assert any("map.npz" in p and "cannot be read" in p for p in problems)
     assert any("extra" in p for p in problems)
     with pytest.raises(CorruptFile):
-        store.read_version_table(store.manifest("knowledge", version), "goals", Goals)
+        store.read_table(store.manifest("knowledge", version), "goals", Goals)
 
 
 def test_a_broken_manifest_is_named(tmp_path):
@@ -258,8 +310,8 @@ def test_two_emitters_at_once_both_land(tmp_path):
     for version in store.versions("knowledge"):
         assert store.verify_version("knowledge", version) == []
         manifest = store.manifest("knowledge", version)
-        robot = int(store.read_version_table(manifest, "goals", Goals)["robot"][0])
-        assert store.read_version(manifest, "map") == b"x" * robot
+        robot = int(store.read_table(manifest, "goals", Goals)["robot"][0])
+        assert store.read(manifest, "map") == b"x" * robot
         robots.append(robot)
     assert sorted(robots) == [3] * 5 + [4] * 5 + [5] * 5
 
@@ -296,7 +348,7 @@ def test_a_number_held_by_another_is_skipped(tmp_path):
 def test_a_table_that_breaks_its_schema_is_not_written(tmp_path, frame, said):
     store = Store(tmp_path)
     with pytest.raises(SchemaMismatch, match=said):
-        store.commit("goals", "m-1", "0" * 16, inputs={}, settings={}, tables={"goals": (frame, Goals)})
+        store.commit(work(1), Made([(frame, Goals)]))
     assert not list(tmp_path.rglob("*.parquet"))
 
 
@@ -329,7 +381,7 @@ def test_quarantine_records_the_reason_and_can_be_released(tmp_path):
 @pytest.mark.parametrize("name", ["../m", "a/b", "", "M 1", "a\x00b", ".hidden", "x" * 200])
 def test_a_hostile_name_never_becomes_a_path(tmp_path, name):
     with pytest.raises(BadSettings, match="not a safe file name"):
-        Store(tmp_path / "data").commit("goals", name, "0" * 16, inputs={}, settings={})
+        Store(tmp_path / "data").commit(work(1, name), Made())
     assert not (tmp_path / "data").exists()
 
 

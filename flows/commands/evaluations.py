@@ -23,11 +23,11 @@ from flows.commands.common import (
 )
 from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Playing
 from flows.evaluations import evaluate
-from flows.stage import listener
+from flows.progress import listener
 from flows.workers import cores
 from pipeline.errors import BadSettings
 from pipeline.store import Store
-from pipeline.store.receipts import SOFTWARE
+from pipeline.store.receipts import software
 from pipeline.studies.evaluations import Evaluation, Measured, Summary, summarise
 from schemas import note_on
 from schemas.evaluations import minutes_of, word_of
@@ -133,7 +133,7 @@ def _export(
     Nothing in them depends on when or by how many processes the matches were played.
     """
     said = {
-        "command": command, "software": SOFTWARE, "seeds": {"first": seeds[0], "last": seeds[-1]},
+        "command": command, "software": software(), "seeds": {"first": seeds[0], "last": seeds[-1]},
         "summary": _plain(summary), "note": note_on(summary.team, summary.opponent),
         "settings": evaluation.model_dump(mode="json"),
     }

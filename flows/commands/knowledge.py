@@ -7,7 +7,6 @@ import sys
 import polars as pl
 from cyclopts import App
 
-from flows.catalog import RECEIPTED, VERSIONED
 from flows.commands.common import (
     DEFAULTS,
     SURE_AND_GOOD,
@@ -18,6 +17,7 @@ from flows.commands.common import (
     print_json,
     spelt,
 )
+from flows.stages import STAGES
 from pipeline.errors import NotFound
 from pipeline.knowledge import diff as difference
 from pipeline.store import Store
@@ -38,8 +38,8 @@ def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
     """
     store = common.store
     rows = [
-        {"version": m.version, "parent": m.parent, "matches": m.counts["matches"],
-         "behaviours": m.counts["behaviours"], "occasions": m.counts["occasions"], "key": m.key}
+        {"version": m.version, "parent": m.parent, "matches": m.details["matches"],
+         "behaviours": m.details["behaviours"], "occasions": m.details["occasions"], "key": m.key}
         for m in (store.manifest("knowledge", v) for v in store.versions("knowledge"))
     ]
     if json:
@@ -63,7 +63,7 @@ def show(version: int | None = None, *, json: Json = False, common: Common = DEF
     """
     store = common.store
     manifest = store.manifest("knowledge", _newest(store) if version is None else version)
-    known = store.read_version_table(manifest, "behaviours", Behaviours)
+    known = store.read_table(manifest, "behaviours", Behaviours)
     if json:
         print_json({"manifest": manifest.model_dump(mode="json"), "behaviours": known.to_dicts()})
         return
@@ -73,7 +73,7 @@ def show(version: int | None = None, *, json: Json = False, common: Common = DEF
         ),
         title=f"knowledge version {manifest.version}, parent {manifest.parent}",
     )
-    print_frame(pl.DataFrame([{"role": r} | c for r, c in manifest.counts["roles"].items()]))
+    print_frame(pl.DataFrame([{"role": r} | c for r, c in manifest.details["roles"].items()]))
 
 
 @app.command
@@ -90,8 +90,8 @@ def diff(before: int, after: int | None = None, *, json: Json = False, common: C
     """
     store = common.store
     manifests = [store.manifest("knowledge", v) for v in (before, _newest(store) if after is None else after)]
-    known = [store.read_version_table(m, "behaviours", Behaviours) for m in manifests]
-    seen = [store.read_version_table(m, "occasions", Occasions) for m in manifests]
+    known = [store.read_table(m, "behaviours", Behaviours) for m in manifests]
+    seen = [store.read_table(m, "occasions", Occasions) for m in manifests]
     found = difference(known[0], known[1], seen[0], seen[1])
     if json:
         print_json({"behaviours": found.behaviours.to_dicts(), "roles": found.roles.to_dicts()})
@@ -116,12 +116,12 @@ def verify(version: int | None = None, *, json: Json = False, common: Common = D
     """
     store = common.store
     if version is None:
-        versions = [(noun, v) for noun in VERSIONED for v in store.versions(noun)]
+        versions = [(noun, v) for noun in STAGES.versioned for v in store.versions(noun)]
     else:
         versions = [("knowledge", store.manifest("knowledge", version).version)]
     problems = {f"{noun} {v}": store.verify_version(noun, v) for noun, v in versions}
     if version is None:
-        problems |= {noun: store.verify_receipts(noun) for noun in RECEIPTED}
+        problems |= {noun: store.verify_receipts(noun) for noun in STAGES.receipted}
     bad = [line for lines in problems.values() for line in lines]
     if json:
         print_json(problems)

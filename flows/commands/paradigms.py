@@ -14,7 +14,8 @@ from cyclopts.types import NonNegativeInt, PositiveInt
 
 from flows.commands.common import DEFAULTS, Common, Json, bars, console, print_frame, print_json
 from flows.paradigms import Report, paradigms_flow, points_of, reports
-from flows.stage import StageReport, listener, need
+from flows.progress import StageReport, listener
+from flows.stage import need
 from pipeline.store import Store
 from pipeline.studies.paradigms.claims import PEAK, PRINTED
 from pipeline.studies.paradigms.experiments import LEARNERS, Design, Figure, sheets

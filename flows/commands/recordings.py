@@ -25,9 +25,9 @@ from flows.commands.common import (
     spelt,
 )
 from flows.matches import Recording, matches_flow, with_map
-from flows.policies import policies_flow
-from flows.run import RunReport, run_flow
-from flows.stage import StageReport, listener
+from flows.progress import RunReport, StageReport, listener
+from flows.run import run_flow
+from flows.tasks import FLOWS
 from pipeline.errors import BadSettings, NotFound
 from pipeline.store import Store
 from schemas import Behaviours
@@ -100,7 +100,7 @@ def train(*, settings: Path | None = None, json: Json = False, common: Common = 
     store, chosen = common.store, common.settings(settings)
     with bars() as progress:
         listener.set(progress)
-        done = policies_flow(store.root, chosen)
+        done = FLOWS["policies"](store.root, chosen)
     refresh(store)
     if json:
         print_json(done)
@@ -203,7 +203,7 @@ def _print_quarantine(store: Store, report: RunReport) -> None:
 
 
 def _print_behaviours(store: Store, version: int) -> None:
-    known = store.read_version_table(store.manifest("knowledge", version), "behaviours", Behaviours)
+    known = store.read_table(store.manifest("knowledge", version), "behaviours", Behaviours)
     best = known.sort(*SURE_AND_GOOD, descending=True).group_by("role", maintain_order=True).head(6)
     print_frame(best.select("behaviour_id", "support", "value", "spread", spelt("codes")),
                 title=f"best of {known.height} behaviours, by value × √support")
@@ -225,7 +225,7 @@ def _print_training(store: Store) -> None:
     assert newest is not None
     columns = ("pairs", "new_pairs", "decisions", "transitions", "first_error", "last_error")
     rows = [{"key": key, "role": role} | {c: counts[c] for c in columns}
-            for key, roles in newest.counts["tables"].items() for role, counts in roles.items()]
+            for key, roles in newest.details["tables"].items() for role, counts in roles.items()]
     if not rows:  # nothing is known yet: no match had a goal
         return
     print_frame(pl.DataFrame(rows).rename({c: c.replace("_", " ") for c in columns}),

@@ -20,8 +20,8 @@ from flows.commands.common import (
     print_json,
     print_stand_in,
 )
+from flows.progress import StageReport, listener
 from flows.season import NOUN, season_flow
-from flows.stage import StageReport, listener
 from pipeline.errors import BadSettings
 from pipeline.store import Store
 from pipeline.store.files import SAFE_NAME

@@ -7,8 +7,9 @@ from typing import Annotated
 import polars as pl
 from cyclopts import Parameter
 
-from flows.catalog import RECEIPTED, forget_match, match_of, refresh
+from flows.catalog import forget_match, match_of, refresh
 from flows.commands.common import DEFAULTS, Common, Json, console, print_frame, print_json
+from flows.stages import STAGES
 from pipeline.errors import NotFound
 
 
@@ -62,5 +63,5 @@ def prune(*, common: Common = DEFAULTS) -> None:
     """
     store = common.store
     refresh(store)
-    left = [path for noun in RECEIPTED for path in store.prune(noun)]
+    left = [path for noun in STAGES.receipted for path in store.prune(noun)]
     console().print(f"{len(left)} superseded files removed")

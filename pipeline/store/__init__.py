@@ -1,9 +1,9 @@
 """The only room that touches the data folder: atomic files, receipts, versions, quarantine.
 
-A stage's output is content-addressed: its name carries a key over its inputs, settings, seed,
-schema and software version. A receipt names the current files of one output; it is written last
-and by one rename, so whatever kills a run leaves either the old output or the new one, whole.
-Nothing here reads a clock: the same work gives the same bytes.
+A stage's output is content-addressed: the name of each file carries the SHA-256 of its bytes. A receipt
+names the current files of one output and the key of the work that made them (:mod:`pipeline.store.work`).
+It is written last and by one rename, so whatever kills a run leaves either the old output or the new one,
+whole. Nothing here reads a clock: the same work gives the same bytes.
 """
 
 from __future__ import annotations

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
-
-import polars as pl
 
 from pipeline.errors import CorruptFile, PitchloreError
-from pipeline.store.files import Files, pretty, read_model, safe, verified
-from pipeline.store.receipts import SOFTWARE, FileRecord, Receipt, digest
-from pipeline.store.tables import from_parquet, to_parquet
-from schemas import Table
+from pipeline.store.files import pretty, read_model, safe
+from pipeline.store.reading import Reading
+from pipeline.store.receipts import Receipt, software
+from pipeline.store.work import Made, Work, contents
 
-KEYED_FILE = re.compile(r"-[0-9a-f]{12}\.(?!receipt\.)[a-z0-9_-]+\.[a-z]+$")
+CONTENT_FILE = re.compile(r"-[0-9a-f]{12}\.(?!receipt\.)[a-z0-9_-]+\.[a-z]+$")
 
 
-class Outputs(Files):
+class Outputs(Reading):
     """Receipts and the files that they vouch for."""
 
     def receipt(self, noun: str, name: str) -> Receipt | None:
@@ -47,13 +44,13 @@ class Outputs(Files):
                 found[path.name.removesuffix(".receipt.json")] = str(error)
         return found
 
-    def holding(self, noun: str, name: str, key: str) -> Receipt | None:
+    def holding(self, work: Work) -> Receipt | None:
         """The receipt of an output if it stands for this very work and its files are there."""
         try:
-            receipt = self.receipt(noun, name)
+            receipt = self.receipt(work.noun, work.name)
         except CorruptFile:
             return None
-        if receipt is None or receipt.key != key:
+        if receipt is None or receipt.key != work.key:
             return None
         for record in receipt.files.values():
             path = self.root / record.path
@@ -61,82 +58,39 @@ class Outputs(Files):
                 return None
         return receipt
 
-    def commit(
-        self,
-        noun: str,
-        name: str,
-        key: str,
-        *,
-        inputs: Mapping[str, str],
-        settings: Mapping[str, Any],
-        seed: int | None = None,
-        tables: Mapping[str, tuple[pl.DataFrame, type[Table]]] | None = None,
-        blobs: Mapping[str, tuple[str, bytes]] | None = None,
-        details: Mapping[str, Any] | None = None,
-    ) -> Receipt:
+    def commit(self, work: Work, made: Made) -> Receipt:
         """Write an output's files, then its receipt: the commit is the receipt's rename.
 
-        Args:
-            noun: the stage.
-            name: the output.
-            key: from :func:`key_of`.
-            inputs: label to SHA-256.
-            settings: of the stage, JSON-able.
-            seed: of the stage.
-            tables: what a file holds, to the table and its schema.
-            blobs: what a file holds, to its suffix and bytes.
-            details: JSON-able facts.
+        A file is named by the SHA-256 of its bytes. What is there already, whole, is not written again:
+        work that is done again with the same outcome changes no file, and nothing that follows it is done
+        again. A receipt of the same work and outcome stays as it is, with the software that made it first.
 
         Raises:
             SchemaMismatch: if a table breaks its schema; nothing is written then.
             StorageFailed: if the disk refuses; the old output stands.
         """
-        payloads: dict[str, tuple[str, bytes, str | None, int | None]] = {}
-        for role, (frame, schema) in sorted((tables or {}).items()):
-            data = to_parquet(frame, schema, where=f"{noun} {name}")
-            payloads[role] = ("parquet", data, schema.tag(), frame.height)
-        for role, (suffix, data) in sorted((blobs or {}).items()):
-            payloads[role] = (suffix, data, None, None)
+        name = safe(work.name)
         files = {}
-        for role, (suffix, data, table, rows) in payloads.items():
-            relative = f"{noun}/{safe(name)}-{key[:12]}.{role}.{suffix}"
-            self.write_bytes(self.root / relative, data)
-            files[role] = FileRecord(
-                path=relative, sha256=digest(data), size=len(data), table=table, rows=rows
-            )
+        for content in contents(made, where=f"{work.noun} {name}"):
+            relative = f"{work.noun}/{name}-{content.sha256[:12]}.{content.role}.{content.suffix}"
+            files[content.role] = content.record(relative)
+            if not self._whole(files[content.role], self.root):
+                self.write_bytes(self.root / relative, content.data)
         receipt = Receipt(
-            noun=noun, name=name, key=key, inputs=dict(inputs), settings=dict(settings), seed=seed,
-            software=SOFTWARE, files=files, details=dict(details or {}),
+            noun=work.noun, name=name, key=work.key, inputs=dict(work.inputs), settings=dict(work.settings),
+            seed=work.seed, versions=work.versions, software=software(), files=files,
+            details=dict(made.details),
         )
-        self.write_bytes(self._receipt_path(noun, name), pretty(receipt))
+        before = self._readable(work.noun, name)
+        if before is not None and before.model_copy(update={"software": receipt.software}) == receipt:
+            return before
+        self.write_bytes(self._receipt_path(work.noun, name), pretty(receipt))
         return receipt
 
-    def read(self, receipt: Receipt, role: str) -> bytes:
-        """A file's bytes, checked against the receipt.
-
-        Raises:
-            NotFound: if the receipt has no such file.
-            CorruptFile: if it is gone or its bytes are others.
-        """
-        return verified(self.root, receipt.files, role, f"{receipt.noun} {receipt.name}")
-
-    def read_table(self, receipt: Receipt, role: str, schema: type[Table]) -> pl.DataFrame:
-        """A table, its bytes checked against the receipt and its tag against the schema.
-
-        Raises:
-            NotFound, CorruptFile, SchemaMismatch: as for :meth:`read` and :func:`from_parquet`.
-        """
-        data = self.read(receipt, role)
-        return from_parquet(data, schema, where=str(self.root / receipt.files[role].path))
-
-    def intact(self, receipt: Receipt) -> bool:
-        """Whether all files of a receipt are there, byte for byte."""
-        try:
-            for role in receipt.files:
-                self.read(receipt, role)
-        except CorruptFile:
-            return False
-        return True
+    def _readable(self, noun: str, name: str) -> Receipt | None:
+        with suppress(CorruptFile):
+            return self.receipt(noun, name)
+        return None
 
     def forget(self, noun: str, name: str) -> bool:
         """Remove an output, its receipt first; whether there was one."""
@@ -158,7 +112,7 @@ class Outputs(Files):
         named = {self.root / record.path
                  for receipt in self.receipts(noun) for record in receipt.files.values()}
         left = [path for path in sorted((self.root / noun).glob("*"))
-                if path.is_file() and KEYED_FILE.search(path.name) and path not in named]
+                if path.is_file() and CONTENT_FILE.search(path.name) and path not in named]
         for path in left:
             path.unlink()
         return left

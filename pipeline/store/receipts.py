@@ -1,10 +1,10 @@
-"""Receipts, manifests, and the keys that say whether work is already done. No disk in here."""
+"""Receipts and manifests: the records that prove what was made, from what, and by which code."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -12,19 +12,6 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from pipeline import __version__
-from schemas import Table
-
-
-def _code() -> str:
-    """SHA-256 over the stages' and schemas' source and data: what is computed changes only with it."""
-    sources = sorted(
-        (f"{package}/{path.relative_to(root).as_posix()}", path)
-        for package in ("pipeline", "schemas")
-        for root in [Path(str(files(package)))]
-        for path in root.rglob("*")
-        if path.suffix in (".py", ".msg", ".csv")
-    )
-    return digest(b"\0".join(name.encode() + b"\0" + path.read_bytes() for name, path in sources))
 
 
 def digest(data: bytes) -> str:
@@ -32,8 +19,22 @@ def digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-#: Name, version and code of what writes receipts; part of every key.
-SOFTWARE = f"pitchlore {__version__}+{_code()[:8]}"
+@cache
+def software() -> str:
+    """Name, version and source hash of this code: provenance of what it writes, never part of a key."""
+    sources = sorted(
+        (f"{package}/{path.relative_to(root).as_posix()}", path)
+        for package in ("pipeline", "schemas")
+        for root in [Path(str(files(package)))]
+        for path in root.rglob("*")
+        if path.suffix in (".py", ".msg", ".csv")
+    )
+    code = digest(b"\0".join(name.encode() + b"\0" + path.read_bytes() for name, path in sources))
+    return f"{RELEASE}+{code[:8]}"
+
+
+#: Name and version of this software: what a log or a report says it was written by.
+RELEASE = f"pitchlore {__version__}"
 
 
 class FileRecord(BaseModel):
@@ -57,16 +58,17 @@ class FileRecord(BaseModel):
 
 
 class Receipt(BaseModel):
-    """Proof of one output of one stage: what it was made from and what it is.
+    """Proof of one piece of work: what it was made from and what it is.
 
     Attributes:
         noun: the stage.
         name: the output, unique in its noun; usually a match id.
-        key: hash over noun, name, inputs, settings, seed, schemas and software.
+        key: of the work (:class:`pipeline.store.work.Work`).
         inputs: label to SHA-256.
         settings: of the stage.
         seed: None where the stage draws nothing.
-        software: name, version and code of the writer.
+        versions: of the stage that made it, and of those that it ran itself.
+        software: name, version and source hash of the code that made it; provenance only.
         files: by what they hold.
         details: counts and facts that later stages and reports need.
     """
@@ -79,41 +81,26 @@ class Receipt(BaseModel):
     inputs: dict[str, str]
     settings: dict[str, Any]
     seed: int | None = None
+    versions: dict[str, int]
     software: str
     files: dict[str, FileRecord]
     details: dict[str, Any] = Field(default_factory=dict)
 
     def digests(self) -> dict[str, str]:
-        """The files' SHA-256 labelled ``noun/name/file``: what a later stage states as its inputs."""
+        """SHA-256 of each file, labelled ``noun/name/role``: the inputs of a later stage."""
         return {f"{self.noun}/{self.name}/{role}": f.sha256 for role, f in sorted(self.files.items())}
 
 
-class Manifest(BaseModel):
-    """What an immutable version holds and came from.
+class Manifest(Receipt):
+    """Proof of one immutable version. Paths are relative to the version's folder.
 
     Attributes:
-        noun: knowledge or policies.
         version: from 1.
-        parent: the version it follows, None for the first.
-        key: hash over inputs, settings, seed, schemas and software, without the parent.
-        inputs: label to SHA-256.
-        settings, seed, software: as in a receipt.
-        files: paths relative to the version's folder.
-        counts: what a person wants to know at a glance.
+        parent: the version that it follows or was made from, None for the first.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    noun: str
     version: int
     parent: int | None
-    key: str
-    inputs: dict[str, str]
-    settings: dict[str, Any]
-    seed: int | None = None
-    software: str
-    files: dict[str, FileRecord]
-    counts: dict[str, Any] = Field(default_factory=dict)
 
 
 class Quarantined(BaseModel):
@@ -142,17 +129,3 @@ def canonical(value: object) -> bytes:
 def fingerprint(settings: BaseModel) -> str:
     """SHA-256 in hex of all that settings say; ids are made of it, so its JSON stays spelt with spaces."""
     return digest(json.dumps(settings.model_dump(mode="json"), sort_keys=True).encode())
-
-
-def key_of(
-    noun: str,
-    name: str,
-    *,
-    inputs: Mapping[str, str],
-    settings: Mapping[str, Any],
-    seed: int | None = None,
-    tables: tuple[type[Table], ...] = (),
-) -> str:
-    """The 16 hex digits that stand for one piece of work."""
-    work = [noun, name, dict(inputs), dict(settings), seed, [table.tag() for table in tables], SOFTWARE]
-    return digest(canonical(work))[:16]

@@ -6,23 +6,36 @@ import fcntl
 import os
 import re
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
-import polars as pl
+from pydantic import BaseModel, ConfigDict
 
 from pipeline.errors import CorruptFile, NotFound, PitchloreError, StorageFailed
-from pipeline.store.files import Files, pretty, read_model, sync, verified
-from pipeline.store.receipts import SOFTWARE, FileRecord, Manifest, digest
-from pipeline.store.tables import from_parquet, to_parquet
-from schemas import Table
+from pipeline.store.files import pretty, read_model, sync
+from pipeline.store.reading import Reading
+from pipeline.store.receipts import Manifest, software
+from pipeline.store.work import Made, Work, contents
 
 VERSION_FOLDER = re.compile(r"^v(\d{4,})$")
 
 
-class Versions(Files):
+class Confirmed(BaseModel):
+    """Work that was found to make what the newest version holds already.
+
+    Attributes:
+        key: of the work.
+        version: that holds its outcome.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    key: str
+    version: int
+
+
+class Versions(Reading):
     """Versions of a noun and their manifests."""
 
     def versions(self, noun: str) -> list[int]:
@@ -72,26 +85,6 @@ class Versions(Files):
         manifests = self.manifests(noun)
         return manifests[-1] if manifests else None
 
-    def version_folder(self, noun: str, version: int) -> Path:
-        """Where a version's files are."""
-        return self.root / noun / f"v{version:04d}"
-
-    def read_version(self, manifest: Manifest, role: str) -> bytes:
-        """A file of a version, checked against its manifest.
-
-        Raises:
-            NotFound: if the manifest has no such file.
-            CorruptFile: if it is gone or its bytes are others.
-        """
-        folder = self.version_folder(manifest.noun, manifest.version)
-        return verified(folder, manifest.files, role, f"{manifest.noun} version {manifest.version}")
-
-    def read_version_table(self, manifest: Manifest, role: str, schema: type[Table]) -> pl.DataFrame:
-        """A table of a version, checked like :meth:`read_version`."""
-        where = str(self.version_folder(manifest.noun, manifest.version) / manifest.files[role].path
-                    if role in manifest.files else manifest.noun)
-        return from_parquet(self.read_version(manifest, role), schema, where=where)
-
     @contextmanager
     def claim(self, noun: str) -> Iterator[int]:
         """Hold the next free version number of a noun, against every other process.
@@ -118,44 +111,34 @@ class Versions(Files):
                 yield version
                 return
 
-    def commit_version(
-        self,
-        noun: str,
-        version: int,
-        *,
-        parent: int | None,
-        key: str,
-        inputs: Mapping[str, str],
-        settings: Mapping[str, Any],
-        seed: int | None = None,
-        tables: Mapping[str, tuple[pl.DataFrame, type[Table]]],
-        blobs: Mapping[str, tuple[str, bytes]] | None = None,
-        counts: Mapping[str, Any] | None = None,
-    ) -> Manifest:
+    def commit_version(self, work: Work, made: Made, version: int, *, parent: int | None) -> Manifest:
         """Write a claimed version aside and commit it by one rename.
+
+        Args:
+            work: that made it.
+            made: its tables and other files.
+            version: the claimed number.
+            parent: the version that it follows, None for the first.
 
         Raises:
             SchemaMismatch: if a table breaks its schema; nothing is written then.
             StorageFailed: if the disk refuses; the versions before it are as they were.
         """
-        payloads: dict[str, tuple[str, bytes, str | None, int | None]]
-        payloads = {f"{role}.parquet": (role, to_parquet(t, s, where=f"{noun} {version}"), s.tag(), t.height)
-                    for role, (t, s) in tables.items()}
-        payloads |= {f"{role}.{suffix}": (role, data, None, None)
-                     for role, (suffix, data) in (blobs or {}).items()}
-        files = {role: FileRecord(path=file, sha256=digest(data), size=len(data), table=tag, rows=rows)
-                 for file, (role, data, tag, rows) in sorted(payloads.items())}
+        noun = work.noun
+        written = {f"{c.role}.{c.suffix}": c for c in contents(made, where=f"{noun} {version}")}
         manifest = Manifest(
-            noun=noun, version=version, parent=parent, key=key, inputs=dict(inputs), settings=dict(settings),
-            seed=seed, software=SOFTWARE, files=files, counts=dict(counts or {}),
+            noun=noun, name=work.name, version=version, parent=parent, key=work.key, inputs=dict(work.inputs),
+            settings=dict(work.settings), seed=work.seed, versions=work.versions, software=software(),
+            files={content.role: content.record(file) for file, content in written.items()},
+            details=dict(made.details),
         )
         final = self.version_folder(noun, version)
         staging = final.with_name(f".{final.name}.{os.getpid()}-{os.urandom(4).hex()}.staging")
         try:
             staging.mkdir(parents=True)
             try:
-                for file, (_, data, _, _) in sorted(payloads.items()):
-                    self.write_bytes(staging / file, data)
+                for file, content in written.items():
+                    self.write_bytes(staging / file, content.data)
                 self.write_bytes(staging / "manifest.json", pretty(manifest))
                 os.rename(staging, final)  # noqa: PTH104 (the tests make os.rename fail)
                 sync(final.parent, os.O_RDONLY | os.O_DIRECTORY)
@@ -168,6 +151,24 @@ class Versions(Files):
             ) from error
         return manifest
 
+    def confirm(self, work: Work, version: int) -> None:
+        """Note that this work makes what a version holds already: it need not be done to know that."""
+        self.write_bytes(self._confirmed(work.noun), pretty(Confirmed(key=work.key, version=version)))
+
+    def standing(self, work: Work) -> Manifest | None:
+        """The newest version if it is of this work, or was found to be what this work makes; else None."""
+        newest = self.latest(work.noun)
+        if newest is None or newest.key == work.key:
+            return newest
+        with suppress(CorruptFile):
+            path = self._confirmed(work.noun)
+            same = Confirmed(key=work.key, version=newest.version)
+            return newest if path.exists() and read_model(path, Confirmed) == same else None
+        return None
+
+    def _confirmed(self, noun: str) -> Path:
+        return self.root / noun / "confirmed.json"
+
     def verify_version(self, noun: str, version: int) -> list[str]:
         """What is wrong with a version's files, one line each; empty if nothing is."""
         try:
@@ -177,7 +178,7 @@ class Versions(Files):
         problems = []
         for role in manifest.files:
             try:
-                self.read_version(manifest, role)
+                self.read(manifest, role)
             except PitchloreError as error:
                 problems.append(str(error))
         folder = self.version_folder(noun, version)

@@ -11,28 +11,29 @@ import polars as pl
 import pytest
 from conftest import SAMPLE
 
-from flows import goals, grams, situations, trajectories
 from flows.matches import Recording, import_recording
 from flows.stage import Scope
+from flows.stages import STAGES
 from pipeline.settings import Settings
 from pipeline.store import Store
 from pipeline.store.catalog import query
 from pipeline.store.tables import to_parquet
+from pipeline.store.work import Made, Work
 from schemas import Trajectories
 
 PLAY_S = 600.0
 SETTINGS = Settings()
-SCOPE = Scope(matches=(), lengths=(4,))
+
+def scope(match: str) -> Scope:
+    """A match, and grams of four."""
+    return Scope(matches=(match,), lengths=(4,))
 
 
 def chain(data: Path) -> None:
     """Recording to 4-grams, every file written, checked and synced."""
     store = Store(data)
     receipt, _ = import_recording(store, Recording(file=SAMPLE))
-    trajectories.STAGE.perform(store, receipt.name, SETTINGS.trajectories, SCOPE)
-    situations.STAGE.perform(store, receipt.name, SETTINGS.situations, SCOPE)
-    goals.STAGE.perform(store, receipt.name, SETTINGS.goals, SCOPE)
-    grams.STAGE.perform(store, grams.output(receipt.name, 4), SETTINGS.grams, SCOPE)
+    STAGES.make(store, SETTINGS, scope(receipt.name), ("trajectories", "situations", "goals", "grams"))
 
 
 @pytest.mark.benchmark(group="a match from recording to grams, files written and synced")
@@ -47,7 +48,7 @@ def test_ours(benchmark, tmp_path):
 def table(tmp_path_factory) -> pl.DataFrame:
     store = Store(tmp_path_factory.mktemp("table"))
     receipt, _ = import_recording(store, Recording(file=SAMPLE))
-    trajectories.STAGE.perform(store, receipt.name, SETTINGS.trajectories, SCOPE)
+    STAGES.make(store, SETTINGS, scope(receipt.name), ("trajectories",))
     made = store.receipt("trajectories", receipt.name)
     return store.read_table(made, "trajectories", Trajectories)
 
@@ -73,13 +74,14 @@ def test_write(benchmark, table, how):
 MERGE = textwrap.dedent("""
     import resource, sys
     from pathlib import Path
-    from flows.behaviours import STAGE
-    from flows.stage import scope_of
+    from flows.stage import Output
+    from flows.stages import STAGES
+    from flows.update import scope_of
     from pipeline.settings import Settings
     from pipeline.store import Store
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     store, settings = Store(Path(sys.argv[1])), Settings()
-    STAGE.perform(store, "n4", settings.behaviours, scope_of(store, settings))
+    STAGES.perform(store, STAGES["behaviours"], Output("n4", n=4), settings.behaviours, scope_of(store, settings))
     print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024)
 """)
 
@@ -119,7 +121,7 @@ def test_sql_ours(benchmark, tmp_path):
         copy = tmp_path / "situations" / f"copy{index}.parquet"
         shutil.copy(tmp_path / file.path, copy)
         files = {"situations": file.model_copy(update={"path": f"situations/{copy.name}"})}
-        store.commit("matches", f"copy{index}", "0" * 16, inputs={}, settings={})
+        store.commit(Work("matches", f"copy{index}", {}, version=1), Made())
         path.write_text(receipt.model_copy(update={"name": f"copy{index}", "files": files}).model_dump_json())
     catalog = refresh(store)[0]
     sql = ("select match_id, team, name, count(*) n, avg((end_ns-start_ns)/1e9) s from situations "

@@ -1,41 +1,108 @@
-"""The goldens: each is a text that carries its own settings, made by one function from the sample."""
+"""The goldens: each is a text that says what it was made by, and from what; one function makes it.
+
+The first line of a golden is JSON: the versions of the stages that made it, its settings, a digest of its
+inputs, and a digest of all that was made, of which the text may show a part. If the same versions, settings
+and inputs give another text, a version must be raised: :func:`complaint` says which.
+"""
 
 from __future__ import annotations
 
 import io
 import json
 import sys
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import polars as pl
 from support import executions, played
 
-from pipeline import decisions, knowledge, matches
-from pipeline.behaviours import select as behaviours
-from pipeline.goals import attribute
-from pipeline.grams import count as grams
+from flows.evaluations import evaluate
+from flows.matches import Recording, import_recording
+from flows.report import write_report
+from flows.stage import Per, emit
+from flows.stages import STAGES
+from flows.update import scope_of
+from pipeline import arena, matches
+from pipeline.arena.match.recipe import TeamSettings
+from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.importers import source, tracking
 from pipeline.matches.frame import MatchLog
-from pipeline.policies import train as policies
 from pipeline.settings import Settings
-from pipeline.situations.recognise import recognise
+from pipeline.store import Store
+from pipeline.store.receipts import Receipt, digest
+from pipeline.studies.evaluations import Entrant, Evaluation
 from pipeline.studies.paradigms.claims import verdicts
 from pipeline.studies.paradigms.experiments import Design, sheets
-from pipeline.trajectories.derive import trajectories
 from pipeline.views.commentary import CommentarySettings, commentary
 from pipeline.views.commentary.summary import heading, numbers
-from schemas import PUBLIC
+from schemas import PUBLIC, Evaluations, Goals, Matches, Referee, Situations, Table, Trajectories
 
 HERE = Path(__file__).parent
 SAMPLE = HERE.parent.parent / "data" / "samples" / "rsim-vss-3v3.parquet"
+#: Where the version of a stage is raised.
+PLACES = {"arena": "pipeline/arena/__init__.py"}
+#: The stretch of the sample that goes through all stages, s.
+CLIP = (0.0, 120.0)
+#: Rows shown of a table; those of bodies and situations are of a few seconds.
+SHOWN = 40
+
+
+@dataclass(frozen=True)
+class Golden:
+    """A golden as it is made now.
+
+    Attributes:
+        text: that is shown.
+        versions: of the stages that it depends on, the one that makes it last.
+        settings: of these.
+        inputs: digest of all else that it is made from.
+        content: digest of all that was made, where the text shows a part.
+    """
+
+    text: str
+    versions: dict[str, int] = field(default_factory=dict)
+    settings: dict[str, Any] = field(default_factory=dict)
+    inputs: str = ""
+    content: str = ""
+
+    def __str__(self) -> str:
+        """The file's text."""
+        head = {"versions": self.versions, "settings": self.settings, "inputs": self.inputs, "content": self.content}
+        return f"# {json.dumps({key: value for key, value in head.items() if value})}\n\n{self.text.rstrip()}\n"
+
+
+def complaint(name: str, before: str, now: Golden) -> str | None:
+    """What is to be done if a golden changed though nothing that it is made by or from did; else None."""
+    head = json.loads(before.splitlines()[0].removeprefix("# "))
+    same = (head.get("versions", {}), head.get("settings", {}), head.get("inputs", "")) == (
+        now.versions, json.loads(json.dumps(now.settings)), now.inputs)
+    if before == str(now) or not same or not now.versions:
+        return None
+    noun, version = list(now.versions.items())[-1]
+    return (f"{name}: the same versions, settings and inputs give something else. Raise the version of {noun} from "
+            f"{version} to {version + 1} in {PLACES.get(noun, 'flows/stages.py')}, then `make golden`")
+
+
+def _csv(*tables: pl.DataFrame) -> str:
+    """Tables as CSV with numbers a person can compare."""
+    return "\n\n".join(
+        table.with_columns(
+            pl.col(name).list.eval(pl.element().cast(pl.String).str.zfill(3)).list.join("-")
+            for name, dtype in table.schema.items() if isinstance(dtype, pl.List)
+        ).write_csv(float_precision=5).rstrip()
+        for table in tables
+    )
 
 
 def _log(start_s: float, end_s: float) -> MatchLog:
     """A stretch of the sample, through the importer and the log's own format."""
-    table = pl.read_parquet(SAMPLE).filter(pl.col("t").is_between(start_s, end_s, closed="left"))
     buffer = io.BytesIO()
-    table.write_parquet(buffer)
+    _clip(start_s, end_s).write_parquet(buffer)
     log = tracking.read(
         buffer.getvalue(), name="clip.parquet", match_id=source.match_id("clip.parquet", b""),
         mapping=tracking.TrackingMap(),
@@ -45,71 +112,78 @@ def _log(start_s: float, end_s: float) -> MatchLog:
     return matches.read(written.getvalue(), where="clip")
 
 
-def _text(settings: dict[str, object], *tables: pl.DataFrame) -> str:
-    """Settings as a comment, then each table as CSV with numbers a person can compare."""
-    lines = [f"# {json.dumps(settings, sort_keys=True)}"]
-    for table in tables:
-        shown = table.with_columns(
-            pl.col(name).list.eval(pl.element().cast(pl.String).str.zfill(3)).list.join("-")
-            for name, dtype in table.schema.items() if isinstance(dtype, pl.List)
-        )
-        lines.append(shown.write_csv(float_precision=5).rstrip())
-    return "\n\n".join(lines) + "\n"
+def _clip(start_s: float, end_s: float) -> pl.DataFrame:
+    return pl.read_parquet(SAMPLE).filter(pl.col("t").is_between(start_s, end_s, closed="left"))
 
 
-class _Clip:
-    """A stretch of the sample: its log, and what the first stages make of it by their defaults."""
-
-    def __init__(self, start_s: float, end_s: float) -> None:
-        settings = Settings()
-        self.log = log = _log(start_s, end_s)
-        self.pitch = log.info.pitch
-        self.bodies, self.flaws = trajectories(log, settings.trajectories)
-        self.situations = recognise(self.bodies, self.pitch, settings.situations)
-        self.goals = attribute(log.referee, self.bodies, self.situations, self.pitch, settings.goals)
+# --- the chain: each stage from what the stages before it made of a clip ---------------------------
 
 
-def situations() -> str:
-    """Trajectories of 20 s thinned to one sample a second, and all situations in them."""
-    clip, settings = _Clip(20.0, 40.0), Settings()
-    thinned = clip.bodies.filter(pl.col("frame") % 40 == 0).drop("match_id")
-    chosen = {"clip_s": [20.0, 40.0], "trajectories": settings.trajectories.model_dump(mode="json"),
-              "situations": settings.situations.model_dump(mode="json")}
-    return _text(chosen, clip.flaws.drop("match_id"), thinned, clip.situations.drop("match_id"))
+@cache
+def _data() -> tempfile.TemporaryDirectory[str]:
+    """A data folder after all stages over the clip; it goes with the process."""
+    folder = tempfile.TemporaryDirectory(prefix="golden-")
+    store, settings = Store(Path(folder.name)), Settings()
+    file = store.root / "clip.csv"  # its bytes do not depend on how Parquet is written
+    _clip(*CLIP).write_csv(file)
+    import_recording(store, Recording(file=file))
+    scope = scope_of(store, settings)
+    STAGES.make(store, settings, scope)
+    for noun in STAGES.versioned:
+        emit(store, STAGES[noun], STAGES[noun].settings(settings), scope)
+    return folder
 
 
-def knowledge_and_policy() -> str:
-    """Behaviours of all rounds over two minutes, the busiest occasions, and their action values."""
-    clip, settings = _Clip(0.0, 120.0), Settings()
-    valued = grams.value(clip.situations, clip.goals, settings.grams)
-    patterns: list[pl.DataFrame] = []
-    for round_ in settings.behaviours.rounds:
-        taken = grams.cover(valued, pl.concat(patterns), settings.grams) if patterns else None
-        counted = grams.merge([grams.grams(valued, round_.n, taken, settings.grams)])
-        patterns.append(behaviours.select(counted, clip.situations.height, settings.behaviours, round_).patterns)
-    seen = decisions.observe(
-        valued, clip.bodies, clip.log.referee, pl.concat(patterns), clip.pitch, settings.grams)
-    occasions = knowledge.occasions([seen], 1, settings.knowledge)
-    policy, _ = policies.train([seen], occasions, None, settings.policies, 1, 1)
-    chosen = {"clip_s": [0.0, 120.0]} | settings.model_dump(mode="json", exclude={"trajectories"})
-    return _text(
-        chosen, clip.goals.drop("match_id"), knowledge.behaviours(patterns, 1).drop("version"),
-        occasions.drop("version").head(40), policy.drop("version", "knowledge_version").head(40),
+@cache
+def chain(noun: str) -> Golden:
+    """The tables that a stage makes of the clip."""
+    store, stage = Store(Path(_data().name)), STAGES[noun]
+    receipts: list[Receipt] = [*store.receipts(noun), *store.manifests(noun)]
+    tables = {
+        (receipt.name, schema): store.read_table(receipt, schema.NAME, schema)
+        for receipt in receipts for schema in stage.schemas
+    }
+    sources = [each for each in stage.inputs if isinstance(each, str)]  # not what follows it in a ring
+    return Golden(
+        "\n\n".join(f"{name} {schema.tag()}, {table.height} rows\n{_csv(_shown(table, schema))}"
+                    for (name, schema), table in tables.items()),
+        {noun: stage.version}, {} if stage.compute is None else stage.settings(Settings()).model_dump(mode="json"),
+        inputs=_digest(*(chain(source).content for source in sources)) if sources else "",
+        content=_digest(*map(_csv, tables.values())),
     )
 
 
-def telling() -> str:
-    """The commentary of the sample's seconds 100 to 200, and its numbers."""
-    clip = _Clip(100.0, 200.0)
-    told = commentary(matches.row(clip.log), clip.log.referee, clip.goals, clip.situations, clip.bodies,
-                      clip.pitch)
-    chosen = {"clip_s": [100.0, 200.0], "commentary": CommentarySettings().model_dump(mode="json")}
-    lines = [f"# {json.dumps(chosen, sort_keys=True)}", "", *heading(told.summary)]
-    lines += [*(moment.line() for moment in told.moments), "", *numbers(told.summary)]
-    return "\n".join(lines) + "\n"
+def _shown(table: pl.DataFrame, schema: type[Table]) -> pl.DataFrame:
+    """Some rows of a table, without what is the same in all of them."""
+    same = [name for name in ("match_id", "version", "knowledge_version") if name in table.columns]
+    if schema is Trajectories:
+        table = table.filter(pl.col("frame") % 240 == 0)
+    elif schema is Situations:
+        table = table.filter(pl.col("start_ns").is_between(20_000_000_000, 30_000_000_000))
+    else:
+        table = table.head(SHOWN)
+    return table.drop(same)
 
 
-def paradigms() -> str:
+# --- other goldens ---------------------------------------------------------------------------------
+
+
+def telling() -> Golden:
+    """The commentary of the sample's seconds 0 to 120, and its numbers."""
+    store = Store(Path(_data().name))
+    found = {noun: next(store.receipts(noun)) for noun in ("matches", "trajectories", "situations", "goals")}
+    match = matches.read(store.read(found["matches"], "log"), where="clip")
+    told = commentary(
+        store.read_table(found["matches"], "matches", Matches),
+        store.read_table(found["matches"], "referee", Referee),
+        store.read_table(found["goals"], "goals", Goals),
+        store.read_table(found["situations"], "situations", Situations),
+        store.read_table(found["trajectories"], "trajectories", Trajectories), match.info.pitch)
+    lines = [*heading(told.summary), *(moment.line() for moment in told.moments), "", *numbers(told.summary)]
+    return Golden("\n".join(lines), settings={"commentary": CommentarySettings().model_dump(mode="json")})
+
+
+def paradigms() -> Golden:
     """A few points of every figure, and what they say of the paper's claims."""
     design = Design(quick=True)
     points = pl.concat(
@@ -118,40 +192,66 @@ def paradigms() -> str:
     )
     shown = points.select("figure", "learner", "reading", "k", "decay", "steps", "runs", "p_optimal", "p_low",
                           "p_high", "p_equilibrium", "path_length", "diverged")
-    return _text(design.model_dump(mode="json"), shown, verdicts(points).drop("quantity"))
+    return Golden(_csv(shown, verdicts(points).drop("quantity")), _versions("paradigms"),
+                  design.model_dump(mode="json"))
 
 
-def match() -> str:
+def match() -> Golden:
     """20 s that are played: what the referee called, where all were each second, what was decided."""
     settings, shown = played.match()
-    return _text(settings, *shown)
+    return Golden(_csv(*shown), {"arena": arena.VERSION}, settings)
 
 
-def season() -> str:
+def season() -> Golden:
     """Two games, and what was known and valued after them."""
-    settings, shown = played.season()
-    return _text(settings, *shown)
+    with _folder() as data:
+        settings, shown = played.season(data)
+    return Golden(_csv(*shown), _versions("arena", *STAGES.of_matches, *STAGES.versioned, "seasons"), settings)
 
 
-def tables() -> str:
+def evaluation() -> Golden:
+    """A pair of matches of 20 s, sides swapped."""
+    static, random = (Entrant(name=kind, settings=TeamSettings(kind=kind)) for kind in ("static", "random"))
+    whole = Evaluation(team=static, opponent=random, referee=RefereeSettings(duration_s=20.0))
+    with _folder() as data:
+        rows, _ = evaluate(Store(data), whole, [1], {})
+    return Golden(_csv(rows.select(list(Evaluations.dtypes()))), _versions("arena", "evaluations"),
+                  whole.model_dump(mode="json"))
+
+
+def report() -> Golden:
+    """The report on the season of two games, as text."""
+    with _folder() as data:
+        played.season(data)
+        written = write_report(Store(data))
+        text = Store(data).read(written.receipt, "text").decode()
+        return Golden(text, _versions("report"), inputs=_digest(_csv(written.tables.games, written.tables.growth)))
+
+
+def tables() -> Golden:
     """The columns of every public table: a change here needs another VERSION of the table."""
     lines = []
     for schema in PUBLIC.values():
         lines.append(f"\n{schema.tag()}")
         lines += [f"  {name}: {dtype}" for name, dtype in schema.dtypes().items()]
-    return "\n".join(lines).lstrip() + "\n"
+    return Golden("\n".join(lines).lstrip())
 
 
-def log() -> str:
+def log() -> Golden:
     """A log as it was written once: what is read from it must never change."""
     read = matches.read((HERE / "matches" / "rsim-3s.mcap").read_bytes(), where="rsim-3s.mcap")
     frames = read.frames
     ball = pl.DataFrame({"number": frames.number, "t_ns": frames.t_ns, **{c: frames.ball[c] for c in "xy"}})
     robots = pl.DataFrame(
         {"frame": frames.robot_frames(), **{c: frames.robots[c] for c in frames.robots.dtype.names}})
-    return _text(
-        read.info.model_dump(mode="json", exclude={"software"}), ball.gather_every(20),
-        robots.filter(pl.col("frame") % 40 == 0), read.referee, read.quality)
+    return Golden(
+        _csv(ball.gather_every(20), robots.filter(pl.col("frame") % 40 == 0), read.referee, read.quality),
+        settings=read.info.model_dump(mode="json", exclude={"software"}))
+
+
+def confusion() -> Golden:
+    """How often the recogniser calls what a robot is told to do by its name."""
+    return Golden(executions.report())
 
 
 def write_log() -> None:
@@ -163,29 +263,53 @@ def write_log() -> None:
     path.write_bytes(buffer.getvalue())
 
 
-#: Noun and file name to what makes it.
-CASES: dict[str, Callable[[], str]] = {
+def _digest(*texts: str) -> str:
+    return digest("\n".join(texts).encode())[:16]
+
+
+def _versions(*nouns: str) -> dict[str, int]:
+    return {noun: arena.VERSION if noun == "arena" else STAGES[noun].version for noun in nouns}
+
+
+@contextmanager
+def _folder() -> Iterator[Path]:
+    with tempfile.TemporaryDirectory(prefix="golden-") as folder:
+        yield Path(folder)
+
+
+#: Noun and file name to what makes it; a stage of the chain has its golden without being named here.
+CASES: dict[str, Callable[[], Golden]] = {
+    **{f"{noun}/clip-120s.txt": (lambda noun=noun: chain(noun))
+       for noun, stage in STAGES.items() if stage.per is not Per.OWN},
     "schemas/tables.txt": tables,
     "matches/rsim-3s.txt": log,
-    "situations/rsim-20s.txt": situations,
-    "knowledge/rsim-120s.txt": knowledge_and_policy,
-    "commentary/rsim-100s.txt": telling,
+    "commentary/clip-120s.txt": telling,
     "paradigms/quick.txt": paradigms,
-    "executors/confusion.txt": executions.report,
+    "executors/confusion.txt": confusion,
     "matches/played-20s.txt": match,
     "seasons/two-games.txt": season,
+    "evaluations/pair-20s.txt": evaluation,
+    "report/two-games.txt": report,
 }
 
 
-def main() -> None:
-    """Make all goldens anew."""
+def main() -> int:
+    """Make all goldens anew, but those that need a version raised first; the number of these."""
     write_log()
+    complaints = []
     for name, make in CASES.items():
-        path = HERE / name
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(make(), encoding="utf-8")
-        print(path, file=sys.stderr)
+        path, now = HERE / name, make()
+        line = complaint(name, path.read_text(encoding="utf-8"), now) if path.exists() else None
+        if line is None:
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(str(now), encoding="utf-8")
+            print(path, file=sys.stderr)
+        else:
+            complaints.append(line)
+    for line in complaints:
+        print(line, file=sys.stderr)
+    return len(complaints)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(1 if main() else 0)

@@ -6,7 +6,6 @@ Lengths are rounded to millimetres and angles to degrees: what another machine's
 from __future__ import annotations
 
 import io
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -95,28 +94,26 @@ def match() -> Shown:
     )
 
 
-def season() -> Shown:
+def season(data: Path) -> Shown:
     """Two games: their rows, what was known after each, the action values that were learned most from."""
     own = Season(name="golden", opponent="static", seed=1, settings=parse(SEASON, where="here"))
-    with tempfile.TemporaryDirectory() as folder:
-        data = Path(folder)
-        for game in (1, 2):
-            loop.learn(data, own, game, loop.play(data, own, game), discard=False)
-        store, inner = Store(data), loop.store_of(data, own)
-        receipt = store.receipt(loop.NOUN, own.id)
-        assert receipt is not None
-        games = store.read_table(receipt, "games", Games)
-        growth = store.read_table(receipt, "growth", Growth)
-        behaviours, occasions = (
-            pl.concat(
-                inner.read_version_table(manifest, table, schema)
-                for manifest in sorted(inner.manifests("knowledge"), key=lambda m: m.version)
-            )
-            for table, schema in (("behaviours", Behaviours), ("occasions", Occasions))
+    for game in (1, 2):
+        loop.learn(data, own, game, loop.play(data, own, game), discard=False)
+    store, inner = Store(data), loop.store_of(data, own)
+    receipt = store.receipt(loop.NOUN, own.id)
+    assert receipt is not None
+    games = store.read_table(receipt, "games", Games)
+    growth = store.read_table(receipt, "growth", Growth)
+    behaviours, occasions = (
+        pl.concat(
+            inner.read_table(manifest, table, schema)
+            for manifest in sorted(inner.manifests("knowledge"), key=lambda m: m.version)
         )
-        newest = inner.latest("policies")
-        assert newest is not None
-        policy = inner.read_version_table(newest, "policies", Policies)
+        for table, schema in (("behaviours", Behaviours), ("occasions", Occasions))
+    )
+    newest = inner.latest("policies")
+    assert newest is not None
+    policy = inner.read_table(newest, "policies", Policies)
     most = policy.drop("version", "knowledge_version").sort(
         "key", "visits", "q", "role", "state", "behaviour_id", descending=[False, True, True, False, False, False])
     same = ("season", "settings", "opponent", "seed")

@@ -30,7 +30,7 @@ from pipeline.arena.physics.referee import (
 from pipeline.arena.physics.restarts import restart
 from pipeline.bodies import BALL, F64, OMEGA, THETA, VX, VY, X, Y, see
 from pipeline.matches.frame import AWAY, BALL_DTYPE, HOME, ROBOT_DTYPE, Frames, MatchInfo
-from pipeline.store.receipts import SOFTWARE
+from pipeline.store.receipts import RELEASE
 from schemas import ROLES, TEAMS, Decisions
 from schemas.decisions import ENDS
 
@@ -113,7 +113,7 @@ class Match:
         return MatchInfo(
             match_id=recipe.match_id, source=f"{recipe.match_id}.mcap", format="world",
             home=recipe.home.kind, away=recipe.away.kind, pitch=recipe.pitch, periods=self.laws.periods(),
-            seed=recipe.seed, settings=recipe.model_dump(mode="json"), software=SOFTWARE,
+            seed=recipe.seed, settings=recipe.model_dump(mode="json"), software=RELEASE,
             complete=not left, incomplete_reason=why if left else None,
         )  # fmt: skip
 

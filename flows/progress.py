@@ -1,0 +1,112 @@
+"""Progress and reports of stages: what is being made, what was made, what could not be."""
+
+from __future__ import annotations
+
+from contextvars import ContextVar
+from typing import Protocol
+
+from pydantic import BaseModel
+
+
+class Listener(Protocol):
+    """Progress of a run, as the command line's bars show it."""
+
+    def begin(self, noun: str, total: int) -> None:
+        """A stage starts with this many pieces of work."""
+
+    def advance(self, noun: str, name: str) -> None:
+        """A piece of a stage's work has ended."""
+
+
+class Silence:
+    """A listener that does nothing."""
+
+    def begin(self, noun: str, total: int) -> None:
+        """Do nothing."""
+
+    def advance(self, noun: str, name: str) -> None:
+        """Do nothing."""
+
+
+listener: ContextVar[Listener] = ContextVar("listener", default=Silence())  # noqa: B039 (Silence has no state)
+
+
+class StageReport(BaseModel):
+    """Outcome of a stage.
+
+    Attributes:
+        noun: the stage.
+        made: names of the outputs that were made anew.
+        same: names of the outputs that were made again with the same bytes.
+        kept: number of outputs that were already there.
+        failed: name of each output that could not be made, with the reason.
+        notes: other remarks, a line each.
+    """
+
+    noun: str
+    made: list[str] = []
+    same: list[str] = []
+    kept: int = 0
+    failed: dict[str, str] = {}
+    notes: list[str] = []
+
+    def add(self, other: StageReport) -> None:
+        """Add another report on the same stage."""
+        self.made += other.made
+        self.same += other.same
+        self.kept += other.kept
+        self.failed |= other.failed
+        self.notes += other.notes
+
+    def markdown(self) -> str:
+        """The report as Markdown."""
+        there = self.kept + len(self.same)
+        lines = [f"{len(self.made)} made, {there} kept, {len(self.failed)} in quarantine", ""]
+        lines += [f"- {name}" for name in self.made]
+        lines += [f"- **{name}**: {why}" for name, why in self.failed.items()]
+        return "\n".join([*lines, *(f"- {note}" for note in self.notes)])
+
+
+class RunReport(BaseModel):
+    """Outcome of a run.
+
+    Attributes:
+        stages: in order.
+        knowledge: the newest version, None if there is none.
+        knowledge_is_new: whether this run emitted it.
+        policy: the newest version, None if there is none.
+        policy_is_new: whether this run trained it.
+    """
+
+    stages: list[StageReport] = []
+    knowledge: int | None = None
+    knowledge_is_new: bool = False
+    policy: int | None = None
+    policy_is_new: bool = False
+
+    @property
+    def failures(self) -> dict[str, str]:
+        """Each output that could not be made, with the reason."""
+        return {f"{stage.noun} {name}": why for stage in self.stages for name, why in stage.failed.items()}
+
+    @property
+    def made(self) -> int:
+        """Number of outputs that were made anew, versions included."""
+        return sum(len(s.made) for s in self.stages) + self.knowledge_is_new + self.policy_is_new
+
+    def stage(self, noun: str) -> StageReport:
+        """The report of a stage; an empty one is added if there is none."""
+        for report in self.stages:
+            if report.noun == noun:
+                return report
+        self.stages.append(StageReport(noun=noun))
+        return self.stages[-1]
+
+    def markdown(self) -> str:
+        """The report as Markdown."""
+        lines = ["| stage | made | kept | failed |", "|---|---|---|---|"]
+        lines += [f"| {s.noun} | {len(s.made)} | {s.kept + len(s.same)} | {len(s.failed)} |"
+                  for s in self.stages]
+        lines += [f"- **{what}**: {why}" for what, why in self.failures.items()]
+        lines += [f"- {note}" for stage in self.stages for note in stage.notes]
+        return "\n".join(lines)

@@ -1,0 +1,133 @@
+"""The chain of stages as data: what each is made from, its version, and how it is computed.
+
+Everything that goes through the stages goes through :data:`STAGES`: runs, seasons, the catalogue, forget,
+prune, verify, the goldens and the tests. A new stage is one entry here.
+"""
+
+from __future__ import annotations
+
+import polars as pl
+
+from flows import knowledge, policies
+from flows.stage import Chain, Inputs, Longer, Per, Stage
+from pipeline import matches
+from pipeline.behaviours.select import select
+from pipeline.behaviours.som import to_bytes
+from pipeline.decisions import complete, observe
+from pipeline.goals import attribute
+from pipeline.grams.count import cover, grams, merge, value
+from pipeline.matches.frame import MatchLog
+from pipeline.settings import (
+    BehaviourSettings,
+    GoalSettings,
+    GramSettings,
+    SituationSettings,
+    TrajectorySettings,
+)
+from pipeline.situations.recognise import recognise
+from pipeline.store.work import Made
+from pipeline.trajectories.derive import trajectories
+from schemas import (
+    TEAMS,
+    Behaviours,
+    Claims,
+    Decisions,
+    Evaluations,
+    Games,
+    Goals,
+    Grams,
+    Growth,
+    Matches,
+    Occasions,
+    Paradigms,
+    Patterns,
+    Policies,
+    Quality,
+    Referee,
+    Situations,
+    StatesPlayed,
+    Trajectories,
+    Verdicts,
+)
+
+
+def _log(inputs: Inputs) -> MatchLog:
+    """The log of the match."""
+    data = inputs.blob("matches", "log")
+    assert data is not None
+    return matches.read(data, where=inputs.where("matches", "log"))
+
+
+def _trajectories(inputs: Inputs, settings: TrajectorySettings) -> Made:
+    table, quality = trajectories(_log(inputs), settings)
+    return Made([(table, Trajectories), (quality, Quality)])
+
+
+def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
+    found = recognise(inputs.table("trajectories", Trajectories), inputs.pitch, settings)
+    counts = {team: found.filter(pl.col("team") == team).height for team in TEAMS}
+    return Made([(found, Situations)], details={"situations": counts})
+
+
+def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
+    table = attribute(
+        inputs.table("matches", Referee), inputs.table("trajectories", Trajectories),
+        inputs.table("situations", Situations), inputs.pitch, settings,
+    )
+    return Made([(table, Goals)], details={"goals": table.height})
+
+
+def _grams(inputs: Inputs, settings: GramSettings) -> Made:
+    valued = value(inputs.table("situations", Situations), inputs.table("goals", Goals), settings)
+    longer = list(inputs.tables("behaviours", Patterns))
+    taken = cover(valued, pl.concat(longer), settings) if longer else None
+    table = grams(valued, inputs.n, taken, settings)
+    return Made([(table, Grams)], details={"windows": int(table["count"].sum())})
+
+
+def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
+    counted = pl.col("team").is_in(settings.teams)
+    merged = merge(table.filter(counted) for table in inputs.tables("grams", Grams))
+    recognised = sum(int(receipt.details["situations"][team])
+                     for receipt in inputs["situations"] for team in settings.teams)
+    selection = select(merged, recognised, settings, next(r for r in settings.rounds if r.n == inputs.n))
+    return Made(
+        [(selection.patterns, Patterns)],
+        blobs={"map": ("npz", to_bytes({inputs.n: selection.map}))} if selection.map else {},
+        details={"report": {k: list(v) if isinstance(v, tuple) else v
+                            for k, v in selection.report._asdict().items()}},
+    )
+
+
+def _decisions(inputs: Inputs, settings: GramSettings) -> Made:
+    goals = inputs.table("goals", Goals)
+    seen = observe(
+        value(inputs.table("situations", Situations), goals, settings),
+        inputs.table("trajectories", Trajectories), inputs.table("matches", Referee),
+        pl.concat(inputs.tables("behaviours", Patterns)), inputs.pitch, settings,
+    )
+    # a log that is known to hold no decisions is not read
+    logged = Decisions.empty() if inputs.details("matches").get("decisions") == 0 else _log(inputs).decisions
+    table = complete(seen, value(logged, goals, settings, start="t_ns"))
+    return Made([(table, Decisions)],
+                details={"decisions": table.height, "chosen": int(table["chosen"].sum())})
+
+
+STAGES = Chain(
+    Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality), version=1),
+    Stage("trajectories", Per.MATCH, ("matches",), (Trajectories, Quality), 1, _trajectories),
+    Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 1, _situations),
+    Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 1, _goals),
+    Stage("grams", Per.GRAMS, ("situations", "goals", Longer("behaviours")), (Grams,), 1, _grams),
+    Stage("behaviours", Per.ROUND, ("grams", "situations"), (Patterns,), 1, _behaviours),
+    Stage("decisions", Per.MATCH, ("matches", "trajectories", "situations", "goals", "behaviours"),
+          (Decisions,), 1, _decisions),
+    Stage("knowledge", Per.VERSION, ("behaviours", "decisions"), (Behaviours, Occasions), 1,
+          knowledge.compute, knowledge.plan),
+    Stage("policies", Per.VERSION, ("knowledge", "decisions"), (Policies,), 1,
+          policies.compute, policies.plan),
+    Stage("paradigms", Per.OWN, schemas=(Paradigms, Verdicts), version=1),
+    Stage("seasons", Per.OWN, schemas=(Games, Growth, StatesPlayed), version=1),
+    Stage("evaluations", Per.OWN, schemas=(Evaluations,), version=1),
+    Stage("report", Per.OWN, ("seasons", "evaluations"), schemas=(Claims,), version=1),
+)

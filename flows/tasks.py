@@ -1,0 +1,189 @@
+"""Stages under Prefect: one task an output, one flow a noun."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar, cast
+
+from prefect import Flow, Task
+from prefect.artifacts import create_markdown_artifact
+from prefect.cache_policies import NO_CACHE
+from prefect.client.schemas.objects import State, TaskRun
+from prefect.futures import as_completed
+from prefect.task_runners import ThreadPoolTaskRunner
+from pydantic import BaseModel
+
+from flows import knowledge, policies
+from flows.catalog import refresh
+from flows.progress import RunReport, StageReport, listener
+from flows.stage import Output, Per, Scope, Stage, emit
+from flows.stages import STAGES
+from flows.update import bring_up_to_date, scope_of
+from pipeline.errors import BadSettings, in_one_line
+from pipeline.settings import Settings
+from pipeline.store import Store
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+#: Threads that work at once: the kernels release the GIL, polars brings threads of its own.
+WORKERS = 2
+
+#: How a version is shown as an artifact of the flow run.
+_DESCRIBE = {"knowledge": knowledge.describe, "policies": policies.describe}
+
+
+def may_succeed_later(_task: Task[Any, Any], _run: TaskRun, state: State[Any]) -> bool:
+    """Whether a failed task is worth trying again: only when its error says so."""
+    error = state.result(raise_on_failure=False)
+    return bool(getattr(error, "transient", False))
+
+
+def stage_task(*, name: str) -> Callable[[Callable[P, R]], Task[P, R]]:
+    """A task that makes one output; tried again only where that may help, nothing cached or pickled."""
+
+    def decorate(function: Callable[P, R]) -> Task[P, R]:
+        return Task(
+            function, name=name, task_run_name=f"{name} {{name}}", retries=2, retry_delay_seconds=1,
+            retry_condition_fn=may_succeed_later, cache_policy=NO_CACHE, persist_result=False,
+        )
+
+    return decorate
+
+
+def our_flow(*, name: str, threads: int | None = WORKERS) -> Callable[[Callable[P, R]], Flow[P, R]]:
+    """A flow of ours: its result is JSON, its tasks share a few threads.
+
+    Args:
+        name: of the flow.
+        threads: None: a task has a thread as soon as it is submitted.
+    """
+
+    def decorate(function: Callable[P, R]) -> Flow[P, R]:
+        return Flow(
+            function, name=name, persist_result=True, result_serializer="json",
+            task_runner=cast("Any", ThreadPoolTaskRunner(max_workers=threads)),
+        )
+
+    return decorate
+
+
+@stage_task(name="make")
+def make_output(data: Path, name: str, stage: str, output: Output, settings: BaseModel, scope: Scope) -> bool:
+    """Make one output of a stage; whether its bytes are new."""
+    return STAGES.perform(Store(data), STAGES[stage], output, settings, scope)
+
+
+@stage_task(name="version")
+def make_version(data: Path, name: str, settings: BaseModel, scope: Scope) -> tuple[int, bool]:
+    """Make the next version of a noun unless one stands; its number, and whether it is new."""
+    manifest, new = emit(Store(data), STAGES[name], settings, scope)
+    return manifest.version, new
+
+
+def run_tasks(job: Task[..., Any], noun: str, work: Mapping[str, Mapping[str, Any]]) -> StageReport:
+    """Run one task a piece of work (label to arguments); failures are reported, the others finish.
+
+    A task that returns False has made the same bytes again.
+    """
+    report = StageReport(noun=noun)
+    listener.get().begin(noun, len(work))
+    futures = {job.submit(**arguments): label for label, arguments in work.items()}
+    for future in as_completed(list(futures)):
+        label = futures[future]
+        result = future.result(raise_on_failure=False)
+        if isinstance(result, BaseException):
+            report.failed[label] = in_one_line(result)
+        else:
+            (report.same if result is False else report.made).append(label)
+        listener.get().advance(noun, label)
+    report.made.sort()
+    report.same.sort()
+    return report
+
+
+class Runner:
+    """The stages of one store as tasks of the flow that runs."""
+
+    def __init__(self, store: Store) -> None:
+        self.store = store
+
+    def perform(
+        self, stage: Stage, outputs: Sequence[Output], settings: Settings, scope: Scope
+    ) -> StageReport:
+        """Make some outputs of a stage, a task each."""
+        own, job = stage.settings(settings), _named(make_output, stage)
+        return run_tasks(job, stage.noun, {
+            output.name: {"data": self.store.root, "name": output.name, "stage": stage.noun, "output": output,
+                          "settings": own, "scope": scope}
+            for output in outputs
+        })
+
+    def emit(self, stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool]:
+        """Make the next version of a noun unless one stands, and show it as an artifact."""
+        listener.get().begin(stage.noun, 1)
+        version, new = _named(make_version, stage)(
+            self.store.root, stage.noun, stage.settings(settings), scope)
+        listener.get().advance(stage.noun, stage.noun)
+        show = _DESCRIBE[stage.noun](self.store, self.store.manifest(stage.noun, version))
+        create_markdown_artifact(show, key=stage.noun, description=f"the newest of the {stage.noun}")
+        return version, new
+
+    def update(self, settings: Settings, report: RunReport, *, train: bool) -> None:
+        """Bring all stages up to date."""
+        bring_up_to_date(self.store, settings, report, self.perform, self.emit, train=train)
+
+
+def _named(job: Task[P, R], stage: Stage) -> Task[P, R]:
+    """A task under the name of its stage."""
+    return job.with_options(name=stage.noun, task_run_name=f"{stage.noun} {{name}}")
+
+
+def flow_of(stage: Stage) -> Flow[..., dict[str, object]]:
+    """The flow that makes what is new of one stage, for all matches that no stage has in quarantine."""
+
+    @our_flow(name=stage.noun)
+    def make_all(data: Path, settings: Settings = Settings()) -> dict[str, object]:
+        store = data_folder(data)
+        scope, runner, own = scope_of(store, settings), Runner(store), stage.settings(settings)
+        if stage.per is Per.VERSION:
+            version, new = runner.emit(stage, settings, scope)
+            refresh(store)
+            return {"version": version, "new": new}
+        outputs = stage.outputs(scope)
+        todo = [output for output in outputs if not STAGES.done(store, stage, output, own, scope)]
+        report = runner.perform(stage, todo, settings, scope)
+        for output in set(outputs).difference(todo):
+            store.release(stage.noun, output.name)
+        report.kept += len(outputs) - len(todo)
+        return conclude(store, report)
+
+    make_all.description = f"Make what is new of the {stage.noun}."
+    return make_all
+
+
+def conclude(store: Store, report: StageReport) -> dict[str, object]:
+    """Bring the catalogue up to date and show the report as an artifact of the flow run; its result."""
+    refresh(store)
+    create_markdown_artifact(report.markdown(), key=report.noun, description="what the flow made")
+    return report.model_dump()
+
+
+def data_folder(data: Path) -> Store:
+    """The store of a run, with what killed runs left lying about swept up.
+
+    Raises:
+        BadSettings: if what is there is not a folder.
+    """
+    if data.exists() and not data.is_dir():
+        raise BadSettings("is not a folder", where=str(data), next_step="Name the data folder with --data")
+    store = Store(data)
+    store.sweep()
+    return store
+
+
+#: The flow of each noun that is computed from others, for a deployment of its own.
+FLOWS: dict[str, Flow[..., dict[str, object]]] = {
+    noun: flow_of(stage) for noun, stage in STAGES.items() if stage.compute is not None
+}

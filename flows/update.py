@@ -1,0 +1,112 @@
+"""Bringing all stages up to date: which outputs are to be made, in which order, and who drops out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from flows.catalog import match_of
+from flows.progress import RunReport, StageReport
+from flows.stage import Output, Scope, Stage, match_names
+from flows.stages import STAGES
+from pipeline.settings import Settings
+from pipeline.store import Store
+
+#: Makes some outputs of a stage and reports on them.
+Perform = Callable[[Stage, Sequence[Output], Settings, Scope], StageReport]
+#: Makes the next version of a noun unless one stands: its number, and whether it is new.
+Emit = Callable[[Stage, Settings, Scope], tuple[int, bool]]
+
+
+class NewWork(Exception):
+    """There is something to make."""
+
+
+def scope_of(store: Store, settings: Settings) -> Scope:
+    """The scope of a single stage's flow: all matches that no stage has in quarantine."""
+    bad = {match_of(record.name) for record in store.quarantined()}
+    return Scope(
+        matches=tuple(name for name in match_names(store) if name not in bad),
+        lengths=tuple(round_.n for round_ in settings.behaviours.rounds),
+    )
+
+
+def bring_up_to_date(
+    store: Store, settings: Settings, report: RunReport, perform: Perform, emit: Emit, *, train: bool = True
+) -> None:
+    """Make all that is new, stage by stage; a match that fails drops out, and the others go on.
+
+    Args:
+        store: the data folder.
+        settings: of all stages.
+        report: on what was imported; what the stages did is added.
+        perform: makes outputs.
+        emit: makes versions.
+        train: whether to make a policy.
+    """
+    scope = Scope(
+        matches=tuple(match_names(store)), lengths=tuple(round_.n for round_ in settings.behaviours.rounds))
+    for stage, lengths in STAGES.waves(scope):
+        if not scope.matches:
+            break
+        failed = _bring(store, stage, stage.outputs(scope, lengths=lengths), settings, scope, report, perform)
+        if any(output.match is None for output in failed):
+            scope = scope.model_copy(update={"matches": ()})
+        dropped = {output.match for output in failed}
+        scope = scope.model_copy(update={"matches": tuple(m for m in scope.matches if m not in dropped)})
+    if scope.matches:
+        knowledge, policies = (STAGES[noun] for noun in STAGES.versioned)
+        _, report.knowledge_is_new = emit(knowledge, settings, scope)
+        if train:
+            _, report.policy_is_new = emit(policies, settings, scope)
+    _look_at_versions(store, report)
+
+
+def up_to_date(
+    store: Store, settings: Settings, imported: StageReport, *, train: bool = True
+) -> RunReport | None:
+    """The report of a run that finds nothing to make, None if there is something."""
+    report = RunReport(stages=[imported])
+
+    def refuse(*_: object) -> StageReport:
+        raise NewWork
+
+    def standing(stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool]:
+        assert stage.plan is not None
+        own = stage.settings(settings)
+        plan = stage.plan(store, scope, own, stage)
+        found = plan.standing or store.standing(stage.work(stage.noun, own, plan.inputs, seed=plan.seed))
+        if found is None:
+            raise NewWork
+        return found.version, False
+
+    try:
+        bring_up_to_date(store, settings, report, refuse, standing, train=train)
+    except NewWork:
+        return None
+    return report
+
+
+def _bring(
+    store: Store, stage: Stage, outputs: Sequence[Output], settings: Settings, scope: Scope,
+    report: RunReport, perform: Perform,
+) -> list[Output]:
+    """Make what is new of some outputs of a stage; those that failed."""
+    own = stage.settings(settings)
+    todo = [output for output in outputs if not STAGES.done(store, stage, output, own, scope)]
+    for output in set(outputs).difference(todo):
+        store.release(stage.noun, output.name)
+    made = perform(stage, todo, settings, scope) if todo else StageReport(noun=stage.noun)
+    made.kept += len(outputs) - len(todo)
+    report.stage(stage.noun).add(made)
+    return [output for output in todo if output.name in made.failed]
+
+
+def _look_at_versions(store: Store, report: RunReport) -> None:
+    """Report the newest versions, and those that cannot be read."""
+    for noun in STAGES.versioned:
+        unreadable = store.unreadable(noun)
+        if unreadable:
+            report.stage(noun).failed |= unreadable
+    known, learned = (store.latest(noun) for noun in STAGES.versioned)
+    report.knowledge = known.version if known else None
+    report.policy = learned.version if learned else None

@@ -1,0 +1,57 @@
+"""Reading of what receipts and manifests vouch for: the same for outputs and versions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import polars as pl
+
+from pipeline.store.files import Files, verified
+from pipeline.store.receipts import FileRecord, Manifest, Receipt, digest
+from pipeline.store.tables import from_parquet
+from schemas import Table
+
+
+class Reading(Files):
+    """A folder whose files are read only as what their receipt or manifest says they are."""
+
+    def version_folder(self, noun: str, version: int) -> Path:
+        """The folder of a version's files."""
+        return self.root / noun / f"v{version:04d}"
+
+    def folder(self, receipt: Receipt) -> Path:
+        """The folder that the paths of a receipt or manifest are relative to."""
+        if isinstance(receipt, Manifest):
+            return self.version_folder(receipt.noun, receipt.version)
+        return self.root
+
+    def read(self, receipt: Receipt, role: str) -> bytes:
+        """Bytes of a file, checked against its receipt or manifest.
+
+        Raises:
+            NotFound: if the receipt has no such file.
+            CorruptFile: if it is gone or its bytes are others.
+        """
+        what = f"{receipt.noun} {receipt.name}"
+        if isinstance(receipt, Manifest):
+            what = f"{receipt.noun} version {receipt.version}"
+        return verified(self.folder(receipt), receipt.files, role, what)
+
+    def read_table(self, receipt: Receipt, role: str, schema: type[Table]) -> pl.DataFrame:
+        """A table, its bytes checked against the receipt or manifest and its tag against the schema.
+
+        Raises:
+            NotFound, CorruptFile, SchemaMismatch: as for :meth:`read` and :func:`from_parquet`.
+        """
+        data = self.read(receipt, role)
+        return from_parquet(data, schema, where=str(self.folder(receipt) / receipt.files[role].path))
+
+    def intact(self, receipt: Receipt) -> bool:
+        """Whether all files of a receipt or manifest are there, byte for byte."""
+        return all(self._whole(record, self.folder(receipt)) for record in receipt.files.values())
+
+    def _whole(self, record: FileRecord, folder: Path) -> bool:
+        path = folder / record.path
+        if not path.exists() or path.stat().st_size != record.size:
+            return False
+        return digest(path.read_bytes()) == record.sha256

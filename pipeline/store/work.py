@@ -1,0 +1,114 @@
+"""A piece of work, the key that names it, and what it makes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import polars as pl
+
+from pipeline.store.receipts import FileRecord, canonical, digest
+from pipeline.store.tables import to_parquet
+from schemas import Table
+
+
+@dataclass(frozen=True)
+class Work:
+    """One piece of work: everything that its outcome depends on, and nothing else.
+
+    Attributes:
+        noun: the stage.
+        name: the output, unique in its noun.
+        settings: of the stage, JSON-able.
+        version: of the stage. It is raised when the stage makes other bytes of the same inputs.
+        inputs: label to SHA-256.
+        seed: None where the stage draws nothing.
+        schemas: of the tables it makes.
+        through: versions of other stages that it runs itself, and that its outcome depends on.
+        deciding: the settings that decide the outcome, None if all do.
+    """
+
+    noun: str
+    name: str
+    settings: Mapping[str, Any]
+    version: int
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    seed: int | None = None
+    schemas: tuple[type[Table], ...] = ()
+    through: Mapping[str, int] = field(default_factory=dict)
+    deciding: Mapping[str, Any] | None = None
+
+    @property
+    def versions(self) -> dict[str, int]:
+        """The versions of all stages that the outcome depends on."""
+        return {**self.through, self.noun: self.version}
+
+    @cached_property
+    def key(self) -> str:
+        """The 16 hex digits that stand for this work. The code is no part of it: ``version`` is."""
+        deciding = self.settings if self.deciding is None else self.deciding
+        parts = [
+            self.noun, self.name, dict(self.inputs), dict(deciding), self.seed,
+            [schema.tag() for schema in self.schemas], self.versions,
+        ]
+        return digest(canonical(parts))[:16]
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """The outcome of a piece of work.
+
+    Attributes:
+        tables: each with its schema; the file is named for the schema.
+        blobs: other files, by what they hold: suffix and bytes.
+        details: JSON-able facts that later stages and reports need.
+    """
+
+    tables: Sequence[tuple[pl.DataFrame, type[Table]]] = ()
+    blobs: Mapping[str, tuple[str, bytes]] = field(default_factory=dict)
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Content:
+    """The bytes of one file that is to be written.
+
+    Attributes:
+        role: what the file holds.
+        suffix: of its name.
+        data: its bytes.
+        sha256: of its bytes, in hex.
+        table: ``name/version`` of its schema, None for what is not a table.
+        rows: of the table.
+    """
+
+    role: str
+    suffix: str
+    data: bytes
+    sha256: str
+    table: str | None = None
+    rows: int | None = None
+
+    def record(self, path: str) -> FileRecord:
+        """The record that vouches for the file at a path."""
+        return FileRecord(
+            path=path, sha256=self.sha256, size=len(self.data), table=self.table, rows=self.rows)
+
+
+def contents(made: Made, *, where: str) -> list[Content]:
+    """The files of an outcome, by role.
+
+    Raises:
+        SchemaMismatch: if a table breaks its schema.
+    """
+    return sorted(_contents(made, where), key=lambda content: content.role)
+
+
+def _contents(made: Made, where: str) -> Iterable[Content]:
+    for frame, schema in made.tables:
+        data = to_parquet(frame, schema, where=where)
+        yield Content(schema.NAME, "parquet", data, digest(data), schema.tag(), frame.height)
+    for role, (suffix, data) in made.blobs.items():
+        yield Content(role, suffix, data, digest(data))
