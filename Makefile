@@ -1,20 +1,25 @@
-# `make demo` and `make test` do all their set-up; they need Python 3.11, make and git.
-PYTHON ?= python3.11
+# `make demo` and `make test` do all their set-up; they need Python 3.11, 3.12 or 3.13, make and git.
+PYTHONS := python3.11 python3.12 python3.13
+ifndef PYTHON
+PYTHON := $(firstword $(foreach python,$(PYTHONS),$(if $(shell $(python) -c 'print(1)' 2>/dev/null),$(python))))
+endif
+VERSION := $(if $(PYTHON),$(shell $(PYTHON) -c 'import platform; print(platform.python_version())' 2>/dev/null))
 VENV := .venv
 BIN := $(VENV)/bin
-READY := $(VENV)/.ready
+READY := $(VENV)/.ready-$(VERSION)
 DEMO_DATA ?= data
 STUDY_DATA ?= data
 export PREFECT_SERVER_ANALYTICS_ENABLED := false
 
-.PHONY: help demo test lint bench study world paradigms seasons golden lock clean
+.PHONY: help demo test quick lint docs bench study world paradigms seasons golden notebooks lock clean
 
 help:  ## show what can be made
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
 
-# The lock is what is installed: exact versions, checked by hash.
+# The lock is what is installed: exact versions, checked by hash. Another Python makes the environment anew.
 $(READY): requirements.lock pyproject.toml
-	@command -v $(PYTHON) >/dev/null || { echo "pitchlore needs Python 3.11: make PYTHON=/path/to/python3.11"; exit 1; }
+	@test -n "$(filter $(PYTHONS:python%=%),$(basename $(VERSION)))" || { \
+	  echo "pitchlore needs Python 3.11, 3.12 or 3.13: make PYTHON=/path/to/python3.13"; exit 1; }
 	$(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
@@ -30,10 +35,17 @@ demo: $(READY)  ## a recording and three played matches in, knowledge and a trai
 test: $(READY) lint  ## lint, types, import contracts, tests
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
+quick: $(READY)  ## the unit tests, in less than a minute
+	$(BIN)/python -m pytest -m unit
+
 lint: $(READY)  ## style, types, import contracts
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs: $(READY)  ## the site, into site/; a broken link fails
+	$(BIN)/python docs/reference.py
+	$(BIN)/zensical build --clean --strict
 
 bench: $(READY)  ## ours beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
@@ -76,9 +88,14 @@ golden: $(READY)  ## make the goldens anew; review the diff
 	PYTHONPATH=tests $(BIN)/python -m golden.cases
 	git diff --stat -- tests/golden
 
-lock: $(READY)  ## resolve the dependencies anew
-	$(BIN)/uv pip compile pyproject.toml --group dev --universal --no-strip-extras --generate-hashes \
-	  --no-emit-index-url --no-header --python-version 3.11 --upgrade --quiet -o requirements.lock
+notebooks: $(READY)  ## run the notebooks anew and keep what they show; review the diff
+	$(BIN)/python -m tests.support.notebooks
 
-clean:  ## remove the environment and caches, never the data
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .benchmarks.json
+# One version of a package for all Pythons, so that all give the same bytes.
+lock: $(READY)  ## resolve the dependencies anew
+	$(BIN)/uv pip compile pyproject.toml --all-extras --group dev --group docs --universal --fork-strategy fewest \
+	  --no-strip-extras --generate-hashes --no-emit-index-url --no-header --python-version 3.11 --upgrade --quiet \
+	  -o requirements.lock
+
+clean:  ## remove the environment, the site and caches, never the data
+	rm -rf $(VENV) site .cache .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .benchmarks.json
