@@ -9,13 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import polars as pl
-from support import executions, played
+from support import executions, played, recordings
 
 from pipeline import decisions, knowledge, matches
 from pipeline.behaviours import select as behaviours
 from pipeline.goals import attribute
 from pipeline.grams import count as grams
-from pipeline.importers import source, tracking
 from pipeline.matches.frame import MatchLog
 from pipeline.policies import train as policies
 from pipeline.settings import Settings
@@ -36,10 +35,7 @@ def _log(start_s: float, end_s: float) -> MatchLog:
     table = pl.read_parquet(SAMPLE).filter(pl.col("t").is_between(start_s, end_s, closed="left"))
     buffer = io.BytesIO()
     table.write_parquet(buffer)
-    log = tracking.read(
-        buffer.getvalue(), name="clip.parquet", match_id=source.match_id("clip.parquet", b""),
-        mapping=tracking.TrackingMap(),
-    )
+    log = recordings.read(buffer.getvalue(), "clip.parquet", match_id="clip-e3b0c44298fc")
     written = io.BytesIO()
     matches.write(log, written)
     return matches.read(written.getvalue(), where="clip")
