@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from conftest import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
 from recordings.make import FILES
@@ -276,7 +277,11 @@ def test_what_cannot_be_inflated_goes_into_quarantine(tmp_path: Path) -> None:
 
 
 def test_users_are_told_of_every_reader() -> None:
-    for reader in READERS:
-        assert reader.title in readers.SUPPORTED
-        assert reader.title in readers.FORMATS
+    """README's table of formats has the rows that READERS gives, and no other."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    table = readme.partition("| recording | what is read |\n|---|---|\n")[2].partition("\n\n")[0]
+    assert table.splitlines() == [f"| {reader.title} | {reader.about} |" for reader in READERS]
     assert len({reader.name for reader in READERS}) == len(READERS)
+    with pytest.raises(BadRecording) as refusal:
+        read(open_source(b"no recording", "x"))
+    assert all(reader.title in str(refusal.value) for reader in READERS)

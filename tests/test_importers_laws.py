@@ -214,6 +214,15 @@ def test_a_cut_recording_is_refused_in_one_line_or_flagged(path: Path, share: fl
 
 
 @each_recording
+def test_damage_of_the_gzip_stream_is_flagged_though_the_content_is_whole(path: Path) -> None:
+    log = read(path, gzip.compress(path.read_bytes()) + b"tail")
+    assert log.frames.t_ns.tolist() == sketch().frames.t_ns.tolist()
+    assert not log.info.complete
+    assert "gzip stream" in str(log.info.incomplete_reason)
+    assert "truncated" in log.quality["flaw"]
+
+
+@each_recording
 def test_a_damaged_recording_is_refused_in_one_line_or_gives_a_sound_match(path: Path) -> None:
     """Some bytes are overwritten anywhere: nothing but a refusal or a sound match may come of it."""
     chance = random.Random(path.name)

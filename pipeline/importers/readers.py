@@ -73,13 +73,18 @@ class Reader:
     ours: bool = False
 
 
-#: All formats; the first that recognises a file reads it.
+#: All formats. No two recognise the same file, so that their order is only that of the help.
 READERS: tuple[Reader, ...] = (
     Reader(
-        "mcap", "MCAP log (.mcap)",
-        "our own logs (ROS 2 CDR, [schemas/](schemas/)`*.msg`), also from another machine, truncated or "
-        "damaged: what is whole is salvaged",
-        mcap_log.tells, mcap_log.read, ours=True,
+        "tracking-parquet", "tracking table in Parquet",
+        "one row per body and sample: `frame, t, team, player, x, y`, optionally `heading, segment, "
+        "score_home, score_away, game_state`; with a map, other names, units, axes and teams",
+        tracking_parquet.tells, tracking_parquet.read,
+    ),
+    Reader(
+        "tracking-csv", "tracking table in CSV with a header",
+        "the same columns, separated by commas, semicolons or tabs",
+        tracking_csv.tells, tracking_csv.read,
     ),
     Reader(
         "rcg", "RoboCup 2D text log (.rcg, ULG4 to ULG6)",
@@ -87,18 +92,10 @@ READERS: tuple[Reader, ...] = (
         rcg.tells, rcg.read,
     ),
     Reader(
-        "tracking-parquet", "tracking table in Parquet",
-        "one row per body and sample: `frame, t, team, player, x, y`, optionally `heading, segment, "
-        "score_home, score_away, game_state`. Other names, units, axes and teams: a "
-        "[small TOML map](data/samples/maps/centimetres.toml), `import --map`, or beside the file as "
-        "`NAME.parquet.toml`, or `map.toml` for its folder; all keys are in "
-        "[tracking_map.py](pipeline/importers/tracking_map.py)",
-        tracking_parquet.tells, tracking_parquet.read,
-    ),
-    Reader(
-        "tracking-csv", "tracking table in CSV with a header",
-        "the same columns, separated by commas, semicolons or tabs",
-        tracking_csv.tells, tracking_csv.read,
+        "mcap", "MCAP log (.mcap)",
+        "our own logs (ROS 2 CDR, `schemas/*.msg`), also from another machine, truncated or damaged: what "
+        "is whole is salvaged",
+        mcap_log.tells, mcap_log.read, ours=True,
     ),
 )
 
