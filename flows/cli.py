@@ -33,7 +33,7 @@ B nearest, Start pause, Back leave.
 COMMANDS = (
     (
         "import", "recordings:import_files",
-        "Import recordings: tracking tables (Parquet, CSV), RoboCup 2D logs (.rcg), our own logs (.mcap).",
+        "Import recordings of matches, as logs or tracking tables.",
         "pitchlore import derby.csv --map our-camera.toml",
     ),
     (

@@ -12,10 +12,10 @@ from flows.stages import STAGES
 from flows.tasks import conclude, data_folder, our_flow, run_tasks, stage_task
 from pipeline import matches as log
 from pipeline.errors import BadRecording, NoFrames, PitchloreError
-from pipeline.importers import rcg, source, tracking
-from pipeline.importers.doubts import doubts
+from pipeline.importers.readers import open_source, read
+from pipeline.importers.source import slug
+from pipeline.importers.tracking_map import TrackingMap, load_map
 from pipeline.matches.frame import MatchLog
-from pipeline.matches.quality import quality_table
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt, digest
 from pipeline.store.work import Made, Work
@@ -70,18 +70,20 @@ def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]
         BadRecording, DamagedLog: if nothing can be made of it; the file's name goes into quarantine.
     """
     data = store.foreign(recording.file)
-    mapping = _mapping(store, recording.mapping) if recording.mapping else None
-    settings = mapping.settings() if mapping else {}
-    name = source.match_id(recording.file.name, data)
+    mapping = _mapping(store, recording.mapping)
+    settings = mapping.settings()
+    name = slug(recording.file.name)  # until its content is known
     try:
-        sha256 = digest(source.content(data, recording.file.name).data)
+        source = open_source(data, recording.file.name)
+        store.release("matches", name)
+        name = source.match_id
         there = _same_recording(store, name)
-        if there is not None and _stands(store, there, sha256, settings):
+        if there is not None and _stands(store, there, source.sha256, settings):
             store.release("matches", name)
             return there, False
-        match = _read(recording, data, name if there is None else there.name, mapping)
+        match = read(source if there is None else replace(source, match_id=there.name), mapping)
         with store.locked("matches"):
-            receipt, new = _commit(store, match, sha256, settings)
+            receipt, new = _commit(store, match, source.sha256, settings)
     except Exception as error:
         if not getattr(error, "transient", False):
             store.quarantine("matches", name, error)
@@ -107,21 +109,11 @@ def _stands(store: Store, receipt: Receipt, sha256: str, settings: dict[str, obj
     return receipt.key == _work(receipt.name, sha256, settings).key and store.intact(receipt)
 
 
-def _mapping(store: Store, path: Path) -> tracking.TrackingMap:
-    return tracking.load_map(store.foreign(path).decode(errors="replace"), where=str(path))
-
-
-def _read(recording: Recording, data: bytes, name: str, mapping: tracking.TrackingMap | None) -> MatchLog:
-    file = recording.file.name
-    found = source.detect(data, file)
-    if found == "mcap":
-        return log.read(data, where=str(recording.file))
-    if found == "rcg":
-        match = rcg.read(data, name=file, match_id=name)
-    else:
-        match = tracking.read(data, name=file, match_id=name, mapping=mapping)
-    doubted = quality_table(name, doubts(match))
-    return replace(match, quality=pl.concat([match.quality, doubted]))
+def _mapping(store: Store, path: Path | None) -> TrackingMap:
+    """The map at a path; the plain form without one."""
+    if path is None:
+        return TrackingMap()
+    return load_map(store.foreign(path).decode(errors="replace"), where=str(path))
 
 
 def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, object]) -> tuple[Receipt, bool]:

@@ -43,7 +43,7 @@ class Matches(Table):
     pitch_width = dy.Float64(min=0, description="side line to side line", metadata=unit("m"))
     goal_width = dy.Float64(min=0, description="post to post", metadata=unit("m"))
     frames = dy.Int64(min=0, description="number of samples")
-    format = dy.String(description="format of the source: tracking, rcg, mcap or world")
+    format = dy.String(description="format of the source, as its importer names it; world if it was played here")
     direction_inferred = dy.Bool(description="whether a team's direction of attack had to be inferred")
 
 

@@ -5,9 +5,9 @@ import polars as pl
 import pytest
 from conftest import SAMPLE
 from support.logs import make_log, ns
+from support.recordings import read
 
 from pipeline.goals import attribute
-from pipeline.importers import rcg, tracking
 from pipeline.matches.frame import AWAY, HOME
 from pipeline.pitch import PITCHES, Kind
 from pipeline.settings import GoalSettings, TrajectorySettings
@@ -282,7 +282,7 @@ def test_the_teams_are_treated_alike(scene, done):
 
 
 def test_every_goal_of_the_recorded_match_was_made_by_somebody():
-    log = tracking.read(SAMPLE.read_bytes(), name=SAMPLE.name, match_id="sample")
+    log = read(SAMPLE.read_bytes(), SAMPLE.name, match_id="sample")
     found = judge(log)
     assert found.group_by("team").len().sort("team")["len"].to_list() == [21, 4]
     assert found["robot"].null_count() == 0
@@ -292,6 +292,6 @@ def test_every_goal_of_the_recorded_match_was_made_by_somebody():
 
 def test_every_goal_of_a_simulated_2d_match_was_made_by_somebody(recording):
     path = recording("rcssserver-3v3.rcg.gz")
-    found = judge(rcg.read(path.read_bytes(), name=path.name, match_id="recorded"))
+    found = judge(read(path.read_bytes(), path.name, match_id="recorded"))
     assert found["team"].to_list() == ["away"] * 3
     assert found["robot"].null_count() == 0

@@ -1,34 +1,29 @@
-"""What all importers keep to, and how a recording is told and named."""
+"""How a recording is opened, told and named; the recordings that nobody here simulated."""
 
 from __future__ import annotations
 
 import gzip
+import hashlib
 import random
 import re
+import zlib
+from pathlib import Path
 
 import numpy as np
 import polars as pl
 import pytest
+from conftest import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
-from support.recordings import ALL, INSPER, RCSS, RSIM, SSL, imported, recording
+from recordings.make import FILES
+from support.recordings import ALL, INSPER, RCSS, RSIM, SSL, imported, recording, same
 
+from flows.matches import Recording, import_recording
 from pipeline.errors import BadRecording
-from pipeline.importers import source
-from pipeline.matches.frame import MatchLog
+from pipeline.importers import readers, source
+from pipeline.importers.readers import READERS, open_source, read
+from pipeline.store import Store
 from schemas import Quality, Referee
-
-
-def same(one: MatchLog, two: MatchLog) -> bool:
-    return (
-        one.info == two.info
-        and all(
-            getattr(one.frames, part).tobytes() == getattr(two.frames, part).tobytes()
-            for part in ("number", "t_ns", "ball", "offsets", "robots")
-        )
-        and one.referee.equals(two.referee)
-        and one.quality.equals(two.quality)
-    )
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -78,7 +73,7 @@ def test_teams_and_goals_are_those_of_the_match(
 @pytest.mark.parametrize("name", ALL)
 def test_importing_again_gives_the_same_match(name: str) -> None:
     assert same(imported(name), imported.__wrapped__(name))
-    assert imported(name).info.match_id == source.match_id("renamed/" + name, recording(name))
+    assert imported(name).info.match_id == open_source(recording(name), "renamed/" + name).match_id
 
 
 @pytest.mark.parametrize("name", [RSIM, SSL, RCSS])
@@ -112,8 +107,8 @@ CSV = b"frame,t,team,player,x,y\n0,0.0,ball,,0,0\n0,0.0,a,1,0.1,0\n0,0.0,b,1,-0.
     ],
 )
 def test_the_format_is_told_from_the_content(head: bytes, is_a: str) -> None:
-    assert source.detect(head, "liar.txt") == is_a
-    assert source.detect(gzip.compress(head), "liar.mcap") == is_a
+    assert open_source(head, "liar.txt").format == is_a
+    assert open_source(gzip.compress(head), "liar.mcap").format == is_a
 
 
 @pytest.mark.parametrize(
@@ -124,8 +119,8 @@ def test_the_format_is_told_from_the_content(head: bytes, is_a: str) -> None:
     ],
 )
 def test_what_is_no_recording_is_refused_with_a_next_step(junk: bytes) -> None:
-    with pytest.raises(BadRecording, match=r"\. .*(Give an MCAP log|Copy or record)") as refusal:
-        source.detect(junk, "junk.bin")
+    with pytest.raises(BadRecording, match=r"\. .*(Give one of these, .*MCAP log|Copy or record)") as refusal:
+        read(open_source(junk, "junk.bin"))
     assert "\n" not in str(refusal.value)
     assert str(refusal.value).startswith("junk.bin: ")
 
@@ -133,33 +128,33 @@ def test_what_is_no_recording_is_refused_with_a_next_step(junk: bytes) -> None:
 def test_gzip_is_unpacked_whole_in_parts_or_refused() -> None:
     noise = random.Random(1).randbytes(300_000)
     packed = gzip.compress(noise)
-    assert source.content(noise, "a.gz") == (noise, None)
-    assert source.content(packed, "a.gz") == (noise, None)
-    assert source.content(packed + packed, "a.gz") == (noise + noise, None)
-    assert source.content(packed + b"\0" * 512, "a.gz") == (noise, None)
+    assert source.inflate(noise, "a.gz") == (noise, None)
+    assert source.inflate(packed, "a.gz") == (noise, None)
+    assert source.inflate(packed + packed, "a.gz") == (noise + noise, None)
+    assert source.inflate(packed + b"\0" * 512, "a.gz") == (noise, None)
 
-    data, damage = source.content(packed[: len(packed) // 2], "a.gz")
+    data, damage = source.inflate(packed[: len(packed) // 2], "a.gz")
     assert noise.startswith(data)
     assert len(data) > 100_000
     assert damage == "the gzip stream is cut off"
 
-    data, damage = source.content(packed + b"tail", "a.gz")
+    data, damage = source.inflate(packed + b"tail", "a.gz")
     assert data == noise
     assert damage is not None
 
     wrong_sum = packed[:-8] + bytes(8)
-    assert source.content(wrong_sum, "a.gz").damage is not None
+    assert source.inflate(wrong_sum, "a.gz").damage is not None
 
     with pytest.raises(BadRecording, match=r"^a\.gz: .*cut off"):
-        source.content(packed[:11], "a.gz")
+        source.inflate(packed[:11], "a.gz")
 
 
 def test_a_decompression_bomb_is_refused() -> None:
     bomb = gzip.compress(bytes(100 << 20), compresslevel=1)
     with pytest.raises(BadRecording, match=r"^bomb\.gz: unpacks to more than"):
-        source.content(bomb, "bomb.gz", ratio=100)
+        source.inflate(bomb, "bomb.gz", ratio=100)
     with pytest.raises(BadRecording, match=r"^bomb\.gz: unpacks to more than"):
-        source.content(bomb, "bomb.gz", limit=1 << 20)
+        source.inflate(bomb, "bomb.gz", limit=1 << 20)
 
 
 @pytest.mark.parametrize(
@@ -179,27 +174,114 @@ def test_a_decompression_bomb_is_refused() -> None:
     ],
 )
 def test_hostile_names_become_safe(name: str, slug: str) -> None:
-    assert source.match_id(name, b"data") == f"{slug}-3a6eb0790f39"
+    assert open_source(b"data", name).match_id == f"{slug}-3a6eb0790f39"
 
 
 @given(st.text(max_size=80), st.binary(max_size=40))
 def test_every_name_makes_a_valid_identity(name: str, data: bytes) -> None:
-    assert re.fullmatch(r"[a-z0-9][a-z0-9-]{0,63}", source.match_id(name, b"x" + data))
+    assert re.fullmatch(r"[a-z0-9][a-z0-9-]{0,63}", open_source(b"x" + data, name).match_id)
 
 
 def test_the_same_content_has_the_same_hash_whatever_it_is_called() -> None:
-    one = source.match_id("a.csv", CSV)
-    assert source.match_id("b.csv", CSV)[-12:] == one[-12:]
-    assert source.match_id("a.csv.gz", gzip.compress(CSV)) == one
-    assert source.match_id("a.csv", CSV + b"\n")[-12:] != one[-12:]
+    one = open_source(CSV, "a.csv").match_id
+    assert open_source(CSV, "b.csv").match_id[-12:] == one[-12:]
+    assert open_source(gzip.compress(CSV), "a.csv.gz").match_id == one
+    assert open_source(CSV + b"\n", "a.csv").match_id[-12:] != one[-12:]
 
 
 def test_of_a_corrupt_gzip_what_comes_before_the_damage_is_kept() -> None:
     noise = random.Random(2).randbytes(300_000).hex().encode()
     packed = bytearray(gzip.compress(noise, compresslevel=0))  # stored: the damage is met at a block's head
     packed[len(packed) // 2 :] = b"\xff" * (len(packed) - len(packed) // 2)
-    data, damage = source.content(bytes(packed), "a.gz")
+    data, damage = source.inflate(bytes(packed), "a.gz")
     assert damage is not None
     assert "corrupt" in damage
     assert len(data) > 0.45 * len(noise)
     assert noise.startswith(data[: int(0.45 * len(noise))])
+
+
+# --- what an import does to a file ----------------------------------------------------------------
+
+
+class CountedStream:
+    """A gzip stream that counts the bytes it inflates."""
+
+    open = staticmethod(zlib.decompressobj)
+    inflated = 0
+
+    def __init__(self, wbits: int) -> None:
+        self._stream = CountedStream.open(wbits)
+
+    def decompress(self, data: bytes) -> bytes:
+        out = self._stream.decompress(data)
+        CountedStream.inflated += len(out)
+        return out
+
+    eof = property(lambda self: self._stream.eof)
+    unused_data = property(lambda self: self._stream.unused_data)
+
+
+@pytest.mark.parametrize("name", [name for name in FILES if not name.endswith((".toml", "mapped.csv"))])
+def test_a_recording_is_read_inflated_and_hashed_once(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    content = FILES[name]()
+    if name.startswith("mcap"):
+        content = content[:-8]  # or the log that is written would be the same bytes, and hashed too
+    file = tmp_path / "packed"
+    file.write_bytes(gzip.compress(content))
+    reads: list[Path] = []
+    hashes: list[bool] = []
+    foreign, sha256 = Store.foreign, hashlib.sha256
+    identity = sha256(content).hexdigest()
+
+    def read_file(store: Store, path: Path) -> bytes:
+        reads.append(path)
+        return foreign(store, path)
+
+    def hashed(data: bytes) -> object:
+        hashes.append(data == content)
+        return sha256(data)
+
+    monkeypatch.setattr(Store, "foreign", read_file)
+    monkeypatch.setattr(hashlib, "sha256", hashed)
+    monkeypatch.setattr(readers, "sha256", hashed)
+    monkeypatch.setattr(zlib, "decompressobj", CountedStream)
+    monkeypatch.setattr(CountedStream, "inflated", 0)
+    store = Store(tmp_path / "data")
+    for times, new in ((1, True), (2, False)):
+        receipt, is_new = import_recording(store, Recording(file=file))
+        assert (is_new, receipt.inputs) == (new, {"source": identity})
+        assert (len(reads), sum(hashes), CountedStream.inflated) == (times, times, times * len(content))
+
+
+def test_a_gzipped_log_of_ours_is_the_match_that_is_already_there(tmp_path: Path) -> None:
+    store = Store(tmp_path / "data")
+    (tmp_path / "derby.mcap").write_bytes(FILES["mcap/whole.mcap"]())
+    (tmp_path / "derby.mcap.gz").write_bytes(gzip.compress(FILES["mcap/whole.mcap"]()))
+    receipt, _ = import_recording(store, Recording(file=tmp_path / "derby.mcap"))
+    assert import_recording(store, Recording(file=tmp_path / "derby.mcap.gz")) == (receipt, False)
+
+
+def test_what_cannot_be_inflated_goes_into_quarantine(tmp_path: Path) -> None:
+    store = Store(tmp_path / "data")
+    file = tmp_path / "Final 2026.csv.gz"
+    file.write_bytes(gzip.compress(CSV)[:11])
+    with pytest.raises(BadRecording, match="cut off"):
+        import_recording(store, Recording(file=file))
+    (record,) = store.quarantined()
+    assert (record.noun, record.name, record.error) == ("matches", "final-2026", "BadRecording")
+    file.write_bytes(gzip.compress(CSV))
+    import_recording(store, Recording(file=file))
+    assert store.quarantined() == []
+
+
+def test_users_are_told_of_every_reader() -> None:
+    """README's table of formats has the rows that READERS gives, and no other."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    table = readme.partition("| recording | what is read |\n|---|---|\n")[2].partition("\n\n")[0]
+    assert table.splitlines() == [f"| {reader.title} | {reader.about} |" for reader in READERS]
+    assert len({reader.name for reader in READERS}) == len(READERS)
+    with pytest.raises(BadRecording) as refusal:
+        read(open_source(b"no recording", "x"))
+    assert all(reader.title in str(refusal.value) for reader in READERS)

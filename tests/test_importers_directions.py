@@ -7,9 +7,9 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.recordings import RSIM, imported, recording
+from support.recordings import RSIM, imported, read, recording
 
-from pipeline.importers import directions, tracking
+from pipeline.importers import directions
 from pipeline.importers.rows import pack
 from pipeline.matches.frame import Frames
 
@@ -114,7 +114,7 @@ def test_the_real_change_of_sides_is_found(hidden: bool) -> None:
         table = pl.read_parquet(recording(RSIM)).with_columns(
             pl.col("game_state").str.replace("half+kickoff_y", "freeball", literal=True)
         )
-        match = tracking.read(table.write_csv().encode(), name="x.csv", match_id="x-1")
+        match = read(table.write_csv().encode(), "x.csv")
         assert "half" not in match.referee["event"]
     one, two = match.info.periods
     assert (one.home_attacks, two.home_attacks) == (1, -1)

@@ -9,10 +9,11 @@ import polars as pl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.recordings import INSPER, RCSS, imported
+from support.recordings import INSPER, RCSS, imported, taken_for
 
 from pipeline.errors import BadRecording
 from pipeline.importers import rcg
+from pipeline.importers.tracking_map import TrackingMap
 from pipeline.matches.frame import AWAY, HOME, MatchLog
 from pipeline.pitch import Kind
 
@@ -38,7 +39,7 @@ def log(*lines: str, version: int = 6) -> bytes:
 
 
 def read(data: bytes) -> MatchLog:
-    return rcg.read(data, name="game.rcg", match_id="game-0")
+    return rcg.read(taken_for(data, "game.rcg", "rcg"), TrackingMap())
 
 
 def events(match: MatchLog) -> list[tuple[object, ...]]:

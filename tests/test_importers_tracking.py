@@ -13,13 +13,13 @@ import pyarrow.parquet as pq
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.recordings import RSIM, imported, recording
+from support.recordings import RSIM, imported, recording, taken_for
 
 from pipeline.decisions import observe
 from pipeline.errors import BadRecording, BadSettings
 from pipeline.goals import attribute
 from pipeline.grams.count import grams, value
-from pipeline.importers import tracking
+from pipeline.importers import tracking_csv, tracking_parquet
 from pipeline.importers.tracking_map import TrackingMap, load_map
 from pipeline.matches.frame import MatchLog
 from pipeline.pitch import Kind
@@ -39,7 +39,9 @@ FRAME = """0,10.0,ball,,0.5,-0.25,
 
 def read(data: bytes | str, mapping: TrackingMap | None = None) -> MatchLog:
     data = data.encode() if isinstance(data, str) else data
-    return tracking.read(data, name="game.csv", match_id="game-0", mapping=mapping)
+    parquet = tracking_parquet.tells(data[:8])
+    source = taken_for(data, "game.csv", "tracking-parquet" if parquet else "tracking-csv")
+    return (tracking_parquet if parquet else tracking_csv).read(source, mapping or TrackingMap())
 
 
 def parquet(table: pl.DataFrame) -> bytes:
@@ -638,6 +640,6 @@ def test_a_heading_that_is_no_number_is_told() -> None:
         f"{i},{i / 10},{team},{player},0.1,0.1,{'abc' if i == 3 and team == 'a' else 0.5 if player else ''}\n"
         for i in range(6) for team, player in (("a", 1), ("b", 1), ("ball", ""))
     )
-    log = tracking.read(text.encode(), name="x.csv", match_id="x-0")
+    log = read(text)
     told = log.quality.filter(pl.col("flaw") == "not a number")
     assert told.select("team", "robot", "count", "note").rows() == [("home", 1, 1, "heading taken for missing")]

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from polars.testing import assert_frame_equal
 from support.logs import make_log, ns
+from support.recordings import read
 
 from pipeline.errors import DamagedLog
-from pipeline.importers import rcg, tracking
 from pipeline.matches.frame import AWAY, HOME, Frames, MatchLog
 from pipeline.pitch import Kind
 from pipeline.settings import TrajectorySettings
@@ -503,7 +503,7 @@ def test_velocities_do_not_depend_on_other_segments(log, seed):
 
 @pytest.fixture(scope="module")
 def sample():
-    return tracking.read(SAMPLE.read_bytes(), name=SAMPLE.name, match_id="sample")
+    return read(SAMPLE.read_bytes(), SAMPLE.name, match_id="sample")
 
 
 def test_the_sample_match_is_clean(sample):
@@ -532,7 +532,7 @@ def test_the_order_of_robots_in_a_frame_does_not_matter(sample):
 def test_real_robots_flags_are_right(recording):
     """Looked at by eye: one run of outliers, one ball and one robot put elsewhere (see DECISIONS.md)."""
     path = recording("ssl-2025-robocin-tigers-345s.parquet")
-    log = tracking.read(path.read_bytes(), name=path.name, match_id="recorded")
+    log = read(path.read_bytes(), path.name, match_id="recorded")
     table, quality = run(replace(log, referee=log.referee.clear()))  # all of it as play
     jumps = quality.filter(pl.col("flaw") != "gap").select("flaw", "count", pl.col("start_ns") // 1_000_000)
     assert jumps.rows() == [("ball jump", 9, 72_031), ("ball jump", 1, 258_621), ("robot jump", 1, 184_247)]
@@ -545,7 +545,7 @@ def test_real_robots_flags_are_right(recording):
 
 def test_a_simulated_2d_match_stops_at_its_goals_and_players_are_put_back_after(recording):
     path = recording("rcssserver-3v3.rcg.gz")
-    table, quality = run(rcg.read(path.read_bytes(), name=path.name, match_id="recorded"))
+    table, quality = run(read(path.read_bytes(), path.name, match_id="recorded"))
     stops = table.group_by("segment").agg(pl.col("t_ns").max()).drop_nulls("segment").sort("segment")
     assert stops["t_ns"].to_list()[:3] == [21_700_000_000, 56_800_000_000, 92_100_000_000]
     put = quality.filter(pl.col("note").str.starts_with("put elsewhere"))

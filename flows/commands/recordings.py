@@ -29,20 +29,21 @@ from flows.progress import RunReport, StageReport, listener
 from flows.run import run_flow
 from flows.tasks import FLOWS
 from pipeline.errors import BadSettings, NotFound
+from pipeline.importers.readers import FORMATS
 from pipeline.store import Store
 from schemas import Behaviours
 
 
 def import_files(
-    *files: Path,
+    *files: Annotated[Path, Parameter(help=f"Recordings, plain or gzipped: {FORMATS}.")],
     mapping: Annotated[Path | None, Parameter(name="--map")] = None,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
-    """Import recordings: tracking tables (Parquet, CSV), RoboCup 2D logs (.rcg), our own logs (.mcap).
+    """Import recordings of matches, as logs or tracking tables.
 
     Args:
-        files: Recordings of any supported format, told by their content.
+        files: Recordings of any supported format.
         mapping: A TOML file that names a tracking table's columns, units, axes and teams; by default
             FILE.toml or map.toml beside the file, if there is one.
         json: Print the report as JSON.

@@ -18,7 +18,8 @@ import numpy.typing as npt
 from pipeline import __version__
 from pipeline.errors import BadRecording
 from pipeline.importers.rows import SIDES, Event, Side, pack, referee
-from pipeline.importers.source import content
+from pipeline.importers.source import SourceFile
+from pipeline.importers.tracking_map import TrackingMap
 from pipeline.matches.frame import I64, Frames, MatchInfo, MatchLog, Period, wrap
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import PITCHES, Kind
@@ -79,44 +80,48 @@ class _Record:
     lost: int = 0
 
 
-def read(data: bytes, *, name: str, match_id: str) -> MatchLog:
-    """A RoboCup 2D text log as a match; the left team is home.
+def tells(head: bytes) -> bool:
+    """Whether the content begins like a game log of rcssserver, text or binary."""
+    return re.match(rb"ULG[\x01-\x0f0-9]", head) is not None
 
-    The log is sampled once a cycle. While play is stopped the cycle number repeats, so time goes
-    on by one step a line; where lines are missing it goes on by the cycles that are missing.
+
+def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
+    """Match of a RoboCup 2D text log; the left team is home.
+
+    The log has one sample per cycle. While play is stopped the cycle number repeats, and time goes on
+    by one cycle per line. Where lines are missing time goes on by the cycles that are missing.
 
     Args:
-        data: the file's bytes, gzipped or not.
-        name: the file's name.
-        match_id: the match's identity.
+        source: the file.
+        mapping: not used; the log describes itself.
 
     Raises:
         BadRecording: if it is not a text log of version 4 or later, or has no whole show line.
     """
-    unpacked = content(data, name)
-    version = re.match(rb"ULG([4-9])\r?\n", unpacked.data)
+    name = source.name
+    version = re.match(rb"ULG([4-9])\r?\n", source.content)
     if version is None:
-        binary = unpacked.data.startswith(b"ULG")
+        binary = source.content.startswith(b"ULG")
         raise BadRecording(
             "is a binary log of version 1 to 3" if binary else "does not begin with ULG4, ULG5 or ULG6",
             where=name,
             next_step="Convert it to version 4 or later with rcgconvert" if binary else "Give an .rcg log",
         )
     # a recorder that was killed may leave a file that was filled up with zeros beforehand
-    whole = unpacked.data.rstrip(b"\0")
+    whole = source.content.rstrip(b"\0")
     record = _scan(whole[version.end() :])
     if not record.numbers:
         raise BadRecording("has no whole show line", where=name, next_step="Record or copy it again")
     frames = _frames(record)
     events, over = _events(record, frames.t_ns)
-    cut = len(whole) < len(unpacked.data) or (record.last_bad and not whole.endswith(b"\n"))
-    flaws, reason = _damage(record, frames.t_ns, unpacked.damage, cut=cut)
+    cut = len(whole) < len(source.content) or (record.last_bad and not whole.endswith(b"\n"))
+    flaws, reason = _damage(record, frames.t_ns, source.damage, cut=cut)
     if reason is None and not over:
         reason = "the log ends before time over"
     end_ns = int(frames.t_ns[-1]) + 1
     pitch = PITCHES[Kind.SIM2D].model_copy(update={"goal_width": record.server.goal_width})
     info = MatchInfo(
-        match_id=match_id,
+        match_id=source.match_id,
         source=name,
         format="rcg",
         home=record.names[0],
@@ -129,7 +134,8 @@ def read(data: bytes, *, name: str, match_id: str) -> MatchLog:
         incomplete_reason=reason,
     )
     return MatchLog(
-        info=info, frames=frames, referee=referee(match_id, events), quality=quality_table(match_id, flaws)
+        info=info, frames=frames, referee=referee(source.match_id, events),
+        quality=quality_table(source.match_id, flaws),
     )
 
 

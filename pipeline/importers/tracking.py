@@ -1,4 +1,4 @@
-"""Tracking tables: Parquet or CSV in long form, one row a body and frame."""
+"""Matches of tracking tables: long form, one row per body and sample, whatever file they were in."""
 
 from __future__ import annotations
 
@@ -13,15 +13,13 @@ from pipeline.errors import BadRecording
 from pipeline.importers.directions import direction_flaws, infer_periods, votes_of
 from pipeline.importers.guesses import guess_home, guess_pitch
 from pipeline.importers.rows import SIDES, pack, referee
-from pipeline.importers.source import content
+from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking_events import Course, referee_events
-from pipeline.importers.tracking_map import Teams, TrackingMap, load_map
-from pipeline.importers.tracking_table import load
+from pipeline.importers.tracking_map import Teams, TrackingMap
+from pipeline.importers.tracking_table import RawTable, typed
 from pipeline.matches.frame import I64, Frames, MatchInfo, MatchLog, wrap
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import Pitch
-
-__all__ = ["TrackingMap", "load_map", "read"]
 
 F64 = npt.NDArray[np.float64]
 
@@ -42,28 +40,26 @@ _CENTRE = 0.05
 _NOT_RECORDED = "(not recorded)"
 
 
-def read(data: bytes, *, name: str, match_id: str, mapping: TrackingMap | None = None) -> MatchLog:
-    """A tracking table as a match.
+def match_of(raw: RawTable, source: SourceFile, mapping: TrackingMap) -> MatchLog:
+    """Match of a tracking table.
 
     The plain form, which is read without a map, has the columns ``frame``, ``t`` (seconds),
     ``team`` (a name, or 'ball'), ``player`` (null for the ball), ``x``, ``y`` (metres from the
     centre, y up) and optionally ``segment``, ``heading`` (radians counter-clockwise, null where
-    unknown), ``score_home``, ``score_away`` and ``game_state``. Sampling is kept as it is, and so
-    are duplicated and reordered frames; only a table that is wholly in falling order of time is turned
-    round. A table may lack one of the teams if a map names the other.
+    unknown), ``score_home``, ``score_away`` and ``game_state``. Sampling, duplicated frames and
+    reordered frames stay as recorded; only a table that is wholly in falling order of time is reversed.
+    A table may lack one of the teams if a map names the other.
 
     Args:
-        data: the file's bytes, gzipped or not.
-        name: the file's name.
-        match_id: the match's identity.
+        raw: the table as the file has it.
+        source: the file; the table is not read from it again.
         mapping: how to read another form.
 
     Raises:
-        BadRecording: if it cannot be read as such a table; the message says what it lacks.
+        BadRecording: if it is no such table; the message says what it lacks.
     """
-    mapping = mapping or TrackingMap()
-    unpacked = content(data, name)
-    table, flaws = load(unpacked.data, mapping, name)
+    name = source.name
+    table, flaws = typed(raw, mapping, name)
     names, table, unnamed = _teams(table, mapping.teams, name)
     flaws += unnamed
     table, numbers = _players(table, names, flaws)
@@ -97,18 +93,19 @@ def read(data: bytes, *, name: str, match_id: str, mapping: TrackingMap | None =
     )
     flaws += _slow_sampling(frames, mapping) + _not_numbers(rows) + unknown
     flaws += direction_flaws(directions, frames.t_ns)
-    if unpacked.damage is not None:
-        flaws.append(Flaw("truncated", unpacked.damage, start_ns=int(frames.t_ns.max())))
+    if source.damage is not None:
+        flaws.append(Flaw("truncated", source.damage, start_ns=int(frames.t_ns.max())))
     cut = next((flaw.note for flaw in flaws if flaw.flaw == "truncated"), None)
-    damage = unpacked.damage or cut
+    damage = source.damage or cut
     info = MatchInfo(
-        match_id=match_id, source=name, format="tracking", home=names[0], away=names[1], pitch=pitch,
+        match_id=source.match_id, source=name, format="tracking", home=names[0], away=names[1], pitch=pitch,
         periods=directions.periods, settings={"map": mapping.settings(), "guessed": guessed},
         software=f"pitchlore {__version__}", complete=damage is None,
         incomplete_reason=damage,
     )
     return MatchLog(
-        info=info, frames=frames, referee=referee(match_id, events), quality=quality_table(match_id, flaws)
+        info=info, frames=frames, referee=referee(source.match_id, events),
+        quality=quality_table(source.match_id, flaws),
     )
 
 

@@ -101,7 +101,7 @@ class Teams(_Map):
 
 
 class TrackingMap(_Map):
-    """How to read a tracking table; the default is the plain form (see ``tracking.read``).
+    """How to read a tracking table; the default is the plain form (see ``tracking.match_of``).
 
     Attributes:
         columns, units, axes, pitch, teams: one TOML table each.

@@ -1,17 +1,15 @@
-"""The columns of a tracking table, from Parquet or CSV: found, typed, and nothing more."""
+"""Columns of a tracking table, whatever file it was in: under our names, typed, and nothing more."""
 
 from __future__ import annotations
 
-import io
+from collections.abc import Sequence
 from difflib import get_close_matches
+from typing import NamedTuple
 
 import polars as pl
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from pipeline.errors import BadRecording
 from pipeline.importers.rows import MAX_SCORE
-from pipeline.importers.source import separator
 from pipeline.importers.tracking_map import Columns, TrackingMap
 from pipeline.matches.quality import Flaw
 
@@ -20,9 +18,6 @@ _WHOLE = ("frame", "score_home", "score_away")
 _REAL = ("x", "y", "heading", "vx", "vy", "omega")
 _TEXT = ("team", "player", "game_state", "segment")
 
-#: Of a Parquet file, before it is read: a season's worth of samples, and what it unpacks to.
-_MAX_ROWS = 100_000_000
-_MAX_BYTES = 8 << 30
 #: A match of more than a day is a wrong unit of time.
 _MAX_SPAN_NS = 86_400_000_000_000
 #: Words for a value that is not there; not-a-number is one too where a name is expected.
@@ -33,12 +28,26 @@ _SECOND = 1_000_000_000
 _MAP = "Name the columns in a map's [columns] table"
 
 
-def load(data: bytes, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame, list[Flaw]]:
-    """A tracking table's columns under our names, in the file's units, axes and order of rows.
+class RawTable(NamedTuple):
+    """A tracking table as its file has it, in the file's units, axes and order of rows.
+
+    Attributes:
+        table: one row per body and sample; the columns under our names (see :func:`chosen`).
+        text: whether all values are text that is yet to be parsed, as in a CSV.
+        flaws: what was wrong with the file.
+    """
+
+    table: pl.DataFrame
+    text: bool
+    flaws: Sequence[Flaw] = ()
+
+
+def typed(raw: RawTable, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame, list[Flaw]]:
+    """A tracking table's columns with our types, in the file's units, axes and order of rows.
 
     Args:
-        data: Parquet, or CSV with a header.
-        mapping: how to read it.
+        raw: the table as the file has it.
+        mapping: for the unit of time.
         name: the file's name, for messages.
 
     Returns:
@@ -48,17 +57,11 @@ def load(data: bytes, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame, li
         there; NaN one that is not a number. Rows without a frame, time or team are left out.
 
     Raises:
-        BadRecording: if the file cannot be read, lacks a required column, has one twice or of a
-            wrong type, or has frames, scores or times that cannot be.
+        BadRecording: if a column has a wrong type, or frames, scores or times cannot be a match's.
     """
-    parquet = data.startswith(b"PAR1")
-    flaws = []
-    if not parquet and _is_cut(data):
-        data = data[: data.rindex(b"\n") + 1]
-        flaws.append(Flaw("truncated", "the incomplete last line was left out"))
-    raw = _read_parquet(data, mapping.columns, name) if parquet else _read_csv(data, mapping.columns, name)
-    columns = [_typed(raw, ours, name, text=not parquet) for ours in raw.columns if ours != "t"]
-    columns.append(_times(raw["t"], mapping.units.nanoseconds, name, text=not parquet))
+    flaws = list(raw.flaws)
+    columns = [_typed(raw.table, ours, name, text=raw.text) for ours in raw.table.columns if ours != "t"]
+    columns.append(_times(raw.table["t"], mapping.units.nanoseconds, name, text=raw.text))
     table = pl.DataFrame(columns)
     if "frame" not in table.columns:
         table = table.with_columns((pl.col("t_ns").rank("dense").cast(pl.Int64) - 1).alias("frame"))
@@ -71,8 +74,17 @@ def load(data: bytes, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame, li
     return whole.with_columns(pl.col("t_ns") - pl.col("t_ns").min()), flaws
 
 
-def _chosen(found: list[str], columns: Columns, name: str) -> dict[str, str]:
-    """Our name to the file's name of the columns to read."""
+def chosen(found: list[str], columns: Columns, name: str) -> dict[str, str]:
+    """Columns to read: our name to the file's name.
+
+    Args:
+        found: the names of the file's columns.
+        columns: the map's names.
+        name: the file's name, for messages.
+
+    Raises:
+        BadRecording: if the file lacks a required column or one that the map names, or has one twice.
+    """
     wanted = columns.model_dump()
     needed = {ours for ours in wanted if ours in REQUIRED or ours in columns.model_fields_set}
     missing = [wanted[ours] for ours in wanted if ours in needed and wanted[ours] not in found]
@@ -81,71 +93,16 @@ def _chosen(found: list[str], columns: Columns, name: str) -> dict[str, str]:
         raise BadRecording(
             f"has no column {told}; it has {', '.join(found[:20]) or 'none'}", where=name, next_step=_MAP
         )
-    chosen = {ours: theirs for ours, theirs in wanted.items() if theirs in found}
-    twice = [theirs for theirs in chosen.values() if found.count(theirs) > 1]
+    read = {ours: theirs for ours, theirs in wanted.items() if theirs in found}
+    twice = [theirs for theirs in read.values() if found.count(theirs) > 1]
     if twice:
         raise BadRecording(f"has the column {twice[0]} twice", where=name, next_step="Rename one of them")
-    return chosen
+    return read
 
 
 def _meant(column: str, found: list[str]) -> str:
     close = get_close_matches(column, found, 1)
     return f" (did you mean {close[0]}?)" if close else ""
-
-
-def _read_parquet(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
-    try:
-        # checked against what the footer promises before anything is unpacked
-        file = pq.ParquetFile(io.BytesIO(data))
-        meta = file.metadata
-        size = sum(meta.row_group(i).total_byte_size for i in range(meta.num_row_groups))
-        if meta.num_rows > _MAX_ROWS or size > _MAX_BYTES:
-            raise BadRecording(
-                f"has {meta.num_rows} rows that unpack to {size >> 20} MiB", where=name,
-                next_step="Split it into matches",
-            )
-        chosen = _chosen(file.schema_arrow.names, columns, name)
-        arrow = file.read(columns=list(chosen.values()))
-        # polars takes text for valid UTF-8 and panics if it is not: in values, and in metadata too
-        arrow.validate(full=True)
-        table = pl.from_arrow(pa.table(arrow.columns, names=list(chosen.values())))
-    except (pa.ArrowException, OSError, ValueError, pl.exceptions.PolarsError) as error:
-        first = str(error).partition("\n")[0][:120]
-        raise BadRecording(
-            f"cannot be read as Parquet ({first})", where=name, next_step="Copy or write it again"
-        ) from error
-    assert isinstance(table, pl.DataFrame)
-    return table.select(pl.col(theirs).alias(ours) for ours, theirs in chosen.items())
-
-
-def _read_csv(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
-    header = data.partition(b"\n")[0].decode("utf-8-sig", "replace").rstrip("\r")
-    mark = separator(header)
-    found = [field.strip(' "') for field in header.split(mark)]
-    chosen = _chosen(found, columns, name)
-    if not data.partition(b"\n")[2].strip():
-        raise BadRecording("has a header and no row", where=name, next_step="Copy or write it again")
-    try:
-        # as text: what cannot be read as a number is told apart from what is not there
-        table = pl.read_csv(
-            io.BytesIO(data), has_header=False, skip_rows=1, new_columns=found, separator=mark,
-            infer_schema=False, encoding="utf8-lossy",
-            columns=[found.index(theirs) for theirs in chosen.values()],
-        )
-    except pl.exceptions.PolarsError as error:
-        first = str(error).partition("\n")[0][:120]
-        raise BadRecording(
-            f"cannot be read as CSV ({first})", where=name, next_step="Mend or write it again"
-        ) from error
-    return table.select(pl.col(theirs).str.strip_chars().alias(ours) for ours, theirs in chosen.items())
-
-
-def _is_cut(csv: bytes) -> bool:
-    """Whether the last line has no end and fewer fields than the header."""
-    header, ended, rest = csv.partition(b"\n")
-    last = rest[rest.rfind(b"\n") + 1 :]
-    mark = separator(header.decode("utf-8", "replace")).encode()
-    return bool(ended) and bool(last) and last.count(mark) < header.count(mark)
 
 
 def _typed(raw: pl.DataFrame, ours: str, name: str, *, text: bool) -> pl.Series:

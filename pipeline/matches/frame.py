@@ -63,7 +63,7 @@ class MatchInfo(BaseModel):
     Attributes:
         match_id: ``<slug>-<hash>``.
         source: name of the file it came from.
-        format: tracking, rcg, mcap or world.
+        format: of the source, as its importer names it; world if the match was played here.
         home, away: the teams' names.
         started_at: time of the first sample, None where unknown.
         pitch: the field of play and its kind.
@@ -79,7 +79,7 @@ class MatchInfo(BaseModel):
 
     match_id: str = Field(pattern=r"^[a-z0-9][a-z0-9-]{0,63}$")
     source: str
-    format: Literal["tracking", "rcg", "mcap", "world"]
+    format: str = Field(pattern=r"^[a-z0-9][a-z0-9-]*$")
     home: str
     away: str
     started_at: datetime | None = None

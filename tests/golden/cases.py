@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import polars as pl
-from support import executions, played
+from support import executions, played, recordings
 
 from flows.evaluations import evaluate
 from flows.matches import Recording, import_recording
@@ -30,7 +30,6 @@ from flows.update import scope_of
 from pipeline import arena, matches
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.importers import source, tracking
 from pipeline.matches.frame import MatchLog
 from pipeline.settings import Settings
 from pipeline.store import Store
@@ -103,10 +102,7 @@ def _log(start_s: float, end_s: float) -> MatchLog:
     """A stretch of the sample, through the importer and the log's own format."""
     buffer = io.BytesIO()
     _clip(start_s, end_s).write_parquet(buffer)
-    log = tracking.read(
-        buffer.getvalue(), name="clip.parquet", match_id=source.match_id("clip.parquet", b""),
-        mapping=tracking.TrackingMap(),
-    )
+    log = recordings.read(buffer.getvalue(), "clip.parquet", match_id="clip-e3b0c44298fc")
     written = io.BytesIO()
     matches.write(log, written)
     return matches.read(written.getvalue(), where="clip")

@@ -1,14 +1,17 @@
-"""The recorded matches that nobody here simulated, imported once a session."""
+"""Recordings for tests: read from bytes, and the recorded matches that nobody here simulated."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
+from hashlib import sha256
 
 import pytest
 from conftest import RECORDINGS, SAMPLE
 
-from pipeline.importers import rcg, source, tracking
+from pipeline.importers import readers
+from pipeline.importers.source import SourceFile, inflate
+from pipeline.importers.tracking_map import TrackingMap
 from pipeline.matches.frame import MatchLog
 
 RSIM = "rsim-vss-3v3.parquet"
@@ -26,9 +29,35 @@ def recording(name: str) -> bytes:
     return path.read_bytes()
 
 
+def read(
+    data: bytes, name: str, mapping: TrackingMap = TrackingMap(), *, match_id: str | None = None
+) -> MatchLog:
+    """A recording's bytes as a match; ``match_id`` replaces the identity that the content gives it."""
+    source = readers.open_source(data, name)
+    return readers.read(source if match_id is None else replace(source, match_id=match_id), mapping)
+
+
+def taken_for(data: bytes, name: str, form: str) -> SourceFile:
+    """A source file of match ``game-0``, whatever the format of its content is told to be."""
+    content, damage = inflate(data, name)
+    return SourceFile(name, content, damage, form, sha256(content).hexdigest(), "game-0")
+
+
 @cache
 def imported(name: str) -> MatchLog:
     """A recording as a match."""
-    data = recording(name)
-    read: Callable[..., MatchLog] = rcg.read if source.detect(data, name) == "rcg" else tracking.read
-    return read(data, name=name, match_id=source.match_id(name, data))
+    return read(recording(name), name)
+
+
+def same(one: MatchLog, two: MatchLog) -> bool:
+    """Whether two logs are equal to the last bit."""
+    return (
+        one.info == two.info
+        and all(
+            getattr(one.frames, part).tobytes() == getattr(two.frames, part).tobytes()
+            for part in ("number", "t_ns", "ball", "offsets", "robots")
+        )
+        and one.referee.equals(two.referee)
+        and one.decisions.equals(two.decisions)
+        and one.quality.equals(two.quality)
+    )

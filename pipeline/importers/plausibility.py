@@ -1,4 +1,4 @@
-"""What a recording says that can hardly be: signs of a wrong map, flagged and never mended."""
+"""Plausibility checks of an imported match: signs of a wrong map, flagged and never repaired."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ import numpy as np
 from pipeline.matches.frame import MatchLog
 from pipeline.matches.quality import Flaw
 
-#: How far beyond the lines a robot may well be, as a share of the pitch.
+#: A robot may stand this far beyond the lines, as a share of the pitch.
 MARGIN = 0.15
 
-#: The share of positions beyond that which no robot's wandering explains.
+#: A larger share of positions beyond that margin is a wrong map, not robots that left the pitch.
 TOO_MANY = 0.2
 
 
-def doubts(log: MatchLog) -> list[Flaw]:
-    """Flaws of a whole match: bodies off the pitch, no ball at all, goals that nobody scored.
+def plausibility_checks(log: MatchLog) -> list[Flaw]:
+    """Flaws of a whole match: robots off the pitch, no ball at all, goals without a scorer.
 
     Args:
-        log: what an importer made.
+        log: the match as a reader returned it.
     """
     found = []
     frames, pitch = log.frames, log.info.pitch

@@ -1,0 +1,41 @@
+"""Our own logs, from this or another machine: MCAP with the channels of ``pipeline.matches``."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import polars as pl
+
+from pipeline import matches
+from pipeline.importers.source import SourceFile
+from pipeline.importers.tracking_map import TrackingMap
+from pipeline.matches.frame import MatchLog
+from pipeline.matches.quality import Flaw, quality_table
+
+_MAGIC = b"\x89MCAP0\r\n"
+
+
+def tells(head: bytes) -> bool:
+    """Whether the content begins with MCAP's magic bytes."""
+    return head.startswith(_MAGIC)
+
+
+def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
+    """Match of a log that pitchlore wrote, as far as the log is whole.
+
+    The match keeps the identity that the log gives it, not that of the file.
+
+    Args:
+        source: the file.
+        mapping: not used; the log describes itself.
+
+    Raises:
+        DamagedLog, NoFrames: see ``pipeline.matches.read``.
+    """
+    log = matches.read(source.content, where=source.name)
+    if source.damage is None:
+        return log
+    reasons = [reason for reason in (source.damage, log.info.incomplete_reason) if reason is not None]
+    info = log.info.model_copy(update={"complete": False, "incomplete_reason": "; ".join(reasons)})
+    flaw = Flaw("truncated", source.damage, start_ns=int(log.frames.t_ns.max()) if len(log.frames) else None)
+    return replace(log, info=info, quality=pl.concat([log.quality, quality_table(info.match_id, [flaw])]))

@@ -1,0 +1,147 @@
+"""The formats that can be imported: one table, ``READERS``.
+
+Detection, reading, the error messages, the help of ``pitchlore import`` and README's table of formats
+all come from it. A new format is a module with two functions, ``tells`` and ``read``, and one entry here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from typing import Protocol
+
+import polars as pl
+
+from pipeline.errors import BadRecording
+from pipeline.importers import mcap_log, rcg, tracking_csv, tracking_parquet
+from pipeline.importers.plausibility import plausibility_checks
+from pipeline.importers.source import SourceFile, inflate, match_id
+from pipeline.importers.tracking_map import TrackingMap
+from pipeline.matches.frame import MatchLog
+from pipeline.matches.quality import quality_table
+
+#: Bytes of the content that ``tells`` is given, at most.
+HEAD_BYTES = 1 << 16
+
+
+class Tells(Protocol):
+    """Recognises a format by its first bytes."""
+
+    def __call__(self, head: bytes) -> bool:
+        """Whether the content is of the format.
+
+        Args:
+            head: the first ``HEAD_BYTES`` of the content, inflated; never empty.
+        """
+
+
+class Read(Protocol):
+    """Reads a recording of a format that ``tells`` has recognised."""
+
+    def __call__(self, source: SourceFile, mapping: TrackingMap) -> MatchLog:
+        """The match: time from the first sample, our axes and units, flaws in ``quality``.
+
+        Args:
+            source: the file. The match takes its ``match_id``, unless the format states one of its own.
+            mapping: names, units, axes and teams of a tracking table; a format that describes itself
+                does not use it.
+
+        Raises:
+            BadRecording: if no match can be made of it; the message is one line that begins with the
+                file's name. What is damaged in parts is read as far as it is whole and flagged.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class Reader:
+    """A format and how to read it.
+
+    Attributes:
+        name: of the format, unique; also the folder of its synthetic recordings in ``tests/recordings``.
+        title: what a user calls such a file.
+        about: what is read of it, for README; Markdown, one line.
+        tells: recognises the format.
+        read: reads a recording.
+        ours: whether the format is our own log, which carries its quality rows: it is not checked again.
+    """
+
+    name: str
+    title: str
+    about: str
+    tells: Tells
+    read: Read
+    ours: bool = False
+
+
+#: All formats. No two recognise the same file, so that their order is only that of the help.
+READERS: tuple[Reader, ...] = (
+    Reader(
+        "tracking-parquet", "tracking table in Parquet",
+        "one row per body and sample: `frame, t, team, player, x, y`, optionally `heading, segment, "
+        "score_home, score_away, game_state`; with a map, other names, units, axes and teams",
+        tracking_parquet.tells, tracking_parquet.read,
+    ),
+    Reader(
+        "tracking-csv", "tracking table in CSV with a header",
+        "the same columns, separated by commas, semicolons or tabs",
+        tracking_csv.tells, tracking_csv.read,
+    ),
+    Reader(
+        "rcg", "RoboCup 2D text log (.rcg, ULG4 to ULG6)",
+        "ball, players and playmodes of every cycle; the left team is home",
+        rcg.tells, rcg.read,
+    ),
+    Reader(
+        "mcap", "MCAP log (.mcap)",
+        "our own logs (ROS 2 CDR, `schemas/*.msg`), also from another machine, truncated or damaged: what "
+        "is whole is salvaged",
+        mcap_log.tells, mcap_log.read, ours=True,
+    ),
+)
+
+_BY_NAME = {reader.name: reader for reader in READERS}
+
+#: The formats' titles, for people.
+FORMATS = ", ".join(reader.title for reader in READERS)
+
+#: What a user is told if a file is of none of the formats.
+SUPPORTED = f"Give one of these, plain or gzipped: {FORMATS}"
+
+
+def open_source(data: bytes, name: str) -> SourceFile:
+    """A recording, opened: inflated, hashed, its format told from its content and never from its name.
+
+    Args:
+        data: the file's bytes, gzipped or not.
+        name: the file's name; the hash in the match's identity does not depend on it.
+
+    Raises:
+        BadRecording: if the file inflates to too much, or not at all.
+    """
+    content, damage = inflate(data, name)
+    head = content[:HEAD_BYTES]
+    found = next((reader.name for reader in READERS if reader.tells(head)), None) if head else None
+    digest = sha256(content).hexdigest()
+    return SourceFile(name, content, damage, found, digest, match_id(name, digest))
+
+
+def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
+    """Match of a recording, checked for plausibility.
+
+    Args:
+        source: the file, opened.
+        mapping: how to read a tracking table; the default is the plain form.
+
+    Raises:
+        BadRecording: if the file is empty, of no known format, or cannot be read.
+        DamagedLog, NoFrames: if it is a log of ours of which nothing can be read.
+    """
+    if source.format is None:
+        what = "is not a recording of a known format" if source.content else "is empty"
+        raise BadRecording(what, where=source.name, next_step=SUPPORTED)
+    reader = _BY_NAME[source.format]
+    log = reader.read(source, mapping)
+    if reader.ours:
+        return log
+    found = quality_table(log.info.match_id, plausibility_checks(log))
+    return replace(log, quality=pl.concat([log.quality, found]))

@@ -1,0 +1,65 @@
+"""Tracking tables in Parquet."""
+
+from __future__ import annotations
+
+import io
+
+import polars as pl
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from pipeline.errors import BadRecording
+from pipeline.importers.source import SourceFile
+from pipeline.importers.tracking import match_of
+from pipeline.importers.tracking_map import Columns, TrackingMap
+from pipeline.importers.tracking_table import RawTable, chosen
+from pipeline.matches.frame import MatchLog
+
+_MAGIC = b"PAR1"
+#: Limits on a file before it is read: rows (a season's worth of samples), and inflated bytes.
+_MAX_ROWS = 100_000_000
+_MAX_BYTES = 8 << 30
+
+
+def tells(head: bytes) -> bool:
+    """Whether the content begins with Parquet's magic bytes."""
+    return head.startswith(_MAGIC)
+
+
+def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
+    """Match of a tracking table in Parquet; see :func:`pipeline.importers.tracking.match_of`.
+
+    Args:
+        source: the file.
+        mapping: names, units, axes and teams.
+
+    Raises:
+        BadRecording: if the file is not such a table; the message says what it lacks.
+    """
+    raw = RawTable(_columns(source.content, mapping.columns, source.name), text=False)
+    return match_of(raw, source, mapping)
+
+
+def _columns(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
+    try:
+        # the footer's promises are checked before anything is inflated
+        file = pq.ParquetFile(io.BytesIO(data))
+        meta = file.metadata
+        size = sum(meta.row_group(i).total_byte_size for i in range(meta.num_row_groups))
+        if meta.num_rows > _MAX_ROWS or size > _MAX_BYTES:
+            raise BadRecording(
+                f"has {meta.num_rows} rows that unpack to {size >> 20} MiB", where=name,
+                next_step="Split it into matches",
+            )
+        theirs = chosen(file.schema_arrow.names, columns, name)
+        arrow = file.read(columns=list(theirs.values()))
+        # polars takes text for valid UTF-8 and panics if it is not, in values and in metadata
+        arrow.validate(full=True)
+        table = pl.from_arrow(pa.table(arrow.columns, names=list(theirs.values())))
+    except (pa.ArrowException, OSError, ValueError, pl.exceptions.PolarsError) as error:
+        first = str(error).partition("\n")[0][:120]
+        raise BadRecording(
+            f"cannot be read as Parquet ({first})", where=name, next_step="Copy or write it again"
+        ) from error
+    assert isinstance(table, pl.DataFrame)
+    return table.select(pl.col(their).alias(our) for our, their in theirs.items())

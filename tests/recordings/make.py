@@ -1,0 +1,254 @@
+"""Synthetic recordings: one short match, the sketch, written in every format that can be imported.
+
+Run it to write the files anew: ``python tests/recordings/make.py``. The folder of a file is the name of
+its reader in ``pipeline.importers.readers.READERS``; the map of ``x.csv`` is ``x.csv.toml``.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+
+from pipeline import matches
+from pipeline.importers.rows import Event, pack, referee
+from pipeline.matches.frame import MatchInfo, MatchLog, Period
+from pipeline.pitch import PITCHES, Kind
+
+HERE = Path(__file__).parent
+NAMES = ("amber", "blue")
+PITCH = PITCHES[Kind.SIM2D]
+FRAMES = 20
+STEP_NS = 100_000_000
+#: team, number, x, y (m) of each robot at the start, vx, vy (m/s). No axis is like another.
+ROBOTS = (
+    (0, 1, -45.0, 2.0, 0.5, 1.0), (0, 2, -20.0, 15.0, 4.0, -3.0),
+    (1, 1, 46.0, -1.0, -0.25, 0.75), (1, 3, 12.0, -9.0, -2.0, -5.0),
+)
+#: Frames in which robot 3 of blue is not seen.
+UNSEEN = (5, 6)
+#: Frame and place of the ball, metres; in between it moves straight.
+BALL = ((0, 0.0, 0.0), (6, 48.0, 3.0), (7, 53.0, 4.0), (8, 0.0, 0.0), (11, -9.0, 12.0), (12, 0.0, 0.0),
+        (16, -50.0, 1.0), (17, -53.0, -2.0), (18, 0.0, 0.0), (19, 3.0, 6.0))
+#: Frame, event, team, score of home and away after it, the word of rcssserver.
+EVENTS = (
+    (0, "kick-off", "home", 0, 0, "kick_off_l"), (1, "play", None, 0, 0, "play_on"),
+    (7, "goal", "home", 1, 0, "goal_l"), (8, "kick-off", "away", 1, 0, "kick_off_r"),
+    (9, "play", None, 1, 0, "play_on"), (12, "half", None, 1, 0, ""),
+    (12, "kick-off", "away", 1, 0, "kick_off_r"), (13, "play", None, 1, 0, "play_on"),
+    (17, "goal", "away", 1, 1, "goal_r"), (18, "kick-off", "home", 1, 1, "kick_off_l"),
+    (19, "end", None, 1, 1, "time_over"),
+)
+
+
+def sketch() -> MatchLog:
+    """The match that every file tells."""
+    frames = np.arange(FRAMES, dtype=np.int64)
+    t_s = frames * STEP_NS / 1e9
+    at, x, y = np.array(BALL).T
+    ball = {"x": np.interp(frames, at, x), "y": np.interp(frames, at, y)}
+    ball |= {f"v{axis}": np.gradient(ball[axis], t_s) for axis in ("x", "y")}
+    owners, columns = [], {name: [] for name in ("team", "id", "x", "y", "theta", "vx", "vy", "omega")}
+    for team, number, x0, y0, vx, vy in ROBOTS:
+        seen = frames[~np.isin(frames, UNSEEN)] if (team, number) == (1, 3) else frames
+        owners.append(seen)
+        values = (team, number, x0 + vx * t_s[seen], y0 + vy * t_s[seen], np.arctan2(vy, vx), vx, vy, 0.0)
+        for name, value in zip(columns, values, strict=True):
+            columns[name].append(np.broadcast_to(value, len(seen)))
+    info = MatchInfo(
+        match_id="sketch-0", source="made by tests/recordings/make.py", format="tracking", home=NAMES[0],
+        away=NAMES[1], pitch=PITCH, software="tests",
+        periods=(Period(start_ns=0, end_ns=(FRAMES - 1) * STEP_NS + 1, home_attacks=1, inferred=False),),
+    )
+    events = [Event(f * STEP_NS, event, team, home, away, word) for f, event, team, home, away, word in EVENTS]
+    robots = {name: np.concatenate(parts) for name, parts in columns.items()}
+    packed = pack((frames + 1).astype(np.uint32), frames * STEP_NS, ball, np.concatenate(owners), robots)
+    return MatchLog(info=info, frames=packed, referee=referee(info.match_id, events))
+
+
+class Body(NamedTuple):
+    """One body at one sample of the sketch: metres, seconds, radians; the ball's team is None."""
+
+    frame: int
+    team: int | None
+    number: int | None
+    x: float
+    y: float
+    theta: float | None
+    vx: float
+    vy: float
+
+
+def bodies(frame: int) -> Iterator[Body]:
+    """The ball and the robots of a frame, as they are in the sketch."""
+    frames = sketch().frames
+    ball = frames.ball[frame]
+    yield Body(frame, None, None, *map(float, (ball["x"], ball["y"])), None, float(ball["vx"]), float(ball["vy"]))
+    for row in frames.robots[frames.offsets[frame] : frames.offsets[frame + 1]]:
+        yield Body(frame, int(row["team"]), int(row["id"]),
+                   *(float(row[name]) for name in ("x", "y", "theta", "vx", "vy")))
+
+
+def score(frame: int) -> tuple[int, int]:
+    """Goals of home and away at a frame."""
+    return next((event[3], event[4]) for event in reversed(EVENTS) if event[0] <= frame)
+
+
+def state(frame: int, words: dict[tuple[str, str | None], str]) -> str:
+    """The words of a frame's events; the last ones hold on until the next event."""
+    last = max(event[0] for event in EVENTS if event[0] <= frame)
+    return "+".join(words[event[1:3]] for event in EVENTS if event[0] == last)
+
+
+# --- formats --------------------------------------------------------------------------------------
+
+#: What follows a player's body and neck in each version of the log: arm, view, stamina, counts.
+_TAILS = {
+    4: "(v h 180) (s 4000 1 1) (c 0 0 1 0 38 0 0 0 0 0 0)",
+    5: "3.5 -20.1 (v h 90) (s 8000 1 1 130600) (f r 7) (c 0 0 1 0 38 0 0 0 0 0 0)",
+    6: "(v l 120) (fp 0 0) (s 8000 1 1 130600) (c 0 0 1 0 38 0 0 0 0 0 0 0)",
+}
+
+
+def rcg(version: int) -> bytes:
+    """A text log of rcssserver: y down, degrees clockwise, metres per cycle; halves of 10 cycles."""
+    lines = [f"ULG{version}", "(server_param (goal_width 14.02)(half_time 1)(simulator_step 100))"]
+    for frame in range(FRAMES):
+        cycle = frame + 1
+        modes = [event[5] for event in EVENTS if event[0] == frame and event[5]]
+        lines += [f"(playmode {cycle} {mode})" for mode in modes]
+        if modes:
+            lines.append("(team {} {} {} {} {})".format(cycle, *NAMES, *score(frame)))
+        ball, *players = bodies(frame)
+        parts = [f"((b) {ball.x:.4f} {-ball.y:.4f} {ball.vx / 10:.5f} {-ball.vy / 10:.5f})"]
+        parts += [
+            f"(({'lr'[p.team]} {p.number}) 0 0x1 {p.x:.4f} {-p.y:.4f} {p.vx / 10:.5f} {-p.vy / 10:.5f} "
+            f"{-np.degrees(p.theta):.5f} 15 {_TAILS[version]})" for p in players
+        ]
+        # the server names every player; one that is off the pitch has no state
+        parts += [f"((r 3) 0 0 3 37 0 0 0 0 {_TAILS[version]})"] * (frame in UNSEEN)
+        lines.append(f"(show {cycle} {' '.join(parts)})")
+    return "\n".join([*lines, ""]).encode()
+
+
+_PLAIN = {
+    ("kick-off", "home"): "kickoff_a", ("kick-off", "away"): "kickoff_b", ("goal", "home"): "goal_a",
+    ("goal", "away"): "goal_b", ("play", None): "play", ("half", None): "half", ("end", None): "time_over",
+}
+
+
+def plain() -> pl.DataFrame:
+    """A tracking table in the plain form; its clock starts at 10 s."""
+    return pl.DataFrame([
+        {
+            "frame": body.frame + 1, "t": round(10 + body.frame / 10, 1),
+            "team": "ball" if body.team is None else NAMES[body.team], "player": body.number,
+            "x": round(body.x, 5), "y": round(body.y, 5),
+            "heading": None if body.theta is None else round(body.theta, 6),
+            "score_home": score(frame)[0], "score_away": score(frame)[1], "game_state": state(frame, _PLAIN),
+        }
+        for frame in range(FRAMES) for body in bodies(frame)
+    ])
+
+
+_OWN_WORDS = {
+    ("kick-off", "home"): "Anstoss H", ("kick-off", "away"): "Anstoss G", ("goal", "home"): "Tor H",
+    ("goal", "away"): "Tor G", ("play", None): "laeuft", ("half", None): "Pause", ("end", None): "Schluss",
+}
+MAP = """[columns]
+frame = "Nr"
+t = "ms"
+team = "side"
+player = "id"
+x = "px"
+y = "py"
+heading = "angle"
+vx = "vpx"
+vy = "vpy"
+omega = "spin"
+game_state = "phase"
+
+[units]
+length = "cm"
+angle = "deg"
+time = "ms"
+
+[axes]
+x = "left"
+y = "down"
+heading = "cw"
+origin = "corner"
+
+[pitch]
+kind = "2d"
+
+[teams]
+home = "amber"
+ball = "Ball"
+home_attacks = "right"
+
+[states]
+"Anstoss H" = "kick-off home"
+"Anstoss G" = "kick-off away"
+"Tor H" = "goal home"
+"Tor G" = "goal away"
+laeuft = "play"
+Pause = "half"
+Schluss = "end"
+"""
+
+
+def mapped() -> bytes:
+    """A tracking table in CSV that needs the map: its camera looks from the other side.
+
+    Centimetres from the corner that we call upper right, x to the left, y down, degrees clockwise from
+    its x, milliseconds of the day, names of its own and no score.
+    """
+    lines = ["Nr;ms;side;id;px;py;angle;vpx;vpy;spin;phase"]
+    for frame in range(FRAMES):
+        for body in bodies(frame):
+            side = "Ball" if body.team is None else NAMES[body.team]
+            angle = spin = ""
+            if body.theta is not None:
+                angle, spin = f"{np.degrees(np.pi - body.theta):.4f}", "0"
+            place = f"{(PITCH.length / 2 - body.x) * 100:.2f};{(PITCH.width / 2 - body.y) * 100:.2f}"
+            speed = f"{-body.vx * 100:.2f};{-body.vy * 100:.2f}"
+            lines.append(f"{frame + 1};{36_000_000 + 100 * frame};{side};{body.number or ''};{place};{angle};"
+                         f"{speed};{spin};{state(frame, _OWN_WORDS)}")
+    return "\n".join([*lines, ""]).encode()
+
+
+def parquet() -> bytes:
+    """The plain form in Parquet."""
+    out = io.BytesIO()
+    plain().write_parquet(out)
+    return out.getvalue()
+
+
+def mcap() -> bytes:
+    """The sketch in our own log."""
+    out = io.BytesIO()
+    matches.write(sketch(), out)
+    return out.getvalue()
+
+
+#: What makes each file, by its path in this folder.
+FILES: dict[str, Callable[[], bytes]] = {
+    "mcap/whole.mcap": mcap,
+    "rcg/ulg4.rcg": lambda: rcg(4),
+    "rcg/ulg5.rcg": lambda: rcg(5),
+    "rcg/ulg6.rcg": lambda: rcg(6),
+    "tracking-csv/mapped.csv": mapped,
+    "tracking-csv/mapped.csv.toml": lambda: MAP.encode(),
+    "tracking-csv/plain.csv": lambda: plain().write_csv().encode(),
+    "tracking-parquet/plain.parquet": parquet,
+}
+
+if __name__ == "__main__":
+    for name, make in FILES.items():
+        (HERE / name).parent.mkdir(exist_ok=True)
+        (HERE / name).write_bytes(make())

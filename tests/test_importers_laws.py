@@ -1,0 +1,235 @@
+"""The laws of importers, imposed on every reader of ``READERS`` with its synthetic recordings.
+
+A recording is synthetic if ``recordings/make.py`` wrote it: it tells the sketch, so that all readers
+must make the same match. No file from outside is needed.
+"""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import random
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from recordings.make import FILES, sketch
+from support.recordings import same
+
+from pipeline.errors import PitchloreError
+from pipeline.importers.readers import READERS, Reader, open_source
+from pipeline.importers.readers import read as read_source
+from pipeline.importers.tracking_map import TrackingMap, load_map
+from pipeline.matches.frame import MatchLog, home_attacks
+from schemas import Decisions, Quality, Referee
+
+FOLDER = Path(__file__).parent / "recordings"
+#: In float32, of numbers that a text log has with four decimals.
+TOLERANCE = 2e-4
+
+
+def recordings(reader: Reader) -> list[Path]:
+    """The synthetic recordings of a reader."""
+    return sorted(path for path in (FOLDER / reader.name).glob("*") if path.suffix != ".toml")
+
+
+CASES = [pytest.param(path, id=f"{reader.name}-{path.stem}") for reader in READERS for path in recordings(reader)]
+each_recording = pytest.mark.parametrize("path", CASES)
+
+
+def mapping(path: Path) -> TrackingMap:
+    beside = path.with_name(f"{path.name}.toml")
+    return load_map(beside.read_text(encoding="utf-8")) if beside.exists() else TrackingMap()
+
+
+def read(path: Path, data: bytes | None = None, name: str | None = None) -> MatchLog:
+    """A recording as a match, or what ``data`` makes of it under another name."""
+    source = open_source(path.read_bytes() if data is None else data, name or path.name)
+    return read_source(source, mapping(path))
+
+
+def outcome(path: Path, data: bytes) -> MatchLog | None:
+    """The match of a damaged recording, or None if it was refused as it should be."""
+    try:
+        return read(path, data)
+    except PitchloreError as error:
+        refusal = error
+    line = str(refusal)
+    assert line.startswith(f"{path.name}: "), line
+    assert "\n" not in line
+    assert refusal.next_step, line
+    return None
+
+
+def assert_sound(log: MatchLog) -> None:
+    """What holds for every match that was imported, damaged or not."""
+    frames = log.frames
+    assert len(frames) > 0
+    assert frames.t_ns.min() == 0
+    assert (np.diff(frames.offsets) >= 0).all()
+    for table, schema in ((log.referee, Referee), (log.quality, Quality), (log.decisions, Decisions)):
+        schema.validate(table)
+        assert set(table["match_id"]) <= {log.info.match_id}
+    assert log.referee["t_ns"].is_sorted()
+    periods = log.info.periods
+    assert periods[0].start_ns == 0
+    assert periods[-1].end_ns > frames.t_ns.max()
+    assert all(a.end_ns == b.start_ns for a, b in pairwise(periods))
+    theta = frames.robots["theta"]
+    assert (np.isnan(theta) | (np.abs(theta) <= np.float32(np.pi))).all()
+
+
+def without_name(log: MatchLog) -> MatchLog:
+    """A log without what a file's name decides."""
+    tables = {
+        name: getattr(log, name).with_columns(match_id=pl.lit("x-0")) for name in ("referee", "decisions", "quality")
+    }
+    return replace(log, info=log.info.model_copy(update={"source": "", "match_id": "x-0"}), **tables)
+
+
+@pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.name)
+def test_every_reader_has_a_synthetic_recording(reader: Reader) -> None:
+    assert recordings(reader), (
+        f"the reader {reader.name} has no synthetic recording: in tests/recordings/make.py write the sketch in "
+        f"its format as FILES['{reader.name}/NAME'], run it, and commit tests/recordings/{reader.name}/NAME"
+    )
+
+
+def test_recordings_and_readers_belong_together() -> None:
+    files = {path.relative_to(FOLDER).as_posix() for path in FOLDER.glob("*/*") if "__pycache__" not in path.parts}
+    assert files == set(FILES)
+    assert {name.split("/")[0] for name in FILES} <= {reader.name for reader in READERS}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_synthetic_recording_is_what_its_maker_writes(name: str) -> None:
+    """Equal bytes, or where a library's version changes the bytes (Parquet, MCAP) an equal match."""
+    path = FOLDER / name
+    made = FILES[name]()
+    if path.suffix in (".parquet", ".mcap"):
+        assert same(without_name(read(path, made)), without_name(read(path)))
+    else:
+        assert path.read_bytes() == made
+
+
+@each_recording
+def test_the_format_is_told_from_the_content_alone(path: Path) -> None:
+    data = path.read_bytes()
+    for name in (path.name, "liar.txt", ""):
+        assert open_source(data, name).format == path.parent.name
+    assert [reader.name for reader in READERS if reader.tells(data[:65536])] == [path.parent.name]
+
+
+@each_recording
+def test_a_match_is_sound_and_complete(path: Path) -> None:
+    log = read(path)
+    assert_sound(log)
+    assert log.info.complete, log.info.incomplete_reason
+    assert (np.diff(log.frames.t_ns) > 0).all()
+
+
+@each_recording
+def test_bodies_are_where_the_sketch_has_them(path: Path) -> None:
+    """Times, axes, units and numbers of teams and robots are ours; a body that was not seen is not there."""
+    log, truth = read(path), sketch()
+    assert (log.info.home, log.info.away) == (truth.info.home, truth.info.away)
+    assert log.info.pitch == truth.info.pitch
+    assert log.frames.t_ns.tolist() == truth.frames.t_ns.tolist()
+    assert log.frames.number.tolist() == truth.frames.number.tolist()
+    assert log.frames.offsets.tolist() == truth.frames.offsets.tolist()
+    for got, wanted in ((log.frames.ball, truth.frames.ball), (log.frames.robots, truth.frames.robots)):
+        for column in wanted.dtype.names:
+            exact = column in ("team", "id")
+            known = ~np.isnan(got[column])
+            assert known.all() or column in ("vx", "vy", "omega"), column  # not every format has these
+            np.testing.assert_allclose(
+                got[column][known], wanted[column][known], rtol=0, atol=0 if exact else TOLERANCE, err_msg=column
+            )
+
+
+@each_recording
+def test_the_referee_says_what_happened_in_the_sketch(path: Path) -> None:
+    def course(log: MatchLog) -> list[tuple[object, ...]]:
+        # where play goes on after a kick-off need not be said
+        told = log.referee.filter(pl.col("event") != "play")
+        return told.select("t_ns", pl.col("event", "team").cast(pl.String), "score_home", "score_away").rows()
+
+    assert course(read(path)) == course(sketch())
+
+
+@each_recording
+def test_goals_add_up_to_the_score_and_fall_where_the_scorer_attacks(path: Path) -> None:
+    log = read(path)
+    goals = log.referee.filter(pl.col("event") == "goal")
+    teams = goals["team"].cast(pl.String).to_list()
+    assert (teams.count("home"), teams.count("away")) == log.referee.select("score_home", "score_away").row(-1)
+    assert len(teams) > 0
+    x = log.frames.ball["x"][np.searchsorted(log.frames.t_ns, goals["t_ns"].to_numpy())]
+    side = np.where(np.array(teams) == "home", 1, -1) * home_attacks(log.info.periods, goals["t_ns"].to_numpy())
+    assert (x * side > 0.9 * log.info.pitch.goal_x).all()
+
+
+@each_recording
+def test_importing_again_gives_the_same_match(path: Path) -> None:
+    assert same(read(path), read(path))
+
+
+@each_recording
+def test_a_gzipped_recording_is_the_same_match(path: Path) -> None:
+    data = path.read_bytes()
+    packed = gzip.compress(data)
+    assert same(read(path), read(path, packed))
+    assert open_source(packed, path.name) == open_source(data, path.name)
+
+
+@each_recording
+def test_the_name_decides_no_more_than_the_slug_of_the_identity(path: Path) -> None:
+    data = path.read_bytes()
+    one, two = open_source(data, path.name), open_source(data, "../Another Name.bin.gz")
+    digits = hashlib.sha256(data).hexdigest()
+    assert (one.match_id, two.match_id) == (f"{path.stem}-{digits[:12]}", f"another-name-{digits[:12]}")
+    assert one.sha256 == two.sha256 == digits
+    assert same(without_name(read(path)), without_name(read(path, name="../Another Name.bin.gz")))
+
+
+@each_recording
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.95])
+@pytest.mark.parametrize("packed", [False, True], ids=["plain", "gzipped"])
+def test_a_cut_recording_is_refused_in_one_line_or_flagged(path: Path, share: float, packed: bool) -> None:
+    data = path.read_bytes()
+    if packed:
+        data = gzip.compress(data)
+        at = int(share * len(data))
+    else:  # within a line, if the format has lines
+        at = max(int(share * len(data)), data.find(b"\n", int(share * len(data)), -60) + 6)
+    log = outcome(path, data[:at])
+    if log is not None:
+        assert_sound(log)
+        assert not log.info.complete
+        assert log.info.incomplete_reason
+        assert not set(log.quality["flaw"]).isdisjoint({"truncated", "damaged chunk", "damaged record"})
+
+
+@each_recording
+def test_damage_of_the_gzip_stream_is_flagged_though_the_content_is_whole(path: Path) -> None:
+    log = read(path, gzip.compress(path.read_bytes()) + b"tail")
+    assert log.frames.t_ns.tolist() == sketch().frames.t_ns.tolist()
+    assert not log.info.complete
+    assert "gzip stream" in str(log.info.incomplete_reason)
+    assert "truncated" in log.quality["flaw"]
+
+
+@each_recording
+def test_a_damaged_recording_is_refused_in_one_line_or_gives_a_sound_match(path: Path) -> None:
+    """Some bytes are overwritten anywhere: nothing but a refusal or a sound match may come of it."""
+    chance = random.Random(path.name)
+    data = path.read_bytes()
+    for _ in range(30):
+        at = chance.randrange(len(data))
+        junk = chance.choice([b"\xff" * 8, b"\0" * 8, chance.randbytes(8), b",;\n\"", b"9" * 30])
+        log = outcome(path, data[:at] + junk + data[at + len(junk) :])
+        if log is not None:
+            assert_sound(log)
