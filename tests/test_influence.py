@@ -9,7 +9,15 @@ from hypothesis import strategies as st
 
 from pipeline.errors import BadSettings, SchemaMismatch
 from pipeline.policies.influence import Influence, opinion
-from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRACE_FLOOR, TRUNCATED, UNKNOWN, Batch, sarsa_lambda
+from pipeline.policies.sarsa import (
+    CONTINUES,
+    TERMINAL,
+    TRACE_FLOOR,
+    TRUNCATED,
+    UNKNOWN,
+    Transitions,
+    sarsa_lambda,
+)
 
 PAIRS = 5
 
@@ -29,7 +37,7 @@ def test_praise_fades_and_protest_grows_with_repetition():
 def test_three_decisions_worked_by_hand():
     # robot 0 decides on pair 0 at 0 s (to 2 s) and on pair 1 at 2 s, where the goal is at 4 s; its
     # mate decides on pair 2 at 1 s, for which the goal is 3 s off. gamma 1, alpha 1/2, no traces.
-    data = Batch(
+    data = Transitions(
         pair=np.array([0, 1, 2]), elapsed=np.array([2.0, 2.0, 3.0]), reward=np.array([0.0, 1.0, 1.0]),
         ends=np.array([CONTINUES, TERMINAL, TERMINAL], np.int8),
     )
@@ -128,7 +136,7 @@ def literal(q, rows, where, share, rate, step_size, discount, trace_decay, sweep
 
 def batch(rows):
     pair, elapsed, reward, ends = zip(*rows, strict=True) if rows else ((), (), (), ())
-    return Batch(np.array(pair, np.int64), np.array(elapsed, float), np.array(reward, float), np.array(ends, np.int8))
+    return Transitions(np.array(pair, np.int64), np.array(elapsed, float), np.array(reward, float), np.array(ends, np.int8))
 
 
 unit = st.floats(0, 1)

@@ -78,7 +78,7 @@ class Influence:
         robot: int64 [T], which robot of the team decides, from 0.
         t_ns: int64 [T], when the decision begins, ns. A known decision is under way from then
             (included) until the robot's next known one, or the episode's end.
-        pair: int64 [T], as in Batch. A decision of no known pair neither judges nor is judged; the
+        pair: int64 [T], as in Transitions. A decision of no known pair neither judges nor is judged; the
             known one before it stays under way, as it does in the update.
         share: float64 [P], Pe of equation 5: a pair's share of all visits of its state, in [0, 1].
         rate: beta of equation 4, of every team-mate; 0 or more. It stands inside the learning

@@ -36,7 +36,7 @@ TRACE_FLOOR = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Batch:
+class Transitions:
     """Decisions in order of time, episode after episode.
 
     An episode is a run of rows that ends with the first row whose ``ends`` is not CONTINUES.
@@ -74,7 +74,7 @@ class Batch:
         return int(self.pair.shape[0])
 
 
-class Learned(NamedTuple):
+class LearnedValues(NamedTuple):
     """What some sweeps over a batch made of the action values.
 
     Attributes:
@@ -185,7 +185,7 @@ def _sweep(
 
 def sarsa_lambda(
     q: F64,
-    batch: Batch,
+    batch: Transitions,
     *,
     step_size: float,
     discount: float,
@@ -195,7 +195,7 @@ def sarsa_lambda(
     steps: Literal["constant", "average"] = "constant",
     seen: F64 | None = None,
     sway: Callable[[F64], F64] | None = None,
-) -> Learned:
+) -> LearnedValues:
     """Action values after some sweeps over a batch, in order of time, updated at every decision.
 
     A decision at time t that lasts ``elapsed`` seconds has the target
@@ -219,7 +219,7 @@ def sarsa_lambda(
         sweeps: passes over the batch, at least 1.
         steps: "constant", or "average" (Sutton and Barto, 2nd edition, section 2.4): a pair's step size is
             one over how often it was seen, and ``step_size`` if that is more. For episodes of one decision
-            a value is then the mean return of all; what else counts as seen is said at :class:`Learned`.
+            a value is then the mean return of all; what else counts as seen is said at :class:`LearnedValues`.
         seen: float64 [P], finite and not negative: how often each pair was seen before; None: never. Every
             sweep counts from there.
         sway: asked before every sweep for what is added to the TD error of each decision in its
@@ -278,13 +278,13 @@ def sarsa_lambda(
             "the action values grew beyond all bounds", where="sarsa",
             next_step="Lower step_size, discount or trace_decay, or use replacing traces",
         )
-    return Learned(learned, counted, errors[0], errors[-1])
+    return LearnedValues(learned, counted, errors[0], errors[-1])
 
 
 def _require(ok: bool, name: str, breach: str) -> None:
     if not ok:
         raise SchemaMismatch(
-            f"{name} {breach}", where="sarsa", next_step="Pass arrays as Batch documents them"
+            f"{name} {breach}", where="sarsa", next_step="Pass arrays as Transitions documents them"
         )
 
 

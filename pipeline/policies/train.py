@@ -18,7 +18,15 @@ import polars as pl
 
 from pipeline.errors import SchemaMismatch
 from pipeline.policies.influence import Influence
-from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN, Batch, Learned, sarsa_lambda
+from pipeline.policies.sarsa import (
+    CONTINUES,
+    TERMINAL,
+    TRUNCATED,
+    UNKNOWN,
+    LearnedValues,
+    Transitions,
+    sarsa_lambda,
+)
 from pipeline.settings import PolicySettings
 from pipeline.state import project
 from schemas import Decisions, Policies
@@ -222,9 +230,9 @@ def _pairs(rows: pl.DataFrame, own: pl.DataFrame, key: Key) -> I64:
     )
 
 
-def _learn(rows: pl.DataFrame, pair: I64, own: pl.DataFrame, settings: PolicySettings) -> Learned:
+def _learn(rows: pl.DataFrame, pair: I64, own: pl.DataFrame, settings: PolicySettings) -> LearnedValues:
     """Train one key's pairs ``own``: their ``visits`` have this batch's, all else is where they start."""
-    batch = Batch(pair, **{name: rows[name].to_numpy() for name in ("elapsed", "reward", "ends")})
+    batch = Transitions(pair, **{name: rows[name].to_numpy() for name in ("elapsed", "reward", "ends")})
     sway = None
     if settings.rule == "influence":
         of_state = pl.col("visits").sum().over("role", "state")
@@ -250,7 +258,7 @@ def _learn(rows: pl.DataFrame, pair: I64, own: pl.DataFrame, settings: PolicySet
     )
 
 
-def _training(own: pl.DataFrame, roles: pl.Series, learned: Learned) -> dict[str, TableTraining]:
+def _training(own: pl.DataFrame, roles: pl.Series, learned: LearnedValues) -> dict[str, TableTraining]:
     """Each role's part in the training of a key, from its pairs and the decisions' roles and errors [T]."""
     out = {}
     for role in ROLES:
