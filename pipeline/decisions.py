@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.grams.sequences import I64, exact, instances
 from pipeline.pitch import Pitch
+from pipeline.sequences import I64, exact, instances
 from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
 from schemas import TEAMS, Decisions

@@ -29,7 +29,7 @@ class _Touches(NamedTuple):
 
     Attributes:
         t_ns: when.
-        ball: row of the ball at that time, in _Ball.
+        ball: row of the ball at that time, in _BallInPlay.
         team: index into TEAMS.
         robot: its number.
     """
@@ -40,7 +40,7 @@ class _Touches(NamedTuple):
     robot: I64
 
 
-class _Ball(NamedTuple):
+class _BallInPlay(NamedTuple):
     """The ball in play, by time, each [m]; velocities are NaN where unknown."""
 
     t_ns: I64
@@ -50,10 +50,10 @@ class _Ball(NamedTuple):
     vx: F32
     vy: F32
 
-    def before(self, t_ns: int) -> _Ball:
+    def before(self, t_ns: int) -> _BallInPlay:
         """What was seen before a time."""
         seen = slice(int(np.searchsorted(self.t_ns, t_ns)))
-        return _Ball(
+        return _BallInPlay(
             self.t_ns[seen], self.segment[seen], self.x[seen], self.y[seen], self.vx[seen], self.vy[seen]
         )
 
@@ -132,7 +132,7 @@ def attribute(
     )
 
 
-def _touches(in_play: pl.DataFrame, contact: float) -> tuple[_Ball, _Touches]:
+def _touches(in_play: pl.DataFrame, contact: float) -> tuple[_BallInPlay, _Touches]:
     """The ball, and all its touches."""
     ball = in_play.filter(pl.col("team") == "ball").sort("t_ns").with_row_index("ball")
     near = (
@@ -149,7 +149,7 @@ def _touches(in_play: pl.DataFrame, contact: float) -> tuple[_Ball, _Touches]:
     touches = _Touches(*(near[name].cast(pl.Int64).to_numpy() for name in columns))
     t_ns, segment = (ball[name].cast(pl.Int64).to_numpy() for name in ("t_ns", "segment"))
     x, y, vx, vy = (ball[name].fill_null(float("nan")).to_numpy() for name in ("x", "y", "vx", "vy"))
-    return _Ball(t_ns, segment, x, y, vx, vy), touches
+    return _BallInPlay(t_ns, segment, x, y, vx, vy), touches
 
 
 def _episodes(situations: pl.DataFrame) -> _Episodes:
@@ -174,7 +174,7 @@ def _window(touches: _Touches, times: I64, breaks: I64, settings: GoalSettings) 
 
 
 def _judge(
-    scorer: int, touches: _Touches, ball: _Ball, done: _Episodes, pitch: Pitch, settings: GoalSettings
+    scorer: int, touches: _Touches, ball: _BallInPlay, done: _Episodes, pitch: Pitch, settings: GoalSettings
 ) -> tuple[int | None, Kind | None]:
     """Robot and kind of one goal of the team ``scorer`` (index into TEAMS)."""
     if not len(touches.t_ns):
@@ -204,7 +204,7 @@ def _touch_began(last: int, touches: _Touches) -> int:
     return int(touches.t_ns[same[apart[-1] + 1 if len(apart) else 0]])
 
 
-def _on_line(i: int, touches: _Touches, ball: _Ball, pitch: Pitch, settings: GoalSettings) -> bool:
+def _on_line(i: int, touches: _Touches, ball: _BallInPlay, pitch: Pitch, settings: GoalSettings) -> bool:
     """Whether the ball's straight line after touch ``i`` goes into the goal that the toucher attacks.
 
     The line is the chord from the touch to the ball's last sample within ``line_s`` of it and not

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import polars as pl
 
-from pipeline.grams.sequences import exact
+from pipeline.sequences import exact
 from pipeline.settings import KnowledgeSettings
 from pipeline.state import project
 from schemas import KEYS, ROLES, Behaviours, Occasions, Patterns
@@ -49,7 +49,7 @@ def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFram
     """Behaviours of several versions as those of one that saw it all.
 
     Support and value are exactly those over the instances of all parts: sums of values are multiples of
-    ``pipeline.grams.sequences.QUANTUM``, and are found again by rounding (below a support of about a
+    ``pipeline.sequences.QUANTUM``, and are found again by rounding (below a support of about a
     million).
     So merging in steps is merging at once. The spread is pooled from the parts' own: the variance is
     the mean over all instances of their part's variance and its mean's squared distance from the whole's.

@@ -9,7 +9,7 @@ from support.rows import TEAMS, consecutive, goals, patterns, situations
 
 from pipeline.errors import SchemaMismatch
 from pipeline.grams.count import cover, grams, merge, value
-from pipeline.grams.sequences import codes_of, exact, keys_of, lengths_of, role_of, windows
+from pipeline.sequences import codes_of, exact, keys_of, lengths_of, role_of, windows
 from pipeline.settings import GramSettings
 from schemas import Grams
 

@@ -1,4 +1,4 @@
-"""Influence values: what team-mates think of a decision that began amid their own."""
+"""Influence values: opinions of team-mates on a decision that began during their own."""
 
 import math
 
@@ -9,13 +9,21 @@ from hypothesis import strategies as st
 
 from pipeline.errors import BadSettings, SchemaMismatch
 from pipeline.policies.influence import Influence, opinion
-from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRACE_FLOOR, TRUNCATED, UNKNOWN, Batch, sarsa_lambda
+from pipeline.policies.sarsa import (
+    CONTINUES,
+    TERMINAL,
+    TRACE_FLOOR,
+    TRUNCATED,
+    UNKNOWN,
+    Transitions,
+    sarsa_lambda,
+)
 
 PAIRS = 5
 
 
-def company(rows, share, rate):
-    """Influence among (company, robot, t_ns, pair) rows."""
+def among(rows, share, rate):
+    """Influence among (team_episode, robot, t_ns, pair) rows."""
     columns = np.array(rows, np.int64).reshape(len(rows), 4).T
     return Influence(*(column.copy() for column in columns), share=np.array(share, float), rate=rate)
 
@@ -29,19 +37,19 @@ def test_praise_fades_and_protest_grows_with_repetition():
 def test_three_decisions_worked_by_hand():
     # robot 0 decides on pair 0 at 0 s (to 2 s) and on pair 1 at 2 s, where the goal is at 4 s; its
     # mate decides on pair 2 at 1 s, for which the goal is 3 s off. gamma 1, alpha 1/2, no traces.
-    data = Batch(
+    data = Transitions(
         pair=np.array([0, 1, 2]), elapsed=np.array([2.0, 2.0, 3.0]), reward=np.array([0.0, 1.0, 1.0]),
         ends=np.array([CONTINUES, TERMINAL, TERMINAL], np.int8),
     )
     q = np.array([0.4, 0.2, 1.5])
-    swayed = company([(7, 0, 0, 0), (7, 0, 2, 1), (7, 1, 1, 2)], [1.0, 0.75, 0.25], rate=0.5)
+    swayed = among([(7, 0, 0, 0), (7, 0, 2, 1), (7, 1, 1, 2)], [1.0, 0.75, 0.25], rate=0.5)
     # by the values at the start the errors are .2 - .4 = -.2, 1 - .2 = .8, 1 - 1.5 = -.5
     errors = np.array([-0.2, 0.8, -0.5])
     # row 0: nobody was at anything yet                                   IV = 0
     # row 1: the mate was at pair 2: it protests, .5 * (-.5 * .75)         IV = -.1875
     # row 2: robot 0 was at pair 0, not yet at 1: .5 * (-.2 * .25)         IV = -.025
     assert swayed(errors) == pytest.approx([0.0, -0.1875, -0.025], abs=1e-15)
-    learned = sarsa_lambda(q, data, step_size=0.5, discount=1.0, trace_decay=0.0, sway=swayed)
+    learned = sarsa_lambda(q, data, step_size=0.5, discount=1.0, trace_decay=0.0, influence=swayed)
     # half of: -.2 for pair 0, .8 - .1875 for pair 1, -.5 - .025 for pair 2
     assert learned.q == pytest.approx([0.3, 0.50625, 1.2375], abs=1e-15)
     assert learned.first_errors == pytest.approx(errors, abs=1e-15)
@@ -55,18 +63,18 @@ def test_who_judges_whom():
         (2, 1, 7, 4),  # another team, episode or match
     ]
     errors = np.array([1.0, 2.0, np.nan, 4.0, 8.0, 16.0])
-    swayed = company(rows, np.zeros(PAIRS), rate=1.0)(errors)  # share 0: praise in full
+    swayed = among(rows, np.zeros(PAIRS), rate=1.0)(errors)  # share 0: praise in full
     assert swayed.tolist() == [2.0, 1.0, 0.0, 1.0 + 2.0, 2.0 + 4.0, 0.0]
 
 
 def test_who_was_cut_has_no_opinion():
     rows = [(1, 0, 0, 0), (1, 0, 2, 1), (1, 1, 3, 2)]
-    assert company(rows, np.zeros(PAIRS), rate=1.0)(np.array([1.0, np.nan, 1.0])).tolist() == [0.0, 0.0, 0.0]
+    assert among(rows, np.zeros(PAIRS), rate=1.0)(np.array([1.0, np.nan, 1.0])).tolist() == [0.0, 0.0, 0.0]
 
 
 @st.composite
 def teams(draw):
-    """Decisions of up to three robots in up to two companies: rows of a batch, each with (company, robot, t)."""
+    """Decisions of up to three robots in up to two team-episodes: rows of a batch, each with (team_episode, robot, t)."""
     rows, where = [], []
     for number in range(draw(st.integers(1, 2))):
         for robot in range(draw(st.integers(1, 3))):
@@ -128,7 +136,7 @@ def literal(q, rows, where, share, rate, step_size, discount, trace_decay, sweep
 
 def batch(rows):
     pair, elapsed, reward, ends = zip(*rows, strict=True) if rows else ((), (), (), ())
-    return Batch(np.array(pair, np.int64), np.array(elapsed, float), np.array(reward, float), np.array(ends, np.int8))
+    return Transitions(np.array(pair, np.int64), np.array(elapsed, float), np.array(reward, float), np.array(ends, np.int8))
 
 
 unit = st.floats(0, 1)
@@ -143,8 +151,8 @@ rules = st.fixed_dictionaries({
 @given(values, teams(), shares, st.floats(0, 2), rules)
 def test_equals_the_equations_read_literally(q, made, share, rate, rule):
     rows, where = made
-    influence = company([(*place, row[0]) for place, row in zip(where, rows, strict=True)], share, rate)
-    learned = sarsa_lambda(q, batch(rows), sway=influence, **rule)
+    influence = among([(*place, row[0]) for place, row in zip(where, rows, strict=True)], share, rate)
+    learned = sarsa_lambda(q, batch(rows), influence=influence, **rule)
     np.testing.assert_allclose(learned.q, literal(q, rows, where, share, rate, **rule), rtol=0, atol=1e-11)
 
 
@@ -152,8 +160,8 @@ def test_equals_the_equations_read_literally(q, made, share, rate, rule):
 @given(values, teams(), shares, rules)
 def test_without_influence_it_is_sarsa_exactly(q, made, share, rule):
     rows, where = made
-    influence = company([(*place, row[0]) for place, row in zip(where, rows, strict=True)], share, 0.0)
-    swayed, alone = sarsa_lambda(q, batch(rows), sway=influence, **rule), sarsa_lambda(q, batch(rows), **rule)
+    influence = among([(*place, row[0]) for place, row in zip(where, rows, strict=True)], share, 0.0)
+    swayed, alone = sarsa_lambda(q, batch(rows), influence=influence, **rule), sarsa_lambda(q, batch(rows), **rule)
     for one, other in zip(swayed, alone, strict=True):
         np.testing.assert_array_equal(one, other)
 
@@ -168,7 +176,7 @@ def test_the_order_of_rows_does_not_matter(made, random):
 
     def swayed(places):
         errors = np.array([error[place] for place in places])
-        found = company([(*place, pair[place]) for place in places], share, 0.5)(errors)
+        found = among([(*place, pair[place]) for place in places], share, 0.5)(errors)
         return dict(zip(places, found.tolist(), strict=True))
 
     assert swayed(random.sample(where, len(where))) == swayed(where)
@@ -179,14 +187,14 @@ def test_the_order_of_rows_does_not_matter(made, random):
     [
         ({"robot": np.array([0, -1])}, "robot is negative"),
         ({"t_ns": np.zeros(3, np.int64)}, r"t_ns is not \[T\]"),
-        ({"company": np.zeros(2)}, "company is float64, not int64"),
+        ({"team_episode": np.zeros(2)}, "team_episode is float64, not int64"),
         ({"pair": np.array([0, PAIRS])}, "pair is not below the 5 shares"),
         ({"share": np.full(PAIRS, 1.5)}, r"share is not in \[0, 1\]"),
         ({"share": np.full(PAIRS, math.nan)}, r"share is not in \[0, 1\]"),
     ],
 )
 def test_arrays_that_cannot_be_are_refused(wrong, says):
-    good = {name: np.zeros(2, np.int64) for name in ("company", "robot", "t_ns", "pair")} | {"share": np.zeros(PAIRS)}
+    good = {name: np.zeros(2, np.int64) for name in ("team_episode", "robot", "t_ns", "pair")} | {"share": np.zeros(PAIRS)}
     with pytest.raises(SchemaMismatch, match=says):
         Influence(**(good | wrong), rate=0.1)
 
@@ -194,4 +202,4 @@ def test_arrays_that_cannot_be_are_refused(wrong, says):
 @pytest.mark.parametrize("rate", [-0.1, math.nan, math.inf])
 def test_a_rate_out_of_bounds_is_refused(rate):
     with pytest.raises(BadSettings, match="influence cannot be"):
-        company([], [], rate)
+        among([], [], rate)

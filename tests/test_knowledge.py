@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.rows import MATCH, patterns
 
-from pipeline.grams.sequences import exact
 from pipeline.knowledge import behaviours, diff, merge_behaviours, merge_occasions, occasions
+from pipeline.sequences import exact
 from pipeline.settings import KnowledgeSettings
 from pipeline.state import encode
 from schemas import ROLES, Behaviours, Decisions, Occasions

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.errors import BadSettings, SchemaMismatch
-from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN, Batch, sarsa_lambda
+from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN, Transitions, sarsa_lambda
 from pipeline.policies.train import train
 from pipeline.settings import PolicySettings
 from pipeline.state import encode, project
@@ -205,7 +205,7 @@ def test_with_one_key_it_is_sarsa_over_the_pairs_and_nothing_else(rows, random):
         TERMINAL if row[4] == "terminal" else TRUNCATED if row[4] or after is None or after[5] != row[5] else CONTINUES
         for row, after in zip(rows, [*rows, None][1:], strict=True)
     ]
-    batch = Batch(
+    batch = Transitions(
         pair=np.array([known.index(row[:3]) if row[:3] in known else UNKNOWN for row in rows], np.int64),
         elapsed=np.ones(len(rows)), reward=np.array([row[3] for row in rows], float), ends=np.array(ends, np.int8),
     )

@@ -15,7 +15,7 @@ from pipeline.policies.sarsa import (
     TRACE_FLOOR,
     TRUNCATED,
     UNKNOWN,
-    Batch,
+    Transitions,
     sarsa_lambda,
     td_error,
 )
@@ -26,7 +26,7 @@ PAIRS = 6
 def batch(rows):
     """A batch from (pair, elapsed, reward, ends) rows."""
     pair, elapsed, reward, ends = zip(*rows, strict=True) if rows else ((), (), (), ())
-    return Batch(
+    return Transitions(
         pair=np.array(pair, np.int64), elapsed=np.array(elapsed, np.float64),
         reward=np.array(reward, np.float64), ends=np.array(ends, np.int8),
     )
@@ -295,9 +295,9 @@ def test_a_row_that_cannot_be_learned_from_is_refused_by_name(row, says):
 def test_arrays_of_the_wrong_length_or_type_are_refused():
     good = batch([GOOD])
     with pytest.raises(SchemaMismatch, match="reward is not \\[T\\]"):
-        Batch(good.pair, good.elapsed, np.zeros(2), good.ends)
+        Transitions(good.pair, good.elapsed, np.zeros(2), good.ends)
     with pytest.raises(SchemaMismatch, match="pair is int32, not int64"):
-        Batch(good.pair.astype(np.int32), good.elapsed, good.reward, good.ends)
+        Transitions(good.pair.astype(np.int32), good.elapsed, good.reward, good.ends)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from minisom import MiniSom
 
-from pipeline.behaviours.som import Map, best_matching_units, from_bytes, to_bytes, train
+from pipeline.behaviours.som import SelfOrganisingMap, best_matching_units, from_bytes, to_bytes, train
 from pipeline.errors import BadSettings, CorruptFile
 
 CODES = np.array([1, 11, 21, 44, 46, 57, 88, 118, 184, 194])
@@ -141,7 +141,7 @@ def test_distance_map_is_flat_where_all_neurons_are_alike_and_peaks_at_one_else(
 
 
 def test_ties_go_to_the_lowest_neuron():
-    som = Map(1, 2, np.array([[0.0], [10.0]]), 0.0, 0.0)
+    som = SelfOrganisingMap(1, 2, np.array([[0.0], [10.0]]), 0.0, 0.0)
     assert best_matching_units(som, np.array([[5], [6]], dtype=np.int16)).tolist() == [0, 1]
 
 

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.behaviours.som import Map, best_matching_units, train
+from pipeline.behaviours.som import SelfOrganisingMap, best_matching_units, train
 from pipeline.settings import BehaviourSettings, RoundSettings
 from schemas import Patterns
 from schemas.situations import MOVES_RANDOMLY
 
 
-class Report(NamedTuple):
+class RoundReport(NamedTuple):
     """What one round of the selection counted.
 
     Attributes:
@@ -39,7 +39,7 @@ class Report(NamedTuple):
     instances_kept: int
 
 
-class Selection(NamedTuple):
+class RoundResult(NamedTuple):
     """What one round of the selection gave.
 
     Attributes:
@@ -49,13 +49,13 @@ class Selection(NamedTuple):
     """
 
     patterns: pl.DataFrame
-    map: Map | None
-    report: Report
+    map: SelfOrganisingMap | None
+    report: RoundReport
 
 
 def select(
     grams: pl.DataFrame, recognised: int, settings: BehaviourSettings, round_: RoundSettings
-) -> Selection:
+) -> RoundResult:
     """Select the behaviours of one length.
 
     The grams of all roles train one map. Neurons that are activated by at least the round's
@@ -73,8 +73,8 @@ def select(
     whole = recognised if settings.share_of == "situations" else int(grams["count"].sum())
     threshold = round_.activation * whole
     if grams.is_empty():
-        report = Report(round_.n, 0, 0, threshold, (0,) * (round_.rows * round_.columns), 0, 0, 0, 0)
-        return Selection(Patterns.empty(), None, report)
+        report = RoundReport(round_.n, 0, 0, threshold, (0,) * (round_.rows * round_.columns), 0, 0, 0, 0)
+        return RoundResult(Patterns.empty(), None, report)
     codes = grams["codes"].list.to_array(round_.n).to_numpy()
     counts = grams["count"].to_numpy()
     som = train(
@@ -102,7 +102,7 @@ def select(
         spread=(pl.col("value_square_sum") / pl.col("count") - mean**2).clip(lower_bound=0).sqrt(),
         neuron="neuron",
     ).cast(pl.Schema(Patterns.dtypes())).sort("role", "codes")
-    report = Report(
+    report = RoundReport(
         n=round_.n,
         distinct=grams.height,
         windows=int(counts.sum()),
@@ -113,4 +113,4 @@ def select(
         groups_kept=patterns.height,
         instances_kept=int(patterns["support"].sum()),
     )
-    return Selection(patterns, som, report)
+    return RoundResult(patterns, som, report)

@@ -26,7 +26,7 @@ I64 = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Map:
+class SelfOrganisingMap:
     """A trained map. Neuron k lies in row ``k // columns`` and column ``k % columns``.
 
     Attributes:
@@ -52,7 +52,7 @@ class Map:
 def train(
     codes: npt.NDArray[np.int16], counts: I64, rows: int, columns: int, *,
     epochs: int, seed: int, sigma_end: float,
-) -> Map:
+) -> SelfOrganisingMap:
     """Train a map with Kohonen's batch rule, each distinct gram weighted by its count.
 
     The result is that of training on every single sample, but the cost grows with the
@@ -95,19 +95,19 @@ def train(
         _move(neurons, near, sums, hits)
     first, second, distance = _nearest(samples, neurons)
     gap = np.maximum(abs(first // columns - second // columns), abs(first % columns - second % columns))
-    return Map(
+    return SelfOrganisingMap(
         rows, columns, neurons.copy(),
         quantisation_error=float(weight @ distance / weight.sum()),
         topographic_error=float(weight @ (gap > 1) / weight.sum()),
     )
 
 
-def best_matching_units(som: Map, codes: npt.NDArray[np.int16]) -> I64:
+def best_matching_units(som: SelfOrganisingMap, codes: npt.NDArray[np.int16]) -> I64:
     """The neuron nearest to each gram [D, n], the lowest on a tie; int64 [D]."""
     return _nearest(np.ascontiguousarray(codes, dtype=np.float64), som.weights)[0]
 
 
-def to_bytes(maps: Mapping[int, Map]) -> bytes:
+def to_bytes(maps: Mapping[int, SelfOrganisingMap]) -> bytes:
     """The maps by length of gram, as an .npz file; the same maps give the same bytes."""
     arrays: dict[str, npt.NDArray[np.generic]] = {}
     for n in sorted(maps, reverse=True):
@@ -119,7 +119,7 @@ def to_bytes(maps: Mapping[int, Map]) -> bytes:
     return out.getvalue()
 
 
-def from_bytes(data: bytes) -> dict[int, Map]:
+def from_bytes(data: bytes) -> dict[int, SelfOrganisingMap]:
     """What :func:`to_bytes` wrote.
 
     Raises:
@@ -134,7 +134,7 @@ def from_bytes(data: bytes) -> dict[int, Map]:
                     weights = arrays[name]
                     rows, columns, _ = weights.shape
                     quantisation, topographic = arrays[f"errors_{n}"].tolist()
-                    maps[int(n)] = Map(
+                    maps[int(n)] = SelfOrganisingMap(
                         rows, columns, weights.reshape(rows * columns, -1), quantisation, topographic
                     )
             return maps

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.grams.sequences import (
+from pipeline.sequences import (
     I64,
     QUANTUM,
     Bool,

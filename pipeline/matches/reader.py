@@ -36,7 +36,7 @@ _DATA_END_BYTES = FRAMING_BYTES + 4
 R = TypeVar("R")
 
 
-class _Summary(NamedTuple):
+class _SummarySection(NamedTuple):
     """The summary section of a file, after its CRC was checked.
 
     Attributes:
@@ -138,7 +138,7 @@ class _Reading:
 
     # what is around the messages
 
-    def _summary(self) -> _Summary | None:
+    def _summary(self) -> _SummarySection | None:
         """The summary, or None if there is none, or none that can be trusted."""
         view, end = self._view, len(self._view) - len(MCAP0_MAGIC)
         footer_start = end - _FOOTER_BYTES
@@ -158,12 +158,12 @@ class _Reading:
         metadata = self._decoded(Opcode.METADATA_INDEX, MetadataIndex.read, view, records)
         statistics = self._decoded(Opcode.STATISTICS, Statistics.read, view, records)
         landmarks = [*(c.chunk_start_offset for c in chunks), *(m.offset for m in metadata)]
-        return _Summary(
+        return _SummarySection(
             start, chunks, statistics[0].message_count if statistics else None,
             sorted([*landmarks, start - _DATA_END_BYTES]),
         )
 
-    def _survey(self, summary: _Summary | None) -> Records:
+    def _survey(self, summary: _SummarySection | None) -> Records:
         """The records of the data section; where they are damaged or end too early, it says so."""
         content = as_array(self._view)
         stop, landmarks = (summary.start, summary.landmarks) if summary else (len(content), [])
@@ -204,7 +204,7 @@ class _Reading:
 
     # the messages
 
-    def _read_chunks(self, records: Records, summary: _Summary | None) -> None:
+    def _read_chunks(self, records: Records, summary: _SummarySection | None) -> None:
         """Read all chunks, and the messages between them, in the order of the file."""
         found = records.keep(records.opcodes == Opcode.CHUNK)
         loose = records.keep(records.opcodes == Opcode.MESSAGE)

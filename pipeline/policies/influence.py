@@ -1,19 +1,18 @@
 """Influence values between team-mates whose decisions last unequally long (paper, section 2.3.4).
 
-Equations 4 to 6 are written for agents that act at once; robots of a team decide each in its own
-time. So the others judge what a robot decided by the decisions that they were in the midst of: the
-opinion of a team-mate on decision d is its opinion on what became of its own decision that was under
-way when d began.
+Equations 4 to 6 assume agents that act at once. Robots of a team decide each in its own time, so a
+team-mate judges a decision by its own decision that was under way when the judged one began.
 
-An opinion's RV (equation 6: what j got and may expect, less what it had expected) is the TD error of
-j's own update: Sarsa's next pair stands where Q-learning has the greatest, and the next value is
-discounted, which equation 6 leaves out and which did better in the paper's games
+RV of an opinion (equation 6) is what the judge got and may expect, less what it had expected. Here it
+is the TD error of the judge's own update. Sarsa's next pair replaces Q-learning's greatest, and the
+next value is discounted. Equation 6 does not discount; discounting did better in the paper's games
 (data/studies/paradigms).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -25,63 +24,73 @@ F64 = npt.NDArray[np.float64]
 I64 = npt.NDArray[np.int64]
 
 
+class _Decisions(NamedTuple):
+    """The fields of :class:`Influence` that the kernel reads, and their order by team, episode and time."""
+
+    order: I64
+    team_episode: I64
+    robot: I64
+    t_ns: I64
+    pair: I64
+    share: F64
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def opinion(relative: float, share: float) -> float:
-    """What a judge thinks of an action (equation 5): a protest grows, and praise fades, with repetition.
+    """A judge's opinion on an action (equation 5): with repetition protest grows and praise fades.
 
     Args:
-        relative: RV_j, by how much the judge's own outcome beat what it had expected.
-        share: Pe, how often the action is taken in its state, of all times in the state, in [0, 1].
+        relative: RV_j, the judge's own outcome less what it had expected.
+        share: Pe, the action's share of all visits of its state, in [0, 1].
     """
     return relative * share if relative <= 0.0 else relative * (1.0 - share)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _sway(
-    order: I64, company: I64, robot: I64, t_ns: I64, pair: I64, share: F64, errors: F64, rate: float,
-    latest: I64, out: F64,
-) -> None:
-    """Fill ``out`` [T]; ``latest`` [robots] is scratch: each robot's decision that is under way."""
+def _fill_values(decisions: _Decisions, errors: F64, rate: float, latest: I64, out: F64) -> None:
+    """Fill ``out`` [T] with influence values; ``latest`` [robots] is scratch: the decisions under way."""
+    order, team_episode, robot, t_ns, pair, share = decisions
     total = len(order)
     start = 0
     while start < total:
         first = order[start]
-        if start == 0 or company[order[start - 1]] != company[first]:
+        same = team_episode[first]
+        if start == 0 or team_episode[order[start - 1]] != same:
             latest[:] = -1
         stop = start
-        while stop < total and company[order[stop]] == company[first] and t_ns[order[stop]] == t_ns[first]:
+        while stop < total and team_episode[order[stop]] == same and t_ns[order[stop]] == t_ns[first]:
             row = order[stop]
             if pair[row] >= 0:
                 latest[robot[row]] = row
             stop += 1
-        # those who decide at once judge each other by what they decide now
+        # robots that decide at one time judge each other by these decisions
         for i in range(start, stop):
             row = order[i]
             out[row] = 0.0
             if pair[row] < 0:
                 continue
-            swayed = 0.0
+            opinions = 0.0
             for judge in range(len(latest)):
                 if judge != robot[row] and latest[judge] >= 0 and not np.isnan(errors[latest[judge]]):
-                    swayed += opinion(errors[latest[judge]], share[pair[row]])
-            out[row] = rate * swayed
+                    opinions += opinion(errors[latest[judge]], share[pair[row]])
+            out[row] = rate * opinions
         start = stop
 
 
 @dataclass(frozen=True, slots=True)
 class Influence:
-    """The influence values of a batch; called with TD errors, as ``sway`` of ``sarsa_lambda``.
+    """The influence values of a batch; called with TD errors, as ``influence`` of ``sarsa_lambda``.
 
     Attributes:
-        company: int64 [T], equal for the decisions that can be under way together: those of one
-            team in one episode of one match.
-        robot: int64 [T], which robot of the team decides, from 0.
+        team_episode: int64 [T], equal for decisions that may be under way together: those of one team
+            in one episode of one match.
+        robot: int64 [T], number of the robot in its team, from 0.
         t_ns: int64 [T], when the decision begins, ns. A known decision is under way from then
             (included) until the robot's next known one, or the episode's end.
-        pair: int64 [T], as in Batch. A decision of no known pair neither judges nor is judged; the
-            known one before it stays under way, as it does in the update.
+        pair: int64 [T], as in Transitions. A decision of no known pair neither judges nor is judged. The
+            known decision before it stays under way, as in the update.
         share: float64 [P], Pe of equation 5: a pair's share of all visits of its state, in [0, 1].
-        rate: beta of equation 4, of every team-mate; 0 or more. It stands inside the learning
+        rate: beta of equation 4, for every team-mate; 0 or more. It stands inside the learning
             rate's bracket, as equation 7 is printed; outside is beta / alpha inside.
 
     Raises:
@@ -90,7 +99,7 @@ class Influence:
         BadSettings: if ``rate`` is negative or not finite.
     """
 
-    company: I64
+    team_episode: I64
     robot: I64
     t_ns: I64
     pair: I64
@@ -99,7 +108,7 @@ class Influence:
     _order: I64 = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        for name in ("company", "robot", "t_ns", "pair"):
+        for name in ("team_episode", "robot", "t_ns", "pair"):
             array = getattr(self, name)
             _require(array.shape == self.pair.shape and array.ndim == 1, name, "is not [T] as pair is")
             _require(array.dtype == np.int64, name, f"is {array.dtype}, not int64")
@@ -111,19 +120,20 @@ class Influence:
         if not 0 <= self.rate < np.inf:
             raise BadSettings(f"influence cannot be {self.rate}", where="influence",
                               next_step="See PolicySettings for its bounds")
-        object.__setattr__(self, "_order", np.lexsort((self.t_ns, self.company)))
+        object.__setattr__(self, "_order", np.lexsort((self.t_ns, self.team_episode)))
 
     def __call__(self, errors: F64) -> F64:
-        """The influence value of every decision (equation 4), float64 [T]; 0 where nobody judges.
+        """Influence value of every decision (equation 4), float64 [T]; 0 where no team-mate judges.
 
         Args:
-            errors: float64 [T], the TD error of each decision; NaN where there is none, so that the
-                robot has no opinion.
+            errors: float64 [T], TD error of each decision. Where it is NaN, the robot has no opinion.
         """
         out = np.empty(len(self.pair))
         latest = np.empty(int(self.robot.max(initial=-1)) + 1, dtype=np.int64)
-        _sway(self._order, self.company, self.robot, self.t_ns, self.pair, self.share, errors, self.rate,
-              latest, out)
+        decisions = _Decisions(
+            self._order, self.team_episode, self.robot, self.t_ns, self.pair, self.share
+        )
+        _fill_values(decisions, errors, self.rate, latest, out)
         return out
 
 

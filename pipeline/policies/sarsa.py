@@ -1,12 +1,12 @@
-"""Sarsa(lambda) in batch over state-behaviour pairs, for decisions that last unequally long.
+"""Sarsa(lambda) in batch over state-behaviour pairs, for decisions of unequal duration.
 
-The rule is tabular Sarsa(lambda) with eligibility traces (Sutton and Barto, *Reinforcement
-Learning*, 1st edition, sections 7.5, 7.8 and figure 7.11; 2nd edition, section 12.7: replacing
-traces set the visited pair's trace to one and leave the other behaviours of its state alone).
+The rule is tabular Sarsa(lambda) with eligibility traces: Sutton and Barto, *Reinforcement
+Learning*, 1st edition, sections 7.5, 7.8 and figure 7.11; 2nd edition, section 12.7. A replacing
+trace sets the visited pair's trace to one and leaves the other behaviours of its state alone.
 Behaviours take time, so the process is semi-Markov: discounting counts seconds, not decisions.
 
-Suffixes carry time: ``q_tm1`` is the value of the pair decided on at t - 1, ``r_t``,
-``discount_t`` and ``q_t`` are what came of it.
+Suffixes carry time: ``q_tm1`` is the value of the pair decided on at t - 1, and ``r_t``,
+``discount_t`` and ``q_t`` are its outcome.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ CONTINUES, TERMINAL, TRUNCATED = 0, 1, 2
 #: The pair of a decision that the knowledge does not hold.
 UNKNOWN = -1
 
-#: A trace that has decayed below this is dropped: it would move a value by less than a
-#: millionth of the step that the latest pair takes.
+#: A trace below this is dropped: it would move a value by less than a millionth of the step that
+#: the latest pair takes.
 TRACE_FLOOR = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Batch:
-    """Decisions in order of time, episode after episode.
+class Transitions:
+    """Decisions in order of time, episode after episode, each with its outcome.
 
     An episode is a run of rows that ends with the first row whose ``ends`` is not CONTINUES.
 
@@ -45,8 +45,8 @@ class Batch:
         pair: int64 [T], index of the state-behaviour pair decided on, or UNKNOWN.
         elapsed: float64 [T], seconds until the next decision or the episode's end.
         reward: float64 [T], received once, when ``elapsed`` is over.
-        ends: int8 [T], CONTINUES: the next row is the robot's next decision; TERMINAL: nothing
-            follows, so nothing is left to gain; TRUNCATED: what followed was not recorded.
+        ends: int8 [T]. CONTINUES: the next row is the robot's next decision. TERMINAL: the episode
+            is over, and no value follows. TRUNCATED: the rest was not recorded.
 
     Raises:
         SchemaMismatch: if an array is not as above, a number is not finite, ``elapsed`` is
@@ -74,16 +74,17 @@ class Batch:
         return int(self.pair.shape[0])
 
 
-class Learned(NamedTuple):
-    """What some sweeps over a batch made of the action values.
+class LearnedValues(NamedTuple):
+    """Action values after some sweeps over a batch, with counts and errors.
 
     Attributes:
         q: float64 [P], the new action values.
-        seen: float64 [P], how often each pair was seen, the times before included: with replacing traces
-            once in an episode (or again when its trace has run out), with accumulating ones at each visit.
-        first_errors: float64 [T], TD error of each decision in the first sweep, without what swayed
-            it; NaN where the decision made no update (its pair is unknown, or its successor was not
-            recorded).
+        seen: float64 [P], how often each pair was seen, earlier batches included. Replacing traces
+            count a pair once an episode, and again if its trace has run out meanwhile; accumulating
+            traces count each visit.
+        first_errors: float64 [T], TD error of each decision in the first sweep, without influence
+            values. NaN where the decision made no update: its pair is unknown, or its successor was
+            not recorded.
         last_errors: the same in the last sweep.
     """
 
@@ -93,13 +94,47 @@ class Learned(NamedTuple):
     last_errors: F64
 
 
+class _Columns(NamedTuple):
+    """The batch as the kernel reads it, each [T]; discounts are gamma to the power of ``elapsed``."""
+
+    pair: I64
+    discount: F64
+    reward: F64
+    ends: I8
+
+
+class _Rule(NamedTuple):
+    """The learning rule's numbers, as :func:`sarsa_lambda` documents them."""
+
+    step_size: float
+    trace_decay: float
+    averaging: bool
+    replacing: bool
+
+
+class _Table(NamedTuple):
+    """A table in training; the kernel changes its arrays in place.
+
+    Attributes:
+        q: float64 [P], action values.
+        seen: float64 [P], how often each pair was seen.
+        trace: float64 [P], eligibility of each pair; all zero between episodes.
+        active: int64 [P], scratch: the pairs whose trace is not zero.
+    """
+
+    q: F64
+    seen: F64
+    trace: F64
+    active: I64
+
+
 @njit(cache=True, nogil=True)
 def td_error(q_tm1: float, r_t: float, discount_t: float, q_t: float) -> float:
-    """``r_t + discount_t * q_t - q_tm1``: by how much the outcome beat what was expected.
+    """TD error ``r_t + discount_t * q_t - q_tm1``: the outcome less the expectation.
 
     Args:
         q_tm1: action value of the pair decided on.
-        r_t: reward since then, as it was worth at that decision (already discounted).
+        r_t: reward since then, already discounted to that decision.
         discount_t: gamma to the power of the seconds since then.
         q_t: action value of the next pair; zero at the end of an episode.
     """
@@ -107,25 +142,23 @@ def td_error(q_tm1: float, r_t: float, discount_t: float, q_t: float) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _learn(
-    error: float, pair: int, decay: float, step_size: float, averaging: bool, replacing: bool,
-    q: F64, seen: F64, trace: F64, active: I64, count: int,
-) -> int:
-    """Move every traced pair along the error and decay its trace; the new number of active pairs.
+def _learn(error: float, pair: int, decay: float, rule: _Rule, table: _Table, count: int) -> int:
+    """Number of active pairs after one update: moves every traced pair along the error, decays its trace.
 
-    ``active[:count]`` lists the pairs whose ``trace`` is not zero, so the cost does not depend on P.
-    ``seen`` [P] is one larger for each trace that was begun, or for each visit if traces accumulate.
+    ``table.active[:count]`` lists the pairs whose trace is not zero, so the cost does not depend on P.
+    ``table.seen`` grows by one for each trace that begins, or for each visit if traces accumulate.
     """
+    q, seen, trace, active = table
     if trace[pair] == 0.0:
         active[count] = pair
         count += 1
-    if trace[pair] == 0.0 or not replacing:
+    if trace[pair] == 0.0 or not rule.replacing:
         seen[pair] += 1.0
-    trace[pair] = 1.0 if replacing else trace[pair] + 1.0
+    trace[pair] = 1.0 if rule.replacing else trace[pair] + 1.0
     kept = 0
     for i in range(count):
         traced = active[i]
-        step = max(step_size, 1.0 / seen[traced]) if averaging else step_size
+        step = max(rule.step_size, 1.0 / seen[traced]) if rule.averaging else rule.step_size
         q[traced] += step * error * trace[traced]
         decayed = trace[traced] * decay
         if decayed < TRACE_FLOOR:
@@ -138,16 +171,13 @@ def _learn(
 
 
 @njit(cache=True, nogil=True)
-def _sweep(
-    pair: I64, discount: F64, reward: F64, ends: I8, sway: F64,
-    step_size: float, trace_decay: float, averaging: bool, replacing: bool,
-    q: F64, seen: F64, errors: F64, trace: F64, active: I64,
-) -> None:
-    """One pass over the batch: changes ``q`` and ``seen`` [P] and fills ``errors`` [T].
+def _sweep(batch: _Columns, influence: F64, rule: _Rule, table: _Table, errors: F64) -> None:
+    """Make one pass over the batch: change ``table`` and fill ``errors`` [T].
 
-    ``sway`` [T] is added to a decision's error in its update only. ``trace`` [P] must be zero and
-    is zero again afterwards; ``active`` [P] is scratch.
+    ``influence`` [T] is added to a decision's error in its update only.
     """
+    pair, discount, reward, ends = batch
+    q, _, trace, active = table
     count = 0
     a_tm1 = -1  # the last known pair, waiting for its outcome
     row = 0
@@ -160,10 +190,8 @@ def _sweep(
             if a_tm1 >= 0:
                 error = td_error(q[a_tm1], r_t, discount_t, q[a_t])
                 errors[row] = error
-                error += sway[row]
-                decay = discount_t * trace_decay
                 count = _learn(
-                    error, a_tm1, decay, step_size, averaging, replacing, q, seen, trace, active, count
+                    error + influence[row], a_tm1, discount_t * rule.trace_decay, rule, table, count
                 )
             a_tm1, row, r_t, discount_t = a_t, t, 0.0, 1.0
         discount_t *= discount[t]
@@ -172,10 +200,8 @@ def _sweep(
             if ends[t] == TERMINAL and a_tm1 >= 0:
                 error = td_error(q[a_tm1], r_t, discount_t, 0.0)
                 errors[row] = error
-                error += sway[row]
-                decay = discount_t * trace_decay
                 count = _learn(
-                    error, a_tm1, decay, step_size, averaging, replacing, q, seen, trace, active, count
+                    error + influence[row], a_tm1, discount_t * rule.trace_decay, rule, table, count
                 )
             for i in range(count):
                 trace[active[i]] = 0.0
@@ -185,7 +211,7 @@ def _sweep(
 
 def sarsa_lambda(
     q: F64,
-    batch: Batch,
+    batch: Transitions,
     *,
     step_size: float,
     discount: float,
@@ -194,38 +220,37 @@ def sarsa_lambda(
     sweeps: int = 1,
     steps: Literal["constant", "average"] = "constant",
     seen: F64 | None = None,
-    sway: Callable[[F64], F64] | None = None,
-) -> Learned:
+    influence: Callable[[F64], F64] | None = None,
+) -> LearnedValues:
     """Action values after some sweeps over a batch, in order of time, updated at every decision.
 
     A decision at time t that lasts ``elapsed`` seconds has the target
-    ``discount ** elapsed * (reward + q_next)``: the reward is discounted like everything else that
-    happens at the end of the decision, so that a goal is worth ``discount ** seconds`` to each
-    decision before it, as in the paper's value of a situation (section 3.2.2). Traces decay by
-    ``discount ** elapsed * trace_decay`` and are cleared where an episode ends.
+    ``discount ** elapsed * (reward + q_next)``. The reward is discounted because it comes at the end
+    of the decision. So a goal is worth ``discount ** seconds`` to each decision before it, as in the
+    paper's value of a situation (section 3.2.2). Traces decay by ``discount ** elapsed * trace_decay``
+    and are cleared where an episode ends.
 
-    A decision whose pair is UNKNOWN is no choice that could be valued: it prolongs the known
-    decision before it, which waits through it for its successor and collects its reward; before
-    the episode's first known decision it is ignored. The last known decision of a TRUNCATED
-    episode has no successor and makes no update; updates before it stand.
+    A decision whose pair is UNKNOWN has no value to learn. It prolongs the known decision before it,
+    which waits for its successor and collects the reward meanwhile. Before the episode's first known
+    decision it is ignored. The last known decision of a TRUNCATED episode has no successor and makes
+    no update; earlier updates stand.
 
     Args:
         q: float64 [P], action values to start from; not changed.
         batch: the decisions; every pair is below P.
-        step_size: alpha, in (0, 1]; of averages the least that it becomes.
+        step_size: alpha, in (0, 1]; of averages the least step.
         discount: gamma a second, in (0, 1].
         trace_decay: lambda a decision, in [0, 1].
-        traces: what a visit does to its pair's trace: replacing sets one, accumulating adds one.
+        traces: effect of a visit on its pair's trace: replacing sets one, accumulating adds one.
         sweeps: passes over the batch, at least 1.
-        steps: "constant", or "average" (Sutton and Barto, 2nd edition, section 2.4): a pair's step size is
-            one over how often it was seen, and ``step_size`` if that is more. For episodes of one decision
-            a value is then the mean return of all; what else counts as seen is said at :class:`Learned`.
-        seen: float64 [P], finite and not negative: how often each pair was seen before; None: never. Every
-            sweep counts from there.
-        sway: asked before every sweep for what is added to the TD error of each decision in its
-            update, float64 [T], finite. It is given the TD errors by the values that the sweep
-            starts from, float64 [T], NaN where a decision makes no update. See
-            :class:`pipeline.policies.influence.Influence`.
+        steps: "constant", or "average" (Sutton and Barto, 2nd edition, section 2.4). The step of an
+            average is one over how often the pair was seen, but at least ``step_size``. In episodes of
+            one decision a value is then the mean of all returns. :class:`LearnedValues` defines "seen".
+        seen: float64 [P], finite and not negative: how often each pair was seen before; None for
+            never. Every sweep counts from there.
+        influence: called before every sweep with the TD errors by the current values, float64 [T], NaN
+            where a decision makes no update. Returns what is added to each decision's TD error in its
+            update, float64 [T], finite. See :class:`pipeline.policies.influence.Influence`.
 
     Raises:
         SchemaMismatch: if ``q`` is not float64 [P] and finite, or a pair is not below P.
@@ -251,40 +276,42 @@ def sarsa_lambda(
     _require(before.shape == q.shape and before.dtype == np.float64, "seen", "is not float64 [P]")
     _require_all(np.isfinite(before) & (before >= 0), "seen", "is negative or not finite")
 
+    # copies, because numba compiles the kernel once more for read-only arrays
+    columns = _Columns(
+        batch.pair.copy(), np.power(discount, batch.elapsed), batch.reward.copy(), batch.ends.copy()
+    )
+    rule = _Rule(float(step_size), float(trace_decay), steps == "average", traces == "replacing")
     learned, counted = q.copy(), before.copy()
-    discounts = np.power(discount, batch.elapsed)
-    trace = np.zeros_like(learned)
-    active = np.empty(len(learned), dtype=np.int64)
+    scratch = np.zeros_like(learned), np.empty(len(learned), dtype=np.int64)
     errors = [np.empty(len(batch)) for _ in range(min(sweeps, 2))]
-    alone = np.zeros(len(batch))
-    # read-only arrays are another type to numba, and would have the kernel compiled once more
-    pair, reward, ends = batch.pair.copy(), batch.reward.copy(), batch.ends.copy()
+    none = np.zeros(len(batch))
     for sweep in range(sweeps):
-        swayed, counted = alone, before.copy()
-        if sway is not None:
-            # a sweep of step zero moves nothing: its errors are those by the values as they are
-            still = np.empty(len(batch))
-            _sweep(
-                pair, discounts, reward, ends, alone, 0.0, 0.0, False, True, learned.copy(), counted.copy(),
-                still, trace, active,
-            )
-            swayed = sway(still)
-        _sweep(
-            pair, discounts, reward, ends, swayed, step_size, trace_decay, steps == "average",
-            traces == "replacing", learned, counted, errors[min(sweep, 1)], trace, active,
-        )
+        added, counted = none, before.copy()
+        if influence is not None:
+            added = influence(_errors_of(columns, learned, counted, scratch))
+        _sweep(columns, added, rule, _Table(learned, counted, *scratch), errors[min(sweep, 1)])
     if not np.isfinite(learned).all():
         raise BadSettings(
             "the action values grew beyond all bounds", where="sarsa",
             next_step="Lower step_size, discount or trace_decay, or use replacing traces",
         )
-    return Learned(learned, counted, errors[0], errors[-1])
+    return LearnedValues(learned, counted, errors[0], errors[-1])
+
+
+def _errors_of(columns: _Columns, q: F64, seen: F64, scratch: tuple[F64, I64]) -> F64:
+    """TD error of each decision by the values as they are, float64 [T]: a sweep of step zero on copies."""
+    errors = np.empty(len(columns.pair))
+    _sweep(
+        columns, np.zeros(len(errors)), _Rule(0.0, 0.0, averaging=False, replacing=True),
+        _Table(q.copy(), seen.copy(), *scratch), errors,
+    )
+    return errors
 
 
 def _require(ok: bool, name: str, breach: str) -> None:
     if not ok:
         raise SchemaMismatch(
-            f"{name} {breach}", where="sarsa", next_step="Pass arrays as Batch documents them"
+            f"{name} {breach}", where="sarsa", next_step="Pass arrays as Transitions documents them"
         )
 
 

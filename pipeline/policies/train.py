@@ -1,10 +1,10 @@
-"""Policies: what each behaviour is worth in each state, learned after the match from its decisions.
+"""Policies: action values of behaviours in states, learned after the match from its decisions.
 
-The learner tests by experience what the knowledge got by imitation (paper section 4): batch
-Sarsa(lambda) acts only on the pairs of state and behaviour that the knowledge holds. A policy holds
-one table a key, which is what the state is abstracted to (``pipeline.state``), and in it one a role.
-The tables of each key are a learning problem of their own, over all decisions, so that a player can
-turn to a coarser key where a finer one knows nothing.
+The knowledge comes from imitation; the learner tests it by experience (paper section 4). Batch
+Sarsa(lambda) values only the pairs of state and behaviour that the knowledge holds. A policy has one
+table for each key and role; a key is an abstraction of the state (``pipeline.state``). Each key is a
+learning problem of its own over all decisions, so that a player can turn to a coarser key where a finer
+one knows nothing.
 """
 
 from __future__ import annotations
@@ -18,7 +18,15 @@ import polars as pl
 
 from pipeline.errors import SchemaMismatch
 from pipeline.policies.influence import Influence
-from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRUNCATED, UNKNOWN, Batch, Learned, sarsa_lambda
+from pipeline.policies.sarsa import (
+    CONTINUES,
+    TERMINAL,
+    TRUNCATED,
+    UNKNOWN,
+    LearnedValues,
+    Transitions,
+    sarsa_lambda,
+)
 from pipeline.settings import PolicySettings
 from pipeline.state import project
 from schemas import Decisions, Policies
@@ -32,14 +40,14 @@ _PAIR = ["role", "key", "state", "behaviour_id"]
 
 @dataclass(frozen=True, slots=True)
 class TableTraining:
-    """What the training did to the table of one role in one key.
+    """Counts and errors of the training of one table: one role in one key.
 
     Attributes:
         pairs: state-behaviour pairs in the table.
-        new_pairs: how many of them the parent did not have.
+        new_pairs: pairs that the parent did not have.
         decisions: decisions made in the role.
-        transitions: how many of them updated the table in each sweep: those whose pair the
-            knowledge holds and whose outcome was recorded.
+        transitions: decisions that updated the table in each sweep: the knowledge holds their pair,
+            and their outcome was recorded.
         first_error: mean absolute TD error of the transitions in the first sweep; None without any.
         last_error: the same in the last sweep.
     """
@@ -54,11 +62,11 @@ class TableTraining:
 
 @dataclass(frozen=True, slots=True)
 class TrainingReport:
-    """What the training did.
+    """Counts and errors of one training.
 
     Attributes:
-        matches: number of tables of decisions that it learned from.
-        decisions: decisions in them that it was to learn from.
+        matches: tables of decisions in the batch.
+        decisions: decisions in the batch, after ``learn_from`` of the settings.
         tables: by key, fine to coarse, then by role in the order of ROLES.
     """
 
@@ -78,7 +86,7 @@ class TrainingReport:
 
     @property
     def transitions(self) -> int:
-        """Updates of a sweep, of all tables: a decision makes one in each key that holds its pair."""
+        """Updates of one sweep over all tables; a decision makes one in each key that holds its pair."""
         return sum(table.transitions for roles in self.tables.values() for table in roles.values())
 
 
@@ -90,32 +98,32 @@ def train(
     version: int,
     knowledge_version: int,
 ) -> tuple[pl.DataFrame, TrainingReport]:
-    """The next version of the policy.
+    """Train the next version of the policy.
 
-    A robot's decisions are one sequence: when its role changes, the next pair is in the other
-    role's table and the value flows across, for a goal rewards all who led to it. What it chose and
-    what it was seen to do are two sequences. A decision with no behaviour is the behaviour 194,
-    moves randomly, of its role. How decisions that a key's table does not hold are passed over is
-    said at :func:`pipeline.policies.sarsa.sarsa_lambda`.
+    A robot's decisions are one sequence. When its role changes, the next pair is in the other role's
+    table and value flows across, because a goal rewards all decisions that led to it. The robot's
+    chosen decisions and its observed ones are two sequences. A decision with no behaviour counts as
+    194, moves randomly, of its role. :func:`pipeline.policies.sarsa.sarsa_lambda` describes how
+    decisions outside a key's table are passed over.
 
     Args:
-        decisions: tables of schema Decisions, one match each, of the robots that learn; consumed
-            one at a time and learned from in this order, in every key. About 30 bytes a decision
-            are kept (48 with influence values); while a key is trained it takes some 150 more,
-            however many keys there are.
+        decisions: tables of schema Decisions, one match each, of the robots that learn. They are
+            consumed one at a time and learned from in this order, in every key. About 30 bytes a
+            decision are kept, 48 with influence values. Training takes some 150 bytes more a
+            decision, for any number of keys.
         occasions: schema Occasions, of one version of the knowledge: the pairs to value.
-        parent: schema Policies, the version before, or None; None also if ``settings.parent`` is
-            not set. A pair that it has starts from its value; where a new one starts,
-            ``settings.new_pairs`` says: "optimistic" from the greatest value that the parent gives
-            to a behaviour usable in that state by the role, where it gives none from the occasion's
-            ``initial``; "outcome" from the occasion's ``value``, if it has one, else the same.
+        parent: schema Policies, the version before, or None. It is ignored if ``settings.parent`` is
+            not set. A pair that it has starts from its value. A new pair starts by
+            ``settings.new_pairs``. "optimistic": the greatest value that the parent gives to a
+            behaviour usable in that state by the role, else the occasion's ``initial``. "outcome": the
+            occasion's ``value``, else its ``initial``.
         settings: which decisions to learn from, the start and the learning rule.
         version: of the new policy.
         knowledge_version: of ``occasions``.
 
     Returns:
-        A table of schema Policies whose pairs are exactly those of ``occasions``; to the parent's
-        ``visits`` those of this batch are added, once however many sweeps. And what was done.
+        A table of schema Policies with exactly the pairs of ``occasions``, and the report. ``visits`` is
+        the parent's plus this batch's, which count once for any number of sweeps.
 
     Raises:
         SchemaMismatch: if a table names a pair twice, or a time or reward is not usable.
@@ -123,8 +131,8 @@ def train(
     """
     pairs = _initial(occasions, parent, settings)
     known = pl.Enum(pairs["behaviour_id"].unique().sort())
-    matches = [_slim(match, number, known, settings) for number, match in enumerate(decisions)]
-    rows = pl.concat([_slim(Decisions.empty(), 0, known, settings), *matches])
+    matches = [_batch_of(match, number, known, settings) for number, match in enumerate(decisions)]
+    rows = pl.concat([_batch_of(Decisions.empty(), 0, known, settings), *matches])
     q, visits, evidence = (pairs[name].to_numpy().copy() for name in ("q", "visits", "evidence"))
     tables = {}
     for key in pairs["key"].unique().sort():
@@ -146,7 +154,7 @@ def train(
 
 
 def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, settings: PolicySettings) -> pl.DataFrame:
-    """The pairs in order, with ``row`` and ``new``, and where ``q``, ``visits`` and ``evidence`` start."""
+    """The pairs in order, with ``row``, ``new``, and the start of ``q``, ``visits`` and ``evidence``."""
     known = Policies.empty() if parent is None or not settings.parent else parent
     for name, frame in (("occasions", occasions), ("parent", known)):
         if frame.select(_PAIR).is_duplicated().any():
@@ -170,21 +178,21 @@ def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, settings: Pol
     )
 
 
-def _slim(match: pl.DataFrame, number: int, known: pl.Enum, settings: PolicySettings) -> pl.DataFrame:
-    """What is learned from of one match, in order and in few bytes a decision.
+def _batch_of(match: pl.DataFrame, number: int, known: pl.Enum, settings: PolicySettings) -> pl.DataFrame:
+    """The decisions of one match to learn from, in order and in few bytes each.
 
-    Columns role, state, behaviour_id (null if not ``known``), elapsed, reward and ends; for influence
-    values also robot, t_ns and company, the ``number`` of the match, team and episode in one.
+    Columns role, state, behaviour_id (null if not ``known``), elapsed, reward and ends. For influence
+    values also robot, t_ns and team_episode, which packs the match's ``number``, team and episode.
     """
     if settings.learn_from != "both":
         match = match.filter(pl.col("chosen") == (settings.learn_from == "chosen"))
     sequence = ("team", "robot", "chosen")
     episode = pl.struct(*sequence, "episode").rle_id()
     team, kind = pl.col("team").to_physical().cast(pl.Int64), pl.col("chosen").cast(pl.Int64)
-    company = [
+    team_episode = [
         "robot",
         "t_ns",
-        ((pl.lit(number, pl.Int64) * 2**31 + pl.col("episode")) * 4 + team * 2 + kind).alias("company"),
+        ((pl.lit(number, pl.Int64) * 2**31 + pl.col("episode")) * 4 + team * 2 + kind).alias("team_episode"),
     ]
     return (
         match.sort(*sequence, "t_ns")
@@ -199,13 +207,13 @@ def _slim(match: pl.DataFrame, number: int, known: pl.Enum, settings: PolicySett
             pl.when(pl.col("ends") == "terminal").then(TERMINAL)
             .when(pl.col("ends").is_not_null() | pl.col("last")).then(TRUNCATED)
             .otherwise(CONTINUES).cast(pl.Int8).alias("ends"),
-            *(company if settings.rule == "influence" else ()),
+            *(team_episode if settings.rule == "influence" else ()),
         )
     )
 
 
 def _pairs(rows: pl.DataFrame, own: pl.DataFrame, key: Key) -> I64:
-    """The index of each decision's pair in ``own``, the pairs of one key; UNKNOWN where it is none."""
+    """Index of each decision's pair in ``own``, the pairs of one key, int64 [T]; UNKNOWN without one."""
     known = rows["behaviour_id"].dtype
     index = own.select(
         "role",
@@ -222,14 +230,14 @@ def _pairs(rows: pl.DataFrame, own: pl.DataFrame, key: Key) -> I64:
     )
 
 
-def _learn(rows: pl.DataFrame, pair: I64, own: pl.DataFrame, settings: PolicySettings) -> Learned:
-    """Train one key's pairs ``own``: their ``visits`` have this batch's, all else is where they start."""
-    batch = Batch(pair, **{name: rows[name].to_numpy() for name in ("elapsed", "reward", "ends")})
-    sway = None
+def _learn(rows: pl.DataFrame, pair: I64, own: pl.DataFrame, settings: PolicySettings) -> LearnedValues:
+    """Train the pairs ``own`` of one key; their ``visits`` include this batch's, all else is their start."""
+    batch = Transitions(pair, **{name: rows[name].to_numpy() for name in ("elapsed", "reward", "ends")})
+    influence = None
     if settings.rule == "influence":
         of_state = pl.col("visits").sum().over("role", "state")
-        sway = Influence(
-            company=rows["company"].to_numpy(),
+        influence = Influence(
+            team_episode=rows["team_episode"].to_numpy(),
             robot=rows["robot"].rank("dense").cast(pl.Int64).to_numpy() - 1,
             t_ns=rows["t_ns"].to_numpy(),
             pair=pair,
@@ -246,12 +254,12 @@ def _learn(rows: pl.DataFrame, pair: I64, own: pl.DataFrame, settings: PolicySet
         sweeps=settings.sweeps,
         steps=settings.steps,
         seen=own["evidence"].to_numpy(),
-        sway=sway,
+        influence=influence,
     )
 
 
-def _training(own: pl.DataFrame, roles: pl.Series, learned: Learned) -> dict[str, TableTraining]:
-    """Each role's part in the training of a key, from its pairs and the decisions' roles and errors [T]."""
+def _training(own: pl.DataFrame, roles: pl.Series, learned: LearnedValues) -> dict[str, TableTraining]:
+    """Report of each role in one key, from the key's pairs and the decisions' roles and errors [T]."""
     out = {}
     for role in ROLES:
         pairs = own.filter(pl.col("role") == role)

@@ -131,7 +131,7 @@ IS, NOT, VERY, AND, OR = range(5)
 
 
 @dataclass(frozen=True, slots=True)
-class Code:
+class Program:
     """Conditions compiled to register code; each distinct sub-expression is evaluated once.
 
     Attributes:
@@ -151,7 +151,7 @@ def compile_conditions(
     expressions: Sequence[Expression],
     signals: Sequence[str],
     lines: Callable[[str, str], tuple[float, float, float, float]],
-) -> Code:
+) -> Program:
     """Register code for many conditions over the same signals.
 
     Args:
@@ -192,7 +192,7 @@ def compile_conditions(
         return out
 
     outputs = [register(expression) for expression in expressions]
-    return Code(
+    return Program(
         steps=np.array(steps, dtype=np.int32).reshape(-1, 4),
         lines=np.array(list(rows), dtype=np.float64).reshape(-1, 4),
         registers=len(signals) + len(steps),
@@ -208,7 +208,7 @@ def execute(steps: I32, lines: F64, registers: F64, n: int) -> None:
     comparisons are written so that NaN comes through: ``x < 0`` and ``x > 1`` are false of NaN.
 
     Args:
-        steps: int32 [S, 4], see :class:`Code`.
+        steps: int32 [S, 4], see :class:`Program`.
         lines: float64 [L, 4].
         registers: float64 [R, at least n]; the signals are filled in, the rest is overwritten.
         n: how many samples.

@@ -19,9 +19,9 @@ from pipeline.errors import SchemaMismatch
 from pipeline.pitch import SCALES, Pitch
 from pipeline.settings import SituationSettings
 from pipeline.situations import conditions, occurrences, signals
+from pipeline.situations.dense import DenseMatch, dense_match
 from pipeline.situations.rulebook import RuleSet, compiled, rule_table, term_table
 from pipeline.situations.rules import RULES, TABLE_1, Start, Target
-from pipeline.situations.scene import Scene, arrange
 from schemas import ROLES, TEAMS, Situations
 from schemas.situations import MOVES_RANDOMLY
 
@@ -68,7 +68,7 @@ def recognise(trajectories: pl.DataFrame, pitch: Pitch, settings: SituationSetti
         raise SchemaMismatch(
             "holds more than one match", where="trajectories", next_step="Recognise one match at a time"
         )
-    scene = arrange(trajectories, SCALES[pitch.kind])
+    scene = dense_match(trajectories, SCALES[pitch.kind])
     distances = signals.ball_distances(scene.poses, scene.ball)
     median_ns = _median_intervals(scene)
     workers = {name: _Worker(rules, settings) for name, rules in compiled(pitch.kind).items()}
@@ -85,7 +85,7 @@ def _ns(seconds: float) -> int:
     return round(seconds * 1e9)
 
 
-def _median_intervals(scene: Scene) -> I64:
+def _median_intervals(scene: DenseMatch) -> I64:
     """Median sampling interval of each sample's segment, int64 [T] nanoseconds; 0 in one of one sample."""
     medians = np.zeros(len(scene.t_ns), dtype=np.int64)
     edges = np.flatnonzero(np.diff(scene.segment)) + 1
@@ -114,7 +114,7 @@ class _Samples:
     fresh: Flags
 
 
-def _samples(scene: Scene, row: int, median_ns: I64, settings: SituationSettings) -> _Samples:
+def _samples(scene: DenseMatch, row: int, median_ns: I64, settings: SituationSettings) -> _Samples:
     index = np.flatnonzero(scene.present[row] & (scene.segment >= 0))
     t_ns, segment = scene.t_ns[index], scene.segment[index]
     away = (np.diff(index) > 1) & (np.diff(t_ns) > _ns(settings.flicker_s) + occurrences.CLOCK_NS)
@@ -127,7 +127,7 @@ def _samples(scene: Scene, row: int, median_ns: I64, settings: SituationSettings
 
 
 def _situations_of(
-    row: int, scene: Scene, distances: F64, median_ns: I64, pitch: Pitch, settings: SituationSettings,
+    row: int, scene: DenseMatch, distances: F64, median_ns: I64, pitch: Pitch, settings: SituationSettings,
     workers: dict[str, _Worker],
 ) -> tuple[I64, F64]:
     """The situations of one robot.
@@ -170,8 +170,8 @@ class _Worker:
     def __init__(self, rules: RuleSet, settings: SituationSettings) -> None:
         self.rules = rules
         self.settings = settings
-        self.block = REGISTERS // rules.code.registers
-        self.registers = np.empty((rules.code.registers, self.block))
+        self.block = REGISTERS // rules.program.registers
+        self.registers = np.empty((rules.program.registers, self.block))
         self.found = np.empty((len(rules.places) * (self.block + 1), 4), dtype=np.int64)
         self.strengths = np.empty(len(self.found))
         self.lull_ns = np.where(
@@ -195,7 +195,7 @@ class _Worker:
         for at in range(0, len(t_ns), self.block):
             n = min(self.block, len(t_ns) - at)
             fill(at, n, self.registers)
-            conditions.execute(rules.code.steps, rules.code.lines, self.registers, n)
+            conditions.execute(rules.program.steps, rules.program.lines, self.registers, n)
             count = occurrences.advance(
                 self.registers, rules.initial, rules.final, rules.start, rules.limit_ns, rules.hold_ns,
                 self.lull_ns, _ns(self.settings.longest_s), self.settings.fire_at - ROUNDING,
@@ -216,7 +216,7 @@ class _Worker:
 
 
 def _occurrences(
-    row: int, scene: Scene, samples: _Samples, distances: F64, pitch: Pitch, workers: dict[str, _Worker]
+    row: int, scene: DenseMatch, samples: _Samples, distances: F64, pitch: Pitch, workers: dict[str, _Worker]
 ) -> tuple[I64, F64]:
     """All that the rules find in one robot's samples, see :meth:`_Worker.run`."""
     index = samples.index
@@ -242,7 +242,7 @@ def _occurrences(
     return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
 
 
-def _meanings(row: int, scene: Scene, samples: _Samples, found: I64) -> tuple[I64, I64]:
+def _meanings(row: int, scene: DenseMatch, samples: _Samples, found: I64) -> tuple[I64, I64]:
     """Code (0: none) and target of each occurrence; the roles at its start decide the code."""
     rule, other = found[:, occurrences.RULE], found[:, occurrences.OTHER]
     start = samples.index[found[:, occurrences.K0]]
@@ -271,13 +271,13 @@ _LONGEST_NS = np.array([
 ])
 
 
-def _target_names(scene: Scene) -> list[str | None]:
+def _target_names(scene: DenseMatch) -> list[str | None]:
     """Names of the targets by number; the last is that of -1."""
     robots = [f"{TEAMS[team]}-{robot}" for team, robot in zip(scene.team, scene.robot, strict=True)]
     return [*robots, *(str(thing) for thing in _THINGS), None]
 
 
-def _table(match_id: str, scene: Scene, rows: I64, strengths: F64) -> pl.DataFrame:
+def _table(match_id: str, scene: DenseMatch, rows: I64, strengths: F64) -> pl.DataFrame:
     """Rows of schema Situations from what :func:`_situations_of` returns."""
     row, role, code, target, start_ns, end_ns, segment = rows.T
     targets = pl.Series(_target_names(scene), dtype=pl.String)

@@ -13,7 +13,7 @@ import polars as pl
 from pipeline.pitch import SCALES, Kind
 from pipeline.settings import SituationSettings
 from pipeline.situations import fuzzy, occurrences, signals
-from pipeline.situations.conditions import Code, compile_conditions, parse
+from pipeline.situations.conditions import Program, compile_conditions, parse
 from pipeline.situations.fuzzy import Variable
 from pipeline.situations.rules import MACROS, RULES, TABLE_1, Start, Target
 from schemas.situations import MOVES_RANDOMLY
@@ -31,7 +31,7 @@ class RuleSet:
 
     Attributes:
         places: int64 [V], which rules of RULES they are.
-        code: their conditions.
+        program: their conditions, compiled.
         initial, final: int32 [V], registers of the conditions.
         start: int64 [V], ONSET, LATEST or WHILE of :mod:`pipeline.situations.occurrences`.
         limit_ns, hold_ns: int64 [V].
@@ -39,7 +39,7 @@ class RuleSet:
     """
 
     places: I64
-    code: Code
+    program: Program
     initial: I32
     final: I32
     start: I64
@@ -69,12 +69,12 @@ def compiled(kind: Kind) -> dict[str, RuleSet]:
         rules = [RULES[place] for place in places]
         # a rule without final condition keeps its register: it is never looked at
         texts = [text for rule in rules for text in (rule.initial, rule.final or rule.initial)]
-        code = compile_conditions([parse(text, MACROS) for text in texts], names, lines)
+        program = compile_conditions([parse(text, MACROS) for text in texts], names, lines)
         return RuleSet(
             places=np.array(places, dtype=np.int64),
-            code=code,
-            initial=code.outputs[0::2].copy(),
-            final=code.outputs[1::2].copy(),
+            program=program,
+            initial=program.outputs[0::2].copy(),
+            final=program.outputs[1::2].copy(),
             start=np.array([_STARTS[rule.start] for rule in rules], dtype=np.int64),
             limit_ns=np.array([round(rule.limit_s * 1e9) for rule in rules], dtype=np.int64),
             hold_ns=np.array([round(rule.hold_s * 1e9) for rule in rules], dtype=np.int64),

@@ -16,7 +16,7 @@ F64 = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
 #: Distance to somebody who is not there: no term of nearness holds.
-NOBODY = 1e6
+ABSENT = 1e6
 
 #: Signals of a robot, in the order of :func:`fill_own`.
 OWN: tuple[str, ...] = (
@@ -38,8 +38,8 @@ def ball_distances(poses: F64, ball: F64) -> F64:
     """Distance of each robot to the ball, float64 [B, T] in metres, NaN where either is missing.
 
     Args:
-        poses: as in :class:`pipeline.situations.scene.Scene`.
-        ball: as in :class:`pipeline.situations.scene.Scene`.
+        poses: as in :class:`pipeline.situations.dense.DenseMatch`.
+        ball: as in :class:`pipeline.situations.dense.DenseMatch`.
     """
     out: F64 = np.empty_like(poses[0])
     for b in range(len(out)):
@@ -53,14 +53,14 @@ def ball_distances(poses: F64, ball: F64) -> F64:
 def nearest_to_ball(distances: F64, among: Flags, ball: F64) -> F64:
     """Distance of the nearest of some robots to the ball, float64 [T] in metres.
 
-    Only robots that are there count; NOBODY where none is, NaN where the ball is missing.
+    Only robots that are there count; ABSENT where none is, NaN where the ball is missing.
 
     Args:
         distances: float64 [B, T], as :func:`ball_distances`.
         among: bool [B], the robots to choose from.
-        ball: as in :class:`pipeline.situations.scene.Scene`.
+        ball: as in :class:`pipeline.situations.dense.DenseMatch`.
     """
-    nearest = np.where(np.isnan(ball[0]), np.nan, NOBODY)
+    nearest = np.where(np.isnan(ball[0]), np.nan, ABSENT)
     for b in range(distances.shape[0]):
         if among[b]:
             for k in range(distances.shape[1]):
@@ -108,7 +108,7 @@ def fill_own(
 
     Args:
         mine: float64 [7, N], the robot's x, y, cos, sin, speed, course_cos, course_sin.
-        ball: float64 [5, N], as in :class:`pipeline.situations.scene.Scene`.
+        ball: float64 [5, N], as in :class:`pipeline.situations.dense.DenseMatch`.
         opponent: float64 [N], distance of the nearest opponent to the ball.
         teammate: float64 [N], distance of the nearest teammate to the ball.
         at: first sample of the block.

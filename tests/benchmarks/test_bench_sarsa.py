@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRACE_FLOOR, Batch, sarsa_lambda
+from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRACE_FLOOR, Transitions, sarsa_lambda
 
 PAIRS = 60_000
 RULE = {"step_size": 0.1, "discount": 0.95, "trace_decay": 0.9}
@@ -14,7 +14,7 @@ def made_up(transitions):
     rng = np.random.default_rng(1)
     ends = np.where(rng.random(transitions) < 1 / 75, TERMINAL, CONTINUES).astype(np.int8)
     ends[-1] = TERMINAL
-    return Batch(
+    return Transitions(
         pair=(PAIRS * rng.random(transitions) ** 3).astype(np.int64),
         elapsed=rng.uniform(0.2, 0.6, transitions),
         reward=np.where(ends == TERMINAL, rng.choice([-1.0, 0.0, 1.0], transitions), 0.0),

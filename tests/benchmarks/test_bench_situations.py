@@ -17,10 +17,10 @@ from pipeline.pitch import SCALES, Kind
 from pipeline.settings import SituationSettings, TrajectorySettings
 from pipeline.situations import conditions, fuzzy, signals
 from pipeline.situations.conditions import And, Expression, Is, Not, Or, Very, execute, parse
+from pipeline.situations.dense import dense_match
 from pipeline.situations.recognise import recognise
 from pipeline.situations.rulebook import compiled, variable_of
 from pipeline.situations.rules import MACROS, RULES, Start
-from pipeline.situations.scene import arrange
 from pipeline.trajectories.derive import trajectories
 
 TERMS = fuzzy.terms(SCALES[Kind.VSSS])
@@ -41,7 +41,7 @@ def table():
 @pytest.fixture(scope="module")
 def rows(table):
     """Signals OWN of one robot, float64 [len(OWN), N]; no NaN, which the control simulation refuses."""
-    scene = arrange(table, SCALES[Kind.VSSS])
+    scene = dense_match(table, SCALES[Kind.VSSS])
     distances = signals.ball_distances(scene.poses, scene.ball)
     near = signals.nearest_to_ball(distances, scene.team == 1, scene.ball)
     n = len(scene.t_ns)
@@ -53,12 +53,12 @@ def rows(table):
 @pytest.mark.benchmark(group=f"{len(EXPRESSIONS)} fuzzy conditions")
 def test_ours(benchmark, rows):
     n = rows.shape[1] // BLOCK * BLOCK
-    registers = np.empty((OWN.code.registers, BLOCK))
+    registers = np.empty((OWN.program.registers, BLOCK))
 
     def run():
         for at in range(0, n, BLOCK):
             registers[: len(rows)] = rows[:, at:at + BLOCK]
-            execute(OWN.code.steps, OWN.code.lines, registers, BLOCK)
+            execute(OWN.program.steps, OWN.program.lines, registers, BLOCK)
 
     run()
     benchmark(run)

@@ -113,9 +113,9 @@ def may_begin(b, roles):
     begins = {code: np.zeros(k, dtype=bool) for code in executors.CODES}
 
     def look(name, fill, codes_of):
-        registers = np.empty((rules[name].code.registers, k))
+        registers = np.empty((rules[name].program.registers, k))
         fill(registers)
-        conditions.execute(rules[name].code.steps, rules[name].code.lines, registers, k)
+        conditions.execute(rules[name].program.steps, rules[name].program.lines, registers, k)
         for place, initial in zip(rules[name].places, rules[name].initial, strict=True):
             for code, where in codes_of(RULES[place]):
                 if code:

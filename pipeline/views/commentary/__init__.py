@@ -25,7 +25,7 @@ from pipeline.views.commentary.moments import (
     of_the_referee,
 )
 from pipeline.views.commentary.settings import CommentarySettings
-from pipeline.views.commentary.summary import Summary, summarise
+from pipeline.views.commentary.summary import MatchStatistics, summarise
 from pipeline.views.commentary.touches import spells, touches
 
 __all__ = ["Commentary", "CommentarySettings", "commentary"]
@@ -41,7 +41,7 @@ class Commentary:
     """
 
     moments: tuple[Moment, ...]
-    summary: Summary
+    summary: MatchStatistics
 
 
 def commentary(

@@ -48,7 +48,7 @@ class Side(BaseModel):
     random: dict[str, float]
 
 
-class Summary(BaseModel):
+class MatchStatistics(BaseModel):
     """Both teams' match.
 
     Attributes:
@@ -70,7 +70,7 @@ class Summary(BaseModel):
 def summarise(
     match: pl.DataFrame, goals: pl.DataFrame, situations: pl.DataFrame, shots: Sequence[Shot],
     spells: Sequence[Spell], settings: CommentarySettings,
-) -> Summary:
+) -> MatchStatistics:
     """A match in numbers.
 
     Args:
@@ -101,7 +101,7 @@ def summarise(
             random={role: _random(done) for role, done in _by_role(situations, team)},
         )
 
-    return Summary(
+    return MatchStatistics(
         match_id=row["match_id"], duration_s=row["duration_s"], home=side("home"), away=side("away"),
         note=note_on(row["home"], row["away"]),
     )
@@ -127,7 +127,7 @@ def _random(done: pl.DataFrame) -> float:
     return float(lasts[(done["code"] == MOVES_RANDOMLY).to_numpy()].sum() / lasts.sum())
 
 
-def heading(summary: Summary) -> tuple[str, ...]:
+def heading(summary: MatchStatistics) -> tuple[str, ...]:
     """Who played whom, for people, line by line."""
     home, away = summary.home, summary.away
     score = "–" if home.score is None or away.score is None else f"{home.score} : {away.score}"
@@ -135,7 +135,7 @@ def heading(summary: Summary) -> tuple[str, ...]:
     return (played,) if summary.note is None else (played, f"{summary.note}.")
 
 
-def numbers(summary: Summary) -> Iterator[str]:
+def numbers(summary: MatchStatistics) -> Iterator[str]:
     """The summary for people, line by line."""
     sides = {"home": summary.home, "away": summary.away}
     rows = [("", *(f"{team} ({side.name})" for team, side in sides.items()))]

@@ -46,7 +46,7 @@ class Touch(NamedTuple):
     reach: float
 
 
-class _Ball(NamedTuple):
+class _BallPath(NamedTuple):
     """The ball in play by time, each [n]."""
 
     t_ns: I64
@@ -67,7 +67,7 @@ def touches(trajectories: pl.DataFrame, pitch: Pitch, settings: CommentarySettin
     seen = in_play.filter(pl.col("team") == "ball").sort("t_ns").with_row_index("sample")
     t_ns, segment = (seen[name].to_numpy().astype(np.int64) for name in ("t_ns", "segment"))
     x, y = (seen[name].to_numpy().astype(np.float64) for name in ("x", "y"))
-    ball = _Ball(t_ns, segment, x, y)
+    ball = _BallPath(t_ns, segment, x, y)
     distance = ((pl.col("x") - pl.col("bx")) ** 2 + (pl.col("y") - pl.col("by")) ** 2).sqrt()
     near = (
         in_play.filter(pl.col("team") != "ball")
@@ -104,7 +104,7 @@ def _period(t_ns: I64) -> int:
 
 
 def _touch(
-    team: str, robot: int, role: str, segment: int, first: int, last: int, *, following: int, ball: _Ball,
+    team: str, robot: int, role: str, segment: int, first: int, last: int, *, following: int, ball: _BallPath,
     pitch: Pitch, line_ns: int,
 ) -> Touch:
     """A touch from its first to its last sample; ``following`` is the first sample of the next one."""

@@ -17,7 +17,7 @@ from PIL import Image
 
 from pipeline.errors import BadSettings, NotFound
 from pipeline.pitch import Pitch
-from pipeline.views.replay.painting import Moment, Painter, Point, Robot
+from pipeline.views.replay.painting import FilmPainter, Point, Robot, Snapshot
 
 #: GIF counts in hundredths of a second: 12.5 pictures a second.
 STEP_MS = 80
@@ -67,7 +67,7 @@ def animation(
     lines = max(len({robot.number for m in shown for robot in m.robots if robot.team == team})
                 for team in ("home", "away"))
     names = match.select("home", "away").row(0)
-    painter = Painter(pitch, names, lines if lines <= _LISTED else 0, WIDTH)
+    painter = FilmPainter(pitch, names, lines if lines <= _LISTED else 0, WIDTH)
     return _gif([painter.paint(moment) for moment in shown])
 
 
@@ -92,7 +92,7 @@ class _Body(NamedTuple):
 def _shown(
     match: pl.DataFrame, trajectories: pl.DataFrame, situations: pl.DataFrame, referee: pl.DataFrame,
     start_s: float, seconds: float,
-) -> list[Moment]:
+) -> list[Snapshot]:
     """What the pictures show, one every :data:`STEP_MS`."""
     start, stop = round(start_s * _NS), round((start_s + seconds) * _NS)
     earliest = start - round(max(_TRAIL_S, _STALE_S) * _NS)
@@ -115,7 +115,7 @@ def _moments(
     samples: Sequence[Sequence[_Body]], doings: Sequence[tuple[str, int, int, int, str]],
     events: Sequence[tuple[int, str, str | None, int | None, int | None]], times: range,
     first_score: tuple[int | None, int | None],
-) -> Iterator[Moment]:
+) -> Iterator[Snapshot]:
     last = -1
     for now in times:
         while last + 1 < len(samples) and samples[last + 1][0].t_ns <= now:
@@ -127,7 +127,7 @@ def _moments(
         scores = [(home, away) for _, _, _, home, away in past if home is not None or away is not None]
         goals = [team or "" for t_ns, event, team, _, _ in past
                  if event == "goal" and now - t_ns < _GOAL_S * _NS]
-        yield Moment(
+        yield Snapshot(
             clock_s=now / _NS, score=scores[-1] if scores else first_score,
             trail=_trail(samples[:last + 1], now) if seen else [],
             robots=[Robot(body.team, body.robot, (body.x, body.y), body.theta,

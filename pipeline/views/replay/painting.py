@@ -67,7 +67,7 @@ class Robot(NamedTuple):
     doing: str
 
 
-class Moment(NamedTuple):
+class Snapshot(NamedTuple):
     """What is seen at a moment; home attacks +x.
 
     Attributes:
@@ -85,7 +85,7 @@ class Moment(NamedTuple):
     scorer: str | None = None
 
 
-class Painter:
+class FilmPainter:
     """Paints moments of one match.
 
     Args:
@@ -107,7 +107,7 @@ class Painter:
         self._ball = max(scales.ball_radius * self._scale, 3.5)
         self._floor = self._paint_floor()
 
-    def paint(self, moment: Moment) -> Image.Image:
+    def paint(self, moment: Snapshot) -> Image.Image:
         """The moment as an RGB picture; the same bytes for the same moment."""
         image = self._floor.copy()
         brush = ImageDraw.Draw(image)
@@ -201,7 +201,7 @@ class Painter:
         place = (x - back * math.cos(turn), y + back * math.sin(turn))
         brush.text(place, str(robot.number), _WHITE, _font(1.15 * self._robot), anchor="mm")
 
-    def _paint_head(self, brush: ImageDraw.ImageDraw, moment: Moment) -> None:
+    def _paint_head(self, brush: ImageDraw.ImageDraw, moment: Snapshot) -> None:
         """Names at the sides from which the teams come, score and clock between them."""
         middle = self._width / 2 * _FINE
         score = " : ".join("?" if goals is None else str(goals) for goals in moment.score)

@@ -27,7 +27,7 @@ BALL = BODIES[0]
 STILL = 0.05
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class DenseMatch:
     """A match as dense arrays: B robots (home first, by number) at T samples.
 
     Attributes:
@@ -52,7 +52,7 @@ class Scene:
     ball: F64
 
 
-def arrange(trajectories: pl.DataFrame, scales: Scales) -> Scene:
+def dense_match(trajectories: pl.DataFrame, scales: Scales) -> DenseMatch:
     """The dense arrays of a table of trajectories.
 
     Rows that are suspect, have a position that is not finite, or (of robots) no role, are missing bodies.
@@ -96,7 +96,7 @@ def arrange(trajectories: pl.DataFrame, scales: Scales) -> Scene:
             _pose(*motion, theta[rows][keep], at, still, scales.omnidirectional, poses[:, row])
         else:
             _ball(*motion, at, segment, still, ball)
-    return Scene(
+    return DenseMatch(
         t_ns=t_ns, segment=segment,
         team=np.array([team - BODIES.index("home") for team, _ in robots], dtype=np.int8),
         robot=np.array([robot for _, robot in robots], dtype=np.int64),
