@@ -6,17 +6,19 @@ from pathlib import Path as _Path
 
 __version__ = "0.1.0"
 
+_HERE = _Path(__file__).parent
 
-def _kernels() -> str:
-    """A name for the code of all compiled functions: the files that numba is used in."""
+
+def _kernels(folder: _Path) -> str:
+    """Name of the code of all compiled functions: a hash of the files that compile something with numba."""
     found = _hashlib.sha256()
-    for path in sorted(_Path(__file__).parent.rglob("*.py")):
+    for path in sorted(folder.rglob("*.py")):
         source = path.read_bytes()
-        if b"njit" in source or b"@kernel" in source:
+        if any(word in source for word in (b"njit", b"@kernel", b" = switch(")):
             found.update(path.name.encode() + b"\0" + source)
     return found.hexdigest()[:8]
 
 
 # numba's cache sees an edit of the file that a function is in, but not of those that it calls into:
 # what was compiled from other code must not be found
-_os.environ.setdefault("NUMBA_CACHE_DIR", str(_Path(__file__).parent / "__pycache__" / f"numba-{_kernels()}"))
+_os.environ.setdefault("NUMBA_CACHE_DIR", str(_HERE / "__pycache__" / f"numba-{_kernels(_HERE)}"))

@@ -4,47 +4,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.steps import ACTIONS, AGENTS, OBSERVATIONS, floats, ints, learn, learned, plays, vectors
 
-from pipeline.studies.paradigms.rules import jaq, rules
+from pipeline.studies.paradigms.rules import rules
 from pipeline.studies.paradigms.rules.iq import IQ
 from pipeline.studies.paradigms.rules.ivq import IVQ
 from pipeline.studies.paradigms.rules.jaq import JAQ
 from pipeline.studies.paradigms.rules.memory import Memory, memory_of
-from pipeline.studies.paradigms.rules.rules import RULES
+from pipeline.studies.paradigms.rules.rules import number_of
 
-AGENTS, ACTIONS, OBSERVATIONS = 3, 3, 2
 PAPER = [IQ, JAQ, IVQ]
-
-
-def ints(*numbers):
-    return np.array(numbers, np.int64)
-
-
-def floats(*numbers):
-    return np.array(numbers, np.float64)
-
-
-def learn(settings, steps, *, agents=2, actions=2, observations=1):
-    """The memory after steps (seen, done, rewards, continues, seen next), of every agent each."""
-    rule, knobs = RULES.index(type(settings)), settings.knobs(agents)
-    memory = memory_of(settings, agents, observations, actions)
-
-    def move(agent, error, s, a):
-        done = jaq.joint_index(a, actions) if settings.JOINT else a[agent]
-        memory.q[agent, s[agent], done] += knobs.step_size * error
-
-    for s_tm1, a_tm1, r_t, continues_t, s_t in steps:
-        errors = []
-        for i in range(agents):
-            errors.append(rules.error(rule, memory, knobs, i, s_tm1, a_tm1, r_t, continues_t, s_t, 0.5))
-            if settings.order == "in turn":
-                move(i, errors[i], s_tm1, a_tm1)
-        if settings.order == "simultaneous":
-            for i in range(agents):
-                move(i, errors[i], s_tm1, a_tm1)
-        for i in range(agents):
-            rules.adapt(rule, memory, knobs, i, s_tm1, a_tm1, r_t)
-    return memory
 
 
 def repeated(*steps):
@@ -56,7 +25,7 @@ def values(settings, memory, agent, seen=None, actions=2):
     agents = memory.q.shape[0]
     out = np.empty(actions)
     rules.values(
-        RULES.index(type(settings)), memory, settings.knobs(agents), agent,
+        number_of(settings), memory, settings.params(agents), agent,
         ints(*(seen or [0] * agents)), out)
     return out.tolist()
 
@@ -246,22 +215,6 @@ def test_ivq_three_agents_three_steps_by_hand():
 # -- what holds for whatever was played -------------------------------------------------------------------
 
 
-def vectors(elements, dtype, size=AGENTS):
-    return st.lists(elements, min_size=size, max_size=size).map(lambda row: np.array(row, dtype))
-
-
-def plays(agents=AGENTS):
-    """Steps in any order of observations, of every agent its own."""
-    seen = vectors(st.integers(0, OBSERVATIONS - 1), np.int64, agents)
-    done = vectors(st.integers(0, ACTIONS - 1), np.int64, agents)
-    rewards = vectors(st.floats(-30, 30), np.float64, agents)
-    return st.lists(st.tuples(seen, done, rewards, st.sampled_from([0.0, 1.0]), seen), max_size=20)
-
-
-def learned(settings, play, agents=AGENTS):
-    return learn(settings, play, agents=agents, actions=ACTIONS, observations=OBSERVATIONS)
-
-
 def all_values(settings, memory):
     """What every agent's actions are worth to it in observations (0, 1, 0), [N, A]."""
     seen = [0, 1, 0][: memory.q.shape[0]]
@@ -272,16 +225,6 @@ def all_values(settings, memory):
 def test_without_influence_ivq_is_iq(play, bracket, order):
     swayed = IVQ(discount=0.9, influence=0.0, bracket=bracket, order=order)
     assert learned(swayed, play).q.tobytes() == learned(IQ(discount=0.9, order=order), play).q.tobytes()
-
-
-@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.__name__)
-@given(play=plays(agents=1))
-def test_with_one_agent_every_rule_is_q_learning(rule, play):
-    q = np.zeros((OBSERVATIONS, ACTIONS))  # Q-learning on its own
-    for [s], [a], [r], continues, [s_next] in play:
-        q[s, a] += 0.1 * (r + 0.9 * continues * q[s_next].max() - q[s, a])
-    memory = learned(rule(step_size=0.1, discount=0.9), play, agents=1)
-    assert memory.q[0].tobytes() == q.tobytes()
 
 
 @given(play=plays())

@@ -8,19 +8,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from pipeline.studies.paradigms.rules import distributed, fmq, hysteretic, iq, lenient, wolf_phc
 from pipeline.studies.paradigms.rules.distributed import KEPT, Distributed
 from pipeline.studies.paradigms.rules.fmq import FMQ, GREATEST, HITS, TAKEN
 from pipeline.studies.paradigms.rules.hysteretic import Hysteretic
 from pipeline.studies.paradigms.rules.iq import IQ
 from pipeline.studies.paradigms.rules.lenient import TEMPERATURE, Lenient
-from pipeline.studies.paradigms.rules.memory import NOTES, Memory, memory_of
+from pipeline.studies.paradigms.rules.memory import AUX, Memory, Transition, memory_of
+from pipeline.studies.paradigms.rules.rules import RULES, number_of
 from pipeline.studies.paradigms.rules.selection import Selection, select
 from pipeline.studies.paradigms.rules.wolf_phc import MEAN, POLICY, WoLFPHC
 
-PEERS = [(hysteretic, Hysteretic), (fmq, FMQ), (lenient, Lenient), (distributed, Distributed), (wolf_phc, WoLFPHC)]
-NAMES = ["hysteretic", "fmq", "lenient", "distributed", "wolf_phc"]
-every_peer = pytest.mark.parametrize(("rule", "learner"), PEERS, ids=NAMES)
+NAMES = ["iq", "hysteretic", "fmq", "lenient", "distributed", "wolf_phc"]
+LEARNERS = [IQ, Hysteretic, FMQ, Lenient, Distributed, WoLFPHC]
+#: The compiled functions of each.
+iq, hysteretic, fmq, lenient, distributed, wolf_phc = (RULES[number_of(learner())] for learner in LEARNERS)
+PEERS = [(RULES[number_of(learner())], learner) for learner in LEARNERS[1:]]
+every_peer = pytest.mark.parametrize(("rule", "learner"), PEERS, ids=NAMES[1:])
 
 AGENTS, ACTIONS, OBSERVATIONS = 3, 3, 2
 
@@ -47,17 +50,18 @@ def learn(rule, learner, steps, *, agents, actions=ACTIONS, observations=1, memo
 
     All errors of a step are computed before any value moves; every agent starts at observation 0.
     """
-    knobs = learner.knobs(agents)
+    params = learner.params(agents)
     memory = memory or memory_of(learner, agents, observations, actions)
     s_tm1 = ints(*[0] * agents)
     for a_tm1, r_t, u_t, s_t in steps:
+        step = Transition(s_tm1, a_tm1, r_t, 1.0, s_t)
         errors = [
-            rule.error(memory, knobs, i, s_tm1, a_tm1, r_t, 1.0, s_t, float(u_t[i])) for i in range(agents)
+            rule.error(memory, params, i, step, float(u_t[i])) for i in range(agents)
         ]
         for i in range(agents):
-            memory.q[i, s_tm1[i], a_tm1[i]] += knobs.step_size * errors[i]
+            memory.q[i, s_tm1[i], a_tm1[i]] += params.step_size * errors[i]
         for i in range(agents):
-            rule.adapt(memory, knobs, i, s_tm1, a_tm1, r_t)
+            rule.adapt(memory, params, i, step)
         s_tm1 = s_t
     return memory
 
@@ -65,13 +69,13 @@ def learn(rule, learner, steps, *, agents, actions=ACTIONS, observations=1, memo
 def values(rule, learner, memory, agent, observation=0):
     agents, _, _ = memory.q.shape
     out = np.empty(memory.q.shape[2])
-    rule.values(memory, learner.knobs(agents), agent, ints(*[observation] * agents), out)
+    rule.values(memory, learner.params(agents), agent, ints(*[observation] * agents), out)
     return out
 
 
-def chances(selection, out, heat):
+def chances(selection, out, temperature):
     weights = np.empty_like(out)
-    select(selection, out, heat, weights)
+    select(selection, out, temperature, weights)
     return weights / weights.sum()
 
 
@@ -110,7 +114,7 @@ def lone_moments(draw):
         q=block(1, OBSERVATIONS, ACTIONS, low=-30, high=30),
         occurrence=block(1, OBSERVATIONS, ACTIONS),
         visits=np.ones((1, OBSERVATIONS), np.int64),
-        notes=block(1, OBSERVATIONS, ACTIONS, NOTES),
+        aux=block(1, OBSERVATIONS, ACTIONS, AUX),
     )
     see, act = st.integers(0, OBSERVATIONS - 1).map(ints), st.integers(0, ACTIONS - 1).map(ints)
     return (
@@ -145,8 +149,8 @@ def test_fmq_three_steps_by_hand_for_three_agents():
     #    third q[0] = -2, -4 1/1
     memory = learn(fmq, learner, steps, agents=3)
     assert memory.q[:, 0].tolist() == [[-2, 0, 0], [4, -3, 0], [-2, 0, 0]]
-    assert memory.notes[0, 0, 0].tolist() == [8, 1, 3]
-    assert memory.notes[1, 0, 1, [GREATEST, HITS, TAKEN]].tolist() == [-4, 2, 2]
+    assert memory.aux[0, 0, 0].tolist() == [8, 1, 3]
+    assert memory.aux[1, 0, 1, [GREATEST, HITS, TAKEN]].tolist() == [-4, 2, 2]
     # EV = q + 2 * hits/taken * greatest, of what was never taken q:
     # the first -2 + 2*8/3; the second 4 + 2*8 and -3 - 2*4; the third -2 - 2*4 and 0 + 2*8/2
     expected = [[-2 + 16 / 3, 0, 0], [20, -11, 0], [-10, 8, 0]]
@@ -158,7 +162,7 @@ def test_fmq_three_steps_by_hand_for_three_agents():
 def test_a_greater_reward_starts_fmqs_count_anew():
     # 5 came twice in two, then 6 once in three
     memory = learn(fmq, FMQ(), one_state(((0, 0), 5), ((0, 0), 5), ((0, 0), 6), agents=2), agents=2)
-    assert memory.notes[0, 0, 0].tolist() == [6, 1, 3]
+    assert memory.aux[0, 0, 0].tolist() == [6, 1, 3]
 
 
 def test_lenient_three_steps_by_hand():
@@ -171,7 +175,7 @@ def test_lenient_three_steps_by_hand():
     # 3. errors -2 + 4 = 2 are not below 0, whatever the coin: q[0] = -4 + 1 = -3; they cool to .25 and .5
     memory = learn(lenient, learner, steps, agents=2)
     assert memory.q[:, 0].tolist() == [[-3, 0, 0], [-3, 0, 0]]
-    assert memory.notes[:, 0, :, TEMPERATURE].tolist() == [[0.25, 2, 2], [0.5, 1, 2]]
+    assert memory.aux[:, 0, :, TEMPERATURE].tolist() == [[0.25, 2, 2], [0.5, 1, 2]]
     memory = learn(lenient, learner, steps[:2], agents=2)
     assert memory.q[:, 0].tolist() == [[-4, 0, 0], [-4, 0, 0]]
 
@@ -183,7 +187,7 @@ def test_distributed_three_steps_by_hand_in_the_penalty_game():
     # them might do 0 and the other 2. 3. -100 is below both 10s: nothing changes
     memory = learn(distributed, learner, steps, agents=2)
     assert memory.q[:, 0].tolist() == [[10, 0, 10], [10, 0, 10]]
-    assert memory.notes[:, 0, :, KEPT].tolist() == [[0, 0, 1], [0, 0, 1]]
+    assert memory.aux[:, 0, :, KEPT].tolist() == [[0, 0, 1], [0, 0, 1]]
     assert [greedy(distributed, learner, memory, i) for i in range(2)] == [2, 2]
 
 
@@ -199,7 +203,7 @@ def test_distributed_explores_tied_actions_alike_and_settles_on_the_one_kept():
 
 def test_distributed_keeps_to_nothing_before_anything_rose():
     memory = learn(distributed, Distributed(), one_state(((0, 1), 0), ((2, 2), -5), agents=2), agents=2)
-    assert not memory.notes[..., KEPT].any()
+    assert not memory.aux[..., KEPT].any()
     assert values(distributed, Distributed(), memory, 0).tolist() == [0, 0, 0]
 
 
@@ -225,10 +229,10 @@ def test_wolf_phc_three_steps_by_hand():
     assert memory.q[0, 0].tolist() == [3, 1.5, 0]
     third = 1 / 3
     np.testing.assert_allclose(
-        memory.notes[0, 0, :, POLICY], [third + 0.18, third + 0.09, third - 0.27], rtol=0, atol=1e-12
+        memory.aux[0, 0, :, POLICY], [third + 0.18, third + 0.09, third - 0.27], rtol=0, atol=1e-12
     )
     np.testing.assert_allclose(
-        memory.notes[0, 0, :, MEAN], [third + 0.12, third, third - 0.12], rtol=0, atol=1e-12
+        memory.aux[0, 0, :, MEAN], [third + 0.12, third, third - 0.12], rtol=0, atol=1e-12
     )
     # the second: q = [0, 3, 0], [0, 16.5, 0], [0, 2.25, 0]: 1 stays the best. Losing at first
     # (equal to the mean), then winning: from 1/3 + .24 by .06 to 1/3 + .30 and 1/3 + .36
@@ -242,7 +246,7 @@ def test_wolf_phc_takes_no_more_than_there_is():
     learner = WoLFPHC(winning=0.9, losing=0.9)
     steps = one_state(((0, 0), 1), ((0, 0), 1), agents=2)
     memory = learn(wolf_phc, learner, steps, agents=2)
-    np.testing.assert_allclose(memory.notes[:, 0, :, POLICY], [[1, 0, 0]] * 2, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(memory.aux[:, 0, :, POLICY], [[1, 0, 0]] * 2, rtol=0, atol=1e-15)
 
 
 def test_wolf_phc_without_news_stays_undecided():
@@ -257,13 +261,13 @@ def test_wolf_phc_without_news_stays_undecided():
 @settings(deadline=None)
 @given(moment=lone_moments())
 def test_with_one_agent_it_is_q_learning(rule, learner, moment):
-    knobs = learner(discount=0.9).knobs(1)
-    memory, s_tm1, a_tm1, r_t, continues_t, s_t, u_t = moment
-    step = (memory, knobs, 0, s_tm1, a_tm1, r_t, continues_t, s_t, u_t)
-    assert rule.error(*step) == iq.error(*step)
+    params = learner(discount=0.9).params(1)
+    memory, *step, u_t = moment
+    given = (memory, params, 0, Transition(*step), u_t)
+    assert rule.error(*given) == iq.error(*given)
 
 
-@pytest.mark.parametrize(("rule", "learner"), PEERS[:3], ids=NAMES[:3])
+@pytest.mark.parametrize(("rule", "learner"), PEERS[:3], ids=NAMES[1:4])
 @settings(deadline=None)
 @given(moment=lone_moments())
 def test_with_one_agent_it_chooses_as_q_learning(rule, learner, moment):
@@ -329,7 +333,7 @@ def test_wolf_phcs_policy_stays_a_distribution(play, winning, ratio):
     learner = WoLFPHC(winning=winning, losing=min(1.0, winning * ratio), discount=0.9)
     memory = learn(wolf_phc, learner, play, agents=AGENTS, observations=OBSERVATIONS)
     for plane in (POLICY, MEAN):
-        policies = memory.notes[..., plane]
+        policies = memory.aux[..., plane]
         assert policies.min() >= 0.0
         np.testing.assert_allclose(policies.sum(axis=2), 1.0, rtol=0, atol=1e-12)
 
@@ -338,13 +342,14 @@ def test_wolf_phcs_policy_stays_a_distribution(play, winning, ratio):
 @given(temperature=st.floats(0, 5), leniency=st.floats(0, 3))
 def test_a_lenient_agent_forgives_as_often_as_it_says(temperature, leniency):
     learner = Lenient(temperature=temperature, leniency=leniency)
-    memory, knobs, still = memory_of(learner, 2, 1, ACTIONS), learner.knobs(2), ints(0, 0)
+    memory, params, still = memory_of(learner, 2, 1, ACTIONS), learner.params(2), ints(0, 0)
     coins = (np.arange(500) + 0.5) / 500
-    errors = [lenient.error(memory, knobs, 0, still, still, floats(-1, -1), 1.0, still, float(u)) for u in coins]
+    worse, better = (Transition(still, still, floats(r, r), 1.0, still) for r in (-1, 0.01))
+    errors = [lenient.error(memory, params, 0, worse, float(u)) for u in coins]
     assert errors.count(0.0) / 500 == pytest.approx(1 - math.exp(-leniency * temperature), abs=1 / 500)
     assert set(errors) <= {0.0, -1.0}
     # and never good news
-    assert lenient.error(memory, knobs, 0, still, still, floats(0.01, 0.01), 1.0, still, 0.0) == 0.01
+    assert lenient.error(memory, params, 0, better, 0.0) == 0.01
 
 
 @every_peer
@@ -357,7 +362,7 @@ def test_relabelling_actions_relabels_what_is_learned(rule, learner, play, to):
     plain = learn(rule, learner(discount=0.9), play, agents=AGENTS, observations=OBSERVATIONS)
     other = learn(rule, learner(discount=0.9), renamed, agents=AGENTS, observations=OBSERVATIONS)
     np.testing.assert_allclose(other.q[:, :, to], plain.q, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(other.notes[:, :, to], plain.notes, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(other.aux[:, :, to], plain.aux, rtol=0, atol=1e-9)
     for i in range(AGENTS):
         np.testing.assert_allclose(
             values(rule, learner(), other, i)[to], values(rule, learner(), plain, i), rtol=0, atol=1e-9
@@ -374,7 +379,7 @@ def test_relabelling_agents_relabels_what_is_learned(rule, learner, play, order)
     plain = learn(rule, learner(discount=0.9), play, agents=AGENTS, observations=OBSERVATIONS)
     other = learn(rule, learner(discount=0.9), renamed, agents=AGENTS, observations=OBSERVATIONS)
     assert other.q.tobytes() == plain.q[order].tobytes()
-    assert other.notes.tobytes() == plain.notes[order].tobytes()
+    assert other.aux.tobytes() == plain.aux[order].tobytes()
     for i in range(AGENTS):
         assert values(rule, learner(), other, i).tolist() == values(rule, learner(), plain, order[i]).tolist()
 

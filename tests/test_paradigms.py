@@ -116,9 +116,9 @@ def test_runs_equal_the_literal_loop(learner, game):
     (settings, selection), (compiled, plain) = LEARNERS[learner], GAMES[game]
     for order, tick in (("simultaneous", "step"), ("in turn", "episode")):
         settings = settings.model_copy(update={"order": order})
-        heats = falling(selection, 300 if tick == "step" else 20)
-        training = Training(heats, selection, tick, episode_steps=10_000 if tick == "step" else 15)
-        testing = runner.Testing(tests=3, steps=25, heat=0.0 if tick == "step" else 0.3)
+        temperatures = falling(selection, 300 if tick == "step" else 20)
+        training = Training(temperatures, selection, tick, episode_steps=10_000 if tick == "step" else 15)
+        testing = runner.Testing(tests=3, steps=25, temperature=0.0 if tick == "step" else 0.3)
         runs = range(3, 6)
         played = play(compiled, settings, training, testing, runs=runs, seeds=SEEDS)
         for place, run in enumerate(runs):
@@ -137,7 +137,7 @@ def test_runs_equal_the_literal_loop(learner, game):
 
 
 def test_every_rule_is_among_those_that_are_compared():
-    assert {type(settings) for settings, _ in LEARNERS.values()} == set(RULES)
+    assert {type(settings) for settings, _ in LEARNERS.values()} == {rule.settings for rule in RULES}
 
 
 def test_a_long_run_equals_the_literal_loop():
@@ -232,7 +232,7 @@ def test_only_those_runs_that_diverge_are_marked():
     assert played.success.tolist() == [run.success for run in alone]
 
 
-@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.__name__)
+@pytest.mark.parametrize("rule", [rule.settings for rule in RULES], ids=lambda rule: rule.__name__)
 def test_values_that_are_all_equal_are_judged_by_chance(rule):
     pays_nothing = replace(matrix.matrix_game("nothing", np.zeros((3, 3))), success=np.arange(9)[np.newaxis] == 0)
     runs = 1_800
@@ -286,10 +286,10 @@ def test_a_curve_trains_at_the_papers_temperatures_and_tests_greedily(monkeypatc
     climbing_curve().play(None, 0.99, runs=5, seed=3)
     [(game, settings, training, testing, runs, seeds)] = calls
     assert (game.name, settings, runs, seeds[0]) == ("climbing", IQ(), range(5), 3)
-    np.testing.assert_allclose(training.heats, [16 * 0.99**t for t in range(735)], rtol=1e-12)
-    assert training.heats[-1] >= 0.01
+    np.testing.assert_allclose(training.temperatures, [16 * 0.99**t for t in range(735)], rtol=1e-12)
+    assert training.temperatures[-1] >= 0.01
     assert (training.selection, training.tick) == (Selection.BOLTZMANN, "step")
-    assert testing == runner.Testing(tests=1, steps=1, heat=0.0)
+    assert testing == runner.Testing(tests=1, steps=1, temperature=0.0)
 
 
 def test_a_curve_may_explore_and_test_otherwise(monkeypatch):
@@ -298,9 +298,9 @@ def test_a_curve_may_explore_and_test_otherwise(monkeypatch):
     explored.play(None, 0.99, runs=1, seed=0)
     climbing_curve(test_by="last temperature").play(None, 0.99, runs=1, seed=0)
     (_, _, training, *_), (_, _, plain, testing, *_) = calls
-    assert (training.selection, len(training.heats)) == (Selection.EPSILON_GREEDY, 735)
-    np.testing.assert_allclose(training.heats[[0, 367, -1]], [1.0, 0.1, 0.01], rtol=1e-12)
-    assert testing.heat == plain.heats[-1] == pytest.approx(16 * 0.99**734)
+    assert (training.selection, len(training.temperatures)) == (Selection.EPSILON_GREEDY, 735)
+    np.testing.assert_allclose(training.temperatures[[0, 367, -1]], [1.0, 0.1, 0.01], rtol=1e-12)
+    assert testing.temperature == plain.temperatures[-1] == pytest.approx(16 * 0.99**734)
 
 
 @pytest.mark.parametrize("fields", [

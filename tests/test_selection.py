@@ -20,20 +20,20 @@ from pipeline.studies.paradigms.rules.selection import (
 HUGE, ALMOST_ONE = 1e308, math.nextafter(1.0, 0.0)
 
 
-def weights(selection, values, heat):
+def weights(selection, values, temperature):
     out = np.full(len(values), np.nan)
-    select(selection, np.array(values, np.float64), heat, out)
+    select(selection, np.array(values, np.float64), temperature, out)
     return out.tolist()
 
 
-def probabilities(selection, values, heat):
-    out = weights(selection, values, heat)
+def probabilities(selection, values, temperature):
+    out = weights(selection, values, temperature)
     return [weight / sum(out) for weight in out]
 
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 vectors = st.lists(finite, min_size=1, max_size=6)
-heats = st.one_of(st.floats(0, 1e300), st.sampled_from([0.0, 5e-324, 1e-300, 1e-10, 1.0, 16.0, 1e300]))
+temperatures = st.one_of(st.floats(0, 1e300), st.sampled_from([0.0, 5e-324, 1e-300, 1e-10, 1.0, 16.0, 1e300]))
 unit = st.floats(0, 1, exclude_max=True)
 
 
@@ -65,7 +65,7 @@ def test_boltzmann_is_safe_at_all_temperatures(values, temperature, expected):
     assert weights(Selection.BOLTZMANN, values, temperature) == expected
 
 
-@given(values=vectors, temperature=heats)
+@given(values=vectors, temperature=temperatures)
 def test_boltzmann_weighs_the_greatest_as_1_and_less_what_is_worth_less(values, temperature):
     out = weights(Selection.BOLTZMANN, values, temperature)
     for value, weight in zip(values, out, strict=True):
@@ -128,7 +128,7 @@ def test_what_weighs_nothing_is_never_chosen(chances, u):
     assert chances[sample(np.array(chances), u)] > 0
 
 
-@given(values=vectors, temperature=heats, u=st.one_of(unit, st.sampled_from([0.0, ALMOST_ONE])))
+@given(values=vectors, temperature=temperatures, u=st.one_of(unit, st.sampled_from([0.0, ALMOST_ONE])))
 def test_greedy_is_among_the_greatest_and_any_temperature_can_be_sampled(values, temperature, u):
     out = np.empty(len(values))
     boltzmann(np.array(values), temperature, out)

@@ -13,14 +13,14 @@ from pipeline.studies.paradigms.runner import Testing as Trial
 from pipeline.studies.paradigms.runner import Training, learn, play, stream
 
 #: The paper's best decay.
-HEATS = 16 * 0.9997 ** np.arange(24_589)
+TEMPERATURES = 16 * 0.9997 ** np.arange(24_589)
 RUNS = 400
 SEEDS = (0,)
 
 
-def softmax_draw(values, heat, u):
+def softmax_draw(values, temperature, u):
     best = max(values)
-    weights = [math.exp((value - best) / heat) for value in values]
+    weights = [math.exp((value - best) / temperature) for value in values]
     left = u * sum(weights)
     for action, weight in enumerate(weights):
         left -= weight
@@ -29,27 +29,27 @@ def softmax_draw(values, heat, u):
     return len(values) - 1
 
 
-def iq_in_python(settings, rng, heats):
+def iq_in_python(settings, rng, temperatures):
     """Equation 1, for two agents."""
     step_size, discount, random = settings.step_size, settings.discount, rng.random
     q = first, second = [0.0] * 3, [0.0] * 3
-    for heat in heats:
-        a = softmax_draw(first, heat, random())
-        b = softmax_draw(second, heat, random())
+    for temperature in temperatures:
+        a = softmax_draw(first, temperature, random())
+        b = softmax_draw(second, temperature, random())
         reward = CLIMBING[a][b]
         first[a] += step_size * (reward + discount * max(first) - first[a])
         second[b] += step_size * (reward + discount * max(second) - second[b])
     return q
 
 
-def ivq_in_python(settings, rng, heats):
+def ivq_in_python(settings, rng, temperatures):
     """Equations 4 to 7 as printed, for two agents."""
     step_size, discount, beta, random = settings.step_size, settings.discount, settings.influence, rng.random
     q = first, second = [0.0] * 3, [0.0] * 3
     did_first, did_second = [0] * 3, [0] * 3
-    for t, heat in enumerate(heats, start=1):
-        a = softmax_draw(first, heat, random())
-        b = softmax_draw(second, heat, random())
+    for t, temperature in enumerate(temperatures, start=1):
+        a = softmax_draw(first, temperature, random())
+        b = softmax_draw(second, temperature, random())
         reward = CLIMBING[a][b]
         did_first[a] += 1
         did_second[b] += 1
@@ -63,17 +63,17 @@ def ivq_in_python(settings, rng, heats):
     return q
 
 
-def jaq_in_python(settings, rng, heats):
+def jaq_in_python(settings, rng, temperatures):
     """Equations 2 and 3, for two agents; rows of joint values are the first agent's actions."""
     step_size, discount, random = settings.step_size, settings.discount, rng.random
     q = first, second = [[0.0] * 3 for _ in range(3)], [[0.0] * 3 for _ in range(3)]
     of_first, of_second = [1 / 3] * 3, [1 / 3] * 3  # believed
     did_first, did_second = [0] * 3, [0] * 3
-    for t, heat in enumerate(heats, start=1):
+    for t, temperature in enumerate(temperatures, start=1):
         x, y, z = of_second
-        a = softmax_draw([x * i + y * j + z * k for i, j, k in first], heat, random())
+        a = softmax_draw([x * i + y * j + z * k for i, j, k in first], temperature, random())
         x, y, z = of_first
-        b = softmax_draw([x * i + y * j + z * k for i, j, k in zip(*second, strict=True)], heat, random())
+        b = softmax_draw([x * i + y * j + z * k for i, j, k in zip(*second, strict=True)], temperature, random())
         reward = CLIMBING[a][b]
         first[a][b] += step_size * (reward + discount * max(map(max, first)) - first[a][b])
         second[a][b] += step_size * (reward + discount * max(map(max, second)) - second[a][b])
@@ -84,12 +84,12 @@ def jaq_in_python(settings, rng, heats):
     return q
 
 
-def iq_on_arrays(settings, rng, heats):
+def iq_on_arrays(settings, rng, temperatures):
     """Equation 1 with a numpy array of every agent's values, one run at a time."""
     payoff = np.array(CLIMBING, np.float64)
     q, agents = np.zeros((2, 3)), np.arange(2)
-    for heat in heats:
-        weights = np.exp((q - q.max(axis=1, keepdims=True)) / heat)
+    for temperature in temperatures:
+        weights = np.exp((q - q.max(axis=1, keepdims=True)) / temperature)
         reached = weights.cumsum(axis=1)
         drawn = rng.random(2) * reached[:, -1]
         did = np.array([np.searchsorted(reached[i], drawn[i], side="right") for i in range(2)])
@@ -102,20 +102,20 @@ LOOPS = {"IQ": iq_in_python, "IVQ": ivq_in_python, "JAQ": jaq_in_python}
 LEARNERS = {"IQ": IQ(), "IVQ": IVQ(), "JAQ": JAQ()}
 
 
-def compare(benchmark, loop, settings, heats, rounds):
+def compare(benchmark, loop, settings, temperatures, rounds):
     """Time a loop over one run, and see that it learns what ours does."""
-    benchmark.extra_info.update(units=len(heats), unit="steps")
-    q = benchmark.pedantic(loop, setup=lambda: ((settings, stream(SEEDS, 0), heats), {}), rounds=rounds)
-    ours = learn(climbing(), settings, Training(np.asarray(heats)), run=0, seeds=SEEDS).q[:, 0]
+    benchmark.extra_info.update(units=len(temperatures), unit="steps")
+    q = benchmark.pedantic(loop, setup=lambda: ((settings, stream(SEEDS, 0), temperatures), {}), rounds=rounds)
+    ours = learn(climbing(), settings, Training(np.asarray(temperatures)), run=0, seeds=SEEDS).q[:, 0]
     np.testing.assert_allclose(np.reshape(q, ours.shape), ours, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("rule", LEARNERS, ids="{} ours".format)
 def test_ours(benchmark, rule):
     benchmark.group = f"learn the climbing game by {rule}"
-    training = Training(HEATS)
-    play(climbing(), LEARNERS[rule], Training(HEATS[:2]), Trial(), runs=range(1), seeds=SEEDS)
-    benchmark.extra_info.update(units=RUNS * len(HEATS), unit="steps")
+    training = Training(TEMPERATURES)
+    play(climbing(), LEARNERS[rule], Training(TEMPERATURES[:2]), Trial(), runs=range(1), seeds=SEEDS)
+    benchmark.extra_info.update(units=RUNS * len(TEMPERATURES), unit="steps")
     benchmark.pedantic(
         play, (climbing(), LEARNERS[rule], training, Trial()), {"runs": range(RUNS), "seeds": SEEDS}, rounds=7)
 
@@ -123,9 +123,9 @@ def test_ours(benchmark, rule):
 @pytest.mark.parametrize("rule", LEARNERS, ids="{} in plain Python".format)
 def test_plain_python(benchmark, rule):
     benchmark.group = f"learn the climbing game by {rule}"
-    compare(benchmark, LOOPS[rule], LEARNERS[rule], HEATS.tolist(), rounds=7)
+    compare(benchmark, LOOPS[rule], LEARNERS[rule], TEMPERATURES.tolist(), rounds=7)
 
 
 def test_numpy_run_by_run(benchmark):
     benchmark.group = "learn the climbing game by IQ"
-    compare(benchmark, iq_on_arrays, IQ(), HEATS, rounds=3)
+    compare(benchmark, iq_on_arrays, IQ(), TEMPERATURES, rounds=3)

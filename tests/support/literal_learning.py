@@ -170,8 +170,8 @@ class IQ:
     def worth(self, sees):
         return [self.value(sees[self.me], a) for a in self.actions]
 
-    def weights(self, sees, selection, heat):
-        return SELECTIONS[selection](self.worth(sees), heat)
+    def weights(self, sees, selection, temperature):
+        return SELECTIONS[selection](self.worth(sees), temperature)
 
 
 class Share:
@@ -302,8 +302,8 @@ class Lenient(IQ):
 
     def change(self, team, m, coin):
         surprise = self.surprise(m)
-        heat = self.settings.temperature * self.settings.cooling ** self.taken[self.key(m)]
-        if surprise < 0 and coin < 1 - math.exp(-self.settings.leniency * heat):
+        temperature = self.settings.temperature * self.settings.cooling ** self.taken[self.key(m)]
+        if surprise < 0 and coin < 1 - math.exp(-self.settings.leniency * temperature):
             return 0.0
         return self.settings.step_size * surprise
 
@@ -327,12 +327,12 @@ class Distributed(IQ):
         if self.best(s) > before + 1e-9 * abs(before):
             self.policy[s] = m.did[self.me]
 
-    def weights(self, sees, selection, heat):
+    def weights(self, sees, selection, temperature):
         values, kept = self.worth(sees), self.policy.get(sees[self.me])
-        settled = heat == 0 or SELECTIONS[selection] is epsilon_greedy
+        settled = temperature == 0 or SELECTIONS[selection] is epsilon_greedy
         if settled and kept is not None:
             values = [1.0 if a == kept else 0.0 for a in self.actions]
-        return SELECTIONS[selection](values, heat)
+        return SELECTIONS[selection](values, temperature)
 
 
 class WoLFPHC(IQ):
@@ -389,11 +389,11 @@ def train(rng, game, settings, training):
     """A team, and whether a change of a value was beyond all bounds."""
     kind = KINDS[type(settings).__name__]
     team = [kind(settings, me, range(game.actions), game.agents) for me in range(game.agents)]
-    heats = [float(heat) for heat in training.heats]
+    temperatures = [float(temperature) for temperature in training.temperatures]
     state, ticks, steps = game.start, 0, 0
-    while ticks < len(heats):
+    while ticks < len(temperatures):
         saw = [game.sees(i, state, settings.observes) for i in range(game.agents)]
-        did = choose(rng, team, saw, int(training.selection), heats[ticks])
+        did = choose(rng, team, saw, int(training.selection), temperatures[ticks])
         step = game.step(state, did)
         got = step.outcomes[0]
         if len(step.outcomes) > 1:
@@ -412,8 +412,8 @@ def train(rng, game, settings, training):
     return team, False
 
 
-def choose(rng, team, sees, selection, heat):
-    return [pick(agent.weights(sees, selection, heat), rng.random()) for agent in team]
+def choose(rng, team, sees, selection, temperature):
+    return [pick(agent.weights(sees, selection, temperature), rng.random()) for agent in team]
 
 
 def update(rng, team, moment, settings):
@@ -445,7 +445,7 @@ def play(rng, game, settings, training, testing):
         state = game.start
         for number in range(1, testing.steps + 1):
             sees = [game.sees(i, state, settings.observes) for i in range(game.agents)]
-            last = choose(rng, team, sees, int(training.selection), testing.heat)
+            last = choose(rng, team, sees, int(training.selection), testing.temperature)
             step = game.step(state, last)
             if step.success:
                 lengths.append(number)

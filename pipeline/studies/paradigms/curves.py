@@ -38,7 +38,7 @@ class Exploration(Frozen):
 
     Attributes:
         selection: what makes weights of action values.
-        start, end: heat of the first and the last tick; it falls by a constant factor. Where it is a
+        start, end: temperature of the first and the last tick; it falls by a constant factor. Where it is a
             probability, at most 1.
     """
 
@@ -47,12 +47,12 @@ class Exploration(Frozen):
     end: float = Field(gt=0)
 
     @model_validator(mode="after")
-    def _heat_may_be_a_probability(self) -> Exploration:
+    def _temperature_may_be_a_probability(self) -> Exploration:
         if self.selection != "boltzmann" and max(self.start, self.end) > 1:
             raise ValueError(f"{self.selection} explores with a probability: start and end are at most 1")
         return self
 
-    def heats(self, ticks: int) -> F64:
+    def temperatures(self, ticks: int) -> F64:
         """float64 [ticks], geometric from start to end, both included."""
         return np.asarray(np.geomspace(self.start, self.end, ticks))
 
@@ -127,13 +127,14 @@ class Curve(Frozen):
         game = self._game(k)
         ticks = self.ticks(decay)
         if self.exploration is None:
-            heats, selection = self._temperatures(decay), Selection.BOLTZMANN
+            temperatures, selection = self._temperatures(decay), Selection.BOLTZMANN
         else:
-            heats, selection = self.exploration.heats(ticks), SELECTIONS[self.exploration.selection]
-        heat = 0.0 if self.test_by == "greedy" else float(heats[-1])
+            temperatures = self.exploration.temperatures(ticks)
+            selection = SELECTIONS[self.exploration.selection]
+        temperature = 0.0 if self.test_by == "greedy" else float(temperatures[-1])
         played = play(
-            game, self.rule, Training(heats, selection, self.tick, self.episode_steps),
-            Testing(self.tests, self.test_steps, heat), runs=range(runs),
+            game, self.rule, Training(temperatures, selection, self.tick, self.episode_steps),
+            Testing(self.tests, self.test_steps, temperature), runs=range(runs),
             seeds=(seed, self._number(k, decay)),
         )
         described: dict[str, Any] = {

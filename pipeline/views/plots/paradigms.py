@@ -204,7 +204,7 @@ def _is(pair: tuple[str, str]) -> pl.Expr:
 
 
 def _abscissa(values: pl.Series, over: str) -> list[float]:
-    """Where points are drawn: k as it is, a decay by the steps in which heat falls to 1/e."""
+    """Where points are drawn: k as it is, a decay by the steps in which the temperature falls to 1/e."""
     return [1 / max(1 - x, 1e-9) if over == "decay" else x for x in values]
 
 

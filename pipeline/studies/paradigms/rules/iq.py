@@ -1,11 +1,22 @@
-"""IQ-learning: every agent learns as if it were alone (paper, section 2.3.2, equation 1)."""
+"""IQ-learning: every agent learns as if it were alone (paper, section 2.3.2, equation 1).
+
+Its functions are the defaults of :class:`pipeline.studies.paradigms.rules.rules.Rule`.
+"""
 
 from __future__ import annotations
 
 from typing import Literal
 
 from pipeline.studies.paradigms.rules.kernel import kernel
-from pipeline.studies.paradigms.rules.memory import F64, I64, Knobs, LearnerSettings, Memory, greatest_value
+from pipeline.studies.paradigms.rules.memory import (
+    F64,
+    I64,
+    LearnerSettings,
+    Memory,
+    Params,
+    Transition,
+    td_error,
+)
 
 
 class IQ(LearnerSettings):
@@ -13,29 +24,24 @@ class IQ(LearnerSettings):
 
     rule: Literal["IQ"] = "IQ"
 
-    def knobs(self, agents: int) -> Knobs:
+    def params(self, agents: int) -> Params:
         """Step size and discount."""
-        return Knobs(self.step_size, self.discount)
+        return Params(self.step_size, self.discount)
 
 
 @kernel
-def error(
-    memory: Memory, knobs: Knobs, agent: int,
-    s_tm1: I64, a_tm1: I64, r_t: F64, continues_t: float, s_t: I64, u_t: float,
-) -> float:
-    """``r_t + discount * max_a q(s_t, a) - q(s_tm1, a_tm1)``: equation 1's bracket."""
-    best = greatest_value(memory, agent, s_t)
-    expected: float = memory.q[agent, s_tm1[agent], a_tm1[agent]]
-    return float(r_t[agent] + knobs.discount * continues_t * best - expected)
+def error(memory: Memory, params: Params, agent: int, step: Transition, u_t: float) -> float:
+    """Temporal-difference error over the agent's own actions: equation 1's bracket."""
+    return td_error(memory, params.discount, agent, step.a_tm1[agent], step)
 
 
 @kernel
-def adapt(memory: Memory, knobs: Knobs, agent: int, s_tm1: I64, a_tm1: I64, r_t: F64) -> None:
-    """Note nothing down."""
+def adapt(memory: Memory, params: Params, agent: int, step: Transition) -> None:
+    """Change nothing: the action values are all that the agent keeps."""
 
 
 @kernel
-def values(memory: Memory, knobs: Knobs, agent: int, s_t: I64, out: F64) -> None:
-    """The action values of the agent's own actions."""
+def values(memory: Memory, params: Params, agent: int, s_t: I64, out: F64) -> None:
+    """Action values of the agent's own actions."""
     for a in range(out.shape[0]):
         out[a] = memory.q[agent, s_t[agent], a]

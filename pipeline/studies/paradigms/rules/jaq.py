@@ -1,4 +1,4 @@
-"""JAQ-learning: every agent values joint actions and believes in others' habits (paper, section 2.3.3)."""
+"""JAQ-learning: every agent values joint actions and estimates the others' choices (paper, section 2.3.3)."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from pipeline.studies.paradigms.rules.kernel import kernel
 from pipeline.studies.paradigms.rules.memory import (
     F64,
     I64,
-    Knobs,
     LearnerSettings,
     Memory,
-    greatest_value,
-    occur,
+    Params,
+    Transition,
+    observe_choice,
+    td_error,
 )
 
 
@@ -22,8 +23,8 @@ class JAQ(LearnerSettings):
     """Settings of JAQ-learning.
 
     Attributes:
-        recency: constant step of the beliefs, so that they forget; 0: frequencies over the whole life,
-            as in fictitious play (Claus and Boutilier 1998). The paper does not say which.
+        recency: constant step of the beliefs, so that they forget; 0: frequencies over the whole life, as
+            in fictitious play (Claus and Boutilier 1998). The paper does not say which.
     """
 
     JOINT: ClassVar[bool] = True
@@ -31,14 +32,14 @@ class JAQ(LearnerSettings):
     rule: Literal["JAQ"] = "JAQ"
     recency: float = Field(default=0.0, ge=0, lt=1)
 
-    def knobs(self, agents: int) -> Knobs:
+    def params(self, agents: int) -> Params:
         """Step size, discount and recency of the beliefs."""
-        return Knobs(self.step_size, self.discount, recency=self.recency)
+        return Params(self.step_size, self.discount, recency=self.recency)
 
 
 @kernel
 def joint_index(a_t: I64, actions: int) -> int:
-    """The index of a joint action [N]; the first agent's action is the most significant digit."""
+    """Index of a joint action, int64 [N]; the first agent's action is the most significant digit."""
     index = 0
     for agent in range(a_t.shape[0]):
         index = index * actions + a_t[agent]
@@ -46,34 +47,30 @@ def joint_index(a_t: I64, actions: int) -> int:
 
 
 @kernel
-def error(
-    memory: Memory, knobs: Knobs, agent: int,
-    s_tm1: I64, a_tm1: I64, r_t: F64, continues_t: float, s_t: I64, u_t: float,
-) -> float:
-    """``r_t + discount * max_a q(s_t, a) - q(s_tm1, a_tm1)`` over joint actions: equation 2's bracket."""
-    best = greatest_value(memory, agent, s_t)
-    done = joint_index(a_tm1, memory.occurrence.shape[2])
-    return float(r_t[agent] + knobs.discount * continues_t * best - memory.q[agent, s_tm1[agent], done])
+def error(memory: Memory, params: Params, agent: int, step: Transition, u_t: float) -> float:
+    """Temporal-difference error over joint actions: equation 2's bracket."""
+    done = joint_index(step.a_tm1, memory.occurrence.shape[2])
+    return td_error(memory, params.discount, agent, done, step)
 
 
 @kernel
-def adapt(memory: Memory, knobs: Knobs, agent: int, s_tm1: I64, a_tm1: I64, r_t: F64) -> None:
-    """Let all others see the agent's choice: it counts in what they believe of it."""
-    occur(memory, knobs, agent, s_tm1, a_tm1)
+def adapt(memory: Memory, params: Params, agent: int, step: Transition) -> None:
+    """Update the others' belief about the agent by its choice."""
+    observe_choice(memory, params, agent, step)
 
 
 @kernel
-def values(memory: Memory, knobs: Knobs, agent: int, s_t: I64, out: F64) -> None:
-    """The expected values of the agent's own actions under its beliefs of the others' (equation 3).
+def values(memory: Memory, params: Params, agent: int, s_t: I64, out: F64) -> None:
+    """Expected values of the agent's own actions under its beliefs about the others' (equation 3).
 
-    Before anybody has been seen, every action of theirs is believed to be as likely.
+    Before the first visit all actions of another agent are believed to be equally likely.
     """
     agents, _, actions = memory.occurrence.shape
     last = agents - 1
     for a in range(actions):
         out[a] = 0.0
     joint = 0
-    for others in range(memory.q.shape[2] // actions):  # what all but the last do: taking digits is slow
+    for others in range(memory.q.shape[2] // actions):  # actions of all but the last: taking digits is slow
         belief = 1.0
         own = 0
         rest = others

@@ -1,17 +1,17 @@
-"""Lenient learning: bad news is often forgiven at first, and ever more seldom.
+"""Lenient learning: negative errors are often ignored at first, and less and less.
 
-Panait, Sullivan and Luke, "Lenient learners in cooperative multiagent systems", AAMAS 2006: every action has
-a temperature that falls each time it is taken; the hotter the action, the likelier an error below 0 is
-forgiven. Here, as in the later form for games of more states (Palmer, Tuyls, Bloembergen and Savani, AAMAS
-2018), temperatures are kept for every pair of observation and action, and the probability of forgiving is
+Source: Panait, Sullivan and Luke, "Lenient learners in cooperative multiagent systems", AAMAS 2006. Every
+action has a temperature that falls each time it is taken. The hotter the action, the likelier a negative
+error is ignored. As in the later form for games of more states (Palmer, Tuyls, Bloembergen and Savani, AAMAS
+2018), temperatures belong to pairs of observation and action, and the probability of ignoring an error is
 ``1 - exp(-leniency * temperature)``.
 
-Wei and Luke's LMRL2 (JMLR 17, 2016, section 4) differs: it forgives with probability
+Wei and Luke's LMRL2 (JMLR 17, 2016, section 4) differs in three points: it ignores with probability
 ``exp(-1 / (leniency * temperature))``, lets temperature diffuse from the next state, and lets it govern
-exploration too. Here exploration is the runner's affair, so ``cooling`` has to be set by how long is
-explored: leniency that ends while team mates still explore leaves IQ-learning, which forgets what it was
-lenient for. Cooling by the factor that the runner's temperature falls by a step outlasts exploration,
-because an action is not taken at every step.
+exploration. Here the runner governs exploration, so ``cooling`` must match the length of exploration: if
+leniency ends while team mates still explore, IQ-learning is left, which forgets what leniency had protected.
+Cooling by the factor that the runner's temperature falls by a step outlasts exploration, because an action is
+not taken at every step.
 """
 
 from __future__ import annotations
@@ -22,13 +22,10 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from pipeline.studies.paradigms.rules import iq
-from pipeline.studies.paradigms.rules.iq import values
 from pipeline.studies.paradigms.rules.kernel import kernel
-from pipeline.studies.paradigms.rules.memory import F64, I64, Knobs, LearnerSettings, Memory
+from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition
 
-__all__ = ["TEMPERATURE", "Lenient", "adapt", "error", "values"]
-
-#: Plane of the notes: the temperature of the action.
+#: Plane of ``Memory.aux``: the temperature of the action.
 TEMPERATURE = 0
 
 
@@ -36,8 +33,8 @@ class Lenient(LearnerSettings):
     """Settings of lenient learning.
 
     Attributes:
-        leniency: kappa, what a temperature is multiplied by in the exponent.
-        temperature: that every action starts from (Wei and Luke 2016: 50).
+        leniency: kappa, factor of the temperature in the exponent.
+        temperature: initial temperature of every action (Wei and Luke 2016: 50).
         cooling: factor of an action's temperature each time it is taken (Wei and Luke 2016: 0.995).
     """
 
@@ -48,31 +45,28 @@ class Lenient(LearnerSettings):
     temperature: float = Field(default=50.0, ge=0)
     cooling: float = Field(default=0.995, ge=0, le=1)
 
-    def knobs(self, agents: int) -> Knobs:
-        """Step size, discount, leniency, cooling; with one agent leniency 0: there is nobody to forgive."""
+    def params(self, agents: int) -> Params:
+        """Step size, discount, leniency, cooling; with one agent leniency 0."""
         leniency = self.leniency if agents > 1 else 0.0
-        return Knobs(self.step_size, self.discount, leniency=leniency, cooling=self.cooling)
+        return Params(self.step_size, self.discount, leniency=leniency, cooling=self.cooling)
 
-    def notes(self, actions: int) -> tuple[float, float, float]:
-        """The temperature to start from."""
+    def aux(self, actions: int) -> tuple[float, float, float]:
+        """Initial temperature."""
         return self.temperature, 0.0, 0.0
 
 
 @kernel
-def error(
-    memory: Memory, knobs: Knobs, agent: int,
-    s_tm1: I64, a_tm1: I64, r_t: F64, continues_t: float, s_t: I64, u_t: float,
-) -> float:
-    """IQ's error; 0 where it is negative and the coin ``u_t`` falls on forgiving."""
-    surprise: float = iq.error(memory, knobs, agent, s_tm1, a_tm1, r_t, continues_t, s_t, u_t)
+def error(memory: Memory, params: Params, agent: int, step: Transition, u_t: float) -> float:
+    """IQ's error; 0 if it is negative and ``u_t`` is below the probability of ignoring it."""
+    surprise = iq.error(memory, params, agent, step, u_t)
     if surprise < 0.0:
-        temperature = memory.notes[agent, s_tm1[agent], a_tm1[agent], TEMPERATURE]
-        if u_t < -math.expm1(-knobs.leniency * temperature):
+        temperature = memory.aux[agent, step.s_tm1[agent], step.a_tm1[agent], TEMPERATURE]
+        if u_t < -math.expm1(-params.leniency * temperature):
             return 0.0
     return surprise
 
 
 @kernel
-def adapt(memory: Memory, knobs: Knobs, agent: int, s_tm1: I64, a_tm1: I64, r_t: F64) -> None:
+def adapt(memory: Memory, params: Params, agent: int, step: Transition) -> None:
     """Cool the action that was taken."""
-    memory.notes[agent, s_tm1[agent], a_tm1[agent], TEMPERATURE] *= knobs.cooling
+    memory.aux[agent, step.s_tm1[agent], step.a_tm1[agent], TEMPERATURE] *= params.cooling

@@ -1,20 +1,17 @@
-"""What N learners have in common: their memory, their knobs, and the settings of every rule.
+"""Memory, parameters, settings and temporal-difference error: what all learning rules share.
 
-A learning rule is a module with three functions of the same signatures for all rules, compiled by
-numba:
+A learning rule is three functions, compiled by numba, with the same signatures for all rules:
 
-``error(memory, knobs, agent, s_tm1, a_tm1, r_t, continues_t, s_t, u_t)``
-    by how much what happened beat what the agent expected. The runner adds ``step_size`` times it to
-    the value of what was done, so that the step size stays outside.
-``adapt(memory, knobs, agent, s_tm1, a_tm1, r_t)``
-    what the agent notes down beside the values, after all values of the step were updated.
-``values(memory, knobs, agent, s_t, out)``
-    what the agent's actions are worth to it when it chooses, into ``out``.
+``error(memory, params, agent, step, u_t) -> float``
+    Error of the agent's prediction, in the unit of the rewards. The runner adds ``step_size * error`` to
+    the value of the action that was taken, so that no rule applies the step size itself.
+``adapt(memory, params, agent, step) -> None``
+    Update of what the agent keeps beside the action values. It runs after all values of the step have
+    moved.
+``values(memory, params, agent, s_t, out) -> None``
+    Values of the agent's actions when it chooses, written into ``out``, float64 [A].
 
-Suffixes carry time: an agent that saw ``s_tm1`` did ``a_tm1``, received ``r_t`` and sees ``s_t``.
-All four are of every agent, [N]; ``continues_t`` is 0 where the episode ended with this step, else 1, so
-that a rule discounts by ``knobs.discount * continues_t``; ``u_t`` is a number drawn from [0, 1) for
-rules that toss a coin.
+Suffixes carry time: an agent observes ``s_tm1``, takes ``a_tm1``, receives ``r_t``, then observes ``s_t``.
 """
 
 from __future__ import annotations
@@ -32,8 +29,8 @@ from pipeline.studies.paradigms.rules.kernel import kernel
 F64 = npt.NDArray[np.float64]
 I64 = npt.NDArray[np.int64]
 
-#: Numbers that a rule may note down for every pair of observation and action.
-NOTES = 3
+#: Numbers that a rule may keep for every pair of observation and action.
+AUX = 3
 
 
 class Memory(NamedTuple):
@@ -41,32 +38,50 @@ class Memory(NamedTuple):
 
     Attributes:
         q: float64 [N, O, K], action values.
-        occurrence: float64 [N, O, A], the share of the agent's visits to the observation in which it
-            chose the action: Pe of equation 5, and what others believe of it in equation 3.
-        visits: int64 [N, O].
-        notes: float64 [N, O, A, NOTES]; the rule's module names its planes.
+        occurrence: float64 [N, O, A], share of the agent's visits to the observation at which it chose the
+            action: Pe of equation 5, and what the others believe of the agent in equation 3.
+        visits: int64 [N, O], visits that ``occurrence`` counts.
+        aux: float64 [N, O, A, AUX], numbers of one rule; its module names the planes.
     """
 
     q: F64
     occurrence: F64
     visits: I64
-    notes: F64
+    aux: F64
 
 
-class Knobs(NamedTuple):
-    """The settings of all rules as numbers; a rule reads its own and ignores the others.
+class Transition(NamedTuple):
+    """One step of all N agents.
 
     Attributes:
-        step_size: of the update; also the constant step of :func:`occur` where ``recency`` is not 0.
-        discount: gamma.
-        recency: constant step of the occurrence; 0: the share over the whole life.
-        influence: beta of equation 4, as it stands inside the learning rate's bracket.
-        opinion_discount: what the next value counts in an opinion (equation 6 prints 1).
-        present: 1 if the occurrence index counts the present visit, else 0.
+        s_tm1: int64 [N], observations before the step.
+        a_tm1: int64 [N], actions.
+        r_t: float64 [N], rewards.
+        continues_t: 0 if the episode ends with this step, else 1; it multiplies the discount.
+        s_t: int64 [N], observations after the step.
+    """
+
+    s_tm1: I64
+    a_tm1: I64
+    r_t: F64
+    continues_t: float
+    s_t: I64
+
+
+class Params(NamedTuple):
+    """Parameters of all rules as numbers; a rule reads its own and ignores the others.
+
+    Attributes:
+        step_size: share of the error that a value moves by, alpha.
+        discount: weight of the next value, gamma.
+        recency: constant step of the occurrence; 0: the occurrence is the share over the whole life.
+        influence: weight of the others' opinions inside the learning rate's bracket (equation 4's beta).
+        opinion_discount: weight of the next value in an opinion (equation 6 prints 1).
+        present: 1 if the occurrence counts the visit that is judged, else 0.
         patience: share of a negative error that counts (hysteretic, distributed).
-        weight: of the heuristic (FMQ).
-        leniency, cooling: exponent and decay of the temperature (lenient).
-        winning, losing: steps of the policy (WoLF-PHC).
+        weight: weight of the heuristic (FMQ).
+        leniency, cooling: exponent and factor of an action's temperature (lenient).
+        winning, losing: steps of the policy, probability (WoLF-PHC).
     """
 
     step_size: float
@@ -84,18 +99,20 @@ class Knobs(NamedTuple):
 
 
 class LearnerSettings(Frozen, ABC):
-    """What every rule has.
+    """Settings of every rule.
 
     Attributes:
-        step_size: share of the error that a value moves by.
-        discount: gamma, what the next state's value counts. In a matrix game the next state is the same.
-        initial: action values to start from.
-        observes: whether an agent sees only itself or the whole state.
-        order: whether all agents' errors are computed before any value moves, or one after the other.
+        step_size: share of the error that a value moves by, alpha.
+        discount: weight of the next state's value, gamma. In a matrix game the next state is the same.
+        initial: action values before learning, in the unit of the rewards.
+        observes: an agent observes its own part of the state, or the joint state.
+        order: simultaneous: the errors of all agents are computed before any value moves; in turn: each
+            agent's value moves before the next error is computed.
     """
 
-    #: Whether values are of joint actions, and whether the rule's error tosses a coin.
+    #: The values are of joint actions.
     JOINT: ClassVar[bool] = False
+    #: The error is random: it needs one number drawn from [0, 1) for each agent and step.
     TOSSES: ClassVar[bool] = False
 
     step_size: float = Field(default=0.1, gt=0, le=1)
@@ -105,52 +122,61 @@ class LearnerSettings(Frozen, ABC):
     order: Literal["simultaneous", "in turn"] = "simultaneous"
 
     @abstractmethod
-    def knobs(self, agents: int) -> Knobs:
-        """The numbers that the rule reads, for a team of so many agents.
+    def params(self, agents: int) -> Params:
+        """Parameters of the rule for a team of ``agents``.
 
-        What a rule does about others is nothing where there are no others: with one agent every rule
-        is Q-learning.
+        With one agent every rule must be Q-learning: parameters that concern other agents are then neutral.
         """
 
-    def notes(self, actions: int) -> tuple[float, float, float]:
-        """What the notes of every pair start from."""
+    def aux(self, actions: int) -> tuple[float, float, float]:
+        """Initial numbers in ``Memory.aux`` of every pair of observation and action."""
         return 0.0, 0.0, 0.0
 
 
 def memory_of(settings: LearnerSettings, agents: int, observations: int, actions: int) -> Memory:
-    """A memory that nothing was learned in yet."""
+    """Memory of a team before learning."""
     width = actions**agents if settings.JOINT else actions
-    notes = np.empty((agents, observations, actions, NOTES))
-    notes[...] = settings.notes(actions)
+    aux = np.empty((agents, observations, actions, AUX))
+    aux[...] = settings.aux(actions)
     return Memory(
         q=np.full((agents, observations, width), settings.initial),
         occurrence=np.full((agents, observations, actions), 1.0 / actions),
         visits=np.zeros((agents, observations), dtype=np.int64),
-        notes=notes,
+        aux=aux,
     )
 
 
 @kernel
+def td_error(memory: Memory, discount: float, agent: int, done: int, step: Transition) -> float:
+    """``r_t + discount * max_a q(s_t, a) - q(s_tm1, done)`` of one agent: the temporal-difference error."""
+    best = memory.q[agent, step.s_t[agent], 0]
+    for a in range(1, memory.q.shape[2]):
+        best = max(best, memory.q[agent, step.s_t[agent], a])
+    expected = memory.q[agent, step.s_tm1[agent], done]
+    return float(step.r_t[agent] + discount * step.continues_t * best - expected)
+
+
+@kernel
 def occurrence_step(visits: int, recency: float) -> float:
-    """The step of an occurrence index at the visit after ``visits``: 1 / n over a life, else constant."""
+    """Step of the occurrence at the visit after ``visits``: 1 / (visits + 1), or the constant ``recency``."""
     return recency if recency > 0.0 else 1.0 / (visits + 1)
 
 
 @kernel
-def greatest_value(memory: Memory, agent: int, s_t: I64) -> float:
-    """The greatest of an agent's action values of what it sees: what it may expect from there."""
-    best: float = memory.q[agent, s_t[agent], 0]
-    for a in range(1, memory.q.shape[2]):
-        best = max(best, memory.q[agent, s_t[agent], a])
-    return best
+def occurrence_after(occurrence: float, chosen: float, step: float) -> float:
+    """Equation 5, visit by visit: an action's occurrence after a visit at which it was chosen (1) or not (0).
+
+    With ``step = 1 / n`` at visit n it is the share of n visits.
+    """
+    return occurrence + step * (chosen - occurrence)
 
 
 @kernel
-def occur(memory: Memory, knobs: Knobs, agent: int, s_tm1: I64, a_tm1: I64) -> None:
-    """Count a choice of the agent's into its occurrence index."""
-    s = s_tm1[agent]
-    step = occurrence_step(memory.visits[agent, s], knobs.recency)
+def observe_choice(memory: Memory, params: Params, agent: int, step: Transition) -> None:
+    """Update the occurrence of the agent's actions by its choice."""
+    s = step.s_tm1[agent]
+    size = occurrence_step(memory.visits[agent, s], params.recency)
     for a in range(memory.occurrence.shape[2]):
-        chosen = 1.0 if a == a_tm1[agent] else 0.0
-        memory.occurrence[agent, s, a] += step * (chosen - memory.occurrence[agent, s, a])
+        chosen = 1.0 if a == step.a_tm1[agent] else 0.0
+        memory.occurrence[agent, s, a] = occurrence_after(memory.occurrence[agent, s, a], chosen, size)
     memory.visits[agent, s] += 1

@@ -1,90 +1,72 @@
-"""All learning rules, and the one place that calls them by number inside compiled code.
+"""All learning rules as one table, and the compiled functions that call a rule by its number.
 
-To add a rule: its module with the three functions and its settings, a number here, and a branch in
-each of the three functions below.
+To add a rule, write its module (see :mod:`pipeline.studies.paradigms.rules.memory` for the three functions)
+and add its entry to :data:`RULES`.
 """
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Callable
+from functools import reduce
+from operator import or_
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from pydantic import Field
 
 from pipeline.studies.paradigms.rules import distributed, fmq, hysteretic, iq, ivq, jaq, lenient, wolf_phc
-from pipeline.studies.paradigms.rules.distributed import Distributed
-from pipeline.studies.paradigms.rules.fmq import FMQ
-from pipeline.studies.paradigms.rules.hysteretic import Hysteretic
-from pipeline.studies.paradigms.rules.iq import IQ
-from pipeline.studies.paradigms.rules.ivq import IVQ
-from pipeline.studies.paradigms.rules.jaq import JAQ
-from pipeline.studies.paradigms.rules.kernel import kernel
-from pipeline.studies.paradigms.rules.lenient import Lenient
-from pipeline.studies.paradigms.rules.memory import F64, I64, Knobs, LearnerSettings, Memory
-from pipeline.studies.paradigms.rules.wolf_phc import WoLFPHC
-
-#: Settings of any rule; the field ``rule`` tells which.
-AnyLearner = Annotated[
-    IQ | JAQ | IVQ | Hysteretic | FMQ | Lenient | Distributed | WoLFPHC, Field(discriminator="rule")
-]
-
-#: A rule's number is its place here.
-RULES: tuple[type[LearnerSettings], ...] = (IQ, JAQ, IVQ, Hysteretic, FMQ, Lenient, Distributed, WoLFPHC)
+from pipeline.studies.paradigms.rules.kernel import switch
+from pipeline.studies.paradigms.rules.memory import F64, I64, LearnerSettings, Memory, Params, Transition
 
 
-@kernel
-def error(
-    rule: int, memory: Memory, knobs: Knobs, agent: int,
-    s_tm1: I64, a_tm1: I64, r_t: F64, continues_t: float, s_t: I64, u_t: float,
-) -> float:
-    """The error of a rule (see :mod:`pipeline.studies.paradigms.rules.memory`)."""
-    if rule == 0:
-        return iq.error(memory, knobs, agent, s_tm1, a_tm1, r_t, continues_t, s_t, u_t)
-    if rule == 1:
-        return jaq.error(memory, knobs, agent, s_tm1, a_tm1, r_t, continues_t, s_t, u_t)
-    if rule == 2:
-        return ivq.error(memory, knobs, agent, s_tm1, a_tm1, r_t, continues_t, s_t, u_t)
-    if rule == 3:
-        return hysteretic.error(memory, knobs, agent, s_tm1, a_tm1, r_t, continues_t, s_t, u_t)
-    if rule == 4:
-        return fmq.error(memory, knobs, agent, s_tm1, a_tm1, r_t, continues_t, s_t, u_t)
-    if rule == 5:
-        return lenient.error(memory, knobs, agent, s_tm1, a_tm1, r_t, continues_t, s_t, u_t)
-    if rule == 6:
-        return distributed.error(memory, knobs, agent, s_tm1, a_tm1, r_t, continues_t, s_t, u_t)
-    return wolf_phc.error(memory, knobs, agent, s_tm1, a_tm1, r_t, continues_t, s_t, u_t)
+class Rule(NamedTuple):
+    """A learning rule; the functions that an entry does not name are IQ-learning's.
+
+    Attributes:
+        settings: class of its settings.
+        error, adapt, values: its compiled functions.
+    """
+
+    settings: type[LearnerSettings]
+    error: Callable[[Memory, Params, int, Transition, float], float] = iq.error
+    adapt: Callable[[Memory, Params, int, Transition], None] = iq.adapt
+    values: Callable[[Memory, Params, int, I64, F64], None] = iq.values
 
 
-@kernel
-def adapt(rule: int, memory: Memory, knobs: Knobs, agent: int, s_tm1: I64, a_tm1: I64, r_t: F64) -> None:
-    """What a rule notes down after a step."""
-    if rule == 0:
-        iq.adapt(memory, knobs, agent, s_tm1, a_tm1, r_t)
-    elif rule == 1:
-        jaq.adapt(memory, knobs, agent, s_tm1, a_tm1, r_t)
-    elif rule == 2:
-        ivq.adapt(memory, knobs, agent, s_tm1, a_tm1, r_t)
-    elif rule == 3:
-        hysteretic.adapt(memory, knobs, agent, s_tm1, a_tm1, r_t)
-    elif rule == 4:
-        fmq.adapt(memory, knobs, agent, s_tm1, a_tm1, r_t)
-    elif rule == 5:
-        lenient.adapt(memory, knobs, agent, s_tm1, a_tm1, r_t)
-    elif rule == 6:
-        distributed.adapt(memory, knobs, agent, s_tm1, a_tm1, r_t)
-    else:
-        wolf_phc.adapt(memory, knobs, agent, s_tm1, a_tm1, r_t)
+#: The number of a rule is its place here.
+RULES = (
+    Rule(iq.IQ),
+    Rule(jaq.JAQ, error=jaq.error, adapt=jaq.adapt, values=jaq.values),
+    Rule(ivq.IVQ, error=ivq.error, adapt=ivq.adapt),
+    Rule(hysteretic.Hysteretic, error=hysteretic.error),
+    Rule(fmq.FMQ, adapt=fmq.adapt, values=fmq.values),
+    Rule(lenient.Lenient, error=lenient.error, adapt=lenient.adapt),
+    Rule(distributed.Distributed, error=hysteretic.error, adapt=distributed.adapt, values=distributed.values),
+    Rule(wolf_phc.WoLFPHC, adapt=wolf_phc.adapt, values=wolf_phc.values),
+)
+
+if TYPE_CHECKING:
+    AnyLearner = LearnerSettings
+else:
+    #: Settings of any rule; the field ``rule`` tells which.
+    AnyLearner = Annotated[reduce(or_, [rule.settings for rule in RULES]), Field(discriminator="rule")]
+
+def number_of(settings: LearnerSettings) -> int:
+    """Number of the rule that the settings belong to.
+
+    Raises:
+        ValueError: if they belong to no rule in RULES.
+    """
+    return [rule.settings for rule in RULES].index(type(settings))
 
 
-@kernel
-def values(rule: int, memory: Memory, knobs: Knobs, agent: int, s_t: I64, out: F64) -> None:
-    """What a rule's actions are worth when the agent chooses."""
-    if rule == 1:
-        jaq.values(memory, knobs, agent, s_t, out)
-    elif rule == 4:
-        fmq.values(memory, knobs, agent, s_t, out)
-    elif rule == 6:
-        distributed.values(memory, knobs, agent, s_t, out)
-    elif rule == 7:
-        wolf_phc.values(memory, knobs, agent, s_t, out)
-    else:
-        iq.values(memory, knobs, agent, s_t, out)
+#: Error of a rule: ``error(number, memory, params, agent, step, u_t)``.
+error: Callable[[int, Memory, Params, int, Transition, float], float] = switch(
+    "error", [rule.error for rule in RULES])
+
+#: Update of what a rule keeps beside the action values: ``adapt(number, memory, params, agent, step)``.
+adapt: Callable[[int, Memory, Params, int, Transition], None] = switch(
+    "adapt", [rule.adapt for rule in RULES])
+
+#: Values of an agent's actions when it chooses: ``values(number, memory, params, agent, s_t, out)``.
+values: Callable[[int, Memory, Params, int, I64, F64], None] = switch(
+    "values", [rule.values for rule in RULES])

@@ -1,4 +1,4 @@
-"""How an agent chooses: weights of its actions from their values, and a draw by them."""
+"""Choice of an action: weights of the actions from their values, and a draw by the weights."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from enum import IntEnum
 from pipeline.studies.paradigms.rules.kernel import kernel
 from pipeline.studies.paradigms.rules.memory import F64
 
-#: The exponential of this is 0 in float64. Where training ends most weights are, and finding it out by
-#: computing them took a tenth of a step.
+#: The exponential of this is 0 in float64. Late in training most weights are 0; to compute them took a tenth
+#: of a step.
 UNDERFLOW = -746.0
 
 
 class Selection(IntEnum):
-    """What makes weights of values; heat is the temperature, or the probability of exploring."""
+    """Rule that makes weights of values; ``temperature`` is the probability of exploring in the last two."""
 
     BOLTZMANN = 0
     EPSILON_GREEDY = 1
@@ -25,8 +25,8 @@ class Selection(IntEnum):
 def boltzmann(values: F64, temperature: float, out: F64) -> None:
     """Softmax of ``values / temperature``: ``out[a] = exp((values[a] - max(values)) / temperature)``.
 
-    The greatest weight is 1, so nothing overflows; what underflows is rightly never chosen. At
-    temperature 0 the actions of the greatest value weigh the same and others nothing, which is the limit.
+    The greatest weight is 1, so nothing overflows; a weight that underflows is 0. At temperature 0 the
+    actions of the greatest value weigh 1 and all others 0, which is the limit.
 
     Args:
         values: float64 [A], finite.
@@ -47,7 +47,7 @@ def boltzmann(values: F64, temperature: float, out: F64) -> None:
 
 @kernel
 def epsilon_greedy(values: F64, epsilon: float, out: F64) -> None:
-    """With probability ``epsilon`` any action, else one of the greatest value; both without preference.
+    """Weights of a uniform choice of all actions (``epsilon``) or of those of the greatest value.
 
     Args:
         values: float64 [A], finite.
@@ -64,7 +64,7 @@ def epsilon_greedy(values: F64, epsilon: float, out: F64) -> None:
 
 @kernel
 def mixed(policy: F64, epsilon: float, out: F64) -> None:
-    """With probability ``epsilon`` any action, else one drawn from the agent's own mixed policy.
+    """Weights of a uniform choice (``epsilon``) or of a draw from the agent's own mixed policy.
 
     Args:
         policy: float64 [A], probabilities.
@@ -76,22 +76,22 @@ def mixed(policy: F64, epsilon: float, out: F64) -> None:
 
 
 @kernel
-def select(selection: int, values: F64, heat: float, out: F64) -> None:
-    """The weights that a :class:`Selection` gives to actions of such values."""
+def select(selection: int, values: F64, temperature: float, out: F64) -> None:
+    """Weights that a :class:`Selection` gives to actions of these values."""
     if selection == 0:
-        boltzmann(values, heat, out)
+        boltzmann(values, temperature, out)
     elif selection == 1:
-        epsilon_greedy(values, heat, out)
+        epsilon_greedy(values, temperature, out)
     else:
-        mixed(values, heat, out)
+        mixed(values, temperature, out)
 
 
 @kernel
 def sample(weights: F64, u: float) -> int:
-    """The action that ``u``, drawn from [0, 1), falls on; never one of weight 0.
+    """Action that ``u``, drawn from [0, 1), selects; never one of weight 0.
 
     Args:
-        weights: float64 [A], not negative, not all 0; probabilities are in proportion to them.
+        weights: float64 [A], at least 0, not all 0; probabilities are proportional to them.
         u: in [0, 1).
     """
     total = 0.0
