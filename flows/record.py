@@ -9,8 +9,8 @@ from flows.matches import PLAYING, keep
 from flows.stages import STAGES
 from pipeline import arena
 from pipeline import matches as log
+from pipeline.arena.match.controllers import controllers_of
 from pipeline.arena.match.match import PART, Match
-from pipeline.arena.match.minds import minds_of
 from pipeline.arena.match.recipe import Recipe
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt, fingerprint
@@ -32,7 +32,7 @@ def record(
     """
     there = store.holding(_work(recipe))
     if there is None:
-        match = Match(recipe, minds_of(recipe, policies or {}))
+        match = Match(recipe, controllers_of(recipe, policies or {}))
         with recording(store, match) as log_it:
             while match.advance(PART):
                 log_it()

@@ -214,7 +214,7 @@ def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
     found = [nobody()]
     for season, player in of:
         _, policy = labelled(player.store, player.manifest)
-        does = preferred(policy, player.team.settings.caution).with_columns(
+        does = preferred(policy, player.team.settings.lcb_weight).with_columns(
             settings=pl.lit(season.name), opponent=pl.lit(season.opponent), season=pl.lit(season.id))
         found.append(does.select(found[0].columns))
     return pl.concat(found)

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.arena.match.minds import SCRIPTED
 from pipeline.arena.match.recipe import TeamSettings
+from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings, NotFound, PitchloreError
 from pipeline.settings import fitted
 from pipeline.store import Store
@@ -22,18 +22,18 @@ _SEASONS = "seasons"
 
 def entrant(
     store: Store, word: str, policies: dict[str, pl.DataFrame], *, explore: float | None = None,
-    caution: float | None = None, trust: int | None = None,
+    lcb_weight: float | None = None, min_visits: int | None = None,
 ) -> Entrant:
     """The team that a word names; a policy that it plays is put into ``policies``.
 
     Args:
         store: where policies and seasons are.
-        word: random, static or human-like; learned for the newest policy, learned:3 or just 3 for a
+        word: the name of a scripted team; learned for the newest policy, learned:3 or just 3 for a
             version; the id of a season for its apprentice, see :func:`apprentice`.
         policies: rows of schema Policies by label.
         explore: of a learned team, see ``TeamSettings``; None for 0.
-        caution: likewise; None for that of the season, else 0.
-        trust: likewise.
+        lcb_weight: likewise; None for that of the season, else 0.
+        min_visits: likewise.
 
     Raises:
         BadSettings: if no team is called so.
@@ -49,7 +49,7 @@ def entrant(
         player = apprentice(store, word)
     named, rows = labelled(player.store, player.manifest)
     policies[named] = rows
-    asked = {"explore": explore, "caution": caution, "trust": trust}
+    asked = {"explore": explore, "lcb_weight": lcb_weight, "min_visits": min_visits}
     settings = player.team.settings.model_dump() | {k: v for k, v in asked.items() if v is not None}
     return player.team.model_copy(update={"settings": TeamSettings.model_validate(settings)})
 
@@ -87,7 +87,7 @@ def apprentice(store: Store, season: str) -> Player:
     # of the last game that is done: while the next is played, there may be a newer one that is not counted
     manifest = home.manifest("policies", receipt.details["policy"])
     counted = own.recipes(receipt.details["games"], policy=None)[0].home
-    return _player(home, manifest, season, counted.model_copy(update={"explore": 0.0, "doubt": 0.0}))
+    return _player(home, manifest, season, counted.model_copy(update={"explore": 0.0, "posterior_std": 0.0}))
 
 
 def _player(store: Store, manifest: Manifest, name: str, settings: TeamSettings) -> Player:
@@ -106,7 +106,7 @@ def _no_season(store: Store, word: str) -> PitchloreError:
                         next_step="Play the season with `pitchlore season`")
     there = ", ".join(receipt.name for receipt in store.receipts(_SEASONS)) or "none yet"
     return BadSettings(f"{word!r} is no team, nor a season (there are: {there})", next_step=(
-        "Name random, static, human-like, learned, learned:VERSION or a season's id"))
+        f"Name {', '.join(SCRIPTED)}, learned, learned:VERSION or a season's id"))
 
 
 def policy(store: Store, version: int | None = None) -> Manifest:

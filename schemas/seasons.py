@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, get_args
 
 import dataframely as dy
 import polars as pl
@@ -10,7 +10,9 @@ import polars as pl
 from schemas.paradigms import VERDICTS
 from schemas.table import ROLES, STAND_IN, Table, match_id, unit
 
-OPPONENTS = ("static", "human-like", "random")
+#: Teams that seasons are played against; another one makes new versions of the tables that name it.
+Opponent = Literal["static", "human-like", "random"]
+OPPONENTS: tuple[Opponent, ...] = get_args(Opponent)
 CLAIM_VERDICTS = (*VERDICTS, "contradictory", "reached", "not reached", "not judged", "by construction")
 
 

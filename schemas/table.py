@@ -12,6 +12,8 @@ TEAMS = ("home", "away")
 BODIES = ("ball", *TEAMS)
 ROLES = ("goalkeeper", "midfield", "striker")
 
+#: Teams that stand in for people.
+STAND_INS = ("human-like",)
 #: Said beside every result of theirs.
 STAND_IN = "Human-like is a scripted team that stands in for people and is no model of anyone"
 
@@ -22,8 +24,8 @@ KEYS: tuple[Key, ...] = get_args(Key)
 
 
 def note_on(*teams: str) -> str | None:
-    """What is to be said beside a result of these teams, None if nothing."""
-    return STAND_IN if "human-like" in teams else None
+    """The note beside a result of these teams, None if there is none."""
+    return STAND_IN if set(teams) & set(STAND_INS) else None
 
 
 class Table(dy.Schema):

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from pipeline import matches as log
+from pipeline.arena.match.controllers import controller_of
 from pipeline.arena.match.match import Match
-from pipeline.arena.match.minds import mind_of
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.camera import TYPICAL, Camera, CameraSettings
 from pipeline.arena.physics.laws import RefereeSettings
@@ -220,7 +220,7 @@ class TestInAMatch:
         team = TeamSettings(kind="static")
         recipe = Recipe(home=team, away=team, seed=2, camera=camera,
                         referee=RefereeSettings(duration_s=3, halves=1))
-        match, stream = Match(recipe, (mind_of(team, recipe, 0), mind_of(team, recipe, 1))), io.BytesIO()
+        match, stream = Match(recipe, (controller_of(team, recipe, 0), controller_of(team, recipe, 1))), io.BytesIO()
         truth = []
         with log.Recorder(stream, match.info) as recorder:
             while not match.over:

@@ -273,8 +273,8 @@ def test_evaluate_for_people_and_for_programs(call, tmp_path):
     ("record", "--robots", "0"), ("play", "--robots", "0"), ("record", "--matches", "0"), ("evaluate", "--matches", "3"),
     ("record", "--seed", "-1"), ("play", "--seed", "-1"), ("season", "--seed", "99999999"), ("season", "--seed", "-1"),
     ("season", "--games", "0"), ("record", "--explore", "2"), ("evaluate", "--explore", "2"),
-    ("record", "--caution", "-1"), ("record", "--home", "static", "--explore", "0.5"), ("record", "--robots", "99"),
-    ("evaluate", "--policy", "static", "--trust", "3"), ("record", "--seed", "x"), ("record", "--sed", "1"),
+    ("record", "--lcb-weight", "-1"), ("record", "--home", "static", "--explore", "0.5"), ("record", "--robots", "99"),
+    ("evaluate", "--policy", "static", "--min-visits", "3"), ("record", "--seed", "x"), ("record", "--sed", "1"),
     ("season", "--opponent", "nobody"), ("recrod",),
 ])
 def test_what_does_not_fit_is_one_line_that_says_what_to_do_next(call, tmp_path, words):

@@ -15,12 +15,12 @@ from support.toy_scenes import (
     BY_CHANCE,
     VSSS,
     M,
-    dice,
     filmed,
     mirrored,
     openings,
     perform,
     roles_of,
+    splitmix,
     view_of,
     views,
 )
@@ -111,8 +111,8 @@ class TestExecutors:
         roles = roles_of(view[None])[0]
         over = []
         for out, seen in zip(wheels, (view, mirrored(view)), strict=True):
-            memory = np.zeros(executors.FIELDS)
-            executors.start(code, 1, seen, roles, M, dice(), memory)
+            memory = np.zeros(1, dtype=executors.ACTION)[0]
+            executors.start(code, 1, seen, roles, M, splitmix(), memory)
             over.append(executors.act(1, seen, M, memory, out))
         assert over[0] == over[1]
         assert wheels[1, 0, ::-1] == pytest.approx(wheels[0, 0], abs=1e-9)
@@ -123,8 +123,8 @@ class TestExecutors:
         m = Measures.of(PITCHES[kind], top=2.0, axle=0.1, acceleration=5.0, frame_s=0.05)
         roles = np.empty(len(view) - 1, dtype=np.int64)
         assign(view, m, roles)
-        memory, wheels = np.zeros(executors.FIELDS), np.zeros((len(view) // 2, 2))
-        executors.start(code, 1, view, roles, m, dice(seed), memory)
+        memory, wheels = np.zeros(1, dtype=executors.ACTION)[0], np.zeros((len(view) // 2, 2))
+        executors.start(code, 1, view, roles, m, splitmix(seed), memory)
         frames = 1
         while not executors.act(1, view, m, memory, wheels):
             assert np.abs(wheels).max() <= m.top + 1e-12
@@ -141,13 +141,13 @@ class TestExecutors:
         })
         roles = roles_of(view[None])[0]
         assert roles.tolist() == [GOALKEEPER, MIDFIELD, STRIKER, STRIKER, MIDFIELD, GOALKEEPER]
-        memory = np.zeros(executors.FIELDS)
-        executors.start(code, 1, view, roles, M, dice(), memory)
-        assert memory[executors.OTHER] == row
+        memory = np.zeros(1, dtype=executors.ACTION)[0]
+        executors.start(code, 1, view, roles, M, splitmix(), memory)
+        assert memory["other"] == row
 
     def test_nobody_to_pass_to(self):
-        view, wheels, memory = view_of((0.0, 0.0, 0.0), count=1), np.ones((1, 2)), np.zeros(executors.FIELDS)
-        executors.start(23, 1, view, np.zeros(2, dtype=np.int64), M, dice(), memory)
+        view, wheels, memory = view_of((0.0, 0.0, 0.0), count=1), np.ones((1, 2)), np.zeros(1, dtype=executors.ACTION)[0]
+        executors.start(23, 1, view, np.zeros(2, dtype=np.int64), M, splitmix(), memory)
         assert executors.act(1, view, M, memory, wheels)
         assert wheels.tolist() == [[0.0, 0.0]]
 
@@ -159,8 +159,8 @@ class TestExecutors:
 
 def scored(bodies, code, frames=120):
     """Whose goal the ball is in after the robot of row 1 did something: +1 the adversary's, -1 the own, 0 none."""
-    speeds, wheels, memory = np.zeros((6, 2)), np.zeros((6, 2)), np.zeros(executors.FIELDS)
-    executors.start(code, 1, bodies, np.zeros(6, dtype=np.int64), M, dice(), memory)
+    speeds, wheels, memory = np.zeros((6, 2)), np.zeros((6, 2)), np.zeros(1, dtype=executors.ACTION)[0]
+    executors.start(code, 1, bodies, np.zeros(6, dtype=np.int64), M, splitmix(), memory)
     over = False
     for _ in range(frames):
         if not over:

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from pipeline.arena.match.controllers import Scripted, controller_of, measures_of
 from pipeline.arena.match.human import Command, Human
 from pipeline.arena.match.match import Match
-from pipeline.arena.match.minds import Scripted, measures_of, mind_of
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.bodies import BALL, THETA, X, Y, see
@@ -33,12 +33,12 @@ def view(ball=(0.0, 0.0)):
 
 
 def wheels_at(command, driven=2):
-    mind = human()
-    mind.think(0, view(), np.zeros((3, 2)))
-    mind.driven = driven
-    mind.command(command)
+    controller = human()
+    controller.think(0, view(), np.zeros((3, 2)))
+    controller.driven = driven
+    controller.command(command)
     wheels = np.zeros((3, 2))
-    mind.think(1, view(), wheels)
+    controller.think(1, view(), wheels)
     return wheels
 
 
@@ -70,44 +70,44 @@ class TestDriving:
 class TestSwitching:
     @pytest.mark.parametrize(("ball", "expected"), [((-0.7, 0.0), 1), ((-0.4, 0.6), 2), ((0.5, -0.3), 3)])
     def test_nearest_to_the_ball(self, ball, expected):
-        mind = human()
-        mind.think(0, view(ball), np.zeros((3, 2)))
-        assert mind.driven == expected  # it begins there
-        mind.switch("next")
-        mind.think(1, view(ball), np.zeros((3, 2)))
-        assert mind.driven == expected % 3 + 1
-        mind.switch("nearest")
-        mind.think(2, view(ball), np.zeros((3, 2)))
-        assert mind.driven == expected
+        controller = human()
+        controller.think(0, view(ball), np.zeros((3, 2)))
+        assert controller.driven == expected  # it begins there
+        controller.switch("next")
+        controller.think(1, view(ball), np.zeros((3, 2)))
+        assert controller.driven == expected % 3 + 1
+        controller.switch("nearest")
+        controller.think(2, view(ball), np.zeros((3, 2)))
+        assert controller.driven == expected
 
     def test_next_goes_round(self):
-        mind = human()
-        mind.think(0, view((-0.7, 0.0)), np.zeros((3, 2)))
+        controller = human()
+        controller.think(0, view((-0.7, 0.0)), np.zeros((3, 2)))
         seen = []
         for _ in range(4):
-            mind.switch("next")
-            seen.append(mind.driven)
+            controller.switch("next")
+            seen.append(controller.driven)
         assert seen == [2, 3, 1, 2]
 
     def test_the_last_wish_counts(self):
-        mind = human()
-        mind.switch("nearest")
-        mind.switch("next")
-        mind.think(0, view((-0.7, 0.0)), np.zeros((3, 2)))
-        assert mind.driven == 2
+        controller = human()
+        controller.switch("nearest")
+        controller.switch("next")
+        controller.think(0, view((-0.7, 0.0)), np.zeros((3, 2)))
+        assert controller.driven == 2
 
 
 class TestInAMatch:
     @pytest.mark.parametrize("side", [0, 1])
     def test_forward_is_ahead_on_both_sides(self, side):
         recipe = RECIPE.model_copy(update={"home": TeamSettings(kind="static"), "away": TeamSettings(kind="static")})
-        mind = human()
-        other = mind_of(TeamSettings(kind="random"), recipe, 1 - side)
-        match = Match(recipe, (mind, other) if side == 0 else (other, mind))
+        controller = human()
+        other = controller_of(TeamSettings(kind="random"), recipe, 1 - side)
+        match = Match(recipe, (controller, other) if side == 0 else (other, controller))
         match.advance()
-        assert mind.playing
-        mind.driven = 2
-        mind.command(Command(forward=1))
+        assert controller.playing
+        controller.driven = 2
+        controller.command(Command(forward=1))
         row = 2 + 3 * side
         before = match.bodies[row].copy()
         match.advance(10)
@@ -119,23 +119,23 @@ class TestInAMatch:
         assert own[2, X] == pytest.approx(match.bodies[row, X] * (1 - 2 * side))
 
     def test_knows_when_play_rests(self):
-        mind = human()
-        match = Match(RECIPE, (mind, mind_of(TeamSettings(kind="static"), RECIPE, 1)))
-        assert not mind.playing
+        controller = human()
+        match = Match(RECIPE, (controller, controller_of(TeamSettings(kind="static"), RECIPE, 1)))
+        assert not controller.playing
         match.advance()
-        assert mind.playing
+        assert controller.playing
         match.leave()
-        assert not mind.playing
-        assert mind.reward == 0
-        assert mind.decided() == []
+        assert not controller.playing
+        assert controller.reward == 0
+        assert controller.decided() == []
 
     def test_same_commands_same_match(self):
         logs = []
         for _ in range(2):
-            mind = human()
-            match = Match(RECIPE, (mind, mind_of(TeamSettings(kind="static"), RECIPE, 1)))
+            controller = human()
+            match = Match(RECIPE, (controller, controller_of(TeamSettings(kind="static"), RECIPE, 1)))
             for frame in range(120):
-                mind.command(Command(forward=math.sin(frame / 20), turn=math.cos(frame / 30)))
+                controller.command(Command(forward=math.sin(frame / 20), turn=math.cos(frame / 30)))
                 match.advance()
             logs.append(match.take().frames.robots.tobytes())
         assert logs[0] == logs[1]

@@ -14,7 +14,7 @@ from support.played import logged, policy
 from support.played import starting as match
 
 from pipeline import matches as log
-from pipeline.arena.match.minds import mind_of
+from pipeline.arena.match.controllers import controller_of
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.arena import Arena
 from pipeline.arena.physics.camera import CameraSettings
@@ -174,7 +174,7 @@ def test_any_number_of_robots_play(robots, seed):
 def test_a_person_does_not_play_by_itself():
     of = recipe("human")
     with pytest.raises(BadSettings, match="pitchlore play"):
-        mind_of(of.home, of, 0)
+        controller_of(of.home, of, 0)
 
 
 # --- the learned team ----------------------------------------------------------------------------
@@ -229,7 +229,7 @@ ALL = ("goalkeeper", "midfield", "striker")
 def test_who_doubts_draws_what_it_believes_at_each_restart_and_holds_on_to_it_while_play_is_on():
     known = policy(*((role, 0, codes, 0.5) for role in ALL for codes in ("184", "057", "078")))
     of = recipe("learned", "static", seconds=120.0)
-    of = of.model_copy(update={"home": TeamSettings(kind="learned", doubt=1.0)})
+    of = of.model_copy(update={"home": TeamSettings(kind="learned", posterior_std=1.0)})
     made = decided(of, known, 120 * 60 + 1)
     a_role = made.group_by("episode", "role").agg(pl.col("behaviour_id").n_unique())
     assert (a_role["behaviour_id"] == 1).all()
@@ -244,7 +244,7 @@ def test_what_is_well_known_is_doubted_less():
         known = policy(*((role, 0, codes, q, n) for role in ALL
                          for codes, q, n in (("184", 0.2, 9 * evidence), ("057", 0.0, evidence))))
         of = recipe("learned", "static", seconds=240.0)
-        of = of.model_copy(update={"home": TeamSettings(kind="learned", doubt=1.0)})
+        of = of.model_copy(update={"home": TeamSettings(kind="learned", posterior_std=1.0)})
         made = decided(of, known, 240 * 60 + 1)
         first = made.group_by("episode", "role").agg(pl.col("behaviour_id").first().str.ends_with("057").alias("worse"))
         assert least <= first["worse"].mean() <= most
@@ -253,9 +253,9 @@ def test_what_is_well_known_is_doubted_less():
 def test_the_cautious_prefer_what_they_know():
     known = policy(*((role, 0, codes, q, n) for role in ALL
                      for codes, q, n in (("184", 0.5, 1.0), ("057", 0.1, 100.0))))
-    for caution, codes in ((0.0, "184"), (0.4, "184"), (0.5, "057")):  # .5 - c against .1 - c / 10
+    for lcb_weight, codes in ((0.0, "184"), (0.4, "184"), (0.5, "057")):  # .5 - c against .1 - c / 10
         of = recipe("learned", "static", seconds=10.0)
-        of = of.model_copy(update={"home": TeamSettings(kind="learned", caution=caution)})
+        of = of.model_copy(update={"home": TeamSettings(kind="learned", lcb_weight=lcb_weight)})
         assert set(decided(of, known)["behaviour_id"]) == {f"{role}-{codes}" for role in ALL}
 
 
@@ -314,7 +314,7 @@ def test_the_log_holds_no_garbage_beside_its_fields():
 def test_static_robots_that_touch_come_apart(ball, robots, pair):
     """Home plays, the other team stands; robots of 7.5 cm whose middles are 11 cm apart cannot touch."""
     of = recipe()
-    arena, mind = Arena(of.pitch, of.robots, of.physics), mind_of(of.home, of, 0)
+    arena, controller = Arena(of.pitch, of.robots, of.physics), controller_of(of.home, of, 0)
     bodies, wheels = np.zeros_like(arena.bodies), np.zeros((2 * of.robots, 2))
     bodies[BALL, :2] = ball
     bodies[1:, :3] = robots
@@ -323,6 +323,6 @@ def test_static_robots_that_touch_come_apart(ball, robots, pair):
     for frame in range(150):
         if np.hypot(*(arena.bodies[one, :2] - arena.bodies[other, :2])) > 0.11:
             return
-        mind.think(frame, arena.bodies, wheels[: of.robots])
+        controller.think(frame, arena.bodies, wheels[: of.robots])
         arena.frame(wheels)
     pytest.fail("they touch for 2.5 s")

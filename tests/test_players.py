@@ -10,15 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from support.toy_pitch import FRAME_S, kick_off, step
-from support.toy_scenes import ROBOTS, VSSS, M, dice, mirrored, view_of, views
+from support.toy_scenes import ROBOTS, VSSS, M, mirrored, splitmix, view_of, views
 
-from pipeline.arena.teams import human_like, static
+from pipeline.arena.teams import executors, human_like, moving_randomly, static
 from pipeline.arena.teams.ball import coming, has_ball, soon, spin
-from pipeline.arena.teams.dice import bits, new_dice, normal, uniform
 from pipeline.arena.teams.goalkeeping import crossing, keep_line
-from pipeline.arena.teams.human_like import HumanLike
 from pipeline.arena.teams.measures import Measures
+from pipeline.arena.teams.people import People
 from pipeline.arena.teams.roles import assign
+from pipeline.arena.teams.splitmix import bits, normal, seeded, uniform
 from pipeline.arena.teams.steering import (
     BACK,
     EITHER,
@@ -31,11 +31,23 @@ from pipeline.arena.teams.steering import (
     steer,
     to_pose,
 )
-from pipeline.arena.teams.teams import Team, new_memory, play
+from pipeline.arena.teams.table import SCRIPTED, TEAMS
 from pipeline.bodies import BALL, THETA, VX, VY, X, Y, see
 from pipeline.errors import BadSettings
 from pipeline.pitch import PITCHES, Kind
 from pipeline.trajectories import kinematics
+
+PACKED = M.packed()
+
+
+def nobody(robots):
+    """The memory of a static team of which no robot has a job."""
+    return np.zeros(robots, dtype=static.ROBOT)
+
+
+def jobs(memory):
+    """Rows of the goalkeeper and the attacker of a static team."""
+    return [1 + memory["job"].tolist().index(job) for job in (static.KEEPER, static.ATTACKER)]
 
 
 class TestMeasures:
@@ -59,7 +71,7 @@ class TestMeasures:
             Measures.of(VSSS, **given)
 
 
-class TestDice:
+class TestSplitMix:
     def test_splitmix64(self):
         # the first numbers of the authors' reference for this seed
         one = np.array([1234567], dtype=np.uint64)
@@ -68,7 +80,7 @@ class TestDice:
         ]
 
     def test_distributions(self):
-        one = dice()
+        one = splitmix()
         flat = np.array([uniform(one) for _ in range(20_000)])
         bell = np.array([normal(one) for _ in range(20_000)])
         assert flat.min() >= 0 and flat.max() < 1  # noqa: PT018
@@ -206,13 +218,14 @@ class TestGoalkeeping:
 def match(home, away, seed, seconds=60.0):
     """Goals of home and away in the toy world, kick-offs after goals and where the ball has rested for 5 s."""
     rng = np.random.default_rng(seed)
-    teams = [(team, new_memory(team, ROBOTS, M, rng), new_dice(rng)) for team in (home, away)]
+    scripts = (TEAMS[home].script, TEAMS[away].script)
+    teams = [(script.play, script.new_memory(ROBOTS, M, rng, People()), seeded(rng)) for script in scripts]
     wheels, speeds, view = np.zeros((6, 2)), np.zeros((6, 2)), np.zeros((7, 6))
     bodies, goals, rest, at = kick_off(ROBOTS, rng), [0, 0], 0, np.zeros(2)
     for _ in range(round(seconds / FRAME_S)):
-        for side, (team, memory, chance) in enumerate(teams):
+        for side, (play, memory, chance) in enumerate(teams):
             see(bodies, side, 1.0 - 2.0 * side, view)
-            play(int(team), view, memory, M, chance, wheels[3 * side : 3 * side + 3])
+            play(view, PACKED, chance, wheels[3 * side : 3 * side + 3], *memory)
         goal = step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
         rest, at = (rest + 1, at) if np.hypot(*(bodies[0, :2] - at)) < 0.05 else (0, bodies[0, :2].copy())
         if goal:
@@ -223,45 +236,46 @@ def match(home, away, seed, seconds=60.0):
 
 
 class TestTeams:
-    @given(views(), st.sampled_from(Team), st.sampled_from(list(Kind)), st.integers(0, 9))
+    @given(views(), st.sampled_from(SCRIPTED), st.sampled_from(list(Kind)), st.integers(0, 9))
     @settings(max_examples=200)
     def test_within_the_limit_whatever_happens(self, view, team, kind, seed):
         rng = np.random.default_rng(seed)
         m = Measures.of(PITCHES[kind], top=2.0, axle=0.1, acceleration=5.0, frame_s=0.05)
         count = len(view) // 2
-        memory, wheels, chance = new_memory(team, count, m, rng), np.full((count, 2), np.nan), new_dice(rng)
+        script, wheels = TEAMS[team].script, np.full((count, 2), np.nan)
+        memory, chance = script.new_memory(count, m, rng, People()), seeded(rng)
         for _ in range(30):
-            play(int(team), view, memory, m, chance, wheels)
+            script.play(view, m.packed(), chance, wheels, *memory)
             assert np.abs(wheels).max() <= m.top + 1e-12
             view[BALL, :2] += rng.normal(0, 0.05, 2)
 
-    @pytest.mark.parametrize("team", list(Team))
+    @pytest.mark.parametrize("team", SCRIPTED)
     def test_the_same_dice_play_the_same(self, team):
-        assert match(team, Team.STATIC, 3, 10.0) == match(team, Team.STATIC, 3, 10.0)
+        assert match(team, "static", 3, 10.0) == match(team, "static", 3, 10.0)
 
     def test_static_beats_random(self):
-        goals = np.array([match(Team.STATIC, Team.RANDOM, seed) for seed in range(3)]
-                         + [match(Team.RANDOM, Team.STATIC, seed)[::-1] for seed in range(3, 6)])
+        goals = np.array([match("static", "random", seed) for seed in range(3)]
+                         + [match("random", "static", seed)[::-1] for seed in range(3, 6)])
         assert (goals[:, 0] > goals[:, 1]).all()
         assert goals[:, 0].sum() > 10 * goals[:, 1].sum()
 
     def test_static_is_nobody_s_master(self):
-        goals = np.array([match(Team.STATIC, Team.STATIC, seed, 90.0) for seed in range(8)])
+        goals = np.array([match("static", "static", seed, 90.0) for seed in range(8)])
         assert goals.sum() > 5
         assert abs(goals[:, 0].sum() - goals[:, 1].sum()) <= 4 * math.sqrt(goals.sum())
 
     def test_people_beat_random_and_lose_to_static(self):
-        people = np.array([match(Team.HUMAN_LIKE, Team.RANDOM, seed) for seed in range(4)]).sum(axis=0)
-        machine = np.array([match(Team.HUMAN_LIKE, Team.STATIC, seed) for seed in range(4)]).sum(axis=0)
+        people = np.array([match("human-like", "random", seed) for seed in range(4)]).sum(axis=0)
+        machine = np.array([match("human-like", "static", seed) for seed in range(4)]).sum(axis=0)
         assert people[0] > people[1]
         assert machine[0] < machine[1]
 
     def test_random_holds_its_wheels_for_two_fifths_of_a_second(self):
-        memory = new_memory(Team.RANDOM, 3, M, np.random.default_rng(0))
-        view, wheels, chance = view_of(), np.zeros((3, 2)), dice()
+        memory = np.zeros(3, dtype=executors.ACTION)
+        view, wheels, chance = view_of(), np.zeros((3, 2)), splitmix()
         seen = []
         for _ in range(96):
-            play(int(Team.RANDOM), view, memory, M, chance, wheels)
+            moving_randomly.play(view, PACKED, chance, wheels, memory)
             seen.append(tuple(wheels[0]))
         assert [len(set(seen[i : i + 24])) for i in range(0, 96, 24)] == [1, 1, 1, 1]
         assert len(set(seen)) == 4
@@ -270,7 +284,7 @@ class TestTeams:
 class TestStatic:
     def wheels(self, view, memory=None):
         out = np.zeros((len(view) // 2, 2))
-        static.play(view, static.new_memory(len(out)) if memory is None else memory, M, dice(), out)
+        static.play(view, PACKED, splitmix(), out, nobody(len(out)) if memory is None else memory)
         return out
 
     @given(views(count=3, ties=False))
@@ -279,16 +293,16 @@ class TestStatic:
         assert self.wheels(mirrored(view))[:, ::-1] == pytest.approx(self.wheels(view), abs=1e-9)
 
     def test_roles_change_hands_with_hysteresis(self):
-        memory = static.new_memory(3)
+        memory = nobody(3)
         ball = (0.2, 0.0, 0, 0)
         self.wheels(view_of((-0.7, 0.0, 0.0), (-0.1, 0.1, 0.0), (-0.2, -0.1, 0.0), ball=ball), memory)
-        assert memory[0].tolist()[:2] == [1, 2]
+        assert jobs(memory) == [1, 2]
         self.wheels(view_of((-0.7, 0.0, 0.0), (-0.1, 0.1, 0.0), (-0.05, -0.1, 0.0), ball=ball), memory)
-        assert memory[0, static.ATTACKER] == 2  # the other is nearer by 5 cm only
+        assert jobs(memory) == [1, 2]  # the other is nearer by 5 cm only
         self.wheels(view_of((-0.7, 0.0, 0.0), (-0.1, 0.1, 0.0), (0.1, -0.1, 0.0), ball=ball), memory)
-        assert memory[0, static.ATTACKER] == 3
+        assert jobs(memory) == [1, 3]
         self.wheels(view_of((-0.5, 0.0, 0.0), (-0.7, 0.1, 0.0), (0.1, -0.1, 0.0), ball=ball), memory)
-        assert memory[0, static.KEEPER] == 2
+        assert jobs(memory) == [2, 3]
 
     @pytest.mark.parametrize(("ball", "sign"), [
         ((0.0, 0.15, -0.8, 0.0), 1), ((0.0, -0.15, -0.8, 0.0), -1),
@@ -300,20 +314,20 @@ class TestStatic:
 
     def test_the_keeper_stays_between_the_posts(self):
         bodies, speeds = view_of((-0.70, 0.0, 0.0), (0.3, 0.4, 0.0), (0.3, -0.4, 0.0), ball=(-0.3, 0.6, 0, 0)), np.zeros((6, 2))
-        wheels, memory = np.zeros((6, 2)), static.new_memory(3)
+        wheels, memory = np.zeros((6, 2)), nobody(3)
         for _ in range(90):
-            static.share_out(bodies, 3, M, memory)
+            static.share_out(bodies, M, memory)
             static.guard(bodies, 1, M, wheels)
             step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
         assert bodies[1, [X, Y]] == pytest.approx([-0.70, 0.20], abs=0.015)
 
     def test_nobody_but_the_keeper_waits_in_the_goal_area(self):
         bodies, speeds = view_of((-0.70, 0.0, 0.0), (-0.3, 0.4, 0.0), (-0.2, -0.1, 0.0), ball=(-0.70, 0.3, 0, 0)), np.zeros((6, 2))
-        wheels, memory = np.zeros((6, 2)), static.new_memory(3)
+        wheels, memory = np.zeros((6, 2)), nobody(3)
         for _ in range(240):
-            static.share_out(bodies, 3, M, memory)
+            static.share_out(bodies, M, memory)
             for robot in (2, 3):
-                (static.attack(bodies, robot, M, wheels) if robot == memory[0, static.ATTACKER]
+                (static.attack(bodies, robot, M, wheels) if robot == jobs(memory)[1]
                  else static.support(bodies, robot, 0, M, wheels))
                 assert not static.in_area(*bodies[robot, [X, Y]], 0.0, M)
             step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
@@ -323,9 +337,9 @@ class TestStatic:
         for _ in range(20):
             places = rng.uniform([-0.4, -0.5, -3.0, -0.3, -0.4], [0.4, 0.4, 3.0, 0.5, 0.4])
             bodies = view_of((-0.70, 0.0, 0.0), tuple(places[:3]), (-0.5, -0.1, 0.0), ball=(*places[3:], 0, 0))
-            speeds, wheels, memory = np.zeros((6, 2)), np.zeros((6, 2)), static.new_memory(3)
+            speeds, wheels, memory = np.zeros((6, 2)), np.zeros((6, 2)), nobody(3)
             for _ in range(300):
-                static.play(bodies, memory, M, dice(), wheels[:3])
+                static.play(bodies, PACKED, splitmix(), wheels[:3], memory)
                 goal = step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
                 assert goal >= 0
                 if goal:
@@ -338,7 +352,7 @@ class TestStatic:
         # stands, or is pushed about by what it pushes at
         view = view_of((-0.70, 0.0, math.pi / 2), (0.0, 0.0, 0.0), (-0.4, -0.3, 0.0), ball=(0.5, 0.0, 0, 0))
         view[2, VX:] = creeps
-        memory = static.new_memory(3)
+        memory = nobody(3)
         drives = np.array([self.wheels(view, memory)[1].mean() for _ in range(48)])
         first = int(np.argmax(drives < 0))
         assert first * FRAME_S == pytest.approx(0.43, abs=0.03)
@@ -348,7 +362,7 @@ class TestStatic:
     def test_one_that_gets_on_does_not_back_off(self):
         view = view_of((-0.70, 0.0, math.pi / 2), (0.0, 0.0, 0.0), (-0.4, -0.3, 0.0), ball=(0.5, 0.0, 0, 0))
         view[2, VX] = 0.6
-        memory = static.new_memory(3)
+        memory = nobody(3)
         assert all(self.wheels(view, memory)[1].mean() > 0 for _ in range(120))
 
     @pytest.mark.parametrize(("wheels", "motion", "is_held"), [
@@ -373,9 +387,9 @@ class TestStatic:
     ])
     def test_somebody_plays_a_ball_about_the_goal_area(self, x, y):
         bodies = view_of((-0.68, 0.19, -math.pi / 2), (-0.3, 0.1, 0.0), (-0.2, -0.3, 0.0), ball=(x, y, 0, 0))
-        speeds, wheels, memory, goal, frame = np.zeros((6, 2)), np.zeros((6, 2)), static.new_memory(3), 0, 0
+        speeds, wheels, memory, goal, frame = np.zeros((6, 2)), np.zeros((6, 2)), nobody(3), 0, 0
         while goal == 0 and np.hypot(*(bodies[BALL, :2] - [x, y])) < 0.1:
-            static.play(bodies, memory, M, dice(), wheels[:3])
+            static.play(bodies, PACKED, splitmix(), wheels[:3], memory)
             goal = step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
             frame += 1
             assert frame * FRAME_S < 3.0
@@ -384,33 +398,33 @@ class TestStatic:
 
 class TestHumanLike:
     def test_reacts_late(self):
-        people = HumanLike(delay_s=(0.2, 0.2))
+        people = People(delay_s=(0.2, 0.2))
         runs = []
         for moves in (False, True):
             rng = np.random.default_rng(5)
-            memory, chance = people.sample(rng, 3, M), new_dice(rng)
+            memory, chance = human_like.new_memory(3, M, rng, people), seeded(rng)
             wheels, seen = np.zeros((3, 2)), []
             for frame in range(60):
                 view = view_of((-0.7, 0.0, 1.5), (-0.2, 0.1, 0.0), (-0.3, -0.2, 0.0))
                 view[BALL, Y] = 0.4 if moves and frame >= 30 else 0.0
-                human_like.play(view, memory, M, chance, wheels)
+                human_like.play(view, PACKED, chance, wheels, *memory)
                 seen.append(wheels.copy())
             runs.append(np.array(seen))
         differs = np.abs(runs[0] - runs[1]).max(axis=(1, 2)) > 1e-9
         assert int(np.argmax(differs)) == 30 + 12
 
     def test_people_differ(self):
-        people = [HumanLike().sample(np.random.default_rng(seed), 3, M)[4] for seed in range(60)]
-        assert {int(p[human_like.TACTIC]) for p in people} == {0, 1, 2}
-        assert all(0.6 <= p[human_like.SKILL] <= 1.0 and 0.3 <= p[human_like.PACE] <= 0.6 for p in people)
-        assert np.std([p[human_like.WOBBLE] for p in people]) > 0.03
+        people = [human_like.new_memory(3, M, np.random.default_rng(seed), People())[1][0] for seed in range(60)]
+        assert {int(p["tactic"]) for p in people} == {0, 1, 2}
+        assert all(0.6 <= p["skill"] <= 1.0 and 0.3 <= p["pace"] <= 0.6 for p in people)
+        assert np.std([p["wobble"] for p in people]) > 0.03
 
     def test_one_is_driven_faster_than_the_others(self):
         rng = np.random.default_rng(1)
-        people = HumanLike(skill=(0.9, 0.9), pace=(0.3, 0.3), tactics=("chaser",))
-        memory, chance, wheels = people.sample(rng, 3, M), new_dice(rng), np.zeros((3, 2))
+        people = People(skill=(0.9, 0.9), pace=(0.3, 0.3), tactics=("chaser",))
+        memory, chance, wheels = human_like.new_memory(3, M, rng, people), seeded(rng), np.zeros((3, 2))
         view = view_of((-0.7, 0.2, 1.5), (-0.2, 0.0, 0.0), (-0.6, -0.5, 0.0), ball=(0.3, 0.0, 0, 0))
-        human_like.play(view, memory, M, chance, wheels)
+        human_like.play(view, PACKED, chance, wheels, *memory)
         top = np.abs(wheels).max(axis=1)
         assert top[1] == pytest.approx(0.9 * M.top, rel=0.05)
         assert max(top[0], top[2]) <= 0.3 * M.top + 1e-9
@@ -421,4 +435,4 @@ class TestHumanLike:
     ])
     def test_refuses(self, wrong):
         with pytest.raises(ValidationError, match=next(iter(wrong))):
-            HumanLike(**wrong)
+            People(**wrong)

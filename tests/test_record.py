@@ -16,8 +16,8 @@ from flows.cli import main
 from flows.matches import PLAYING, _nothing_logged, import_all
 from flows.record import recording
 from pipeline import matches
+from pipeline.arena.match.controllers import controller_of, controllers_of
 from pipeline.arena.match.match import Match
-from pipeline.arena.match.minds import mind_of, minds_of
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.store import Store
@@ -64,7 +64,7 @@ def test_kill_9_while_a_match_is_played_and_the_next_run_takes_what_was_played(k
     recipe = Recipe(home=static, away=static, seed=1, referee=RefereeSettings(duration_s=60 * MINUTES))
     assert receipt.name == recipe.match_id
     salvaged = matches.read(store.read(receipt, "log"), where="salvaged").frames
-    again = Match(recipe, (mind_of(static, recipe, 0), mind_of(static, recipe, 1)))
+    again = Match(recipe, (controller_of(static, recipe, 0), controller_of(static, recipe, 1)))
     again.advance(len(salvaged))
     played = again.take().frames
     assert salvaged.ball.tobytes() == played.ball.tobytes()
@@ -92,7 +92,7 @@ def short(seed):
 
 
 def match(recipe):
-    return Match(recipe, minds_of(recipe, {}))
+    return Match(recipe, controllers_of(recipe, {}))
 
 
 def logs(data):

@@ -60,7 +60,7 @@ def test_each_game_is_played_with_what_was_learned_from_the_one_before(played):
 
 
 def test_its_apprentice_is_a_team_that_plays_the_last_policy_as_the_counted_match_does_but_tries_nothing(tmp_path):
-    own = season(lines=("caution = 0.5", "trust = 2", "doubt = 0.1"))
+    own = season(lines=("lcb_weight = 0.5", "min_visits = 2", "posterior_std = 0.1"))
     (tmp_path / "seasons" / own.id).mkdir(parents=True)
     with pytest.raises(NotFound, match="short-static-1: has no policy yet: none of its games is done"):
         entrant(Store(tmp_path), own.id, {})
@@ -73,10 +73,10 @@ def test_its_apprentice_is_a_team_that_plays_the_last_policy_as_the_counted_matc
     (label,) = known
     assert label == team.settings.policy == f"v{manifest.version} {manifest.files['policies'].sha256}"
     (counted, *_) = own.recipes(3, label)
-    assert counted.home.explore > 0 < counted.home.doubt
-    assert team.settings == counted.home.model_copy(update={"explore": 0.0, "doubt": 0.0})
-    otherwise = entrant(Store(tmp_path), own.id, {}, explore=0.25, caution=0.0, trust=0)
-    assert otherwise.settings == counted.home.model_copy(update={"explore": 0.25, "doubt": 0.0, "caution": 0.0, "trust": 0})
+    assert counted.home.explore > 0 < counted.home.posterior_std
+    assert team.settings == counted.home.model_copy(update={"explore": 0.0, "posterior_std": 0.0})
+    otherwise = entrant(Store(tmp_path), own.id, {}, explore=0.25, lcb_weight=0.0, min_visits=0)
+    assert otherwise.settings == counted.home.model_copy(update={"explore": 0.25, "posterior_std": 0.0, "lcb_weight": 0.0, "min_visits": 0})
     # whose store is another's: its rows are found by the label when it plays
     recipe = Recipe(home=team.settings, away=counted.away, seed=1, referee=own.settings.referee)
     receipt, new = record(Store(tmp_path), recipe, known)
@@ -233,7 +233,7 @@ def test_the_papers_settings_say_what_the_paper_says():
 ABLATIONS = {
     "paper-full35": {"pipeline.knowledge.state_key", "opponents"},
     "paper-level": {"lead", "opponents"},
-    "best-bold": {"caution"},
+    "best-bold": {"lcb_weight"},
     "best-both-teams": {"pipeline.behaviours.teams", "pipeline.knowledge.teams"},
     "best-constant-steps": {"pipeline.policies.steps", "pipeline.policies.step_size"},
     "best-each-decision": {"pipeline.policies.traces"},
@@ -242,9 +242,9 @@ ABLATIONS = {
     "best-influence": {"pipeline.policies.rule"},
     "best-one-match": {"practice", "pipeline.policies.last_matches"},
     "best-optimistic": {"pipeline.policies.new_pairs"},
-    "best-random-tries": {"doubt", "explore", "explore_last"},
+    "best-random-tries": {"posterior_std", "explore", "explore_last"},
     "best-short-traces": {"pipeline.policies.trace_decay"},
-    "best-states": {"pipeline.knowledge.state_key", "pipeline.knowledge.backoff", "trust"},
+    "best-states": {"pipeline.knowledge.state_key", "pipeline.knowledge.backoff", "min_visits"},
 }
 
 

@@ -203,7 +203,7 @@ def test_an_apprentice_prefers_what_is_worth_most_less_its_doubt():
 
 
 def test_what_an_apprentice_prefers_is_what_it_plays():
-    team = TeamSettings(kind="learned", caution=0.7)
+    team = TeamSettings(kind="learned", lcb_weight=0.7)
     of = Recipe(home=team, away=TeamSettings(kind="static"), seed=1, referee=RefereeSettings(duration_s=20.0))
     played = starting(of, ROLE_BY_ROLE)
     played.advance(20 * 60)
@@ -315,7 +315,7 @@ def test_a_report_is_made_of_the_evaluations_of_its_apprentices_and_anew_only_fo
     first = write_report(taught).receipt
     measure(taught, policy="static")
     measure(taught, seconds=1.0)
-    measure(taught, trust=3)
+    measure(taught, min_visits=3)
     again = write_report(taught).receipt
     assert again == first
     assert (read(taught).evaluations.height, read(taught).left_out) == (0, 2)

@@ -16,13 +16,14 @@ from pipeline.state import (
     LEVELS,
     PAPER_STATES,
     TABLE,
-    Breaks,
+    BinEdges,
+    Observation,
+    abstract_state,
     columns,
     decode,
     elements,
     encode,
     encode_one,
-    look,
     project,
     radix,
     size,
@@ -159,7 +160,7 @@ class TestEncoding:
         slot, found = table[:, 0].astype(np.int64), np.ascontiguousarray(table[:, 1:])
         states = encode(found, key, slot)
         assert project(encode(found, "full36"), key, slot).tolist() == states.tolist()
-        assert [encode_one(row, *radix(key, own)) for row, own in zip(found, slot.tolist(), strict=True)] == states.tolist()
+        assert [encode_one(row, radix(key, own)) for row, own in zip(found, slot.tolist(), strict=True)] == states.tolist()
 
 
 class TestLevels:
@@ -242,10 +243,10 @@ class TestLevels:
         assert see(bodies([0.0], ball=(0.0, 0.0, speed, 0.0), **SIX))["ball velocity"] == level
 
     def test_scale_with_the_kind_of_match(self):
-        assert Breaks.of(VSSS)[2:4] == pytest.approx((0.40, 0.75))
+        assert BinEdges.of(VSSS)[2:4] == pytest.approx((0.40, 0.75))
         large = PITCHES[Kind.SIM2D]
-        assert Breaks.of(large)[2:4] == pytest.approx((28.0, 52.5))
-        assert (Breaks.of(large).slow, Breaks.of(large).medium) == pytest.approx((0.8, 4.8))
+        assert BinEdges.of(large)[2:4] == pytest.approx((28.0, 52.5))
+        assert (BinEdges.of(large).slow, BinEdges.of(large).medium) == pytest.approx((0.8, 4.8))
         scene = {name: (50 * x, 50 * y, theta, role) for name, (x, y, theta, role) in SIX.items()}
         assert see(bodies([0.0], ball=(8.0, 0.0), **scene), pitch=large)["distance of own striker to ball"] == "too close"
 
@@ -404,6 +405,7 @@ def test_one_moment_can_be_looked_at_without_tables():
     roles = np.array([ROLES.index(WORDS[SIX[name][3]]) for name in names])
     out = np.empty(36, dtype=np.uint8)
     ball = np.array([0.0, 0.0, 0.3, 0.0])
-    assert look(robots, sides, roles, ball, 1.0, 0.0, 1, 0, Breaks.of(VSSS), out)
+    seen = Observation(robots, sides, roles, ball, 1.0, 0.0, 1, 0)
+    assert abstract_state(seen, BinEdges.of(VSSS), out)
     found, _ = elements(bodies([0.0], ball=tuple(ball), **SIX), NOBODY, VSSS, np.array([0]), np.array([0]))
     assert out.tolist() == found[0].tolist()

@@ -224,8 +224,8 @@ def path(match, team, number):
 def watched(monkeypatch):
     """The robots that are driven, frame by frame, as the match goes on."""
     drove, scene = [], human._scene
-    monkeypatch.setattr(human, "_scene", lambda match, mind, *a, **k: (
-        drove.append(mind.driven), scene(match, mind, *a, **k))[1])
+    monkeypatch.setattr(human, "_scene", lambda match, controller, *a, **k: (
+        drove.append(controller.driven), scene(match, controller, *a, **k))[1])
     return drove
 
 

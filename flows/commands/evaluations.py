@@ -6,8 +6,10 @@ import json as encoder
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
+from typing import Annotated
 
 import polars as pl
+from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveInt
 
 from flows.catalog import refresh
@@ -21,7 +23,7 @@ from flows.commands.common import (
     print_json,
     print_stand_in,
 )
-from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Playing
+from flows.commands.playing import AS_LEARNED, AS_USUAL, TEAM_WORDS, Learners, Playing
 from flows.evaluations import evaluate
 from flows.progress import listener
 from flows.workers import cores
@@ -32,11 +34,18 @@ from pipeline.studies.evaluations import Evaluation, Measured, Summary, summaris
 from schemas import note_on
 from schemas.evaluations import minutes_of, word_of
 
+#: Options: who is measured, and by whom.
+WhoIsMeasured = Annotated[str, Parameter(help=f"Who is measured: {TEAM_WORDS}.")]
+Against = Annotated[str, Parameter(help=(
+    f"The opponent: {TEAM_WORDS}. A team against itself plays home in all matches, each of its own seed: "
+    "that measures the arena."
+))]  # fmt: skip
+
 
 def evaluations(
     *,
-    policy: str = "learned",
-    against: str = "static",
+    policy: WhoIsMeasured = "learned",
+    against: Against = "static",
     matches: PositiveInt = 200,
     seed: NonNegativeInt = 0,
     playing: Playing = AS_USUAL,
@@ -49,10 +58,8 @@ def evaluations(
     """Measure a team: matches in pairs of one seed with sides swapped, and 95 % intervals over the pairs.
 
     Args:
-        policy: Who is measured: learned (the newest policy), learned:3 or just 3; the id of a season, as
-            best-static-1, for its apprentice; or a scripted team: static, human-like, random.
-        against: The opponent, likewise. A team against itself plays home in all matches, each of its own
-            seed: that measures the arena.
+        policy: Who is measured.
+        against: The opponent.
         matches: How many, an even number; those that were played before are not played again.
         seed: Of the first pair; the next pair has the next.
         playing: How the matches are played.

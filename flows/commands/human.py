@@ -12,13 +12,13 @@ from cyclopts.types import NonNegativeInt
 
 from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common, Json, console, print_json, print_stand_in
-from flows.commands.playing import AS_USUAL, Playing
+from flows.commands.playing import AS_USUAL, Playing, WhoPlays
 from flows.matches import PLAYING
 from flows.record import recording
 from flows.teams import entrant
+from pipeline.arena.match.controllers import controllers_of, measures_of
 from pipeline.arena.match.human import Human
 from pipeline.arena.match.match import Match
-from pipeline.arena.match.minds import measures_of, minds_of
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.window.scene import Scene
 from pipeline.errors import BadSettings, NotFound
@@ -39,7 +39,7 @@ _MINUTES = 2.0
 
 def play(
     *,
-    against: str = "static",
+    against: WhoPlays = "static",
     seed: NonNegativeInt | None = None,
     side: Annotated[Literal["home", "away"], Parameter(name="--as")] = "home",
     playing: Playing = AS_USUAL,
@@ -52,8 +52,7 @@ def play(
     Who leaves before the final whistle keeps the match so far.
 
     Args:
-        against: Who plays against you: random, static, human-like; learned (the newest policy), learned:3
-            or just 3; the id of a season, as best-static-1, for its apprentice.
+        against: Who plays against you.
         seed: Decides all that is left to chance; by default the first with which this match has not been
             played yet.
         side: home kicks off and attacks to the right in the first half.
@@ -70,7 +69,7 @@ def play(
     teams[team] = TeamSettings(kind="human")
     recipe = _unplayed(store, Recipe(**how, home=teams[HOME], away=teams[AWAY], seed=0), seed)
     mind = Human(recipe.robots, measures_of(recipe), np.random.default_rng([recipe.seed, 1 + team]))
-    match = Match(recipe, minds_of(recipe, policies, person=mind))
+    match = Match(recipe, controllers_of(recipe, policies, person=mind))
     names = ("you", against) if team == HOME else (against, "you")
     with open_window(recipe.pitch, names, recipe.physics.hz) as window, recording(store, match) as log_it:
         _play(window, match, mind, team, log_it)

@@ -7,7 +7,7 @@ from cyclopts.types import NonNegativeInt, PositiveInt
 
 from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common, Json, bars, print_frame, print_json, print_stand_in
-from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Playing
+from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Playing, WhoPlays
 from flows.record import record
 from pipeline.arena.match.recipe import Recipe
 from schemas import Matches, note_on
@@ -15,8 +15,8 @@ from schemas import Matches, note_on
 
 def record_matches(
     *,
-    home: str = "static",
-    away: str = "static",
+    home: WhoPlays = "static",
+    away: WhoPlays = "static",
     seed: NonNegativeInt = 1,
     matches: PositiveInt = 1,
     playing: Playing = AS_USUAL,
@@ -27,9 +27,8 @@ def record_matches(
     """Play matches and log them.
 
     Args:
-        home: Who plays: random, static, human-like; learned (the newest policy), learned:3 or just 3; the
-            id of a season, as best-static-1, for its apprentice.
-        away: Likewise.
+        home: Who plays home.
+        away: Who plays away.
         seed: Decides all that is left to chance; the same seed plays the same match.
         matches: How many; each has the next seed.
         playing: How the matches are played.

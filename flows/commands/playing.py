@@ -15,10 +15,19 @@ from cyclopts.validators import Number
 
 from flows.teams import entrant
 from pipeline.arena.match.recipe import MatchSettings, match_settings
+from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings
 from pipeline.settings import over, tables
 from pipeline.store import Store
 from pipeline.studies.evaluations import Entrant
+
+#: Words that name teams, for help texts.
+TEAM_WORDS = (
+    f"{', '.join(SCRIPTED)}; learned (the newest policy), learned:3 or just 3; the id of a season, as "
+    "best-static-1, for its apprentice"
+)
+#: Option of a command: who plays.
+WhoPlays = Annotated[str, Parameter(help=f"Who plays: {TEAM_WORDS}.")]
 
 #: Of a match, unless a settings file or option says otherwise: the paper's games take about as long.
 MINUTES = 8.0
@@ -73,15 +82,15 @@ class Learners:
     """How learned teams play.
 
     Attributes:
-        explore: Chance that a learned team's robot tries any behaviour instead of the best; by default 0.
-        caution: By how much it takes a value known from one episode to be worse than the policy says; by
-            default as in its season, else 0.
-        trust: Visits that a state needs to be looked up by a finer key; likewise.
+        explore: Chance that a learned team's robot tries any behaviour instead of the best (default 0).
+        lcb_weight: Standard errors that a learned team takes off each value, a lower confidence bound
+            (default as in its season, else 0).
+        min_visits: Visits that a state needs to be looked up by a finer key (default likewise).
     """
 
     explore: NormFloat | None = None
-    caution: NonNegativeFloat | None = None
-    trust: NonNegativeInt | None = None
+    lcb_weight: NonNegativeFloat | None = None
+    min_visits: NonNegativeInt | None = None
 
     def entrants(self, store: Store, *words: str) -> tuple[list[Entrant], Mapping[str, pl.DataFrame]]:
         """The teams that words name, and the policies that they play by label.
@@ -93,7 +102,7 @@ class Learners:
         policies: dict[str, pl.DataFrame] = {}
         asked = asdict(self)
         teams = [entrant(store, word, policies, **asked) for word in words]
-        said = ", ".join(f"--{name}" for name, value in asked.items() if value is not None)
+        said = ", ".join(f"--{name.replace('_', '-')}" for name, value in asked.items() if value is not None)
         if said and all(team.settings.kind != "learned" for team in teams):
             raise BadSettings(f"of {' and '.join(words)} none is a learned team", where=said,
                               next_step="Leave it out, or name learned, learned:VERSION or a season's id")

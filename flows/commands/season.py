@@ -25,14 +25,21 @@ from flows.season import NOUN, season_flow
 from pipeline.errors import BadSettings
 from pipeline.store import Store
 from pipeline.store.files import SAFE_NAME
-from pipeline.studies.seasons.settings import Opponent, Season, SeasonSettings, named, names, parse
+from pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse
 from schemas import Games, note_on
+from schemas.seasons import OPPONENTS, Opponent
+
+#: Option: who is played against.
+WhoIsPlayed = Annotated[tuple[Opponent, ...], Parameter(negative=(), help=(
+    f"Who is played against: {', '.join(OPPONENTS)}; may be repeated. By default whom the settings name: "
+    "best static, paper static and human-like, the columns of its Table 3."
+))]  # fmt: skip
 
 
 def season(
     *,
     settings: str = "best",
-    opponent: Annotated[tuple[Opponent, ...], Parameter(negative=())] = (),
+    opponent: WhoIsPlayed = (),
     seed: NonNegativeInt = 1,
     seasons: PositiveInt = 1,
     games: PositiveInt | None = None,
@@ -45,8 +52,7 @@ def season(
 
     Args:
         settings: Settings that come along (paper, best, and the ablations of both) or a TOML file.
-        opponent: Who is played against: static, human-like or random; may be repeated. By default whom the
-            settings name: best static, paper static and human-like, the columns of its Table 3.
+        opponent: Who is played against.
         seed: Of the first season.
         seasons: How many against each opponent; each has the next seed.
         games: Of a season, if not as the settings say; one that is over goes on if more are asked for.

@@ -5,9 +5,11 @@ become six slots: own goalkeeper, midfield, striker, then the adversary's. The l
 points are in DECISIONS.md, "The paper contradicts itself" and "Knowledge, learning".
 """
 
+from pipeline.state.abstraction import BinEdges, Observation, abstract_state, elements, score_levels
 from pipeline.state.keys import (
     PAPER_STATES,
     Column,
+    Radix,
     columns,
     decode,
     encode,
@@ -17,11 +19,10 @@ from pipeline.state.keys import (
     size,
 )
 from pipeline.state.table import DRAWING, ELEMENTS, FAULT, GOAL, LEVELS, NORMAL, SLOTS, TABLE, Element
-from pipeline.state.views import Breaks, elements, look, score_levels
 from schemas.table import KEYS, Key
 
 __all__ = [
     "DRAWING", "ELEMENTS", "FAULT", "GOAL", "KEYS", "LEVELS", "NORMAL", "PAPER_STATES", "SLOTS", "TABLE",
-    "Breaks", "Column", "Element", "Key", "columns", "decode", "elements", "encode", "encode_one", "look",
-    "project", "radix", "score_levels", "size",
+    "BinEdges", "Column", "Element", "Key", "Observation", "Radix", "abstract_state", "columns", "decode",
+    "elements", "encode", "encode_one", "project", "radix", "score_levels", "size",
 ]

@@ -111,36 +111,44 @@ def size(key: Key) -> int:
     return math.prod(column.levels for column in columns(key))
 
 
-@cache
-def radix(key: Key, slot: int = 0) -> tuple[I64, I64]:
-    """What :func:`encode_one` needs to know of a key: the digits' elements and levels, int64 [D] each.
+class Radix(NamedTuple):
+    """The digits of a key for :func:`encode_one`, the most significant first.
 
-    They are shared and cannot be written to. Arguments as in :func:`columns`.
+    Attributes:
+        digits: int64 [D], index of each digit's element.
+        levels: int64 [D], number of values of each digit.
     """
+
+    digits: I64
+    levels: I64
+
+
+@cache
+def radix(key: Key, slot: int = 0) -> Radix:
+    """The digits of a key; shared read-only arrays. Arguments as in :func:`columns`."""
     digits = np.array(columns(key, slot), dtype=np.int64).reshape(-1, 2).T.copy()
     digits.flags.writeable = False
-    return digits[0], digits[1]
+    return Radix(digits[0], digits[1])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def encode_one(elements: U8, digits: I64, levels: I64) -> np.int64:
+def encode_one(elements: U8, by: Radix) -> np.int64:
     """One moment's state as an integer; callable from other kernels.
 
     Args:
         elements: uint8 [36].
-        digits: int64 [D], index of each digit's element, the most significant first (:func:`radix`).
-        levels: int64 [D], how many values each digit has.
+        by: the digits of the key.
     """
     state = np.int64(0)
-    for d in range(len(digits)):
-        state = state * levels[d] + min(np.int64(elements[digits[d]]), levels[d] - 1)
+    for d in range(len(by.digits)):
+        state = state * by.levels[d] + min(np.int64(elements[by.digits[d]]), by.levels[d] - 1)
     return state
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _encode_rows(elements: U8, rows: I64, digits: I64, levels: I64, out: I64) -> None:
+def _encode_rows(elements: U8, rows: I64, by: Radix, out: I64) -> None:
     for row in rows:
-        out[row] = encode_one(elements[row], digits, levels)
+        out[row] = encode_one(elements[row], by)
 
 
 def encode(elements: U8, key: Key, slot: npt.NDArray[np.integer] | None = None) -> I64:
@@ -160,12 +168,12 @@ def encode(elements: U8, key: Key, slot: npt.NDArray[np.integer] | None = None) 
     """
     states = np.zeros(len(elements), dtype=np.int64)
     if key not in _OF_ONE_ROBOT:
-        _encode_rows(elements, np.arange(len(elements)), *radix(key), states)
+        _encode_rows(elements, np.arange(len(elements)), radix(key), states)
         return states
     if slot is None:
         raise BadSettings(f"state key {key} needs the deciding robot's slot", next_step="Give slot")
     for own in range(len(ROLES)):
-        _encode_rows(elements, np.flatnonzero(slot == own), *radix(key, own), states)
+        _encode_rows(elements, np.flatnonzero(slot == own), radix(key, own), states)
     return states
 
 

@@ -127,5 +127,9 @@ def canonical(value: object) -> bytes:
 
 
 def fingerprint(settings: BaseModel) -> str:
-    """SHA-256 in hex of all that settings say; ids are made of it, so its JSON stays spelt with spaces."""
-    return digest(json.dumps(settings.model_dump(mode="json"), sort_keys=True).encode())
+    """SHA-256 in hex of all that settings say.
+
+    Ids are made of it, so its JSON stays spelt with spaces, and a field that was renamed keeps its first
+    name here, as its ``serialization_alias``.
+    """
+    return digest(json.dumps(settings.model_dump(mode="json", by_alias=True), sort_keys=True).encode())

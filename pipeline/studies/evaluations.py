@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
+from pipeline.arena.match.controllers import controllers_of
 from pipeline.arena.match.match import PART, Match
-from pipeline.arena.match.minds import minds_of
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.matches.frame import AWAY, HOME
 from pipeline.settings import Frozen
@@ -107,7 +107,7 @@ def play(pair: Pair, policies: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
     """
     whole, rows = pair.evaluation, []
     for number, (side, recipe) in enumerate(pair.matches(), start=1):
-        minds = minds_of(recipe, policies)
+        minds = controllers_of(recipe, policies)
         match = Match(recipe, minds, logged=False)
         while match.advance(PART):
             pass

@@ -18,8 +18,8 @@ from mcap.writer import Writer
 
 from flows.record import record
 from pipeline import matches
+from pipeline.arena.match.controllers import controller_of
 from pipeline.arena.match.match import PART, Match
-from pipeline.arena.match.minds import mind_of
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.arena import Arena
 from pipeline.arena.physics.laws import RefereeSettings
@@ -41,7 +41,7 @@ def recipe(frames, seed=1):
 
 def match(frames, **options):
     of = recipe(frames)
-    return Match(of, (mind_of(of.home, of, 0), mind_of(of.away, of, 1)), **options)
+    return Match(of, (controller_of(of.home, of, 0), controller_of(of.away, of, 1)), **options)
 
 
 def unlogged(frames):
@@ -197,11 +197,11 @@ def test_unlogged_bound_pymunk_steps_alone(benchmark):
 def thought(frames):
     """What both teams want in so many frames of one scene; the last wheels."""
     of = recipe(MINUTE)
-    minds = [mind_of(of.home, of, team) for team in (0, 1)]
+    controllers = [controller_of(of.home, of, team) for team in (0, 1)]
     view, wheels = Arena(VSSS, 3).bodies.copy(), np.zeros((2, 3, 2))
     for frame in range(frames):
         for team in (0, 1):
-            minds[team].think(frame, view, wheels[team])
+            controllers[team].think(frame, view, wheels[team])
     return wheels.tolist()
 
 

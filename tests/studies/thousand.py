@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from support.borders import BALL_MOST, ROBOT_MOST, ball_overlaps, robot_overlaps
 
+from pipeline.arena.match.controllers import controllers_of
 from pipeline.arena.match.match import Match
-from pipeline.arena.match.minds import minds_of
 from pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 
@@ -57,7 +57,7 @@ def recipe(kind: TeamKind, seconds: float, seed: int) -> Recipe:
 def look(kind: TeamKind, seconds: float, seed: int) -> Look:
     """Play a match, and look at each of its frames."""
     of = recipe(kind, seconds, seed)
-    match = Match(of, minds_of(of, {}))
+    match = Match(of, controllers_of(of, {}))
     while match.advance(1024):
         pass
     frames, referee, _ = match.take()

@@ -8,7 +8,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from support.toy_scenes import BY_CHANCE, ROBOTS, VSSS, M, dice, filmed, openings
+from support.toy_scenes import BY_CHANCE, ROBOTS, VSSS, M, filmed, openings, splitmix
 
 from pipeline.arena.physics.arena import Arena
 from pipeline.arena.teams import executors
@@ -62,7 +62,7 @@ def confusion() -> dict[int, Named]:
 def film(arena: Arena, scene: np.ndarray, roles: np.ndarray, code: int, seed: int) -> np.ndarray:
     """The robot of row 1 executes a code in the arena while the others brake: bodies, [F, 7, 6]."""
     arena.place(scene)
-    wheels, memory, chance, track = np.zeros((2 * ROBOTS, 2)), np.zeros(executors.FIELDS), dice(seed), []
+    wheels, memory, chance, track = np.zeros((2 * ROBOTS, 2)), np.zeros(1, dtype=executors.ACTION)[0], splitmix(seed), []
     bodies = arena.bodies
     executors.start(code, 1, bodies, roles, M, chance, memory)
     over = False

@@ -13,8 +13,8 @@ import polars as pl
 
 from flows import season as loop
 from pipeline import matches
+from pipeline.arena.match.controllers import controller_of
 from pipeline.arena.match.match import PART, Match
-from pipeline.arena.match.minds import mind_of
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.matches.frame import Frames, MatchLog
@@ -44,8 +44,8 @@ Shown = tuple[dict[str, object], list[pl.DataFrame]]
 
 def starting(recipe: Recipe, policy: pl.DataFrame | None = None, *, logged: bool = True) -> Match:
     """A match that has not begun; learned teams play the policy."""
-    minds = (mind_of(recipe.home, recipe, 0, policy), mind_of(recipe.away, recipe, 1, policy))
-    return Match(recipe, minds, logged=logged)
+    controllers = (controller_of(recipe.home, recipe, 0, policy), controller_of(recipe.away, recipe, 1, policy))
+    return Match(recipe, controllers, logged=logged)
 
 
 def logged(recipe: Recipe, policy: pl.DataFrame | None = None, part: int = PART) -> bytes:

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from support.toy_pitch import ACCELERATION, AXLE, FRAME_S, step
 
 from pipeline.arena.teams import executors
-from pipeline.arena.teams.dice import new_dice
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.roles import assign
+from pipeline.arena.teams.splitmix import seeded
 from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
 from pipeline.pitch import PITCHES, Kind
 from pipeline.situations import conditions, signals
@@ -46,8 +46,8 @@ def mirrored(view):
     return other
 
 
-def dice(seed=0):
-    return new_dice(np.random.default_rng(seed))
+def splitmix(seed=0):
+    return seeded(np.random.default_rng(seed))
 
 
 @st.composite
@@ -173,7 +173,7 @@ def perform(scene, roles, code, seed=0):
         The bodies at each frame, [F, 7, 6], and whether the action was over, not the play by a goal.
     """
     bodies, track = scene.copy(), []
-    wheels, memory, chance = np.zeros((2 * ROBOTS, 2)), np.zeros(executors.FIELDS), dice(seed)
+    wheels, memory, chance = np.zeros((2 * ROBOTS, 2)), np.zeros(1, dtype=executors.ACTION)[0], splitmix(seed)
     forward = bodies[1:, VX] * np.cos(bodies[1:, THETA]) + bodies[1:, VY] * np.sin(bodies[1:, THETA])
     speeds = np.stack([forward, forward], axis=1)
     executors.start(code, 1, bodies, roles, M, chance, memory)

@@ -1,1 +1,1 @@
-"""Matches that are played: the recipe, the teams' minds, and the loop of physics and referee."""
+"""Matches that are played: the recipe, the teams' controllers, and the loop of physics and referee."""

@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pipeline.arena.match.minds import Mind, Scripted
+from pipeline.arena.match.controllers import Controller, Scripted
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.steering import set_wheels
@@ -33,7 +33,7 @@ class Command(NamedTuple):
     boost: bool = False
 
 
-class Human(Mind):
+class Human(Controller):
     """A team that does as it is told.
 
     The static rules share out their work among all robots, so that whoever drives the attacker attacks,

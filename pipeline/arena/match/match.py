@@ -1,4 +1,4 @@
-"""The loop in which two minds, physics and the referee meet; what is played is handed out in parts."""
+"""The loop in which two controllers, physics and the referee meet; what is played is handed out in parts."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arena.match.minds import Decided, Mind
+from pipeline.arena.match.controllers import Controller, Decided
 from pipeline.arena.match.recipe import Recipe
 from pipeline.arena.physics.arena import Arena
 from pipeline.arena.physics.camera import Camera
@@ -60,7 +60,7 @@ class Match:
 
     Args:
         recipe: what to play.
-        minds: of home and away.
+        controllers: of home and away.
         logged: whether frames are kept for :meth:`take`; without, memory does not grow.
 
     Attributes:
@@ -71,9 +71,11 @@ class Match:
         BadSettings: if nothing can be played by this recipe.
     """
 
-    def __init__(self, recipe: Recipe, minds: tuple[Mind, Mind], *, logged: bool = True) -> None:
+    def __init__(
+        self, recipe: Recipe, controllers: tuple[Controller, Controller], *, logged: bool = True
+    ) -> None:
         self.recipe = recipe
-        self.minds = minds
+        self.controllers = controllers
         self.over = False
         physics = recipe.physics
         self.laws = Laws.of(recipe.pitch, recipe.referee, physics.hz)
@@ -142,8 +144,8 @@ class Match:
         samples, self._samples = self._samples, []
         first, self._first = self._first, self._first + len(samples)
         made = [
-            _rows(mind.decided(), team, match_id, self.laws)
-            for team, mind in zip(TEAMS, self.minds, strict=True)
+            _rows(controller.decided(), team, match_id, self.laws)
+            for team, controller in zip(TEAMS, self.controllers, strict=True)
         ]
         return Part(
             _frames(np.array(samples).reshape(-1, *self.bodies.shape), first, self.laws),
@@ -164,7 +166,7 @@ class Match:
             for team in (HOME, AWAY):
                 view = self._views[team]
                 see(seen, team, self._attacks if team == HOME else -self._attacks, view)
-                self.minds[team].think(frame, view, self._hands[team])
+                self.controllers[team].think(frame, view, self._hands[team])
         self._arena.frame(self._wheels)
 
     def _look(self) -> F64:
@@ -178,7 +180,7 @@ class Match:
         return seen
 
     def _called(self, call: int, frame: int) -> None:
-        """Tell the log, the minds and the arena what the referee has called."""
+        """Tell the log, the controllers and the arena what the referee has called."""
         events = told(call, self._state, self.laws)
         self._events += events
         if call not in _RESTARTS:
@@ -192,15 +194,15 @@ class Match:
         self._arena.place(self.bodies)
         self._in_play = True
         home, away = self.score
-        for mind, lead in zip(self.minds, (home - away, away - home), strict=True):
-            mind.restarted(frame, lead)
+        for controller, lead in zip(self.controllers, (home - away, away - home), strict=True):
+            controller.restarted(frame, lead)
 
     def _stop(self, frame: int, scorer: str | None) -> None:
         """Play stops, if it was on: robots stand, episodes are over."""
         self._wheels[:] = 0.0
         if self._in_play:
-            for team, mind in zip(TEAMS, self.minds, strict=True):
-                mind.stopped(frame, 0.0 if scorer is None else (1.0 if scorer == team else -1.0))
+            for team, controller in zip(TEAMS, self.controllers, strict=True):
+                controller.stopped(frame, 0.0 if scorer is None else (1.0 if scorer == team else -1.0))
         self._in_play = False
 
 

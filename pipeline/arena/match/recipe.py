@@ -1,48 +1,49 @@
-"""What makes a match: the same recipe, under the same code, plays the same match byte for byte."""
+"""The recipe of a match: the same recipe, under the same code, plays the same match byte for byte."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import Field, field_validator
 
 from pipeline.arena.physics.camera import CameraSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.physics.settings import PhysicsSettings
-from pipeline.arena.teams.human_like import HumanLike
+from pipeline.arena.teams.people import People
+from pipeline.arena.teams.table import TeamKind
 from pipeline.pitch import PITCHES, Kind, Pitch
 from pipeline.settings import Frozen, fitted
 from pipeline.store.receipts import fingerprint
-
-TeamKind = Literal["random", "static", "human-like", "learned", "human"]
 
 
 class TeamSettings(Frozen):
     """Who plays.
 
+    Three fields have a ``serialization_alias``: their first names, which ids of matches are made of.
+
     Attributes:
-        kind: of team; of the human-like see ``schemas.STAND_IN``.
-        people: what the person of a human-like team may be like.
-        policy: of a learned team: label and SHA-256 of the policy's table; None knows nothing yet, and
-            moves randomly.
+        kind: name of a team in ``pipeline.arena.teams.table.TEAMS``.
+        people: of a human-like team: the ranges that its person is drawn from.
+        policy: of a learned team: label and SHA-256 of the policy's table; None for a team that knows
+            nothing yet, and moves randomly.
         explore: of a learned team: chance that a robot takes any behaviour that it knows for the state
-            instead of the best.
-        doubt: of a learned team: how far a value known from one episode may be off, one standard deviation;
-            it falls with the root of the evidence. At each restart of play the team draws what it believes
-            each value to be and plays by that until play stops: exploration that lasts (posterior
+            instead of the best, in [0, 1].
+        posterior_std: of a learned team: standard deviation of a value known from one episode, goals; it
+            falls with the root of the evidence. At each restart the team draws a value for each action
+            from this posterior and plays by these until play stops: exploration that lasts (posterior
             sampling: Strens 2000; Osband, Russo and Van Roy 2013).
-        caution: of a learned team: likewise, by how much it takes a value known from one episode to be worse
-            than the policy says: of two like values it prefers the better known.
-        trust: of a learned team: a state is looked up by a finer key only if it was visited so often.
+        lcb_weight: of a learned team: standard errors that are taken off each value, goals for a value known
+            from one episode (a lower confidence bound): of two like values it prefers the better known.
+        min_visits: of a learned team: visits that a state needs to be looked up by a finer key.
     """
 
     kind: TeamKind
-    people: HumanLike = HumanLike()
+    people: People = People()
     policy: str | None = None
     explore: float = Field(default=0.0, ge=0, le=1)
-    doubt: float = Field(default=0.0, ge=0)
-    caution: float = Field(default=0.0, ge=0)
-    trust: int = Field(default=0, ge=0)
+    posterior_std: float = Field(default=0.0, ge=0, serialization_alias="doubt")
+    lcb_weight: float = Field(default=0.0, ge=0, serialization_alias="caution")
+    min_visits: int = Field(default=0, ge=0, serialization_alias="trust")
 
 
 class MatchSettings(Frozen):

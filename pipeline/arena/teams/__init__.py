@@ -10,6 +10,6 @@ steering        wheel speeds toward a direction, a place or a pose
 roles           who is goalkeeper, midfield and striker
 geometry        lengths, directions and speeds in a view
 measures        pitch, robots and clock as players reckon with them
-dice            random numbers for compiled functions
+splitmix            random numbers for compiled functions
 ==============  ==============================================================
 """

@@ -1,4 +1,4 @@
-"""The team that plays a policy: each robot by itself looks up what its role does in the state it sees.
+"""The team that plays a policy: each robot by itself looks up the behaviour of its role in the state it sees.
 
 A robot decides when play starts and whenever its behaviour is over. It looks for the state by the finest
 key that knows it, there takes the behaviour of the greatest value (ties at random), now and then any that
@@ -9,169 +9,191 @@ the state offers. Where nothing is known it moves randomly, as the paper's learn
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 
 from pipeline.arena.teams import executors
-from pipeline.arena.teams.dice import Dice, normal, uniform
 from pipeline.arena.teams.geometry import speed_of
 from pipeline.arena.teams.measures import Packed
-from pipeline.arena.teams.playbook import LONGEST, RANDOMLY, Playbook
+from pipeline.arena.teams.policy_table import LONGEST, RANDOMLY, PolicyTable
 from pipeline.arena.teams.roles import I64, assign
+from pipeline.arena.teams.splitmix import SplitMix, normal, uniform
 from pipeline.bodies import BALL, F64, VX, VY, X, Y
-from pipeline.state import DRAWING, NORMAL, Breaks, encode_one, look
-from pipeline.state.table import U8
+from pipeline.state import DRAWING, NORMAL, BinEdges, Observation, Radix, abstract_state, encode_one
+from pipeline.state.table import ELEMENTS, U8
 
-#: Columns of a robot's row of the memory after those of its executor: the row of its behaviour in the
-#: playbook, -1 if it has to decide; the place in it of the code that it executes.
-BEHAVIOUR, PLACE = executors.FIELDS, executors.FIELDS + 1
-#: Column of the team's row, the last: direction of the ball's last motion, radians, NaN if it never moved.
-DIRECTION = 0
+#: What a robot remembers: its action; the row of its behaviour in the policy table, -1 if it has to decide;
+#: the place in the behaviour of the code that it executes.
+ROBOT = np.dtype([("action", executors.ACTION), ("behaviour", np.int64), ("place", np.int64)])
+#: A record of :data:`ROBOT` for each of the team, [N].
+Robots = npt.NDArray[np.void]
 
-#: Columns of a decision: the robot; its role; the state by all elements; the row of the behaviour in the
-#: playbook; whether it was chosen at random; the key whose values decided, -1 if none knew the state.
-ROBOT, ROLE, STATE, CHOSEN, RANDOM, KEY = range(6)
-COLUMNS = 6
+#: A decision: the robot's number; index of its role; the state by all elements; the row of the behaviour in
+#: the policy table; 1 if it was chosen at random; the key whose values decided, -1 if none knew the state.
+DECISION = np.dtype(
+    [(name, np.int64) for name in ("robot", "role", "state", "behaviour", "random", "key")]
+)
+#: Records of :data:`DECISION`, [N].
+Decisions = npt.NDArray[np.void]
 
 
-def new_memory(robots: int) -> F64:
-    """The memory of a team before a game: float64 [N + 1, columns], a row a robot and the team's."""
-    memory = np.zeros((robots + 1, PLACE + 1))
+class Policy(NamedTuple):
+    """What a learned team decides by.
+
+    Attributes:
+        table: the values of behaviours in states.
+        whole: digits of the key that keeps all elements; decisions are logged with it.
+        edges: of the pitch.
+        explore: chance that a robot takes any behaviour of the state instead of the best, in [0, 1].
+    """
+
+    table: PolicyTable
+    whole: Radix
+    edges: BinEdges
+    explore: float
+
+
+def new_memory(robots: int) -> Robots:
+    """The memory of a team of N robots before a match: everybody has to decide."""
+    memory = np.zeros(robots, dtype=ROBOT)
     forget(memory)
     return memory
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def forget(memory: F64) -> None:
+def forget(robots: Robots) -> None:
     """Make every robot decide anew: play has been restarted."""
-    memory[:, :] = 0.0
-    memory[:-1, BEHAVIOUR] = -1.0
-    memory[-1, DIRECTION] = np.nan
+    robots["behaviour"] = -1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def believe(values: F64, doubts: F64, doubt: float, caution: float, dice: Dice, believed: F64) -> None:
-    """Draw what a team believes its actions to be worth until play stops; all arrays float64 [A]."""
-    for action in range(len(values)):
-        off = doubt * normal(dice) if doubt > 0.0 else 0.0
-        believed[action] = values[action] + (off - caution) * doubts[action]
+def sample_values(
+    table: PolicyTable, posterior_std: float, lcb_weight: float, splitmix: SplitMix, out: F64
+) -> None:
+    """Draw the values by which a team plays until play stops into ``out``, float64 [A].
+
+    Each is normally distributed around the policy's value less ``lcb_weight`` standard errors, with a
+    deviation of ``posterior_std`` standard errors.
+    """
+    for action in range(len(out)):
+        off = posterior_std * normal(splitmix) if posterior_std > 0.0 else 0.0
+        out[action] = table.values[action] + (off - lcb_weight) * table.standard_errors[action]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def watch_ball(view: F64, memory: F64, moving: float) -> None:
-    """Remember where the ball moves; it keeps its direction while it is slower than ``moving``, m/s."""
-    if speed_of(view, BALL) >= moving:
-        memory[-1, DIRECTION] = math.atan2(view[BALL, VY], view[BALL, VX])
+def ball_direction(view: F64, before: float, moving: float) -> float:
+    """Direction of the ball's last motion, radians: ``before`` while it is slower than ``moving``, m/s."""
+    return math.atan2(view[BALL, VY], view[BALL, VX]) if speed_of(view, BALL) >= moving else before
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def decide(
-    view: F64, lead: int, memory: F64, book: Playbook, all_digits: I64, all_levels: I64,
-    explore: float, breaks: Breaks, packed: Packed, dice: Dice, made: I64,
-) -> int:
-    """Let those robots decide that have to.
+    view: F64, direction: float, lead: int, robots: Robots, policy: Policy, packed: Packed,
+    splitmix: SplitMix, decisions: Decisions,
+) -> int:  # fmt: skip
+    """Let the robots decide that have to.
 
     Args:
         view: float64 [1 + 2 N, 6], the team's.
+        direction: of the ball's last motion, radians; NaN if it never moved.
         lead: own goals minus the adversary's.
-        memory: as :func:`new_memory` made it and the frames before left it.
-        book: what is known.
-        all_digits: int64 [36], of the key that keeps all elements (``pipeline.state.radix``).
-        all_levels: int64 [36], likewise.
-        explore: chance that a robot takes any behaviour of the state instead of the best.
-        breaks: of the pitch.
+        robots: as :func:`new_memory` made them and the frames before left them.
+        policy: what they decide by.
         packed: measures, ``Measures.packed()``.
-        dice: rolled for ties and exploration.
-        made: int64 [N, COLUMNS], written: the decisions.
+        splitmix: draws ties and exploration.
+        decisions: written from the first on.
 
     Returns:
-        How many were made.
+        Number of decisions, 0 to N.
     """
     m = packed[0]
-    count = memory.shape[0] - 1
+    count = len(robots)
     roles = np.empty(2 * count, dtype=np.int64)
     sides = np.zeros(2 * count, dtype=np.int64)
     sides[count:] = 1
-    elements = np.zeros(36, dtype=np.uint8)
+    elements = np.zeros(ELEMENTS, dtype=np.uint8)
     assign(view, m, roles)
     ball = np.array([view[BALL, X], view[BALL, Y], view[BALL, VX], view[BALL, VY]])
     score = DRAWING + (1 if lead > 0 else (-1 if lead < 0 else 0))
-    look(
-        np.ascontiguousarray(view[1:, :3]), sides, roles, ball, 1.0, memory[-1, DIRECTION], score, NORMAL,
-        breaks, elements,
-    )
-    decided = 0
+    bodies = np.ascontiguousarray(view[1:, :3])
+    seen = Observation(bodies, sides, roles, ball, 1.0, direction, score, NORMAL)
+    abstract_state(seen, policy.edges, elements)
+    made = 0
     for robot in range(1, count + 1):
-        own = memory[robot - 1]
-        if own[BEHAVIOUR] >= 0.0:
+        own = robots[robot - 1]
+        if own["behaviour"] >= 0:
             continue
         role = roles[robot - 1]
-        chosen, random, key = _choose(elements, role, book, explore, dice)
-        own[BEHAVIOUR], own[PLACE] = chosen, 0.0
-        executors.start(book.codes[chosen, 0], robot, view, roles, m, dice, own[:executors.FIELDS])
-        made[decided, ROBOT], made[decided, ROLE] = robot, role
-        made[decided, STATE] = encode_one(elements, all_digits, all_levels)
-        made[decided, CHOSEN], made[decided, RANDOM], made[decided, KEY] = chosen, random, key
-        decided += 1
-    return decided
+        behaviour, random, key = _choose(elements, role, policy, splitmix)
+        own["behaviour"], own["place"] = behaviour, 0
+        code = policy.table.codes[behaviour, 0]
+        executors.start(code, robot, view, roles, m, splitmix, own["action"])
+        decision = decisions[made]
+        decision["robot"], decision["role"] = robot, role
+        decision["state"] = encode_one(elements, policy.whole)
+        decision["behaviour"], decision["random"], decision["key"] = behaviour, random, key
+        made += 1
+    return made
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def carry_on(view: F64, memory: F64, codes: I64, packed: Packed, dice: Dice, wheels: F64) -> bool:
+def carry_on(
+    view: F64, robots: Robots, codes: I64, packed: Packed, splitmix: SplitMix, wheels: F64
+) -> bool:
     """Carry on all behaviours for a frame.
 
     Args:
         view: float64 [1 + 2 N, 6], the team's.
-        memory: after :func:`decide`: every robot has a behaviour.
-        codes: of the playbook.
+        robots: after :func:`decide`: every robot has a behaviour.
+        codes: of the policy table.
         packed: measures, ``Measures.packed()``.
-        dice: rolled by random moves.
+        splitmix: draws the wheels of random moves.
         wheels: float64 [N, 2], written.
 
     Returns:
         Whether a robot has to decide before the next frame.
     """
     m = packed[0]
-    count = memory.shape[0] - 1
+    count = len(robots)
     due = False
     for robot in range(1, count + 1):
-        own = memory[robot - 1]
-        if not executors.act(robot, view, m, own[:executors.FIELDS], wheels):
+        own = robots[robot - 1]
+        if not executors.act(robot, view, m, own["action"], wheels):
             continue
-        place, behaviour = int(own[PLACE]) + 1, int(own[BEHAVIOUR])
+        place, behaviour = own["place"] + 1, own["behaviour"]
         if place < LONGEST and codes[behaviour, place] > 0:
-            own[PLACE] = place
+            own["place"] = place
             roles = np.empty(2 * count, dtype=np.int64)
             assign(view, m, roles)
-            executors.start(codes[behaviour, place], robot, view, roles, m, dice, own[:executors.FIELDS])
+            executors.start(codes[behaviour, place], robot, view, roles, m, splitmix, own["action"])
         else:
-            own[BEHAVIOUR] = -1.0
+            own["behaviour"] = -1
             due = True
     return due
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _choose(
-    elements: U8, role: int, book: Playbook, explore: float, dice: Dice
-) -> tuple[int, int, int]:
+def _choose(elements: U8, role: int, policy: Policy, splitmix: SplitMix) -> tuple[int, int, int]:
     """Row of the behaviour, whether it was chosen at random, and by which key."""
-    for key in range(len(book.digits)):
-        low, high = book.starts[key, role, 0], book.starts[key, role, 1]
-        state = encode_one(elements, book.digits[key, role], book.levels[key, role])
-        at = low + np.searchsorted(book.states[low:high], state)
-        if at == high or book.states[at] != state:
+    table = policy.table
+    for key in range(len(table.digits)):
+        low, high = table.starts[key, role, 0], table.starts[key, role, 1]
+        state = encode_one(elements, Radix(table.digits[key, role], table.levels[key, role]))
+        at = low + np.searchsorted(table.states[low:high], state)
+        if at == high or table.states[at] != state:
             continue
-        first, last = book.first[at], book.first[at + 1]
-        if uniform(dice) < explore:
-            return book.actions[first + int(uniform(dice) * (last - first))], 1, key
+        first, last = table.first[at], table.first[at + 1]
+        if uniform(splitmix) < policy.explore:
+            return table.actions[first + int(uniform(splitmix) * (last - first))], 1, key
         best, ties = first, 0
         for i in range(first, last):
-            if book.values[i] > book.values[best]:
+            if table.values[i] > table.values[best]:
                 best, ties = i, 1
-            elif book.values[i] == book.values[best]:
+            elif table.values[i] == table.values[best]:
                 ties += 1
-                if uniform(dice) * ties < 1.0:
+                if uniform(splitmix) * ties < 1.0:
                     best = i
-        return book.actions[best], 0, key
+        return table.actions[best], 0, key
     return RANDOMLY, 1, -1

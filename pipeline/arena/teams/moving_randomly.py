@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.random import Generator
 
 from pipeline.arena.teams import executors
-from pipeline.arena.teams.dice import Dice
-from pipeline.arena.teams.measures import Measures
+from pipeline.arena.teams.executors import Actions
+from pipeline.arena.teams.measures import Measures, Packed
+from pipeline.arena.teams.people import People
 from pipeline.arena.teams.roles import I64
+from pipeline.arena.teams.splitmix import SplitMix
 from pipeline.bodies import F64
 from schemas.situations import MOVES_RANDOMLY
 
@@ -16,17 +19,18 @@ from schemas.situations import MOVES_RANDOMLY
 _NO_ROLES: I64 = np.zeros(0, dtype=np.int64)
 
 
-def new_memory(robots: int) -> F64:
-    """The memory of a team before a game: float64 [N, executors.FIELDS], a row a robot."""
-    return np.zeros((robots, executors.FIELDS))
+def new_memory(robots: int, m: Measures, rng: Generator, people: People) -> tuple[Actions]:
+    """The memory of a team before a match: nobody moves. Only ``robots``, N, counts."""
+    return (np.zeros(robots, dtype=executors.ACTION),)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def play(view: F64, memory: F64, m: Measures, dice: Dice, wheels: F64) -> None:
-    """One frame of the team; see :func:`pipeline.arena.teams.teams.play`."""
-    for robot in range(1, wheels.shape[0] + 1):
-        own = memory[robot - 1]
-        if own[executors.CODE] == 0.0:
-            executors.start(MOVES_RANDOMLY, robot, view, _NO_ROLES, m, dice, own)
+def play(view: F64, packed: Packed, splitmix: SplitMix, wheels: F64, actions: Actions) -> None:
+    """Play one frame, see :class:`pipeline.arena.teams.table.Script`."""
+    m = packed[0]
+    for robot in range(1, len(actions) + 1):
+        own = actions[robot - 1]
+        if own["code"] == 0:
+            executors.start(MOVES_RANDOMLY, robot, view, _NO_ROLES, m, splitmix, own)
         if executors.act(robot, view, m, own, wheels):
-            own[executors.CODE] = 0.0
+            own["code"] = 0

@@ -11,13 +11,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
+from numpy.random import Generator
 
 from pipeline.arena.teams.ball import has_ball, push, soon, spin
-from pipeline.arena.teams.dice import Dice
 from pipeline.arena.teams.geometry import along, clamp, distance, offset, speed_of, unit
 from pipeline.arena.teams.goalkeeping import keep_line
-from pipeline.arena.teams.measures import Measures
+from pipeline.arena.teams.measures import Measures, Packed
+from pipeline.arena.teams.people import People
+from pipeline.arena.teams.splitmix import SplitMix
 from pipeline.arena.teams.steering import (
     EITHER,
     FRONT,
@@ -30,13 +33,16 @@ from pipeline.arena.teams.steering import (
 )
 from pipeline.bodies import BALL, F64, X, Y
 
-#: Columns of the team's row, row 0 of its memory: rows of the goalkeeper and the attacker in the view, 0
-#: if nobody is yet.
-KEEPER, ATTACKER = range(2)
-#: Columns of a robot's row, rows 1 to N: frames for which it has not got away though it wanted to; frames
-#: for which it still backs off; the wheels with which it does, m/s.
-STUCK, ESCAPING, LEFT, RIGHT = range(4)
-FIELDS = 4
+#: Jobs of robots.
+SUPPORTER, KEEPER, ATTACKER = range(3)
+#: What a robot remembers: its job; frames for which it has not got away though it wanted to; frames for
+#: which it still backs off; the wheels with which it does, m/s.
+ROBOT = np.dtype([
+    ("job", np.int64), ("stuck", np.int64), ("escaping", np.int64),
+    ("left", np.float64), ("right", np.float64),
+])  # fmt: skip
+#: A record of :data:`ROBOT` for each of the team, [N].
+Robots = npt.NDArray[np.void]
 
 # Lengths in robot radii, for a radius of 3.75 cm: the supporters' distance to the ball, 25 cm ("offensive
 # safe radius"); a ball to spin at, 8 cm; one at a wall that spinning certainly hits, 7.2 cm.
@@ -52,56 +58,60 @@ _RUN_UP = 3.5
 _STUCK_S, _ESCAPE_S = 0.4, 0.3
 
 
-def new_memory(robots: int) -> F64:
-    """The memory of a team before a game: float64 [1 + N, FIELDS], the team's row and one a robot."""
-    return np.zeros((1 + robots, FIELDS))
+def new_memory(robots: int, m: Measures, rng: Generator, people: People) -> tuple[Robots]:
+    """The memory of a team before a match: nobody has a job, nobody is stuck. Only ``robots``, N, counts."""
+    return (np.zeros(robots, dtype=ROBOT),)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def play(view: F64, memory: F64, m: Measures, dice: Dice, wheels: F64) -> None:
-    """One frame of the team; see :func:`pipeline.arena.teams.teams.play`. It rolls no dice."""
-    count = wheels.shape[0]
-    share_out(view, count, m, memory)
-    keeper, attacker = int(memory[0, KEEPER]), int(memory[0, ATTACKER])
+def play(view: F64, packed: Packed, splitmix: SplitMix, wheels: F64, robots: Robots) -> None:
+    """Play one frame, see :class:`pipeline.arena.teams.table.Script`; nothing is left to chance."""
+    m = packed[0]
+    share_out(view, m, robots)
     place = 0
-    for robot in range(1, count + 1):
-        if robot == keeper:
+    for robot in range(1, len(robots) + 1):
+        own = robots[robot - 1]
+        if own["job"] == KEEPER:
             guard(view, robot, m, wheels)
-        elif robot == attacker:
+        elif own["job"] == ATTACKER:
             attack(view, robot, m, wheels)
         else:
             support(view, robot, place, m, wheels)
             place += 1
-        get_free(view, robot, m, memory[robot], wheels)
+        get_free(view, robot, m, own, wheels)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def share_out(view: F64, count: int, m: Measures, memory: F64) -> None:
-    """Who keeps the goal: the nearest to it; who attacks: of the others the first to be behind the ball.
+def share_out(view: F64, m: Measures, robots: Robots) -> None:
+    """Give each robot its job: keep the goal, attack, support.
 
-    Whoever does so already goes on until another is nearer by ``_HYSTERESIS``. One alone attacks.
+    The robot nearest to the own goal keeps it. Of the others, the first to be behind the ball attacks. A
+    robot keeps its job until another is nearer to the work by ``_HYSTERESIS``. A robot alone attacks.
     """
     margin = _HYSTERESIS * m.radius
     keeper, least = 0, np.inf
-    if count > 1:
-        for robot in range(1, count + 1):
+    if len(robots) > 1:
+        for robot in range(1, len(robots) + 1):
             cost = math.hypot(view[robot, X] + m.goal_x, view[robot, Y])
-            cost -= margin if robot == memory[0, KEEPER] else 0.0
+            cost -= margin if robots[robot - 1]["job"] == KEEPER else 0.0
             if cost < least:
                 keeper, least = robot, cost
     attacker, least = 0, np.inf
     ux, uy = _shot(view, m)
     bx, by = view[BALL, X] - m.touch * ux, view[BALL, Y] - m.touch * uy
-    for robot in range(1, count + 1):
+    for robot in range(1, len(robots) + 1):
         if robot == keeper:
             continue
         dx, dy = bx - view[robot, X], by - view[robot, Y]
         cost = math.hypot(dx, dy)
         # one who is ahead of the ball has to go round it
-        cost += max(-(dx * ux + dy * uy), 0.0) - (margin if robot == memory[0, ATTACKER] else 0.0)
+        holds = robots[robot - 1]["job"] == ATTACKER
+        cost += max(-(dx * ux + dy * uy), 0.0) - (margin if holds else 0.0)
         if cost < least:
             attacker, least = robot, cost
-    memory[0, KEEPER], memory[0, ATTACKER] = keeper, attacker
+    for robot in range(1, len(robots) + 1):
+        job = KEEPER if robot == keeper else (ATTACKER if robot == attacker else SUPPORTER)
+        robots[robot - 1]["job"] = job
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -246,30 +256,30 @@ def cramped(x: float, y: float, ux: float, uy: float, m: Measures) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def get_free(view: F64, robot: int, m: Measures, memory: F64, wheels: F64) -> None:
+def get_free(view: F64, robot: int, m: Measures, own: np.void, wheels: F64) -> None:
     """Back off for a while if the wheels turn but the robot has been held for long.
 
     Args:
-        view: the team's.
+        view: float64 [1 + 2 N, 6], the team's.
         robot: its row.
         m: measures.
-        memory: float64 [FIELDS], the robot's.
-        wheels: what it wants; overwritten while it backs off.
+        own: the robot's record of :data:`ROBOT`.
+        wheels: the wanted speeds; overwritten while the robot backs off.
     """
     left, right = wheels[robot - 1, 0], wheels[robot - 1, 1]
-    if memory[ESCAPING] > 0.0:
-        memory[ESCAPING] -= 1.0
-        wheels[robot - 1, 0], wheels[robot - 1, 1] = memory[LEFT], memory[RIGHT]
+    if own["escaping"] > 0:
+        own["escaping"] -= 1
+        wheels[robot - 1, 0], wheels[robot - 1, 1] = own["left"], own["right"]
         return
-    memory[STUCK] = memory[STUCK] + 1.0 if held(view, robot, m, wheels) else 0.0
-    if memory[STUCK] * m.frame_s > _STUCK_S:
-        memory[STUCK] = 0.0
-        memory[ESCAPING] = math.floor(_ESCAPE_S / m.frame_s)
+    own["stuck"] = own["stuck"] + 1 if held(view, robot, m, wheels) else 0
+    if own["stuck"] * m.frame_s > _STUCK_S:
+        own["stuck"] = 0
+        own["escaping"] = math.floor(_ESCAPE_S / m.frame_s)
         sign = -1.0 if left + right > 0.0 else 1.0
         # it backs off in a bend toward the middle of the pitch, away from the wall
         inner = along(view, robot, -view[robot, Y], view[robot, X])
         slow, fast = 0.3 * sign * m.top, 0.8 * sign * m.top
-        memory[LEFT], memory[RIGHT] = (slow, fast) if inner > 0.0 else (fast, slow)
+        own["left"], own["right"] = (slow, fast) if inner > 0.0 else (fast, slow)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import polars as pl
 
-from pipeline.arena.teams.playbook import DOUBT
+from pipeline.arena.teams.policy_table import STANDARD_ERROR
 from pipeline.situations.rules import TABLE_1
 from schemas.table import ROLES
 
@@ -14,12 +14,12 @@ _DOES: dict[str, pl.DataType] = {
 }
 
 
-def preferred(policy: pl.DataFrame, caution: float) -> pl.DataFrame:
+def preferred(policy: pl.DataFrame, lcb_weight: float) -> pl.DataFrame:
     """What a robot does by a policy that looks at nothing but its role, unless it tries something.
 
     Args:
         policy: rows of schema Policies, of one version.
-        caution: of the team that plays it, ``TeamSettings.caution``.
+        lcb_weight: of the team that plays it, ``TeamSettings.lcb_weight``.
 
     Returns:
         A row a role, in order of the roles: role, does (codes and names of the behaviour), worth (goals,
@@ -28,7 +28,8 @@ def preferred(policy: pl.DataFrame, caution: float) -> pl.DataFrame:
     """
     if set(policy["key"].unique()) != {"role0"}:
         return pl.DataFrame(schema=_DOES)
-    best = policy.sort("role", pl.col("q") - caution * DOUBT, descending=[False, True], maintain_order=True)
+    bound = pl.col("q") - lcb_weight * STANDARD_ERROR
+    best = policy.sort("role", bound, descending=[False, True], maintain_order=True)
     first = best.unique("role", keep="first", maintain_order=True)
     does = pl.Series("does", [_in_words(behaviour) for behaviour in first["behaviour_id"]], pl.String)
     return first.select("role", does, pl.col("q").alias("worth"), "evidence")

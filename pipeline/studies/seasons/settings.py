@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from importlib.resources import files
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.errors import NotFound
 from pipeline.settings import Frozen, Settings, fitted, none_twice, over, tables
-
-Opponent = Literal["static", "human-like", "random"]
-OPPONENTS: tuple[Opponent, ...] = ("static", "human-like")
+from schemas.seasons import Opponent
 
 #: Each game's matches have seeds of their own, so many to a season.
 _SEEDS_A_SEASON = 100_000
@@ -37,10 +35,10 @@ class SeasonSettings(MatchSettings):
             the first game.
         explore_last: the same at the last game; in between it changes evenly. Practice matches explore as
             much, the counted one does as ``explore_counted`` says.
-        doubt: of the apprentice, see ``TeamSettings``: how it draws what it believes at each restart.
-        caution: likewise, of the counted match of a game.
-        explore_counted: whether the counted match of a game explores, or doubts, too.
-        trust: visits that a state needs at least to be looked up by a finer key.
+        posterior_std: of the apprentice, see ``TeamSettings``: it draws values at each restart.
+        lcb_weight: of the apprentice, likewise, in the counted match of a game.
+        explore_counted: whether the counted match of a game explores, or draws values, too.
+        min_visits: visits that a state needs at least to be looked up by a finer key.
         pipeline: settings of all stages.
     """
 
@@ -53,10 +51,10 @@ class SeasonSettings(MatchSettings):
     practice: int = Field(default=0, ge=0, lt=_SEEDS_A_GAME)
     explore: float = Field(default=0.1, ge=0, le=1)
     explore_last: float = Field(default=0.1, ge=0, le=1)
-    doubt: float = Field(default=0.0, ge=0)
-    caution: float = Field(default=0.0, ge=0)
+    posterior_std: float = Field(default=0.0, ge=0)
+    lcb_weight: float = Field(default=0.0, ge=0)
     explore_counted: bool = True
-    trust: int = Field(default=0, ge=0)
+    min_visits: int = Field(default=0, ge=0)
     pipeline: Settings = Settings()
 
 
@@ -116,9 +114,9 @@ class Season(Frozen):
         return [
             Recipe(
                 home=TeamSettings(
-                    kind="learned", policy=policy, trust=own.trust,
-                    explore=explore if tries else 0.0, doubt=own.doubt if tries else 0.0,
-                    caution=own.caution if match == 0 else 0.0,
+                    kind="learned", policy=policy, min_visits=own.min_visits,
+                    explore=explore if tries else 0.0, posterior_std=own.posterior_std if tries else 0.0,
+                    lcb_weight=own.lcb_weight if match == 0 else 0.0,
                 ),
                 away=TeamSettings(kind=self.opponent),
                 seed=first + match, score=(self.lead(game), 0), **own.of_match(),

@@ -17,15 +17,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from pipeline.arena.teams.table import TEAMS
 from pipeline.errors import NotFound
 from pipeline.views.plots.style import COLOURS, Dashes, plain
 from schemas import ROLES
 
-#: Colour and line of an opponent, the same in all figures.
-_OPPONENTS: dict[str, tuple[str, Dashes]] = {
-    "static": ("#0072B2", "solid"), "human-like": ("#D55E00", (0, (5, 2))),
-    "random": ("#009E73", (0, (1.2, 1.2))),
-}
 #: Of settings that are varied, and of those that vary them.
 _BASE: tuple[str, Dashes] = ("0.35", (0, (5, 2)))
 _VARIED: tuple[str, Dashes] = (COLOURS[0], "solid")
@@ -219,7 +215,7 @@ def _drawn(
 def _look(panel: _Panel, name: str, seasons: str) -> tuple[str, str, Dashes]:
     """Label, colour and line of a curve."""
     if panel.of == "opponent":
-        return f"against {name} ({seasons})", *_OPPONENTS[name]
+        return f"against {name} ({seasons})", TEAMS[name].colour, TEAMS[name].dashes
     return (f"{name} ({seasons})", *_BASE) if name == panel.base else ("with the change", *_VARIED)
 
 

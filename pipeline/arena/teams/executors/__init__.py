@@ -17,7 +17,7 @@ endings         when it is over; of each code the condition in words
 """
 
 from pipeline.arena.teams.executors.acting import act
-from pipeline.arena.teams.executors.actions import CODE, CODES, FIELDS, OTHER
+from pipeline.arena.teams.executors.actions import ACTION, CODES, Actions
 from pipeline.arena.teams.executors.beginnings import start
 
-__all__ = ["CODE", "CODES", "FIELDS", "OTHER", "act", "start"]
+__all__ = ["ACTION", "CODES", "Actions", "act", "start"]

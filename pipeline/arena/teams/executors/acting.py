@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
 from pipeline.arena.teams.ball import has_ball, touches
 from pipeline.arena.teams.executors import actions, to_ball, to_things, with_ball
-from pipeline.arena.teams.executors.actions import CODE, FRAMES, HAD, LEFT, OTHER, RIGHT
+from pipeline.arena.teams.executors.actions import Target
 from pipeline.arena.teams.executors.endings import is_over
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.steering import EITHER, face, set_wheels, steer
@@ -14,50 +15,50 @@ from pipeline.bodies import F64, X, Y
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def act(robot: int, view: F64, m: Measures, memory: F64, wheels: F64) -> bool:
+def act(robot: int, view: F64, m: Measures, own: np.void, wheels: F64) -> bool:
     """Carry on an action for a frame.
 
     Args:
         robot: row of the robot in the view, 1 to N.
         view: float64 [1 + 2 N, 6], the team's, at this frame.
         m: measures.
-        memory: float64 [FIELDS], the robot's, as :func:`start` and the frames since left it.
+        own: the robot's record of :data:`~pipeline.arena.teams.executors.ACTION`, as :func:`start` and the
+            frames since left it.
         wheels: float64 [N, 2], the robot's row is written: its left and right wheel, m/s. They are good
             for this frame also when the action is over.
 
     Returns:
         Whether the action is over: its final condition holds, its time is up after this frame, or the
-        robot that it is done to does not exist.
+        robot that is its target does not exist.
     """
-    code = int(memory[CODE])
-    verb, thing, other = actions.VERB[code], actions.THING[code], int(memory[OTHER])
-    if thing >= actions.OPPONENT and other < 0:
+    code = own["code"]
+    verb, thing = actions.VERB[code], actions.THING[code]
+    if thing >= actions.OPPONENT and own["other"] < 0:
         set_wheels(0.0, 0.0, robot, m, wheels)
         return True
     if has_ball(view, robot, m) or (verb == actions.KICK and touches(view, robot, m)):
-        memory[HAD] = 1.0
-    x, y = actions.place_of(view, thing, other, m)
-    _control(view, robot, verb, thing, other, x, y, m, memory, wheels)
-    over = is_over(view, robot, verb, other, x, y, m, memory)
-    memory[FRAMES] += 1.0
-    return over or (memory[FRAMES] + 0.5) * m.frame_s >= actions.LIMIT_S[code]
+        own["had_ball"] = True
+    target = actions.target_of(view, thing, own["other"], m)
+    _control(view, robot, verb, target, m, own, wheels)
+    over = is_over(view, robot, verb, target, m, own)
+    own["frames"] += 1
+    return over or (own["frames"] + 0.5) * m.frame_s >= actions.LIMIT_S[code]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _control(
-    view: F64, robot: int, verb: int, thing: int, other: int, x: float, y: float, m: Measures, memory: F64,
-    wheels: F64,
+    view: F64, robot: int, verb: int, target: Target, m: Measures, own: np.void, wheels: F64
 ) -> None:
-    """Do what the verb says to a thing, which is at (x, y)."""
-    dx, dy = x - view[robot, X], y - view[robot, Y]
+    """Let the controller ``verb`` write the wheels of the robot."""
+    dx, dy = target.x - view[robot, X], target.y - view[robot, Y]
     if verb == actions.HOLD:
         with_ball.hold(view, robot, m, wheels)
     elif verb == actions.GUIDE:
         with_ball.guide(view, robot, m, wheels)
     elif verb == actions.KICK:
-        with_ball.kick(view, robot, m, memory, wheels)
+        with_ball.kick(view, robot, m, own, wheels)
     elif verb == actions.GIVE:
-        with_ball.give(view, robot, other, m, memory, wheels)
+        with_ball.give(view, robot, target.row, m, own, wheels)
     elif verb == actions.REACH:
         to_ball.reach(view, robot, m, wheels)
     elif verb == actions.RECEIVE:
@@ -65,9 +66,9 @@ def _control(
     elif verb == actions.BLOCK:
         to_ball.block(view, robot, m, wheels)
     elif verb == actions.APPROACH:
-        to_things.approach(view, robot, thing, x, y, m, wheels)
+        to_things.approach(view, robot, target, m, wheels)
     elif verb in (actions.LEAVE, actions.RECEDE):
-        to_things.recede(view, robot, x, y, m, wheels)
+        to_things.recede(view, robot, target, m, wheels)
     elif verb == actions.FACE:
         face(view, robot, dx, dy, m, wheels)
     elif verb == actions.LEVEL_X:
@@ -75,6 +76,6 @@ def _control(
     elif verb == actions.LEVEL_Y:
         steer(view, robot, 0.0, dy, m.top, EITHER, m, wheels)
     elif verb == actions.WANDER:
-        wheels[robot - 1, 0], wheels[robot - 1, 1] = memory[LEFT], memory[RIGHT]
+        wheels[robot - 1, 0], wheels[robot - 1, 1] = own["left"], own["right"]
     else:  # STAND
         set_wheels(0.0, 0.0, robot, m, wheels)

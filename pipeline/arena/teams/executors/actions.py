@@ -1,32 +1,33 @@
-"""What each code does, to what and for how long; and what a robot remembers while it does it."""
+"""Each code as an action: its controller, its target, its time limit; and a robot's memory of it."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 
 from pipeline.arena.teams.measures import Measures
 from pipeline.bodies import BALL, F64, X, Y
 from schemas.situations import MOVES_RANDOMLY
 
-#: Controllers; ``acting`` says where each is.
+#: Controllers; ``acting`` calls them.
 HOLD, GUIDE, KICK, GIVE, LEAVE, RECEDE, REACH, RECEIVE = range(8)
 APPROACH, BLOCK, FACE, LEVEL_X, LEVEL_Y, STAND, WANDER = range(8, 15)
-#: What they are done to.
+#: Kinds of targets.
 THE_BALL, OWN_GOAL, ADVERSARY_GOAL, OPPONENT, TEAMMATE = range(5)
 
 
 class Action(NamedTuple):
-    """What a code does.
+    """The action of a code.
 
     Attributes:
         verb: the controller.
-        thing: what it is done to.
-        role: of an opponent its role, of a teammate how many roles it is ahead; -1 any: a near
+        thing: the kind of its target.
+        role: of an opponent its role, of a teammate how many roles it is ahead; -1 for any: a near
             one beyond the ball.
-        limit_s: it lasts no longer.
+        limit_s: longest time that it lasts, seconds.
     """
 
     verb: int
@@ -73,21 +74,41 @@ LIMIT_S = np.zeros(max(CODES) + 1)
 for _code, _action in _ACTIONS.items():
     VERB[_code], THING[_code], ROLE[_code], LIMIT_S[_code] = _action
 
-#: Columns of an action's memory: its code; frames since it began; the row of the other robot it is done
-#: to, -1 if none; the distance at which it is over, NaN if none is; frames for which a condition has
-#: lasted; whether the robot has had the ball; the wheels of a random move, m/s.
-CODE, FRAMES, OTHER, LEVEL, LASTED, HAD, LEFT, RIGHT = range(8)
-FIELDS = 8
-#: Value of LASTED once a ball was let go.
-GONE = -1.0
+#: What a robot remembers of its action: its code, 0 if none; frames since it began; the row of the other
+#: robot it is done to, -1 if none; the distance at which it is over, metres, NaN if none is; frames for
+#: which a condition has lasted; whether the robot has had the ball; the wheels of a random move, m/s.
+ACTION = np.dtype([
+    ("code", np.int64), ("frames", np.int64), ("other", np.int64), ("level", np.float64),
+    ("lasted", np.int64), ("had_ball", np.bool_), ("left", np.float64), ("right", np.float64),
+])  # fmt: skip
+#: A record of :data:`ACTION` for each robot.
+Actions = npt.NDArray[np.void]
+#: Value of ``lasted`` once a ball was let go.
+GONE = -1
+
+
+class Target(NamedTuple):
+    """The thing that an action is done to.
+
+    Attributes:
+        thing: its kind.
+        row: of the robot that it is, -1 if it is none.
+        x: where it is, metres.
+        y: where it is, metres.
+    """
+
+    thing: int
+    row: int
+    x: float
+    y: float
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def place_of(view: F64, thing: int, other: int, m: Measures) -> tuple[float, float]:
-    """Where the thing is that an action is done to; an opponent or teammate is the robot of row ``other``."""
+def target_of(view: F64, thing: int, other: int, m: Measures) -> Target:
+    """The thing that an action is done to; an opponent or teammate is the robot of row ``other``."""
     if thing == OWN_GOAL:
-        return -m.goal_x, 0.0
+        return Target(thing, other, -m.goal_x, 0.0)
     if thing == ADVERSARY_GOAL:
-        return m.goal_x, 0.0
+        return Target(thing, other, m.goal_x, 0.0)
     row = max(other, BALL)
-    return view[row, X], view[row, Y]
+    return Target(thing, other, view[row, X], view[row, Y])

@@ -1,4 +1,4 @@
-"""How an action begins: whom it is done to, and at what distance it will be over."""
+"""The start of an action: its target, and the distance at which it will be over."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ import numpy as np
 from numba import njit
 
 from pipeline.arena.teams.ball import has_ball
-from pipeline.arena.teams.dice import Dice, uniform
 from pipeline.arena.teams.executors import actions
-from pipeline.arena.teams.executors.actions import CODE, HAD, LEFT, LEVEL, OTHER, RIGHT
 from pipeline.arena.teams.geometry import distance, offset, unit
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.roles import I64
+from pipeline.arena.teams.splitmix import SplitMix, uniform
 from pipeline.bodies import BALL, F64, X, Y
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def start(code: int, robot: int, view: F64, roles: I64, m: Measures, dice: Dice, memory: F64) -> None:
+def start(
+    code: int, robot: int, view: F64, roles: I64, m: Measures, splitmix: SplitMix, own: np.void
+) -> None:
     """Begin an action.
 
     Args:
@@ -29,27 +30,26 @@ def start(code: int, robot: int, view: F64, roles: I64, m: Measures, dice: Dice,
             decide whom codes 138 to 174 are done to. Of several the nearest is; if nobody has the role,
             the nearest of the nearest role.
         m: measures.
-        dice: draw the wheels of 194; no other code rolls them.
-        memory: float64 [FIELDS], the robot's, written.
+        splitmix: draws the wheels of 194; other codes draw nothing.
+        own: the robot's record of :data:`~pipeline.arena.teams.executors.ACTION`, written.
     """
     verb, thing = actions.VERB[code], actions.THING[code]
-    memory[:] = 0.0
-    memory[CODE] = code
-    memory[LEVEL] = np.nan
-    memory[OTHER] = _whom(view, robot, thing, actions.ROLE[code], roles)
-    memory[HAD] = 1.0 if has_ball(view, robot, m) else 0.0
+    own["code"], own["frames"], own["lasted"] = code, 0, 0
+    own["level"], own["left"], own["right"] = np.nan, 0.0, 0.0
+    own["other"] = _whom(view, robot, thing, actions.ROLE[code], roles)
+    own["had_ball"] = has_ball(view, robot, m)
     if verb == actions.WANDER:
-        memory[LEFT] = m.top * (2.0 * uniform(dice) - 1.0)
-        memory[RIGHT] = m.top * (2.0 * uniform(dice) - 1.0)
+        own["left"] = m.top * (2.0 * uniform(splitmix) - 1.0)
+        own["right"] = m.top * (2.0 * uniform(splitmix) - 1.0)
     elif verb in (actions.APPROACH, actions.RECEDE):
-        x, y = actions.place_of(view, thing, int(memory[OTHER]), m)
-        away = math.hypot(x - view[robot, X], y - view[robot, Y])
+        target = actions.target_of(view, thing, own["other"], m)
+        away = math.hypot(target.x - view[robot, X], target.y - view[robot, Y])
         if verb == actions.RECEDE:
-            memory[LEVEL] = m.close if away < m.close else (m.near if away < m.near else np.nan)
+            own["level"] = m.close if away < m.close else (m.near if away < m.near else np.nan)
         elif away > m.far and thing < actions.OPPONENT:
-            memory[LEVEL] = m.far
+            own["level"] = m.far
         else:
-            memory[LEVEL] = m.near if away > m.near else (m.close if away > m.close else m.contact)
+            own["level"] = m.near if away > m.near else (m.close if away > m.close else m.contact)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

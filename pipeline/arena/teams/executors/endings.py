@@ -31,11 +31,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
 from pipeline.arena.teams.ball import COS_FACING, has_ball, touches
 from pipeline.arena.teams.executors import actions
-from pipeline.arena.teams.executors.actions import GONE, HAD, LASTED, LEVEL
+from pipeline.arena.teams.executors.actions import GONE, Target
 from pipeline.arena.teams.geometry import along, distance, offset, speed_of
 from pipeline.arena.teams.measures import Measures
 from pipeline.bodies import BALL, F64, VX, VY, X, Y
@@ -48,7 +49,7 @@ _COS_VERY, _COS_PARALLEL = math.cos(math.radians(24)), math.cos(math.radians(45)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def is_over(
-    view: F64, robot: int, verb: int, other: int, x: float, y: float, m: Measures, memory: F64
+    view: F64, robot: int, verb: int, target: Target, m: Measures, own: np.void
 ) -> bool:
     """Whether an action's final condition holds after a frame; the table of the module says which.
 
@@ -56,18 +57,16 @@ def is_over(
         view: the team's.
         robot: its row.
         verb: of the action.
-        other: row of the robot that it is done to, -1 if none.
-        x: of what it is done to.
-        y: of what it is done to.
+        target: of the action.
         m: measures.
-        memory: the action's; LASTED is written.
+        own: the robot's record of ``actions.ACTION``; ``lasted`` is written.
     """
-    dx, dy = x - view[robot, X], y - view[robot, Y]
+    dx, dy = target.x - view[robot, X], target.y - view[robot, Y]
     away = math.hypot(dx, dy)
     if verb == actions.APPROACH:
-        return bool(away < memory[LEVEL])
+        return bool(away < own["level"])
     if verb == actions.RECEDE:
-        return bool(away > memory[LEVEL])
+        return bool(away > own["level"])
     if verb == actions.FACE:
         return along(view, robot, dx, dy) > _COS_VERY * away
     if verb == actions.LEVEL_X:
@@ -75,31 +74,31 @@ def is_over(
     if verb == actions.LEVEL_Y:
         return bool(abs(dy) < m.contact and away > m.close)
     if verb == actions.STAND:
-        return _lasts(speed_of(view, robot) < m.moving, _STOOD_S, m, memory)
+        return _lasts(speed_of(view, robot) < m.moving, _STOOD_S, m, own)
     has = has_ball(view, robot, m)
     if verb in (actions.REACH, actions.RECEIVE):
         return has
     if verb == actions.BLOCK:
         return touches(view, robot, m) and not has
     if verb == actions.HOLD:
-        return _lasts(has, _GAINED_S, m, memory)
+        return _lasts(has, _GAINED_S, m, own)
     if verb == actions.GUIDE:
-        return _lasts(has and _with_ball(view, robot, m), _GUIDED_S, m, memory)
-    if memory[HAD] == 0.0 or touches(view, robot, m):
+        return _lasts(has and _with_ball(view, robot, m), _GUIDED_S, m, own)
+    if not own["had_ball"] or touches(view, robot, m):
         return False
     if verb == actions.KICK:
-        return _kicked(view, robot, memory[LASTED] == GONE, m)
+        return _kicked(view, robot, own["lasted"] == GONE, m)
     if verb == actions.GIVE:
-        let_go = memory[LASTED] == GONE and distance(view, robot, BALL) > m.close
-        return let_go or touches(view, other, m)
+        let_go = own["lasted"] == GONE and distance(view, robot, BALL) > m.close
+        return let_go or touches(view, target.row, m)
     return verb == actions.LEAVE and _left(view, robot, m)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lasts(holds: bool, seconds: float, m: Measures, memory: F64) -> bool:
+def _lasts(holds: bool, seconds: float, m: Measures, own: np.void) -> bool:
     """Whether a condition has held for so long."""
-    memory[LASTED] = memory[LASTED] + 1.0 if holds else 0.0
-    return bool((memory[LASTED] - 0.5) * m.frame_s > seconds)
+    own["lasted"] = own["lasted"] + 1 if holds else 0
+    return bool((own["lasted"] - 0.5) * m.frame_s > seconds)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
 from pipeline.arena.teams.ball import COS_FACING, has_ball, push, spin, touches
-from pipeline.arena.teams.executors.actions import GONE, HAD, LASTED
+from pipeline.arena.teams.executors.actions import GONE
 from pipeline.arena.teams.executors.to_ball import COS_AHEAD, go_behind, reach
 from pipeline.arena.teams.geometry import along, distance, offset, speed_of, unit
 from pipeline.arena.teams.measures import Measures
@@ -47,45 +48,45 @@ def guide(view: F64, robot: int, m: Measures, wheels: F64) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def kick(view: F64, robot: int, m: Measures, memory: F64, wheels: F64) -> None:
+def kick(view: F64, robot: int, m: Measures, own: np.void, wheels: F64) -> None:
     """021: shoot at the adversary's goal; a ball beside the robot is struck by spinning."""
     dx, dy = offset(view, robot, BALL)
     off = math.sqrt(dx * dx + dy * dy)
     if off < m.contact and abs(along(view, robot, dx, dy)) < COS_FACING * off:
         spin(view, robot, m.goal_x - view[BALL, X], -view[BALL, Y], m, wheels)
     else:
-        _strike(view, robot, m.goal_x, 0.0, COS_AHEAD, m, memory, wheels)
+        _strike(view, robot, m.goal_x, 0.0, COS_AHEAD, m, own, wheels)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def give(view: F64, robot: int, other: int, m: Measures, memory: F64, wheels: F64) -> None:
+def give(view: F64, robot: int, other: int, m: Measures, own: np.void, wheels: F64) -> None:
     """022, 023: push the ball to an opponent, pass it to a teammate; back off once the other touches it."""
-    if memory[HAD] > 0.0 and touches(view, other, m):
+    if own["had_ball"] and touches(view, other, m):
         dx, dy = offset(view, BALL, robot)
         steer(view, robot, dx, dy, m.top, EITHER, m, wheels)
     else:
-        _strike(view, robot, view[other, X], view[other, Y], _COS_PASS, m, memory, wheels)
+        _strike(view, robot, view[other, X], view[other, Y], _COS_PASS, m, own, wheels)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _strike(
-    view: F64, robot: int, tx: float, ty: float, cos_behind: float, m: Measures, memory: F64, wheels: F64
+    view: F64, robot: int, tx: float, ty: float, cos_behind: float, m: Measures, own: np.void, wheels: F64
 ) -> None:
     """Push the ball to a place as fast as can be, then stop and let it run.
 
     A robot that is not behind the ball, in that the cosine of its bearing off the line to the place is
     less than ``cos_behind``, goes round it first.
     """
-    if memory[LASTED] == GONE:
+    if own["lasted"] == GONE:
         set_wheels(0.0, 0.0, robot, m, wheels)
         return
     dx, dy = offset(view, robot, BALL)
     ux, uy = unit(tx - view[BALL, X], ty - view[BALL, Y])
     behind = dx * ux + dy * uy > cos_behind * math.sqrt(dx * dx + dy * dy)
-    if memory[HAD] == 0.0 or not behind:
+    if not own["had_ball"] or not behind:
         go_behind(view, robot, tx, ty, cos_behind, m, wheels)
         return
-    memory[LASTED] += 1.0
-    if speed_of(view, robot) > _LET_GO * m.top or memory[LASTED] * m.frame_s > _PUSH_S:
-        memory[LASTED] = GONE
+    own["lasted"] += 1
+    if speed_of(view, robot) > _LET_GO * m.top or own["lasted"] * m.frame_s > _PUSH_S:
+        own["lasted"] = GONE
     push(view, robot, tx, ty, m.top, 0.5, m, wheels)

@@ -1,7 +1,8 @@
-"""The minds of teams: what they see they turn into wheel speeds, once a frame."""
+"""The controllers of teams: each turns a team's view into wheel speeds, once a frame."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
@@ -9,27 +10,24 @@ import numpy as np
 import polars as pl
 
 from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.teams import learned, teams
-from pipeline.arena.teams.dice import new_dice
+from pipeline.arena.teams import learned
 from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.playbook import Playbook, open_playbook
-from pipeline.arena.teams.teams import Team
+from pipeline.arena.teams.policy_table import PolicyTable, policy_table_of
+from pipeline.arena.teams.splitmix import seeded
+from pipeline.arena.teams.table import TEAMS
 from pipeline.bodies import F64
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import AWAY, HOME
 from pipeline.pitch import Pitch
-from pipeline.state import Breaks, radix
+from pipeline.state import BinEdges, radix
 from schemas import Policies
 
-#: The kinds of team that play by fixed rules.
-SCRIPTED = {"random": Team.RANDOM, "static": Team.STATIC, "human-like": Team.HUMAN_LIKE}
 
+class Controller(Protocol):
+    """Plays a team, whose view is turned so that its own goal is at -x.
 
-class Mind(Protocol):
-    """Who plays a team; all it sees is turned so that its own goal is at -x.
-
-    A mind that says no more than how it thinks keeps no account of play, and has decided nothing that
-    anything could be learned from.
+    Only ``think`` has to be written: by default a controller keeps no account of play and logs no
+    decisions.
     """
 
     def restarted(self, frame: int, lead: int) -> None:
@@ -82,28 +80,36 @@ class Decided(NamedTuple):
     reward: float
 
 
-class Scripted(Mind):
-    """A team of fixed rules."""
+class Scripted(Controller):
+    """Plays a team of fixed rules.
+
+    Args:
+        settings: of the team, which has a script.
+        robots: N.
+        measures: of the pitch.
+        rng: decides what is left to chance.
+    """
 
     def __init__(
         self, settings: TeamSettings, robots: int, measures: Measures, rng: np.random.Generator
     ) -> None:
-        team = SCRIPTED[settings.kind]
-        self._team = int(team)  # numba needs long to make a number of an enum
+        script = TEAMS[settings.kind].script
+        assert script is not None, settings.kind
+        self._play = script.play
         self._measures = measures.packed()
-        self._memory = teams.new_memory(team, robots, measures, rng, settings.people)
-        self._dice = new_dice(rng)
+        self._memory = script.new_memory(robots, measures, rng, settings.people)
+        self._splitmix = seeded(rng)
 
     def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
-        teams.play_packed(self._team, view, self._memory, self._measures, self._dice, wheels)
+        self._play(view, self._measures, self._splitmix, wheels, *self._memory)
 
 
-class Learned(Mind):
-    """A team that plays a policy.
+class Learned(Controller):
+    """Plays a policy.
 
     Args:
-        book: the policy.
-        names: of its behaviours, see :func:`pipeline.arena.teams.playbook.open_playbook`.
+        table: the policy.
+        names: of its behaviours, see :func:`pipeline.arena.teams.policy_table.policy_table_of`.
         settings: how it explores.
         robots: N.
         pitch: of the match.
@@ -112,38 +118,40 @@ class Learned(Mind):
     """
 
     def __init__(
-        self, book: Playbook, names: Sequence[str | None], settings: TeamSettings, robots: int, pitch: Pitch,
-        measures: Measures, rng: np.random.Generator,
+        self, table: PolicyTable, names: Sequence[str | None], settings: TeamSettings, robots: int,
+        pitch: Pitch, measures: Measures, rng: np.random.Generator,
     ) -> None:
-        self._policy, self._book = book, book._replace(values=book.values.copy())
-        self._names, self._settings = names, settings
-        self._measures, self._breaks = measures.packed(), Breaks.of(pitch)
-        self._digits, self._levels = radix("full36")
-        self._memory = learned.new_memory(robots)
-        self._dice = new_dice(rng)
-        self._made = np.zeros((robots, learned.COLUMNS), dtype=np.int64)
+        self._known, self._names, self._settings = table, names, settings
+        sampled = table._replace(values=table.values.copy())
+        self._policy = learned.Policy(sampled, radix("full36"), BinEdges.of(pitch), settings.explore)
+        self._measures = measures.packed()
+        self._robots = learned.new_memory(robots)
+        self._splitmix = seeded(rng)
+        self._made = np.zeros(robots, dtype=learned.DECISION)
         self._due = True
+        self._direction = math.nan
         self._lead = self._episode = 0
         self._rows: list[tuple[int, ...]] = []
         self._over: list[Decided] = []
 
     def restarted(self, frame: int, lead: int) -> None:  # noqa: D102
-        learned.forget(self._memory)
-        known, own = self._policy, self._settings
-        learned.believe(known.values, known.doubts, own.doubt, own.caution, self._dice, self._book.values)
-        self._due, self._lead = True, lead
+        learned.forget(self._robots)
+        own = self._settings
+        learned.sample_values(
+            self._known, own.posterior_std, own.lcb_weight, self._splitmix, self._policy.table.values
+        )
+        self._due, self._lead, self._direction = True, lead, math.nan
 
     def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
-        learned.watch_ball(view, self._memory, self._breaks.moving)
+        self._direction = learned.ball_direction(view, self._direction, self._policy.edges.moving)
         if self._due:
             made = learned.decide(
-                view, self._lead, self._memory, self._book, self._digits, self._levels,
-                self._settings.explore, self._breaks, self._measures, self._dice, self._made,
-            )
-            for row in self._made[:made].tolist():
-                self._rows.append((frame, *row))
+                view, self._direction, self._lead, self._robots, self._policy, self._measures,
+                self._splitmix, self._made,
+            )  # fmt: skip
+            self._rows += [(frame, *row) for row in self._made[:made].tolist()]
         self._due = learned.carry_on(
-            view, self._memory, self._book.codes, self._measures, self._dice, wheels
+            view, self._robots, self._policy.table.codes, self._measures, self._splitmix, wheels
         )
 
     def stopped(self, frame: int, reward: float) -> None:  # noqa: D102
@@ -165,10 +173,10 @@ class Learned(Mind):
         return over
 
 
-def mind_of(
+def controller_of(
     settings: TeamSettings, recipe: Recipe, team: int, policy: pl.DataFrame | None = None
-) -> Mind:
-    """The mind of a team that plays by itself.
+) -> Controller:
+    """The controller of a team that plays by itself.
 
     Args:
         settings: of the team.
@@ -182,17 +190,18 @@ def mind_of(
     measures = measures_of(recipe)
     rng = np.random.default_rng([recipe.seed, 1 + team])
     if settings.kind == "learned":
-        book, names = open_playbook(Policies.empty() if policy is None else policy, settings.trust)
-        return Learned(book, names, settings, recipe.robots, recipe.pitch, measures, rng)
+        known = Policies.empty() if policy is None else policy
+        table, names = policy_table_of(known, settings.min_visits)
+        return Learned(table, names, settings, recipe.robots, recipe.pitch, measures, rng)
     if settings.kind == "human":
         raise BadSettings("a person plays at the window", where="human", next_step="Use `pitchlore play`")
     return Scripted(settings, recipe.robots, measures, rng)
 
 
-def minds_of(
-    recipe: Recipe, policies: Mapping[str, pl.DataFrame], person: Mind | None = None
-) -> tuple[Mind, Mind]:
-    """The minds of both teams, home and away.
+def controllers_of(
+    recipe: Recipe, policies: Mapping[str, pl.DataFrame], person: Controller | None = None
+) -> tuple[Controller, Controller]:
+    """The controllers of both teams, home and away.
 
     Args:
         recipe: of the match.
@@ -204,14 +213,14 @@ def minds_of(
     """
     home, away = (
         person if settings.kind == "human" and person is not None
-        else mind_of(settings, recipe, team, policies[settings.policy] if settings.policy else None)
+        else controller_of(settings, recipe, team, policies[settings.policy] if settings.policy else None)
         for team, settings in ((HOME, recipe.home), (AWAY, recipe.away))
     )
     return home, away
 
 
 def measures_of(recipe: Recipe) -> Measures:
-    """What players reckon with in a match."""
+    """The measures of a match."""
     physics = recipe.physics
     return Measures.of(
         recipe.pitch, top=physics.wheel_speed, axle=physics.axle, acceleration=physics.wheel_acceleration,

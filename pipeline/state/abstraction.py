@@ -1,4 +1,4 @@
-"""What a team sees of a moment: the levels of the 36 elements, from where bodies are and how they move."""
+"""The abstract state: the levels of the 36 elements for one team, from poses and velocities."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ F64 = npt.NDArray[np.float64]
 Bool = npt.NDArray[np.bool_]
 
 
-class Breaks(NamedTuple):
+class BinEdges(NamedTuple):
     """Where one level ends and the next begins; a distance, angle or speed itself is of the lower level.
 
     Attributes:
@@ -66,7 +66,7 @@ class Breaks(NamedTuple):
     half_goal: float
 
     @classmethod
-    def of(cls, pitch: Pitch) -> Breaks:
+    def of(cls, pitch: Pitch) -> BinEdges:
         """The break points on a pitch.
 
         On a VSSS pitch: 0.20 and 0.45 m (crossings of the fuzzy Distance), 0.40 m (corner of the
@@ -83,33 +83,48 @@ class Breaks(NamedTuple):
         )
 
 
-@njit(cache=True, nogil=True)
-def look(
-    robots: F64, sides: npt.NDArray[np.int64], roles: npt.NDArray[np.int64], ball: F64,
-    flip: float, direction: float, score: int, situation: int, breaks: Breaks, out: U8,
-) -> bool:
-    """Write one team's view of one moment into ``out``; callable from other kernels.
+class Observation(NamedTuple):
+    """One moment of a match as one team observes it.
 
-    A slot is filled by the robot of its role, of several the nearest to the ball; if nobody
-    has the role, by the robot whose role is nearest in rank (again nearest to the ball), so
-    that any number of robots a side will do. A robot may then fill several slots.
-
-    Args:
-        robots: [R, 3], x, y, theta of the robots of both teams; the home team attacks +x.
-        sides: [R], 0 for the observing team, 1 for the adversary.
-        roles: [R], index in ``schemas.ROLES``.
-        ball: [4], x, y, vx, vy.
+    Attributes:
+        robots: float64 [R, 3], x, y, theta of the robots of both teams, pitch frame.
+        sides: int64 [R], 0 for the observing team, 1 for the adversary.
+        roles: int64 [R], index in ``schemas.ROLES``.
+        ball: float64 [4], x, y, vx, vy, pitch frame.
         flip: 1.0 if the observing team attacks +x, else -1.0.
-        direction: of the ball's last motion in the pitch's frame, radians; NaN if it never moved.
+        direction: of the ball's last motion, pitch frame, radians; NaN if it never moved.
         score: level 0 losing, 1 drawing, 2 winning.
         situation: level 0 normal, 1 fault, 2 goal.
-        breaks: of the pitch.
+    """
+
+    robots: F64
+    sides: I64
+    roles: I64
+    ball: F64
+    flip: float
+    direction: float
+    score: int
+    situation: int
+
+
+@njit(cache=True, nogil=True)
+def abstract_state(seen: Observation, edges: BinEdges, out: U8) -> bool:
+    """Write the levels of the 36 elements into ``out``; false if they are not known.
+
+    A slot is filled by the robot of its role, of several the nearest to the ball. If nobody has the
+    role, the robot whose role is nearest in rank fills it (again nearest to the ball). A side may have
+    any number of robots, and a robot may fill several slots.
+
+    Args:
+        seen: the moment.
+        edges: of the pitch.
         out: uint8 [36], written.
 
     Returns:
-        Whether the state is known: False if the ball, its speed, a side's robots or a slot's
-        heading is missing; ``out`` is then all 0.
+        Whether the state is known: false if the ball, its speed, a side's robots or a slot's heading is
+        missing; ``out`` is then all 0.
     """
+    robots, ball, flip, direction = seen.robots, seen.ball, seen.flip, seen.direction
     out[:] = 0
     bx, by = ball[0], ball[1]
     speed = np.hypot(ball[2], ball[3])
@@ -119,9 +134,9 @@ def look(
         side, role = slot // 3, slot % 3
         best, best_rank, best_distance = -1, 3, np.inf
         for r in range(len(robots)):
-            if sides[r] != side:
+            if seen.sides[r] != side:
                 continue
-            rank = abs(roles[r] - role)
+            rank = abs(seen.roles[r] - role)
             distance = np.hypot(robots[r, 0] - bx, robots[r, 1] - by)
             if rank < best_rank or (rank == best_rank and distance < best_distance):
                 best, best_rank, best_distance = r, rank, distance
@@ -130,24 +145,24 @@ def look(
             return False
         x, y, theta = robots[best, 0], robots[best, 1], robots[best, 2]
         attacks = flip if side == 0 else -flip
-        out[BALL_DISTANCE + slot] = _level(best_distance, breaks.too_close, breaks.near)
+        out[BALL_DISTANCE + slot] = _level(best_distance, edges.too_close, edges.near)
         bearing = np.abs(_turn(np.arctan2(by - y, bx - x) - theta))
-        out[BALL_ORIENTATION + slot] = 0 if bearing <= breaks.front else (2 if bearing >= breaks.side else 1)
+        out[BALL_ORIENTATION + slot] = 0 if bearing <= edges.front else (2 if bearing >= edges.side else 1)
         for goal in range(2):
-            gx = attacks * breaks.goal_x * (2 * goal - 1)
+            gx = attacks * edges.goal_x * (2 * goal - 1)
             bearing = np.abs(_turn(np.arctan2(-y, gx - x) - theta))
-            reach = max(breaks.pointing, np.arctan2(breaks.half_goal, np.hypot(gx - x, y)))
+            reach = max(edges.pointing, np.arctan2(edges.half_goal, np.hypot(gx - x, y)))
             out[GOAL_ORIENTATION + 2 * slot + goal] = 1 if bearing <= reach else 0
         out[AFTER_BALL + slot] = 1 if attacks * (x - bx) > 0 else 0
     for goal in range(2):
-        distance = np.hypot(bx - flip * breaks.goal_x * (2 * goal - 1), by)
-        out[GOAL_DISTANCE + goal] = _level(distance, breaks.very_close, breaks.close)
+        distance = np.hypot(bx - flip * edges.goal_x * (2 * goal - 1), by)
+        out[GOAL_DISTANCE + goal] = _level(distance, edges.very_close, edges.close)
     if not np.isnan(direction):
         sector = int(np.floor((direction + np.pi / 8) / (np.pi / 4)))
         out[DIRECTION] = (sector if flip > 0 else sector + 4) % 8
-    out[SPEED] = _level(speed, breaks.slow, breaks.medium)
-    out[SCORE] = score
-    out[SITUATION] = situation
+    out[SPEED] = _level(speed, edges.slow, edges.medium)
+    out[SCORE] = seen.score
+    out[SITUATION] = seen.situation
     return True
 
 
@@ -163,33 +178,68 @@ def _turn(angle: float) -> float:
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
+class _Samples(NamedTuple):
+    """The bodies at M samples of a match, in order of time.
+
+    Attributes:
+        robots: float64 [R, 3], x, y, theta of the robots of all samples.
+        teams: int64 [R], 0 home, 1 away.
+        roles: int64 [R], index in ``schemas.ROLES``.
+        offsets: int64 [M + 1]; sample m has the robots ``offsets[m]`` to ``offsets[m + 1]``, exclusive.
+        ball: float64 [M, 4], x, y, vx, vy.
+        direction: float64 [M], of the ball's last motion, radians; NaN if it never moved.
+    """
+
+    robots: F64
+    teams: I64
+    roles: I64
+    offsets: I64
+    ball: F64
+    direction: F64
+
+
+class _Observers(NamedTuple):
+    """K observations of samples; all arrays int64 [K].
+
+    Attributes:
+        sample: index of the sample, -1 if there is none.
+        team: the observing team, 0 home, 1 away.
+        score: level of the score.
+        situation: level of the game situation.
+    """
+
+    sample: I64
+    team: I64
+    score: I64
+    situation: I64
+
+
 @njit(cache=True, nogil=True)
-def _look_at_all(
-    robots: F64, teams: I64, roles: I64, offsets: I64, ball: F64, direction: F64,
-    moment: I64, observer: I64, score: I64, situation: I64, breaks: Breaks, out: U8, known: Bool,
-) -> None:
-    for k in range(len(moment)):
-        m = moment[k]
+def _abstract_all(at: _Samples, by: _Observers, edges: BinEdges, out: U8, known: Bool) -> None:
+    """Write the levels of K observations into ``out``, uint8 [K, 36], and into ``known``, bool [K]."""
+    for k in range(len(by.sample)):
+        m = by.sample[k]
         if m < 0:
             continue
-        lo, hi = offsets[m], offsets[m + 1]
-        sides = np.abs(teams[lo:hi] - observer[k])
-        known[k] = look(
-            robots[lo:hi], sides, roles[lo:hi], ball[m], 1.0 - 2.0 * observer[k], direction[m],
-            score[k], situation[k], breaks, out[k],
-        )
+        lo, hi = at.offsets[m], at.offsets[m + 1]
+        sides = np.abs(at.teams[lo:hi] - by.team[k])
+        seen = Observation(
+            at.robots[lo:hi], sides, at.roles[lo:hi], at.ball[m], 1.0 - 2.0 * by.team[k], at.direction[m],
+            by.score[k], by.situation[k],
+        )  # fmt: skip
+        known[k] = abstract_state(seen, edges, out[k])
 
 
 def elements(
     trajectories: pl.DataFrame, referee: pl.DataFrame, pitch: Pitch, team: npt.NDArray[np.integer], t_ns: I64
 ) -> tuple[U8, Bool]:
-    """What the observing teams see at some samples of a match.
+    """Levels of the 36 elements as the observing teams see them at some samples of a match.
 
     Suspect rows count as missing. The score is the last that the referee told by then; where
     the source does not log it, the goals counted so far (0 : 0 at the start). The game
     situation is normal in a segment; between segments it is a goal or a fault, by the
     referee's last event. The ball's direction is held while it is slower than
-    ``Breaks.moving``, within a segment; before it first moves the level is 0.
+    ``BinEdges.moving``, within a segment; before it first moves the level is 0.
 
     Args:
         trajectories: rows of schema Trajectories of one match.
@@ -200,13 +250,13 @@ def elements(
 
     Returns:
         Elements, uint8 [K, 36], and whether they are known, bool [K]. They are unknown, and 0,
-        where there is no sample at that time or a body it takes is missing, see :func:`look`.
+        where there is no sample at that time or a body it takes is missing, see :func:`abstract_state`.
     """
     known = np.zeros(len(t_ns), dtype=np.bool_)
     out = np.zeros((len(t_ns), ELEMENTS), dtype=np.uint8)
-    breaks = Breaks.of(pitch)
+    edges = BinEdges.of(pitch)
     wanted = pl.DataFrame({"t_ns": np.unique(t_ns)})
-    balls = wanted.join(_balls(trajectories, breaks.moving), on="t_ns").sort("t_ns")
+    balls = wanted.join(_balls(trajectories, edges.moving), on="t_ns").sort("t_ns")
     robots = (
         trajectories.filter(pl.col("team").is_in(TEAMS), ~pl.col("suspect"), pl.col("role").is_not_null())
         .join(balls.select("t_ns"), on="t_ns", how="semi")
@@ -215,18 +265,20 @@ def elements(
     times = balls["t_ns"].to_numpy()
     offsets = np.searchsorted(robots["t_ns"].to_numpy(), np.append(times, np.iinfo(np.int64).max))
     at = np.searchsorted(times, t_ns)
-    moment = np.where(np.isin(t_ns, times), at, -1)
+    sample = np.where(np.isin(t_ns, times), at, -1)
     observer = np.asarray(team, dtype=np.int64)
     stopped = np.isin(t_ns, balls.filter(pl.col("segment").is_null())["t_ns"].to_numpy())
-    _look_at_all(
+    samples = _Samples(
         robots.select("x", "y", "theta").cast(pl.Float64).fill_null(np.nan).to_numpy(order="c"),
         _index(robots["team"], TEAMS), _index(robots["role"], ROLES), offsets,
         balls.select("x", "y", "vx", "vy").cast(pl.Float64).fill_null(np.nan).to_numpy(order="c"),
         balls["direction"].fill_null(np.nan).to_numpy(),
-        moment, observer, score_levels(referee, observer, t_ns),
+    )  # fmt: skip
+    observers = _Observers(
+        sample, observer, score_levels(referee, observer, t_ns),
         np.where(stopped, _stopped_levels(referee, t_ns), NORMAL),
-        breaks, out, known,
     )
+    _abstract_all(samples, observers, edges, out, known)
     return out, known
 
 

@@ -15,36 +15,36 @@ from numba import njit
 from numpy.random import Generator
 
 #: uint64 [1]; every number that is drawn changes it.
-Dice = npt.NDArray[np.uint64]
+SplitMix = npt.NDArray[np.uint64]
 
 _STEP = np.uint64(0x9E3779B97F4A7C15)
 _FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 _A, _B, _C, _UNUSED = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
 
 
-def new_dice(rng: Generator) -> Dice:
-    """Dice whose numbers are decided by one draw of ``rng``."""
+def seeded(rng: Generator) -> SplitMix:
+    """SplitMix whose numbers are decided by one draw of ``rng``."""
     return rng.integers(2**64, size=1, dtype=np.uint64)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def bits(dice: Dice) -> np.uint64:
+def bits(splitmix: SplitMix) -> np.uint64:
     """64 random bits."""
-    dice[0] += _STEP
-    z = dice[0]
+    splitmix[0] += _STEP
+    z = splitmix[0]
     z = (z ^ (z >> _A)) * _FIRST
     z = (z ^ (z >> _B)) * _SECOND
     return np.uint64(z ^ (z >> _C))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def uniform(dice: Dice) -> float:
+def uniform(splitmix: SplitMix) -> float:
     """A number in [0, 1), a multiple of 2^-53."""
-    return float(bits(dice) >> _UNUSED) * 2.0**-53
+    return float(bits(splitmix) >> _UNUSED) * 2.0**-53
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def normal(dice: Dice) -> float:
+def normal(splitmix: SplitMix) -> float:
     """A number of mean 0 and variance 1, normally distributed (Box and Muller 1958)."""
-    radius = math.sqrt(-2.0 * math.log(1.0 - uniform(dice)))
-    return radius * math.cos(2.0 * math.pi * uniform(dice))
+    radius = math.sqrt(-2.0 * math.log(1.0 - uniform(splitmix)))
+    return radius * math.cos(2.0 * math.pi * uniform(splitmix))

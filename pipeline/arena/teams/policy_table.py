@@ -1,4 +1,4 @@
-"""A policy laid out for players: states that are found by bisection, behaviours as rows of codes."""
+"""A policy as arrays for compiled look-up: states are found by bisection, behaviours are rows of codes."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from schemas.table import KEYS, Key
 RANDOMLY = 0
 #: Most codes of a behaviour.
 LONGEST = 4
-#: How far the value of a row of schema Policies may be off: one over the root of its evidence, at most 1.
-DOUBT = 1.0 / pl.max_horizontal(pl.col("evidence"), 1.0).sqrt()
+#: Standard error of the value of a row of schema Policies, as a share of the standard deviation of one
+#: episode: one over the root of the evidence, at most 1.
+STANDARD_ERROR = 1.0 / pl.max_horizontal(pl.col("evidence"), 1.0).sqrt()
 
 
-class Playbook(NamedTuple):
-    """What a learned team looks up. The arrays are for :mod:`pipeline.arena.teams.learned`.
+class PolicyTable(NamedTuple):
+    """A policy as :mod:`pipeline.arena.teams.learned` looks it up.
 
     Attributes:
         codes: int64 [B, 4], of each behaviour, 0 after the last; row 0 is moves randomly.
@@ -35,8 +36,8 @@ class Playbook(NamedTuple):
         states: int64 [S], increasing within each range.
         first: int64 [S + 1]; the actions of state i are rows ``first[i]`` to ``first[i + 1]``, exclusive.
         actions: int64 [A], rows of ``codes``.
-        values: float64 [A], what each is worth.
-        doubts: float64 [A], how far that may be off: :data:`DOUBT`.
+        values: float64 [A], value of each action, goals.
+        standard_errors: float64 [A], of the values, see :data:`STANDARD_ERROR`.
     """
 
     codes: I64
@@ -47,36 +48,36 @@ class Playbook(NamedTuple):
     first: I64
     actions: I64
     values: F64
-    doubts: F64
+    standard_errors: F64
 
 
-def digits_of(keys: Sequence[Key]) -> tuple[I64, I64]:
-    """Elements and levels of keys for each role, both int64 [K, 3, D]; see :class:`Playbook`."""
+def _digits_of(keys: Sequence[Key]) -> tuple[I64, I64]:
+    """Elements and levels of keys for each role, both int64 [K, 3, D]; see :class:`PolicyTable`."""
     of = [[radix(key, slot) for slot in range(len(ROLES))] for key in keys]
-    most = max((len(elements) for row in of for elements, _ in row), default=0)
+    most = max((len(own.digits) for row in of for own in row), default=0)
     digits = np.zeros((len(keys), len(ROLES), most), dtype=np.int64)
     levels = np.ones_like(digits)
     for k, row in enumerate(of):
-        for slot, kept in enumerate(row):
-            count = len(kept[0])
-            digits[k, slot, :count], levels[k, slot, :count] = kept
+        for slot, own in enumerate(row):
+            count = len(own.digits)
+            digits[k, slot, :count], levels[k, slot, :count] = own
     return digits, levels
 
 
-def open_playbook(policy: pl.DataFrame, trust: int = 0) -> tuple[Playbook, list[str | None]]:
-    """A policy as a playbook, and the names of its behaviours.
+def policy_table_of(policy: pl.DataFrame, min_visits: int = 0) -> tuple[PolicyTable, list[str | None]]:
+    """A policy's table, and the names of its behaviours.
 
     Args:
         policy: rows of schema Policies, of one version; none for a team that knows nothing.
-        trust: a state is used only if its pairs were visited so often together, or if there is no
+        min_visits: a state is used only if its pairs were visited so often together, or if there is no
             coarser key to fall back to.
 
     Returns:
-        The playbook; and behaviour ids by row of ``codes``, None for moves randomly of any role.
+        The table; and behaviour ids by row of ``codes``, None for moves randomly of any role.
     """
     keys = [key for key in KEYS if key in policy["key"].unique().to_list()]
-    if trust > 0 and len(keys) > 1:
-        enough = pl.col("visits").sum().over("role", "key", "state") >= trust
+    if min_visits > 0 and len(keys) > 1:
+        enough = pl.col("visits").sum().over("role", "key", "state") >= min_visits
         policy = policy.filter(enough | (pl.col("key").cast(pl.String) == keys[-1]))
     names = [name for name in sorted(policy["behaviour_id"].unique()) if not _is_random(name)]
     codes = np.zeros((1 + len(names), LONGEST), dtype=np.int64)
@@ -86,7 +87,7 @@ def open_playbook(policy: pl.DataFrame, trust: int = 0) -> tuple[Playbook, list[
         codes[row, : len(own)] = own
     row_of = {name: row for row, name in enumerate(names, start=1)}
     pairs = policy.select(
-        "state", "q", DOUBT.alias("doubt"),
+        "state", "q", STANDARD_ERROR.alias("standard_error"),
         table=pl.col("key").cast(pl.Enum(keys)).to_physical() * len(ROLES) + pl.col("role").to_physical(),
         action=pl.col("behaviour_id").replace_strict(row_of, default=RANDOMLY, return_dtype=pl.Int64),
     ).sort("table", "state", "action")
@@ -97,14 +98,14 @@ def open_playbook(policy: pl.DataFrame, trust: int = 0) -> tuple[Playbook, list[
     starts = np.stack(
         [np.searchsorted(first["table"].to_numpy(), tables, side=side) for side in ("left", "right")], axis=-1
     )
-    digits, levels = digits_of(keys)
-    book = Playbook(
+    digits, levels = _digits_of(keys)
+    table = PolicyTable(
         codes, digits, levels, starts.reshape(len(keys), len(ROLES), 2).astype(np.int64),
         first["state"].to_numpy().copy(), np.append(first["first"].to_numpy(), len(pairs)).astype(np.int64),
         pairs["action"].to_numpy().copy(), pairs["q"].to_numpy().copy(),
-        pairs["doubt"].to_numpy().copy(),
+        pairs["standard_error"].to_numpy().copy(),
     )  # fmt: skip
-    return book, [None, *names]
+    return table, [None, *names]
 
 
 def _is_random(name: str) -> bool:

@@ -1,0 +1,48 @@
+"""What the people may be like for whom the human-like team stands in."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from pipeline.settings import Frozen
+
+Tactic = Literal["aggressive", "defensive", "chaser"]
+TACTICS: tuple[Tactic, ...] = ("aggressive", "defensive", "chaser")
+
+
+def _ordered(span: tuple[float, float]) -> tuple[float, float]:
+    if span[0] > span[1]:
+        raise ValueError("the least is more than the most")
+    return span
+
+
+_Positive = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+_Part = Annotated[float, Field(gt=0, le=1)]
+Span = Annotated[tuple[_Positive, _Positive], AfterValidator(_ordered)]
+Share = Annotated[tuple[_Part, _Part], AfterValidator(_ordered)]
+
+
+class People(Frozen):
+    """Ranges that a person is drawn from, evenly; each pair is the least and the most, both included.
+
+    All numbers are ours; a simple reaction to something seen takes people about a quarter of a second.
+
+    Attributes:
+        delay_s: how late the ball and the other team are seen, seconds.
+        wobble_rad: standard deviation of the direction of driving around the intended one, radians.
+        wobble_s: correlation time of an error of direction, seconds.
+        skill: share of the top speed that the driven robot uses.
+        pace: share of the top speed that the others use.
+        switch_s: how long a robot is driven before another may be, seconds.
+        tactics: those that a game may have, each as likely.
+    """
+
+    delay_s: Span = (0.15, 0.35)
+    wobble_rad: Span = (0.05, 0.30)
+    wobble_s: Span = (0.2, 0.5)
+    skill: Share = (0.6, 1.0)
+    pace: Share = (0.3, 0.6)
+    switch_s: Span = (0.5, 2.0)
+    tactics: tuple[Tactic, ...] = Field(default=TACTICS, min_length=1)

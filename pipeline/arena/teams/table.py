@@ -1,0 +1,98 @@
+"""The teams that can play, an entry each: every list of teams, help text and plot is made from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy.typing as npt
+from numpy.random import Generator
+
+from pipeline.arena.teams import human_like, moving_randomly, static
+from pipeline.arena.teams.measures import Measures
+from pipeline.arena.teams.people import People
+from schemas.seasons import OPPONENTS
+from schemas.table import STAND_INS
+
+#: The arrays that a team remembers a match in; their meaning is the team's business.
+Memory = tuple[npt.NDArray[Any], ...]
+
+
+class Script(NamedTuple):
+    """Fixed rules that play a team.
+
+    Attributes:
+        new_memory: makes the memory of a team before a match from N, the measures, a generator that
+            draws the person of a human-like team, and the settings of that draw.
+        play: a frame of play, compiled: ``play(view, packed, splitmix, wheels, *memory)``.
+
+            - view: float64 [1 + 2 N, 6], see :func:`pipeline.bodies.see`: own robots in rows 1 to N, the
+              own goal at -x. All numbers are finite.
+            - packed: ``Measures.packed()``; ``frame_s`` is the time between two calls.
+            - splitmix: uint64 [1], the team's own: all that it leaves to chance.
+            - wheels: float64 [N, 2], written: left and right wheel of the robots of rows 1 to N, m/s,
+              within ± ``top``.
+            - memory: as ``new_memory`` made it and the frames before left it.
+    """
+
+    new_memory: Callable[[int, Measures, Generator, People], Memory]
+    play: Callable[..., None]
+
+
+class Team(NamedTuple):
+    """A kind of team.
+
+    Attributes:
+        name: the word that settings, commands and tables call it by.
+        description: one sentence on how it plays.
+        colour: of its curves in plots, ``#RRGGBB``.
+        dashes: of these curves, a matplotlib line style.
+        script: its rules; None if a policy or a person plays it (``pipeline.arena.match``).
+    """
+
+    name: str
+    description: str
+    colour: str
+    dashes: str | tuple[int, tuple[float, ...]] = "solid"
+    script: Script | None = None
+
+    @property
+    def opponent(self) -> bool:
+        """Whether seasons can be played against it: whether the tables of seasons have its name."""
+        return self.name in OPPONENTS
+
+    @property
+    def stands_in(self) -> bool:
+        """Whether it stands in for people, and ``schemas.STAND_IN`` is said beside its results."""
+        return self.name in STAND_INS
+
+
+#: All teams by name. The colours are Okabe and Ito's.
+TEAMS = {
+    team.name: team
+    for team in (
+        Team(
+            "static", "One robot keeps the goal, one attacks, the others support, by fixed rules.",
+            "#0072B2", script=Script(static.new_memory, static.play),
+        ),
+        Team(
+            "human-like", "One robot is driven late and unsteadily as by a person, the others are static.",
+            "#D55E00", (0, (5, 2)), Script(human_like.new_memory, human_like.play),
+        ),
+        Team(
+            "random", "Every robot moves randomly.",
+            "#009E73", (0, (1.2, 1.2)), Script(moving_randomly.new_memory, moving_randomly.play),
+        ),
+        Team("learned", "Every robot takes the behaviour that a policy values most in its state.", "#CC79A7"),
+        Team("human", "A person drives one robot at a time, the others are static.", "#E69F00"),
+    )
+}  # fmt: skip
+
+#: Names of the teams that play by fixed rules.
+SCRIPTED = tuple(team.name for team in TEAMS.values() if team.script is not None)
+
+if TYPE_CHECKING:
+    TeamKind = str
+else:
+    #: The name of a team, for settings.
+    TeamKind = Literal[tuple(TEAMS)]

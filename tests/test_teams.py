@@ -1,0 +1,151 @@
+"""The table of teams: laws that every entry keeps, and the lists that are made of it."""
+
+import re
+
+import numpy as np
+import pytest
+from support.toy_scenes import view_of
+
+from flows.cli import main
+from flows.teams import entrant
+from pipeline.arena.match.controllers import Controller, controller_of, measures_of
+from pipeline.arena.match.human import Command, Human
+from pipeline.arena.match.match import Match
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.arena.teams.table import SCRIPTED, TEAMS
+from pipeline.errors import BadSettings
+from pipeline.store import Store
+from schemas.seasons import OPPONENTS
+from schemas.table import STAND_INS
+
+every_team = pytest.mark.parametrize("name", TEAMS)
+
+
+def recipe(name, seed=1, robots=3):
+    return Recipe(home=TeamSettings(kind=name), away=TeamSettings(kind="static"), seed=seed, robots=robots,
+                  referee=RefereeSettings(duration_s=6.0))
+
+
+def controller(of):
+    """The controller of home; a person at full speed to the left if a person has to play."""
+    if of.home.kind != "human":
+        return controller_of(of.home, of, 0)
+    person = Human(of.robots, measures_of(of), np.random.default_rng([of.seed, 1]))
+    person.command(Command(forward=1.0, turn=0.5, boost=True))
+    return person
+
+
+class Watched(Controller):
+    """A controller whose wheels are kept."""
+
+    def __init__(self, inner):
+        self.inner, self.wheels = inner, []
+
+    def restarted(self, frame, lead):
+        self.inner.restarted(frame, lead)
+
+    def think(self, frame, view, wheels):
+        wheels[:] = np.nan  # each has to be written at each frame
+        self.inner.think(frame, view, wheels)
+        self.wheels.append(wheels.copy())
+
+    def stopped(self, frame, reward):
+        self.inner.stopped(frame, reward)
+
+    def decided(self):
+        return self.inner.decided()
+
+
+def played(of):
+    """Wheels of home, float64 [frames in play, N, 2], and the bodies at the end."""
+    home = Watched(controller(of))
+    match = Match(of, (home, controller_of(of.away, of, 1)), logged=False)
+    while match.advance(64):
+        pass
+    return np.array(home.wheels), match.bodies
+
+
+@every_team
+@pytest.mark.parametrize("robots", [1, 3])
+def test_plays_within_its_limits(name, robots):
+    """Wheels are finite and no faster than they can be, in a match of any size, and the team moves."""
+    of = recipe(name, robots=robots)
+    wheels, _ = played(of)
+    assert wheels.shape[1:] == (robots, 2)
+    assert np.abs(wheels).max() <= of.physics.wheel_speed + 1e-12  # false of a NaN as well
+    assert len(np.unique(wheels)) > 1
+
+
+@every_team
+def test_same_seed_same_bytes(name):
+    """A seed decides all wheels and all bodies."""
+    for one, other in zip(played(recipe(name)), played(recipe(name)), strict=True):
+        assert one.tobytes() == other.tobytes()
+
+
+def filmed(name, seed, *, beside):
+    """The wheels that a team wants in a film of its own, while another one of its kind sees another film."""
+    of = recipe(name, seed)
+    one, other = controller(of), controller(recipe(name, seed + 1))
+    for team in (one, other):
+        team.restarted(0, 0)
+    wheels, ignored, kept = np.zeros((3, 2)), np.zeros((3, 2)), []
+    for frame in range(90):
+        x = 0.3 * np.sin(frame / 20)
+        if beside:
+            other.think(frame, view_of((-0.1, x, 1.0), (0.2, -x, 2.0), (0.5, 0.3, 3.0), ball=(-x, 0.4, 1, 0)), ignored)
+        one.think(frame, view_of((-0.7, 0.0, 0.0), (-0.2, x, 1.0), (-0.3, -x, 2.0), ball=(x, 0.1, 0, 0)), wheels)
+        kept.append(wheels.copy())
+    return np.array(kept)
+
+
+@every_team
+def test_remembers_nothing_of_another_team(name):
+    """Two teams of one kind share no memory and no chances."""
+    assert filmed(name, 3, beside=True).tobytes() == filmed(name, 3, beside=False).tobytes()
+
+
+@every_team
+def test_is_described_and_drawn(name):
+    """Each has a sentence, and a colour that no other team has."""
+    team = TEAMS[name]
+    assert team.name == name
+    assert re.fullmatch(r"[A-Z].{10,100}\.", team.description)
+    assert re.fullmatch(r"#[0-9A-F]{6}", team.colour)
+    assert [other.name for other in TEAMS.values() if other.colour == team.colour] == [name]
+
+
+def test_who_is_an_opponent_and_who_stands_in():
+    """The names that the schemas fix are teams, and opponents play by themselves."""
+    assert {team.name for team in TEAMS.values() if team.opponent} == set(OPPONENTS) <= set(SCRIPTED)
+    assert {team.name for team in TEAMS.values() if team.stands_in} == set(STAND_INS)
+
+
+@pytest.mark.parametrize("command", ["record", "play", "evaluate", "season"])
+def test_help_names_the_teams(command, capsys):
+    """The help of a command that takes a team names those that it takes."""
+    main([command, "--help"])
+    said = re.sub(r"[^\w-]+", " ", capsys.readouterr().out).split()
+    assert set(OPPONENTS if command == "season" else SCRIPTED) <= set(said)
+
+
+def test_an_unknown_team_is_told_the_others(tmp_path):
+    """Whoever names no team reads which there are."""
+    with pytest.raises(BadSettings, match=f"Name {', '.join(SCRIPTED)}, learned"):
+        entrant(Store(tmp_path), "nobody", {})
+    with pytest.raises(ValueError, match=", ".join(f"'{name}'" for name in list(TEAMS)[:-1])):
+        TeamSettings(kind="nobody")
+
+
+@pytest.mark.parametrize(("home", "away", "match_id"), [
+    ({"kind": "static"}, "random", "static-random-1-b5a0187344ea"),
+    ({"kind": "human-like"}, "human", "human-like-human-1-0c91709f0cee"),
+    ({"kind": "learned"}, "static", "learned-static-1-9bb4cdbfacba"),
+    ({"kind": "learned", "policy": "v1 x", "explore": 0.1, "posterior_std": 1.0, "lcb_weight": 0.7, "min_visits": 3},
+     "static", "learned-static-1-c3133bd07f9a"),
+])
+def test_ids_are_those_of_the_first_release(home, away, match_id):
+    """The id of a match outlives a renamed setting: these were read before doubt, caution and trust were."""
+    of = Recipe(home=TeamSettings(**home), away=TeamSettings(kind=away), seed=1)
+    assert of.match_id == match_id
