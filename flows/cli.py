@@ -5,18 +5,12 @@ from __future__ import annotations
 import os
 import sys
 import traceback
+from typing import NamedTuple
 
 from cyclopts import App, CycloptsError
 
 from pipeline import __version__
 from pipeline.errors import PitchloreError, in_one_line
-
-app = App(
-    name="pitchlore",
-    version=__version__,
-    help="Recorded robot-soccer matches in; situations, behaviours, knowledge and a trained policy out.",
-    suppress_keyboard_interrupt=False,  # main says what it leaves
-)
 
 PLAY = """Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.
 
@@ -29,95 +23,156 @@ ball), Tab next robot, E the one nearest to the ball, P pause, Esc leave.
 Gamepad (an Xbox pad's names): left stick or cross drive, A full speed, X or right shoulder next robot,
 B nearest, Start pause, Back leave.
 """
-#: Where each command is, what it does, and an example; they are imported when they are called.
+
+
+class Command(NamedTuple):
+    """A command of the command line.
+
+    Attributes:
+        name: what is typed; the second word of two is a command of a group.
+        target: module in flows.commands and function, imported when the command is called.
+        help: what it does.
+        example: a whole line that can be typed.
+    """
+
+    name: str
+    target: str
+    help: str
+    example: str
+
+
+#: Commands that are asked for by two words.
+GROUPS = {"kb": "List, show, compare and verify the versions of the knowledge."}
+
 COMMANDS = (
-    (
-        "import", "recordings:import_files",
+    Command(
+        "import", "import_:import_files",
         "Import recordings: tracking tables (Parquet, CSV), RoboCup 2D logs (.rcg), our own logs (.mcap).",
         "pitchlore import derby.csv --map our-camera.toml",
     ),
-    (
-        "record", "play:record_matches",
+    Command(
+        "record", "record:record_matches",
         "Play matches between teams in the simulator and log them.",
         "pitchlore record --home static --away random --seed 7 --matches 3",
     ),
-    (
+    Command(
         "season", "season:season",
         "Play seasons: play, watch the adversary, learn, play again.",
         "pitchlore season --settings paper --seasons 5",
     ),
-    (
-        "evaluate", "evaluations:evaluations",
+    Command(
+        "evaluate", "evaluate:evaluate_team",
         "Measure a policy, a season's apprentice or a scripted team: matches in pairs, 95 % intervals.",
         "pitchlore evaluate --policy best-static-1 --against static --matches 200",
     ),
-    (
-        "play", "human:play",
+    Command(
+        "play", "play:play",
         PLAY,
         "pitchlore play --against static --minutes 2",
     ),
-    (
-        "run", "recordings:run",
+    Command(
+        "run", "run:run",
         "Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.",
         "pitchlore run --settings club.toml",
     ),
-    (
-        "train", "recordings:train", "Train the next policy version on the newest knowledge.",
+    Command(
+        "train", "train:train",
+        "Train the next policy version on the newest knowledge.",
         "pitchlore train --settings longer.toml",
     ),
-    (
-        "serve", "recordings:serve",
+    Command(
+        "serve", "serve:serve",
         "Stay and run everything new on a schedule; needs a Prefect server (PREFECT_API_URL).",
         'pitchlore serve --cron "0 6 * * 1"',
     ),
-    (
-        "sql", "look:sql", "Ask the catalogue in SQL (DuckDB's), read-only.",
+    Command(
+        "sql", "sql:sql",
+        "Ask the catalogue in SQL (DuckDB's), read-only.",
         'pitchlore sql "select name, count(*) n from situations group by all order by n desc"',
     ),
-    (
-        "situations", "look:situations",
+    Command(
+        "situations", "situations:situations",
         "Print the rules of the 31 situations, or the fuzzy terms they are made of.",
         "pitchlore situations --terms --kind ssl",
     ),
-    (
+    Command(
         "paradigms", "paradigms:paradigms",
         "Play the paper's three games with its learners and their peers, and judge its claims.",
         "pitchlore paradigms --figure 5 --runs 2000",
     ),
-    (
+    Command(
         "report", "report:report",
         "Report on all seasons: Table 3 and Figures 8 to 10 beside the paper's, claims with verdicts, plots.",
         "pitchlore report --export data/studies/seasons",
     ),
-    (
-        "quarantine", "upkeep:quarantine", "List what could not be taken, by which stage and why.",
+    Command(
+        "quarantine", "quarantine:quarantine",
+        "List what could not be taken, by which stage and why.",
         "pitchlore quarantine --clear",
     ),
-    (
-        "forget", "upkeep:forget",
+    Command(
+        "forget", "forget:forget",
         "Remove a match and all that was made of it; knowledge and policies keep what they learned.",
         "pitchlore forget derby-1f2e3d4c5b6a",
     ),
-    (
-        "prune", "upkeep:prune",
+    Command(
+        "prune", "prune:prune",
         "Remove the files of earlier settings or code that nothing refers to any more.",
         "pitchlore prune",
     ),
-    (
-        "replay", "look:replay",
+    Command(
+        "replay", "replay:replay",
         "Write a match as one web page: the pitch, the situations, the goals; or some seconds as a GIF.",
         "pitchlore replay rsim-vss-3v3 --gif derby.gif --from 60 --seconds 20",
     ),
-    (
-        "commentary", "look:commentary",
+    Command(
+        "commentary", "commentary:commentary",
         "Tell a match: goals and what led to them, chances, restarts, who has the ball; and its numbers.",
         "pitchlore commentary rsim-vss-3v3 --goals",
     ),
+    Command(
+        "kb list", "kb:list_versions",
+        "List the versions of the knowledge.",
+        "pitchlore kb list",
+    ),
+    Command(
+        "kb show", "kb:show",
+        "Show the behaviours of a version, the newest by default.",
+        "pitchlore kb show 3",
+    ),
+    Command(
+        "kb diff", "kb:diff",
+        "Show what changed from one version to another, the newest by default.",
+        "pitchlore kb diff 1 2",
+    ),
+    Command(
+        "kb verify", "kb:verify",
+        "Check every file of every version (or of one), and of every receipt, against its SHA-256.",
+        "pitchlore kb verify",
+    ),
 )
-for name, target, meaning, example in COMMANDS:
-    app.command(f"flows.commands.{target}", name=name, help=meaning, help_epilogue=f"Example: {example}")
-app.command("flows.commands.knowledge:app", name="kb",
-            help="List, show, compare and verify the versions of the knowledge.")
+
+
+def _command_line() -> App:
+    """The command line of all commands."""
+    app = App(
+        name="pitchlore",
+        version=__version__,
+        help="Recorded robot-soccer matches in; situations, behaviours, knowledge and a trained policy out.",
+        suppress_keyboard_interrupt=False,  # main says what it leaves
+    )
+    groups = {word: App(name=word, help=meaning) for word, meaning in GROUPS.items()}
+    for command in COMMANDS:
+        first, _, second = command.name.partition(" ")
+        (groups[first] if second else app).command(
+            f"flows.commands.{command.target}", name=second or first, help=command.help,
+            help_epilogue=f"Example: {command.example}")
+    for group in groups.values():
+        app.command(group)
+    return app
+
+
+app = _command_line()
 
 
 def main(arguments: list[str] | None = None) -> None:

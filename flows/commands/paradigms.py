@@ -12,7 +12,8 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveInt
 
-from flows.commands.common import DEFAULTS, Common, Json, bars, console, print_frame, print_json
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.printing import bars, console, print_frame, print_json
 from flows.paradigms import Report, paradigms_flow, points_of, reports
 from flows.stage import StageReport, listener, need
 from pipeline.store import Store

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import polars as pl
 
-from flows.commands.common import DEFAULTS, Common, Json, console, print_frame, print_json, warn
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.printing import console, print_frame, print_json, warn
 from flows.report import write_report
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt

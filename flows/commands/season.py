@@ -10,16 +10,8 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveInt
 
-from flows.commands.common import (
-    DEFAULTS,
-    Common,
-    Json,
-    bars,
-    console,
-    print_frame,
-    print_json,
-    print_stand_in,
-)
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in
 from flows.season import NOUN, season_flow
 from flows.stage import StageReport, listener
 from pipeline.errors import BadSettings

@@ -11,17 +11,9 @@ import polars as pl
 from cyclopts.types import NonNegativeInt, PositiveInt
 
 from flows.catalog import refresh
-from flows.commands.common import (
-    DEFAULTS,
-    Common,
-    Json,
-    bars,
-    console,
-    print_frame,
-    print_json,
-    print_stand_in,
-)
+from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Playing
+from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in
 from flows.evaluations import evaluate
 from flows.stage import listener
 from flows.workers import cores
@@ -33,7 +25,7 @@ from schemas import note_on
 from schemas.evaluations import minutes_of, word_of
 
 
-def evaluations(
+def evaluate_team(
     *,
     policy: str = "learned",
     against: str = "static",

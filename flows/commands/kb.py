@@ -5,32 +5,18 @@ from __future__ import annotations
 import sys
 
 import polars as pl
-from cyclopts import App
 
 from flows.catalog import RECEIPTED, VERSIONED
-from flows.commands.common import (
-    DEFAULTS,
-    SURE_AND_GOOD,
-    Common,
-    Json,
-    console,
-    print_frame,
-    print_json,
-    spelt,
-)
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.printing import SURE_AND_GOOD, console, print_frame, print_json, spelt
 from pipeline.errors import NotFound
 from pipeline.knowledge import diff as difference
 from pipeline.store import Store
 from schemas import Behaviours, Occasions
 
-app = App(name="kb", help="The versions of the knowledge.")
 
-
-@app.command(name="list")
 def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
     """List the versions of the knowledge.
-
-    Example: pitchlore kb list
 
     Args:
         json: Print JSON.
@@ -50,11 +36,8 @@ def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
         console().print("no knowledge yet: run `pitchlore run`")
 
 
-@app.command
 def show(version: int | None = None, *, json: Json = False, common: Common = DEFAULTS) -> None:
     """Show the behaviours of a version, the newest by default.
-
-    Example: pitchlore kb show 3
 
     Args:
         version: Its number.
@@ -76,11 +59,8 @@ def show(version: int | None = None, *, json: Json = False, common: Common = DEF
     print_frame(pl.DataFrame([{"role": r} | c for r, c in manifest.counts["roles"].items()]))
 
 
-@app.command
 def diff(before: int, after: int | None = None, *, json: Json = False, common: Common = DEFAULTS) -> None:
     """Show what changed from one version to another, the newest by default.
-
-    Example: pitchlore kb diff 1 2
 
     Args:
         before: Number of the earlier version.
@@ -103,11 +83,8 @@ def diff(before: int, after: int | None = None, *, json: Json = False, common: C
         console().print("the same behaviours")
 
 
-@app.command
 def verify(version: int | None = None, *, json: Json = False, common: Common = DEFAULTS) -> None:
     """Check every file of every version (or of one), and of every receipt, against its SHA-256.
-
-    Example: pitchlore kb verify
 
     Args:
         version: Check only this version of the knowledge.
