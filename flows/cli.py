@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import sys
 import traceback
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
-from cyclopts import App, CycloptsError
-
+from flows.interrupt import interruptible
 from pipeline import __version__
 from pipeline.errors import PitchloreError, in_one_line
+
+if TYPE_CHECKING:
+    from cyclopts import App
 
 PLAY = """Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.
 
@@ -42,7 +44,10 @@ class Command(NamedTuple):
 
 
 #: Commands that are asked for by two words.
-GROUPS = {"kb": "List, show, compare and verify the versions of the knowledge."}
+GROUPS = {
+    "kb": "List, show, compare and verify the versions of the knowledge.",
+    "server": "Keep a Prefect server for the data folder, which later commands find and use.",
+}
 
 COMMANDS = (
     Command(
@@ -131,6 +136,19 @@ COMMANDS = (
         "pitchlore commentary rsim-vss-3v3 --goals",
     ),
     Command(
+        "server start", "server:start",
+        "Start the data folder's Prefect server, and print the address of its pages.",
+        "pitchlore server start",
+    ),
+    Command(
+        "server stop", "server:stop", "Stop the data folder's Prefect server.", "pitchlore server stop",
+    ),
+    Command(
+        "server status", "server:status",
+        "Say whether the data folder's Prefect server runs, and where.",
+        "pitchlore server status",
+    ),
+    Command(
         "kb list", "kb:list_versions",
         "List the versions of the knowledge.",
         "pitchlore kb list",
@@ -153,8 +171,10 @@ COMMANDS = (
 )
 
 
-def _command_line() -> App:
+def command_line() -> App:
     """The command line of all commands."""
+    from cyclopts import App  # noqa: PLC0415 (see _call)
+
     app = App(
         name="pitchlore",
         version=__version__,
@@ -172,32 +192,33 @@ def _command_line() -> App:
     return app
 
 
-app = _command_line()
-
-
 def main(arguments: list[str] | None = None) -> None:
     """Run a command; exit code 0 only on success, errors in one line."""
     words = sys.argv[1:] if arguments is None else arguments
-    debug = "--debug" in words
+    with interruptible():
+        _call(words, debug="--debug" in words)
+
+
+def _call(words: list[str], *, debug: bool) -> None:
+    from cyclopts import CycloptsError  # noqa: PLC0415 (Ctrl-C is heard before anything slow is loaded)
+
     _quiet_prefect(debug)
     try:
-        app(words, exit_on_error=False, print_error=False)
+        command_line()(words, exit_on_error=False, print_error=False)
     except CycloptsError as error:
         command = " ".join(("pitchlore", *(error.command_chain or ())))
-        _fail(f"{' '.join(str(error).split())} See `{command} --help`.", 1)
+        _fail(f"{' '.join(str(error).split())} See `{command} --help`.")
     except PitchloreError as error:
         if debug:
             traceback.print_exc()
-        _fail(str(error), 1)
-    except KeyboardInterrupt:
-        _fail("Stopped. What was finished is kept; run the command again to go on.", 130)
+        _fail(str(error))
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
     except Exception as error:
         if debug:
             traceback.print_exc()
-        _fail(_unforeseen(error), 1)
+        _fail(_unforeseen(error))
 
 
 def _unforeseen(error: Exception) -> str:
@@ -211,17 +232,15 @@ def _unforeseen(error: Exception) -> str:
     return f"Unexpected {in_one_line(error)}. Run again with --debug and report what it says."
 
 
-def _fail(line: str, code: int) -> None:
+def _fail(line: str) -> NoReturn:
     print(f"pitchlore: {line}", file=sys.stderr)  # noqa: T201 (this is the command line)
-    sys.exit(code)
+    sys.exit(1)
 
 
 def _quiet_prefect(debug: bool) -> None:
-    """Let Prefect run embedded, unless its user has set it up otherwise, and speak only when asked."""
+    """Let Prefect speak only when asked, unless its user has set it up otherwise."""
     for name, value in (
-        ("PREFECT_SERVER_ALLOW_EPHEMERAL_MODE", "true"),
         ("PREFECT_SERVER_ANALYTICS_ENABLED", "false"),
-        ("PREFECT_SERVER_EPHEMERAL_STARTUP_TIMEOUT_SECONDS", "120"),  # a busy machine is no failure
         ("PREFECT_LOGGING_LEVEL", "INFO" if debug else "CRITICAL"),
         ("PREFECT_LOGGING_TO_API_WHEN_MISSING_FLOW", "ignore"),
     ):

@@ -27,7 +27,7 @@ def commentary(
         json: Print what is told and the summary as JSON.
         common: Options of every command.
     """
-    store = common.store
+    store = common.existing
     log, made = chain_of(store, match, "trajectories", "situations", "goals")
     told = tell(
         store.read_table(log, "matches", Matches),

@@ -8,9 +8,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.errors import BadSettings
+from pipeline.errors import BadSettings, NotFound
 from pipeline.settings import Settings, parse_settings
 from pipeline.store import Store
+
+#: Any of these makes a folder a data folder.
+_SIGNS = ("*/*.receipt.json", "*/*/manifest.json", "quarantine/*.json", "catalog.duckdb", "inbox", "playing",
+          "seasons", "server")
+_OTHERWISE = "Name the data folder with --data, or fill this one: `pitchlore import FILE`"
 
 
 @Parameter(name="*")
@@ -28,16 +33,32 @@ class Common:
 
     @property
     def store(self) -> Store:
-        """The store in the data folder.
+        """The store in the data folder, for a command that makes something; the folder may be new.
 
         Raises:
-            BadSettings: if what is there is not a folder.
+            BadSettings: if something that is not a folder is there, or on the way there.
         """
         there = next((path for path in (self.data, *self.data.parents) if path.exists()), None)
         if there is not None and not there.is_dir():
             raise BadSettings("is not a folder", where=str(there),
                               next_step="Name the data folder with --data")
         return Store(self.data)
+
+    @property
+    def existing(self) -> Store:
+        """The store in the data folder, for a command that looks at what is there.
+
+        Raises:
+            BadSettings: if it is not a folder.
+            NotFound: if there is none, or nothing in it is of a data folder.
+        """
+        store = self.store
+        if not self.data.exists():
+            raise NotFound("there is no such folder", where=str(self.data), next_step=_OTHERWISE)
+        if not any(next(self.data.glob(sign), None) for sign in _SIGNS):
+            raise NotFound("is not a data folder, or nothing has been imported into it",
+                           where=str(self.data), next_step=_OTHERWISE)
+        return store
 
     def settings(self, path: Path | None) -> Settings:
         """The defaults, with what a TOML file says on top.

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import polars as pl
 from cyclopts import Parameter
 
 from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.printing import bars, console, print_frame, print_json
-from flows.matches import Recording, matches_flow, with_map
-from flows.stage import StageReport, listener
+from flows.commands.orchestrated import orchestrated
+from flows.commands.printing import console, print_frame, print_json
 from pipeline.errors import NotFound
 from pipeline.store import Store
+
+if TYPE_CHECKING:
+    from flows.stage import StageReport
 
 
 def import_files(
@@ -35,10 +37,13 @@ def import_files(
     """
     if not files:
         raise NotFound("no file was named", next_step="Name one or more recordings: pitchlore import FILE…")
-    recordings = [Recording(file=f, mapping=mapping) if mapping else with_map(f) for f in files]
     store = common.store
-    with bars() as progress:
-        listener.set(progress)
+    with orchestrated(store) as begin:
+        from flows.matches import Recording, matches_flow, with_map  # noqa: PLC0415 (see orchestrated)
+        from flows.stage import StageReport  # noqa: PLC0415
+
+        recordings = [Recording(file=f, mapping=mapping) if mapping else with_map(f) for f in files]
+        begin()
         report = StageReport.model_validate(matches_flow(store.root, recordings))
     refresh(store)
     if json:

@@ -10,7 +10,6 @@ from flows.catalog import RECEIPTED, VERSIONED
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import SURE_AND_GOOD, console, print_frame, print_json, spelt
 from pipeline.errors import NotFound
-from pipeline.knowledge import diff as difference
 from pipeline.store import Store
 from schemas import Behaviours, Occasions
 
@@ -22,7 +21,7 @@ def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
         json: Print JSON.
         common: Options of every command.
     """
-    store = common.store
+    store = common.existing
     rows = [
         {"version": m.version, "parent": m.parent, "matches": m.counts["matches"],
          "behaviours": m.counts["behaviours"], "occasions": m.counts["occasions"], "key": m.key}
@@ -44,7 +43,7 @@ def show(version: int | None = None, *, json: Json = False, common: Common = DEF
         json: Print JSON, with the manifest.
         common: Options of every command.
     """
-    store = common.store
+    store = common.existing
     manifest = store.manifest("knowledge", _newest(store) if version is None else version)
     known = store.read_version_table(manifest, "behaviours", Behaviours)
     if json:
@@ -68,7 +67,9 @@ def diff(before: int, after: int | None = None, *, json: Json = False, common: C
         json: Print JSON.
         common: Options of every command.
     """
-    store = common.store
+    from pipeline.knowledge import diff as difference  # noqa: PLC0415 (it loads numba, which no other kb needs)
+
+    store = common.existing
     manifests = [store.manifest("knowledge", v) for v in (before, _newest(store) if after is None else after)]
     known = [store.read_version_table(m, "behaviours", Behaviours) for m in manifests]
     seen = [store.read_version_table(m, "occasions", Occasions) for m in manifests]
@@ -91,7 +92,7 @@ def verify(version: int | None = None, *, json: Json = False, common: Common = D
         json: Print JSON.
         common: Options of every command.
     """
-    store = common.store
+    store = common.existing
     if version is None:
         versions = [(noun, v) for noun in VERSIONED for v in store.versions(noun)]
     else:

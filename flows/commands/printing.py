@@ -38,6 +38,23 @@ def print_json(value: object) -> None:
     sys.stdout.write(f"{text}\n")
 
 
+def print_csv(frame: pl.DataFrame) -> None:
+    """Write a table as comma-separated values with a header; all of it or nothing.
+
+    Lists and structs, which CSV does not have, are JSON; bytes are hexadecimal digits; null is empty.
+    """
+    flat = frame.with_columns(
+        *(_nested_as_json(column) for column in frame if column.dtype.is_nested()),
+        pl.selectors.binary().bin.encode("hex"),
+    )
+    sys.stdout.write(flat.write_csv())
+
+
+def _nested_as_json(column: pl.Series) -> pl.Series:
+    texts = [None if value is None else json.dumps(_plain(value)) for value in column.to_list()]
+    return pl.Series(column.name, texts, dtype=pl.String)
+
+
 def _plain(value: object) -> object:
     """The value in JSON's own types; one that has no rule here is left to json to refuse."""
     match value:

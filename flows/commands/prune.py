@@ -13,7 +13,7 @@ def prune(*, common: Common = DEFAULTS) -> None:
     Args:
         common: Options of every command.
     """
-    store = common.store
+    store = common.existing
     refresh(store)
     left = [path for noun in RECEIPTED for path in store.prune(noun)]
     console().print(f"{len(left)} superseded files removed")

@@ -21,10 +21,10 @@ def quarantine(
         json: Print JSON.
         common: Options of every command.
     """
-    records = common.store.quarantined()
+    records = common.existing.quarantined()
     if clear:
         for record in records:
-            common.store.release(record.noun, record.name)
+            common.existing.release(record.noun, record.name)
     if json:
         print_json([record.model_dump() for record in records])
     elif not records:

@@ -32,7 +32,7 @@ def replay(
         seconds: How long it is, unless the match ends before.
         common: Options of every command.
     """
-    store = common.store
+    store = common.existing
     if gif is not None:
         log, made = chain_of(store, match, "trajectories", "situations")
         row = store.read_table(log, "matches", Matches)

@@ -29,7 +29,7 @@ def report(*, export: Path | None = None, json: Json = False, common: Common = D
             apprentices and what they prefer to do, as JSON.
         common: Options of every command.
     """
-    store = common.store
+    store = common.existing
     for noun in ("seasons", "evaluations"):
         for name, why in store.unreadable_receipts(noun).items():
             warn(f"{noun.removesuffix('s')} {name} is left out: {why}")

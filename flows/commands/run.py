@@ -4,24 +4,26 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import polars as pl
 
 from flows.catalog import catalog_path
 from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import (
     SURE_AND_GOOD,
-    bars,
     console,
     print_frame,
     print_json,
     print_training,
     spelt,
 )
-from flows.run import RunReport, run_flow
-from flows.stage import listener
 from pipeline.store import Store
 from schemas import Behaviours
+
+if TYPE_CHECKING:
+    from flows.run import RunReport
 
 
 def run(
@@ -40,8 +42,10 @@ def run(
         common: Options of every command.
     """
     store, chosen = common.store, common.settings(settings)
-    with bars() as progress:
-        listener.set(progress)
+    with orchestrated(store) as begin:
+        from flows.run import RunReport, run_flow  # noqa: PLC0415 (see orchestrated)
+
+        begin()
         report = RunReport.model_validate(run_flow(store.root, None, chosen, train))
     if json:
         print_json(report.model_dump())

@@ -6,9 +6,8 @@ from pathlib import Path
 
 from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.printing import bars, console, print_json, print_training
-from flows.policies import policies_flow
-from flows.stage import listener
+from flows.commands.orchestrated import orchestrated
+from flows.commands.printing import console, print_json, print_training
 
 
 def train(*, settings: Path | None = None, json: Json = False, common: Common = DEFAULTS) -> None:
@@ -20,8 +19,10 @@ def train(*, settings: Path | None = None, json: Json = False, common: Common = 
         common: Options of every command.
     """
     store, chosen = common.store, common.settings(settings)
-    with bars() as progress:
-        listener.set(progress)
+    with orchestrated(store) as begin:
+        from flows.policies import policies_flow  # noqa: PLC0415 (see orchestrated)
+
+        begin()
         done = policies_flow(store.root, chosen)
     refresh(store)
     if json:
