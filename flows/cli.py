@@ -5,18 +5,14 @@ from __future__ import annotations
 import os
 import sys
 import traceback
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
-from cyclopts import App, CycloptsError
-
+from flows.interrupt import interruptible
 from pipeline import __version__
 from pipeline.errors import PitchloreError, in_one_line
 
-app = App(
-    name="pitchlore",
-    version=__version__,
-    help="Recorded robot-soccer matches in; situations, behaviours, knowledge and a trained policy out.",
-    suppress_keyboard_interrupt=False,  # main says what it leaves
-)
+if TYPE_CHECKING:
+    from cyclopts import App
 
 PLAY = """Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.
 
@@ -29,120 +25,200 @@ ball), Tab next robot, E the one nearest to the ball, P pause, Esc leave.
 Gamepad (an Xbox pad's names): left stick or cross drive, A full speed, X or right shoulder next robot,
 B nearest, Start pause, Back leave.
 """
-#: Where each command is, what it does, and an example; they are imported when they are called.
+
+
+class Command(NamedTuple):
+    """A command of the command line.
+
+    Attributes:
+        name: what is typed; the second word of two is a command of a group.
+        target: module in flows.commands and function, imported when the command is called.
+        help: what it does.
+        example: a whole line that can be typed.
+    """
+
+    name: str
+    target: str
+    help: str
+    example: str
+
+
+#: Commands that are asked for by two words.
+GROUPS = {
+    "kb": "List, show, compare and verify the versions of the knowledge.",
+    "server": "Keep a Prefect server for the data folder, which later commands find and use.",
+}
+
 COMMANDS = (
-    (
-        "import", "recordings:import_files",
+    Command(
+        "import", "import_:import_files",
         "Import recordings of matches, as logs or tracking tables.",
         "pitchlore import derby.csv --map our-camera.toml",
     ),
-    (
-        "record", "play:record_matches",
+    Command(
+        "record", "record:record_matches",
         "Play matches between teams in the simulator and log them.",
         "pitchlore record --home static --away random --seed 7 --matches 3",
     ),
-    (
+    Command(
         "season", "season:season",
         "Play seasons: play, watch the adversary, learn, play again.",
         "pitchlore season --settings paper --seasons 5",
     ),
-    (
-        "evaluate", "evaluations:evaluations",
+    Command(
+        "evaluate", "evaluate:evaluate_team",
         "Measure a policy, a season's apprentice or a scripted team: matches in pairs, 95 % intervals.",
         "pitchlore evaluate --policy best-static-1 --against static --matches 200",
     ),
-    (
-        "play", "human:play",
+    Command(
+        "play", "play:play",
         PLAY,
         "pitchlore play --against static --minutes 2",
     ),
-    (
-        "run", "recordings:run",
+    Command(
+        "run", "run:run",
         "Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.",
         "pitchlore run --settings club.toml",
     ),
-    (
-        "train", "recordings:train", "Train the next policy version on the newest knowledge.",
+    Command(
+        "train", "train:train",
+        "Train the next policy version on the newest knowledge.",
         "pitchlore train --settings longer.toml",
     ),
-    (
-        "serve", "recordings:serve",
+    Command(
+        "serve", "serve:serve",
         "Stay and run everything new on a schedule; needs a Prefect server (PREFECT_API_URL).",
         'pitchlore serve --cron "0 6 * * 1"',
     ),
-    (
-        "sql", "look:sql", "Ask the catalogue in SQL (DuckDB's), read-only.",
+    Command(
+        "sql", "sql:sql",
+        "Ask the catalogue in SQL (DuckDB's), read-only.",
         'pitchlore sql "select name, count(*) n from situations group by all order by n desc"',
     ),
-    (
-        "situations", "look:situations",
+    Command(
+        "situations", "situations:situations",
         "Print the rules of the 31 situations, or the fuzzy terms they are made of.",
         "pitchlore situations --terms --kind ssl",
     ),
-    (
+    Command(
         "paradigms", "paradigms:paradigms",
         "Play the paper's three games with its learners and their peers, and judge its claims.",
         "pitchlore paradigms --figure 5 --runs 2000",
     ),
-    (
+    Command(
         "report", "report:report",
         "Report on all seasons: Table 3 and Figures 8 to 10 beside the paper's, claims with verdicts, plots.",
         "pitchlore report --export data/studies/seasons",
     ),
-    (
-        "quarantine", "upkeep:quarantine", "List what could not be taken, by which stage and why.",
+    Command(
+        "quarantine", "quarantine:quarantine",
+        "List what could not be taken, by which stage and why.",
         "pitchlore quarantine --clear",
     ),
-    (
-        "forget", "upkeep:forget",
+    Command(
+        "forget", "forget:forget",
         "Remove a match and all that was made of it; knowledge and policies keep what they learned.",
         "pitchlore forget derby-1f2e3d4c5b6a",
     ),
-    (
-        "prune", "upkeep:prune",
+    Command(
+        "prune", "prune:prune",
         "Remove the files of earlier settings or code that nothing refers to any more.",
         "pitchlore prune",
     ),
-    (
-        "replay", "look:replay",
+    Command(
+        "replay", "replay:replay",
         "Write a match as one web page: the pitch, the situations, the goals; or some seconds as a GIF.",
         "pitchlore replay rsim-vss-3v3 --gif derby.gif --from 60 --seconds 20",
     ),
-    (
-        "commentary", "look:commentary",
+    Command(
+        "commentary", "commentary:commentary",
         "Tell a match: goals and what led to them, chances, restarts, who has the ball; and its numbers.",
         "pitchlore commentary rsim-vss-3v3 --goals",
     ),
+    Command(
+        "server start", "server:start",
+        "Start the data folder's Prefect server, and print the address of its pages.",
+        "pitchlore server start",
+    ),
+    Command(
+        "server stop", "server:stop", "Stop the data folder's Prefect server.", "pitchlore server stop",
+    ),
+    Command(
+        "server status", "server:status",
+        "Say whether the data folder's Prefect server runs, and where.",
+        "pitchlore server status",
+    ),
+    Command(
+        "kb list", "kb:list_versions",
+        "List the versions of the knowledge.",
+        "pitchlore kb list",
+    ),
+    Command(
+        "kb show", "kb:show",
+        "Show the behaviours of a version, the newest by default.",
+        "pitchlore kb show 3",
+    ),
+    Command(
+        "kb diff", "kb:diff",
+        "Show what changed from one version to another, the newest by default.",
+        "pitchlore kb diff 1 2",
+    ),
+    Command(
+        "kb verify", "kb:verify",
+        "Check every file of every version (or of one), and of every receipt, against its SHA-256.",
+        "pitchlore kb verify",
+    ),
 )
-for name, target, meaning, example in COMMANDS:
-    app.command(f"flows.commands.{target}", name=name, help=meaning, help_epilogue=f"Example: {example}")
-app.command("flows.commands.knowledge:app", name="kb",
-            help="List, show, compare and verify the versions of the knowledge.")
+
+
+def command_line() -> App:
+    """The command line of all commands."""
+    from cyclopts import App  # noqa: PLC0415 (see _call)
+
+    app = App(
+        name="pitchlore",
+        version=__version__,
+        help="Recorded robot-soccer matches in; situations, behaviours, knowledge and a trained policy out.",
+        suppress_keyboard_interrupt=False,  # main says what it leaves
+    )
+    groups = {word: App(name=word, help=meaning) for word, meaning in GROUPS.items()}
+    for command in COMMANDS:
+        first, _, second = command.name.partition(" ")
+        (groups[first] if second else app).command(
+            f"flows.commands.{command.target}", name=second or first, help=command.help,
+            help_epilogue=f"Example: {command.example}")
+    for group in groups.values():
+        app.command(group)
+    return app
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Run a command; exit code 0 only on success, errors in one line."""
     words = sys.argv[1:] if arguments is None else arguments
-    debug = "--debug" in words
+    with interruptible():
+        _call(words, debug="--debug" in words)
+
+
+def _call(words: list[str], *, debug: bool) -> None:
+    from cyclopts import CycloptsError  # noqa: PLC0415 (Ctrl-C is heard before anything slow is loaded)
+
     _quiet_prefect(debug)
     try:
-        app(words, exit_on_error=False, print_error=False)
+        command_line()(words, exit_on_error=False, print_error=False)
     except CycloptsError as error:
         command = " ".join(("pitchlore", *(error.command_chain or ())))
-        _fail(f"{' '.join(str(error).split())} See `{command} --help`.", 1)
+        _fail(f"{' '.join(str(error).split())} See `{command} --help`.")
     except PitchloreError as error:
         if debug:
             traceback.print_exc()
-        _fail(str(error), 1)
-    except KeyboardInterrupt:
-        _fail("Stopped. What was finished is kept; run the command again to go on.", 130)
+        _fail(str(error))
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
     except Exception as error:
         if debug:
             traceback.print_exc()
-        _fail(_unforeseen(error), 1)
+        _fail(_unforeseen(error))
 
 
 def _unforeseen(error: Exception) -> str:
@@ -156,17 +232,15 @@ def _unforeseen(error: Exception) -> str:
     return f"Unexpected {in_one_line(error)}. Run again with --debug and report what it says."
 
 
-def _fail(line: str, code: int) -> None:
+def _fail(line: str) -> NoReturn:
     print(f"pitchlore: {line}", file=sys.stderr)  # noqa: T201 (this is the command line)
-    sys.exit(code)
+    sys.exit(1)
 
 
 def _quiet_prefect(debug: bool) -> None:
-    """Let Prefect run embedded, unless its user has set it up otherwise, and speak only when asked."""
+    """Let Prefect speak only when asked, unless its user has set it up otherwise."""
     for name, value in (
-        ("PREFECT_SERVER_ALLOW_EPHEMERAL_MODE", "true"),
         ("PREFECT_SERVER_ANALYTICS_ENABLED", "false"),
-        ("PREFECT_SERVER_EPHEMERAL_STARTUP_TIMEOUT_SECONDS", "120"),  # a busy machine is no failure
         ("PREFECT_LOGGING_LEVEL", "INFO" if debug else "CRITICAL"),
         ("PREFECT_LOGGING_TO_API_WHEN_MISSING_FLOW", "ignore"),
     ):

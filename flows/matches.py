@@ -1,6 +1,7 @@
-"""Flow of the noun matches: recordings in, one log a match out; one task a file."""
+"""The noun matches: recordings in, one log a match out."""
 
 import io
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,6 @@ from pydantic import BaseModel
 
 from flows.progress import StageReport
 from flows.stages import STAGES
-from flows.tasks import conclude, data_folder, our_flow, run_tasks, stage_task
 from pipeline import matches as log
 from pipeline.errors import BadRecording, NoFrames, PitchloreError
 from pipeline.importers.readers import open_source, read
@@ -167,37 +167,33 @@ def keep(store: Store, match: MatchLog, data: bytes, work: Work) -> Receipt:
     ))
 
 
-@stage_task(name="import")
-def make_match(data: Path, name: str, recording: Recording) -> tuple[str, bool]:
-    """Import one file; the match id and whether it is new."""
-    receipt, new = import_recording(Store(data), recording)
-    return receipt.name, new
+def all_here(store: Store, recordings: Sequence[Recording]) -> StageReport | None:
+    """The report of an import that finds every recording imported already, None if there is work.
 
-
-def import_all(store: Store, recordings: list[Recording] | None = None) -> StageReport:
-    """Import files, a task each; those whose match is already there count as kept.
-
-    Args:
-        store: where to.
-        recordings: what to import; None takes the :func:`inbox`, and throws away what is left of matches
-            that were killed before anything of them was logged.
+    A recording that cannot be read is work: importing it says why.
     """
-    notes = []
-    if recordings is None:
-        notes = [f"{file}: removed, for its match was killed before anything of it was logged"
-                 for file in store.abandoned(PLAYING) if store.discard(file, _nothing_logged)]
-        recordings = inbox(store)
-    before = {receipt.name: receipt.key for receipt in store.receipts("matches")}
-    work = {
-        str(r.file): {"data": store.root, "name": r.file.name, "recording": r} for r in recordings
-    }
-    report = run_tasks(make_match, "matches", work)
-    after = {receipt.name: receipt.key for receipt in store.receipts("matches")}
-    done = len(report.made)
-    report.made = sorted(name for name, key in after.items() if before.get(name) != key)
-    report.kept = done - len(report.made)
-    report.notes = notes
-    return report
+    for recording in recordings:
+        there = _here(store, recording)
+        if there is None:
+            return None
+        store.release("matches", there.name)
+    return StageReport(noun="matches", kept=len(recordings))
+
+
+def _here(store: Store, recording: Recording) -> Receipt | None:
+    """The match that was made of a recording, None if there is none, or if it has to be made anew."""
+    try:
+        source = open_source(store.foreign(recording.file), recording.file.name)
+        there = _same_recording(store, source.match_id)
+        settings = _mapping(store, recording.mapping).settings()
+    except PitchloreError:
+        return None
+    return there if there is not None and _stands(store, there, source.sha256, settings) else None
+
+
+def useless(store: Store) -> list[Path]:
+    """The logs of matches that were killed before anything of them was logged; each is removed."""
+    return [file for file in store.abandoned(PLAYING) if store.discard(file, _nothing_logged)]
 
 
 def _nothing_logged(data: bytes) -> bool:
@@ -209,10 +205,3 @@ def _nothing_logged(data: bytes) -> bool:
     except PitchloreError:
         return not data
     return False
-
-
-@our_flow(name="matches")
-def matches_flow(data: Path, recordings: list[Recording] | None = None) -> dict[str, object]:
-    """Import the recordings, by default those in the inbox."""
-    store = data_folder(data)
-    return conclude(store, import_all(store, recordings))

@@ -6,7 +6,8 @@ from typing import Any
 from prefect.artifacts import create_markdown_artifact
 
 from flows.catalog import refresh
-from flows.matches import Recording, import_all
+from flows.imports import import_all
+from flows.matches import Recording
 from flows.progress import RunReport
 from flows.tasks import Runner, data_folder, our_flow
 from pipeline.settings import Settings

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from flows.catalog import match_of
+from flows.matches import PLAYING, all_here, inbox
 from flows.progress import RunReport, StageReport
 from flows.stage import Output, Scope, Stage, match_names
 from flows.stages import STAGES
@@ -61,10 +62,12 @@ def bring_up_to_date(
     _look_at_versions(store, report)
 
 
-def up_to_date(
-    store: Store, settings: Settings, imported: StageReport, *, train: bool = True
-) -> RunReport | None:
-    """The report of a run that finds nothing to make, None if there is something."""
+def nothing_new(store: Store, settings: Settings, *, train: bool = True) -> RunReport | None:
+    """The report of a run that finds nothing to import and nothing to make, None if there is something."""
+    imported = None if store.abandoned(PLAYING) else all_here(store, inbox(store))
+    if imported is None:
+        return None
+    imported.failed |= store.unreadable("matches")
     report = RunReport(stages=[imported])
 
     def refuse(*_: object) -> StageReport:

@@ -16,9 +16,9 @@ import pytest
 from conftest import ROOT, clip, fill, run
 from prefect import Flow, Task
 
-import flows.matches
 from flows.catalog import catalog_path
-from flows.matches import Recording, import_recording, inbox, matches_flow
+from flows.imports import make_match, matches_flow
+from flows.matches import Recording, import_recording, inbox
 from flows.tasks import FLOWS, make_output, make_version
 from pipeline import matches as log_format
 from pipeline.errors import BadRecording, StorageFailed
@@ -288,7 +288,7 @@ def test_prefect_keeps_results_as_json_and_never_as_pickles():
     from flows.season import play_game, season_flow
 
     found = [*FLOWS.values(), matches_flow, run_flow, season_flow, paradigms_flow]
-    tasks = [make_output, make_version, flows.matches.make_match, make_sheet, make_report, play_game]
+    tasks = [make_output, make_version, make_match, make_sheet, make_report, play_game]
     assert all(isinstance(flow, Flow) for flow in found)
     assert all(isinstance(task, Task) for task in tasks)
     assert {flow.result_serializer for flow in found} == {"json"}

@@ -9,10 +9,10 @@ import polars as pl
 import pytest
 from conftest import clip, fill, run
 
-import flows.matches
 import flows.stages
 from flows.catalog import catalog_path, refresh
-from flows.matches import Recording, import_all, import_recording, with_map
+from flows.imports import import_all
+from flows.matches import Recording, import_recording, with_map
 from flows.stages import STAGES
 from flows.tasks import FLOWS
 from pipeline.errors import DamagedLog

@@ -1,29 +1,21 @@
-"""What all commands share: common options, output for people and for programs, progress bars."""
+"""The options of every command."""
 
 from __future__ import annotations
 
-import json
-import math
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import date, time
-from decimal import Decimal
 from pathlib import Path
 from typing import Annotated
 
-import polars as pl
 from cyclopts import Parameter
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
-from pipeline.errors import BadSettings
+from pipeline.errors import BadSettings, NotFound
 from pipeline.settings import Settings, parse_settings
-from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
-from schemas import note_on
+
+#: Any of these makes a folder a data folder.
+_SIGNS = ("*/*.receipt.json", "*/*/manifest.json", "quarantine/*.json", "catalog.duckdb", "inbox", "playing",
+          "seasons", "server")
+_OTHERWISE = "Name the data folder with --data, or fill this one: `pitchlore import FILE`"
 
 
 @Parameter(name="*")
@@ -41,16 +33,32 @@ class Common:
 
     @property
     def store(self) -> Store:
-        """The store in the data folder.
+        """The store in the data folder, for a command that makes something; the folder may be new.
 
         Raises:
-            BadSettings: if what is there is not a folder.
+            BadSettings: if something that is not a folder is there, or on the way there.
         """
         there = next((path for path in (self.data, *self.data.parents) if path.exists()), None)
         if there is not None and not there.is_dir():
             raise BadSettings("is not a folder", where=str(there),
                               next_step="Name the data folder with --data")
         return Store(self.data)
+
+    @property
+    def existing(self) -> Store:
+        """The store in the data folder, for a command that looks at what is there.
+
+        Raises:
+            BadSettings: if it is not a folder.
+            NotFound: if there is none, or nothing in it is of a data folder.
+        """
+        store = self.store
+        if not self.data.exists():
+            raise NotFound("there is no such folder", where=str(self.data), next_step=_OTHERWISE)
+        if not any(next(self.data.glob(sign), None) for sign in _SIGNS):
+            raise NotFound("is not a data folder, or nothing has been imported into it",
+                           where=str(self.data), next_step=_OTHERWISE)
+        return store
 
     def settings(self, path: Path | None) -> Settings:
         """The defaults, with what a TOML file says on top.
@@ -64,113 +72,3 @@ class Common:
 
 DEFAULTS = Common()
 Json = Annotated[bool, Parameter(name="--json", negative=())]
-
-
-def warn(line: str) -> None:
-    """Write a line to standard error that does not stop the command."""
-    print(f"pitchlore: {line}", file=sys.stderr)  # noqa: T201 (this is the command line)
-
-
-def print_json(value: object) -> None:
-    """Write a value as JSON to standard output, for programs; all of it or nothing.
-
-    NaN and infinity are null, dates and times ISO 8601, bytes hexadecimal digits; decimals without
-    places, which are what DuckDB's sums of integers are, are integers.
-    """
-    text = json.dumps(_plain(value), indent=1, allow_nan=False)
-    sys.stdout.write(f"{text}\n")
-
-
-def _plain(value: object) -> object:
-    """The value in JSON's own types; one that has no rule here is left to json to refuse."""
-    match value:
-        case dict():
-            return {str(key): _plain(item) for key, item in value.items()}
-        case list() | tuple():
-            return [_plain(item) for item in value]
-        case float() if not math.isfinite(value):
-            return None
-        case Decimal():
-            return int(value) if value.as_tuple().exponent == 0 else float(value)
-        case date() | time():
-            return value.isoformat()
-        case bytes():
-            return value.hex()
-        case _:
-            return value
-
-
-def print_stand_in(*teams: str) -> None:
-    """Say what the human-like team is, if it is one of these."""
-    note = note_on(*teams)
-    if note is not None:
-        console().print(f"{note}.")
-
-
-def console() -> Console:
-    """The terminal; a file or pipe gets lines that are not wrapped."""
-    return Console() if sys.stdout.isatty() else Console(width=200)
-
-
-def print_frame(frame: pl.DataFrame, title: str = "") -> None:
-    """Write a table for people, every row."""
-    table = Table(title=title or None, header_style="bold", title_justify="left")
-    for name, dtype in frame.schema.items():
-        table.add_column(name, justify="right" if dtype.is_numeric() else "left", overflow="fold")
-    for row in frame.iter_rows():
-        table.add_row(*map(_cell, row))
-    console().print(table)
-
-
-#: What behaviours are ranked by for people: few instances say little about a value.
-SURE_AND_GOOD = (pl.col("value") * pl.col("support").sqrt(), "behaviour_id")
-
-
-def spelt(codes: str) -> pl.Expr:
-    """What a behaviour's codes mean, for people: column ``reads``."""
-    names = {code: name.removeprefix("Robot ") for code, (name, _) in TABLE_1.items()}
-    return pl.col(codes).list.eval(
-        pl.element().replace_strict(names, return_dtype=pl.String)
-    ).list.join(", ").alias("reads")
-
-
-def _cell(value: object) -> str:
-    if value is None:
-        return ""
-    if isinstance(value, float):
-        return f"{value:.4g}" if abs(value) < 10_000 or not math.isfinite(value) else f"{value:.0f}"
-    return str(value).replace("[", r"\[") if isinstance(value, (str, list)) else str(value)
-
-
-class Bars:
-    """Progress bars, one a stage that has something to do; a :class:`flows.stage.Listener`."""
-
-    def __init__(self, progress: Progress) -> None:
-        self.progress = progress
-        self.bars: dict[str, TaskID] = {}
-        self.starting: TaskID | None = progress.add_task("starting", total=None)
-
-    def begin(self, noun: str, total: int) -> None:
-        """Add to a stage's bar."""
-        if not total:
-            return
-        if self.starting is not None:
-            self.progress.remove_task(self.starting)
-            self.starting = None
-        if noun in self.bars:
-            bar = next(task for task in self.progress.tasks if task.id == self.bars[noun])
-            self.progress.update(bar.id, total=(bar.total or 0) + total)
-        else:
-            self.bars[noun] = self.progress.add_task(noun, total=total)
-
-    def advance(self, noun: str, name: str) -> None:
-        """Move a stage's bar on."""
-        self.progress.advance(self.bars[noun])
-
-
-@contextmanager
-def bars() -> Iterator[Bars]:
-    """Progress bars on standard error while a flow runs."""
-    columns = (TextColumn("{task.description:>13}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True)) as progress:
-        yield Bars(progress)

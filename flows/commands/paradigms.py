@@ -12,9 +12,11 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveInt
 
-from flows.commands.common import DEFAULTS, Common, Json, bars, console, print_frame, print_json
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.orchestrated import orchestrated
+from flows.commands.printing import console, print_frame, print_json
 from flows.paradigms import Report, paradigms_flow, points_of, reports
-from flows.progress import StageReport, listener
+from flows.progress import StageReport
 from flows.stage import need
 from pipeline.store import Store
 from pipeline.studies.paradigms.claims import PEAK, PRINTED
@@ -60,8 +62,8 @@ def paradigms(
     )
     store = common.store
     Thread(target=warm_up, daemon=True).start()  # what is compiled is compiled while Prefect starts
-    with bars() as progress:
-        listener.set(progress)
+    with orchestrated(store) as begin:
+        begin()
         done = StageReport.model_validate(paradigms_flow(store.root, design))
     told = [report for report in reports(design) if report.name in done.made or not done.failed]
     if json:

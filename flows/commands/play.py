@@ -1,57 +1,164 @@
-"""Commands that play matches: record."""
+"""The command with which a person plays: play."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
 import polars as pl
-from cyclopts.types import NonNegativeInt, PositiveInt
+from cyclopts import Parameter
+from cyclopts.types import NonNegativeInt
 
 from flows.catalog import refresh
-from flows.commands.common import DEFAULTS, Common, Json, bars, print_frame, print_json, print_stand_in
-from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Playing, WhoPlays
-from flows.record import record
-from pipeline.arena.match.recipe import Recipe
-from schemas import Matches, note_on
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.playing import AS_USUAL, Playing, WhoPlays
+from flows.commands.printing import console, print_json, print_stand_in
+from flows.matches import PLAYING
+from flows.record import recording
+from flows.teams import entrant
+from pipeline.arena.match.controllers import controllers_of, measures_of
+from pipeline.arena.match.human import Human
+from pipeline.arena.match.match import Match
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.window.scene import Scene
+from pipeline.errors import BadSettings, NotFound
+from pipeline.matches.frame import AWAY, HOME, home_attacks
+from pipeline.store import Store
+from schemas import TEAMS, note_on
+
+if TYPE_CHECKING:
+    from pipeline.arena.window.screen import Window
 
 
-def record_matches(
+# A killed process loses what was played since it was last logged.
+_LOG_EVERY_S = 1.0
+_FAREWELL_S = 3.0
+# A person's match is short, unless they ask for more.
+_MINUTES = 2.0
+
+
+def play(
     *,
-    home: WhoPlays = "static",
-    away: WhoPlays = "static",
-    seed: NonNegativeInt = 1,
-    matches: PositiveInt = 1,
+    against: WhoPlays = "static",
+    seed: NonNegativeInt | None = None,
+    side: Annotated[Literal["home", "away"], Parameter(name="--as")] = "home",
     playing: Playing = AS_USUAL,
-    learners: Learners = AS_LEARNED,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
-    """Play matches and log them.
+    """Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.
+
+    You drive one robot, the one with the ring; the others of your team play the rules of `static`.
+    Who leaves before the final whistle keeps the match so far.
 
     Args:
-        home: Who plays home.
-        away: Who plays away.
-        seed: Decides all that is left to chance; the same seed plays the same match.
-        matches: How many; each has the next seed.
-        playing: How the matches are played.
-        learners: How learned teams play.
+        against: Who plays against you.
+        seed: Decides all that is left to chance; by default the first with which this match has not been
+            played yet.
+        side: home kicks off and attacks to the right in the first half.
+        playing: How the match is played.
         json: Print JSON.
         common: Options of every command.
     """
     store = common.store
-    how = playing.matches(store).of_match()
-    teams, policies = learners.entrants(store, home, away)
-    rows = []
-    with bars() as progress:
-        progress.begin("matches", matches)
-        for number in range(seed, seed + matches):
-            recipe = Recipe(**how, home=teams[0].settings, away=teams[1].settings, seed=number)
-            receipt, new = record(store, recipe, policies)
-            row = store.read_table(receipt, "matches", Matches)
-            rows.append({**row.select("match_id", "home", "away", "score_home", "score_away", "duration_s")
-                         .row(0, named=True), "new": new, "note": note_on(home, away)})
-            progress.advance("matches", recipe.match_id)
+    how = playing.matches(store, _MINUTES).of_match()
+    open_window = _window()
+    policies: dict[str, pl.DataFrame] = {}
+    team = TEAMS.index(side)
+    teams = [entrant(store, against, policies).settings] * 2
+    teams[team] = TeamSettings(kind="human")
+    recipe = _unplayed(store, Recipe(**how, home=teams[HOME], away=teams[AWAY], seed=0), seed)
+    mind = Human(recipe.robots, measures_of(recipe), np.random.default_rng([recipe.seed, 1 + team]))
+    match = Match(recipe, controllers_of(recipe, policies, person=mind))
+    names = ("you", against) if team == HOME else (against, "you")
+    with open_window(recipe.pitch, names, recipe.physics.hz) as window, recording(store, match) as log_it:
+        _play(window, match, mind, team, log_it)
     refresh(store)
+    home, away = match.score
     if json:
-        print_json(rows)
+        print_json({"match_id": recipe.match_id, "as": side, "score_home": home, "score_away": away,
+                    "complete": match.info.complete, "note": note_on(against)})
     else:
-        print_frame(pl.DataFrame(rows).drop("note"))
-        print_stand_in(home, away)
+        why = match.info.incomplete_reason
+        console().print(f"{names[HOME]} {home} : {away} {names[AWAY]}{f', {why}' if why else ''}. "
+                        f"Kept as {recipe.match_id}; watch it with `pitchlore replay {recipe.match_id}`.",
+                        soft_wrap=True)
+        print_stand_in(against)
+
+
+def _window() -> type[Window]:
+    """The window; it is loaded only here, for not everybody has pygame.
+
+    Raises:
+        NotFound: if pygame is not installed.
+    """
+    try:
+        from pipeline.arena.window.screen import Window  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        if error.name != "pygame":
+            raise
+        raise NotFound("its window needs pygame, which is not installed", where="play",
+                       next_step="Install it: python -m pip install pygame-ce") from error
+    return Window
+
+
+def _unplayed(store: Store, recipe: Recipe, seed: int | None) -> Recipe:
+    """The recipe with a seed with which it has not been played: what people do no recipe repeats.
+
+    Raises:
+        BadSettings: if it has been played with the seed that was asked for.
+    """
+    number = 1 if seed is None else seed
+    while True:
+        fresh = recipe.model_copy(update={"seed": number})
+        unsaved = store.root / PLAYING / f"{fresh.match_id}.mcap"
+        if store.receipt("matches", fresh.match_id) is None and not unsaved.exists():
+            return fresh
+        if seed is not None:
+            raise BadSettings(f"this match has been played with seed {seed}", where=fresh.match_id,
+                              next_step="Give another --seed, or none")
+        number += 1
+
+
+def _play(window: Window, match: Match, mind: Human, team: int, log_it: Callable[[], None]) -> None:
+    """The match, frame by frame as they are due, until the final whistle or until the person leaves."""
+    hz = match.laws.hz
+    logged = 0
+    while not match.over:
+        asked = window.listen()
+        if asked.leave:
+            match.leave()
+            return
+        mind.command(asked.command)
+        if asked.switch:
+            mind.switch(asked.switch)
+        due = window.due()
+        if not asked.paused:
+            match.advance(due)
+        window.show(_scene(match, mind, team, paused=asked.paused))
+        if match.frame - logged >= _LOG_EVERY_S * hz:
+            logged = match.frame
+            log_it()
+    for _ in range(round(_FAREWELL_S * hz)):
+        if window.listen().leave:
+            return
+        window.due()
+        window.show(_scene(match, mind, team, paused=False))
+
+
+def _scene(match: Match, mind: Human, team: int, *, paused: bool) -> Scene:
+    """What the window shows."""
+    robots, hz = match.recipe.robots, match.laws.hz
+    attacks = home_attacks(match.laws.periods(), np.array([match.laws.t_ns(match.frame)]))
+    message = ""
+    if match.over:
+        message = "Final whistle"
+    elif paused:
+        message = "Pause"
+    elif not mind.playing and match.frame:
+        message = {1.0: "Goal!", -1.0: "They scored"}.get(mind.reward, "Whistle")
+    return Scene(
+        match.bodies, int(attacks[0]), match.score, match.frame / hz, match.recipe.referee.duration_s,
+        driven=mind.driven + (robots if team == AWAY else 0), message=message,
+    )  # fmt: skip

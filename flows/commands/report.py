@@ -7,7 +7,8 @@ from pathlib import Path
 
 import polars as pl
 
-from flows.commands.common import DEFAULTS, Common, Json, console, print_frame, print_json, warn
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.printing import console, print_frame, print_json, warn
 from flows.report import write_report
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
@@ -28,7 +29,7 @@ def report(*, export: Path | None = None, json: Json = False, common: Common = D
             apprentices and what they prefer to do, as JSON.
         common: Options of every command.
     """
-    store = common.store
+    store = common.existing
     for noun in ("seasons", "evaluations"):
         for name, why in store.unreadable_receipts(noun).items():
             warn(f"{noun.removesuffix('s')} {name} is left out: {why}")

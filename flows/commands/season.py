@@ -10,18 +10,10 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveInt
 
-from flows.commands.common import (
-    DEFAULTS,
-    Common,
-    Json,
-    bars,
-    console,
-    print_frame,
-    print_json,
-    print_stand_in,
-)
-from flows.progress import StageReport, listener
-from flows.season import NOUN, season_flow
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.orchestrated import orchestrated
+from flows.commands.printing import console, print_frame, print_json, print_stand_in
+from flows.progress import StageReport
 from pipeline.errors import BadSettings
 from pipeline.store import Store
 from pipeline.store.files import SAFE_NAME
@@ -70,8 +62,10 @@ def season(
         for number in range(seed, seed + seasons) for against in opponents
     ]
     store = common.store
-    with bars() as progress:
-        listener.set(progress)
+    with orchestrated(store) as begin:
+        from flows.season import season_flow  # noqa: PLC0415 (see orchestrated)
+
+        begin()
         report = StageReport.model_validate(season_flow(store.root, wanted, jobs, discard))
     rows = _summary(store, wanted)
     if json:
@@ -108,7 +102,7 @@ def _settings(word: str, store: Store) -> tuple[str, SeasonSettings]:
 def _summary(store: Store, wanted: list[Season]) -> pl.DataFrame:
     rows = []
     for own in wanted:
-        receipt = store.receipt(NOUN, own.id)
+        receipt = store.receipt("seasons", own.id)
         if receipt is None:
             continue
         games = store.read_table(receipt, "games", Games)

@@ -13,17 +13,9 @@ from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveInt
 
 from flows.catalog import refresh
-from flows.commands.common import (
-    DEFAULTS,
-    Common,
-    Json,
-    bars,
-    console,
-    print_frame,
-    print_json,
-    print_stand_in,
-)
+from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.playing import AS_LEARNED, AS_USUAL, TEAM_WORDS, Learners, Playing
+from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in
 from flows.evaluations import evaluate
 from flows.progress import listener
 from flows.workers import cores
@@ -42,7 +34,7 @@ Against = Annotated[str, Parameter(help=(
 ))]  # fmt: skip
 
 
-def evaluations(
+def evaluate_team(
     *,
     policy: WhoIsMeasured = "learned",
     against: Against = "static",

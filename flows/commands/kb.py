@@ -5,38 +5,23 @@ from __future__ import annotations
 import sys
 
 import polars as pl
-from cyclopts import App
 
-from flows.commands.common import (
-    DEFAULTS,
-    SURE_AND_GOOD,
-    Common,
-    Json,
-    console,
-    print_frame,
-    print_json,
-    spelt,
-)
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.printing import SURE_AND_GOOD, console, print_frame, print_json, spelt
 from flows.stages import STAGES
 from pipeline.errors import NotFound
-from pipeline.knowledge import diff as difference
 from pipeline.store import Store
 from schemas import Behaviours, Occasions
 
-app = App(name="kb", help="The versions of the knowledge.")
 
-
-@app.command(name="list")
 def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
     """List the versions of the knowledge.
-
-    Example: pitchlore kb list
 
     Args:
         json: Print JSON.
         common: Options of every command.
     """
-    store = common.store
+    store = common.existing
     rows = [
         {"version": m.version, "parent": m.parent, "matches": m.details["matches"],
          "behaviours": m.details["behaviours"], "occasions": m.details["occasions"], "key": m.key}
@@ -50,18 +35,15 @@ def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
         console().print("no knowledge yet: run `pitchlore run`")
 
 
-@app.command
 def show(version: int | None = None, *, json: Json = False, common: Common = DEFAULTS) -> None:
     """Show the behaviours of a version, the newest by default.
-
-    Example: pitchlore kb show 3
 
     Args:
         version: Its number.
         json: Print JSON, with the manifest.
         common: Options of every command.
     """
-    store = common.store
+    store = common.existing
     manifest = store.manifest("knowledge", _newest(store) if version is None else version)
     known = store.read_table(manifest, "behaviours", Behaviours)
     if json:
@@ -76,11 +58,8 @@ def show(version: int | None = None, *, json: Json = False, common: Common = DEF
     print_frame(pl.DataFrame([{"role": r} | c for r, c in manifest.details["roles"].items()]))
 
 
-@app.command
 def diff(before: int, after: int | None = None, *, json: Json = False, common: Common = DEFAULTS) -> None:
     """Show what changed from one version to another, the newest by default.
-
-    Example: pitchlore kb diff 1 2
 
     Args:
         before: Number of the earlier version.
@@ -88,7 +67,9 @@ def diff(before: int, after: int | None = None, *, json: Json = False, common: C
         json: Print JSON.
         common: Options of every command.
     """
-    store = common.store
+    from pipeline.knowledge import diff as difference  # noqa: PLC0415 (it loads numba, which no other kb needs)
+
+    store = common.existing
     manifests = [store.manifest("knowledge", v) for v in (before, _newest(store) if after is None else after)]
     known = [store.read_table(m, "behaviours", Behaviours) for m in manifests]
     seen = [store.read_table(m, "occasions", Occasions) for m in manifests]
@@ -103,18 +84,15 @@ def diff(before: int, after: int | None = None, *, json: Json = False, common: C
         console().print("the same behaviours")
 
 
-@app.command
 def verify(version: int | None = None, *, json: Json = False, common: Common = DEFAULTS) -> None:
     """Check every file of every version (or of one), and of every receipt, against its SHA-256.
-
-    Example: pitchlore kb verify
 
     Args:
         version: Check only this version of the knowledge.
         json: Print JSON.
         common: Options of every command.
     """
-    store = common.store
+    store = common.existing
     if version is None:
         versions = [(noun, v) for noun in STAGES.versioned for v in store.versions(noun)]
     else:

@@ -1,0 +1,53 @@
+"""The command commentary: a match told in words."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.match_id import chain_of
+from flows.commands.printing import console, print_json
+from pipeline.pitch import Pitch
+from pipeline.views.commentary import commentary as tell
+from pipeline.views.commentary.summary import heading, numbers
+from schemas import Goals, Matches, Referee, Situations, Trajectories
+
+
+def commentary(
+    match: str, *, goals: Annotated[bool, Parameter(negative=())] = False, json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Tell a match: goals and what led to them, chances, restarts, who has the ball; and its numbers.
+
+    Args:
+        match: The match's id, or the beginning of it.
+        goals: Tell only the goals.
+        json: Print what is told and the summary as JSON.
+        common: Options of every command.
+    """
+    store = common.existing
+    log, made = chain_of(store, match, "trajectories", "situations", "goals")
+    told = tell(
+        store.read_table(log, "matches", Matches),
+        store.read_table(log, "referee", Referee),
+        store.read_table(made["goals"], "goals", Goals),
+        store.read_table(made["situations"], "situations", Situations),
+        store.read_table(made["trajectories"], "trajectories", Trajectories),
+        Pitch.model_validate(log.details["pitch"]),
+    )
+    moments = [moment for moment in told.moments if moment.kind == "goal" or not goals]
+    if json:
+        print_json({"moments": [moment.facts() for moment in moments],
+                    "summary": told.summary.model_dump(mode="json")})
+        return
+    out = console()
+    for line in heading(told.summary):
+        out.print(line, style="bold", markup=False, soft_wrap=True)
+    for moment in moments:
+        style = "bold" if moment.kind == "goal" else None
+        out.print(moment.line(), style=style, markup=False, highlight=False, soft_wrap=True)
+    out.print()
+    for line in numbers(told.summary):
+        out.print(line, markup=False, highlight=False, soft_wrap=True)

@@ -1,0 +1,27 @@
+"""The command forget: a match removed with all that was made of it."""
+
+from __future__ import annotations
+
+from flows.catalog import forget_match, match_of, refresh
+from flows.commands.common import DEFAULTS, Common
+from flows.commands.match_id import find_match
+from flows.commands.printing import console
+
+
+def forget(match: str, *, common: Common = DEFAULTS) -> None:
+    """Remove a match and all that was made of it; knowledge and policies keep what they learned.
+
+    Args:
+        match: The match's id, or the beginning of it.
+        common: Options of every command.
+    """
+    store = common.existing
+    removed = forget_match(store, match)
+    if not removed:
+        match = find_match(store, match).name
+        removed = forget_match(store, match)
+    for record in store.quarantined():
+        if match_of(record.name) == match:
+            store.release(record.noun, record.name)
+    refresh(store)
+    console().print(f"{match}: {removed} outputs removed; the next run emits knowledge without it")

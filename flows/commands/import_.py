@@ -1,0 +1,74 @@
+"""The command import: recordings into logs."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import polars as pl
+from cyclopts import Parameter
+
+from flows.catalog import refresh
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.orchestrated import orchestrated
+from flows.commands.printing import console, print_frame, print_json
+from flows.matches import Recording, all_here, with_map
+from flows.progress import StageReport
+from pipeline.errors import NotFound
+from pipeline.importers.readers import FORMATS
+from pipeline.store import Store
+
+
+def import_files(
+    *files: Annotated[Path, Parameter(help=f"Recordings, plain or gzipped: {FORMATS}.")],
+    mapping: Annotated[Path | None, Parameter(name="--map")] = None,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Import recordings of matches, as logs or tracking tables.
+
+    Args:
+        files: Recordings of any supported format.
+        mapping: A TOML file that names a tracking table's columns, units, axes and teams; by default
+            FILE.toml or map.toml beside the file, if there is one.
+        json: Print the report as JSON.
+        common: Options of every command.
+    """
+    if not files:
+        raise NotFound("no file was named", next_step="Name one or more recordings: pitchlore import FILE…")
+    store = common.store
+    recordings = [Recording(file=f, mapping=mapping) if mapping else with_map(f) for f in files]
+    report = all_here(store, recordings)
+    if report is None:
+        with orchestrated(store) as begin:
+            from flows.imports import matches_flow  # noqa: PLC0415 (see orchestrated)
+
+            begin()
+            report = StageReport.model_validate(matches_flow(store.root, recordings))
+    refresh(store)
+    if json:
+        print_json(report.model_dump())
+    else:
+        _print_matches(store, report)
+    sys.exit(1 if report.failed else 0)
+
+
+def _print_matches(store: Store, report: StageReport) -> None:
+    out = console()
+    out.print(f"{len(report.made)} imported, {report.kept} already here, {len(report.failed)} not imported")
+    rows = []
+    for name in report.made:
+        receipt = store.receipt("matches", name)
+        assert receipt is not None
+        flaws = receipt.details.get("flaws", {})
+        rows.append({"match": name, "teams": f"{receipt.details['home']} - {receipt.details['away']}",
+                     "s": receipt.details["duration_s"], "frames": receipt.details["frames"],
+                     "complete": "yes" if receipt.details["complete"] else "no",
+                     "flaws": ", ".join(flaw if n == receipt.details["frames"] else f"{flaw} {n}"
+                                        for flaw, n in flaws.items())})
+    if rows:
+        print_frame(pl.DataFrame(rows))
+    for name, why in report.failed.items():
+        out.print(f"[bold red]quarantined[/] {name}: ", end="")
+        out.print(why, markup=False, soft_wrap=True)

@@ -1,0 +1,50 @@
+"""A match that a person names by the beginning of its id."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from pipeline.errors import NotFound
+from pipeline.store import Store
+from pipeline.store.receipts import Receipt
+
+
+def chain_of(store: Store, match: str, *nouns: str) -> tuple[Receipt, dict[str, Receipt]]:
+    """The receipts of a match's log and of what was made of it.
+
+    Raises:
+        NotFound: if no or several matches are called so, or one of the nouns has not been made.
+    """
+    log = find_match(store, match)
+    made = {noun: receipt for noun in nouns if (receipt := store.receipt(noun, log.name)) is not None}
+    if len(made) < len(nouns):
+        missing = ", ".join(sorted(set(nouns) - set(made)))
+        raise NotFound(f"{log.name} has no {missing} yet", next_step="Run `pitchlore run` first")
+    return log, made
+
+
+def find_match(store: Store, match: str) -> Receipt:
+    """The receipt of the match that an id, or the beginning of one, names.
+
+    Raises:
+        NotFound: if no or several matches are called so; a match of a season says where it is.
+    """
+    receipts = list(store.receipts("matches"))
+    found = _called(receipts, match)
+    if not found:
+        for season in store.receipts("seasons"):
+            own = store.root / season.details["store"]
+            if _called(Store(own).receipts("matches"), match):
+                raise NotFound(f"is a match of the season {season.name}", where=match,
+                               next_step=f"Add `--data {own}`")
+    if len(found) != 1:
+        names = ", ".join(r.name for r in (found or receipts)[:8]) or "none yet"
+        what = "several matches begin so" if found else "there is no such match"
+        raise NotFound(f"{what} (there are: {names})", where=match, next_step="Name one of them")
+    return found[0]
+
+
+def _called(receipts: Iterable[Receipt], match: str) -> list[Receipt]:
+    """Those of that name, or else those whose names begin so."""
+    every = list(receipts)
+    return [r for r in every if r.name == match] or [r for r in every if r.name.startswith(match)]

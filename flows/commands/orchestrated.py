@@ -1,0 +1,28 @@
+"""What the commands that run flows share: a Prefect server, and progress bars."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from flows.commands.printing import bars, warn
+from flows.progress import listener
+from flows.serving import serving
+from pipeline.store import Store
+
+
+@contextmanager
+def orchestrated(store: Store) -> Iterator[Callable[[], None]]:
+    """Progress bars, and a Prefect server, for the flows that the body runs.
+
+    Yields:
+        A function to call before the first flow; the body imports the flow before that, for Prefect takes
+        seconds to load and the server, if one has to be started, starts meanwhile.
+    """
+    with bars() as progress, serving(store.root, warn) as ready:
+
+        def begin() -> None:
+            ready()
+            listener.set(progress)
+
+        yield begin

@@ -1,0 +1,58 @@
+"""Commands that play matches: record."""
+
+from __future__ import annotations
+
+import polars as pl
+from cyclopts.types import NonNegativeInt, PositiveInt
+
+from flows.catalog import refresh
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Playing, WhoPlays
+from flows.commands.printing import bars, print_frame, print_json, print_stand_in
+from flows.record import record
+from pipeline.arena.match.recipe import Recipe
+from schemas import Matches, note_on
+
+
+def record_matches(
+    *,
+    home: WhoPlays = "static",
+    away: WhoPlays = "static",
+    seed: NonNegativeInt = 1,
+    matches: PositiveInt = 1,
+    playing: Playing = AS_USUAL,
+    learners: Learners = AS_LEARNED,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Play matches and log them.
+
+    Args:
+        home: Who plays home.
+        away: Who plays away.
+        seed: Decides all that is left to chance; the same seed plays the same match.
+        matches: How many; each has the next seed.
+        playing: How the matches are played.
+        learners: How learned teams play.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    store = common.store
+    how = playing.matches(store).of_match()
+    teams, policies = learners.entrants(store, home, away)
+    rows = []
+    with bars() as progress:
+        progress.begin("matches", matches)
+        for number in range(seed, seed + matches):
+            recipe = Recipe(**how, home=teams[0].settings, away=teams[1].settings, seed=number)
+            receipt, new = record(store, recipe, policies)
+            row = store.read_table(receipt, "matches", Matches)
+            rows.append({**row.select("match_id", "home", "away", "score_home", "score_away", "duration_s")
+                         .row(0, named=True), "new": new, "note": note_on(home, away)})
+            progress.advance("matches", recipe.match_id)
+    refresh(store)
+    if json:
+        print_json(rows)
+    else:
+        print_frame(pl.DataFrame(rows).drop("note"))
+        print_stand_in(home, away)

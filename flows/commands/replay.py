@@ -1,0 +1,64 @@
+"""The command replay: a match as a web page or a film."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from flows.commands.common import DEFAULTS, Common
+from flows.commands.match_id import chain_of
+from flows.commands.printing import console, print_stand_in
+from pipeline.pitch import Pitch
+from pipeline.views.replay import page
+from pipeline.views.replay.animation import animation, seconds_shown
+from schemas import Goals, Matches, Referee, Situations, Trajectories
+
+
+def replay(
+    match: str, *, output: Annotated[Path | None, Parameter(alias="-o")] = None, hz: float = 20.0,
+    gif: Path | None = None, start: Annotated[float, Parameter(name="--from")] = 0.0, seconds: float = 20.0,
+    common: Common = DEFAULTS,
+) -> None:
+    """Write a match as one web page: the pitch, the situations, the goals; no network needed. Or as a film.
+
+    Args:
+        match: The match's id, or the beginning of it.
+        output: Where to write; by default replays/MATCH.html in the data folder.
+        hz: Pictures a second of play, of the page.
+        gif: Write some seconds as an animation into this file instead.
+        start: Where the animation begins, seconds since the first sample.
+        seconds: How long it is, unless the match ends before.
+        common: Options of every command.
+    """
+    store = common.existing
+    if gif is not None:
+        log, made = chain_of(store, match, "trajectories", "situations")
+        row = store.read_table(log, "matches", Matches)
+        film = animation(
+            row,
+            store.read_table(made["trajectories"], "trajectories", Trajectories),
+            store.read_table(made["situations"], "situations", Situations),
+            store.read_table(log, "referee", Referee),
+            Pitch.model_validate(log.details["pitch"]), start_s=start, seconds=seconds,
+        )
+        store.write_bytes(gif, film)
+        lasts = seconds_shown(row, start, seconds)
+        said = f"{gif} ({len(film) / 1e6:.2f} MB): {lasts:.4g} s from {start:g} s on"
+        console().print(said, soft_wrap=True)
+        return
+    log, made = chain_of(store, match, "trajectories", "situations", "goals")
+    text = page(
+        store.read_table(log, "matches", Matches),
+        store.read_table(made["trajectories"], "trajectories", Trajectories),
+        store.read_table(made["situations"], "situations", Situations),
+        store.read_table(made["goals"], "goals", Goals),
+        store.read_table(log, "referee", Referee),
+        Pitch.model_validate(log.details["pitch"]),
+        hz=hz,
+    )
+    path = output or store.root / "replays" / f"{log.name}.html"
+    store.write_bytes(path, text.encode())
+    console().print(f"{path} ({len(text) / 1e6:.2f} MB): open it in a browser", soft_wrap=True)
+    print_stand_in(log.details["home"], log.details["away"])

@@ -1,0 +1,122 @@
+"""The command run: every stage brought up to date."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import polars as pl
+
+from flows.catalog import catalog_path, refresh
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.orchestrated import orchestrated
+from flows.commands.printing import (
+    SURE_AND_GOOD,
+    console,
+    print_frame,
+    print_json,
+    print_training,
+    spelt,
+)
+from flows.progress import RunReport
+from flows.update import nothing_new
+from pipeline.store import Store
+from schemas import Behaviours
+
+
+def run(
+    *,
+    settings: Path | None = None,
+    train: bool = True,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.
+
+    Args:
+        settings: A TOML file with the settings that differ from the defaults.
+        train: Whether to train a policy when the knowledge is new.
+        json: Print the report as JSON.
+        common: Options of every command.
+    """
+    store, chosen = common.store, common.settings(settings)
+    report = nothing_new(store, chosen, train=train)
+    if report is None:
+        with orchestrated(store) as begin:
+            from flows.run import run_flow  # noqa: PLC0415 (see orchestrated)
+
+            begin()
+            report = RunReport.model_validate(run_flow(store.root, None, chosen, train))
+    else:
+        refresh(store)
+    if json:
+        print_json(report.model_dump())
+    else:
+        _print_run(store, report)
+    sys.exit(1 if report.failures else 0)
+
+
+def _print_run(store: Store, report: RunReport) -> None:
+    out = console()
+    idle = not report.made and not report.failures
+    if report.knowledge is not None and idle:
+        out.print("Nothing new: every receipt holds, nothing was recomputed.")
+    elif not idle:
+        print_frame(pl.DataFrame(
+            [{"stage": s.noun, "made": len(s.made), "kept": s.kept, "failed": len(s.failed)}
+             for s in report.stages]
+        ))
+    for what, why in report.failures.items():
+        out.print(f"[bold red]quarantined[/] {what}: ", end="")
+        out.print(why, markup=False, soft_wrap=True)
+    for note in report.stage("matches").notes:
+        out.print(note, markup=False, soft_wrap=True)
+    _print_quarantine(store, report)
+    if report.knowledge is None:
+        out.print(f"No match yet: drop recordings into {store.root / 'inbox'} or `pitchlore import` them.")
+        return
+    if not idle:
+        _print_behaviours(store, report.knowledge)
+        _print_rounds(store)
+    new = {True: "new", False: "unchanged"}
+    out.print(f"knowledge version {report.knowledge} ({new[report.knowledge_is_new]}): "
+              f"{store.version_folder('knowledge', report.knowledge)}")
+    if report.policy is not None:
+        if not idle:
+            print_training(store)
+        out.print(f"policy version {report.policy} ({new[report.policy_is_new]}): "
+                  f"{store.version_folder('policies', report.policy)}")
+    where = "" if store.root == DEFAULTS.data else f" --data {store.root}"
+    out.print(f"catalogue: {catalog_path(store)} (try: pitchlore sql{where} \"from behaviours limit 20\")",
+              soft_wrap=True)
+
+
+def _print_quarantine(store: Store, report: RunReport) -> None:
+    """What earlier runs could not take and this one did not try; what failed now has been said."""
+    failures = report.failures
+    refused = set(report.stage("matches").failed.values())  # there by file, in quarantine by match id
+    left = [record for record in store.quarantined() if f"{record.noun} {record.name}" not in failures
+            and not (record.noun == "matches" and record.reason in refused)]
+    if left:
+        out = console()
+        out.print("[bold]still in quarantine[/]")
+        for record in left:
+            out.print(f"{record.noun} {record.name}: {record.reason}", markup=False, soft_wrap=True)
+
+
+def _print_behaviours(store: Store, version: int) -> None:
+    known = store.read_table(store.manifest("knowledge", version), "behaviours", Behaviours)
+    best = known.sort(*SURE_AND_GOOD, descending=True).group_by("role", maintain_order=True).head(6)
+    print_frame(best.select("behaviour_id", "support", "value", "spread", spelt("codes")),
+                title=f"best of {known.height} behaviours, by value × √support")
+
+
+def _print_rounds(store: Store) -> None:
+    rows = []
+    for receipt in store.receipts("behaviours"):
+        report = receipt.details["report"]
+        rows.append({"round": receipt.name, "distinct grams": report["distinct"],
+                     "windows": report["windows"],
+                     "neurons": len(report["activations"]), "kept neurons": report["neurons_kept"],
+                     "behaviours": report["groups_kept"], "instances covered": report["instances_kept"]})
+    print_frame(pl.DataFrame(rows).sort("round", descending=True), title="rounds")

@@ -1,0 +1,44 @@
+"""The command situations: the rules and fuzzy terms, printed or drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.printing import console, print_frame, print_json
+from pipeline.pitch import Kind
+from pipeline.situations.rulebook import rule_table, term_table
+from pipeline.views.plots.matches import memberships
+from pipeline.views.plots.style import png
+
+
+def situations(
+    *,
+    kind: Literal["vsss", "ssl", "2d"] = "vsss",
+    terms: Annotated[bool, Parameter(negative=())] = False,
+    plot: Path | None = None,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Print the rules of the 31 situations, or the fuzzy terms they are made of.
+
+    Args:
+        kind: The league whose distances and speeds are shown.
+        terms: Print the terms' trapezoids instead of the rules.
+        plot: Draw the terms into this PNG file instead (the paper's Figure 1, reconstructed).
+        json: Print JSON.
+        common: Options of every command.
+    """
+    store = common.store
+    if plot is not None:
+        store.write_bytes(plot, png(memberships(term_table(Kind(kind)))))
+        console().print(f"{plot}: membership functions of {kind}", soft_wrap=True)
+        return
+    frame = term_table(Kind(kind)) if terms else rule_table()
+    if json:
+        print_json(frame.to_dicts())
+    else:
+        print_frame(frame)

@@ -1,0 +1,75 @@
+"""The command sql: the catalogue asked in SQL."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated
+
+import polars as pl
+from cyclopts import Parameter
+
+from flows.catalog import refresh
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.printing import console, print_csv, print_frame, print_json, warn
+from pipeline.errors import BadSettings, NotFound
+from pipeline.store import Store, catalog
+from schemas import PUBLIC
+
+#: Rows of an answer that are laid out for people: a table of millions would take all memory.
+MOST_ROWS = 1_000
+
+
+def sql(
+    query: str | None = None,
+    *parameters: str,
+    tables: Annotated[bool, Parameter(negative=())] = False,
+    json: Json = False,
+    csv: Annotated[bool, Parameter(negative=())] = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Ask the catalogue in SQL (DuckDB's), read-only.
+
+    Args:
+        query: One statement. Of its rows the first 1,000 are shown.
+        parameters: Values for the `?` in the query, in order.
+        tables: List the tables with their columns, meanings and units instead.
+        json: Print an array of objects.
+        csv: Print comma-separated values with a header.
+        common: Options of every command.
+    """
+    if json and csv:
+        raise BadSettings("are two ways to print one answer", where="--json and --csv",
+                          next_step="Leave one out")
+    if tables:
+        frame = _columns()
+    elif query is None:
+        raise NotFound("no query was given", next_step="Write one in quotes, or name --tables")
+    else:
+        frame = _answer(common.existing, query, parameters)
+    if json:
+        print_json(frame.to_dicts())
+    elif csv:
+        print_csv(frame)
+    else:
+        shown = frame if tables else frame.head(MOST_ROWS)
+        print_frame(shown)
+        if shown.height < frame.height:
+            console().print(f"the first {MOST_ROWS:,} of {frame.height:,} rows; --json or --csv prints all")
+        elif not tables:
+            console().print(f"{frame.height} rows")
+
+
+def _columns() -> pl.DataFrame:
+    """The columns of the public tables, a row each."""
+    return pl.DataFrame([
+        {"table": name, "column": column, "type": str(schema.dtypes()[column]), "meaning": meaning}
+        for name, schema in PUBLIC.items() for column, meaning in schema.meanings().items()
+    ])
+
+
+def _answer(store: Store, query: str, parameters: Sequence[str]) -> pl.DataFrame:
+    """The rows of a query; files that had to be left out are said to be."""
+    path, left_out = refresh(store)
+    for file in left_out:
+        warn(f"{file}: is lost or damaged, its rows are left out. Run `pitchlore run` to make it anew.")
+    return catalog.query(path, query, parameters)

@@ -1,0 +1,34 @@
+"""The command train: the next policy version."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from flows.catalog import refresh
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.orchestrated import orchestrated
+from flows.commands.printing import console, print_json, print_training
+
+
+def train(*, settings: Path | None = None, json: Json = False, common: Common = DEFAULTS) -> None:
+    """Train the next policy version on the newest knowledge.
+
+    Args:
+        settings: A TOML file with the settings that differ from the defaults.
+        json: Print the report as JSON.
+        common: Options of every command.
+    """
+    store, chosen = common.store, common.settings(settings)
+    with orchestrated(store) as begin:
+        from flows.tasks import FLOWS  # noqa: PLC0415 (see orchestrated)
+
+        begin()
+        done = FLOWS["policies"](store.root, chosen)
+    refresh(store)
+    if json:
+        print_json(done)
+    elif done["new"]:
+        console().print(f"policy version {done['version']} trained")
+        print_training(store)
+    else:
+        console().print(f"nothing to learn that policy version {done['version']} has not learned")

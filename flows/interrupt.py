@@ -1,0 +1,87 @@
+"""Ctrl-C: whatever a command is doing, it stops within seconds, says what is kept, and exits with 130.
+
+Python runs a signal's handler in the main thread only, and only between two steps of Python; Prefect,
+compiled code and threads that are waited for can each hold that up for minutes. Everything that is
+written is written whole or not at all, so that the process may be ended at any moment.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Lock, Thread, current_thread, main_thread
+from types import FrameType
+from typing import NoReturn
+
+#: How long what was interrupted may clear up, seconds.
+GRACE_S = 2.0
+#: Exit code of what Ctrl-C stopped, as shells count it.
+STOPPED = 128 + signal.SIGINT
+
+_LINE = "pitchlore: Stopped. What was finished is kept; run the command again to go on.\n"
+_SHOW_CURSOR = "\x1b[?25h"  # progress bars hide it
+
+_ending = Lock()
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """End the process with one line and exit code 130 when Ctrl-C is pressed while the body runs.
+
+    The body gets KeyboardInterrupt and :data:`GRACE_S` to clear up; a second Ctrl-C ends it at once. Where
+    Ctrl-C is ignored, as in what a shell's `&` starts, or in another thread than the main one, nothing
+    changes.
+    """
+    if current_thread() is not main_thread() or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        yield
+        return
+    pressed = False
+
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        nonlocal pressed
+        if not pressed:
+            pressed = True
+            raise KeyboardInterrupt
+
+    heard, told = os.pipe()
+    os.set_blocking(told, False)
+    before = signal.signal(signal.SIGINT, interrupt), signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+    Thread(target=_watch, args=(heard,), name="ctrl-c", daemon=True).start()
+    try:
+        yield
+    except KeyboardInterrupt:
+        _end()
+    finally:
+        if pressed:  # whatever became of the interrupt on its way here
+            _end()
+        signal.set_wakeup_fd(before[1])
+        signal.signal(signal.SIGINT, before[0])
+        os.close(told)
+
+
+def _watch(heard: int) -> None:
+    """End the process :data:`GRACE_S` after the first SIGINT, or at the second; not if the pipe closes."""
+    pressed = 0
+    while select.select([heard], [], [], GRACE_S if pressed else None)[0]:
+        signals = os.read(heard, 64)
+        if not signals:
+            os.close(heard)
+            return
+        pressed += signals.count(signal.SIGINT)
+        if pressed > 1:
+            break
+    _end()
+
+
+def _end() -> NoReturn:
+    """Say what is kept and end the process, without waiting for any thread; only once."""
+    _ending.acquire()
+    line = _LINE
+    if sys.stderr.isatty():
+        line = f"{_SHOW_CURSOR}\r{line}"
+    os.write(2, line.encode())
+    os._exit(STOPPED)

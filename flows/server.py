@@ -1,0 +1,295 @@
+"""Prefect servers that are started here: one that ends with this process, one that a data folder keeps."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from tempfile import TemporaryFile
+from typing import IO, NamedTuple
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from flows.server_process import TAKEN
+from pipeline.errors import PitchloreError
+from pipeline.store.files import Files, pretty
+
+#: Where a data folder keeps its server: Prefect's home and database, the record, the log.
+FOLDER = "server"
+#: How long a server may take until it answers, seconds: on a busy machine the first start takes a minute.
+START_S = 120.0
+#: How long a server that is told to stop may take, seconds; then it is killed.
+STOP_S = 5.0
+_POLL_S = 0.05
+
+
+class ServerFailed(PitchloreError):
+    """A Prefect server cannot be started, or does not answer."""
+
+
+class Process:
+    """A server's process, started with this; the terminal's Ctrl-C does not reach it.
+
+    It ends with this process, however that ends, unless it is told to :meth:`stay`.
+
+    Args:
+        environment: of the process.
+        port: on 127.0.0.1; 0 takes a free one.
+        log: where its errors are written; None keeps them for what is said if it does not start.
+        held: a file's descriptor that it holds open as long as it lives.
+
+    Raises:
+        ServerFailed: if the port is taken.
+    """
+
+    def __init__(self, environment: Mapping[str, str], *, port: int = 0, log: IO[bytes] | None = None,
+                 held: int | None = None) -> None:
+        self._log = log or TemporaryFile()  # noqa: SIM115 (it is read if the server does not start)
+        self._heard = b""
+        self._answers = False
+        self._process = subprocess.Popen(  # noqa: S603 (our own interpreter and module)
+            [sys.executable, "-m", "flows.server_process", str(port)],
+            env={**environment}, start_new_session=True, pass_fds=() if held is None else (held,),
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, bufsize=0,
+        )
+        self._end = time.monotonic() + START_S
+        try:
+            self.port = int(self._line())
+        except ServerFailed:
+            self.kill()
+            if self._process.returncode != TAKEN:
+                raise
+            raise ServerFailed(f"port {port} of 127.0.0.1 is taken", where="--port",
+                               next_step="Name another port, or none: then a free one is taken") from None
+        except BaseException:
+            self.kill()
+            raise
+
+    @property
+    def pid(self) -> int:
+        """Of the process."""
+        return self._process.pid
+
+    @property
+    def api(self) -> str:
+        """Address of its API, as PREFECT_API_URL takes it."""
+        return f"http://127.0.0.1:{self.port}/api"
+
+    def wait(self) -> None:
+        """Wait until it answers.
+
+        Raises:
+            ServerFailed: if it ends before, or takes longer than :data:`START_S`.
+        """
+        if not self._answers:
+            self._answers = self._line() == "ready"
+
+    def stay(self) -> None:
+        """Let the server outlive this process."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(b"stay\n")
+
+    def stop(self) -> None:
+        """Tell the server to end, and wait for that; kill it after :data:`STOP_S`."""
+        self._process.terminate()
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(STOP_S)
+        self.kill()
+
+    def kill(self) -> None:
+        """End the server at once."""
+        self._process.kill()
+        self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout):
+            assert stream is not None
+            stream.close()
+
+    def _line(self) -> str:
+        """The next line that the server writes.
+
+        Raises:
+            ServerFailed: if it ends before, or takes longer than :data:`START_S` since its start.
+        """
+        assert self._process.stdout is not None
+        while b"\n" not in self._heard:
+            left = self._end - time.monotonic()
+            heard, _, _ = select.select([self._process.stdout], [], [], max(0.0, left))
+            part = self._process.stdout.read(64) if heard else b""
+            if not part:
+                why = self._last_words() if heard else f"no answer in {START_S:.0f} s"
+                raise ServerFailed(f"the Prefect server does not start ({why})",
+                                   next_step="Run again with --debug and report what it says")
+            self._heard += part
+        line, _, self._heard = self._heard.partition(b"\n")
+        return line.decode()
+
+    def _last_words(self) -> str:
+        """The last line of its log."""
+        try:
+            self._log.seek(0)
+            lines = self._log.read().decode(errors="replace").split("\n")
+        except OSError:  # a log that is only written
+            return f"see {self._log.name}"
+        return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
+
+
+class Kept(BaseModel):
+    """The record of a data folder's server.
+
+    Attributes:
+        pid: of its process.
+        port: on 127.0.0.1.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    pid: int
+    port: int
+
+    @property
+    def ui(self) -> str:
+        """Address of its pages."""
+        return f"http://127.0.0.1:{self.port}"
+
+    @property
+    def api(self) -> str:
+        """Address of its API, as PREFECT_API_URL takes it."""
+        return f"{self.ui}/api"
+
+
+class Seen(NamedTuple):
+    """What there is of a data folder's server.
+
+    Attributes:
+        alive: whether it runs or is being started.
+        record: of the server that runs, or of one that has died; None before it answers.
+    """
+
+    alive: bool
+    record: Kept | None
+
+
+class Keeper:
+    """A data folder's server: started once, found by every command, stopped.
+
+    The server holds a lock on a file as long as it lives. A record without that lock is of a server that
+    has died, whatever process has its number by now.
+
+    Args:
+        root: the data folder.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.folder = root.resolve() / FOLDER
+        self.log = self.folder / "server.log"
+        self._lock = self.folder / ".lock"
+        self._record = self.folder / "server.json"
+
+    def look(self) -> Seen:
+        """What there is of the server; nothing is changed."""
+        alive = False
+        with suppress(FileNotFoundError), self._lock.open("rb") as held:
+            try:
+                fcntl.flock(held, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            except BlockingIOError:
+                alive = True
+        try:
+            record = Kept.model_validate_json(self._record.read_bytes())
+        except (OSError, ValidationError):
+            record = None
+        return Seen(alive, record)
+
+    def start(self, port: int = 0) -> tuple[Kept, bool]:
+        """Start the server, unless it runs; its record, and whether it was started now.
+
+        Args:
+            port: on 127.0.0.1; 0 takes a free one.
+
+        Raises:
+            ServerFailed: if the port is taken, or no server answers in the end.
+        """
+        self.folder.mkdir(parents=True, exist_ok=True)
+        end = time.monotonic() + START_S
+        while time.monotonic() < end:
+            with self._held() as lock:
+                if lock is not None:
+                    return self._start(port, lock), True
+            alive, record = self.look()
+            if alive and record is not None:
+                return record, False
+            time.sleep(_POLL_S)
+        raise ServerFailed("another command starts it, and it does not answer", where=str(self.folder),
+                           next_step=f"See {self.log}")
+
+    def stop(self) -> Kept | None:
+        """Stop the server, by force if need be; its record, None if none runs.
+
+        Raises:
+            ServerFailed: if it is just being started, or belongs to another user.
+        """
+        alive, record = self.look()
+        if alive and record is None:
+            raise ServerFailed("another command is starting it", where=str(self.folder),
+                               next_step="Try again when that has ended")
+        if alive and record is not None:
+            try:
+                os.kill(record.pid, signal.SIGTERM)
+                if not self._ends_within(STOP_S):
+                    os.kill(record.pid, signal.SIGKILL)
+                    self._ends_within(STOP_S)
+            except ProcessLookupError:
+                pass  # it has ended in this moment
+            except PermissionError as error:
+                raise ServerFailed(f"process {record.pid} belongs to another user", where=record.ui,
+                                   next_step="Have that user stop it") from error
+        self._record.unlink(missing_ok=True)
+        return record if alive else None
+
+    def _start(self, port: int, lock: int) -> Kept:
+        self._record.unlink(missing_ok=True)
+        with self.log.open("ab") as log:
+            process = Process(self._environment(), port=port, log=log, held=lock)
+        try:
+            process.wait()
+            record = Kept(pid=process.pid, port=process.port)
+            Files(self.folder).write_bytes(self._record, pretty(record))
+            process.stay()
+        except BaseException:  # Ctrl-C, too, leaves none behind
+            process.kill()
+            raise
+        return record
+
+    @contextmanager
+    def _held(self) -> Iterator[int | None]:
+        """The lock, as long as the body runs and for any process that gets it; None if another has it."""
+        with self._lock.open("ab") as held:
+            try:
+                fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                yield None
+            else:
+                yield held.fileno()
+
+    def _environment(self) -> dict[str, str]:
+        """A Prefect of its own: nothing of the user's is read or changed."""
+        own = {
+            "PREFECT_HOME": str(self.folder), "PREFECT_UI_ENABLED": "true",
+            "PREFECT_API_DATABASE_CONNECTION_URL": f"sqlite+aiosqlite:///{self.folder / 'prefect.db'}",
+            "PREFECT_UI_STATIC_DIRECTORY": str(self.folder / "pages"),
+        }
+        return {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"} | own
+
+    def _ends_within(self, seconds: float) -> bool:
+        end = time.monotonic() + seconds
+        while self.look().alive:
+            if time.monotonic() > end:
+                return False
+            time.sleep(_POLL_S)
+        return True

@@ -1,0 +1,57 @@
+"""The process of a Prefect server on 127.0.0.1: ``python -m flows.server_process PORT``.
+
+It writes its port to standard output as soon as it has it, so that no other process can take it, and
+`ready` when it answers. It ends when its standard input does: with the process that started it, however
+that ends, on every system. If it is sent a line before, it stays.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from threading import Thread
+
+#: Exit code if another process listens on the port.
+TAKEN = 4
+
+
+def main(port: int) -> None:
+    """Serve until told to stop; port 0 is any free one."""
+    try:
+        listener = socket.create_server(("127.0.0.1", port))
+    except OSError:
+        sys.exit(TAKEN)
+    port = listener.getsockname()[1]
+    Thread(target=_end_with_input, daemon=True).start()
+    _say(str(port))
+    os.environ["PREFECT_UI_API_URL"] = f"http://127.0.0.1:{port}/api"
+    import uvicorn  # noqa: PLC0415 (the port is taken before what takes seconds is loaded)
+
+    class Server(uvicorn.Server):
+        """A server that says when it is ready."""
+
+        async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+            await super().startup(sockets)
+            if self.started:
+                _say("ready")
+                os.dup2(2, 1)  # nobody reads on
+
+    Server(uvicorn.Config(
+        "prefect.server.api.server:create_app", factory=True, log_level="error", lifespan="on",
+        timeout_graceful_shutdown=1,
+    )).run(sockets=[listener])
+
+
+def _say(word: str) -> None:
+    os.write(1, f"{word}\n".encode())
+
+
+def _end_with_input() -> None:
+    """End the process when standard input ends; the database survives that at any moment."""
+    if not os.read(0, 64):
+        os._exit(0)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))

@@ -1,0 +1,118 @@
+"""Which Prefect server the flows of a command talk to.
+
+The one that PREFECT_API_URL names in the environment; else the one that the data folder keeps (`pitchlore
+server start`); else the one that Prefect's settings name; else one that is started for this process and
+ends with it.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from functools import cache
+from pathlib import Path
+
+from flows.server import Keeper, Process, ServerFailed
+
+#: How long a server that is there may take to answer, seconds.
+ANSWER_S = 5.0
+
+
+@contextmanager
+def serving(root: Path, notice: Callable[[str], None]) -> Iterator[Callable[[], None]]:
+    """A Prefect server for the flows of a data folder, while the body runs.
+
+    Args:
+        root: the data folder.
+        notice: is told, in a line, that the folder's server has died.
+
+    Yields:
+        A function that waits until the server answers; flows may run from then on. What takes long to
+        load, Prefect above all, is loaded before: the server starts meanwhile.
+
+    Raises:
+        ServerFailed: from that function, if the server does not start or answer.
+    """
+    kept = None if "PREFECT_API_URL" in os.environ else _kept(root, notice)
+    if kept is None and not _is_named():
+        _own()
+    with ExitStack() as stack:
+
+        def ready() -> None:
+            from prefect.settings import PREFECT_API_URL, temporary_settings  # noqa: PLC0415 (see above)
+
+            there = kept or PREFECT_API_URL.value()
+            if there:
+                _check(there)
+            else:
+                _own().wait()
+            stack.enter_context(temporary_settings({PREFECT_API_URL: there or _own().api}))
+
+        yield ready
+
+
+def there_is_one(root: Path, notice: Callable[[str], None]) -> bool:
+    """Whether the flows of a data folder have a server that does not end with this process."""
+    return "PREFECT_API_URL" in os.environ or _kept(root, notice) is not None or _prefect_names_one()
+
+
+def _kept(root: Path, notice: Callable[[str], None]) -> str | None:
+    """Address of the API of the data folder's server, None if none runs."""
+    alive, record = Keeper(root).look()
+    if record is not None and not alive:
+        notice(f"The Prefect server of {root} has died; this command brings its own."
+               " `pitchlore server start` starts it again.")
+    return record.api if alive and record is not None else None
+
+
+def _is_named() -> bool:
+    """Whether a server is named, as far as that is known without loading Prefect."""
+    return "PREFECT_API_URL" in os.environ or ("prefect" in sys.modules and _prefect_names_one())
+
+
+def _prefect_names_one() -> bool:
+    from prefect.settings import PREFECT_API_URL  # noqa: PLC0415 (looking at a data folder needs no Prefect)
+
+    return bool(PREFECT_API_URL.value())
+
+
+@cache
+def _own() -> Process:
+    """The server of this process; what Prefect still has to tell it is told before it ends."""
+    process = Process(os.environ | {
+        "PREFECT_UI_ENABLED": "false", "PREFECT__SERVER_EPHEMERAL": "1", "PREFECT__SERVER_FINAL": "1"})
+    atexit.register(process.stop)  # before Prefect is loaded: what it registers is called first
+    return process
+
+
+def _check(url: str) -> None:
+    """Ask a server whether it is there.
+
+    Raises:
+        ServerFailed: if nobody answers, or not as Prefect's API does.
+    """
+    import httpx  # noqa: PLC0415 (Prefect brings it and has loaded it)
+    from prefect.client.orchestration import get_client  # noqa: PLC0415
+    from prefect.settings import (  # noqa: PLC0415
+        PREFECT_API_URL,
+        PREFECT_CLIENT_MAX_RETRIES,
+        temporary_settings,
+    )
+
+    named = {PREFECT_API_URL: url, PREFECT_CLIENT_MAX_RETRIES: 0}
+    with temporary_settings(named), get_client({"timeout": ANSWER_S}, sync_client=True) as client:
+        try:
+            answer = client.hello()
+        except httpx.HTTPStatusError as error:  # Prefect Cloud knows no hello
+            answer = error.response
+        except (httpx.TransportError, httpx.InvalidURL) as error:
+            raise ServerFailed(
+                f"no Prefect server answers ({' '.join(str(error).split()) or type(error).__name__})",
+                where=url, next_step="Start it, or mend or unset PREFECT_API_URL",
+            ) from error
+    if "json" not in answer.headers.get("content-type", "") or (answer.is_error and "/api" not in url):
+        raise ServerFailed("is not the address of a Prefect API", where=url,
+                           next_step=f"Set PREFECT_API_URL to {url.rstrip('/')}/api")

@@ -1,0 +1,111 @@
+"""A command in a terminal of its own, as a person runs it: Ctrl-C reaches all in its foreground."""
+
+from __future__ import annotations
+
+import os
+import pty
+import select
+import subprocess
+import sys
+import time
+import uuid
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+#: The command line, after what a test changes in it.
+COMMAND_LINE = "\nimport sys; from flows.cli import main; main(sys.argv[1:])"
+CTRL_C = b"\x03"
+
+
+class Terminal:
+    """A terminal in which one command runs.
+
+    Args:
+        words: of the command line.
+        before: Python that the process runs before the command.
+        environment: added to this process's.
+    """
+
+    def __init__(self, *words: object, before: str = "", environment: Mapping[str, str] = {}) -> None:
+        self.mark = f"PITCHLORE_TEST={uuid.uuid4().hex}"
+        name, _, value = self.mark.partition("=")
+        self.said = b""
+        self._hand, screen = pty.openpty()
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", before + COMMAND_LINE, *map(str, words)],
+            stdin=screen, stdout=screen, stderr=screen, start_new_session=True,
+            env={**os.environ, name: value, **environment},
+            preexec_fn=_take_terminal,
+        )
+        os.close(screen)
+
+    def press(self, keys: bytes = CTRL_C) -> None:
+        """Press keys."""
+        os.write(self._hand, keys)
+
+    def until(self, text: str, seconds: float = 120.0) -> None:
+        """Read on until a text has been written."""
+        end = time.monotonic() + seconds
+        while text.encode() not in self.said:
+            assert time.monotonic() < end, f"{text!r} was not written in {seconds} s: {self.said!r}"
+            assert self._read(0.1), f"ended before it wrote {text!r}: {self.said!r}"
+
+    def end(self, seconds: float) -> int:
+        """The exit code; whatever is written until then is read."""
+        end = time.monotonic() + seconds
+        while self.process.poll() is None:
+            assert time.monotonic() < end, f"does not end in {seconds} s: {self.said!r}"
+            self._read(0.05)
+        while self._read(0.0):
+            pass
+        return self.process.returncode
+
+    def left(self, seconds: float) -> list[str]:
+        """The processes that are left of the command after some seconds, those that it started too."""
+        end = time.monotonic() + seconds
+        while (left := self._alive()) and time.monotonic() < end:
+            time.sleep(0.1)
+        return left
+
+    def close(self) -> None:
+        """End the command and whatever it left."""
+        self.process.kill()
+        self.process.wait()
+        for line in self._alive():
+            os.kill(int(line.split()[0]), 9)
+        os.close(self._hand)
+
+    def _alive(self) -> list[str]:
+        """The processes that have this terminal's mark in their environment, as ps shows them."""
+        every = subprocess.run(["ps", "axeww", "-o", "pid=,stat=,command="], capture_output=True, text=True,
+                               check=True, errors="replace").stdout
+        return [line for line in every.splitlines() if self.mark in line and line.split()[1][0] != "Z"]
+
+    def _read(self, seconds: float) -> bool:
+        """Read what is there; False if there is nothing and the terminal has closed or time is up."""
+        if not select.select([self._hand], [], [], seconds)[0]:
+            return seconds > 0 and self.process.poll() is None
+        try:
+            part = os.read(self._hand, 65_536)
+        except OSError:  # Linux says so when nobody has the terminal open any more
+            return False
+        self.said += part
+        return bool(part)
+
+
+@contextmanager
+def terminal(*words: object, before: str = "", environment: Mapping[str, str] = {}) -> Iterator[Terminal]:
+    """A command in a terminal; nothing of it is left in the end."""
+    opened = Terminal(*words, before=before, environment=environment)
+    try:
+        yield opened
+    finally:
+        opened.close()
+
+
+def _take_terminal() -> None:
+    """Make the terminal this session's, so that its keys signal this process group."""
+    import fcntl
+    import termios
+
+    fcntl.ioctl(0, termios.TIOCSCTTY, 0)

@@ -1,0 +1,148 @@
+"""Ctrl-C and kill: a command stops at any moment, says what is kept, and leaves no process behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+
+import pytest
+from conftest import clip
+from support.terminal import terminal
+
+from pipeline.store import Store
+
+STOPPED = "pitchlore: Stopped. What was finished is kept; run the command again to go on.\r\n"
+#: It takes 2 s at most; a busy machine may take longer, what hangs takes a minute.
+SOON_S = 20.0
+
+#: What a command is made to wait in for longer than any test.
+MOMENTS = {
+    "a task runs": """
+import time, flows.imports
+def forever(*_): print("moment", flush=True); time.sleep(600)
+flows.imports.import_recording = forever
+""",
+    "a file is written": """
+import os, time
+replace = os.replace
+def forever(source, target):
+    if str(target).endswith("receipt.json"): print("moment", flush=True); time.sleep(600)
+    replace(source, target)
+os.replace = forever
+""",
+    "it is loaded": """
+import time, flows.cli
+def forever(): print("moment", flush=True); time.sleep(600)
+flows.cli.command_line = forever
+""",
+    "the main thread is deaf": """
+import ctypes, flows.catalog
+def forever(*_):
+    print("moment", flush=True)
+    while True:
+        try: ctypes.CDLL(None).sleep(600)
+        except KeyboardInterrupt: pass
+flows.catalog.catalog.listing = forever
+""",
+}
+
+
+@pytest.fixture
+def derby(tmp_path):
+    path = tmp_path / "derby.csv"
+    clip(0.0, 5.0).write_csv(path)
+    return path
+
+
+@pytest.fixture
+def alone(monkeypatch):
+    """No Prefect server is named: the command brings its own."""
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
+
+
+def assert_stopped(command, presses=1):
+    for _ in range(presses):
+        command.press()
+        time.sleep(0.2)
+    assert command.end(SOON_S) == 130
+    assert command.said.decode().count(STOPPED) == 1
+    assert "Traceback" not in command.said.decode()
+    assert command.said.decode().endswith(STOPPED)
+    assert command.left(SOON_S) == []
+
+
+@pytest.mark.usefixtures("alone")
+@pytest.mark.parametrize("presses", [1, 2])
+@pytest.mark.parametrize("moment", ["a task runs", "a file is written"])
+def test_a_flow_stops(derby, tmp_path, moment, presses):
+    """Ctrl-C in a task that never ends, and between a file and its receipt."""
+    with terminal("import", derby, "--data", tmp_path / "data", before=MOMENTS[moment]) as command:
+        command.until("moment")
+        assert_stopped(command, presses)
+    assert list(Store(tmp_path / "data").receipts("matches")) == []
+
+
+@pytest.mark.usefixtures("alone")
+def test_a_flow_stops_while_prefect_starts(derby, tmp_path):
+    with terminal("import", derby, "--data", tmp_path / "data") as command:
+        command.until("starting")
+        time.sleep(1.0)
+        assert_stopped(command)
+
+
+def test_a_command_stops_while_it_is_loaded(tmp_path):
+    """Ctrl-C is heard before anything slow is loaded."""
+    with terminal("kb", "list", "--data", tmp_path, before=MOMENTS["it is loaded"]) as command:
+        command.until("moment")
+        assert_stopped(command)
+
+
+def test_a_deaf_command_stops(finished):
+    """Compiled code that returns to Python only to swallow the interrupt is ended after the grace."""
+    with terminal("sql", "select 1", "--data", finished, before=MOMENTS["the main thread is deaf"]) as command:
+        command.until("moment")
+        assert_stopped(command)
+
+
+def test_a_query_stops(finished):
+    forever = "select count(*) from range(100000) a, range(100000) b, range(1000) c where ? is not null"
+    told = """
+from pipeline.store import catalog
+ask = catalog.query
+def query(*arguments):
+    print("moment", flush=True)
+    return ask(*arguments)
+catalog.query = query
+"""
+    with terminal("sql", forever, "x", "--data", finished, before=told) as command:
+        command.until("moment")
+        time.sleep(0.5)  # into the query
+        assert_stopped(command)
+
+
+def test_what_ignores_ctrl_c_goes_on(finished):
+    """A shell starts what it runs in the background with SIGINT ignored."""
+    ignoring = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+    with terminal("kb", "list", "--json", "--data", finished, before=ignoring) as command:
+        command.press()
+        assert command.end(120.0) == 0
+
+
+@pytest.mark.usefixtures("alone")
+@pytest.mark.parametrize("seconds", [0.0, 1.5, 4.0])
+def test_no_process_outlives_a_killed_command(derby, tmp_path, seconds):
+    with terminal("import", derby, "--data", tmp_path / "data", before=MOMENTS["a task runs"]) as command:
+        command.until("starting")
+        time.sleep(seconds)
+        os.kill(command.process.pid, signal.SIGKILL)
+        command.end(SOON_S)
+        assert command.left(SOON_S) == []
+
+
+@pytest.mark.usefixtures("alone")
+def test_no_process_outlives_a_command_that_ends_well(derby, tmp_path):
+    with terminal("import", derby, "--data", tmp_path / "data") as command:
+        assert command.end(300.0) == 0
+        assert "1 imported" in command.said.decode()
+        assert command.left(SOON_S) == []
