@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from flows.cli import main
-from flows.matches import PLAYING, _nothing_logged, import_all
+from flows.imports import import_all
+from flows.matches import PLAYING, _nothing_logged
 from flows.record import recording
 from pipeline import matches
 from pipeline.arena.match.controllers import controller_of, controllers_of

@@ -1,0 +1,204 @@
+"""What an edit of the code costs: nothing that it does not change."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from conftest import ROOT, clip
+
+from flows import season as loop
+from flows.matches import Recording, import_recording
+from flows.stage import Chain, emit
+from flows.stages import STAGES
+from flows.update import nothing_new, scope_of
+from pipeline.settings import Settings
+from pipeline.store import Store
+from pipeline.studies.seasons.settings import Season, parse
+
+SETTINGS = Settings()
+
+#: A run without Prefect over the recording in the inbox.
+RUN = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+from flows.matches import import_recording, inbox
+from flows.stage import emit
+from flows.stages import STAGES
+from flows.update import nothing_new, scope_of
+from pipeline.settings import Settings
+from pipeline.store import Store
+store, settings = Store(Path(sys.argv[2])), Settings()
+if nothing_new(store, settings) is not None:
+    print("nothing new")
+else:
+    for recording in inbox(store):
+        import_recording(store, recording)
+    scope = scope_of(store, settings)
+    STAGES.make(store, settings, scope)
+    for noun in STAGES.versioned:
+        emit(store, STAGES[noun], STAGES[noun].settings(settings), scope)
+    print("made")
+"""
+
+
+def bring(store: Store, chain: Chain = STAGES) -> None:
+    """Bring a store up to date, without Prefect."""
+    scope = scope_of(store, SETTINGS)
+    chain.make(store, SETTINGS, scope)
+    for noun in chain.versioned:
+        emit(store, chain[noun], chain[noun].settings(SETTINGS), scope)
+
+
+def files(data: Path) -> dict[str, bytes]:
+    """Everything in a data folder, receipts without what wrote them."""
+    found = {}
+    for path in sorted(data.rglob("*")):
+        if path.is_file() and path.suffix != ".claim" and path.name != ".lock":
+            content = path.read_bytes()
+            if path.suffix == ".json":
+                content = json.dumps(json.loads(content) | {"software": None}).encode()
+            found[str(path.relative_to(data))] = content
+    return found
+
+
+@pytest.fixture(scope="module")
+def brought(tmp_path_factory) -> Path:
+    """A data folder after all stages over half a minute, and its recording."""
+    data = tmp_path_factory.mktemp("brought")
+    (data / "inbox").mkdir()
+    clip(100.0, 130.0).write_parquet(data / "inbox" / "clip.parquet")
+    import_recording(Store(data), Recording(file=data / "inbox" / "clip.parquet"))
+    bring(Store(data))
+    return data
+
+
+@pytest.fixture
+def store(brought, tmp_path) -> Store:
+    return Store(shutil.copytree(brought, tmp_path / "data"))
+
+
+def raised(noun: str, **other: object) -> Chain:
+    """The stages after one of them was changed and its version raised."""
+    later = dataclasses.replace(STAGES[noun], version=STAGES[noun].version + 1, **other)
+    return Chain(*(later if stage.noun == noun else stage for stage in STAGES.values()))
+
+
+def sums(store: Store) -> dict[str, dict[str, str]]:
+    """The SHA-256 of all files by noun."""
+    found: dict[str, dict[str, str]] = {}
+    for noun in STAGES:
+        for receipt in (*store.receipts(noun), *store.manifests(noun)):
+            found.setdefault(noun, {}).update(receipt.digests())
+    return found
+
+
+def test_a_comment_changes_nothing(brought, tmp_path):
+    """Data made by the code before a comment and after it are the same, and a run finds nothing to do."""
+    tree = tmp_path / "tree"
+    for package in ("pipeline", "flows", "schemas"):
+        shutil.copytree(ROOT / package, tree / package, ignore=shutil.ignore_patterns("__pycache__"))
+    for edited in ("pipeline/views/replay/__init__.py", "pipeline/situations/recognise.py", "flows/stage.py"):
+        with (tree / edited).open("a") as module:
+            module.write("\n# a remark\n")
+    data = tmp_path / "data"
+    shutil.copytree(brought / "inbox", data / "inbox")
+    said = [
+        subprocess.run([sys.executable, "-c", RUN, str(tree), str(folder)], cwd=tmp_path, check=True, text=True,
+                       capture_output=True, env={**os.environ, "PYTHONPATH": str(tree)}).stdout.strip()
+        for folder in (data, brought)
+    ]
+    assert said == ["made", "nothing new"]
+    assert files(data) == files(brought)
+    receipt, ours = (next(Store(folder).receipts("goals")) for folder in (data, brought))
+    assert receipt.software != ours.software, "the code was another one"
+
+
+def test_a_season_goes_on_over_an_edit(tmp_path, monkeypatch):
+    said = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 5'
+    own = Season(name="short", opponent="static", seed=1, settings=parse(said, where="here"))
+    loop.learn(tmp_path, own, 1, loop.play(tmp_path, own, 1), discard=False)
+    for module in ("outputs", "versions"):
+        monkeypatch.setattr(f"pipeline.store.{module}.software", lambda: "pitchlore 9.9+00000000")
+    assert loop.done(Store(tmp_path), own).details["games"] == 1
+    loop.learn(tmp_path, own, 2, loop.play(tmp_path, own, 2), discard=False)
+    assert loop.done(Store(tmp_path), own).details["games"] == 2
+
+
+def test_a_season_does_not_go_on_under_another_version_of_a_stage(tmp_path, monkeypatch):
+    said = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 5'
+    own = Season(name="short", opponent="static", seed=1, settings=parse(said, where="here"))
+    loop.learn(tmp_path, own, 1, loop.play(tmp_path, own, 1), discard=False)
+    monkeypatch.setattr(loop, "STAGES", raised("situations"))
+    with pytest.raises(Exception, match="was begun with other settings or by another version"):
+        loop.done(Store(tmp_path), own)
+
+
+def test_the_same_bytes_of_another_version_end_there(store):
+    """A raised version makes its own outputs again; with the same bytes nothing follows, no version is minted."""
+    before, goals = sums(store), {r.name: r.key for r in store.receipts("goals")}
+    later, remade = raised("situations"), []
+    perform = Chain.perform
+
+    class Watched(Chain):
+        def perform(self, store, stage, output, settings, scope):
+            remade.append((stage.noun, perform(self, store, stage, output, settings, scope)))
+            return remade[-1][1]
+
+    bring(store, Watched(*later.values()))
+    assert remade == [("situations", False)]
+    assert sums(store) == before
+    assert {r.name: r.key for r in store.receipts("goals")} == goals
+    assert (store.versions("knowledge"), store.versions("policies")) == ([1], [1])
+
+
+def test_other_bytes_go_as_far_as_they_change_anything(store):
+    """A changed stage runs again, and so does what is made from changed bytes; nothing else does."""
+    before = sums(store)
+    compute = STAGES["grams"].compute
+
+    def grams(inputs, settings):
+        made = compute(inputs, settings)
+        return dataclasses.replace(made, tables=[
+            (table.with_columns(value_sum=table["value_sum"] * 0.5), schema) for table, schema in made.tables])
+
+    bring(store, raised("grams", compute=grams))
+    after = sums(store)
+    for noun in ("matches", "trajectories", "situations", "goals"):
+        assert after[noun] == before[noun]
+    assert after["grams"] != before["grams"]
+    assert store.versions("knowledge") == [1, 2]
+
+
+@pytest.mark.parametrize("noun", ["knowledge", "policies"])
+def test_a_version_that_would_be_the_same_is_not_minted(store, noun):
+    later, computed = raised(noun), []
+
+    def compute(inputs, settings):
+        computed.append(inputs.version)
+        return STAGES[noun].compute(inputs, settings)
+
+    stage = dataclasses.replace(later[noun], compute=compute)
+    for _ in range(2):
+        manifest, new = emit(store, stage, stage.settings(SETTINGS), scope_of(store, SETTINGS))
+        assert (manifest.version, new) == (1, False)
+    assert computed == [2], "what was found is remembered"
+    assert store.versions(noun) == [1]
+
+
+def test_nothing_new_is_told_without_prefect(brought):
+    """The report of a run that has nothing to do, from a process that never loads Prefect."""
+    script = RUN + "\nassert not [name for name in sys.modules if name.partition('.')[0] == 'prefect']"
+    done = subprocess.run([sys.executable, "-c", script, str(ROOT), str(brought)], check=True, text=True,
+                          capture_output=True)
+    assert done.stdout.strip() == "nothing new"
+    report = nothing_new(Store(brought), SETTINGS)
+    assert (report.made, report.knowledge, report.policy) == (0, 1, 1)
+    assert [stage.kept for stage in report.stages] == [1, 1, 1, 1, 4, 4, 1]
