@@ -11,10 +11,10 @@ DEMO_DATA ?= data
 STUDY_DATA ?= data
 export PREFECT_SERVER_ANALYTICS_ENABLED := false
 
-.PHONY: help demo test quick lint docs bench study world paradigms seasons golden notebooks lock clean
+.PHONY: help demo demo-learners test quick lint docs bench study world paradigms seasons golden notebooks lock clean
 
 help:  ## show what can be made
-	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
 
 # The lock is what is installed: exact versions, checked by hash. Another Python makes the environment anew.
 $(READY): requirements.lock pyproject.toml
@@ -26,10 +26,9 @@ $(READY): requirements.lock pyproject.toml
 	@touch $@
 
 demo: $(READY)  ## a recording and three played matches in, knowledge and a trained policy out, which plays
-	$(BIN)/pitchlore import data/samples/rsim-vss-3v3.parquet --data $(DEMO_DATA)
-	$(BIN)/pitchlore record --home static --away static --matches 3 --minutes 4 --data $(DEMO_DATA)
-	$(BIN)/pitchlore run --data $(DEMO_DATA)
-	$(BIN)/pitchlore record --home learned --away static --minutes 4 --data $(DEMO_DATA)
+	$(BIN)/pitchlore demo data/samples/rsim-vss-3v3.parquet --data $(DEMO_DATA)
+
+demo-learners: $(READY)  ## a quick look at section 5 of the paper: its learners and their peers
 	$(BIN)/pitchlore paradigms --quick --figure 5 --data $(DEMO_DATA)
 
 test: $(READY) lint  ## lint, types, import contracts, tests

@@ -56,6 +56,11 @@ COMMANDS = (
         "pitchlore import derby.csv --map our-camera.toml",
     ),
     Command(
+        "demo", "demo:demo",
+        "Take a recording and three played matches through every stage, and show what came out.",
+        "pitchlore demo derby.csv",
+    ),
+    Command(
         "record", "record:record_matches",
         "Play matches between teams in the simulator and log them.",
         "pitchlore record --home static --away random --seed 7 --matches 3",

@@ -10,6 +10,8 @@ from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.match_id import chain_of
 from flows.commands.printing import console, print_json
 from pipeline.pitch import Pitch
+from pipeline.store import Store
+from pipeline.views.commentary import Commentary
 from pipeline.views.commentary import commentary as tell
 from pipeline.views.commentary.summary import heading, numbers
 from schemas import Goals, Matches, Referee, Situations, Trajectories
@@ -27,16 +29,7 @@ def commentary(
         json: Print what is told and the summary as JSON.
         common: Options of every command.
     """
-    store = common.existing
-    log, made = chain_of(store, match, "trajectories", "situations", "goals")
-    told = tell(
-        store.read_table(log, "matches", Matches),
-        store.read_table(log, "referee", Referee),
-        store.read_table(made["goals"], "goals", Goals),
-        store.read_table(made["situations"], "situations", Situations),
-        store.read_table(made["trajectories"], "trajectories", Trajectories),
-        Pitch.model_validate(log.details["pitch"]),
-    )
+    told = told_of(common.existing, match)
     moments = [moment for moment in told.moments if moment.kind == "goal" or not goals]
     if json:
         print_json({"moments": [moment.facts() for moment in moments],
@@ -51,3 +44,20 @@ def commentary(
     out.print()
     for line in numbers(told.summary):
         out.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+def told_of(store: Store, match: str) -> Commentary:
+    """The commentary of a match that its id, or the beginning of it, names.
+
+    Raises:
+        NotFound: if no or several matches are called so, or its stages have not run.
+    """
+    log, made = chain_of(store, match, "trajectories", "situations", "goals")
+    return tell(
+        store.read_table(log, "matches", Matches),
+        store.read_table(log, "referee", Referee),
+        store.read_table(made["goals"], "goals", Goals),
+        store.read_table(made["situations"], "situations", Situations),
+        store.read_table(made["trajectories"], "trajectories", Trajectories),
+        Pitch.model_validate(log.details["pitch"]),
+    )

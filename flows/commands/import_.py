@@ -39,6 +39,16 @@ def import_files(
         raise NotFound("no file was named", next_step="Name one or more recordings: pitchlore import FILE…")
     store = common.store
     recordings = [Recording(file=f, mapping=mapping) if mapping else with_map(f) for f in files]
+    report = bring_in(store, recordings)
+    if json:
+        print_json(report.model_dump())
+    else:
+        _print_matches(store, report)
+    sys.exit(1 if report.failed else 0)
+
+
+def bring_in(store: Store, recordings: list[Recording]) -> StageReport:
+    """Import recordings; Prefect is started only if there is one that is not here yet."""
     report = all_here(store, recordings)
     if report is None:
         with orchestrated(store) as begin:
@@ -47,11 +57,7 @@ def import_files(
             begin()
             report = StageReport.model_validate(matches_flow(store.root, recordings))
     refresh(store)
-    if json:
-        print_json(report.model_dump())
-    else:
-        _print_matches(store, report)
-    sys.exit(1 if report.failed else 0)
+    return report
 
 
 def _print_matches(store: Store, report: StageReport) -> None:

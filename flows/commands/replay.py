@@ -11,6 +11,8 @@ from flows.commands.common import DEFAULTS, Common
 from flows.commands.match_id import chain_of
 from flows.commands.printing import console, print_stand_in
 from pipeline.pitch import Pitch
+from pipeline.store import Store
+from pipeline.store.receipts import Receipt
 from pipeline.views.replay import page
 from pipeline.views.replay.animation import animation, seconds_shown
 from schemas import Goals, Matches, Referee, Situations, Trajectories
@@ -48,6 +50,29 @@ def replay(
         said = f"{gif} ({len(film) / 1e6:.2f} MB): {lasts:.4g} s from {start:g} s on"
         console().print(said, soft_wrap=True)
         return
+    path, log = write_page(store, match, output, hz)
+    size = path.stat().st_size / 1e6
+    console().print(f"{path} ({size:.2f} MB): open it in a browser", soft_wrap=True)
+    print_stand_in(log.details["home"], log.details["away"])
+
+
+def write_page(
+    store: Store, match: str, output: Path | None = None, hz: float = 20.0
+) -> tuple[Path, Receipt]:
+    """Write the replay page of a match that its id, or the beginning of it, names.
+
+    Args:
+        store: that it is in.
+        match: its id, or the beginning of it.
+        output: where to; None: ``replays/MATCH.html`` in the data folder.
+        hz: pictures a second of play.
+
+    Returns:
+        The page's path, and the receipt of the match's log.
+
+    Raises:
+        NotFound: if no or several matches are called so, or its stages have not run.
+    """
     log, made = chain_of(store, match, "trajectories", "situations", "goals")
     text = page(
         store.read_table(log, "matches", Matches),
@@ -60,5 +85,4 @@ def replay(
     )
     path = output or store.root / "replays" / f"{log.name}.html"
     store.write_bytes(path, text.encode())
-    console().print(f"{path} ({len(text) / 1e6:.2f} MB): open it in a browser", soft_wrap=True)
-    print_stand_in(log.details["home"], log.details["away"])
+    return path, log

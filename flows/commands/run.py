@@ -20,6 +20,7 @@ from flows.commands.printing import (
 )
 from flows.progress import RunReport
 from flows.update import nothing_new
+from pipeline.settings import Settings
 from pipeline.store import Store
 from schemas import Behaviours
 
@@ -40,20 +41,26 @@ def run(
         common: Options of every command.
     """
     store, chosen = common.store, common.settings(settings)
-    report = nothing_new(store, chosen, train=train)
-    if report is None:
-        with orchestrated(store) as begin:
-            from flows.run import run_flow  # noqa: PLC0415 (see orchestrated)
-
-            begin()
-            report = RunReport.model_validate(run_flow(store.root, None, chosen, train))
-    else:
-        refresh(store)
+    report = bring_up_to_date(store, chosen, train=train)
     if json:
         print_json(report.model_dump())
     else:
         _print_run(store, report)
     sys.exit(1 if report.failures else 0)
+
+
+def bring_up_to_date(store: Store, settings: Settings, *, train: bool = True) -> RunReport:
+    """Run all stages; Prefect is started only if there is something new."""
+    report = nothing_new(store, settings, train=train)
+    if report is None:
+        with orchestrated(store) as begin:
+            from flows.run import run_flow  # noqa: PLC0415 (see orchestrated)
+
+            begin()
+            report = RunReport.model_validate(run_flow(store.root, None, settings, train))
+    else:
+        refresh(store)
+    return report
 
 
 def _print_run(store: Store, report: RunReport) -> None:

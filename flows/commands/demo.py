@@ -1,0 +1,146 @@
+"""The command demo: matches through every stage, and what came out of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import polars as pl
+from rich.console import Console
+
+from flows import season as loop
+from flows.catalog import catalog_path, refresh
+from flows.commands.commentary import told_of
+from flows.commands.common import DEFAULTS, Common
+from flows.commands.import_ import bring_in
+from flows.commands.printing import SURE_AND_GOOD, bars, console, print_frame, spelt
+from flows.commands.replay import write_page
+from flows.commands.run import bring_up_to_date
+from flows.matches import with_map
+from flows.record import record
+from flows.report import write_report
+from flows.teams import entrant
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.errors import PitchloreError
+from pipeline.settings import Settings
+from pipeline.store import Store, catalog
+from pipeline.studies.seasons.settings import Season, named
+from schemas import Behaviours
+
+SAMPLE = Path("data/samples/rsim-vss-3v3.parquet")
+_MINUTES = 4.0
+#: A season that is short enough to be watched: three games of a minute.
+_GAMES, _GAME_S = 3, 60.0
+_GOALS_SHOWN = 8
+_QUESTION = """select s.name as situation, count(*) as seen,
+       round(100 * avg((exists (from goals g where g.match_id = s.match_id and g.team = s.team
+                        and g.t_ns - s.start_ns between 0 and 5e9))::int), 1) as goal_within_5s_pct
+from situations s where s.code in (21, 44, 47) group by all order by seen desc"""
+
+
+def demo(*recordings: Path, common: Common = DEFAULTS) -> None:
+    """Take a recording and three played matches through every stage, and show what came out.
+
+    What is there already is not made again: the second time it takes some seconds.
+
+    Args:
+        recordings: Recordings to import (default the sample of a checkout).
+        common: Options of every command.
+    """
+    store, out = common.store, console()
+    imported = bring_in(store, [with_map(file) for file in recordings or (SAMPLE,)])
+    for why in imported.failed.values():
+        raise PitchloreError(why.rstrip("."), next_step="Name a recording: pitchlore demo FILE")
+    played = [_play(store, "static", seed) for seed in (1, 2, 3)]
+    bring_up_to_date(store, Settings())
+    played.append(_play(store, "learned:1", 1))
+    bring_up_to_date(store, Settings())
+    season = _season(store)
+    refresh(store)
+    _scores(store, played, out)
+    _goals(store, played[0], out)
+    _behaviours(store, out)
+    _question(store, out)
+    _paths(store, played, season, common, out)
+
+
+def _play(store: Store, home: str, seed: int) -> str:
+    """Play a match against the static team unless it is there; its id."""
+    policies: dict[str, pl.DataFrame] = {}
+    recipe = Recipe(
+        home=entrant(store, home, policies).settings, away=TeamSettings(kind="static"), seed=seed,
+        referee=RefereeSettings(duration_s=60 * _MINUTES),
+    )
+    return record(store, recipe, policies)[0].name
+
+
+def _season(store: Store) -> Season:
+    """Play what is left of a short season."""
+    usual = named("best-in-games")
+    settings = usual.model_copy(update={
+        "games": _GAMES, "referee": usual.referee.model_copy(update={"duration_s": _GAME_S})})
+    season = Season(name="best-in-games", opponent="static", seed=1, settings=settings)
+    before = loop.done(store, season)
+    last = 0 if before is None else before.details["games"]
+    with bars() as progress:
+        progress.begin("season", _GAMES - last)
+        for game in range(last + 1, _GAMES + 1):
+            loop.take(store.root, loop.Turn(season, game), discard=False)
+            progress.advance("season", str(game))
+    return season
+
+
+def _scores(store: Store, played: list[str], out: Console) -> None:
+    rows = catalog.query(catalog_path(store), """
+        select match_id as match, home, away, score_home || ' : ' || score_away as score,
+               round(duration_s / 60, 1) as minutes
+        from matches order by list_position(?, match_id) nulls first, match_id""", [played])
+    out.print()
+    print_frame(rows, title="The matches")
+
+
+def _goals(store: Store, match: str, out: Console) -> None:
+    goals = [moment for moment in told_of(store, match).moments if moment.kind == "goal"]
+    out.print(f"\nHow the goals of {match} came about", style="bold", highlight=False)
+    for moment in goals[:_GOALS_SHOWN]:
+        out.print(moment.line(), markup=False, highlight=False, soft_wrap=True)
+    if len(goals) > _GOALS_SHOWN:
+        out.print(f"... and {len(goals) - _GOALS_SHOWN} more", highlight=False)
+
+
+def _behaviours(store: Store, out: Console) -> None:
+    newest = store.latest("knowledge")
+    assert newest is not None
+    known = store.read_table(newest, "behaviours", Behaviours).filter(pl.col("n") > 1)
+    best = known.sort(*SURE_AND_GOOD, descending=True).head(5)
+    out.print()
+    print_frame(best.select("role", spelt("codes").alias("what the robot does"), seen="support", worth="value"),
+                title=f"The five behaviours that paid most, of {known.height} (worth: 1 is a goal for, now)")
+
+
+def _question(store: Store, out: Console) -> None:
+    out.print("\nHow often does a goal follow within five seconds?", style="bold", highlight=False)
+    out.print(_QUESTION, markup=False, highlight=False)
+    print_frame(catalog.query(catalog_path(store), _QUESTION))
+
+
+def _paths(store: Store, played: list[str], season: Season, common: Common, out: Console) -> None:
+    page, _ = write_page(store, played[-1])
+    report = write_report(store).page
+    where = "" if common.data == DEFAULTS.data else f" --data {common.data}"
+    lines = [
+        ("Open", ""),
+        (str(page), "the match of the policy that learned from the others, to watch"),
+        (str(report), f"the report on {season.id}, an apprentice's first {_GAMES} games"),
+        ("Next", ""),
+        (f"pitchlore import YOUR-MATCH.csv{where}", "your own recording; then pitchlore run"),
+        (f"pitchlore sql --tables{where}", "every table, column and unit that you can ask"),
+        (f"pitchlore play --against static{where}", "drive a robot yourself"),
+        (f"pitchlore season --settings best{where}", "35 games: an apprentice that wins"),
+    ]
+    out.print()
+    for what, why in lines:
+        if why:
+            out.print(f"  {what}\n      {why}", markup=False, highlight=False, soft_wrap=True)
+        else:
+            out.print(what, style="bold", highlight=False)
