@@ -114,8 +114,8 @@ def _behaviours(store: Store, out: Console) -> None:
     known = store.read_table(newest, "behaviours", Behaviours).filter(pl.col("n") > 1)
     best = known.sort(*SURE_AND_GOOD, descending=True).head(5)
     out.print()
-    print_frame(best.select("role", spelt("codes").alias("what the robot does"), seen="support", worth="value"),
-                title=f"The five behaviours that paid most, of {known.height} (worth: 1 is a goal for, now)")
+    shown = best.select("role", spelt("codes").alias("what the robot does"), seen="support", worth="value")
+    print_frame(shown, title=f"The five behaviours that paid most, of {known.height} (1 is a goal at once)")
 
 
 def _question(store: Store, out: Console) -> None:
