@@ -50,12 +50,14 @@ docs: $(READY)  ## the site, into site/; a broken link fails
 
 # Each Python has an environment of its own; all that are here must write the same bytes.
 pythons:  ## the chain under each Python that is here; a file that differs fails
+	rm -f .chain-*.txt
 	for python in $(PYTHONS); do \
 	  $$python -c 'print()' >/dev/null 2>&1 || { echo "$$python is not here"; continue; }; \
 	  $(MAKE) chain PYTHON=$$python VENV=.venv-$$python || exit 1; \
 	done
-	sha256sum .chain-python3.*.txt
-	for python in .chain-python3.*.txt; do diff .chain-python3.*.txt $$python || exit 1; done
+	sha256sum .chain-*.txt
+	set -- .chain-*.txt; test $$# -gt 1 || { echo "one Python alone has nothing to differ from"; exit 1; }; \
+	  for other; do diff $$1 $$other || exit 1; done
 
 chain: $(READY)
 	PYTHONPATH=tests $(BIN)/python -m studies.chain .chain-$(notdir $(PYTHON)).txt
@@ -111,4 +113,4 @@ lock: $(READY)  ## resolve the dependencies anew
 	  -o requirements.lock
 
 clean:  ## remove the environment, the site and caches, never the data
-	rm -rf $(VENV) site .cache .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .benchmarks.json
+	rm -rf $(VENV) $(VENV)-* .chain-*.txt site .cache .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .benchmarks.json

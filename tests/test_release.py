@@ -34,6 +34,7 @@ def test_pythons():
     assert named == versions
     matrix = re.search(r"^ +python: \[(.*)\]$", text(".github/workflows/ci.yml"), re.MULTILINE)[1]
     assert re.findall(r'"(.*?)"', matrix) == versions
+    assert re.findall(r"^ +(3\.\d+)$", text(".github/workflows/ci.yml"), re.MULTILINE) == versions
     assert f"python_version < '3.{last + 1}'" in PROJECT["tool"]["uv"]["environments"][0]
 
 
@@ -82,5 +83,5 @@ def test_ci_calls_make():
     targets = set(re.findall(r"^([a-z]+):", text("Makefile"), re.MULTILINE))
     called = [target for name in (".github/workflows/ci.yml", ".pre-commit-config.yaml", ".ci/run")
               for target in re.findall(r"(?:run: |entry: |^)make (\w+)", text(name), re.MULTILINE)]
-    assert set(called) == {"test", "docs", "lint", "quick"}
+    assert set(called) == {"test", "docs", "pythons", "lint", "quick"}
     assert set(called) <= targets
