@@ -11,7 +11,7 @@ DEMO_DATA ?= data
 STUDY_DATA ?= data
 export PREFECT_SERVER_ANALYTICS_ENABLED := false
 
-.PHONY: help demo test quick lint docs pythons bench study world paradigms seasons golden notebooks lock clean
+.PHONY: help demo test quick lint docs pythons chain bench study world paradigms seasons golden notebooks lock clean
 
 help:  ## show what can be made
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'

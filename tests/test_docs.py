@@ -137,7 +137,6 @@ def missing(site: Path) -> list[str]:
 @pytest.mark.slow
 def test_site(reference, tmp_path):
     """The site builds strictly, and every link, picture and script of every page is there."""
-    pytest.importorskip("zensical", reason="the group docs of pyproject.toml is not installed")
     shutil.copytree(ROOT / "docs", tmp_path / "docs")
     shutil.copy(ROOT / "zensical.toml", tmp_path)
     reference.write(tmp_path / "docs" / "reference")

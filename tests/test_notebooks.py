@@ -5,12 +5,9 @@ from __future__ import annotations
 import sys
 
 import pytest
+from support.notebooks import NOTEBOOKS, executed, read, sample_data, shown
 
 from flows.cli import main
-
-pytest.importorskip("nbclient", reason="the group dev of pyproject.toml is not installed")
-
-from support.notebooks import NOTEBOOKS, executed, read, sample_data, shown
 
 
 @pytest.fixture(scope="module")

@@ -17,6 +17,17 @@ import pipeline
 
 PACKAGES = ("pipeline", "flows", "schemas")
 DATA = (".html", ".js", ".msg", ".toml", ".csv", ".typed")
+#: Every cell of every notebook, where the command put them.
+CELLS = """
+import json, os, pathlib
+os.chdir("notebooks")
+for path in sorted(pathlib.Path().glob("*.ipynb")):
+    names = {}
+    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), names)
+    print(path)
+"""
 #: A season that takes seconds.
 SEASON = 'base = "paper"\ngames = 1\n[referee]\nminutes = 0.2\n'
 
@@ -99,6 +110,7 @@ def test_away_from_the_checkout(installed):
     installed.run("pitchlore", "notebooks", "--no-open")
     copied = {path.name for path in (installed.folder / "notebooks").glob("*.ipynb")}
     assert copied == {path.name for path in (ROOT / "notebooks").glob("*.ipynb")}
+    assert installed.run("python", "-c", CELLS).split() == sorted(copied)
     studies = "from flows.shipped import shipped; print(*sorted(shipped('studies').rglob('*.csv')))"
     found = installed.run("python", "-c", studies).split()
     assert len(found) > 15
