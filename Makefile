@@ -11,7 +11,8 @@ DEMO_DATA ?= data
 STUDY_DATA ?= data
 export PREFECT_SERVER_ANALYTICS_ENABLED := false
 
-.PHONY: help demo demo-learners test quick lint docs bench study world paradigms seasons golden notebooks lock clean
+.PHONY: help demo demo-learners test quick lint docs pythons chain bench study world paradigms seasons golden notebooks \
+  lock clean
 
 help:  ## show what can be made
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -45,6 +46,21 @@ lint: $(READY)  ## style, types, import contracts
 docs: $(READY)  ## the site, into site/; a broken link fails
 	$(BIN)/python docs/reference.py
 	$(BIN)/zensical build --clean --strict
+	rm site/reference.py
+
+# Each Python has an environment of its own; all that are here must write the same bytes.
+pythons:  ## the chain under each Python that is here; a file that differs fails
+	rm -f .chain-*.txt
+	for python in $(PYTHONS); do \
+	  $$python -c 'print()' >/dev/null 2>&1 || { echo "$$python is not here"; continue; }; \
+	  $(MAKE) chain PYTHON=$$python VENV=.venv-$$python || exit 1; \
+	done
+	sha256sum .chain-*.txt
+	set -- .chain-*.txt; test $$# -gt 1 || { echo "one Python alone has nothing to differ from"; exit 1; }; \
+	  for other; do diff $$1 $$other || exit 1; done
+
+chain: $(READY)
+	PYTHONPATH=tests $(BIN)/python -m studies.chain .chain-$(notdir $(PYTHON)).txt
 
 bench: $(READY)  ## ours beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
@@ -88,7 +104,7 @@ golden: $(READY)  ## make the goldens anew; review the diff
 	git diff --stat -- tests/golden
 
 notebooks: $(READY)  ## run the notebooks anew and keep what they show; review the diff
-	$(BIN)/python -m tests.support.notebooks
+	PYTHONPATH=tests $(BIN)/python -m support.notebooks
 
 # One version of a package for all Pythons, so that all give the same bytes.
 lock: $(READY)  ## resolve the dependencies anew
@@ -97,4 +113,4 @@ lock: $(READY)  ## resolve the dependencies anew
 	  -o requirements.lock
 
 clean:  ## remove the environment, the site and caches, never the data
-	rm -rf $(VENV) site .cache .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .benchmarks.json
+	rm -rf $(VENV) $(VENV)-* .chain-*.txt site .cache .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .benchmarks.json

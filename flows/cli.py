@@ -101,6 +101,11 @@ COMMANDS = (
         'pitchlore sql "select name, count(*) n from situations group by all order by n desc"',
     ),
     Command(
+        "notebooks", "notebooks:notebooks",
+        "Copy the notebooks that come along into a folder, and open them in JupyterLab.",
+        "pitchlore notebooks --data league",
+    ),
+    Command(
         "situations", "situations:situations",
         "Print the rules of the 31 situations, or the fuzzy terms they are made of.",
         "pitchlore situations --terms --kind ssl",

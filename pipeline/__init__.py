@@ -19,6 +19,14 @@ def _kernels(folder: _Path) -> str:
     return found.hexdigest()[:8]
 
 
+def _cache() -> _Path:
+    """A folder that can be written to: beside the code, else the user's own cache."""
+    code = _HERE
+    if _os.access(code, _os.W_OK):
+        return code / "__pycache__"
+    return _Path(_os.environ.get("XDG_CACHE_HOME") or _Path.home() / ".cache") / "pitchlore"
+
+
 # numba's cache sees an edit of the file that a function is in, but not of those that it calls into:
 # what was compiled from other code must not be found
-_os.environ.setdefault("NUMBA_CACHE_DIR", str(_HERE / "__pycache__" / f"numba-{_kernels(_HERE)}"))
+_os.environ.setdefault("NUMBA_CACHE_DIR", str(_cache() / f"numba-{_kernels(_HERE)}"))

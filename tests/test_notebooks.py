@@ -1,22 +1,71 @@
-"""The notebooks run from top to bottom on what a run makes."""
+"""The notebooks run from top to bottom, and show what they are committed with."""
 
 from __future__ import annotations
 
-import json
+import sys
 
-import polars as pl
 import pytest
-from conftest import ROOT
+from support.notebooks import NOTEBOOKS, executed, read, sample_data, shown
 
-NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
+from flows.cli import main
+
+
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory):
+    """A data folder after a run on the sample recording."""
+    return sample_data(tmp_path_factory.mktemp("sample") / "data")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebook_is_not_stale(path, sample):
+    """Run again, every text is the committed one, and every picture is there."""
+    assert shown(executed(path, sample)) == shown(read(path)), "run `make notebooks` and review the diff"
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_every_cell_runs(path, finished, monkeypatch):
-    monkeypatch.setenv("PITCHLORE_DATA", str(finished))
-    cells = [c for c in json.loads(path.read_text(encoding="utf-8"))["cells"] if c["cell_type"] == "code"]
-    names: dict[str, object] = {}
-    with pl.Config():  # what a notebook shows is of no concern to others
-        for cell in cells:
-            exec("".join(cell["source"]), names)
-    assert len(cells) > 5
+def test_notebook_is_committed_with_outputs(path):
+    """Every notebook was run from top to bottom, shows tables and a picture, and is small."""
+    notebook = read(path)
+    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert [cell.execution_count for cell in code] == list(range(1, len(code) + 1))
+    outputs = [output for cell in shown(notebook) for output in cell]
+    assert len(outputs) > 5
+    assert "image" in outputs
+    assert path.stat().st_size < 400_000
+
+
+def notebooks(folder, *options) -> int:
+    """Exit code of the command."""
+    with pytest.raises(SystemExit) as ended:
+        main(["notebooks", str(folder), *options])
+    return ended.value.code or 0
+
+
+def test_copies(tmp_path, capsys):
+    """The command copies the notebooks that are not there and leaves those that are."""
+    kept = tmp_path / NOTEBOOKS[0].name
+    kept.write_text("mine", encoding="utf-8")
+    assert notebooks(tmp_path, "--no-open") == 0
+    assert kept.read_text(encoding="utf-8") == "mine"
+    for path in NOTEBOOKS[1:]:
+        assert (tmp_path / path.name).read_bytes() == path.read_bytes()
+    assert kept.name not in capsys.readouterr().out
+
+
+def test_opens(tmp_path, monkeypatch):
+    """The command hands over to JupyterLab, with the data folder in the environment."""
+    asked = {}
+    monkeypatch.setattr("flows.commands.notebooks.find_spec", lambda name: name)
+    monkeypatch.setattr("os.execve", lambda program, command, environment: asked.update(
+        program=program, command=command, data=environment["PITCHLORE_DATA"]))
+    notebooks(tmp_path / "nb", "--data", str(tmp_path / "league"))
+    assert asked == {"program": sys.executable, "data": str(tmp_path / "league"),
+                     "command": [sys.executable, "-m", "jupyterlab", str(tmp_path / "nb")]}
+
+
+def test_without_jupyterlab(tmp_path, monkeypatch, capsys):
+    """Without JupyterLab the command says in one line what to install."""
+    monkeypatch.setattr("flows.commands.notebooks.find_spec", lambda name: None)
+    assert notebooks(tmp_path, "--data", str(tmp_path)) == 1
+    assert "Install pitchlore[notebooks]" in capsys.readouterr().err

@@ -1,0 +1,228 @@
+"""Writes the reference from the code: every table, every settings model, every command.
+
+    python docs/reference.py
+
+``make docs`` calls it before the site is built. The pages are not committed, so they cannot be stale.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Iterator
+from enum import Enum
+from inspect import cleandoc
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from docstring_parser import Docstring, parse
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from flows.cli import COMMANDS, command_line
+from pipeline.arena.match.recipe import MatchSettings
+from pipeline.importers.tracking_map import TrackingMap
+from pipeline.settings import Settings
+from pipeline.studies.seasons.settings import SeasonSettings
+from schemas import PUBLIC, Table
+
+HERE = Path(__file__).parent / "reference"
+
+#: What a user writes in TOML: the option that takes the file, and the model that it fills.
+FILES: dict[str, type[BaseModel]] = {
+    "run --settings FILE": Settings,
+    "record --settings FILE": MatchSettings,
+    "season --settings FILE": SeasonSettings,
+    "import --map FILE": TrackingMap,
+}
+_ALSO = {
+    "run --settings FILE": "`train` and `serve` take the same file.",
+    "record --settings FILE": "`play` and `evaluate` take the same file.",
+    "season --settings FILE": (
+        "The key `base` names settings that come along (`best`, `paper`). The file says what differs."
+    ),
+    "import --map FILE": "The file may also lie beside the recording: `NAME.csv.toml`, or `map.toml`.",
+}
+_ON_TABLES = """Every table is a view of `data/catalog.duckdb`.
+`pitchlore sql --tables` prints the same columns. A column is null only where its type says so."""
+_ON_SETTINGS = """Settings are TOML. A file says what differs from the defaults. An unknown key is an error.
+The end of a name is its unit: `_s` seconds, `_ns` nanoseconds, `_m` metres. Other units stand in the meaning.
+A number without a unit is a count or a ratio."""
+_BOUNDS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤", "min_length": "length ≥", "max_length": "length ≤"}
+
+
+def tables() -> str:
+    """The page of all public tables: every column with its type, unit, bounds and meaning."""
+    parts = ["# Tables", _ON_TABLES]
+    for name, schema in PUBLIC.items():
+        rows = [(f"`{column}`", *_column(schema, column), meaning)
+                for column, meaning in _descriptions(schema).items()]
+        parts += [f"## {name}", _prose(schema.__doc__), f"Version {schema.VERSION} of the schema.",
+                  _table(("column", "type", "unit", "bounds", "meaning"), rows)]
+    return "\n\n".join(parts) + "\n"
+
+
+def settings() -> str:
+    """The page of all settings that a file may hold: every key with its type, default, bounds and meaning."""
+    parts = ["# Settings", _ON_SETTINGS]
+    said: dict[type[BaseModel], list[tuple[str, ...]]] = {}
+    for option, root in FILES.items():
+        parts += [f"## {option}", _ALSO[option]]
+        for path, model, defaults in models(root):
+            keys = _keys(model, defaults)
+            heading = f"### {path or 'Top level'}"
+            if said.get(model) == keys:
+                parts += [heading, f"The keys and defaults of [{model.__name__}](#{_anchor(model)})."]
+                continue
+            if model not in said:
+                said[model] = keys
+                heading += f" {{ #{_anchor(model)} }}"
+            parts += [heading, _prose(_doc(model).description)]
+            if keys:
+                parts.append(_table(("key", "type", "default", "bounds", "meaning"), keys))
+    return "\n\n".join(parts) + "\n"
+
+
+def commands() -> str:
+    """The page of all commands: arguments, options, defaults and an example of each."""
+    text = command_line().generate_docs(output_format="markdown")
+    text = text.replace("# pitchlore\n", "# Commands\n", 1)
+    text = re.sub(r"## Table of Contents\n.*?(?=\*\*Commands\*\*)", "", text, count=1, flags=re.DOTALL)
+    for command in COMMANDS:
+        heading = f"# pitchlore {command.name}\n"
+        text = text.replace(heading, f"{heading}\nExample: `{command.example}`\n", 1)
+    return text
+
+
+def models(
+    model: type[BaseModel], path: str = "", defaults: BaseModel | None = None,
+) -> Iterator[tuple[str, type[BaseModel], BaseModel | None]]:
+    """A model and those inside it, each with its TOML table and its defaults, None where it has none.
+
+    A table is written ``[a.b]``, a list of tables ``[[a.b]]``, and the top level as the empty string.
+    """
+    yield path, model, defaults
+    inside = path.strip("[]")
+    for name, field in model.model_fields.items():
+        table = f"{inside}.{name}" if inside else name
+        value = getattr(defaults, name) if defaults is not None else _given(field)
+        if _is_model(field.annotation):
+            yield from models(field.annotation, f"[{table}]", value)  # type: ignore[arg-type]
+        elif get_origin(field.annotation) is tuple and _is_model(get_args(field.annotation)[0]):
+            yield from models(get_args(field.annotation)[0], f"[[{table}]]")
+
+
+def _is_model(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+def _given(field: FieldInfo) -> Any:
+    """A field's default, None if it has none."""
+    return None if field.is_required() else field.get_default(call_default_factory=True)
+
+
+def _descriptions(schema: type[Table]) -> dict[str, str]:
+    return {name: str(column.description) for name, column in schema.columns().items()}
+
+
+def _column(schema: type[Table], name: str) -> tuple[str, str, str]:
+    """Type, unit and bounds of a column."""
+    column = schema.columns()[name]
+    categories = getattr(column.dtype, "categories", None)
+    kind = " or ".join(f"`{c}`" for c in categories) if categories is not None else f"`{column.dtype}`"
+    if column.nullable:
+        kind += ", or null"
+    limits = [f"{sign} {limit}" for attribute, sign in
+              (("min", "≥"), ("max", "≤"), ("min_exclusive", ">"), ("max_exclusive", "<"))
+              if (limit := getattr(column, attribute, None)) is not None]
+    return kind, str((column.metadata or {}).get("unit", "")), ", ".join(limits)
+
+
+def _keys(model: type[BaseModel], defaults: BaseModel | None) -> list[tuple[str, ...]]:
+    """A row for each key of a model that is not a table of its own."""
+    said = {name: meaning for base in reversed(model.__mro__) if issubclass(base, BaseModel)
+            for name, meaning in _meanings(_doc(base)).items()}
+    return [
+        (f"`{name}`", _type(field.annotation), _default(field, defaults, name), _bounds(field),
+         said.get(name, ""))
+        for name, field in model.model_fields.items() if not _is_model(field.annotation)
+    ]
+
+
+def _doc(model: type[BaseModel]) -> Docstring:
+    return parse(model.__doc__ or "")
+
+
+def _meanings(doc: Docstring) -> dict[str, str]:
+    return {name.strip(): _code(param.description or "")
+            for param in doc.params for name in param.arg_name.split(",")}
+
+
+def _type(annotation: Any) -> str:
+    """A type in words: the values of a choice, else the name."""
+    arguments = get_args(annotation)
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        return _type(arguments[0])
+    if origin is Literal:
+        return " or ".join(f'`"{value}"`' for value in arguments)
+    if origin in (Union, UnionType):
+        return " or ".join(_type(a) for a in arguments if a is not NoneType)
+    if origin is tuple:
+        return f"list of {_type(arguments[0])}"
+    if origin is dict:
+        return f"table of {_type(arguments[1])}"
+    if issubclass(annotation, Enum):
+        return " or ".join(f'`"{member.value}"`' for member in annotation)
+    return f"`{annotation.__name__}`"
+
+
+def _default(field: FieldInfo, defaults: BaseModel | None, name: str) -> str:
+    if defaults is None and field.is_required():
+        return "none: must be given"
+    value = _given(field) if defaults is None else getattr(defaults, name)
+    if value is None:
+        return "not given"
+    if isinstance(value, tuple) and any(isinstance(item, BaseModel) for item in value):
+        return f"{len(value)} tables"
+    return f"`{json.dumps(value)}`"
+
+
+def _bounds(field: FieldInfo) -> str:
+    return ", ".join(f"{sign} {getattr(limit, name)}" for limit in field.metadata
+                     for name, sign in _BOUNDS.items() if hasattr(limit, name))
+
+
+def _anchor(model: type[BaseModel]) -> str:
+    return model.__name__.lower()
+
+
+def _prose(text: str | None) -> str:
+    """A docstring as Markdown, a paragraph a line."""
+    return _code("\n\n".join(" ".join(part.split()) for part in cleandoc(text or "").split("\n\n")))
+
+
+def _code(text: str) -> str:
+    """One line of a docstring, its literals as Markdown's."""
+    return re.sub(r":\w+:`~?\.?([^`]+)`", r"`\1`", text).replace("``", "`")
+
+
+def _table(names: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    lines = [names, tuple("---" for _ in names), *rows]
+    return "\n".join("| " + " | ".join(" ".join(cell.split()).replace("|", r"\|") for cell in line) + " |"
+                     for line in lines)
+
+
+PAGES = {"tables.md": tables, "settings.md": settings, "commands.md": commands}
+
+
+def write(folder: Path) -> None:
+    """Write all pages into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, page in PAGES.items():
+        (folder / name).write_text(page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write(HERE)

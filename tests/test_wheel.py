@@ -1,0 +1,129 @@
+"""The wheel works away from the checkout: it has all its files, and runs in an empty folder."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+from conftest import ROOT, clip
+
+import pipeline
+
+PACKAGES = ("pipeline", "flows", "schemas")
+DATA = (".html", ".js", ".msg", ".toml", ".csv", ".typed")
+#: Every cell of every notebook, where the command put them.
+CELLS = """
+import json, os, pathlib
+os.chdir("notebooks")
+for path in sorted(pathlib.Path().glob("*.ipynb")):
+    names = {}
+    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), names)
+    print(path)
+"""
+#: A season that takes seconds.
+SEASON = 'base = "paper"\ngames = 1\n[referee]\nminutes = 0.2\n'
+
+
+@pytest.fixture(scope="session")
+def wheel(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("dist")
+    subprocess.run([sys.executable, "-m", "hatchling", "build", "--target", "wheel", "--directory", folder],
+                   cwd=ROOT, check=True, capture_output=True)
+    (found,) = folder.glob("*.whl")
+    return found
+
+
+class Installed:
+    """A fresh environment with the wheel in it, and an empty folder to work in."""
+
+    def __init__(self, bin_: Path, folder: Path) -> None:
+        self.bin, self.folder = bin_, folder
+
+    def run(self, *command: str) -> str:
+        """Standard output of a command; it must succeed."""
+        environment = {name: value for name, value in os.environ.items()
+                       if name not in ("PYTHONPATH", "PITCHLORE_DATA", "NUMBA_CACHE_DIR")}
+        done = subprocess.run([self.bin / command[0], *command[1:]], cwd=self.folder, env=environment,
+                              capture_output=True, text=True, timeout=600)
+        assert done.returncode == 0, f"{command}:\n{done.stdout}\n{done.stderr}"
+        return done.stdout
+
+
+@pytest.fixture(scope="session")
+def installed(wheel, tmp_path_factory) -> Installed:
+    place, folder = tmp_path_factory.mktemp("fresh"), tmp_path_factory.mktemp("empty")
+    venv.create(place, symlinks=True)
+    (site,) = place.glob("lib/python*/site-packages")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(site)
+    # the dependencies are those of this environment; a plain path does not bring its editable checkout along
+    own = [path for path in sys.path if Path(path).name == "site-packages"]
+    (site / "dependencies.pth").write_text("\n".join(own), encoding="utf-8")
+    script = place / "bin" / "pitchlore"
+    script.write_text(f"#!{place}/bin/python\nfrom flows.cli import main\nmain()\n", encoding="utf-8")
+    script.chmod(0o755)
+    return Installed(place / "bin", folder)
+
+
+@pytest.mark.slow
+def test_files(wheel):
+    """Every page, script, message, table and settings file of the packages is in the wheel, and the licence."""
+    held = set(zipfile.ZipFile(wheel).namelist())
+    wanted = {path.relative_to(ROOT).as_posix() for package in PACKAGES for path in (ROOT / package).rglob("*")
+              if path.suffix in DATA or path.name == "py.typed"}
+    assert {Path(name).suffix for name in wanted} == set(DATA)
+    assert wanted <= held
+    assert {f"flows/shipped/notebooks/{path.name}" for path in (ROOT / "notebooks").glob("*.ipynb")} <= held
+    assert {name.split("/")[0] for name in held} == {*PACKAGES, f"pitchlore-{pipeline.__version__}.dist-info"}
+    licences = f"pitchlore-{pipeline.__version__}.dist-info/licenses"
+    assert {f"{licences}/LICENSE", f"{licences}/NOTICE"} <= held
+    assert not [name for name in held if "__pycache__" in name or name.endswith((".png", ".jsonl"))]
+
+
+@pytest.mark.slow
+def test_away_from_the_checkout(installed):
+    """Import, run, replay, season and the notebooks work from the wheel in an empty folder."""
+    where = installed.run("python", "-c", "import pipeline, flows, schemas; print(pipeline.__file__)")
+    assert not Path(where).is_relative_to(ROOT)
+    assert Path(where).is_relative_to(installed.bin.parent)
+    clip(0.0, 40.0).write_parquet(installed.folder / "derby.parquet")
+    (installed.folder / "tiny.toml").write_text(SEASON, encoding="utf-8")
+
+    installed.run("pitchlore", "import", "derby.parquet")
+    report = json.loads(installed.run("pitchlore", "run", "--json"))
+    assert report["knowledge"] == 1
+    installed.run("pitchlore", "replay", "derby")
+    (page,) = (installed.folder / "data" / "replays").glob("*.html")
+    assert "<script" in page.read_text(encoding="utf-8")
+    played = json.loads(installed.run(
+        "pitchlore", "season", "--settings", "tiny.toml", "--opponent", "static", "--json"))
+    assert [row["games"] for row in played["seasons"]] == [1]
+
+    installed.run("pitchlore", "notebooks", "--no-open")
+    copied = {path.name for path in (installed.folder / "notebooks").glob("*.ipynb")}
+    assert copied == {path.name for path in (ROOT / "notebooks").glob("*.ipynb")}
+    assert installed.run("python", "-c", CELLS).split() == sorted(copied)
+    studies = "from flows.shipped import shipped; print(*sorted(shipped('studies').rglob('*.csv')))"
+    found = installed.run("python", "-c", studies).split()
+    assert len(found) > 15
+    assert all(Path(path).is_relative_to(installed.bin.parent) for path in found)
+
+
+def test_compiled_functions_are_kept_where_one_can_write(monkeypatch, tmp_path):
+    """numba's cache lies beside the code, or in the user's cache where the code is read-only."""
+    code = Path(pipeline.__file__).parent
+    assert pipeline._cache() == code / "__pycache__"
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert pipeline._cache() == tmp_path / "pitchlore"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert pipeline._cache() == tmp_path / ".cache" / "pitchlore"
