@@ -72,7 +72,7 @@ class Samples(NamedTuple):
 
 
 class Gaps(NamedTuple):
-    """How samples without a situation are filled, and what an occurrence needs to be accepted.
+    """Settings of :func:`resolve`: acceptance of occurrences and filling of gaps.
 
     Attributes:
         least_share: least share of an occurrence that must be free.
