@@ -1,8 +1,8 @@
-"""Decisions: which behaviour a robot began in which state, and what came of it.
+"""Decisions: the behaviour that a robot began in a state, with its reward and value.
 
-A robot whose team did not log what it chose is read as if it had chosen the behaviours that are found
-in its sequence of situations (paper sections 3.2.2 and 4); what lies between two of them belongs to
-the first.
+If a team logged its choices, those are its decisions. Otherwise the behaviours found in a robot's
+sequence of situations count as its choices (paper sections 3.2.2 and 4). The time between two of them
+belongs to the first.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
 from schemas import TEAMS, Decisions
 
-#: Referee events after which an episode has ended for good; "kick-off" alone does not tell why.
+#: Referee events that end an episode; "kick-off" alone does not explain the end.
 _FINAL = ("goal", "fault", "stop", "half", "end")
 
 
 class Instance(NamedTuple):
-    """Behaviours that a robot showed one after the other.
+    """Instances of behaviours, none sharing a situation with another.
 
     Attributes:
-        first: int64 [I], row of each one's first situation, increasing.
+        first: int64 [I], row of each instance's first situation, increasing.
         last: int64 [I], row of its last situation.
         pattern: int64 [I], row of the behaviour in the table of patterns.
     """
@@ -44,7 +44,7 @@ def observe(
     pitch: Pitch,
     grams: GramSettings,
 ) -> pl.DataFrame:
-    """The decisions that all robots of a match show.
+    """Decisions of all robots of a match, read from their situations.
 
     Args:
         valued: rows of schema Situations with column ``value`` (``pipeline.grams.count.value``).
@@ -56,10 +56,10 @@ def observe(
 
     Returns:
         Rows of schema Decisions, none of them chosen. A robot's behaviours do not overlap: longer
-        ones go first, then earlier ones. Decisions in unknown states are left out. An episode is a
-        segment; a robot's last decision in it ends when the event does that ended the segment, with
-        +1 or -1 for a goal. If the recording does not tell why the segment ended it is truncated,
-        and ends with the segment's last sample.
+        ones have precedence, then earlier ones. Decisions in unknown states are left out. An episode is
+        a segment. A robot's last decision in it ends at the event that ended the segment, with reward +1
+        or -1 for a goal. If no event explains the segment's end, the decision is truncated and ends with
+        the segment's last sample.
     """
     shown = resolve(valued, patterns, grams.gap_s)
     begun = valued[shown.first]
@@ -103,12 +103,12 @@ def observe(
 
 
 def complete(seen: pl.DataFrame, logged: pl.DataFrame) -> pl.DataFrame:
-    """All decisions of a match: of a team that logged what it chose those, of another those seen.
+    """The decisions of a match: logged ones for a team that has any, observed ones for the other.
 
     Args:
-        seen: rows of schema Decisions, what :func:`observe` returns.
-        logged: rows of schema Decisions of the same match's log, whose column ``value`` was computed
-            from its goals (``pipeline.grams.count.value``): while it was played nobody knew the next one.
+        seen: rows of schema Decisions from :func:`observe`.
+        logged: rows of schema Decisions of the same match's log. Their column ``value`` was computed
+            from the match's goals (``pipeline.grams.count.value``), unknown when they were logged.
 
     Returns:
         Rows of schema Decisions.
@@ -119,10 +119,10 @@ def complete(seen: pl.DataFrame, logged: pl.DataFrame) -> pl.DataFrame:
 
 
 def resolve(situations: pl.DataFrame, patterns: pl.DataFrame, gap_s: float) -> Instance:
-    """Instances of behaviours of which no two share a situation.
+    """Instances of behaviours, none sharing a situation with another.
 
-    Lengths come in the order of the rounds, each in what the longer ones did not cover; of
-    overlapping instances of one length the earliest goes first.
+    Longer patterns are matched first, shorter ones in the situations that these leave. Of overlapping
+    instances of one length the earliest is kept.
     """
     first, last, pattern = [np.empty(0, dtype=np.int64) for _ in range(3)]
     for found in instances(situations, patterns, gap_s):
@@ -138,17 +138,17 @@ def resolve(situations: pl.DataFrame, patterns: pl.DataFrame, gap_s: float) -> I
 
 
 def episodes(trajectories: pl.DataFrame, referee: pl.DataFrame) -> pl.DataFrame:
-    """How each segment of play ended.
+    """The end of each segment of play, and the event that caused it.
 
-    The event that ended a segment is looked for after its start, up to the start of the next
-    segment (included: some sources log a goal with the restart). If there is a goal it is the
-    goal, else the first event that stops play; a goal whose scorer is unknown tells no reward,
-    so that its segment counts as cut.
+    The event lies after the segment's start, up to the start of the next segment. That start is
+    included, because some sources log a goal with the restart. A goal has precedence; otherwise the
+    first event that stops play counts. A goal without a known team gives no reward, so its segment
+    counts as truncated.
 
     Returns:
-        Columns episode (int32), over_ns (int64: the event's time; the segment's last sample
-        where nothing tells why it ended), outcome (the event or null) and scorer ('home',
-        'away' or null), sorted by episode.
+        Columns episode (int32), over_ns (int64: the event's time, or the segment's last sample
+        without an event), outcome (the event or null) and scorer ('home', 'away' or null), sorted
+        by episode.
     """
     segments = (
         trajectories.lazy()

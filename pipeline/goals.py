@@ -25,10 +25,10 @@ _FLICKER = 2
 
 
 class _Touches(NamedTuple):
-    """Samples at which a robot touches the ball, each [n]; by time, of equal times the nearest last.
+    """Samples at which a robot touches the ball, each [n]; by time, at equal times the nearest robot last.
 
     Attributes:
-        t_ns: when.
+        t_ns: time.
         ball: row of the ball at that time, in _BallInPlay.
         team: index into TEAMS.
         robot: its number.
@@ -51,7 +51,7 @@ class _BallInPlay(NamedTuple):
     vy: F32
 
     def before(self, t_ns: int) -> _BallInPlay:
-        """What was seen before a time."""
+        """The ball's samples before a time."""
         seen = slice(int(np.searchsorted(self.t_ns, t_ns)))
         return _BallInPlay(
             self.t_ns[seen], self.segment[seen], self.x[seen], self.y[seen], self.vx[seen], self.vy[seen]
@@ -80,28 +80,28 @@ def attribute(
     pitch: Pitch,
     settings: GoalSettings | None = None,
 ) -> pl.DataFrame:
-    """Who made each goal, and how.
+    """Robot and kind of each goal.
 
-    A robot touches the ball where their centres are less than the contact distance of the kind of
-    match apart. The touches of the last ``before_s`` of play before the goal are looked at; where
-    there are none, all since play last stopped or restarted.
+    A robot touches the ball where the distance of their centres is below the contact distance of the
+    kind of match. The touches of the last ``before_s`` of play before the goal count; without any, all
+    since play last stopped or restarted.
 
-    1. Last touch by the scoring team, covered by a situation 021, 011 or 001 of the robot, and the
-       ball then on a straight line into the goal: direct, and the robot's.
-    2. Any other last touch by the scoring team: indirect, and the robot's.
-    3. Last touch by the defending team: indirect, and the robot's who shot, if the scoring team had
-       touched the ball at most ``deflect_s`` earlier and either its line already went into the goal,
-       or that touch was 021 and the defender was hit (047). Otherwise an error of the adversary, and
-       the defending robot's.
-    4. No touch, or a goal whose team is not known: null, nobody's.
+    1. The scoring team touched last, during a situation 021, 011 or 001 of the robot, and the ball then
+       took a straight line into the goal: direct, by that robot.
+    2. The scoring team touched last in any other way: indirect, by that robot.
+    3. The defending team touched last. It is indirect, by the shooter, if the scoring team had touched
+       the ball at most ``deflect_s`` earlier, and either the ball's line already went into the goal, or
+       that touch was 021 and the defender was hit (047). Otherwise it is an error of the adversary, by
+       the defending robot.
+    4. Without a touch, or without a known scoring team: robot and kind are null.
 
-    Only samples in play, strictly before the goal, that are not suspect count: a goal may be given
-    after the bodies were put back, or when play has long stopped.
+    Only samples in play, strictly before the goal, that are not suspect count. Some sources log a goal
+    after the bodies were put back, or long after play stopped.
 
     Args:
         referee: rows of schema Referee of one match.
         trajectories: rows of schema Trajectories of that match.
-        situations: rows of schema Situations of that match; without any no goal is direct.
+        situations: rows of schema Situations of that match; without any, no goal is direct.
         pitch: of the match.
         settings: of the stage, None for the defaults.
 
@@ -133,7 +133,7 @@ def attribute(
 
 
 def _touches(in_play: pl.DataFrame, contact: float) -> tuple[_BallInPlay, _Touches]:
-    """The ball, and all its touches."""
+    """The ball in play, and all touches of it."""
     ball = in_play.filter(pl.col("team") == "ball").sort("t_ns").with_row_index("ball")
     near = (
         in_play.filter(pl.col("team") != "ball")
@@ -153,7 +153,7 @@ def _touches(in_play: pl.DataFrame, contact: float) -> tuple[_BallInPlay, _Touch
 
 
 def _episodes(situations: pl.DataFrame) -> _Episodes:
-    """The situations that the rules ask for."""
+    """Situations with a code that the rules of :func:`attribute` name."""
     asked = situations.filter(pl.col("code").is_in([*OWN_ACTION, HIT])).with_columns(
         pl.col("team").to_physical()
     )

@@ -1,4 +1,4 @@
-"""Knowledge: the behaviours of one version and the states in which they were seen."""
+"""Knowledge: the behaviours of one version, and the states in which they began."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _BUFFERED_ROWS = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """What changed from one version of the knowledge to another.
+    """Changes from one version of the knowledge to another.
 
     Attributes:
         behaviours: one row a behaviour that was added, removed or changed (support or value):
@@ -46,20 +46,18 @@ def behaviours(patterns: Iterable[pl.DataFrame], version: int) -> pl.DataFrame:
 
 
 def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFrame:
-    """Behaviours of several versions as those of one that saw it all.
+    """Merge behaviours of several versions into those of one.
 
     Support and value are exactly those over the instances of all parts: sums of values are multiples of
-    ``pipeline.sequences.QUANTUM``, and are found again by rounding (below a support of about a
-    million).
-    So merging in steps is merging at once. The spread is pooled from the parts' own: the variance is
-    the mean over all instances of their part's variance and its mean's squared distance from the whole's.
+    ``pipeline.sequences.QUANTUM``, and rounding recovers them (below a support of about a million). So
+    merging in steps equals merging at once. The spread is pooled by the law of total variance.
 
     Args:
         parts: rows of schema Behaviours, of distinct instances; the earlier versions first.
         version: of the result, at least 1.
 
     Returns:
-        Rows of schema Behaviours. ``neuron`` is of the map that found the behaviour last.
+        Rows of schema Behaviours. ``neuron`` refers to the latest map that found the behaviour.
     """
     found = pl.concat([Behaviours.empty(), *parts])
     sums = pl.Series("sum", exact((found["value"] * found["support"]).to_numpy()))
@@ -74,6 +72,7 @@ def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFram
         neuron=pl.col("neuron").last(),
     )
     return _behaviours(merged, version)
+
 
 def _behaviours(patterns: pl.DataFrame, version: int) -> pl.DataFrame:
     """Patterns as rows of one version, in the schema's order."""
@@ -90,19 +89,19 @@ def occasions(
     settings: KnowledgeSettings = KnowledgeSettings(),
     known: pl.Series | None = None,
 ) -> pl.DataFrame:
-    """Count the states in which behaviours were begun, by every key of the settings.
+    """Count the states in which behaviours began, by every key of the settings.
 
     The result does not depend on the order of the tables; memory is bounded by the number of
     distinct (role, key, state, behaviour).
 
     Args:
         decisions: rows of schema Decisions, a table a match. A null behaviour, "moves randomly",
-            counts as the behaviour of the one code 194: the paper's learner starts from it in
-            every new state and values it as any other (sections 4 and 6).
+            counts as the behaviour of the one code 194. The paper's learner starts from it in every
+            new state and values it like any other (sections 4 and 6).
         version: of the knowledge, at least 1.
         settings: state_key, backoff, teams, own and optimistic.
-        known: ids of the behaviours of the version, [B]; one that a player chose and that is not among
-            them (it played by other knowledge) is no occasion. None if all are known.
+        known: ids of the behaviours of the version, [B]. A chosen behaviour outside them, from other
+            knowledge, is no occasion. None if all are known.
 
     Returns:
         Rows of schema Occasions. ``initial`` is the greatest value of the behaviours seen in the
@@ -130,9 +129,9 @@ def occasions(
 def merge_occasions(
     parts: Iterable[pl.DataFrame], version: int, settings: KnowledgeSettings = KnowledgeSettings()
 ) -> pl.DataFrame:
-    """Occasions of several versions as those of one that saw it all.
+    """Merge occasions of several versions into those of one.
 
-    Exact as :func:`merge_behaviours` is: what :func:`occasions` gives for all decisions together.
+    The result is exact: it equals :func:`occasions` of all decisions together.
 
     Args:
         parts: rows of schema Occasions, of distinct decisions, in any order.
@@ -143,12 +142,12 @@ def merge_occasions(
 
 
 def _seen(table: pl.DataFrame, settings: KnowledgeSettings) -> pl.DataFrame:
-    """What the robots that are learned from were seen to begin."""
+    """Occasions from observed decisions of the teams that are learned from."""
     return _counted(table.filter(~pl.col("chosen"), pl.col("team").is_in(settings.teams)))
 
 
 def _own(table: pl.DataFrame, settings: KnowledgeSettings, known: pl.Series | None) -> pl.DataFrame:
-    """What the states add in which a player decided."""
+    """Occasions from the states in which a player decided, by the setting ``own``."""
     chosen = table.filter("chosen")
     if settings.own == "nothing":
         return _counted(chosen.clear())
@@ -165,7 +164,7 @@ def _own(table: pl.DataFrame, settings: KnowledgeSettings, known: pl.Series | No
 
 
 def _counted(decisions: pl.DataFrame) -> pl.DataFrame:
-    """Decisions as occasions that were seen once."""
+    """Each decision as an occasion with count 1."""
     return decisions.select(
         "role",
         "state",
@@ -200,7 +199,7 @@ def _occasions(sums: pl.DataFrame, version: int, settings: KnowledgeSettings) ->
 
 
 def finest(seen: pl.DataFrame) -> pl.DataFrame:
-    """Of rows of schema Occasions those of the finest key: each occasion once."""
+    """Occasions by the finest key only, so that each counts once."""
     return seen.filter(pl.col("key").to_physical() == pl.col("key").to_physical().min())
 
 
@@ -210,7 +209,7 @@ def diff(
     occasions_before: pl.DataFrame,
     occasions_after: pl.DataFrame,
 ) -> Difference:
-    """Compare two versions of the knowledge; states are those of the finest key of each.
+    """Compare two versions of the knowledge, with states by the finest key of each.
 
     Args:
         behaviours_before: rows of schema Behaviours of the earlier version.

@@ -1,7 +1,7 @@
-"""Runs of consecutive situations of one robot, and where patterns occur in them.
+"""Runs of consecutive situations of one robot, and the instances of patterns in them.
 
 Situations are rows of schema Situations of one match, in the schema's order. A run never
-crosses robots, segments or holes, nor a situation that is already used up (paper section
+crosses robots, segments, holes, or a situation that is already used up (paper section
 3.2.2: "It can not be formed groups of situations separated by some other situation").
 """
 
@@ -27,8 +27,8 @@ _CODE_BITS = 8
 _ROLE_SHIFT = _CODE_BITS * LONGEST
 _CODES_MASK = (1 << _ROLE_SHIFT) - 1
 
-#: Values are kept to multiples of this, so that float64 sums of them below 2**23 are exact,
-#: and so the same in any order and for any split of the work.
+#: Values are rounded to multiples of this. Their float64 sums below 2**23 are then exact, so they are
+#: the same in any order and for any split of the work.
 QUANTUM = 2.0**-30
 
 
@@ -45,7 +45,7 @@ class Windows(NamedTuple):
 
 
 class Instances(NamedTuple):
-    """Where the patterns of one length occur.
+    """Instances of the patterns of one length.
 
     Attributes:
         n: the length.
@@ -59,7 +59,7 @@ class Instances(NamedTuple):
 
 
 def exact(values: F64) -> F64:
-    """``values`` [any shape] rounded to multiples of :data:`QUANTUM` (an error below 5e-10)."""
+    """Round ``values`` [any shape] to multiples of :data:`QUANTUM` (an error below 5e-10)."""
     return np.rint(values / QUANTUM) * QUANTUM
 
 
@@ -92,7 +92,7 @@ def codes_of(key: I64, n: int) -> npt.NDArray[np.int16]:
 
 
 def lengths_of(key: I64) -> I64:
-    """How many codes each key holds, int64 [W]."""
+    """Number of codes in each key, int64 [W]."""
     packed = key & _CODES_MASK
     thresholds = np.int64(1) << (_CODE_BITS * np.arange(LONGEST, dtype=np.int64))
     return np.searchsorted(thresholds, packed, side="right")
@@ -113,7 +113,7 @@ def keys_of_table(table: pl.DataFrame) -> I64:
 def links(situations: pl.DataFrame, gap_s: float) -> Bool:
     """Whether each situation is followed by the next row without a break, bool [S - 1].
 
-    They are of the same robot and segment and less than ``gap_s`` seconds lie between them.
+    Linked rows have the same robot and segment, and lie less than ``gap_s`` seconds apart.
 
     Raises:
         SchemaMismatch: if situations of one robot overlap or are not in order of time.
@@ -135,13 +135,13 @@ def links(situations: pl.DataFrame, gap_s: float) -> Bool:
 
 
 def windows(situations: pl.DataFrame, n: int, taken: Bool | None, gap_s: float) -> Windows:
-    """All runs of ``n`` consecutive situations none of which is taken.
+    """Runs of ``n`` consecutive situations, none of them taken.
 
     Args:
         situations: rows of schema Situations of one match [S].
         n: 1 to 4.
         taken: bool [S], situations that are used up; None for none.
-        gap_s: a longer time between two situations, or just as long, separates them, seconds.
+        gap_s: two situations at least so far apart are not consecutive, seconds.
     """
     usable = np.ones(situations.height, dtype=np.bool_) if taken is None else ~taken
     linked = links(situations, gap_s)
@@ -163,7 +163,7 @@ def mark(first: I64, n: int, taken: Bool) -> None:
 
 
 def instances(situations: pl.DataFrame, patterns: pl.DataFrame, gap_s: float) -> Iterator[Instances]:
-    """Where patterns occur: the longest first, each length in what the longer ones left.
+    """Instances of patterns, the longest first; each length in the situations that longer ones leave.
 
     Args:
         situations: rows of schema Situations of one match.
@@ -171,7 +171,7 @@ def instances(situations: pl.DataFrame, patterns: pl.DataFrame, gap_s: float) ->
         gap_s: as for :func:`windows`.
 
     Yields:
-        One :class:`Instances` for each length that there are patterns of.
+        One :class:`Instances` for each length among the patterns.
     """
     taken = np.zeros(situations.height, dtype=np.bool_)
     key = keys_of_table(patterns)

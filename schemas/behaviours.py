@@ -12,7 +12,7 @@ from schemas.table import ROLES, Table
 
 
 def behaviour_id() -> dy.String:
-    """The identity of a behaviour, the same in every version: role and codes."""
+    """Column of a behaviour's id: role and codes, the same in every version."""
     return dy.String(
         regex=r"^(goalkeeper|midfield|striker)(-\d{3}){1,4}$",
         description="role and codes, the same in every version",
@@ -20,7 +20,7 @@ def behaviour_id() -> dy.String:
 
 
 def moves_randomly() -> pl.Expr:
-    """The identity of the behaviour of the one code 194, of the role in each row's column ``role``."""
+    """Id of the behaviour "moves randomly" (the one code 194), for the role in each row's column ``role``."""
     return pl.format(f"{{}}-{MOVES_RANDOMLY:03d}", pl.col("role").cast(pl.String))
 
 
@@ -36,8 +36,8 @@ class Patterns(Table):
     behaviour_id = behaviour_id()
     role = dy.Enum(ROLES, description="role of the robots that showed it")
     codes = dy.List(dy.Int16(min=1, max=194), description="the situations' codes in order")
-    n = dy.Int8(min=1, max=4, description="how many situations")
-    support = dy.Int64(min=1, description="how often it was seen")
+    n = dy.Int8(min=1, max=4, description="number of situations")
+    support = dy.Int64(min=1, description="number of instances")
     value = dy.Float64(description="mean of its instances' values, in (-1, 1)")
     spread = dy.Float64(min=0, description="standard deviation of its instances' values")
     neuron = dy.Int16(min=0, description="best-matching unit in the map of its length")

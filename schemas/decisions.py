@@ -1,4 +1,4 @@
-"""Decisions: which behaviour a robot chose in which state, and what it got."""
+"""Decisions: the behaviour that a robot chose in a state, and its reward."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ENDS = ("terminal", "truncated")
 
 
 class Decisions(Table):
-    """One decision of one robot: chosen by a player that logged it, or seen in its situations.
+    """One decision of one robot: logged by the player that chose it, or read from its situations.
 
     Sorted by team, robot, t_ns. Consecutive rows of one (team, robot, episode) are the
     transitions that the trainer learns from.
@@ -24,15 +24,15 @@ class Decisions(Table):
     match_id = match_id()
     team = dy.Enum(TEAMS, description="team of the robot")
     robot = dy.Int16(description="the robot's number")
-    role = dy.Enum(ROLES, description="role when it decided")
-    t_ns = dy.Int64(description="when the behaviour starts", metadata=unit("ns"))
-    end_ns = dy.Int64(description="when the next decision starts, or the episode ends", metadata=unit("ns"))
-    state = dy.Int64(min=0, description="state when it decided, all 36 elements in mixed radix (key full36, whatever the settings)")
+    role = dy.Enum(ROLES, description="role at the decision")
+    t_ns = dy.Int64(description="start of the behaviour", metadata=unit("ns"))
+    end_ns = dy.Int64(description="start of the next decision, or end of the episode", metadata=unit("ns"))
+    state = dy.Int64(min=0, description="state at the decision, all 36 elements in mixed radix (key full36, whatever the settings)")
     behaviour_id = dy.String(nullable=True, description="behaviour begun; null for moves randomly")
-    chosen = dy.Bool(description="true: a player logged that it chose this; false: seen in its situations")
+    chosen = dy.Bool(description="true: a player logged this choice; false: read from the robot's situations")
     random = dy.Bool(description="whether chosen at random")
     reward = dy.Float64(description="+1 goal for, -1 goal against at end_ns, else 0")
-    episode = dy.Int32(min=0, description="the segment of play it lies in")
+    episode = dy.Int32(min=0, description="segment of play that it lies in")
     ends = dy.Enum(ENDS, nullable=True, description=(
         "null: another decision follows; terminal: the episode ended here by a goal, a fault or the "
         "final whistle; truncated: the recording was cut here"

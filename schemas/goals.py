@@ -1,4 +1,4 @@
-"""Goals: who made them, and how."""
+"""Goals: their makers and kinds."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Goals(Table):
     VERSION: ClassVar[int] = 1
 
     match_id = match_id()
-    t_ns = dy.Int64(description="when the referee gave it", metadata=unit("ns"))
-    team = dy.Enum(TEAMS, nullable=True, description="the team that it counts for; null where the source does not say")
-    robot = dy.Int16(nullable=True, description="number of the robot (of either team) that made it; null where nobody touched the ball or the team is null")
-    kind = dy.Enum(KINDS, nullable=True, description="direct action, indirect action, or error of the adversary; null where it cannot be told")
+    t_ns = dy.Int64(description="time at which the referee gave it", metadata=unit("ns"))
+    team = dy.Enum(TEAMS, nullable=True, description="team that the goal counts for; null where the source does not say")
+    robot = dy.Int16(nullable=True, description="number of the robot (of either team) that made it; null without a touch of the ball, and where the team is null")
+    kind = dy.Enum(KINDS, nullable=True, description="direct action, indirect action, or error of the adversary; null where unknown")

@@ -19,10 +19,10 @@ class Grams(Table):
     VERSION: ClassVar[int] = 1
 
     match_id = match_id()
-    team = dy.Enum(TEAMS, description="team whose robots did it")
+    team = dy.Enum(TEAMS, description="team of the robots that showed it")
     role = dy.Enum(ROLES, description="role held when the gram starts")
     codes = dy.List(dy.Int16(min=1, max=194), description="the situations' codes in order")
-    n = dy.Int8(min=1, max=4, description="how many situations")
-    count = dy.Int64(min=1, description="how often it was seen")
+    n = dy.Int8(min=1, max=4, description="number of situations")
+    count = dy.Int64(min=1, description="number of instances")
     value_sum = dy.Float64(description="sum of its instances' values, each the mean of its situations'")
     value_square_sum = dy.Float64(min=0, description="sum of the squares of its instances' values")

@@ -1,4 +1,4 @@
-"""Occasions: the states in which behaviours were seen."""
+"""Occasions: the states in which behaviours began."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ class Occasions(Table):
     """One behaviour in one state of one version of the knowledge.
 
     Unique by role, key, state and behaviour_id, and sorted so. The keys after the first (from fine to
-    coarse) hold the same occasions again, told apart by less; states of different keys have nothing
-    to do with each other.
+    coarse) hold the same occasions again with fewer elements of the state. State numbers of different
+    keys are unrelated.
     """
 
     NAME: ClassVar[str] = "occasions"
@@ -27,13 +27,13 @@ class Occasions(Table):
     state = dy.Int64(min=0, description="state in mixed radix, by its key")
     behaviour_id = behaviour_id()
     count = dy.Int64(min=0, description=(
-        "how often the behaviour was started in the state; 0 only for moves randomly, which every state "
-        "offers in which a player decided"
+        "number of times that the behaviour began in the state; 0 only for moves randomly, which every "
+        "state offers in which a player decided"
     ))
     value = dy.Float64(
         nullable=True, description="mean of those instances' values, in (-1, 1); null if there are none"
     )
     initial = dy.Float64(description=(
-        "optimistic action value that the behaviour enters the state with: the greatest value of the "
-        "behaviours seen there in this role, or the settings' least value if that is greater"
+        "optimistic first action value of the behaviour in the state: the greatest value of the behaviours "
+        "seen there in this role, or the settings' least value if that is greater"
     ))

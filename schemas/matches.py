@@ -1,4 +1,4 @@
-"""Matches, their referee events, and what was wrong with them."""
+"""Matches, their referee events, and their flaws."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Matches(Table):
 
     match_id = match_id()
     source = dy.String(description="name of the file the match was recorded in or imported from")
-    home = dy.String(description=f"name of the home team; if it was played here, its kind. {STAND_IN}")
-    away = dy.String(description="name of the away team, likewise")
+    home = dy.String(description=f"name of the home team; in a match played here, its kind. {STAND_IN}")
+    away = dy.String(description="name of the away team; in a match played here, its kind")
     started_at = dy.Datetime(
         nullable=True, time_unit="us", time_zone="UTC",
         description="wall-clock time of the first sample, null where the source has none",
@@ -36,7 +36,7 @@ class Matches(Table):
     robots_per_team = dy.Int16(min=0, description="most robots a team had on the pitch at once")
     score_home = dy.Int16(nullable=True, min=0, description="final goals of home, null where unknown")
     score_away = dy.Int16(nullable=True, min=0, description="final goals of away, null where unknown")
-    complete = dy.Bool(description="whether the log has everything the recorder meant to write")
+    complete = dy.Bool(description="whether the log has everything that the recorder wrote")
     incomplete_reason = dy.String(nullable=True, description="why the log is not complete")
     kind = dy.String(description="league: vsss, ssl or 2d")
     pitch_length = dy.Float64(min=0, description="goal line to goal line", metadata=unit("m"))
@@ -72,10 +72,10 @@ class Quality(Table):
     VERSION: ClassVar[int] = 1
 
     match_id = match_id()
-    flaw = dy.Enum(FLAWS, description="what is wrong")
-    start_ns = dy.Int64(nullable=True, description="where it begins, null where it has no time", metadata=unit("ns"))
-    end_ns = dy.Int64(nullable=True, description="where it ends (exclusive), null where it has no end", metadata=unit("ns"))
-    team = dy.Enum(BODIES, nullable=True, description="team of the body it concerns, null where all")
-    robot = dy.Int16(nullable=True, description="number of the robot it concerns")
-    count = dy.Int64(min=1, description="how many samples, messages or lines it concerns")
-    note = dy.String(nullable=True, description="detail, and what was done about it")
+    flaw = dy.Enum(FLAWS, description="kind of flaw")
+    start_ns = dy.Int64(nullable=True, description="begin of the flaw, null where it has no time", metadata=unit("ns"))
+    end_ns = dy.Int64(nullable=True, description="end of the flaw (exclusive), null where it has none", metadata=unit("ns"))
+    team = dy.Enum(BODIES, nullable=True, description="team of the body that it concerns, null for all bodies")
+    robot = dy.Int16(nullable=True, description="number of the robot that it concerns, null for all or the ball")
+    count = dy.Int64(min=1, description="number of samples, messages or lines that it concerns")
+    note = dy.String(nullable=True, description="detail, and the action taken")

@@ -16,8 +16,8 @@ class Paradigms(Table):
     """One point of one curve: one learner in one game under one setting, over independent runs.
 
     Sorted by study, figure, game, learner, reading, decay, k, runs, seed. A run is a training; in the
-    grid world it is tested many times, and its share of successful tests counts as one observation,
-    because tests of one training are not independent.
+    grid world it is tested many times. Its share of successful tests is one observation, because tests
+    of one training are not independent.
     """
 
     NAME: ClassVar[str] = "paradigms"
@@ -29,13 +29,13 @@ class Paradigms(Table):
     figure = dy.Int8(min=4, max=6, description="of the paper; 6 stands for Figures 6 and 7, of the same runs")
     game = dy.String(description="penalty, climbing, grid, or a stochastic variant")
     learner = dy.String(description="learning rule: IQ, JAQ, IVQ, IL-A and IL-B (IQ on own and joint state), or a peer")
-    reading = dy.String(description="how what the text leaves open was read, or the peer's settings")
+    reading = dy.String(description="reading of the points that the text leaves open, or the peer's settings")
     k = dy.Float64(nullable=True, description="penalty as written in the game's figure; null where there is none")
     decay = dy.Float64(min=0, max=1, description="factor of the temperature a step (or episode, by the reading)")
-    steps = dy.Int64(min=1, description="how often the temperature was lowered in training")
+    steps = dy.Int64(min=1, description="number of times that training lowered the temperature")
     runs = dy.Int64(min=1, description="independent trainings")
-    tests = dy.Int64(min=1, description="how often each training's policy was tested")
-    seed = dy.Int64(min=0, description="of the runs; run i draws from the i-th stream split off it")
+    tests = dy.Int64(min=1, description="number of tests of each training's policy")
+    seed = dy.Int64(min=0, description="seed of the runs; run i draws from the i-th stream split off it")
     p_optimal = dy.Float64(min=0, max=1, description="share that reached the optimum: mean over the runs")
     p_low = dy.Float64(min=0, max=1, description="lower end of its 95 % Wilson interval over runs")
     p_high = dy.Float64(min=0, max=1, description="upper end of its 95 % Wilson interval over runs")
@@ -67,12 +67,12 @@ class Verdicts(Table):
     VERSION: ClassVar[int] = 1
 
     figure = dy.Int8(min=4, max=7, description="of the paper")
-    claim = dy.String(description="what the paper says, shortly")
+    claim = dy.String(description="the paper's claim in short")
     reading = dy.String(description="readings it was checked with, e.g. IVQ printed")
     decay = dy.Float64(
         nullable=True, min=0, max=1, description="the figure's panel; null where the claim spans the decays"
     )
-    quantity = dy.String(description="what was measured to check it")
+    quantity = dy.String(description="quantity that was measured to check the claim")
     paper = dy.String(description="the value or relation that the claim states for the quantity")
     measured = dy.Float64(nullable=True, description="the quantity; null where it is not defined")
     low = dy.Float64(nullable=True, description="lower end of its 95 % interval")

@@ -26,5 +26,5 @@ class Policies(Table):
     state = dy.Int64(min=0, description="state in mixed radix, by its key")
     behaviour_id = behaviour_id()
     q = dy.Float64(description="action value")
-    visits = dy.Int64(min=0, description="how often the batches that it has learned from visited the pair, its ancestors' included")
-    evidence = dy.Float64(min=0, description="of how many episodes the value is the mean, what it started from included; at most one over the step size")
+    visits = dy.Int64(min=0, description="visits to the pair in the batches that the policy and its ancestors learned from")
+    evidence = dy.Float64(min=0, description="number of episodes that the value is the mean of, its start included; at most one over the step size")

@@ -1,4 +1,4 @@
-"""Seasons: what an apprentice did in each game against one opponent, what it knew, what the paper claims."""
+"""Seasons: an apprentice's games against one opponent, its growing knowledge, and the paper's claims."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ CLAIM_VERDICTS = (*VERDICTS, "contradictory", "reached", "not reached", "not jud
 
 
 class OfGame(Table):
-    """What rows about one game of one season begin with."""
+    """Columns that identify one game of one season."""
 
     season = dy.String(primary_key=True, regex=r"^[a-z0-9][a-z0-9-]{0,63}$", description="season the row belongs to: a slug, unique in a data folder")
     settings = dy.String(regex=r"^[a-z0-9][a-z0-9-]{0,63}$", description="name of the season's settings: paper, best, or an ablation's")
     opponent = dy.Enum(OPPONENTS, description=f"team played against. {STAND_IN}")
-    seed = dy.Int64(min=0, description="of the season: all that is drawn in it comes from here")
+    seed = dy.Int64(min=0, description="seed of the season; all its random numbers follow from it")
     game = dy.Int16(primary_key=True, min=1, description="number of the game in its season")
 
 
 class Games(OfGame):
     """One game of one season, from the apprentice's side. Sorted by season, game.
 
-    A decision counts where the apprentice made it in play (Decisions: team home, chosen). It is random
-    where the behaviour is moves randomly (194), whether drawn or preferred: so counts the paper's Table 3.
+    Only the apprentice's decisions in play count (Decisions: team home, chosen). A decision is random if
+    its behaviour is moves randomly (194), drawn or preferred. The paper's Table 3 counts so, too.
     """
 
     NAME: ClassVar[str] = "games"
@@ -38,14 +38,14 @@ class Games(OfGame):
 
     match_id = match_id()
     lead = dy.Int16(description="goals that the apprentice started ahead by (negative: behind)", metadata=unit("goals"))
-    goals_for = dy.Int16(min=0, description="goals of the apprentice, those played, without the lead", metadata=unit("goals"))
-    goals_against = dy.Int16(min=0, description="goals of the opponent, those played", metadata=unit("goals"))
+    goals_for = dy.Int16(min=0, description="goals that the apprentice made in play, without the lead", metadata=unit("goals"))
+    goals_against = dy.Int16(min=0, description="goals that the opponent made in play", metadata=unit("goals"))
     actions = dy.Int64(min=0, description="the apprentice's decisions in the game (Table 3: total)")
-    random_actions = dy.Int64(min=0, description="those of moves randomly, 194 (Table 3: random)")
-    other_actions = dy.Int64(min=0, description="those of any other behaviour (Table 3: other)")
+    random_actions = dy.Int64(min=0, description="the apprentice's decisions for moves randomly, 194 (Table 3: random)")
+    other_actions = dy.Int64(min=0, description="the apprentice's decisions for any other behaviour (Table 3: other)")
     known_states = dy.Float64(min=0, max=1, description=(
-        "share of its decisions in a state in which the knowledge it played with had another behaviour "
-        "than 194 for the role; 0 where it decided nothing"
+        "share of its decisions made in a known state: the knowledge that it played with has a behaviour "
+        "other than 194 there for the role; 0 without decisions"
     ))
     direct = dy.Int16(min=0, description="its goals by direct action", metadata=unit("goals"))
     indirect = dy.Int16(min=0, description="its goals by indirect action", metadata=unit("goals"))
@@ -65,13 +65,13 @@ class Games(OfGame):
 
     @dy.rule()
     def goals_are_attributed_once(cls: Any) -> pl.Expr:  # noqa: N805
-        """No more goals are attributed than were made; some cannot be told."""
+        """No more goals are attributed than were made; some have no known kind."""
         return (pl.col("direct") + pl.col("indirect") + pl.col("error") <= pl.col("goals_for")) & (
             pl.col("direct_against") + pl.col("indirect_against") + pl.col("error_against") <= pl.col("goals_against"))
 
 
 class Growth(OfGame):
-    """What one role of the apprentice knew after one game. Sorted by season, game, role.
+    """Knowledge of one role of the apprentice after one game. Sorted by season, game, role.
 
     Knowledge that has keys of several lengths is counted by the finest.
     """
@@ -86,13 +86,13 @@ class Growth(OfGame):
     states_seen = dy.Int64(min=0, description="states in which the knowledge saw a behaviour begin, made in training")
     states_played = dy.Int64(min=0, description="states that the apprentice itself decided in, in this game or earlier in the season")
     actions = dy.Int64(min=0, description="the apprentice's decisions of this role in the game")
-    other_actions = dy.Int64(min=0, description="those of another behaviour than 194")
+    other_actions = dy.Int64(min=0, description="the role's decisions for any other behaviour than 194")
 
 
 class StatesPlayed(Table):
-    """A state that the apprentice decided in, in any game of its season so far. Sorted by role, state.
+    """A state in which the apprentice decided, in any game of its season so far. Sorted by role, state.
 
-    It is kept so that a game need not look at all games before it to tell which states are new.
+    With this table a game finds its new states without reading all earlier games.
     """
 
     NAME: ClassVar[str] = "states_played"
@@ -108,13 +108,13 @@ class Claims(Table):
     NAME: ClassVar[str] = "claims"
     VERSION: ClassVar[int] = 2
 
-    item = dy.String(description="what the claim is about: Table 3, Figure 8, 9 or 10, ablation, aim")
-    claim = dy.String(description="what is claimed, shortly")
+    item = dy.String(description="subject of the claim: Table 3, Figure 8, 9 or 10, ablation, aim")
+    claim = dy.String(description="the claim in short")
     settings = dy.String(description="name of the settings of the seasons that it is checked on")
     opponent = dy.String(description="opponent of these seasons; of two the first less the second")
-    quantity = dy.String(description="what is measured to check it, one number a season")
-    stated = dy.String(description="where the quantity lies if the claim holds")
-    table_3 = dy.Float64(nullable=True, description="the same quantity in the paper's own Table 3; null where it is not in there")
+    quantity = dy.String(description="quantity that is measured to check the claim, one number a season")
+    stated = dy.String(description="range of the quantity if the claim holds")
+    table_3 = dy.Float64(nullable=True, description="the same quantity in the paper's own Table 3; null where the table does not hold it")
     measured = dy.Float64(nullable=True, description="the quantity over the seasons; null where there is none")
     low = dy.Float64(nullable=True, description="lower end of its 95 % interval; null below two seasons")
     high = dy.Float64(nullable=True, description="upper end of its 95 % interval")

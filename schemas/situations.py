@@ -1,4 +1,4 @@
-"""Situations: who did what, from when to when."""
+"""Situations: one robot, one code of Table 1, start and end."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import polars as pl
 
 from schemas.table import ROLES, TEAMS, Table, match_id, unit
 
-#: The paper's code of "robot moves randomly" (Table 1): the time that no rule explains.
+#: The paper's code of "robot moves randomly" (Table 1), given to time that no rule explains.
 MOVES_RANDOMLY = 194
 
 
@@ -23,7 +23,7 @@ class Situations(Table):
     VERSION: ClassVar[int] = 1
 
     match_id = match_id()
-    team = dy.Enum(TEAMS, description="team of the robot, from whose point of view it is")
+    team = dy.Enum(TEAMS, description="team of the robot, whose point of view the situation takes")
     robot = dy.Int16(description="the robot's number")
     role = dy.Enum(ROLES, description="the robot's role when the situation starts")
     code = dy.Int16(min=1, max=194, description="the paper's code (Table 1); 194 is moves randomly")
@@ -35,9 +35,9 @@ class Situations(Table):
         description="lesser of the memberships of initial and final condition; null for 194, which has no rule",
     )
     target = dy.String(nullable=True, description=(
-        "what it is done to: ball, own-goal, adversary-goal, or a robot as home-3; null for 184 and 194"
+        "target: ball, own-goal, adversary-goal, or a robot as home-3; null for 184 and 194"
     ))
-    segment = dy.Int32(min=0, description="stretch of uninterrupted play it lies in")
+    segment = dy.Int32(min=0, description="stretch of uninterrupted play that it lies in")
 
     @dy.rule()
     def ends_after_start(cls: Any) -> pl.Expr:  # noqa: N805

@@ -1,4 +1,4 @@
-"""What every public table is: a dataframely schema with a name, a version, and units."""
+"""The base of all public tables: a dataframely schema with a name, a version, and units."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ROLES = ("goalkeeper", "midfield", "striker")
 
 #: Teams that stand in for people.
 STAND_INS = ("human-like",)
-#: Said beside every result of theirs.
+#: The note beside every result of one of them.
 STAND_IN = "Human-like is a scripted team that stands in for people and is no model of anyone"
 
 #: Which elements of the state are kept (``pipeline.state.columns``).
@@ -24,15 +24,15 @@ KEYS: tuple[Key, ...] = get_args(Key)
 
 
 def note_on(*teams: str) -> str | None:
-    """The note beside a result of these teams, None if there is none."""
+    """The note that belongs beside a result of these teams, None if there is none."""
     return STAND_IN if set(teams) & set(STAND_INS) else None
 
 
 class Table(dy.Schema):
     """Base of all schemas.
 
-    A subclass names its table and counts its version up whenever its columns change in any way,
-    so that no file is ever read as something that it is not.
+    A subclass names its table. Its version rises whenever its columns change in any way, so that no
+    file is read by another schema than its own.
     """
 
     NAME: ClassVar[str]

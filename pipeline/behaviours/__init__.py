@@ -1,1 +1,1 @@
-"""The noun behaviours: a map over distinct grams, and what of it is kept."""
+"""The noun behaviours: a map over distinct grams, and the selection of grams on its neurons."""

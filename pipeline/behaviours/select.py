@@ -14,18 +14,18 @@ from schemas.situations import MOVES_RANDOMLY
 
 
 class RoundReport(NamedTuple):
-    """What one round of the selection counted.
+    """Counts of one round of the selection.
 
     Attributes:
         n: length of the grams.
         distinct: distinct grams (role, codes) that trained the map.
-        windows: instances of them.
-        threshold: instances that a neuron must be activated by.
-        activations: instances per neuron.
-        neurons_kept: neurons with at least ``threshold`` instances.
+        windows: instances of these grams.
+        threshold: activations that a neuron needs.
+        activations: instances for each neuron.
+        neurons_kept: neurons with at least ``threshold`` activations.
         groups_on_kept: distinct grams on these neurons.
-        groups_kept: those of them that became behaviours.
-        instances_kept: instances of those.
+        groups_kept: grams among them that became behaviours.
+        instances_kept: instances of these behaviours.
     """
 
     n: int
@@ -40,12 +40,12 @@ class RoundReport(NamedTuple):
 
 
 class RoundResult(NamedTuple):
-    """What one round of the selection gave.
+    """Patterns, map and counts of one round of the selection.
 
     Attributes:
         patterns: rows of schema Patterns.
-        map: the map it was made with; None if there were no grams.
-        report: what was counted on the way.
+        map: the trained map; None if there were no grams.
+        report: counts.
     """
 
     patterns: pl.DataFrame
@@ -58,17 +58,17 @@ def select(
 ) -> RoundResult:
     """Select the behaviours of one length.
 
-    The grams of all roles train one map. Neurons that are activated by at least the round's
-    share of the groups (or of all recognised situations, by the settings) are kept, and the
-    grams on them that are worth more than the threshold become behaviours, role by role.
+    The grams of all roles train one map. A neuron is kept if its activations reach the round's share
+    of the groups (or of all recognised situations, by the settings). The grams on kept neurons with a
+    value above the threshold become behaviours, role by role.
 
     Args:
         grams: columns role, codes, n, count, value_sum and value_square_sum, one row a distinct
             (role, codes), all of the round's n (``pipeline.grams.count.merge``).
-        recognised: situations recognised in all matches, those used up by longer behaviours
-            included.
+        recognised: situations recognised in all matches, including those that longer behaviours
+            use up.
         settings: of all rounds.
-        round_: of this one.
+        round_: settings of this round.
     """
     whole = recognised if settings.share_of == "situations" else int(grams["count"].sum())
     threshold = round_.activation * whole

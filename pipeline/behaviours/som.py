@@ -1,9 +1,9 @@
-"""The self-organising map that grams are passed by (paper section 3.2.2); the door to MiniSom.
+"""The self-organising map of grams (paper section 3.2.2); the door to MiniSom.
 
-A map is fed with the paper's codes as they are: Table 1 numbers the situations so that the
-members of a family are 1 to 3 apart and families 10 or more, so the codes are a metric.
-A common scale factor would change neither best-matching units nor (in the batch rule, which
-has no learning rate) the weights, other than by that factor; there is none.
+The map receives the paper's codes unscaled. Table 1 numbers the situations so that members of a family
+are 1 to 3 apart and families 10 or more, so the codes are a metric. A common scale factor would change
+nothing: the batch rule has no learning rate, so weights would scale with it, and best-matching units
+would stay.
 """
 
 from __future__ import annotations
@@ -55,11 +55,10 @@ def train(
 ) -> SelfOrganisingMap:
     """Train a map with Kohonen's batch rule, each distinct gram weighted by its count.
 
-    The result is that of training on every single sample, but the cost grows with the
-    distinct grams only. It depends neither on the order of the rows nor on whether a gram's
-    count is split over several rows. The neighbourhood is MiniSom's Gaussian; sigma falls
-    geometrically from half the longer side to ``sigma_end``. Rule: Kohonen, Essentials of
-    the self-organizing map (2013), equation 8.
+    The result equals that of training on every single sample; the cost grows with the distinct grams
+    only. It depends neither on the order of the rows nor on a split of a gram's count over rows. The
+    neighbourhood is MiniSom's Gaussian; sigma falls geometrically from half the longer side to
+    ``sigma_end``. Rule: Kohonen, Essentials of the self-organizing map (2013), equation 8.
 
     Args:
         codes: [D, n], D and n at least 1.
@@ -68,7 +67,8 @@ def train(
         columns: of the grid.
         epochs: passes over the distinct grams.
         seed: of the first weights, which are drawn from the samples.
-        sigma_end: spread of the last neighbourhood in neurons; small values near k-means.
+        sigma_end: spread of the last neighbourhood in neurons; with small values the rule approaches
+            k-means.
 
     Raises:
         BadSettings: if there is nothing to train on, a code is not finite, or a count is below 1.
@@ -120,7 +120,7 @@ def to_bytes(maps: Mapping[int, SelfOrganisingMap]) -> bytes:
 
 
 def from_bytes(data: bytes) -> dict[int, SelfOrganisingMap]:
-    """What :func:`to_bytes` wrote.
+    """The maps by length of gram, from the bytes of :func:`to_bytes`.
 
     Raises:
         CorruptFile: if it is not such a file.

@@ -24,28 +24,27 @@ from pipeline.sequences import (
 from pipeline.settings import GramSettings
 from schemas import ROLES, TEAMS, Grams
 
-#: Rows that :func:`merge` holds back before it adds them up, and so bounds its memory with.
+#: Rows that :func:`merge` collects before it adds them up; this bounds its memory.
 _BUFFERED_ROWS = 1 << 20
 
 
 def value(
     situations: pl.DataFrame, goals: pl.DataFrame, settings: GramSettings, *, start: str = "start_ns"
 ) -> pl.DataFrame:
-    """Add what became of each situation: how soon the next goal of either side follows.
+    """Add the value of each situation: how soon the next goal of either side follows.
 
     Args:
-        situations: rows of schema Situations of one match; or others of a team that start at some time.
+        situations: rows of schema Situations of one match, or other rows with a team and a start.
         goals: columns t_ns and team (schema Goals) of the same match, in any order.
         settings: alpha and tick_s.
-        start: name of the column of the times at which they start.
+        start: name of the column with their start, ns.
 
     Returns:
         The situations with column ``value`` (float64): alpha^t if the next goal after the
-        situation's start is for the robot's team, -alpha^t if it is against, 0 if none
-        follows. It is 0 too if that next goal's team is null: neither good nor bad can be said,
-        and no later goal is looked at. t is the time from the situation's start to the goal in
-        ticks, not rounded because samples need not come at the tick. A situation that starts at
-        the very time of a goal is after it.
+        situation's start is for the robot's team, -alpha^t if it is against, 0 if none follows. If
+        that goal's team is null, the value is 0, and no later goal counts. t is the time from the
+        situation's start to the goal in ticks; it is not rounded, because samples need not come at
+        the tick. A situation that starts at the very time of a goal is after it.
     """
     goals = goals.select("t_ns", "team").sort("t_ns")
     goal_ns = goals["t_ns"].to_numpy()
@@ -65,10 +64,10 @@ def value(
 
 
 def cover(situations: pl.DataFrame, patterns: pl.DataFrame, settings: GramSettings) -> Bool:
-    """Which situations are part of a behaviour already, bool [S].
+    """Mask of the situations that are part of a behaviour already, bool [S].
 
-    The patterns are applied as the rounds found them: those of four situations first, those
-    of three in what is left, and so on. Overlapping instances of one length all count.
+    The patterns are applied in the order of the rounds: four situations first, then three in the
+    rest, and so on. Overlapping instances of one length all count.
 
     Args:
         situations: rows of schema Situations of one match [S].
@@ -85,7 +84,7 @@ def grams(valued: pl.DataFrame, n: int, taken: Bool | None, settings: GramSettin
     """Count and value the distinct runs of ``n`` consecutive situations of one match.
 
     Args:
-        valued: what :func:`value` returns [S].
+        valued: situations with their values, from :func:`value` [S].
         n: 1 to 4.
         taken: bool [S], situations that are used up (:func:`cover`); None for none.
         settings: gap_s.
@@ -118,8 +117,8 @@ def grams(valued: pl.DataFrame, n: int, taken: Bool | None, settings: GramSettin
 def merge(tables: Iterable[pl.DataFrame]) -> pl.DataFrame:
     """Add up grams over matches and teams.
 
-    The sums are exact, so the result does not depend on the order of the tables nor on how
-    the matches are split over them. Memory is bounded by the number of distinct grams.
+    The sums are exact, so the result depends neither on the order of the tables nor on the split of
+    the matches over them. Memory is bounded by the number of distinct grams.
 
     Args:
         tables: rows of schema Grams, or earlier results of this function.

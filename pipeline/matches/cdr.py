@@ -58,7 +58,7 @@ def pack_frames(frames: Frames, channel: int) -> Messages:
 
 
 def sound_frames(messages: Messages) -> Bools:
-    """Which messages [K] are whole messages of `schemas/Frame.msg`."""
+    """Mask of the messages [K] that are whole messages of `schemas/Frame.msg`."""
     robots = messages.heads["robots"].astype(np.int64)
     whole: Bools = messages.tail_bytes() == robots * ROBOT_DTYPE.itemsize
     return whole & _addressed(messages)
@@ -98,7 +98,7 @@ def pack_referee(referee: pl.DataFrame, channel: int) -> Messages:
 
 
 def unpack_referee(messages: Messages) -> tuple[pl.DataFrame, Bools]:
-    """Rows of schema Referee without ``match_id``, and which messages [K] they come from."""
+    """Rows of schema Referee without ``match_id``, and a mask of the messages [K] that they come from."""
     mask = _addressed(messages)
     rows = []
     tails = messages.tails.tobytes()
@@ -155,7 +155,7 @@ def _text(data: bytes, length: int) -> str | None:
 def pack_decisions(decisions: pl.DataFrame, channel: int) -> Messages:
     """Rows of schema Decisions as messages of `schemas/Decision.msg`, in their order.
 
-    A decision in a log was chosen: the message does not carry the column.
+    Every decision in a log was chosen, so the message does not carry that column.
     """
     heads = _heads(DECISION_HEAD, channel, decisions["t_ns"].to_numpy())
     for name in ("end_ns", "state", "reward", "value", "episode", "robot", "random"):
@@ -170,7 +170,7 @@ def pack_decisions(decisions: pl.DataFrame, channel: int) -> Messages:
 
 
 def unpack_decisions(messages: Messages) -> tuple[pl.DataFrame, Bools]:
-    """Rows of schema Decisions without ``match_id``, and which messages [K] they come from."""
+    """Rows of schema Decisions without ``match_id``, and a mask of the messages [K] that they come from."""
     heads = messages.heads
     mask = _addressed(messages) & (messages.tail_bytes() == heads["name_bytes"])
     for name, values in (("team", len(TEAMS)), ("role", len(ROLES)), ("random", 2), ("ends", 1 + len(ENDS))):

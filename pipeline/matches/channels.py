@@ -1,4 +1,4 @@
-"""The channels of a log: which there are and how their messages are defined."""
+"""The channels of a log and the definitions of their messages."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FRAME, REFEREE, DECISION = 1, 2, 3
 
 
 class Topic(NamedTuple):
-    """What a channel is for.
+    """Name and message definition of a channel.
 
     Attributes:
         name: of the channel.
@@ -50,7 +50,7 @@ TOPICS = {
 
 
 def declarations() -> tuple[list[Schema], list[Channel]]:
-    """The records that a log declares its channels with."""
+    """The schema and channel records that declare a log's channels."""
     schemas = [
         Schema(
             id=i, name=f"pitchlore/msg/{topic.message}", encoding=SchemaEncoding.ROS2,
@@ -66,9 +66,9 @@ def declarations() -> tuple[list[Schema], list[Channel]]:
 
 
 def fields(definition: str) -> list[tuple[str, str]]:
-    """Type and name of each field: what decides how a message is laid out.
+    """Type and name of each field, which decide the layout of a message.
 
-    Comments and constants do not, nor does the package that a part is from.
+    Comments, constants and the package of a part do not.
     """
     lines = (line.split("#")[0].split() for line in definition.splitlines())
     kept = [line for line in lines if len(line) >= 2 and "=" not in "".join(line)]

@@ -1,7 +1,6 @@
 """MCAP's chunks as bytes: filled and sealed, opened and checked.
 
-Nothing here trusts what it reads: a size that would not fit into memory, a checksum that does not
-hold are found before anything is made of them.
+Nothing here trusts its input. Sizes and checksums are checked before the content is used.
 
 Source: the MCAP specification, sections Chunk, Message Index.
 """
@@ -20,7 +19,7 @@ import zstandard
 from pipeline.matches.frame import I64
 from pipeline.matches.records import CHUNK, FRAMING_BYTES, MESSAGE_INDEX, U8, Records, as_array, walk
 
-#: A chunk that says that it is larger than this is not decompressed.
+#: A chunk that declares more bytes than this is not decompressed.
 MAX_CHUNK_BYTES = 64 << 20
 
 _FRAMING = struct.Struct("<BQ")
@@ -29,7 +28,7 @@ _INDEX_HEAD = struct.Struct("<HI")  # channel, bytes that follow
 
 
 class DamagedChunk(Exception):
-    """Why a chunk cannot be used; always reported by who reads the file, never to the user as such."""
+    """Reason why a chunk cannot be used; the reader reports it as a flaw, users never see the exception."""
 
 
 class Piece(NamedTuple):
@@ -83,7 +82,7 @@ class ChunkBuffer:
         self._size = 0
 
     def add(self, channel: int, t_ns: I64, content: U8, starts: I64) -> Iterator[SealedChunk]:
-        """Add messages; gives the chunks that became full on the way.
+        """Add messages; yields the chunks that become full.
 
         Args:
             channel: their channel's id.
@@ -107,7 +106,7 @@ class ChunkBuffer:
             first = last
 
     def seal(self) -> Iterator[SealedChunk]:
-        """The chunk in progress, unless there is nothing in it; the next one begins."""
+        """Seal and yield the chunk in progress, unless it is empty; the next one begins."""
         if self._pieces:
             sealed = _seal(self._pieces, self._compressor)
             self._pieces, self._size = [], 0
@@ -143,7 +142,7 @@ def chunk_span(body: memoryview) -> tuple[int, int]:
 
 
 def chunk_size(body: memoryview) -> int:
-    """How many bytes of content a chunk declares; 0 if they are more than ``MAX_CHUNK_BYTES``."""
+    """Bytes of content that a chunk declares; 0 if more than ``MAX_CHUNK_BYTES``."""
     size: int = _CHUNK_HEAD.unpack_from(body)[2] if len(body) >= _CHUNK_HEAD.size else 0
     return size if size <= MAX_CHUNK_BYTES else 0
 
@@ -175,7 +174,7 @@ def unseal(body: memoryview) -> tuple[U8, Records]:
 
 
 def _decompress(blob: memoryview, compression: bytes, size: int) -> bytes | memoryview:
-    """Exactly ``size`` bytes; never allocates much more, whatever the compressed bytes say."""
+    """Decompress to exactly ``size`` bytes, never allocating much more."""
     content: bytes | memoryview
     try:
         if compression == b"":

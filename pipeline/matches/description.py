@@ -1,4 +1,4 @@
-"""What a log says of its match: the metadata record, its making and its reading."""
+"""The metadata record that describes a log's match: written and parsed."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from schemas import Quality
 #: Name of the metadata record.
 METADATA = "pitchlore"
 
-#: Kinds of pydantic's errors that tell of fields which another version has more or fewer of.
+#: Kinds of pydantic's errors that point to another version, which has more or fewer fields.
 _OF_ANOTHER_VERSION = ("missing", "extra_forbidden")
 _OTHER_VERSION = "Read it with the version that wrote it"
 
 
 def describe(info: MatchInfo, quality: pl.DataFrame) -> dict[str, str]:
-    """Info and quality as JSON, and a CRC of their own that tells which copy is good."""
+    """Info and quality as JSON, with their own CRC, which tells a good copy from a bad one."""
     texts = {
         "info": json.dumps(info.model_dump(mode="json"), sort_keys=True),
         "quality": json.dumps(quality.drop("match_id").to_dicts(), sort_keys=True),
@@ -38,7 +38,7 @@ def parse(texts: dict[str, str], *, where: str) -> tuple[MatchInfo, pl.DataFrame
     """A sound description's info, and its rows of schema Quality.
 
     Raises:
-        DamagedLog: if it is not as this version describes matches; the message names the field.
+        DamagedLog: if it does not fit this version's description; the message names the field.
     """
     try:
         info = MatchInfo.model_validate_json(texts["info"])
@@ -46,7 +46,7 @@ def parse(texts: dict[str, str], *, where: str) -> tuple[MatchInfo, pl.DataFrame
         raise _unusable(error, where) from error
     except KeyError as error:
         raise DamagedLog(
-            "its metadata say nothing of the match", where=where, next_step=_OTHER_VERSION
+            "its metadata do not describe the match", where=where, next_step=_OTHER_VERSION
         ) from error
     unknown = DamagedLog(
         "its metadata's list of flaws is not one that this version of pitchlore knows", where=where,
@@ -63,7 +63,7 @@ def parse(texts: dict[str, str], *, where: str) -> tuple[MatchInfo, pl.DataFrame
 
 
 def _unusable(error: ValidationError, where: str) -> DamagedLog:
-    """What a user is told of info that does not validate: the first field that does not."""
+    """Error for info that does not validate; it names the first bad field."""
     first = error.errors()[0]
     field = ".".join(str(part) for part in first["loc"]) or "info"
     if first["type"] in _OF_ANOTHER_VERSION:

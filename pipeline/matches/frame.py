@@ -1,4 +1,4 @@
-"""A match in memory, and the frames of reference it is looked at from.
+"""A match in memory, and its frames of reference.
 
 Everything between an importer (or the simulator) and the log is a :class:`MatchLog`.
 Time is integer nanoseconds since the first sample; lengths are metres; angles radians.
@@ -46,7 +46,7 @@ class Period(BaseModel):
         start_ns: first sample, inclusive.
         end_ns: end, exclusive.
         home_attacks: +1 if the home team attacks +x, -1 if -x.
-        inferred: whether that was inferred from where the bodies stand.
+        inferred: whether that was inferred from the bodies' positions.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -58,7 +58,7 @@ class Period(BaseModel):
 
 
 class MatchInfo(BaseModel):
-    """What is known of a match besides its samples; the log's metadata record.
+    """Facts of a match besides its samples; the log's metadata record.
 
     Attributes:
         match_id: ``<slug>-<hash>``.
@@ -69,10 +69,10 @@ class MatchInfo(BaseModel):
         pitch: the field of play and its kind.
         periods: consecutive; they cover all samples.
         seed: of the simulator, None for recordings.
-        settings: what the recording was made or imported with.
+        settings: settings of the recording or the import.
         software: name and version of the writer.
-        complete: whether everything the recorder meant to write is there.
-        incomplete_reason: why not.
+        complete: whether the log has everything that the recorder wrote.
+        incomplete_reason: reason if not.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -133,14 +133,14 @@ class Frames:
 
 @dataclass(frozen=True, slots=True)
 class MatchLog:
-    """A whole match: what an importer or the simulator makes and what the log holds.
+    """A whole match, as an importer or the simulator makes it and the log holds it.
 
     Attributes:
-        info: what is known besides the samples.
+        info: facts besides the samples.
         frames: the samples.
         referee: rows of schema Referee, in order of time.
         decisions: rows of schema Decisions; empty for foreign recordings.
-        quality: rows of schema Quality: what was found wrong while reading.
+        quality: rows of schema Quality, the flaws found while reading.
     """
 
     info: MatchInfo
@@ -159,7 +159,7 @@ def wrap(angle: npt.NDArray[A]) -> npt.NDArray[A]:
 
 
 def home_attacks(periods: tuple[Period, ...], t_ns: I64) -> npt.NDArray[np.int8]:
-    """+1 or -1 for each time [F]: the direction along x in which the home team attacks.
+    """Direction along x in which the home team attacks at each time, +1 or -1, int8 [F].
 
     A time outside all periods takes the nearest one before it; with no periods at all it is +1.
     """

@@ -1,4 +1,4 @@
-"""What comes in: the messages of a file, sorted by topic, as the tables of a match."""
+"""The messages of a file, sorted by topic, as the tables of a match."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from schemas import Decisions, Referee, Table
 
 
 class Inbox:
-    """Messages as they come out of a file, sorted by topic; what fits none is counted.
+    """Collects messages by topic in the order of the file; messages of no known topic are counted.
 
     Attributes:
         seen: messages taken so far, of any kind.
@@ -30,7 +30,7 @@ class Inbox:
         self._skipped: dict[str, list[I64]] = {}
 
     def declare(self, channel: int, name: str, definition: str | None) -> None:
-        """Say what a channel is; the first declaration counts.
+        """Declare a channel; the first declaration counts.
 
         Args:
             channel: its id.
@@ -46,7 +46,7 @@ class Inbox:
                 self._topics[channel] = ours if alike else f"messages on {name}, which are defined otherwise"
 
     def reserve(self, capacity: int) -> None:
-        """Make room, before any is taken, for message records of so many bytes together."""
+        """Make room for message records of ``capacity`` bytes in all; comes before :meth:`take`."""
         self._collectors = {i: Collector(topic.head, capacity) for i, topic in TOPICS.items()}
 
     def take(self, content: U8, records: Records) -> None:
@@ -84,7 +84,7 @@ class Inbox:
         return self._table(DECISION, Decisions, cdr.unpack_decisions, match_id, by=("team", "robot", "t_ns"))
 
     def skipped(self, where: str) -> list[Flaw]:
-        """What was left out so far, by reason."""
+        """One flaw for each reason for which messages were left out so far."""
         flaws = []
         for reason, times in sorted(self._skipped.items()):
             t_ns = np.concatenate(times)

@@ -64,7 +64,7 @@ class Messages:
 
 
 class Collector:
-    """Messages as they are taken out of one chunk after another, without copying them again.
+    """Collects the messages of one chunk after another; each is copied once.
 
     Args:
         head: layout of the fixed part of their records.
@@ -91,7 +91,7 @@ class Collector:
         _split(content, records.bodies - FRAMING_BYTES, offsets, self._heads[first:last], self._tails)
 
     def messages(self) -> Messages:
-        """All that was taken so far, in that order."""
+        """The messages taken so far, in that order."""
         offsets = self._offsets[:self._count + 1]
         heads = self._heads[:self._count].view(self._head).reshape(-1)
         return Messages(heads, self._tails[:offsets[-1]], offsets)
@@ -113,7 +113,7 @@ def lay_out(messages: Messages) -> tuple[U8, I64]:
 
 
 def log_times(content: U8, records: Records) -> I64:
-    """Log times of message records, int64 [K]; those without a whole address count as 0."""
+    """Log times of message records, int64 [K]; 0 for a record too short to hold its channel and times."""
     times = np.zeros(len(records.bodies), dtype=np.int64)
     addressed = records.channels >= 0
     places = records.bodies[addressed, None] + np.arange(6, 14)

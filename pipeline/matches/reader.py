@@ -1,4 +1,4 @@
-"""Logs that are read, as far as they are whole."""
+"""Reading of logs, damaged ones included."""
 
 from __future__ import annotations
 
@@ -53,19 +53,19 @@ class _SummarySection(NamedTuple):
 
 
 def read(data: bytes | memoryview, *, where: str, default_info: MatchInfo | None = None) -> MatchLog:
-    """Read a log, whoever wrote it, as far as it is whole.
+    """Read a log by any writer, as far as it is whole.
 
     Frames keep the order of the file, events are in order of time, decisions in that of their
-    schema. What is damaged or cut off is left out and said in the rows of ``quality`` and in
-    ``info.incomplete_reason``; ``info.complete`` is True only if every checksum that the file has
+    schema. Damaged and missing parts are left out; the rows of ``quality`` and
+    ``info.incomplete_reason`` name them. ``info.complete`` is True only if every checksum in the file
     holds. A chunk that declares more than ``chunks.MAX_CHUNK_BYTES`` counts as damaged and is never
-    decompressed. Messages that are not the log's, or not well-formed, are counted as 'skipped'.
+    decompressed. Messages on other topics, and malformed ones, are counted as 'skipped'.
 
     Args:
         data: the file's bytes; they are not changed.
         where: the file's name, for errors and notes.
-        default_info: what to take for a file that does not say which match it is (one that was not
-            written here). Its times then count from its earliest message.
+        default_info: description for a foreign file, which does not name its match. Its times then count
+            from its earliest message.
 
     Raises:
         NoFrames: if none of its frames can be read.
@@ -76,7 +76,7 @@ def read(data: bytes | memoryview, *, where: str, default_info: MatchInfo | None
 
 
 class _Reading:
-    """One file on its way from bytes to arrays: what was found in it so far, and what is wrong."""
+    """One file on its way from bytes to arrays, with its content and flaws so far."""
 
     def __init__(self, view: memoryview, where: str) -> None:
         self._view, self._where = view, where
@@ -126,7 +126,7 @@ class _Reading:
     def _decoded(
         self, opcode: Opcode, decode: Callable[[ReadDataStream], R], content: memoryview, records: Records
     ) -> list[R]:
-        """All records of a kind."""
+        """Records of one kind, decoded; damaged ones become flaws."""
         found = []
         for i in np.flatnonzero(records.opcodes == opcode).tolist():
             body, length = int(records.bodies[i]), int(records.lengths[i])
@@ -139,7 +139,7 @@ class _Reading:
     # what is around the messages
 
     def _summary(self) -> _SummarySection | None:
-        """The summary, or None if there is none, or none that can be trusted."""
+        """The summary; None if it is missing or damaged."""
         view, end = self._view, len(self._view) - len(MCAP0_MAGIC)
         footer_start = end - _FOOTER_BYTES
         if footer_start < 0 or bytes(view[end:]) != MCAP0_MAGIC or view[footer_start] != Opcode.FOOTER:
@@ -164,7 +164,7 @@ class _Reading:
         )
 
     def _survey(self, summary: _SummarySection | None) -> Records:
-        """The records of the data section; where they are damaged or end too early, it says so."""
+        """The records of the data section; damage and an early end become flaws."""
         content = as_array(self._view)
         stop, landmarks = (summary.start, summary.landmarks) if summary else (len(content), [])
         records, end, damaged = find_records(content, len(MCAP0_MAGIC), stop, landmarks)
@@ -175,7 +175,7 @@ class _Reading:
         return records
 
     def _check_data_section(self, records: Records) -> None:
-        """Check the CRC over all before the DataEnd, unless it is known already that it cannot hold."""
+        """Check the CRC over all before the DataEnd, unless known damage makes it fail anyway."""
         ends = self._decoded(Opcode.DATA_END, DataEnd.read, self._view, records)
         if self._reasons or not ends or ends[-1].data_section_crc == 0:
             return
@@ -183,7 +183,7 @@ class _Reading:
             self._damaged("bytes outside the chunks' content are damaged (CRC of the data section)")
 
     def _declare(self, content: memoryview, records: Records) -> None:
-        """Take note of schemas and channels; the first declaration, the summary's, counts."""
+        """Register schemas and channels; the first declaration, the summary's, counts."""
         for schema in self._decoded(Opcode.SCHEMA, Schema.read, content, records):
             self._schemas.setdefault(schema.id, schema)
         for channel in self._decoded(Opcode.CHANNEL, Channel.read, content, records):
@@ -194,12 +194,12 @@ class _Reading:
             self._inbox.declare(channel.id, channel.topic, definition)
 
     def _description(self, records: Records) -> tuple[MatchInfo, pl.DataFrame] | None:
-        """What the file says of its match: the last copy whose own CRC holds."""
+        """The file's description of its match: the last copy with a valid CRC."""
         copies = self._decoded(Opcode.METADATA, Metadata.read, self._view, records)
         described = [copy.metadata for copy in copies if copy.name == METADATA]
         sound = [texts for texts in described if is_sound(texts)]
         if len(sound) < len(described):
-            self._damaged("a copy of the metadata that say which match it is is damaged")
+            self._damaged("a copy of the metadata that describe the match is damaged")
         return parse(sound[-1], where=self._where) if sound else None
 
     # the messages

@@ -1,4 +1,4 @@
-"""Logs that are written, while a match is played or all at once."""
+"""Writing of logs, while a match is played or all at once."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ _SLICE = 1024  # frames that `write` lays out at once: they stay in the cache
 class Recorder:
     """A log that is written while the match is played.
 
-    Chunks are written and handed to the system as they fill, and at each :meth:`flush`; what a chunk does
-    not hold yet is lost with the process. As a context manager it closes the log unless an exception ends
-    it: a log that was not closed reads as truncated.
+    A chunk is written and handed to the system when it is full, and at each :meth:`flush`. Messages in no
+    chunk yet are lost with the process. As a context manager it closes the log unless an exception ends
+    it; a log that was not closed reads as truncated.
 
     Args:
         stream: buffered, writable; nothing has been written to it yet.
-        info: what is known of the match at its start.
+        info: description of the match at its start.
         chunk_bytes: a chunk is written when its uncompressed content would grow beyond this.
         level: of zstd.
 

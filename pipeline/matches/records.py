@@ -1,7 +1,6 @@
 """MCAP's records as bytes: found, walked over, and encoded.
 
-Nothing here trusts what it reads: a length that leads out of the file is found before anything is
-made of it.
+Nothing here trusts its input: a length that leads out of the file is found before it is used.
 
 Source: the MCAP specification, section Records.
 """
@@ -31,8 +30,8 @@ class Records(NamedTuple):
 
     Attributes:
         opcodes: uint8.
-        channels: int64, of message records; -1 for others and for messages without a whole address.
-        bodies: int64, where each body starts.
+        channels: int64, of message records; -1 for others, and for messages too short for channel and times.
+        bodies: int64, start of each body.
         lengths: int64, of each body in bytes.
     """
 
@@ -42,7 +41,7 @@ class Records(NamedTuple):
     lengths: I64
 
     def keep(self, mask: npt.NDArray[np.bool_] | slice) -> Records:
-        """Only those where ``mask`` [K] is true."""
+        """The records where ``mask`` [K] is true."""
         return Records(self.opcodes[mask], self.channels[mask], self.bodies[mask], self.lengths[mask])
 
 
@@ -74,7 +73,7 @@ def find_records(
         landmarks: where records are known to start, ascending; after damage the search goes on there.
 
     Returns:
-        The records; where the last of them ends; and where damaged ones start.
+        The records, the end of the last one, and the starts of damaged ones.
     """
     parts, damaged = [], []
     ahead = [place for place in landmarks if start < place < stop]
@@ -116,8 +115,8 @@ def walk(content: U8, start: int, stop: int) -> tuple[Records, int]:
     """The records in ``content[start:stop]``, up to and including a DataEnd.
 
     Returns:
-        The records, and where the last whole one ends: less than ``stop`` after a DataEnd, or if
-        what follows is no whole record.
+        The records, and the end of the last whole one. It is less than ``stop`` after a DataEnd, and
+        before bytes that are no whole record.
     """
     opcodes, channels, bodies, lengths, end = _walk(content, start, stop)
     return Records(opcodes, channels, bodies, lengths), int(end)

@@ -1,4 +1,4 @@
-"""Fuzzy conditions: their text, its tree, and the code that evaluates many of them over many samples.
+"""Fuzzy conditions: text, expression tree, and a compiled program that evaluates many over many samples.
 
 The text is Python's expression grammar cut down to what a fuzzy rule says::
 
@@ -6,7 +6,7 @@ The text is Python's expression grammar cut down to what a fuzzy rule says::
 
 A lower-case name before ``is`` is a signal, the upper-case names after it are terms of its variable, a
 bare name is a macro. ``and`` is the minimum, ``or`` the maximum, ``not`` 1 - x, ``very`` the square (Zadeh).
-Unknown (NaN) is infectious: whatever is said of an unknown signal is unknown, also under ``not``.
+NaN means unknown. A condition on an unknown signal is unknown, also under ``not``.
 """
 
 from __future__ import annotations
@@ -67,11 +67,11 @@ Expression = Is | Not | Very | And | Or
 
 
 def parse(text: str, macros: Mapping[str, str]) -> Expression:
-    """The tree of a condition.
+    """Parse a condition into its expression tree.
 
     Args:
         text: the condition.
-        macros: texts that a bare name stands for; they may use each other, but not in a circle.
+        macros: name to text. Macros may use each other, but not in a circle.
 
     Raises:
         BadSettings: if the text is not of the grammar above, or names an unknown macro.
@@ -137,7 +137,7 @@ class Program:
     Attributes:
         steps: int32 [S, 4], rows (operation, out, a, b); a and b are registers, b of IS a row of ``lines``.
         lines: float64 [L, 4], terms as (rise, up, fall, down).
-        registers: how many registers it needs; the signals are the first, in the order given.
+        registers: number of registers; the signals are the first, in the order given.
         outputs: int32 [E], the register of each condition.
     """
 
@@ -157,7 +157,7 @@ def compile_conditions(
     Args:
         expressions: the conditions, [E].
         signals: names of the signals in the order of their registers.
-        lines: (signal, term) to the term's two lines.
+        lines: function from (signal, term) to the term's two lines.
 
     Raises:
         BadSettings: if a condition names an unknown signal.
@@ -205,13 +205,13 @@ def execute(steps: I32, lines: F64, registers: F64, n: int) -> None:
     """Run register code over a block of samples, in place.
 
     Each step is one loop without branches over contiguous memory, which LLVM turns into SIMD. The
-    comparisons are written so that NaN comes through: ``x < 0`` and ``x > 1`` are false of NaN.
+    comparisons let NaN through: ``x < 0`` and ``x > 1`` are false for NaN.
 
     Args:
         steps: int32 [S, 4], see :class:`Program`.
         lines: float64 [L, 4].
         registers: float64 [R, at least n]; the signals are filled in, the rest is overwritten.
-        n: how many samples.
+        n: number of samples.
     """
     for s in range(steps.shape[0]):
         op = steps[s, 0]

@@ -23,8 +23,9 @@ Flags = npt.NDArray[np.bool_]
 #: The ball's name as a team.
 BALL = BODIES[0]
 
-#: A body slower than this, times the kind's speed scale, has no direction of motion; m/s.
+#: Speed below which a body has no direction of motion, m/s, to be multiplied by the kind's speed scale.
 STILL = 0.05
+
 
 @dataclass(frozen=True, slots=True)
 class DenseMatch:
@@ -55,11 +56,11 @@ class DenseMatch:
 def dense_match(trajectories: pl.DataFrame, scales: Scales) -> DenseMatch:
     """The dense arrays of a table of trajectories.
 
-    Rows that are suspect, have a position that is not finite, or (of robots) no role, are missing bodies.
+    A row counts as a missing body if it is suspect, its position is not finite, or a robot has no role.
 
     Args:
         trajectories: rows of schema Trajectories of one match, sorted as it says; not empty.
-        scales: what the kind of match is scaled by.
+        scales: distances and speeds of the kind of match.
 
     Raises:
         SchemaMismatch: if a body's rows are not together and in order of time.
@@ -105,7 +106,7 @@ def dense_match(trajectories: pl.DataFrame, scales: Scales) -> DenseMatch:
 
 
 def _samples(frame: npt.NDArray[np.uint32]) -> tuple[I64, int]:
-    """The place of each row's frame among the frames that occur, int64 [rows], and how many occur."""
+    """Rank of each row's frame among the distinct frames, int64 [rows], and the number of distinct frames."""
     since = frame.astype(np.int64) - int(frame.min())
     occurs = np.zeros(int(since.max()) + 1, dtype=np.bool_)
     occurs[since] = True
@@ -154,7 +155,6 @@ def _pose(
         k = at[i]
         out[0, k], out[1, k], out[2, k], out[3, k], out[4, k] = x[i], y[i], cos, sin, speed
         out[5, k], out[6, k] = course_cos, course_sin
-
 
 
 @numba.njit(cache=True, nogil=True)

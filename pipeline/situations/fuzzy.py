@@ -1,8 +1,8 @@
 """The five fuzzy variables: scikit-fuzzy's trapezoids define every term (paper section 3.2.1, Figure 1).
 
-The figure's numbers are not in any text that could be found; these are ours (DECISIONS.md, "Sources of
-numbers"). The recogniser evaluates the same trapezoids as pairs of straight lines (:func:`lines`), which is
-verified against :func:`membership`, scikit-fuzzy's own evaluation.
+The figure's numbers are in no text that could be found; these are ours (DECISIONS.md, "Sources of
+numbers"). The recogniser evaluates the same trapezoids as pairs of straight lines (:func:`lines`). Tests
+compare them with :func:`membership`, scikit-fuzzy's own evaluation.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pipeline.pitch import Scales
 
 F64 = npt.NDArray[np.float64]
 
-#: Stands for infinity where scikit-fuzzy needs a corner: beyond any length, speed or time of a match.
+#: Corner in place of infinity, which scikit-fuzzy does not take; beyond any length, speed or time of a match.
 FAR_OFF = 1e6
 
 
@@ -33,7 +33,7 @@ class Variable(StrEnum):
     VELOCITY = "velocity"
 
 
-#: What each variable measures, and its unit.
+#: Meaning and unit of each variable.
 MEANINGS: dict[Variable, tuple[str, str]] = {
     Variable.DISTANCE: ("distance between two objects", "m"),
     Variable.ORIENTATION: ("absolute difference between the orientations of two objects, 0 to pi", "rad"),
@@ -68,7 +68,7 @@ def terms(scales: Scales) -> Terms:
     """The terms of all five variables for one kind of match.
 
     Neighbouring terms cross at 0.5 and sum to 1. Distances stretch by the crossings in ``scales`` in the
-    proportions of the VSSS terms, velocities by ``scales.speed``; angles and times are everybody's.
+    proportions of the VSSS terms, velocities by ``scales.speed``. Angles and times do not scale.
     """
     touch, apart = scales.contact - scales.contact_fade, scales.contact + scales.contact_fade
     close, near, far = (
@@ -147,14 +147,14 @@ def crossings(term: Trapezoid, degree: float = 0.5) -> tuple[float | None, float
 
 
 def likeliest(variable: dict[str, Trapezoid], x: float) -> str:
-    """The term of a variable to which a value belongs most; the earlier one of two that tie."""
+    """The term of a variable with the greatest membership of a value; of equal ones the earlier."""
     return max(variable, key=lambda name: float(membership(variable[name], x)[()]))
 
 
 def lines(term: Trapezoid) -> Lines:
     """The term as two straight lines, which need no branch.
 
-    Equal to :func:`membership` within 1e-9 on the variable's domain, where a shoulder is flat for good.
+    They equal :func:`membership` within 1e-9 on the variable's domain; a shoulder stays flat outside it.
     """
     rise, up = (0.0, 1.0) if term.a == term.b else (1 / (term.b - term.a), -term.a / (term.b - term.a))
     fall, down = (0.0, 1.0) if term.c == term.d else (-1 / (term.d - term.c), term.d / (term.d - term.c))
@@ -162,5 +162,5 @@ def lines(term: Trapezoid) -> Lines:
 
 
 def corners(term: Trapezoid) -> tuple[float | None, ...]:
-    """The corners a, b, c, d as a person would write them: None where nothing ends the term."""
+    """The corners a, b, c, d for people; None at an open end."""
     return tuple(None if abs(corner) >= FAR_OFF else float(corner) for corner in term)

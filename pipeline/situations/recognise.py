@@ -1,6 +1,6 @@
-"""Situations: who does what, from when to when (paper section 3.2.1, Table 1).
+"""Situations of every robot of a match, with start and end (paper section 3.2.1, Table 1).
 
-The rules (:mod:`pipeline.situations.rules`) are compiled once for each kind of match and run over
+The rules (:mod:`pipeline.situations.rules`) are compiled once for each kind of match. They run over
 blocks of samples: geometry to signals, signals to degrees of conditions, degrees to occurrences,
 occurrences to one sequence.
 """
@@ -8,8 +8,8 @@ occurrences to one sequence.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,8 +18,22 @@ import polars as pl
 from pipeline.errors import SchemaMismatch
 from pipeline.pitch import SCALES, Pitch
 from pipeline.settings import SituationSettings
-from pipeline.situations import conditions, occurrences, signals
+from pipeline.situations import conditions, signals
 from pipeline.situations.dense import DenseMatch, dense_match
+from pipeline.situations.occurrences import (
+    CLOCK_NS,
+    MARK,
+    OCCURRENCE,
+    WHILE,
+    Gaps,
+    Meanings,
+    Rows,
+    Samples,
+    advance,
+    cut,
+    finish,
+    resolve,
+)
 from pipeline.situations.rulebook import RuleSet, compiled, rule_table, term_table
 from pipeline.situations.rules import RULES, TABLE_1, Start, Target
 from schemas import ROLES, TEAMS, Situations
@@ -27,12 +41,11 @@ from schemas.situations import MOVES_RANDOMLY
 
 F64 = npt.NDArray[np.float64]
 I64 = npt.NDArray[np.int64]
-Flags = npt.NDArray[np.bool_]
 
-#: Float64 registers worked on at a time: as many as stay in a second-level cache of half a megabyte or more.
+#: Float64 registers worked on at a time; so many fit in a second-level cache of half a megabyte or more.
 REGISTERS = 80_000
 
-#: Degrees are rounded: a condition that should hold to exactly ``fire_at`` does hold.
+#: Tolerance of ``fire_at``, because degrees are rounded: a condition that holds to exactly it does hold.
 ROUNDING = 1e-9
 
 __all__ = ["recognise", "rule_table", "term_table"]
@@ -41,22 +54,21 @@ __all__ = ["recognise", "rule_table", "term_table"]
 def recognise(trajectories: pl.DataFrame, pitch: Pitch, settings: SituationSettings) -> pl.DataFrame:
     """Recognise the situations of every robot of both teams, each from its own team's point of view.
 
-    Samples at which play is stopped, and bodies that are suspect there, are not looked at. A robot that is
-    away for longer than ``flicker_s`` starts anew when it is back. Conditions about a missing body, or
-    about a heading or velocity that is not known, are not fulfilled.
+    Samples without play are left out, and so are suspect bodies. A robot that is away for longer than
+    ``flicker_s`` starts a new sequence when it is back. A condition does not hold if it is about a
+    missing body, or about an unknown heading or velocity.
 
     Args:
         trajectories: rows of schema Trajectories of one match, sorted as it says.
-        pitch: the field of play; its kind decides what near and fast mean.
+        pitch: the field of play; its kind scales distances and speeds.
         settings: thresholds and times.
 
     Returns:
-        Rows of schema Situations, sorted by team, robot, start_ns. ``start_ns`` is the time of the first
-        sample (inclusive); ``end_ns`` that of the first sample after (exclusive), or, where nothing
-        follows without interruption, the last sample's time and the segment's median interval, at most
-        the time of the match's next sample. ``strength`` is as
-        :func:`pipeline.situations.occurrences.advance` defines it; a merged situation has the least
-        of its parts'.
+        Rows of schema Situations, sorted by team, robot, start_ns. ``start_ns`` is the time of the
+        first sample (inclusive). ``end_ns`` is the time of the first sample after it (exclusive). Where
+        the sequence ends, it is the last sample's time plus the segment's median interval, at most the
+        time of the match's next sample. ``strength`` is defined at
+        :func:`pipeline.situations.occurrences.advance`; a merged situation has the least of its parts'.
 
     Raises:
         SchemaMismatch: if the table holds several matches or is not sorted.
@@ -68,193 +80,179 @@ def recognise(trajectories: pl.DataFrame, pitch: Pitch, settings: SituationSetti
         raise SchemaMismatch(
             "holds more than one match", where="trajectories", next_step="Recognise one match at a time"
         )
-    scene = dense_match(trajectories, SCALES[pitch.kind])
-    distances = signals.ball_distances(scene.poses, scene.ball)
-    median_ns = _median_intervals(scene)
+    match = dense_match(trajectories, SCALES[pitch.kind])
+    distances = signals.ball_distances(match.poses, match.ball)
+    median_ns = _median_intervals(match)
     workers = {name: _Worker(rules, settings) for name, rules in compiled(pitch.kind).items()}
-    parts = [
-        _situations_of(row, scene, distances, median_ns, pitch, settings, workers)
-        for row in range(len(scene.robot))
-    ]
-    rows = np.concatenate([np.empty((0, 7), dtype=np.int64), *(part[0] for part in parts)])
-    strengths = np.concatenate([np.empty(0), *(part[1] for part in parts)])
-    return _table(match_id, scene, rows, strengths)
+    parts = []
+    for row in range(len(match.robot)):
+        samples = _samples(row, match, median_ns, settings)
+        if len(samples.place):
+            found = _occurrences(row, match, samples, distances, pitch, workers)
+            parts.append(_situations(row, match, samples, found, settings))
+    if not parts:
+        return Situations.empty()
+    columns = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return _table(match_id, match, _Situations(*columns))
 
 
 def _ns(seconds: float) -> int:
     return round(seconds * 1e9)
 
 
-def _median_intervals(scene: DenseMatch) -> I64:
+def _median_intervals(match: DenseMatch) -> I64:
     """Median sampling interval of each sample's segment, int64 [T] nanoseconds; 0 in one of one sample."""
-    medians = np.zeros(len(scene.t_ns), dtype=np.int64)
-    edges = np.flatnonzero(np.diff(scene.segment)) + 1
-    for start, end in zip([0, *edges.tolist()], [*edges.tolist(), len(scene.t_ns)], strict=True):
+    medians = np.zeros(len(match.t_ns), dtype=np.int64)
+    edges = np.flatnonzero(np.diff(match.segment)) + 1
+    for start, end in zip([0, *edges.tolist()], [*edges.tolist(), len(match.t_ns)], strict=True):
         if end - start > 1:
-            medians[start:end] = int(np.median(np.diff(scene.t_ns[start:end])))
+            medians[start:end] = int(np.median(np.diff(match.t_ns[start:end])))
     return medians
 
 
-@dataclass(frozen=True, slots=True)
-class _Samples:
-    """The samples of one robot in play, k = 0, 1, … N - 1.
-
-    Attributes:
-        index: int64 [N], their places among the match's samples.
-        t_ns: int64 [N].
-        until_ns: int64 [N], where each one's own interval ends.
-        piece: int64 [N], counts up where the sequence is interrupted.
-        fresh: bool [N], whether a piece begins there.
-    """
-
-    index: I64
-    t_ns: I64
-    until_ns: I64
-    piece: I64
-    fresh: Flags
-
-
-def _samples(scene: DenseMatch, row: int, median_ns: I64, settings: SituationSettings) -> _Samples:
-    index = np.flatnonzero(scene.present[row] & (scene.segment >= 0))
-    t_ns, segment = scene.t_ns[index], scene.segment[index]
-    away = (np.diff(index) > 1) & (np.diff(t_ns) > _ns(settings.flicker_s) + occurrences.CLOCK_NS)
+def _samples(row: int, match: DenseMatch, median_ns: I64, settings: SituationSettings) -> Samples:
+    """The samples in play of the robot in ``row``."""
+    index = np.flatnonzero(match.present[row] & (match.segment >= 0))
+    t_ns, segment = match.t_ns[index], match.segment[index]
+    away = (np.diff(index) > 1) & (np.diff(t_ns) > _ns(settings.flicker_s) + CLOCK_NS)
     fresh = np.concatenate(([True], away | (np.diff(segment) != 0)))[: len(index)]
-    follows = np.append(scene.t_ns, np.iinfo(np.int64).max)[index + 1]
+    follows = np.append(match.t_ns, np.iinfo(np.int64).max)[index + 1]
     until_ns = np.minimum(t_ns + median_ns[index], follows)
     goes_on = ~fresh[1:]
     until_ns[:-1][goes_on] = t_ns[1:][goes_on]
-    return _Samples(index, t_ns, until_ns, np.cumsum(fresh), fresh)
-
-
-def _situations_of(
-    row: int, scene: DenseMatch, distances: F64, median_ns: I64, pitch: Pitch, settings: SituationSettings,
-    workers: dict[str, _Worker],
-) -> tuple[I64, F64]:
-    """The situations of one robot.
-
-    Returns:
-        int64 [S, 7] rows (row, role, code, target, start_ns, end_ns, segment), see :func:`_target_names`
-        for the targets, and the strengths float64 [S].
-    """
-    samples = _samples(scene, row, median_ns, settings)
-    if len(samples.index) == 0:
-        return np.empty((0, 7), dtype=np.int64), np.empty(0)
-    found, strengths = _occurrences(row, scene, samples, distances, pitch, workers)
-    code, target = _meanings(row, scene, samples, found)
-    named = code > 0
-    found, strengths, code, target = found[named], strengths[named], code[named], target[named]
-    # priority, start, code; then rule and other robot, which only make the order definite
-    key = _PRIORITY[code]
-    for part, bits in (
-        (found[:, occurrences.K0], 32), (code, 8),
-        (found[:, occurrences.RULE], 7), (found[:, occurrences.OTHER] + 1, 10),
-    ):
-        key = (key << bits) | part
-    rows, strengths = occurrences.resolve(
-        np.argsort(key), found, strengths, code, target,
-        np.minimum(_LONGEST_NS[code], _ns(settings.longest_s)),
-        samples.t_ns, samples.until_ns, samples.piece, settings.least_share,
-        MOVES_RANDOMLY, _ns(settings.random_least_s), _ns(settings.random_longest_s),
-    )
-    code, target, k0, k1 = rows.T
-    index = samples.index[k0]
-    return np.column_stack((
-        np.full(len(rows), row), scene.role[row, index], code, target,
-        samples.t_ns[k0], samples.until_ns[k1 - 1], scene.segment[index],
-    )), strengths
+    return Samples(index, t_ns, until_ns, np.cumsum(fresh), fresh)
 
 
 class _Worker:
-    """Runs one group of rules over a robot's samples; its buffers serve one robot after the other."""
+    """Runs one group of rules over a robot's samples; one robot after the other uses its buffers."""
 
     def __init__(self, rules: RuleSet, settings: SituationSettings) -> None:
         self.rules = rules
-        self.settings = settings
+        self.records = rules.records.copy()
+        self.records["lull_ns"] = np.where(
+            rules.records["start"] == WHILE, _ns(settings.flicker_s), _ns(settings.lull_s)
+        )
+        self.fire_at = settings.fire_at - ROUNDING
+        self.longest_ns = _ns(settings.longest_s)
         self.block = REGISTERS // rules.program.registers
         self.registers = np.empty((rules.program.registers, self.block))
-        self.found = np.empty((len(rules.places) * (self.block + 1), 4), dtype=np.int64)
-        self.strengths = np.empty(len(self.found))
-        self.lull_ns = np.where(
-            rules.start == occurrences.WHILE, _ns(settings.flicker_s), _ns(settings.lull_s)
-        )
+        self.found = np.empty(len(rules.places) * (self.block + 1), dtype=OCCURRENCE)
 
-    def run(
-        self, samples: _Samples, other: int, fill: Callable[[int, int, F64], None]
-    ) -> tuple[I64, F64]:
-        """Occurrences int64 [M, 4] (rule of RULES, other robot, k0, k1) and their strengths float64 [M].
+    def run(self, samples: Samples, other: int, fill: Callable[[int, int, F64], None]) -> Rows:
+        """Occurrences of the group's rules, OCCURRENCE [M]; ``rule`` counts in RULES.
 
         Args:
             samples: the robot's.
-            other: row of the other robot that the rules are about, -1 if none.
+            other: row of the other robot that the rules are about, -1 for none.
             fill: fills the signals of a block: (first sample, samples, registers).
         """
-        rules, t_ns = self.rules, samples.t_ns
-        marks = np.full((len(rules.places), 2), -1, dtype=np.int64)
-        degrees = np.zeros(len(rules.places))
-        parts: list[tuple[I64, F64]] = []
+        program, t_ns = self.rules.program, samples.t_ns
+        marks = np.zeros(len(self.rules.places), dtype=MARK)
+        marks["held"] = marks["set_in"] = -1
+        parts: list[npt.NDArray[np.uint8]] = []
         for at in range(0, len(t_ns), self.block):
             n = min(self.block, len(t_ns) - at)
             fill(at, n, self.registers)
-            conditions.execute(rules.program.steps, rules.program.lines, self.registers, n)
-            count = occurrences.advance(
-                self.registers, rules.initial, rules.final, rules.start, rules.limit_ns, rules.hold_ns,
-                self.lull_ns, _ns(self.settings.longest_s), self.settings.fire_at - ROUNDING,
-                t_ns, samples.fresh, at, n, other, marks, degrees, self.found, self.strengths,
+            conditions.execute(program.steps, program.lines, self.registers, n)
+            count = advance(
+                self.registers, self.records, t_ns, samples.fresh, self.fire_at, self.longest_ns,
+                at, n, other, marks, self.found,
             )
-            parts.append((self.found[:count].copy(), self.strengths[:count].copy()))
-        count = occurrences.finish(
-            rules.start, rules.hold_ns, t_ns, other, marks, degrees, self.found, self.strengths
-        )
-        parts.append((self.found[:count], self.strengths[:count]))
-        found, strengths = occurrences.cut(
-            np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts]),
-            rules.start, np.minimum(rules.limit_ns, _ns(self.settings.longest_s)), rules.hold_ns, rules.once,
-            t_ns, samples.until_ns,
-        )
-        found[:, occurrences.RULE] = rules.places[found[:, occurrences.RULE]]
-        return found, strengths
+            # as bytes, because numpy copies records field by field
+            parts.append(self.found[:count].view(np.uint8).copy())
+        count = finish(self.records, t_ns, other, marks, self.found)
+        parts.append(self.found[:count].view(np.uint8))
+        found: Rows = cut(np.concatenate(parts).view(OCCURRENCE), self.records, samples, self.longest_ns)
+        found["rule"] = self.rules.places[found["rule"]]
+        return found
 
 
 def _occurrences(
-    row: int, scene: DenseMatch, samples: _Samples, distances: F64, pitch: Pitch, workers: dict[str, _Worker]
-) -> tuple[I64, F64]:
-    """All that the rules find in one robot's samples, see :meth:`_Worker.run`."""
-    index = samples.index
+    row: int, match: DenseMatch, samples: Samples, distances: F64, pitch: Pitch, workers: dict[str, _Worker]
+) -> Rows:
+    """Occurrences of all rules in the samples of the robot in ``row``, OCCURRENCE [M]."""
+    index = samples.place
     # most robots are there all the time: a slice of the arrays then costs nothing
     part = slice(index[0], index[-1] + 1) if index[-1] - index[0] + 1 == len(index) else index
-    ours = scene.team == scene.team[row]
+    ours = match.team == match.team[row]
     mates = ours & (np.arange(len(ours)) != row)
-    mine = np.ascontiguousarray(scene.poses[:, row, part])
-    ball = np.ascontiguousarray(scene.ball[:, part])
-    opponent = signals.nearest_to_ball(distances, ~ours, scene.ball)[part]
-    teammate = signals.nearest_to_ball(distances, mates, scene.ball)[part]
-    own_goal_x = -pitch.goal_x if scene.team[row] == 0 else pitch.goal_x
+    mine = np.ascontiguousarray(match.poses[:, row, part])
+    ball = np.ascontiguousarray(match.ball[:, part])
+    opponent = signals.nearest_to_ball(distances, ~ours, match.ball)[part]
+    teammate = signals.nearest_to_ball(distances, mates, match.ball)[part]
+    own_goal_x = -pitch.goal_x if match.team[row] == 0 else pitch.goal_x
 
     def own(at: int, n: int, registers: F64) -> None:
         signals.fill_own(mine, ball, opponent, teammate, at, n, own_goal_x, registers)
 
     parts = [workers["own"].run(samples, -1, own)]
-    for other in np.flatnonzero(scene.present[:, part].any(axis=1)):
+    for other in np.flatnonzero(match.present[:, part].any(axis=1)):
         if other != row:
-            x, y = scene.poses[0, other, part], scene.poses[1, other, part]
+            x, y = match.poses[0, other, part], match.poses[1, other, part]
             worker = workers[Target.TEAMMATE if ours[other] else Target.OPPONENT]
             parts.append(worker.run(samples, int(other), partial(signals.fill_other, mine, x, y)))
-    return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+    return np.concatenate([part.view(np.uint8) for part in parts]).view(OCCURRENCE)
 
 
-def _meanings(row: int, scene: DenseMatch, samples: _Samples, found: I64) -> tuple[I64, I64]:
-    """Code (0: none) and target of each occurrence; the roles at its start decide the code."""
-    rule, other = found[:, occurrences.RULE], found[:, occurrences.OTHER]
-    start = samples.index[found[:, occurrences.K0]]
-    role, other_role = scene.role[row, start], scene.role[other, start]
+class _Situations(NamedTuple):
+    """Situations of one or several robots, each [S].
+
+    Attributes:
+        row: of the robot in the match's arrays.
+        role: index in ROLES, at the start.
+        code: of Table 1.
+        target: a number, see :func:`_target_names`.
+        start_ns, end_ns: end exclusive.
+        segment: stretch of play.
+        strength: NaN for filled gaps.
+    """
+
+    row: I64
+    role: I64
+    code: I64
+    target: I64
+    start_ns: I64
+    end_ns: I64
+    segment: I64
+    strength: F64
+
+
+def _situations(
+    row: int, match: DenseMatch, samples: Samples, found: Rows, settings: SituationSettings
+) -> _Situations:
+    """The situations of the robot in ``row``, from its occurrences."""
+    code, target = _codes_and_targets(row, match, samples, found)
+    named = code > 0
+    found, code, target = found[named], code[named], target[named]
+    # priority, start, code; then rule and other robot, which only make the order definite
+    key = _PRIORITY[code]
+    for part, bits in ((found["k0"], 32), (code, 8), (found["rule"], 7), (found["other"] + 1, 10)):
+        key = (key << bits) | part
+    meanings = Meanings(code, target, np.minimum(_LONGEST_NS[code], _ns(settings.longest_s)))
+    gaps = Gaps(
+        settings.least_share, MOVES_RANDOMLY, _ns(settings.random_least_s), _ns(settings.random_longest_s)
+    )
+    rows = resolve(np.argsort(key), found, meanings, samples, gaps)
+    index = samples.place[rows["k0"]]
+    return _Situations(
+        np.full(len(rows), row), match.role[row, index], rows["code"], rows["target"],
+        samples.t_ns[rows["k0"]], samples.until_ns[rows["k1"] - 1], match.segment[index], rows["strength"],
+    )
+
+
+def _codes_and_targets(row: int, match: DenseMatch, samples: Samples, found: Rows) -> tuple[I64, I64]:
+    """Code (0 for none) and target of each occurrence, int64 [M]; the roles at its start decide the code."""
+    rule, other = found["rule"], found["other"]
+    start = samples.place[found["k0"]]
+    role, other_role = match.role[row, start], match.role[other, start]
     turn = np.where(_TARGET[rule] == Target.TEAMMATE, (other_role - role) % len(ROLES), other_role)
     unknown = (other >= 0) & (other_role < 0)
     code = np.where(other < 0, _CODES[rule, 0], np.where(unknown, 0, _CODES[rule, turn]))
-    things = len(scene.robot) + np.array([_THINGS.index(t) if t in _THINGS else -1 for t in _TARGET])
+    things = len(match.robot) + np.array([_THINGS.index(t) if t in _THINGS else -1 for t in _TARGET])
     return code, np.where(other >= 0, other, np.where(_TARGET[rule] == Target.NOTHING, -1, things[rule]))
 
 
-#: Targets that are not robots; in numbers they come after the robots' rows, -1 is none.
+#: Targets that are not robots. In numbers they follow the robots' rows; -1 is none.
 _THINGS = (Target.BALL, Target.OWN_GOAL, Target.ADVERSARY_GOAL)
 _TARGET = np.array([rule.target for rule in RULES])
 _CODES = np.array([rule.code if isinstance(rule.code, tuple) else (rule.code,) * 3 for rule in RULES])
@@ -271,27 +269,26 @@ _LONGEST_NS = np.array([
 ])
 
 
-def _target_names(scene: DenseMatch) -> list[str | None]:
+def _target_names(match: DenseMatch) -> list[str | None]:
     """Names of the targets by number; the last is that of -1."""
-    robots = [f"{TEAMS[team]}-{robot}" for team, robot in zip(scene.team, scene.robot, strict=True)]
+    robots = [f"{TEAMS[team]}-{robot}" for team, robot in zip(match.team, match.robot, strict=True)]
     return [*robots, *(str(thing) for thing in _THINGS), None]
 
 
-def _table(match_id: str, scene: DenseMatch, rows: I64, strengths: F64) -> pl.DataFrame:
-    """Rows of schema Situations from what :func:`_situations_of` returns."""
-    row, role, code, target, start_ns, end_ns, segment = rows.T
-    targets = pl.Series(_target_names(scene), dtype=pl.String)
+def _table(match_id: str, match: DenseMatch, found: _Situations) -> pl.DataFrame:
+    """Rows of schema Situations."""
+    targets = pl.Series(_target_names(match), dtype=pl.String)
     columns = {
-        "match_id": pl.repeat(match_id, len(rows), eager=True),
-        "team": pl.Series(np.array(TEAMS)[scene.team[row]]),
-        "robot": scene.robot[row],
-        "role": pl.Series(np.array(ROLES)[role]),
-        "code": code,
-        "name": _NAMES.gather(code),
-        "start_ns": start_ns,
-        "end_ns": end_ns,
-        "strength": pl.Series(strengths).fill_nan(None),
-        "target": targets.gather(np.where(target < 0, len(targets) - 1, target)),
-        "segment": segment,
+        "match_id": pl.repeat(match_id, len(found.row), eager=True),
+        "team": pl.Series(np.array(TEAMS)[match.team[found.row]]),
+        "robot": match.robot[found.row],
+        "role": pl.Series(np.array(ROLES)[found.role]),
+        "code": found.code,
+        "name": _NAMES.gather(found.code),
+        "start_ns": found.start_ns,
+        "end_ns": found.end_ns,
+        "strength": pl.Series(found.strength).fill_nan(None),
+        "target": targets.gather(np.where(found.target < 0, len(targets) - 1, found.target)),
+        "segment": found.segment,
     }
     return pl.DataFrame(columns).cast(pl.Schema(Situations.dtypes()))

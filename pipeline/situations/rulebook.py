@@ -1,4 +1,4 @@
-"""The rules made ready: compiled for a kind of match, and as tables for people."""
+"""The rules compiled for a kind of match, and as tables for people."""
 
 from __future__ import annotations
 
@@ -15,41 +15,32 @@ from pipeline.settings import SituationSettings
 from pipeline.situations import fuzzy, occurrences, signals
 from pipeline.situations.conditions import Program, compile_conditions, parse
 from pipeline.situations.fuzzy import Variable
+from pipeline.situations.occurrences import RULE, Rows
 from pipeline.situations.rules import MACROS, RULES, TABLE_1, Start, Target
 from schemas.situations import MOVES_RANDOMLY
 
 I64 = npt.NDArray[np.int64]
-I32 = npt.NDArray[np.int32]
-Flags = npt.NDArray[np.bool_]
 
 _STARTS = {Start.ONSET: occurrences.ONSET, Start.LATEST: occurrences.LATEST, Start.WHILE: occurrences.WHILE}
 
 
 @dataclass(frozen=True, slots=True)
 class RuleSet:
-    """V rules that look at the same signals, compiled.
+    """V rules that read the same signals, compiled.
 
     Attributes:
         places: int64 [V], which rules of RULES they are.
-        program: their conditions, compiled.
-        initial, final: int32 [V], registers of the conditions.
-        start: int64 [V], ONSET, LATEST or WHILE of :mod:`pipeline.situations.occurrences`.
-        limit_ns, hold_ns: int64 [V].
-        once: bool [V].
+        program: their conditions.
+        records: RULE [V], their registers, starts and times; ``lull_ns`` comes from the settings.
     """
 
     places: I64
     program: Program
-    initial: I32
-    final: I32
-    start: I64
-    limit_ns: I64
-    hold_ns: I64
-    once: Flags
+    records: Rows
 
 
 def variable_of(signal: str) -> Variable:
-    """The fuzzy variable that a signal is a value of; its name says it."""
+    """The fuzzy variable of a signal, by the signal's name."""
     if signal.endswith("_distance"):
         return Variable.DISTANCE
     if signal == "heading_off_ball_course":
@@ -59,7 +50,7 @@ def variable_of(signal: str) -> Variable:
 
 @cache
 def compiled(kind: Kind) -> dict[str, RuleSet]:
-    """The rules about the robot itself ('own'), about each opponent and about each teammate."""
+    """The rules in three groups: about the robot itself ('own'), about each opponent, about each teammate."""
     terms = fuzzy.terms(SCALES[kind])
 
     def lines(signal: str, term: str) -> fuzzy.Lines:
@@ -67,19 +58,16 @@ def compiled(kind: Kind) -> dict[str, RuleSet]:
 
     def rule_set(places: Sequence[int], names: tuple[str, ...]) -> RuleSet:
         rules = [RULES[place] for place in places]
-        # a rule without final condition keeps its register: it is never looked at
+        # a rule without a final condition gets its initial one's register, which is never read
         texts = [text for rule in rules for text in (rule.initial, rule.final or rule.initial)]
         program = compile_conditions([parse(text, MACROS) for text in texts], names, lines)
-        return RuleSet(
-            places=np.array(places, dtype=np.int64),
-            program=program,
-            initial=program.outputs[0::2].copy(),
-            final=program.outputs[1::2].copy(),
-            start=np.array([_STARTS[rule.start] for rule in rules], dtype=np.int64),
-            limit_ns=np.array([round(rule.limit_s * 1e9) for rule in rules], dtype=np.int64),
-            hold_ns=np.array([round(rule.hold_s * 1e9) for rule in rules], dtype=np.int64),
-            once=np.array([rule.once for rule in rules], dtype=np.bool_),
-        )
+        records = np.zeros(len(rules), dtype=RULE)
+        records["initial"], records["final"] = program.outputs[0::2], program.outputs[1::2]
+        records["start"] = [_STARTS[rule.start] for rule in rules]
+        records["limit_ns"] = [round(rule.limit_s * 1e9) for rule in rules]
+        records["hold_ns"] = [round(rule.hold_s * 1e9) for rule in rules]
+        records["once"] = [rule.once for rule in rules]
+        return RuleSet(np.array(places, dtype=np.int64), program, records)
 
     others = (Target.OPPONENT, Target.TEAMMATE)
     own = [place for place, rule in enumerate(RULES) if rule.target not in others]
@@ -94,8 +82,8 @@ def rule_table() -> pl.DataFrame:
 
     Returns:
         Columns code, name, priority (null for 194), variant, initial, final (null where the initial
-        condition has to last), start, limit_s, hold_s and playing_time, the term that hold_s belongs to
-        most (both null where nothing has to last), target.
+        condition has to last), start, limit_s, hold_s, playing_time (the term to which hold_s belongs
+        most), target. hold_s and playing_time are null where no condition has to last.
     """
     times = fuzzy.terms(SCALES[Kind.VSSS])[Variable.PLAYING_TIME]
     rows: list[dict[str, object]] = []
@@ -130,9 +118,9 @@ def term_table(kind: Kind) -> pl.DataFrame:
     """Every term of the five fuzzy variables for a kind of match (the paper's Figure 1).
 
     Returns:
-        Columns variable, meaning, unit, term, the trapezoid's corners a, b, c, d (null where nothing
-        ends it), and rises_at and falls_at, where its membership crosses 0.5 by scikit-fuzzy's lambda-cut
-        (null on the side of a shoulder).
+        Columns variable, meaning, unit, term; the trapezoid's corners a, b, c, d (null at an open end);
+        rises_at and falls_at, where its membership crosses 0.5 by scikit-fuzzy's lambda-cut (null on the
+        side of a shoulder).
     """
     rows = []
     for variable, terms in fuzzy.terms(SCALES[kind]).items():

@@ -1,19 +1,20 @@
 """The rules as data: Table 1's situations, each with its initial and final condition.
 
-Codes, names and priorities are the paper's (Table 1). The conditions and times are ours, for the paper
-prints none (DECISIONS.md, "Sources of numbers" and "Situations"). The language of the conditions is that
-of :mod:`pipeline.situations.conditions`.
+Codes, names and priorities are the paper's (Table 1). Conditions and times are ours, because the paper
+prints none (DECISIONS.md, "Sources of numbers" and "Situations"). :mod:`pipeline.situations.conditions`
+defines the language of the conditions.
 
 Signals
     ``ball_distance``, ``own_goal_distance``, …: from the robot's centre.
     ``ball_off_heading``: angle between the robot's heading and the bearing of the ball.
-    ``ball_off_course``: the same for its course, the direction in which it drives: its heading, or the
-    opposite of it while it reverses; of robots that drive sideways, their direction of motion.
+    ``ball_off_course``: the same for the robot's course, the direction in which it drives. The course is
+    the heading, or its opposite while the robot reverses; for omnidirectional robots it is the direction
+    of motion.
     ``robot_off_ball_course``: angle between the ball's direction of travel and the bearing of the robot.
     ``heading_off_ball_course``: angle between the robot's heading and the ball's direction of travel.
-    ``ball_x``, ``ball_y``: the point of the robot's line across (along) the pitch that is level with the
-    ball: (ball's x, robot's y) and (robot's x, ball's y).
-    ``other_…``: one other robot, each in turn.
+    ``ball_x``, ``ball_y``: the points level with the ball along and across the pitch: (ball's x, robot's y)
+    and (robot's x, ball's y).
+    ``other_…``: another robot; the rule runs for each in turn.
 """
 
 from __future__ import annotations
@@ -59,11 +60,11 @@ TABLE_1: dict[int, tuple[str, int | None]] = {
 
 
 class Start(StrEnum):
-    """Where a situation starts, and so how its rule is applied.
+    """Start of a situation; it decides how the rule is applied.
 
-    ONSET: where the initial condition set in (it contains the motion, which belongs to the situation).
-    LATEST: where the initial condition last held (a state before it, which is another situation's).
-    WHILE: where the initial condition set in, and it lasts while that holds; there is no final condition.
+    ONSET: where the initial condition set in. That condition includes the motion of the situation.
+    LATEST: where the initial condition last held. That condition is a state before the situation.
+    WHILE: where the initial condition set in. The situation lasts while it holds; no final condition.
     """
 
     ONSET = "onset"
@@ -72,7 +73,7 @@ class Start(StrEnum):
 
 
 class Target(StrEnum):
-    """What a situation is done to; an other robot is named by its team and number instead."""
+    """Target of a situation; in tables another robot has its team and number instead."""
 
     BALL = "ball"
     OWN_GOAL = "own-goal"
@@ -84,21 +85,21 @@ class Target(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """One way in which a situation comes about; a situation has one or more.
+    """One rule that recognises a situation; a situation has one or more.
 
     Attributes:
-        code: of Table 1; of a family that asks for the other robot's role, the codes of three: for an
-            opponent by its role (goalkeeper, midfield, striker), for a teammate by how many roles it is
-            ahead on the circle of roles (0, 1, 2), 0 being no situation.
-        variant: what tells it from the situation's other rules.
+        code: of Table 1. A rule about another robot has three codes. For an opponent they go by its role
+            (goalkeeper, midfield, striker); for a teammate, by the number of roles that it is ahead on the
+            circle of roles (0, 1, 2). Code 0 is no situation.
+        variant: name of the rule among the situation's rules.
         initial: the condition that marks it as possible.
         final: the condition that completes it, within ``limit_s`` of the mark; empty for WHILE.
-        start: where the situation starts.
-        target: what it is done to.
-        limit_s: seconds for which a mark holds after the initial condition last held; of WHILE, the
-            longest situation: a longer stretch is cut.
-        hold_s: of WHILE, seconds for which the condition must hold.
-        once: of WHILE, whether it is only the first ``hold_s`` of the stretch.
+        start: start of the situation.
+        target: its target.
+        limit_s: seconds for which a mark holds after the initial condition last held. For WHILE, the
+            longest situation; a longer stretch is cut.
+        hold_s: for WHILE, seconds for which the condition must hold.
+        once: for WHILE, whether only the first ``hold_s`` of the stretch count.
     """
 
     code: int | tuple[int, int, int]
@@ -136,7 +137,7 @@ _FARTHER = (("CLOSE", "NEAR"), ("NEAR", "FAR"))
 def _ladder(
     code: int | tuple[int, int, int], thing: str, target: Target, steps: tuple[tuple[str, str], ...]
 ) -> tuple[Rule, ...]:
-    """Driving to (or from) a thing, from one level of distance to the next: one rule a step."""
+    """Rules for driving to (or from) a thing, one for each step from a distance term to the next."""
     course = "FACING" if steps[-1][1] == "CLOSE" else "BACK"
     return tuple(
         Rule(
@@ -149,7 +150,7 @@ def _ladder(
 
 
 def _turn(code: int, thing: str, target: Target) -> Rule:
-    """Turning to a thing: from well off (36 degrees or more) to right at it (24 or less)."""
+    """Rule for turning to a thing: from 36 degrees off or more to 24 or less."""
     return Rule(
         code, "", f"very(not {thing}_off_heading is FACING)", f"very({thing}_off_heading is FACING)",
         _L, target, 0.50,
@@ -157,7 +158,7 @@ def _turn(code: int, thing: str, target: Target) -> Rule:
 
 
 def _level(code: int, thing: str) -> Rule:
-    """Driving along (or across) the pitch until level with the ball."""
+    """Rule for driving along (or across) the pitch until level with the ball."""
     return Rule(
         code, "", f"not {thing}_distance is CONTACT and {thing}_off_course is FACING and moving",
         f"{thing}_distance is CONTACT and ball_distance is (NEAR or FAR or VERY_FAR)", _O, Target.BALL, 0.20,

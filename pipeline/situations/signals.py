@@ -1,7 +1,7 @@
-"""Signals: what the rules speak of, computed from where everything is and how it moves.
+"""Signals: the inputs of the rules, computed from the positions and motions of all bodies.
 
-All signals are float64 and NaN where a body or what is asked of it (heading, velocity) is missing.
-Angles are in [0, pi]; they come from dot and cross products, so nothing has to be wrapped.
+All signals are float64. They are NaN where a body, its heading or its velocity is missing. Angles are
+in [0, pi]; they come from dot and cross products, so no angle needs wrapping.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy.typing as npt
 F64 = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
-#: Distance to somebody who is not there: no term of nearness holds.
+#: Distance to an absent robot; no term of nearness holds.
 ABSENT = 1e6
 
 #: Signals of a robot, in the order of :func:`fill_own`.
@@ -53,7 +53,7 @@ def ball_distances(poses: F64, ball: F64) -> F64:
 def nearest_to_ball(distances: F64, among: Flags, ball: F64) -> F64:
     """Distance of the nearest of some robots to the ball, float64 [T] in metres.
 
-    Only robots that are there count; ABSENT where none is, NaN where the ball is missing.
+    Missing robots do not count. The distance is ABSENT without any robot, NaN without the ball.
 
     Args:
         distances: float64 [B, T], as :func:`ball_distances`.
@@ -72,8 +72,8 @@ def nearest_to_ball(distances: F64, among: Flags, ball: F64) -> F64:
 def between(ax: float, ay: float, bx: float, by: float) -> float:
     """Angle in [0, pi] between two directions of any length; NaN if either has none.
 
-    ``atan2(|a × b|, a · b)`` within 1e-15, but without a call or a branch, so that a loop of it becomes
-    SIMD. The quotient is brought into ±tan(pi / 8), where an odd polynomial of degree 21 (Chebyshev
+    It equals ``atan2(|a × b|, a · b)`` within 1e-15, but has no call and no branch, so that loops over it
+    become SIMD. The quotient is reduced to ±tan(pi / 8), where an odd polynomial of degree 21 (Chebyshev
     interpolation of the arctangent) is exact to rounding.
     """
     dot, cross = ax * bx + ay * by, abs(ax * by - ay * bx)
@@ -113,7 +113,7 @@ def fill_own(
         teammate: float64 [N], distance of the nearest teammate to the ball.
         at: first sample of the block.
         n: samples in the block.
-        own_goal_x: where the own goal is, metres; the adversary's is at minus that.
+        own_goal_x: x of the own goal, metres; the adversary's is at minus that.
         out: float64 [at least len(OWN), at least n].
     """
     x, y, cos, sin = mine[0, at:at + n], mine[1, at:at + n], mine[2, at:at + n], mine[3, at:at + n]

@@ -59,21 +59,21 @@ class _Bodies:
 
 
 def trajectories(log: MatchLog, settings: TrajectorySettings) -> tuple[pl.DataFrame, pl.DataFrame]:
-    """Every body at every sample, and what was wrong with the samples.
+    """Every body at every sample, and the flaws of the samples.
 
     Velocities are slopes of least-squares lines over a window of ``window_s`` centred on the sample
     (and at least ``window_samples``). The window ends where the stretch of play does, at a hole of the
-    body longer than ``hole_s``, and where the body was put elsewhere; suspect samples are passed over
-    as if the body were missing there, and have no velocity. Headings are unwrapped before, so a body
-    has to turn by less than half a turn from one sample to the next. A centred window has no delay;
-    where it is cut short, the estimate is that of the middle of what is left, which lags or leads by
-    up to ``window_s / 4``. Noise of standard deviation s in the position becomes
+    body longer than ``hole_s``, and where the body was put elsewhere. A suspect sample counts as a
+    missing body and has no velocity. Headings are unwrapped first, so a body must turn by less than half
+    a turn from one sample to the next. A centred window has no delay; where it is cut short, the
+    estimate belongs to the middle of the rest, and lags or leads by up to ``window_s / 4``. Noise of
+    standard deviation s in the position becomes
     ``s / h * sqrt(12 / (m * (m**2 - 1)))`` in the velocity, for m samples h apart: 11 s a second at
     60 Hz and 13 s at 40 Hz with the default window.
 
-    A body that jumps further than ``max_speed * dt`` plus a robot's radius (real vision and its clock
-    err by that much: DECISIONS.md, "Trajectories") is suspect, until it has kept to its new place for
-    ``jump_accept_s``: then it has been put there, and for the ball a new segment begins.
+    A body that jumps further than ``max_speed * dt`` plus a robot's radius is suspect; real vision and
+    its clock err by that radius (DECISIONS.md, "Trajectories"). Once the body has kept to its new place
+    for ``jump_accept_s``, it counts as put there, and for the ball a new segment begins.
 
     Args:
         log: of the match; its frames as recorded, in any order.
@@ -81,7 +81,7 @@ def trajectories(log: MatchLog, settings: TrajectorySettings) -> tuple[pl.DataFr
 
     Returns:
         Rows of schema Trajectories, sorted as it says: one for each body with finite x and y in each
-        frame that is kept. And rows of schema Quality for what was found here: duplicate frame,
+        frame that is kept. And rows of schema Quality for the flaws found here: duplicate frame,
         reordered frame, clock jump back, clock leap ahead, gap, not a number, ball jump, robot jump,
         ball lost.
 
@@ -196,7 +196,7 @@ def _turn(bodies: _Bodies, sign: npt.NDArray[np.int8]) -> _Bodies:
 
 
 def _finite(bodies: _Bodies, t_ns: I64, team: str | None) -> tuple[_Bodies, list[Flaw]]:
-    """The bodies that are somewhere; a flaw for those that should be (the ball's NaN is just not seen)."""
+    """The bodies with a finite position, and a flaw for the others; NaN of the ball means unseen, no flaw."""
     usable = np.isfinite(bodies.x) & np.isfinite(bodies.y)
     if usable.all():
         return bodies, []
@@ -208,7 +208,7 @@ def _finite(bodies: _Bodies, t_ns: I64, team: str | None) -> tuple[_Bodies, list
 
 
 def _flaw_over(flaw: str, times: I64, note: str, team: str | None = None) -> list[Flaw]:
-    """One flaw over all the times, none where there are none."""
+    """One flaw over all the times; none without times."""
     return [Flaw(flaw, note, len(times), int(times.min()), int(times.max()) + 1, team)] if len(times) else []
 
 
@@ -237,7 +237,7 @@ def _parts(bodies: _Bodies, stretches: Stretches, also: Bools | None = None) -> 
 def _jumps(
     bodies: _Bodies, t_ns: I64, stretches: Stretches, max_speed: float, scales: Scales, accept_ns: int
 ) -> tuple[Bools, Bools]:
-    """Which rows are suspect, and where a body was put; bool [n] each."""
+    """Masks of suspect rows, and of rows where a body was put elsewhere; bool [n] each."""
     suspect, moved = find_jumps(
         bodies.key(), _parts(bodies, stretches), t_ns[bodies.frame], bodies.x, bodies.y,
         max_speed, scales.robot_radius, accept_ns,
@@ -246,7 +246,7 @@ def _jumps(
 
 
 def _jump_flaws(bodies: _Bodies, t_ns: I64, suspect: Bools, moved: Bools) -> list[Flaw]:
-    """One flaw for each run of suspect rows of a body, and one for each place where it was put."""
+    """One flaw for each run of suspect rows of a body, and one for each time it was put elsewhere."""
     key = bodies.key()
     found = []
     for begin, end in runs(suspect):

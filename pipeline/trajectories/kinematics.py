@@ -15,11 +15,11 @@ Bools = npt.NDArray[np.bool_]
 F64 = npt.NDArray[np.float64]
 
 GOALKEEPER, MIDFIELD, STRIKER = range(3)
-#: Instead of a role: the robot is already in this frame.
+#: In place of a role, for a robot that the frame already has.
 REPEATED = -1
 
-# Times are rounded to nanoseconds by whoever recorded them, often from float seconds; a sample
-# that lies on the window's edge must not go in or out by that.
+# Recorded times are rounded to nanoseconds, often from float seconds. The tolerance keeps a sample on
+# the window's edge inside.
 _EDGE_NS = 1_000
 
 
@@ -28,25 +28,25 @@ def find_jumps(
     body: npt.NDArray[np.int32], part: I64, t_ns: I64, x: F32, y: F32,
     max_speed: float, slack: float, accept_ns: int,
 ) -> tuple[Bools, Bools]:
-    """Rows that the body cannot have got to, and rows where it was put.
+    """Masks of rows that the body cannot have reached, and of rows where it was put.
 
     A row is plausible if it is at most ``max_speed * dt + slack`` from the last plausible row of its
-    part. One that is not is suspect, and the rows after it are compared with both: those nearer to
-    the new place keep to it. Once the body has kept to the new place for ``accept_ns`` it has been put
-    there, and its rows since the jump are plausible again; but if it had not been at its old place
-    for so long, it was those first rows that were wrong, and they become suspect instead. A part
-    starts afresh: its first row is plausible wherever it is; the body has been there for as long as
-    before, if it could have got there and was seen at most ``accept_ns`` ago.
+    part. Any other row is suspect, and the rows after it are compared with the old and the new place;
+    rows nearer to the new place keep to it. Once the body has kept to the new place for ``accept_ns``, it
+    was put there, and its rows since the jump are plausible. If it had been at its old place for less
+    than that, those first rows were wrong and become suspect instead. A part starts afresh: its first
+    row is plausible anywhere. The body's time at its place continues over the parts if it could have
+    got there and was seen at most ``accept_ns`` before.
 
     Args:
         body: int32 [n], which body; body-contiguous.
-        part: int64 [n], a stretch of a body; rows of equal part are compared with one another.
+        part: int64 [n], a stretch of a body; only rows of equal part are compared.
         t_ns: int64 [n], increasing within a body.
         x: float32 [n], metres.
         y: float32 [n], metres.
         max_speed: m/s.
-        slack: metres that vision and its clock may err by.
-        accept_ns: see above.
+        slack: error of vision and its clock, metres.
+        accept_ns: time at a new place after which the body counts as put there.
 
     Returns:
         suspect: bool [n].

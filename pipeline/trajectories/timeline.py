@@ -27,7 +27,7 @@ STOPPING = (*CONCLUDING, "stop")
 
 
 class Stretches(NamedTuple):
-    """What each sample [F] belongs to.
+    """Stretch and segment of each sample [F].
 
     Attributes:
         number: int32 [F], consecutive from 0, of the stretch; counts up at every cut.
@@ -41,10 +41,11 @@ class Stretches(NamedTuple):
 def order_samples(t_ns: I64, reorder_ns: int) -> tuple[I64, list[Flaw]]:
     """The frames to keep, in order of time.
 
-    A frame that is late by at most ``reorder_ns`` is sorted back. Where the clock jumps back by
-    more, the frames that are not later than the latest time seen are left out; unless the clock
-    had leapt ahead before and the frames from the leap on are fewer than those that contradict
-    them: then the former are left out. Of frames with the same time the first recorded is kept.
+    A frame that is late by at most ``reorder_ns`` is sorted back. Where the clock jumps back further,
+    the frames not later than the latest time so far are left out. There is one exception: if the clock
+    had leapt ahead before, and the frames since the leap are fewer than the frames that contradict
+    them, the frames since the leap are left out. If several frames have one time, the first recorded is
+    kept.
 
     Args:
         t_ns: int64 [F], times as recorded.
@@ -114,14 +115,14 @@ def _judge_clock(t_ns: I64, reorder_ns: int) -> npt.NDArray[np.uint8]:
 def cut_stretches(
     t_ns: I64, referee: pl.DataFrame, periods: tuple[Period, ...], gap_ns: int, moved: I64
 ) -> Stretches:
-    """Where play was uninterrupted.
+    """Cut the samples into stretches, and number the segments of play among them.
 
     A stretch ends at a time gap, at a change of period, at the referee events kick-off, fault,
     goal, half and end, where play stops or goes on, and where the ball was put elsewhere. The
-    sample at the time of the event belongs to the new stretch, so that a goal's stretch ends
-    before the goal. After goal, half, end and stop play is stopped until the next kick-off, fault
-    or play; of events at one time goal, half and end are taken first. Before the first event play
-    is on, unless that event is a kick-off or play, which start it.
+    sample at the time of the event belongs to the new stretch, so a goal's stretch ends before the
+    goal. After goal, half, end and stop, play is stopped until the next kick-off, fault or play. Of
+    events at one time goal, half and end come first. Play is on before the first event, unless that
+    event is a kick-off or play.
 
     Args:
         t_ns: int64 [F], strictly increasing.

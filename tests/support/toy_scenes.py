@@ -116,7 +116,7 @@ def may_begin(b, roles):
         registers = np.empty((rules[name].program.registers, k))
         fill(registers)
         conditions.execute(rules[name].program.steps, rules[name].program.lines, registers, k)
-        for place, initial in zip(rules[name].places, rules[name].initial, strict=True):
+        for place, initial in zip(rules[name].places, rules[name].records["initial"], strict=True):
             for code, where in codes_of(RULES[place]):
                 if code:
                     begins[code] |= where & (registers[initial] >= 0.5)

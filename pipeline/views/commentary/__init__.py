@@ -1,8 +1,8 @@
-"""A match as somebody would tell it, from tables only.
+"""The commentary of a match, from tables only.
 
-Who touched the ball and where it went (:mod:`.touches`) gives shots and passes (:mod:`.chances`); with
-the referee, the goals and the situations they are what there is to tell (:mod:`.moments`), in words
-(:mod:`.words`). Of that what matters is told, a line each; the rest is counted (:mod:`.summary`).
+Touches of the ball (:mod:`.touches`) give shots and passes (:mod:`.chances`). Together with the referee,
+the goals and the situations they become moments (:mod:`.moments`), in words (:mod:`.words`). The
+moments that matter are told, a line each; the rest is counted (:mod:`.summary`).
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ __all__ = ["Commentary", "CommentarySettings", "commentary"]
 
 @dataclass(frozen=True, slots=True)
 class Commentary:
-    """A match as somebody would tell it.
+    """The commentary of a match.
 
     Attributes:
-        moments: what is told, by time.
+        moments: the moments told, by time.
         summary: the match in numbers.
     """
 
@@ -53,10 +53,10 @@ def commentary(
     pitch: Pitch,
     settings: CommentarySettings | None = None,
 ) -> Commentary:
-    """Tell a match.
+    """The commentary of a match: moments to tell, and statistics.
 
-    The referee's decisions and the goals are told always. Of the chances those are told that are not
-    close to a greater one; passes and possession only where nothing else happens.
+    The referee's decisions and the goals are always told. A chance is told unless a greater one is
+    close; passes and possession only where nothing else happens.
 
     Args:
         match: schema Matches, one row.
@@ -65,7 +65,7 @@ def commentary(
         situations: schema Situations, of that match.
         trajectories: schema Trajectories, of that match.
         pitch: of the match.
-        settings: what is worth telling, None for the defaults.
+        settings: thresholds of the commentary, None for the defaults.
     """
     settings = settings or CommentarySettings()
     touched = touches(trajectories, pitch, settings)
@@ -84,7 +84,7 @@ def commentary(
 
 
 def _chosen(moments: Iterable[Moment], settings: CommentarySettings) -> list[Moment]:
-    """The moments that are told, by time; of equal weight the earlier one goes first."""
+    """The moments to tell, by time; of equal weight the earlier one has precedence."""
     play_ns, chances_ns = (round(s * 1e9) for s in (settings.play_apart_s, settings.chances_apart_s))
     told: list[Moment] = []
     for moment in sorted(moments, key=lambda moment: (-moment.weight, moment.t_ns)):

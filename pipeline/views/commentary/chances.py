@@ -12,7 +12,7 @@ from pipeline.views.commentary.touches import Touch
 
 
 class Outcome(StrEnum):
-    """What became of a shot."""
+    """Outcome of a shot."""
 
     GOAL = "goal"
     SAVED = "saved"
@@ -25,10 +25,10 @@ class Shot(NamedTuple):
     """A ball sent at the adversary's goal.
 
     Attributes:
-        touch: the shooter's.
+        touch: touch of the shooter.
         left: metres from the ball to the goal line.
-        outcome: of it.
-        by: the touch that stopped it, None unless it was saved or blocked.
+        outcome: outcome of the shot.
+        by: touch that stopped it, None unless it was saved or blocked.
     """
 
     touch: Touch
@@ -38,7 +38,7 @@ class Shot(NamedTuple):
 
     @property
     def on_target(self) -> bool:
-        """Whether it would have gone in, or did."""
+        """Whether the ball went in, or would have."""
         return self.outcome != Outcome.WIDE
 
 
@@ -52,12 +52,12 @@ class Pass(NamedTuple):
 def shots(
     touched: list[Touch], goals: list[tuple[str, int]], pitch: Pitch, settings: CommentarySettings
 ) -> list[Shot]:
-    """All shots, by time.
+    """Shots of a match, by time.
 
-    A shot leaves a robot fast enough to be at the adversary's goal line within ``shot_s``. Between the
-    posts it is on target; beside them it is wide if the ball gets to the goal line. It is a goal if its
-    team scores before anybody else touches the ball, saved if a goalkeeper of the other team touches it
-    next, blocked if another robot of that team does.
+    A shot leaves a robot fast enough to reach the adversary's goal line within ``shot_s``. Between the
+    posts it is on target; beside them it is wide if the ball reaches the goal line. It is a goal if its
+    team scores before another robot touches the ball. It is saved if a goalkeeper of the other team
+    touches the ball next, blocked if another robot of that team does.
 
     Args:
         touched: from :func:`pipeline.views.commentary.touches.touches`.
@@ -90,7 +90,7 @@ def shots(
 
 
 def _one(earlier: Touch, later: Touch, settings: CommentarySettings) -> bool:
-    """Whether two attempts are one."""
+    """Whether two attempts count as one shot."""
     near = later.end_ns - earlier.end_ns <= round(settings.shot_apart_s * 1e9)
     return near and (earlier.team, earlier.segment) == (later.team, later.segment)
 
@@ -98,7 +98,7 @@ def _one(earlier: Touch, later: Touch, settings: CommentarySettings) -> bool:
 def _outcome(
     touch: Touch, following: Touch | None, goals_ns: list[int], settings: CommentarySettings
 ) -> Outcome:
-    """What became of a shot that was not wide; ``following`` is the next touch in its segment."""
+    """Outcome of a shot that was not wide; ``following`` is the next touch in its segment."""
     until = touch.end_ns + round(2 * settings.shot_s * 1e9) if following is None else following.start_ns
     if any(touch.end_ns < t_ns <= until for t_ns in goals_ns):
         return Outcome.GOAL
@@ -108,7 +108,7 @@ def _outcome(
 
 
 def passes(touched: list[Touch], pitch: Pitch, settings: CommentarySettings) -> list[Pass]:
-    """All passes, by time: the next touch is a teammate's, and the ball went some way.
+    """Passes of a match, by time: the next touch is a teammate's, and the ball went at least ``pass_m``.
 
     Args:
         touched: from :func:`pipeline.views.commentary.touches.touches`.

@@ -1,4 +1,4 @@
-"""What there is to tell: every moment of a match with its weight, before it is chosen."""
+"""Moments of a match with their weights; the commentary tells some of them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LOSES = 22
 
 
 class Weight(IntEnum):
-    """How much a moment matters; the greater one is told where two are close."""
+    """Importance of a moment; of two close ones the greater is told."""
 
     PLAY = 0
     ATTEMPT = 1
@@ -32,12 +32,12 @@ class Moment(NamedTuple):
     """One thing to tell.
 
     Attributes:
-        t_ns: when.
+        t_ns: time.
         kind: kick-off, restart, half, end, goal, shot, save, pass, or possession.
-        team: whose it is, None where it is nobody's.
-        robot: its number, None where it is not one robot's.
+        team: its team, None without one.
+        robot: number of its robot, None without one.
         text: a sentence.
-        weight: how much it matters.
+        weight: its importance.
     """
 
     t_ns: int
@@ -58,9 +58,9 @@ class Moment(NamedTuple):
 
 
 def of_the_referee(referee: pl.DataFrame, match: pl.DataFrame) -> Iterator[Moment]:
-    """Kick-offs of halves, restarts, half time and the end, which is the recording's if it has no other.
+    """Kick-offs of halves, restarts, half time, and the final whistle or the end of the recording.
 
-    The kick-off after a goal and what stopped play before a restart say nothing new.
+    The kick-off after a goal, and the stop before a restart, say nothing new and are left out.
     """
     last = ""
     for row in referee.sort("t_ns", maintain_order=True).iter_rows(named=True):
@@ -95,7 +95,7 @@ def of_goals(
     goals: pl.DataFrame, referee: pl.DataFrame, situations: pl.DataFrame, touched: Sequence[Touch],
     settings: CommentarySettings,
 ) -> Iterator[Moment]:
-    """Every goal: whose, who made it, how, and what led to it."""
+    """Goals: team, maker, kind, and the situations that led to them."""
     given = referee.filter(pl.col("event") == "goal").sort("t_ns", maintain_order=True)
     scores = [_score(row) for row in given.iter_rows(named=True)]
     made = goals.sort("t_ns", maintain_order=True).iter_rows(named=True)
@@ -109,7 +109,7 @@ def of_goals(
 
 
 def _credit(goal: dict[str, Any], seen: Sequence[Touch]) -> tuple[str, str]:
-    """Who made a goal and how, and the name of the robot of the scoring team that did, if one did."""
+    """Maker and kind of a goal in words, and the maker's name if it plays for the scoring team."""
     team, number, kind = goal["team"], goal["robot"], goal["kind"]
     if team is None or number is None or kind is None:
         return "", ""
@@ -123,7 +123,7 @@ def _way(
     goal: dict[str, Any], seen: Sequence[Touch], situations: pl.DataFrame, scorer: str,
     settings: CommentarySettings,
 ) -> str:
-    """What the scoring team did with the ball before a goal, and off whom it went in."""
+    """The scoring team's actions with the ball before a goal, and the robot that touched it last."""
     if goal["team"] is None or not seen:
         return ""
     last = seen[-1]
@@ -177,7 +177,7 @@ def of_play(
 def of_lulls(
     told: Sequence[Moment], spells: Sequence[Spell], settings: CommentarySettings
 ) -> Iterator[Moment]:
-    """Where nothing else was told for long: whose the ball was, and how often it changed sides.
+    """Possession, and changes of sides, in long stretches without other moments.
 
     Args:
         told: the other moments, by time.
@@ -200,7 +200,7 @@ def of_lulls(
 
 
 def _won(spell: Spell, lost: pl.DataFrame) -> str:
-    """How a team came by the ball: the situation "loses the ball" tells who was robbed of it."""
+    """Words for a team's gain of the ball; a situation "loses the ball" means that it was taken."""
     before, first = spell.lost_by, spell.touches[0]
     if before is None:
         return f"{who(first)} is first at the ball"
@@ -212,7 +212,7 @@ def _won(spell: Spell, lost: pl.DataFrame) -> str:
 
 
 def _kept(spell: Spell, pitch: Pitch) -> str:
-    """How long a team kept the ball, with whom, and how far it came."""
+    """Words for a team's time on the ball: duration, robots, and distance gained."""
     numbers = [str(number) for number in dict.fromkeys(touch.robot for touch in spell.touches)]
     third = pitch.length / 6
     from_x, to_x = spell.touches[0].start_x, max(touch.x for touch in spell.touches)

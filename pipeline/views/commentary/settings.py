@@ -1,4 +1,4 @@
-"""What is worth telling: every number of the commentary."""
+"""Settings of the commentary: all its numbers."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from pipeline.settings import Frozen
 
 
 class CommentarySettings(Frozen):
-    """What is told of a match. The numbers are ours: with them it is about eight lines a minute.
+    """Thresholds of the commentary, chosen by us; they give about eight lines a minute.
 
     Attributes:
-        flicker_s: a robot's touch goes on over a gap of at most so long, if nobody else touches the ball.
-        line_s: the ball's course after a touch is taken from at most so long a stretch.
-        shot_s: a shot would be at the goal line within so long, if the ball kept its speed.
+        flicker_s: longest gap within one touch, if no other robot touches the ball.
+        line_s: longest stretch after a touch from which the ball's course is taken.
+        shot_s: time within which a shot would reach the goal line at constant speed.
         shot_speed: least speed of a shot, m/s on the scale of VSSS (``Scales.speed``).
-        shot_apart_s: attempts of one team that follow within so long are one shot, the last.
-        wide: a shot is wide, and not something else, up to so many goal widths from the centre of the goal.
-        pass_m: the ball goes at least so far in a pass, in units of ``Scales.close``.
-        pass_s: and is at most so long on its way.
-        spell_s: least time for which a team must keep the ball to be told.
-        spell_touches: and robots' touches in it.
-        lead_s: what led to a goal lies at most so long before it.
-        lead_steps: and is at most so many situations.
-        chances_apart_s: of the chances that lie closer together the greatest is told.
-        play_apart_s: passes and possession are told only where nothing else is for so long.
-        lull_s: where nothing was told for so long, it is told whose the ball was.
-        scramble_s: there the ball changes sides at least this often, on average, in a scramble.
-        most_frequent: situations of each role in the summary.
+        shot_apart_s: attempts of one team that follow within this time are one shot, the last.
+        wide: greatest distance of a wide shot from the goal's centre, in goal widths.
+        pass_m: least length of a pass, in units of ``Scales.close``.
+        pass_s: longest duration of a pass.
+        spell_s: least time on the ball that is told.
+        spell_touches: least number of touches in that time.
+        lead_s: longest time before a goal from which its story is told.
+        lead_steps: most situations in that story.
+        chances_apart_s: of chances closer together than this the greatest is told.
+        play_apart_s: passes and possession are told only if no other moment is closer than this.
+        lull_s: after this time without a moment, possession is told.
+        scramble_s: a lull is a scramble if the ball changes sides at least once in this time, on average.
+        most_frequent: number of situations listed for each role in the summary.
     """
 
     flicker_s: float = Field(default=0.1, ge=0)

@@ -1,4 +1,4 @@
-"""A match in numbers."""
+"""Statistics of a match."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from schemas.situations import MOVES_RANDOMLY
 
 
 class Side(BaseModel):
-    """One team's match.
+    """Statistics of one team in a match.
 
     Attributes:
         name: of the team.
         score: its goals; None where unknown.
         goals: its goals by kind: direct, indirect, error (of the adversary), and unknown.
-        scorers: number to goals of the robots that made them, errors of the adversary not counted.
+        scorers: robot's number to its goals, errors of the adversary not counted.
         shots: at the goal, goals included.
-        on_target: of them.
+        on_target: shots among them that were on target.
         saves: shots of the other team that its goalkeeper stopped.
-        possession: share of the time on the ball, in [0, 1]; None where nobody touched it.
+        possession: share of the time on the ball, in [0, 1]; None without a touch.
         situations: role to its most frequent situations, name and count, most frequent first;
             without "moves randomly".
         random: role to the share of its time in situations that was "moves randomly".
@@ -49,13 +49,13 @@ class Side(BaseModel):
 
 
 class MatchStatistics(BaseModel):
-    """Both teams' match.
+    """Statistics of both teams in a match.
 
     Attributes:
         match_id: of the match.
         duration_s: first to last sample.
         home, away: the teams.
-        note: what is to be said beside results of such teams, None if nothing.
+        note: note beside results of these teams, None if there is none.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -71,7 +71,7 @@ def summarise(
     match: pl.DataFrame, goals: pl.DataFrame, situations: pl.DataFrame, shots: Sequence[Shot],
     spells: Sequence[Spell], settings: CommentarySettings,
 ) -> MatchStatistics:
-    """A match in numbers.
+    """Statistics of a match.
 
     Args:
         match: schema Matches, one row.
@@ -122,13 +122,13 @@ def _most(done: pl.DataFrame, settings: CommentarySettings) -> list[tuple[str, i
 
 
 def _random(done: pl.DataFrame) -> float:
-    """The share of the time that no rule explains."""
+    """Share of the time in situations that is 194, moves randomly."""
     lasts = (done["end_ns"] - done["start_ns"]).to_numpy()
     return float(lasts[(done["code"] == MOVES_RANDOMLY).to_numpy()].sum() / lasts.sum())
 
 
 def heading(summary: MatchStatistics) -> tuple[str, ...]:
-    """Who played whom, for people, line by line."""
+    """Teams, score and duration, for people, line by line."""
     home, away = summary.home, summary.away
     score = "–" if home.score is None or away.score is None else f"{home.score} : {away.score}"
     played = f"{home.name} (home) {score} {away.name} (away), {clock(round(summary.duration_s * 1e9))} min"

@@ -1,4 +1,4 @@
-"""Who touched the ball, and where it went then."""
+"""Touches of the ball, and teams' times on the ball."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ class Touch(NamedTuple):
     Lengths are metres, in the frame in which the toucher's team attacks +x.
 
     Attributes:
-        team, robot, role: whose it is; the role when it starts.
-        segment: stretch of play it lies in.
+        team, robot, role: the toucher; its role at the start.
+        segment: stretch of play that it lies in.
         start_ns, end_ns: first and last sample of it, both included.
         start_x, start_y: the ball at the start.
         x, y: the ball at the end.
-        speed: of the ball on leaving, m/s; NaN where it is not known.
-        aim: where the ball's straight line crosses the adversary's goal line, as y; NaN if it does not.
+        speed: speed of the ball on leaving, m/s; NaN where unknown.
+        aim: y at which the ball's straight line crosses the adversary's goal line; NaN if it does not.
         reach: greatest x of the ball until the next touch, or the end of the segment.
     """
 
@@ -56,7 +56,7 @@ class _BallPath(NamedTuple):
 
 
 def touches(trajectories: pl.DataFrame, pitch: Pitch, settings: CommentarySettings) -> list[Touch]:
-    """All touches, by time; at each sample the ball is the nearest robot's within contact distance.
+    """Touches of a match, by time; at each sample the nearest robot within contact distance touches the ball.
 
     Args:
         trajectories: rows of schema Trajectories of one match.
@@ -99,7 +99,7 @@ def touches(trajectories: pl.DataFrame, pitch: Pitch, settings: CommentarySettin
 
 
 def _period(t_ns: I64) -> int:
-    """The usual time between samples; neighbouring samples are never apart."""
+    """Median time between samples, ns; 0 for fewer than two samples."""
     return int(np.median(np.diff(t_ns))) if len(t_ns) > 1 else 0
 
 
@@ -129,7 +129,7 @@ class Spell(NamedTuple):
     """A team's time on the ball: from its first touch to the other team's, or to the end of the segment.
 
     Attributes:
-        touches: in it, at least one.
+        touches: its touches, at least one.
         end_ns: exclusive.
         lost_by: the other team's last touch before it in the segment, None at its beginning.
     """
@@ -140,26 +140,26 @@ class Spell(NamedTuple):
 
     @property
     def team(self) -> str:
-        """Whose it is."""
+        """The team on the ball."""
         return self.touches[0].team
 
     @property
     def start_ns(self) -> int:
-        """When it starts."""
+        """Start, ns, inclusive."""
         return self.touches[0].start_ns
 
     @property
     def seconds(self) -> float:
-        """How long it lasts."""
+        """Duration, s."""
         return (self.end_ns - self.start_ns) / 1e9
 
 
 def spells(touched: list[Touch], trajectories: pl.DataFrame) -> list[Spell]:
-    """The ball is that team's that touched it last, as long as play goes on; by time.
+    """Teams' times on the ball, by time; the ball belongs to the team that touched it last in the segment.
 
     Args:
         touched: from :func:`touches`.
-        trajectories: what they are of.
+        trajectories: rows of schema Trajectories of the same match.
     """
     ends = trajectories.drop_nulls("segment").group_by("segment").agg(pl.col("t_ns").max())
     last_ns = dict(ends.iter_rows())

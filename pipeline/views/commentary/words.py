@@ -1,4 +1,4 @@
-"""How things are said."""
+"""Words of the commentary."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from pipeline.views.commentary.touches import Touch
 
-#: What leads to a goal, by code of Table 1: what robots do with the ball, but that they lose it.
+#: Words for a robot's actions with the ball that may lead to a goal, by code of Table 1.
 DONE: dict[int, str] = {
     1: "has {ball}",
     11: "guides {ball}",
@@ -33,7 +33,7 @@ OTHER = {"home": "away", "away": "home"}
 
 
 def clock(t_ns: int) -> str:
-    """Minutes and seconds since the first sample, whole seconds that are over."""
+    """Minutes and seconds since the first sample, rounded down to whole seconds."""
     seconds = t_ns // 1_000_000_000
     return f"{seconds // 60}:{seconds % 60:02d}"
 
@@ -44,33 +44,33 @@ def robot(team: str, number: int, role: str | None) -> str:
 
 
 def who(touch: Touch) -> str:
-    """The robot that touched the ball."""
+    """Name of the robot that touched the ball."""
     return robot(touch.team, touch.robot, touch.role)
 
 
 def metres(length: float) -> str:
-    """A length as one says it: to the centimetre below a metre, to the decimetre below ten."""
+    """A length in words: to the centimetre below a metre, to the decimetre below ten metres."""
     return f"{length:.2f} m" if length < 1 else f"{length:.1f} m" if length < 10 else f"{length:.0f} m"
 
 
 def listed(items: Sequence[str]) -> str:
-    """A, b and c."""
+    """The items as "a, b and c"."""
     return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
 
 
 def restart(note: str | None, team: str | None) -> str:
-    """What a restart is called; a word that we do not know is quoted."""
+    """Sentence for a restart; an unknown word is quoted."""
     words = (note or "").replace("_", " ").strip().lower().removesuffix(" l").removesuffix(" r")
     said = RESTARTS.get(words, f"Play restarts ({note})" if note else "Play restarts")
     return f"{said} for {team}." if team else f"{said}."
 
 
 def story(steps: Sequence[tuple[str, int]], named: str = "") -> str:
-    """What robots did with the ball, one after the other; a name is said only when it changes.
+    """Robots' actions with the ball as one sentence; a name is given only when it changes.
 
     Args:
         steps: name and code of each situation, in order of time.
-        named: who was named just before.
+        named: name given just before.
     """
     parts: list[str] = []
     for name, code in steps:

@@ -1,9 +1,9 @@
-"""The replay page: a match, its situations and its goals to look at in a browser.
+"""The replay page: a match with its situations and goals, for a browser.
 
 One self-contained HTML file: markup and style from ``page.html``; behaviour from
 ``match.js`` (reads the payload), ``draw.js`` (paints) and ``controls.js`` (keys, clicks,
-time); and the match as one deflated, base64-encoded payload. The page fetches nothing, and all text that
-comes from data is inside the payload (or escaped, in the title), so data can never become markup.
+time); and the match as one deflated, base64-encoded payload. The page fetches nothing. All text from
+data is inside the payload, or escaped in the title, so data can never become markup.
 
 Payload, after base64 and inflate (zlib): uint32 little-endian length of the JSON; the JSON in
 UTF-8 (its keys are written in :func:`_facts`); then for S samples and B bodies
@@ -19,9 +19,9 @@ y        2 S B the same
 heading  2 S B turns counter-clockwise from +x, in 1 / TURN
 ======== ===== ================================================================================
 
-time, x, y and heading are differences along the samples (from zero; a body that is not SEEN
-repeats its last value), zigzagged, and stored one byte plane after the other, lowest first, for
-small differences leave planes of zeros that deflate to nothing.
+time, x, y and heading are differences along the samples, from zero; a body that is not SEEN repeats its
+last value. They are zigzagged and stored one byte plane after the other, lowest first, because small
+differences leave planes of zeros that deflate to nothing.
 """
 
 from __future__ import annotations
@@ -80,10 +80,9 @@ def page(
 ) -> str:
     """The page as HTML; the same tables give the same page.
 
-    Of the samples in each 1 / ``hz`` seconds the page shows the first, where and when it was
-    recorded: positions to half a quantum (0.5 mm; 2D: 2.5 mm), times to 0.5 ms, headings to 0.18
-    degrees. Between two samples of one stretch of play the page moves bodies evenly; a missing
-    body stays missing and a gap stays a gap.
+    The page shows the first sample of each 1 / ``hz`` seconds. Errors of rounding are at most half a
+    quantum in position (0.5 mm; 2D: 2.5 mm), 0.5 ms in time, and 0.18 degrees in heading. Between two
+    samples of one stretch of play the page moves bodies evenly. Missing bodies and gaps stay missing.
 
     Args:
         match: schema Matches, one row.
@@ -132,7 +131,7 @@ def _bodies(trajectories: pl.DataFrame) -> pl.DataFrame:
 
 
 def _shown(trajectories: pl.DataFrame, hz: float) -> pl.DataFrame:
-    """The frames that are shown: frame, t_ns, segment, ``ms``, ``joined``, and the index ``sample``."""
+    """The frames to show: frame, t_ns, segment, ``ms``, ``joined``, and the index ``sample``."""
     slot_ns = 1e9 / hz
     gap_ns = int(GAP_S * 1e9)
     return (
@@ -187,7 +186,7 @@ def _samples(trajectories: pl.DataFrame, bodies: pl.DataFrame, shown: pl.DataFra
 
 
 def _held(values: I64, known: npt.NDArray[np.bool_]) -> I64:
-    """``values`` [B, S] with the last known one in the place of those that are not; zero before the first."""
+    """``values`` [B, S], the unknown ones replaced by the last known one; zero before the first."""
     last = np.maximum.accumulate(np.where(known, np.arange(values.shape[1]), -1), axis=1)
     return np.where(last >= 0, np.take_along_axis(values, np.maximum(last, 0), axis=1), 0)
 

@@ -1,8 +1,8 @@
-"""The replay as a film: some seconds of a match as one animated GIF, to look at where no page can be opened.
+"""The replay as a film: some seconds of a match as one animated GIF, for places where no page can be opened.
 
-GIF, because it moves wherever a picture is shown, and because flat colours of one palette become smaller in
-it than in the other formats that browsers and GitHub animate: 20 s of a VSSS match are 0.87 MB, as WebP
-0.90 (quality 70) or 0.93 (lossless), as APNG 2.8.
+A GIF moves wherever a picture is shown. With flat colours of one palette it is smaller than the other
+formats that browsers and GitHub animate. 20 s of a VSSS match take 0.87 MB; as WebP 0.90 (quality 70)
+or 0.93 (lossless), as APNG 2.8.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from pipeline.views.replay.painting import FilmPainter, Point, Robot, Snapshot
 #: GIF counts in hundredths of a second: 12.5 pictures a second.
 STEP_MS = 80
 WIDTH = 400
-#: Longer films are no pictures any more; the page shows whole matches.
+#: Longest film, seconds; for whole matches there is the page.
 LONGEST_S = 120.0
 
-#: What is older is not shown, seconds: a body, the ball's trail, a goal.
+#: Ages up to which a body, the ball's trail and a goal are shown, seconds.
 _STALE_S, _TRAIL_S, _GOAL_S = 0.5, 0.7, 1.6
-#: Of the one palette of all pictures; it is made of so many of them.
+#: Colours of the palette that all pictures share, and number of pictures that it is made from.
 _COLOURS, _LOOKED_AT = 96, 16
-#: Of more robots a side than these it is not said what they do.
+#: Most robots a side whose situations are listed.
 _LISTED = 5
 _NS = 1_000_000_000
 
@@ -40,7 +40,7 @@ def animation(
 ) -> bytes:
     """Some seconds of a match as GIF; the same tables give the same bytes.
 
-    Each picture shows the last sample before it. Pictures that are the same are one that stays longer.
+    Each picture shows the last sample before it. Equal pictures become one that stays longer.
 
     Args:
         match: schema Matches, one row.
@@ -72,7 +72,7 @@ def animation(
 
 
 def seconds_shown(match: pl.DataFrame, start_s: float, seconds: float) -> float:
-    """How long a film is that ends with the match (schema Matches, one row); not above 0 if it has ended."""
+    """Duration of a film that ends with the match (schema Matches, one row), s; not above 0 after its end."""
     return min(seconds, float(match["duration_s"].item()) - start_s)
 
 
@@ -93,7 +93,7 @@ def _shown(
     match: pl.DataFrame, trajectories: pl.DataFrame, situations: pl.DataFrame, referee: pl.DataFrame,
     start_s: float, seconds: float,
 ) -> list[Snapshot]:
-    """What the pictures show, one every :data:`STEP_MS`."""
+    """The pictures' contents, one every :data:`STEP_MS`."""
     start, stop = round(start_s * _NS), round((start_s + seconds) * _NS)
     earliest = start - round(max(_TRAIL_S, _STALE_S) * _NS)
     bodies = trajectories.filter(pl.col("t_ns").is_between(earliest, stop)).sort(
@@ -138,7 +138,7 @@ def _moments(
 
 
 def _trail(samples: Sequence[Sequence[_Body]], now: int) -> list[Point]:
-    """Where the ball was of late in the same stretch of play, and where it is now; the last sample is now."""
+    """The ball's recent places in the present stretch of play, the present one last, m."""
     found: list[Point] = []
     segment = None
     for sample in reversed(samples):
@@ -153,7 +153,7 @@ def _trail(samples: Sequence[Sequence[_Body]], now: int) -> list[Point]:
 
 
 def _gif(pictures: Sequence[Image.Image]) -> bytes:
-    """The pictures as one GIF that goes round for ever, all of one palette."""
+    """The pictures as one GIF that repeats for ever, all with one palette."""
     looked_at = pictures[::max(1, len(pictures) // _LOOKED_AT)]
     width, height = pictures[0].size
     together = Image.new("RGB", (width, height * len(looked_at)))

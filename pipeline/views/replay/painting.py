@@ -1,4 +1,4 @@
-"""How a moment of a match looks in a film: pitch, robots, ball, score, and what each robot is doing."""
+"""Pictures of a film: pitch, robots, ball, score, and each robot's situation."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from pipeline.pitch import SCALES, Kind, Pitch
 Colour = tuple[int, int, int]
 Point = tuple[float, float]
 
-# Those of the replay's page in the dark.
+# The colours of the replay page in its dark mode.
 _PAGE, _GRASS, _STRIPE, _CHALK = (18, 22, 20), (33, 60, 47), (36, 65, 51), (112, 140, 125)
 _INK, _MUTED, _WHITE = (232, 236, 233), (140, 151, 144), (255, 255, 255)
 _TEAMS: dict[str, Colour] = {"home": (63, 158, 230), "away": (240, 138, 60)}
 
-#: Everything is painted so many times larger, and smoothed.
+#: Factor by which everything is painted larger before it is reduced, which smooths edges.
 _FINE = 3
 #: Pixels.
 _MARGIN, _HEAD, _LINE, _FOOT = 8, 50, 16, 6
@@ -57,7 +57,7 @@ class Robot(NamedTuple):
         number: of the robot.
         at: its place, metres.
         heading: radians counter-clockwise from +x; None where unknown.
-        doing: what, in words; empty where nothing is known.
+        doing: its situation in words; empty where unknown.
     """
 
     team: str
@@ -68,14 +68,14 @@ class Robot(NamedTuple):
 
 
 class Snapshot(NamedTuple):
-    """What is seen at a moment; home attacks +x.
+    """Content of one picture; home attacks +x.
 
     Attributes:
         clock_s: seconds since the match began.
         score: goals of home and away, None where unknown.
-        trail: where the ball was of late and is, metres, the present last; empty where it is not seen.
-        robots: those that are seen.
-        scorer: the team that has just made a goal, None if none has.
+        trail: recent places of the ball, metres, the present one last; empty where it is not seen.
+        robots: the robots seen.
+        scorer: team that has just made a goal, None without one.
     """
 
     clock_s: float
@@ -86,12 +86,12 @@ class Snapshot(NamedTuple):
 
 
 class FilmPainter:
-    """Paints moments of one match.
+    """Paints pictures of one match.
 
     Args:
         pitch: of the match.
         names: of home and away.
-        lines: robots a side whose doings are listed under the pitch.
+        lines: robots a side whose situations are listed under the pitch.
         width: of the picture, pixels.
     """
 
@@ -127,7 +127,7 @@ class FilmPainter:
         return image.reduce(_FINE)
 
     def _at(self, place: Point) -> Point:
-        """Where a place on the pitch is in the large picture."""
+        """Pixel of a place on the pitch, in the large picture."""
         return (_FINE * (self._centre[0] + place[0] * self._scale),
                 _FINE * (self._centre[1] - place[1] * self._scale))
 
@@ -136,7 +136,7 @@ class FilmPainter:
         return min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)
 
     def _paint_floor(self) -> Image.Image:
-        """All that stays."""
+        """The background: everything that does not change."""
         image = Image.new("RGB", (self._size[0] * _FINE, self._size[1] * _FINE), _PAGE)
         brush = ImageDraw.Draw(image)
         pitch, marks = self._pitch, MARKINGS[self._pitch.kind]
@@ -202,7 +202,7 @@ class FilmPainter:
         brush.text(place, str(robot.number), _WHITE, _font(1.15 * self._robot), anchor="mm")
 
     def _paint_head(self, brush: ImageDraw.ImageDraw, moment: Snapshot) -> None:
-        """Names at the sides from which the teams come, score and clock between them."""
+        """Names at the teams' sides, score and clock between them."""
         middle = self._width / 2 * _FINE
         score = " : ".join("?" if goals is None else str(goals) for goals in moment.score)
         colour = _TEAMS.get(moment.scorer or "", _INK)
@@ -219,7 +219,7 @@ class FilmPainter:
                    anchor="rm")
 
     def _paint_list(self, brush: ImageDraw.ImageDraw, robots: Sequence[Robot]) -> None:
-        """Number and doing of each robot, home's on the left."""
+        """Number and situation of each robot, home's on the left."""
         for team, left in (("home", _MARGIN), ("away", self._width / 2 + _MARGIN / 2)):
             mine = sorted((robot for robot in robots if robot.team == team), key=lambda robot: robot.number)
             for line, robot in enumerate(mine):
@@ -236,13 +236,13 @@ class FilmPainter:
 
 
 def _cut(corner: Point, leg: float) -> tuple[Point, Point]:
-    """Where a corner's triangle ends: along the side line, and along the goal line."""
+    """Ends of a corner's triangle: on the side line, and on the goal line."""
     x, y = corner
     return (x - math.copysign(leg, x), y), (x, y - math.copysign(leg, y))
 
 
 def _rounded(half: float) -> list[Point]:
-    """A square of that half side with cut corners."""
+    """Corners of a square with cut corners; ``half`` is half its side."""
     cut = 0.2
     return [(a * half, b * half) for a, b in (
         (1, 1 - cut), (1 - cut, 1), (cut - 1, 1), (-1, 1 - cut), (-1, cut - 1), (cut - 1, -1), (1 - cut, -1),
@@ -250,7 +250,7 @@ def _rounded(half: float) -> list[Point]:
 
 
 def _mixed(one: Colour, other: Colour, part: float) -> Colour:
-    """So much of the other colour in the one."""
+    """The colour ``one`` mixed with a ``part`` of the other, in [0, 1]."""
     a, b, c = (round(x + part * (y - x)) for x, y in zip(one, other, strict=True))
     return a, b, c
 
