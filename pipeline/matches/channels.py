@@ -1,4 +1,4 @@
-"""The channels of a log: which there are and how their messages are defined."""
+"""Channels of a log, and the definitions of their messages."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ FRAME, REFEREE, DECISION = 1, 2, 3
 
 
 class Topic(NamedTuple):
-    """What a channel is for.
+    """A channel of a log.
 
     Attributes:
-        name: of the channel.
-        message: name of its definition in ``schemas/``.
-        parts: of the definitions that it refers to.
-        head: layout of the fixed part of its messages.
+        name: the topic's name.
+        message: name of the messages' definition in ``schemas/``.
+        parts: names of the definitions that it refers to.
+        head: layout of the fixed part of a message.
     """
 
     name: str
@@ -33,7 +33,7 @@ class Topic(NamedTuple):
 
     @cache  # noqa: B019 - there are three topics
     def definition(self) -> str:
-        """The definition with those it refers to, as MCAP's ``ros2msg`` encoding wants it."""
+        """Definition with those it refers to, in MCAP's ``ros2msg`` encoding."""
         folder = resources.files("schemas")
         text = folder.joinpath(f"{self.message}.msg").read_text(encoding="utf-8")
         for part in self.parts:
@@ -50,7 +50,7 @@ TOPICS = {
 
 
 def declarations() -> tuple[list[Schema], list[Channel]]:
-    """The records that a log declares its channels with."""
+    """Records that declare a log's schemas and channels."""
     schemas = [
         Schema(
             id=i, name=f"pitchlore/msg/{topic.message}", encoding=SchemaEncoding.ROS2,
@@ -66,9 +66,9 @@ def declarations() -> tuple[list[Schema], list[Channel]]:
 
 
 def fields(definition: str) -> list[tuple[str, str]]:
-    """Type and name of each field: what decides how a message is laid out.
+    """Type and name of each field; definitions with equal fields have equal layouts.
 
-    Comments and constants do not, nor does the package that a part is from.
+    Comments, constants and the packages of parts are left out.
     """
     lines = (line.split("#")[0].split() for line in definition.splitlines())
     kept = [line for line in lines if len(line) >= 2 and "=" not in "".join(line)]

@@ -1,4 +1,4 @@
-"""What a log says of its match: the metadata record, its making and its reading."""
+"""Metadata record of a log: info and flaws of its match, as texts and back."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from schemas import Quality
 #: Name of the metadata record.
 METADATA = "pitchlore"
 
-#: Kinds of pydantic's errors that tell of fields which another version has more or fewer of.
+#: Kinds of pydantic's errors for fields that another version has and this one lacks, or the reverse.
 _OF_ANOTHER_VERSION = ("missing", "extra_forbidden")
 _OTHER_VERSION = "Read it with the version that wrote it"
 
 
 def describe(info: MatchInfo, quality: pl.DataFrame) -> dict[str, str]:
-    """Info and quality as JSON, and a CRC of their own that tells which copy is good."""
+    """Texts of the record: info and quality as JSON, and a CRC over both."""
     texts = {
         "info": json.dumps(info.model_dump(mode="json"), sort_keys=True),
         "quality": json.dumps(quality.drop("match_id").to_dicts(), sort_keys=True),
@@ -35,10 +35,10 @@ def is_sound(texts: dict[str, str]) -> bool:
 
 
 def parse(texts: dict[str, str], *, where: str) -> tuple[MatchInfo, pl.DataFrame]:
-    """A sound description's info, and its rows of schema Quality.
+    """Info and rows of schema Quality of a sound record.
 
     Raises:
-        DamagedLog: if it is not as this version describes matches; the message names the field.
+        DamagedLog: if this version does not know the record's form; the message names the field.
     """
     try:
         info = MatchInfo.model_validate_json(texts["info"])
@@ -63,7 +63,7 @@ def parse(texts: dict[str, str], *, where: str) -> tuple[MatchInfo, pl.DataFrame
 
 
 def _unusable(error: ValidationError, where: str) -> DamagedLog:
-    """What a user is told of info that does not validate: the first field that does not."""
+    """Error that names the first field of the info that does not validate."""
     first = error.errors()[0]
     field = ".".join(str(part) for part in first["loc"]) or "info"
     if first["type"] in _OF_ANOTHER_VERSION:

@@ -1,6 +1,6 @@
-"""A match in memory, and the frames of reference it is looked at from.
+"""A match in memory: its samples, its periods, and what is known besides.
 
-Everything between an importer (or the simulator) and the log is a :class:`MatchLog`.
+Importers and the simulator make a :class:`MatchLog`, and the log stores one.
 Time is integer nanoseconds since the first sample; lengths are metres; angles radians.
 """
 
@@ -46,7 +46,7 @@ class Period(BaseModel):
         start_ns: first sample, inclusive.
         end_ns: end, exclusive.
         home_attacks: +1 if the home team attacks +x, -1 if -x.
-        inferred: whether that was inferred from where the bodies stand.
+        inferred: whether the direction was inferred from where the robots stand.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -58,21 +58,21 @@ class Period(BaseModel):
 
 
 class MatchInfo(BaseModel):
-    """What is known of a match besides its samples; the log's metadata record.
+    """Facts of a match besides its samples; the log's metadata record.
 
     Attributes:
         match_id: ``<slug>-<hash>``.
-        source: name of the file it came from.
+        source: name of the file that was imported.
         format: of the source, as its importer names it; world if the match was played here.
         home, away: the teams' names.
         started_at: time of the first sample, None where unknown.
         pitch: the field of play and its kind.
         periods: consecutive; they cover all samples.
         seed: of the simulator, None for recordings.
-        settings: what the recording was made or imported with.
+        settings: settings with which the match was played or imported.
         software: name and version of the writer.
-        complete: whether everything the recorder meant to write is there.
-        incomplete_reason: why not.
+        complete: whether the log has everything that its recorder meant to write.
+        incomplete_reason: why it is not complete, else None.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -94,7 +94,7 @@ class MatchInfo(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Frames:
-    """The samples of a match, in the order in which they were recorded.
+    """Samples of a match, in the order in which they were recorded.
 
     Attributes:
         number: uint32 [F], the source's own frame number.
@@ -133,14 +133,14 @@ class Frames:
 
 @dataclass(frozen=True, slots=True)
 class MatchLog:
-    """A whole match: what an importer or the simulator makes and what the log holds.
+    """A whole match, as it is imported, played, written and read.
 
     Attributes:
-        info: what is known besides the samples.
+        info: facts besides the samples.
         frames: the samples.
         referee: rows of schema Referee, in order of time.
         decisions: rows of schema Decisions; empty for foreign recordings.
-        quality: rows of schema Quality: what was found wrong while reading.
+        quality: rows of schema Quality: flaws found while reading.
     """
 
     info: MatchInfo
@@ -151,7 +151,7 @@ class MatchLog:
 
 
 def wrap(angle: npt.NDArray[A]) -> npt.NDArray[A]:
-    """The same angle in (-pi, pi], same shape and dtype; NaN stays NaN."""
+    """Angle in (-pi, pi] radians, same shape and dtype; NaN stays NaN."""
     turn = angle.dtype.type(2 * np.pi)
     half = angle.dtype.type(np.pi)
     wrapped: npt.NDArray[A] = half - np.mod(half - angle, turn)
@@ -159,9 +159,10 @@ def wrap(angle: npt.NDArray[A]) -> npt.NDArray[A]:
 
 
 def home_attacks(periods: tuple[Period, ...], t_ns: I64) -> npt.NDArray[np.int8]:
-    """+1 or -1 for each time [F]: the direction along x in which the home team attacks.
+    """Direction along x in which home attacks at each time, int8 [F], +1 or -1.
 
-    A time outside all periods takes the nearest one before it; with no periods at all it is +1.
+    A time outside all periods has the direction of the last period before it, one before all periods that
+    of the first. Without periods the direction is +1.
     """
     if not periods:
         return np.ones(len(t_ns), dtype=np.int8)

@@ -1,4 +1,4 @@
-"""What comes in: the messages of a file, sorted by topic, as the tables of a match."""
+"""Messages of a file, sorted by topic, as the tables of a match."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from schemas import Decisions, Referee, Table
 
 
 class Inbox:
-    """Messages as they come out of a file, sorted by topic; what fits none is counted.
+    """Messages of a file, sorted by topic; messages of no topic are counted.
 
     Attributes:
         seen: messages taken so far, of any kind.
@@ -30,12 +30,12 @@ class Inbox:
         self._skipped: dict[str, list[I64]] = {}
 
     def declare(self, channel: int, name: str, definition: str | None) -> None:
-        """Say what a channel is; the first declaration counts.
+        """Declare a channel; the first declaration counts.
 
         Args:
-            channel: its id.
-            name: of its topic.
-            definition: of its messages if they are CDR by a ``ros2msg`` definition, else None.
+            channel: the channel's id.
+            name: the topic's name.
+            definition: definition of the messages if they are CDR with a ``ros2msg`` schema, else None.
         """
         if channel in self._topics:
             return
@@ -46,11 +46,11 @@ class Inbox:
                 self._topics[channel] = ours if alike else f"messages on {name}, which are defined otherwise"
 
     def reserve(self, capacity: int) -> None:
-        """Make room, before any is taken, for message records of so many bytes together."""
+        """Reserve memory for message records of ``capacity`` bytes together, before any is taken."""
         self._collectors = {i: Collector(topic.head, capacity) for i, topic in TOPICS.items()}
 
     def take(self, content: U8, records: Records) -> None:
-        """Take the messages among records of ``content`` (uint8), in their order."""
+        """Take the messages among the records of ``content`` (uint8), in order."""
         is_message = records.opcodes == MESSAGE
         if not is_message.all():
             records = records.keep(is_message)
@@ -69,7 +69,7 @@ class Inbox:
             self._collectors[topic].take(content, own)
 
     def frames(self) -> Frames:
-        """The samples, in the order in which they were taken."""
+        """Samples in the order in which they were taken."""
         messages = self._collectors[FRAME].messages()
         sound = cdr.sound_frames(messages)
         self._skip(_malformed(FRAME), messages.heads["log_time"][~sound])
@@ -84,7 +84,7 @@ class Inbox:
         return self._table(DECISION, Decisions, cdr.unpack_decisions, match_id, by=("team", "robot", "t_ns"))
 
     def skipped(self, where: str) -> list[Flaw]:
-        """What was left out so far, by reason."""
+        """Flaws of the messages that were left out so far, one per reason."""
         flaws = []
         for reason, times in sorted(self._skipped.items()):
             t_ns = np.concatenate(times)

@@ -1,4 +1,4 @@
-"""What is wrong with a recording: one flaw, and the table of them."""
+"""Flaws of a recording, and their table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Logs that are read, as far as they are whole."""
+"""Reader of logs, as far as they are whole."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ from pipeline.matches.quality import Flaw, quality_table
 from pipeline.matches.records import FRAMING_BYTES, U8, Records, as_array, find_records, walk
 from schemas import Quality
 
-#: A log whose chunks declare more than this together is not read.
+#: Most bytes of content of all chunks; a log that declares more is not read.
 MAX_LOG_BYTES = 2 << 30
 
-_REASONS = 3  # that ``incomplete_reason`` names; ``quality`` has them all
+_REASONS = 3  # in ``incomplete_reason``; ``quality`` has all of them
 _FOOTER_BYTES = FRAMING_BYTES + 20
 _DATA_END_BYTES = FRAMING_BYTES + 4
 R = TypeVar("R")
 
 
 class _Summary(NamedTuple):
-    """The summary section of a file, after its CRC was checked.
+    """Summary section of a file whose CRC holds.
 
     Attributes:
-        start: where it starts.
-        chunks: the index of the chunks.
-        messages: how many the file has, None where it does not say.
-        landmarks: places in the data section where a record starts, ascending.
+        start: start of the section.
+        chunks: index of the chunks.
+        messages: number of messages in the file, None if the file does not state it.
+        landmarks: starts of some records of the data section, ascending.
     """
 
     start: int
@@ -53,30 +53,30 @@ class _Summary(NamedTuple):
 
 
 def read(data: bytes | memoryview, *, where: str, default_info: MatchInfo | None = None) -> MatchLog:
-    """Read a log, whoever wrote it, as far as it is whole.
+    """Match of a log, whatever program wrote it, as far as the log is whole.
 
-    Frames keep the order of the file, events are in order of time, decisions in that of their
-    schema. What is damaged or cut off is left out and said in the rows of ``quality`` and in
-    ``info.incomplete_reason``; ``info.complete`` is True only if every checksum that the file has
-    holds. A chunk that declares more than ``chunks.MAX_CHUNK_BYTES`` counts as damaged and is never
-    decompressed. Messages that are not the log's, or not well-formed, are counted as 'skipped'.
+    Frames keep the order of the file, events are in order of time, decisions in the order of their
+    schema. Damaged or missing parts are left out and reported in ``quality`` and in
+    ``info.incomplete_reason``; ``info.complete`` is True only if every checksum of the file holds. A
+    chunk that declares more than ``chunks.MAX_CHUNK_BYTES`` counts as damaged and is never decompressed.
+    Messages of other topics and malformed messages are counted as 'skipped'.
 
     Args:
         data: the file's bytes; they are not changed.
         where: the file's name, for errors and notes.
-        default_info: what to take for a file that does not say which match it is (one that was not
-            written here). Its times then count from its earliest message.
+        default_info: info of a file without our metadata record (one that another program wrote). Its
+            times then count from its earliest message.
 
     Raises:
-        NoFrames: if none of its frames can be read.
-        DamagedLog: if the file is not MCAP, it declares more than ``MAX_LOG_BYTES``, or it does not say
-            which match it is and ``default_info`` is None.
+        NoFrames: if no frame can be read.
+        DamagedLog: if the file is not MCAP, declares more than ``MAX_LOG_BYTES``, or has no metadata record
+            of ours and ``default_info`` is None.
     """
     return _Reading(memoryview(data).cast("B"), where).log(default_info)
 
 
 class _Reading:
-    """One file on its way from bytes to arrays: what was found in it so far, and what is wrong."""
+    """State of reading one file: what was found so far, and the flaws."""
 
     def __init__(self, view: memoryview, where: str) -> None:
         self._view, self._where = view, where
@@ -86,7 +86,7 @@ class _Reading:
         self._inbox = Inbox()
 
     def log(self, default_info: MatchInfo | None) -> MatchLog:
-        """The match; see :func:`read`."""
+        """Match of the file; see :func:`read`."""
         magic = len(MCAP0_MAGIC)
         if MCAP0_MAGIC not in (bytes(self._view[:magic]), bytes(self._view[-magic:])):
             raise self._error("is not an MCAP file", "Import recordings of other formats first")
@@ -126,7 +126,7 @@ class _Reading:
     def _decoded(
         self, opcode: Opcode, decode: Callable[[ReadDataStream], R], content: memoryview, records: Records
     ) -> list[R]:
-        """All records of a kind."""
+        """Records of a kind, decoded; a damaged one is reported."""
         found = []
         for i in np.flatnonzero(records.opcodes == opcode).tolist():
             body, length = int(records.bodies[i]), int(records.lengths[i])
@@ -139,7 +139,7 @@ class _Reading:
     # what is around the messages
 
     def _summary(self) -> _Summary | None:
-        """The summary, or None if there is none, or none that can be trusted."""
+        """Summary of the file; None if it has none, or none whose CRC holds."""
         view, end = self._view, len(self._view) - len(MCAP0_MAGIC)
         footer_start = end - _FOOTER_BYTES
         if footer_start < 0 or bytes(view[end:]) != MCAP0_MAGIC or view[footer_start] != Opcode.FOOTER:
@@ -164,7 +164,7 @@ class _Reading:
         )
 
     def _survey(self, summary: _Summary | None) -> Records:
-        """The records of the data section; where they are damaged or end too early, it says so."""
+        """Records of the data section; damage and an early end are reported."""
         content = as_array(self._view)
         stop, landmarks = (summary.start, summary.landmarks) if summary else (len(content), [])
         records, end, damaged = find_records(content, len(MCAP0_MAGIC), stop, landmarks)
@@ -175,7 +175,7 @@ class _Reading:
         return records
 
     def _check_data_section(self, records: Records) -> None:
-        """Check the CRC over all before the DataEnd, unless it is known already that it cannot hold."""
+        """Check the CRC over everything before the DataEnd, unless damage was found already."""
         ends = self._decoded(Opcode.DATA_END, DataEnd.read, self._view, records)
         if self._reasons or not ends or ends[-1].data_section_crc == 0:
             return
@@ -183,7 +183,7 @@ class _Reading:
             self._damaged("bytes outside the chunks' content are damaged (CRC of the data section)")
 
     def _declare(self, content: memoryview, records: Records) -> None:
-        """Take note of schemas and channels; the first declaration, the summary's, counts."""
+        """Declare schemas and channels; the first declaration, the summary's, counts."""
         for schema in self._decoded(Opcode.SCHEMA, Schema.read, content, records):
             self._schemas.setdefault(schema.id, schema)
         for channel in self._decoded(Opcode.CHANNEL, Channel.read, content, records):
@@ -194,7 +194,7 @@ class _Reading:
             self._inbox.declare(channel.id, channel.topic, definition)
 
     def _description(self, records: Records) -> tuple[MatchInfo, pl.DataFrame] | None:
-        """What the file says of its match: the last copy whose own CRC holds."""
+        """Info and flaws in the last copy of the metadata record whose CRC holds; None if there is none."""
         copies = self._decoded(Opcode.METADATA, Metadata.read, self._view, records)
         described = [copy.metadata for copy in copies if copy.name == METADATA]
         sound = [texts for texts in described if is_sound(texts)]
@@ -205,7 +205,7 @@ class _Reading:
     # the messages
 
     def _read_chunks(self, records: Records, summary: _Summary | None) -> None:
-        """Read all chunks, and the messages between them, in the order of the file."""
+        """Read all chunks and the messages between them, in the order of the file."""
         found = records.keep(records.opcodes == Opcode.CHUNK)
         loose = records.keep(records.opcodes == Opcode.MESSAGE)
         bounds = dict(zip(found.bodies.tolist(), (found.bodies + found.lengths).tolist(), strict=True))

@@ -1,7 +1,6 @@
 """MCAP's records as bytes: found, walked over, and encoded.
 
-Nothing here trusts what it reads: a length that leads out of the file is found before anything is
-made of it.
+Each length is verified to stay within the file before it is used.
 
 Source: the MCAP specification, section Records.
 """
@@ -31,9 +30,9 @@ class Records(NamedTuple):
 
     Attributes:
         opcodes: uint8.
-        channels: int64, of message records; -1 for others and for messages without a whole address.
-        bodies: int64, where each body starts.
-        lengths: int64, of each body in bytes.
+        channels: int64, channel of each message; -1 for other records and for messages that are too short.
+        bodies: int64, start of each body.
+        lengths: int64, bytes of each body.
     """
 
     opcodes: U8
@@ -42,12 +41,12 @@ class Records(NamedTuple):
     lengths: I64
 
     def keep(self, mask: npt.NDArray[np.bool_] | slice) -> Records:
-        """Only those where ``mask`` [K] is true."""
+        """Records where ``mask`` [K] is true."""
         return Records(self.opcodes[mask], self.channels[mask], self.bodies[mask], self.lengths[mask])
 
 
 def encoded(*records: McapRecord) -> bytes:
-    """Records that hold no messages, one behind the other."""
+    """Bytes of records that hold no messages, one after another."""
     builder = RecordBuilder()
     for record in records:
         record.write(builder)
@@ -56,7 +55,7 @@ def encoded(*records: McapRecord) -> bytes:
 
 
 def as_array(data: bytes | memoryview) -> U8:
-    """The same bytes as a read-only array, uint8."""
+    """Bytes as a read-only array, uint8; they are not copied."""
     array = np.frombuffer(data, dtype=np.uint8)
     array.flags.writeable = False
     return array
@@ -65,16 +64,16 @@ def as_array(data: bytes | memoryview) -> U8:
 def find_records(
     content: U8, start: int, stop: int, landmarks: Sequence[int]
 ) -> tuple[Records, int, list[int]]:
-    """The records in ``content[start:stop]``, up to and including the DataEnd.
+    """Records in ``content[start:stop]``, up to and including the DataEnd, also after damaged ones.
 
     Args:
         content: uint8, the whole file.
-        start: where the first record starts.
-        stop: where records end at the latest, exclusive.
-        landmarks: where records are known to start, ascending; after damage the search goes on there.
+        start: start of the first record.
+        stop: end of the records at the latest, exclusive.
+        landmarks: known starts of records, ascending; after damage the search goes on at the next one.
 
     Returns:
-        The records; where the last of them ends; and where damaged ones start.
+        The records, the end of the last one, and the starts of damaged ones.
     """
     parts, damaged = [], []
     ahead = [place for place in landmarks if start < place < stop]
@@ -83,12 +82,12 @@ def find_records(
         starts = records.bodies - FRAMING_BYTES
         whole = len(starts)
         run_over = [place for place in ahead if place < end and not _includes(starts, place)]
-        if run_over:  # the record that runs over the landmark has a wrong length
+        if run_over:  # the record that covers the landmark has a wrong length
             resume = run_over[0]
             whole = int(np.searchsorted(starts, resume)) - 1
         else:
             resume = next((place for place in ahead if place >= end), -1)
-            if resume >= 0 and whole and records.opcodes[-1] == DATA_END:  # that is not what it is
+            if resume >= 0 and whole and records.opcodes[-1] == DATA_END:  # no DataEnd: records follow
                 whole -= 1
         parts.append(records.keep(slice(0, whole)))
         if resume < 0:
@@ -113,11 +112,11 @@ def _includes(ascending: I64, value: int) -> bool:
 
 
 def walk(content: U8, start: int, stop: int) -> tuple[Records, int]:
-    """The records in ``content[start:stop]``, up to and including a DataEnd.
+    """Records in ``content[start:stop]``, up to and including a DataEnd.
 
     Returns:
-        The records, and where the last whole one ends: less than ``stop`` after a DataEnd, or if
-        what follows is no whole record.
+        The records, and the end of the last whole one. The end is less than ``stop`` after a DataEnd, or
+        if no whole record follows.
     """
     opcodes, channels, bodies, lengths, end = _walk(content, start, stop)
     return Records(opcodes, channels, bodies, lengths), int(end)

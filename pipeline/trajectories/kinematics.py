@@ -18,8 +18,8 @@ GOALKEEPER, MIDFIELD, STRIKER = range(3)
 #: Instead of a role: the robot is already in this frame.
 REPEATED = -1
 
-# Times are rounded to nanoseconds by whoever recorded them, often from float seconds; a sample
-# that lies on the window's edge must not go in or out by that.
+# Recorders round times to nanoseconds, often from float seconds. The rounding must not decide whether
+# a sample on the window's edge is in the window.
 _EDGE_NS = 1_000
 
 
@@ -28,25 +28,25 @@ def find_jumps(
     body: npt.NDArray[np.int32], part: I64, t_ns: I64, x: F32, y: F32,
     max_speed: float, slack: float, accept_ns: int,
 ) -> tuple[Bools, Bools]:
-    """Rows that the body cannot have got to, and rows where it was put.
+    """Masks of rows that the body cannot have reached, and of rows at which it was put elsewhere.
 
     A row is plausible if it is at most ``max_speed * dt + slack`` from the last plausible row of its
-    part. One that is not is suspect, and the rows after it are compared with both: those nearer to
-    the new place keep to it. Once the body has kept to the new place for ``accept_ns`` it has been put
-    there, and its rows since the jump are plausible again; but if it had not been at its old place
-    for so long, it was those first rows that were wrong, and they become suspect instead. A part
-    starts afresh: its first row is plausible wherever it is; the body has been there for as long as
-    before, if it could have got there and was seen at most ``accept_ns`` ago.
+    part. Any other row is suspect, and the rows after it are compared with both places: a row nearer to
+    the new place belongs to it. If the body stays at the new place for ``accept_ns``, it was put there,
+    and its rows since the jump are plausible again. If it had been at its old place for less than that,
+    the rows at the old place were wrong, and they become suspect instead. The first row of a part is
+    always plausible. It continues the stay at the old place if the body could have reached it and was
+    seen at most ``accept_ns`` before.
 
     Args:
-        body: int32 [n], which body; body-contiguous.
-        part: int64 [n], a stretch of a body; rows of equal part are compared with one another.
+        body: int32 [n], number of the body; body-contiguous.
+        part: int64 [n], stretch of a body; only rows of equal part are compared.
         t_ns: int64 [n], increasing within a body.
         x: float32 [n], metres.
         y: float32 [n], metres.
         max_speed: m/s.
-        slack: metres that vision and its clock may err by.
-        accept_ns: see above.
+        slack: error of vision and its clock, metres.
+        accept_ns: least stay at a new place, ns.
 
     Returns:
         suspect: bool [n].
@@ -55,7 +55,7 @@ def find_jumps(
     n = len(part)
     suspect = np.zeros(n, dtype=np.bool_)
     moved = np.zeros(n, dtype=np.bool_)
-    begin = first = last = 0  # of the part; of the place that the body keeps to; last plausible
+    begin = first = last = 0  # first row of the part, first row at the accepted place, last plausible row
     there = tip = -1  # first and last row at the new place
     for i in range(n):
         if i == 0 or body[i] != body[i - 1]:
@@ -97,9 +97,9 @@ def find_jumps(
 def slopes(part: I64, t_ns: I64, values: F64, half_ns: int, least: int) -> F32:
     """Slope of the least-squares line through the samples around each sample, per second.
 
-    The window of sample i is [t_i - half, t_i + half], both ends included, and at least
-    ``least // 2`` samples on either side; it ends where the part ends, and takes samples from its
-    other side there if it would hold fewer than ``least``. This is Savitzky-Golay smoothing of
+    The window of sample i is [t_i - half, t_i + half], both ends included, and has at least
+    ``least // 2`` samples on either side. It ends where the part ends; if it would hold fewer than
+    ``least`` samples there, it is extended on its other side. This is Savitzky-Golay smoothing of
     degree 1, for irregular times (Savitzky & Golay 1964, doi:10.1021/ac60214a047).
 
     Args:
@@ -107,7 +107,7 @@ def slopes(part: I64, t_ns: I64, values: F64, half_ns: int, least: int) -> F32:
         t_ns: int64 [n], strictly increasing within a part.
         values: float64 [k, n], finite.
         half_ns: half the width of the window.
-        least: samples that the window holds at least, where the part has so many.
+        least: least samples in a window; a shorter part is used whole.
 
     Returns:
         float32 [k, n]; NaN where the part has one sample only.
@@ -152,9 +152,9 @@ def slopes(part: I64, t_ns: I64, values: F64, half_ns: int, least: int) -> F32:
 def assign_roles(
     frame: I64, team: npt.NDArray[np.uint8], robot: npt.NDArray[np.uint16], x: F32, y: F32, goal_x: float
 ) -> npt.NDArray[np.int8]:
-    """Role of each robot among those of its team in its frame, by distance to the own goal's centre.
+    """Role of each robot in its team and frame, by distance to its own goal's centre.
 
-    The nearest is the goalkeeper (paper, section 4), the nearer ``(n - 1) // 2`` of the others are
+    The nearest robot is the goalkeeper (paper, section 4), the nearer ``(n - 1) // 2`` of the others are
     midfield, the rest strikers; the lower number wins ties. Home's own goal is at -x.
 
     Args:
@@ -163,7 +163,7 @@ def assign_roles(
         robot: uint16 [n].
         x: float32 [n], metres, home attacks +x.
         y: float32 [n], metres.
-        goal_x: distance of the goal lines from the centre.
+        goal_x: distance of the goal lines from the centre, metres.
 
     Returns:
         int8 [n]: GOALKEEPER, MIDFIELD or STRIKER; REPEATED for a robot that the frame already has.

@@ -1,4 +1,4 @@
-"""The order of a match's samples, and the stretches of uninterrupted play among them."""
+"""Order of a match's samples, and its stretches of uninterrupted play."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ STOPPING = (*CONCLUDING, "stop")
 
 
 class Stretches(NamedTuple):
-    """What each sample [F] belongs to.
+    """Stretch and segment of each sample.
 
     Attributes:
-        number: int32 [F], consecutive from 0, of the stretch; counts up at every cut.
+        number: int32 [F], number of the stretch, consecutive from 0; it counts up at every cut.
         segment: int32 [F], consecutive from 0 over the stretches of play; -1 while play is stopped.
     """
 
@@ -39,16 +39,16 @@ class Stretches(NamedTuple):
 
 
 def order_samples(t_ns: I64, reorder_ns: int) -> tuple[I64, list[Flaw]]:
-    """The frames to keep, in order of time.
+    """Indices of the frames to keep, in order of time, and the flaws of the clock.
 
-    A frame that is late by at most ``reorder_ns`` is sorted back. Where the clock jumps back by
-    more, the frames that are not later than the latest time seen are left out; unless the clock
-    had leapt ahead before and the frames from the leap on are fewer than those that contradict
-    them: then the former are left out. Of frames with the same time the first recorded is kept.
+    A frame that is late by at most ``reorder_ns`` is sorted back. If the clock jumps back by more,
+    the frames that are not later than the latest time seen are left out. If the clock had leapt ahead
+    before, and fewer frames follow the leap than contradict it, the frames after the leap are left out
+    instead. If frames have the same time, the first recorded one is kept.
 
     Args:
         t_ns: int64 [F], times as recorded.
-        reorder_ns: how late a frame may be.
+        reorder_ns: most that a frame may be late, ns.
 
     Returns:
         Indices of the kept frames, int64 [<= F], at strictly increasing times; and one flaw of each
@@ -77,7 +77,7 @@ def order_samples(t_ns: I64, reorder_ns: int) -> tuple[I64, list[Flaw]]:
 
 @njit(cache=True, nogil=True)
 def _judge_clock(t_ns: I64, reorder_ns: int) -> npt.NDArray[np.uint8]:
-    """One verdict a frame, uint8 [F]; a frame at exactly the latest time is in order."""
+    """Verdict on each frame, uint8 [F]; a frame at exactly the latest time is in order."""
     frames = len(t_ns)
     verdict = np.full(frames, IN_ORDER, dtype=np.uint8)
     before = np.int64(-(2**62))  # latest time before the clock last leapt ahead,
@@ -114,20 +114,19 @@ def _judge_clock(t_ns: I64, reorder_ns: int) -> npt.NDArray[np.uint8]:
 def cut_stretches(
     t_ns: I64, referee: pl.DataFrame, periods: tuple[Period, ...], gap_ns: int, moved: I64
 ) -> Stretches:
-    """Where play was uninterrupted.
+    """Stretches of uninterrupted play.
 
-    A stretch ends at a time gap, at a change of period, at the referee events kick-off, fault,
-    goal, half and end, where play stops or goes on, and where the ball was put elsewhere. The
-    sample at the time of the event belongs to the new stretch, so that a goal's stretch ends
-    before the goal. After goal, half, end and stop play is stopped until the next kick-off, fault
-    or play; of events at one time goal, half and end are taken first. Before the first event play
-    is on, unless that event is a kick-off or play, which start it.
+    A stretch ends at a gap, at a change of period, at the referee events kick-off, fault, goal, half
+    and end, where play stops or goes on, and where the ball was put elsewhere. The sample at the time
+    of an event belongs to the new stretch, so that a goal's stretch ends before the goal. After goal,
+    half, end and stop, play is stopped until the next kick-off, fault or play. At equal times, goal,
+    half and end come first. Before the first event play is on, unless that event is a kick-off or play.
 
     Args:
         t_ns: int64 [F], strictly increasing.
         referee: rows of schema Referee in order of time.
-        periods: of the match.
-        gap_ns: a longer time between samples is a gap.
+        periods: periods of the match.
+        gap_ns: longest time between samples without a gap, ns.
         moved: int64 [M], samples at which the ball was put elsewhere.
     """
     frames = len(t_ns)
@@ -158,7 +157,7 @@ def cut_stretches(
 
 
 def find_gaps(t_ns: I64, gap_ns: int) -> list[Flaw]:
-    """One flaw for each time between samples longer than ``gap_ns``; t_ns is int64 [F], increasing."""
+    """Flaws of gaps: one per time between samples longer than ``gap_ns``; t_ns is int64 [F], increasing."""
     long = np.flatnonzero(np.diff(t_ns) > gap_ns)
     return [
         Flaw("gap", f"{(end - start) / 1e9:.3f} s without samples", start_ns=start, end_ns=end)
