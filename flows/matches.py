@@ -23,7 +23,7 @@ from schemas import Matches, Quality, Referee
 
 #: Where recordings are dropped for the next run, in the data folder.
 INBOX = "inbox"
-#: Where matches are logged while they are played; what a killed process left there is salvaged.
+#: Folder of logs of matches in progress; a log that a killed process left there is imported.
 PLAYING = "playing"
 
 
@@ -32,7 +32,7 @@ class Recording(BaseModel):
 
     Attributes:
         file: the recording.
-        mapping: a TOML file that names its columns, units, axes and teams; None for the usual ones.
+        mapping: a TOML file with its names, units, axes and teams; None for the plain form.
     """
 
     file: Path
@@ -40,9 +40,9 @@ class Recording(BaseModel):
 
 
 def inbox(store: Store) -> list[Recording]:
-    """The recordings dropped into the data folder's inbox, with their maps, sorted by name.
+    """Recordings in the data folder's inbox with their maps, sorted by name, then abandoned logs.
 
-    And the logs of matches whose player was killed.
+    A log is abandoned if the process that played its match was killed.
     """
     files = [p for p in (store.root / INBOX).rglob("*")
              if p.is_file() and p.suffix != ".toml" and not p.name.startswith(".")]
@@ -51,23 +51,26 @@ def inbox(store: Store) -> list[Recording]:
 
 
 def with_map(file: Path) -> Recording:
-    """A recording with the map that lies beside it, if there is one.
+    """Recording with the map beside it, if there is one.
 
-    The map of ``x.csv`` is ``x.csv.toml``; ``map.toml`` is for all in its folder.
+    The map of ``x.csv`` is ``x.csv.toml``, else ``map.toml`` in its folder.
     """
     maps = (file.with_name(f"{file.name}.toml"), file.with_name("map.toml"))
     return Recording(file=file, mapping=next((m for m in maps if m.exists()), None))
 
 
 def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]:
-    """Import one file; the match's receipt, and whether it is new.
+    """Receipt of a recording's match, imported if need be, and whether it is new.
 
-    The same recording under another name, packed or not, or as the log that we made of it, is the
-    match that is already there; it is made anew only if its files are damaged or lost, or if it
-    was imported by other code or with another map.
+    The same content under another name, gzipped or not, or as the log that we made of it, is the match
+    that is already there. It is imported again only if its files are damaged or lost, or if it was
+    imported by other code or with another map.
 
     Raises:
-        BadRecording, DamagedLog: if nothing can be made of it; the file's name goes into quarantine.
+        BadRecording, DamagedLog: if no match can be made of it; it goes into quarantine under its match
+            id, or under the slug of its name if it cannot be opened.
+        BadSettings: if the map cannot be used.
+        NotFound: if the file or the map cannot be read.
     """
     data = store.foreign(recording.file)
     mapping = _mapping(store, recording.mapping)
@@ -93,7 +96,7 @@ def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]
 
 
 def _same_recording(store: Store, name: str) -> Receipt | None:
-    """The match made of the same content, whatever its file was called."""
+    """Receipt of the match whose id has the same content hash; None if there is none."""
     identity = name.rsplit("-", 1)[1]
     return next((r for r in store.receipts("matches") if r.name.endswith(f"-{identity}")), None)
 
@@ -110,16 +113,20 @@ def _stands(store: Store, receipt: Receipt, sha256: str, settings: dict[str, obj
 
 
 def _mapping(store: Store, path: Path | None) -> TrackingMap:
-    """The map at a path; the plain form without one."""
+    """Map at a path; the plain form if there is none."""
     if path is None:
         return TrackingMap()
     return load_map(store.foreign(path).decode(errors="replace"), where=str(path))
 
 
 def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, object]) -> tuple[Receipt, bool]:
-    """Write a match; what another recording made of it is replaced only if that one has flaws.
+    """Commit a match, unless it is there already; its receipt, and whether it is new.
 
-    Called with the noun locked: of two threads that import the same content the second finds it.
+    If a match of the same id was made from another recording, the complete one of the two stays. The noun
+    is locked meanwhile: if two threads import the same content, the second finds the match of the first.
+
+    Raises:
+        BadRecording: if both are complete and differ.
     """
     there = _same_recording(store, match.info.match_id)
     if there is not None and there.name != match.info.match_id:
@@ -147,8 +154,8 @@ def keep(store: Store, match: MatchLog, data: bytes, work: Work) -> Receipt:
     """Commit a match: its log, its row, the referee's events, and its flaws.
 
     Args:
-        store: where to.
-        match: what the log says.
+        store: the store that receives it.
+        match: the content of the log.
         data: the log's bytes.
         work: that made it.
     """
@@ -197,7 +204,7 @@ def useless(store: Store) -> list[Path]:
 
 
 def _nothing_logged(data: bytes) -> bool:
-    """Whether a log has not a single frame."""
+    """Whether a log has no frame."""
     try:
         log.read(data, where="")
     except NoFrames:

@@ -77,7 +77,7 @@ def test_importing_again_gives_the_same_match(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [RSIM, SSL, RCSS])
-def test_every_goal_of_a_real_match_falls_where_the_scorer_attacks(name: str) -> None:
+def test_goals_of_real_matches(name: str) -> None:
     """Teams, scores and directions are found apart from each other; here they must agree."""
     match = imported(name)
     goals = match.referee.filter(pl.col("event") == "goal")
@@ -118,14 +118,16 @@ def test_the_format_is_told_from_the_content(head: bytes, is_a: str) -> None:
         b"\x00" * 100, b"{}", b"1,2,3,4,5\n1,2,3,4,5\n", b"\x1f\x8b not gzip",
     ],
 )
-def test_what_is_no_recording_is_refused_with_a_next_step(junk: bytes) -> None:
+def test_refusal_of_other_files(junk: bytes) -> None:
+    """A file of no known format is refused in one line that says what to do."""
     with pytest.raises(BadRecording, match=r"\. .*(Give one of these, .*MCAP log|Copy or record)") as refusal:
         read(open_source(junk, "junk.bin"))
     assert "\n" not in str(refusal.value)
     assert str(refusal.value).startswith("junk.bin: ")
 
 
-def test_gzip_is_unpacked_whole_in_parts_or_refused() -> None:
+def test_inflate() -> None:
+    """A gzip stream is inflated whole, in parts, or refused."""
     noise = random.Random(1).randbytes(300_000)
     packed = gzip.compress(noise)
     assert source.inflate(noise, "a.gz") == (noise, None)
@@ -182,14 +184,16 @@ def test_every_name_makes_a_valid_identity(name: str, data: bytes) -> None:
     assert re.fullmatch(r"[a-z0-9][a-z0-9-]{0,63}", open_source(b"x" + data, name).match_id)
 
 
-def test_the_same_content_has_the_same_hash_whatever_it_is_called() -> None:
+def test_identity_of_content() -> None:
+    """The same content has the same hash in its match id, whatever the file's name."""
     one = open_source(CSV, "a.csv").match_id
     assert open_source(CSV, "b.csv").match_id[-12:] == one[-12:]
     assert open_source(gzip.compress(CSV), "a.csv.gz").match_id == one
     assert open_source(CSV + b"\n", "a.csv").match_id[-12:] != one[-12:]
 
 
-def test_of_a_corrupt_gzip_what_comes_before_the_damage_is_kept() -> None:
+def test_corrupt_gzip() -> None:
+    """Content before the damage of a corrupt gzip stream is kept."""
     noise = random.Random(2).randbytes(300_000).hex().encode()
     packed = bytearray(gzip.compress(noise, compresslevel=0))  # stored: the damage is met at a block's head
     packed[len(packed) // 2 :] = b"\xff" * (len(packed) - len(packed) // 2)
@@ -222,9 +226,10 @@ class CountedStream:
 
 
 @pytest.mark.parametrize("name", [name for name in FILES if not name.endswith((".toml", "mapped.csv"))])
-def test_a_recording_is_read_inflated_and_hashed_once(
+def test_opened_once(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """An import reads, inflates and hashes a recording once, also if its match is there already."""
     content = FILES[name]()
     if name.startswith("mcap"):
         content = content[:-8]  # or the log that is written would be the same bytes, and hashed too
@@ -255,7 +260,8 @@ def test_a_recording_is_read_inflated_and_hashed_once(
         assert (len(reads), sum(hashes), CountedStream.inflated) == (times, times, times * len(content))
 
 
-def test_a_gzipped_log_of_ours_is_the_match_that_is_already_there(tmp_path: Path) -> None:
+def test_gzipped_log_of_ours(tmp_path: Path) -> None:
+    """A gzipped log of ours is the match that is already there."""
     store = Store(tmp_path / "data")
     (tmp_path / "derby.mcap").write_bytes(FILES["mcap/whole.mcap"]())
     (tmp_path / "derby.mcap.gz").write_bytes(gzip.compress(FILES["mcap/whole.mcap"]()))
@@ -263,7 +269,8 @@ def test_a_gzipped_log_of_ours_is_the_match_that_is_already_there(tmp_path: Path
     assert import_recording(store, Recording(file=tmp_path / "derby.mcap.gz")) == (receipt, False)
 
 
-def test_what_cannot_be_inflated_goes_into_quarantine(tmp_path: Path) -> None:
+def test_hopeless_gzip(tmp_path: Path) -> None:
+    """A file that cannot be inflated goes into quarantine until one of its name can be."""
     store = Store(tmp_path / "data")
     file = tmp_path / "Final 2026.csv.gz"
     file.write_bytes(gzip.compress(CSV)[:11])

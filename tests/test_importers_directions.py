@@ -42,9 +42,10 @@ def attacks(found: directions.Directions) -> list[int]:
     first=st.sampled_from([1, -1]), half=st.integers(200, 800), seed=st.integers(0, 2**16),
     tell=st.booleans(),
 )
-def test_a_change_of_sides_is_found_with_and_without_the_half_time_event(
+def test_change_of_sides(
     first: int, half: int, seed: int, tell: bool
 ) -> None:
+    """A change of sides is found with and without the half-time event."""
     sides = [float(first)] * half + [-float(first)] * (1000 - half)
     match = frames(sides, np.random.default_rng(seed))
     found = directions.infer_periods(match, [half * STEP] if tell else [])
@@ -57,7 +58,8 @@ def test_a_change_of_sides_is_found_with_and_without_the_half_time_event(
 
 @settings(max_examples=40, deadline=None)
 @given(first=st.sampled_from([1.0, -1.0]), seed=st.integers(0, 2**16))
-def test_a_match_without_a_change_of_sides_has_one_period(first: float, seed: int) -> None:
+def test_no_change_of_sides(first: float, seed: int) -> None:
+    """A match without a change of sides has one period."""
     found = directions.infer_periods(frames([first] * 500, np.random.default_rng(seed)), [])
     assert attacks(found) == [first]
 
@@ -73,7 +75,8 @@ def test_a_spell_of_pressure_is_no_change_of_sides() -> None:
 
 @settings(max_examples=20, deadline=None)
 @given(seed=st.integers(0, 2**16))
-def test_bodies_that_say_nothing_are_unknown_and_taken_for_plus_x(seed: int) -> None:
+def test_weak_votes(seed: int) -> None:
+    """If the votes are too weak, home is taken to attack +x, and a flaw says so."""
     match = frames([0.0] * 1000, np.random.default_rng(seed))
     found = directions.infer_periods(match, [])
     flaws = directions.direction_flaws(found, match.t_ns)
@@ -82,7 +85,8 @@ def test_bodies_that_say_nothing_are_unknown_and_taken_for_plus_x(seed: int) -> 
     assert "too weak" in str(flaws[0].note)
 
 
-def test_what_is_known_of_the_first_period_is_not_inferred() -> None:
+def test_known_first_period() -> None:
+    """The direction of the first period is not inferred if it is given."""
     match = frames([1.0] * 500 + [-1.0] * 500, np.random.default_rng(0))
     found = directions.infer_periods(match, [500 * STEP], first=-1)
     assert [(p.home_attacks, p.inferred) for p in found.periods] == [(-1, False), (-1, True)]
@@ -90,7 +94,7 @@ def test_what_is_known_of_the_first_period_is_not_inferred() -> None:
     assert [flaw.start_ns for flaw in flaws] == [500 * STEP]
 
 
-def test_the_vote_is_weighed_by_time_and_gaps_do_not_count() -> None:
+def test_votes_are_weighted_by_time() -> None:
     """Forty samples of one direction last longer than eighty quick ones of the other."""
     match = frames([1.0] * 40 + [-1.0] * 80, np.random.default_rng(0), spread=0.0)
     match.t_ns[:40] = np.arange(40) * 400_000_000

@@ -105,7 +105,7 @@ def test_recordings_and_readers_belong_together() -> None:
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_a_synthetic_recording_is_what_its_maker_writes(name: str) -> None:
+def test_recording_is_what_its_maker_writes(name: str) -> None:
     """Equal bytes, or where a library's version changes the bytes (Parquet, MCAP) an equal match."""
     path = FOLDER / name
     made = FILES[name]()
@@ -116,7 +116,8 @@ def test_a_synthetic_recording_is_what_its_maker_writes(name: str) -> None:
 
 
 @each_recording
-def test_the_format_is_told_from_the_content_alone(path: Path) -> None:
+def test_detection(path: Path) -> None:
+    """Exactly one reader recognises the content, whatever the file's name."""
     data = path.read_bytes()
     for name in (path.name, "liar.txt", ""):
         assert open_source(data, name).format == path.parent.name
@@ -124,7 +125,7 @@ def test_the_format_is_told_from_the_content_alone(path: Path) -> None:
 
 
 @each_recording
-def test_a_match_is_sound_and_complete(path: Path) -> None:
+def test_match_is_sound_and_complete(path: Path) -> None:
     log = read(path)
     assert_sound(log)
     assert log.info.complete, log.info.incomplete_reason
@@ -132,7 +133,7 @@ def test_a_match_is_sound_and_complete(path: Path) -> None:
 
 
 @each_recording
-def test_bodies_are_where_the_sketch_has_them(path: Path) -> None:
+def test_bodies(path: Path) -> None:
     """Times, axes, units and numbers of teams and robots are ours; a body that was not seen is not there."""
     log, truth = read(path), sketch()
     assert (log.info.home, log.info.away) == (truth.info.home, truth.info.away)
@@ -151,7 +152,8 @@ def test_bodies_are_where_the_sketch_has_them(path: Path) -> None:
 
 
 @each_recording
-def test_the_referee_says_what_happened_in_the_sketch(path: Path) -> None:
+def test_referee(path: Path) -> None:
+    """Kick-offs, goals, half-time and the end are those of the sketch, with their teams and scores."""
     def course(log: MatchLog) -> list[tuple[object, ...]]:
         # where play goes on after a kick-off need not be said
         told = log.referee.filter(pl.col("event") != "play")
@@ -161,7 +163,8 @@ def test_the_referee_says_what_happened_in_the_sketch(path: Path) -> None:
 
 
 @each_recording
-def test_goals_add_up_to_the_score_and_fall_where_the_scorer_attacks(path: Path) -> None:
+def test_goals(path: Path) -> None:
+    """Goals add up to the score, and each falls at the end that its team attacks."""
     log = read(path)
     goals = log.referee.filter(pl.col("event") == "goal")
     teams = goals["team"].cast(pl.String).to_list()
@@ -173,12 +176,14 @@ def test_goals_add_up_to_the_score_and_fall_where_the_scorer_attacks(path: Path)
 
 
 @each_recording
-def test_importing_again_gives_the_same_match(path: Path) -> None:
+def test_importing_again(path: Path) -> None:
+    """Importing a recording twice gives equal matches."""
     assert same(read(path), read(path))
 
 
 @each_recording
-def test_a_gzipped_recording_is_the_same_match(path: Path) -> None:
+def test_gzipped_recording(path: Path) -> None:
+    """A gzipped recording is the same match, of the same identity."""
     data = path.read_bytes()
     packed = gzip.compress(data)
     assert same(read(path), read(path, packed))
@@ -186,7 +191,8 @@ def test_a_gzipped_recording_is_the_same_match(path: Path) -> None:
 
 
 @each_recording
-def test_the_name_decides_no_more_than_the_slug_of_the_identity(path: Path) -> None:
+def test_name(path: Path) -> None:
+    """The file's name decides the slug of the match id and ``source``, and nothing else."""
     data = path.read_bytes()
     one, two = open_source(data, path.name), open_source(data, "../Another Name.bin.gz")
     digits = hashlib.sha256(data).hexdigest()
@@ -198,7 +204,8 @@ def test_the_name_decides_no_more_than_the_slug_of_the_identity(path: Path) -> N
 @each_recording
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.95])
 @pytest.mark.parametrize("packed", [False, True], ids=["plain", "gzipped"])
-def test_a_cut_recording_is_refused_in_one_line_or_flagged(path: Path, share: float, packed: bool) -> None:
+def test_cut_recording(path: Path, share: float, packed: bool) -> None:
+    """A cut recording is refused in one line, or its match is incomplete and flagged."""
     data = path.read_bytes()
     if packed:
         data = gzip.compress(data)
@@ -214,7 +221,8 @@ def test_a_cut_recording_is_refused_in_one_line_or_flagged(path: Path, share: fl
 
 
 @each_recording
-def test_damage_of_the_gzip_stream_is_flagged_though_the_content_is_whole(path: Path) -> None:
+def test_damaged_gzip_stream(path: Path) -> None:
+    """Damage of the gzip stream is flagged, also if the content is whole."""
     log = read(path, gzip.compress(path.read_bytes()) + b"tail")
     assert log.frames.t_ns.tolist() == sketch().frames.t_ns.tolist()
     assert not log.info.complete
@@ -223,7 +231,7 @@ def test_damage_of_the_gzip_stream_is_flagged_though_the_content_is_whole(path: 
 
 
 @each_recording
-def test_a_damaged_recording_is_refused_in_one_line_or_gives_a_sound_match(path: Path) -> None:
+def test_damaged_recording(path: Path) -> None:
     """Some bytes are overwritten anywhere: nothing but a refusal or a sound match may come of it."""
     chance = random.Random(path.name)
     data = path.read_bytes()

@@ -72,7 +72,8 @@ def test_a_player_who_is_not_on_the_pitch_is_not_there() -> None:
     assert match.frames.counts().tolist() == [2, 1]  # 2 is not connected, 1 was sent off
 
 
-def test_time_goes_on_while_the_cycle_stands_still_and_over_missing_lines() -> None:
+def test_time_of_repeated_and_missing_cycles() -> None:
+    """Time goes on while the cycle number repeats, and over missing lines."""
     match = read(log(show(5), show(6), show(6), show(6), show(9), show(10)))
     assert match.frames.number.tolist() == [5, 6, 6, 6, 9, 10]
     assert (match.frames.t_ns // 100_000_000).tolist() == [0, 1, 2, 3, 6, 7]
@@ -126,12 +127,14 @@ def test_the_course_of_a_match() -> None:
     assert match.quality.is_empty()
 
 
-def test_half_time_without_a_pause_is_the_second_kick_off() -> None:
+def test_half_time_without_a_pause() -> None:
+    """Without a pause, the kick-off after the last cycle of the half is half-time."""
     match = read(log(PARAMS, show(9), "(playmode 11 kick_off_r)", show(11)))
     assert [row[1] for row in events(match)] == ["half", "kick-off"]
 
 
-def test_a_log_that_begins_in_the_second_half_has_no_half_time_and_keeps_its_score() -> None:
+def test_log_of_the_second_half() -> None:
+    """A log that begins in the second half has no half-time event and keeps its score."""
     match = read(log(
         PARAMS, "(team 15 A B 2 1)", show(15), "(playmode 16 goal_l)", "(team 16 A B 3 1)", show(16),
         "(playmode 17 kick_off_r)", show(17),
@@ -139,7 +142,8 @@ def test_a_log_that_begins_in_the_second_half_has_no_half_time_and_keeps_its_sco
     assert [(row[1], row[3], row[4]) for row in events(match)] == [("goal", 3, 1), ("kick-off", 3, 1)]
 
 
-def test_a_goal_counts_once_even_if_only_the_score_tells_of_it() -> None:
+def test_goal_told_by_the_score() -> None:
+    """A goal counts once, also if only the score tells of it."""
     only_score = read(log("(team 0 A B 0 0)", show(1), "(team 2 A B 1 0)", show(2)))
     assert events(only_score) == [(1, "goal", "home", 1, 0, "team")]
     score_first = read(log(
@@ -211,7 +215,8 @@ def test_what_is_no_text_log_is_refused(data: bytes, says: str) -> None:
 
 
 @given(st.integers(0, 10_000), st.binary(max_size=5))
-def test_no_damage_makes_it_fail_otherwise_than_by_refusing(at: int, junk: bytes) -> None:
+def test_random_damage(at: int, junk: bytes) -> None:
+    """Whatever bytes are damaged, the file is read or refused with BadRecording."""
     whole = log(PARAMS, "(playmode 0 kick_off_l)", "(team 0 A B 0 0)", show(1), show(2), "(team 2 A B 1 0)")
     at %= len(whole)
     try:

@@ -96,7 +96,8 @@ def test_the_plain_form_is_read_as_it_is() -> None:
     }
 
 
-def test_the_shipped_map_reads_centimetres_from_the_corner() -> None:
+def test_shipped_map() -> None:
+    """The shipped map reads centimetres from the corner, y down, degrees clockwise."""
     mapping = load_map((MAPS / "centimetres.toml").read_text(encoding="utf-8"))
     match = read(
         "Frame;ms;side;id;px;py;angle\n"
@@ -185,7 +186,8 @@ def test_names_of_players_are_numbered_and_told() -> None:
 # --- frames that are repeated, out of order, or by body -------------------------------------------
 
 
-def test_duplicated_and_reordered_frames_are_kept_as_recorded() -> None:
+def test_duplicated_and_reordered_frames() -> None:
+    """Duplicated and reordered frames are kept as recorded."""
     table = pl.read_csv(f"{HEADER}\n{FRAME}".encode())
     later = [table.with_columns(frame=pl.lit(i, pl.Int64), t=pl.lit(10.0 + i / 10)) for i in range(4)]
     match = read(parquet(pl.concat([later[0], later[2], later[2], later[1], later[3], later[0]])))
@@ -194,7 +196,8 @@ def test_duplicated_and_reordered_frames_are_kept_as_recorded() -> None:
     assert match.frames.counts().tolist() == [3] * 6
 
 
-def test_a_table_in_falling_order_of_time_is_turned_round_and_told() -> None:
+def test_falling_order_of_time() -> None:
+    """A table in falling order of time is reversed, and a flaw says so."""
     table = pl.read_parquet(recording(RSIM)).filter(pl.col("frame") < 300)
     rising, falling = read(parquet(table)), read(parquet(table.reverse()))
     for part in ("number", "t_ns", "ball", "offsets", "robots"):
@@ -206,7 +209,8 @@ def test_a_table_in_falling_order_of_time_is_turned_round_and_told() -> None:
     assert (row["start_ns"], row["end_ns"]) == (0, int(rising.frames.t_ns[-1]) + 1)
 
 
-def test_a_table_that_falls_but_for_one_frame_is_kept_as_recorded() -> None:
+def test_almost_falling_order_of_time() -> None:
+    """A table whose times fall except for one frame is kept as recorded."""
     lines = [f"{i},{i},{team},1,{x},0\n" for i in (3, 2, 0, 1) for team, x in (("a", 0.7), ("b", -0.7))]
     match = read("frame,t,team,player,x,y\n" + "".join(lines))
     assert match.frames.number.tolist() == [3, 2, 0, 1]
@@ -229,9 +233,10 @@ def test_a_clock_that_counts_down_is_refused() -> None:
         ("ms", 25, 100, None),
     ],
 )
-def test_sampling_that_is_too_slow_for_its_unit_is_told(
+def test_slow_sampling(
     unit: str, step: int, frames: int, says: str | None
 ) -> None:
+    """Samples too far apart for the unit of time are a flaw that names the finer unit."""
     rows = "".join(f"{i},{i * step},a,1,0.7,0\n{i},{i * step},b,1,-0.7,0\n" for i in range(frames))
     match = read(f"frame,t,team,player,x,y\n{rows}", TrackingMap.model_validate({"units": {"time": unit}}))
     assert flaws(match) == ([("slow sampling", frames, None, None)] if says else [])
@@ -240,7 +245,8 @@ def test_sampling_that_is_too_slow_for_its_unit_is_told(
     assert len(match.frames) == frames
 
 
-def test_a_table_that_is_sorted_by_body_is_the_same_match() -> None:
+def test_table_sorted_by_body() -> None:
+    """A table sorted by body is the same match as one sorted by time."""
     table = pl.read_parquet(recording(RSIM)).filter(pl.col("frame") < 300)
     by_frame = read(parquet(table))
     by_body = read(parquet(table.sort("team", "player", "frame")))
@@ -252,7 +258,8 @@ def test_a_table_that_is_sorted_by_body_is_the_same_match() -> None:
 # --- home and the pitch ---------------------------------------------------------------------------
 
 
-def test_home_is_told_from_goals_kick_offs_or_the_ball_and_else_by_the_alphabet() -> None:
+def test_inference_of_home() -> None:
+    """Goals in the states decide which team is home, else kick-offs, else the ball, else the alphabet."""
     def home(*states: tuple[object, ...]) -> object:
         match = read(course(*states))
         guessed = match.info.settings["guessed"]
@@ -284,7 +291,8 @@ def test_the_map_names_home_whatever_the_evidence() -> None:
         (70.0, Kind.SIM2D, 105.0),
     ],
 )
-def test_the_pitch_is_guessed_from_how_far_positions_reach(scale: float, kind: Kind, length: float) -> None:
+def test_inference_of_the_pitch(scale: float, kind: Kind, length: float) -> None:
+    """The pitch is inferred from how far along it positions reach."""
     table = pl.read_parquet(recording(RSIM)).filter(pl.col("frame") % 50 == 0)
     match = read(parquet(table.with_columns(pl.col("x", "y") * scale)))
     assert (match.info.pitch.kind, match.info.pitch.length) == (kind, length)
@@ -300,7 +308,8 @@ def test_a_pitch_that_is_given_is_not_guessed() -> None:
 # --- referee --------------------------------------------------------------------------------------
 
 
-def test_states_are_events_on_their_first_frame_and_goals_come_first() -> None:
+def test_events_of_states() -> None:
+    """A state is an event on its first frame; a goal of the same frame comes first."""
     match = read(course(
         ("kickoff_a", 0, 0), ("play", 0, 0), ("kickoff_b+goal_a", 1, 0), ("play", 1, 0), ("freeball", 1, 0),
         ("freeball", 1, 0), (None, 1, 0), ("stop", 1, 0), ("play", 1, 0), ("penalty_b", 1, 0),
@@ -348,9 +357,10 @@ def test_without_scores_goals_are_those_of_the_states() -> None:
         ((("goal+kickoff_b",),), "home"),  # on the goal's own frame
     ],
 )
-def test_a_goal_without_its_team_is_that_of_the_team_that_does_not_kick_off_next(
+def test_goal_attributed_by_the_next_kick_off(
     after: tuple[tuple[object, ...], ...], team: str
 ) -> None:
+    """If a state names no scoring team, the team that does not kick off next has scored."""
     goal = () if "goal" in str(after) else (("goal",),)
     match = read(course(("kickoff",), ("play",), *goal, *after, columns="game_state"))
     score = (1, 0) if team == "home" else (0, 1)
@@ -365,7 +375,8 @@ def test_a_goal_without_its_team_is_that_of_the_team_that_does_not_kick_off_next
         ("half+kickoff_a",), ("end", "kickoff_a"), ("goal_b", "kickoff_a"),
     ],
 )
-def test_a_goal_of_nobody_knows_whom_is_a_goal_and_ends_what_is_known_of_the_score(after: tuple[str, ...]) -> None:
+def test_goal_of_an_unknown_team(after: tuple[str, ...]) -> None:
+    """If no source names the scoring team, the goal's team is null, and so is the score from then on."""
     first = () if after[:1] == ("goal+kickoff",) else ("goal",)
     states = ("kickoff", "play", *first, *after)
     found = events(read(course(*((state,) for state in states), columns="game_state")))
@@ -376,14 +387,16 @@ def test_a_goal_of_nobody_knows_whom_is_a_goal_and_ends_what_is_known_of_the_sco
         assert (3, "goal", "away", None, None) in found
 
 
-def test_a_kick_off_that_no_half_explains_is_after_a_goal_though_nobody_knows_whose() -> None:
+def test_unexplained_kick_off() -> None:
+    """A kick-off without a half-time before it follows a goal, even if the scoring team is unknown."""
     match = read(course(("kickoff",), ("play",), ("kickoff",), ("play",), columns="game_state"))
     assert events(match) == [
         (0, "kick-off", None, 0, 0), (2, "goal", None, None, None), (2, "kick-off", None, None, None)
     ]
 
 
-def test_a_goal_without_its_team_is_no_goal_where_the_score_does_not_rise() -> None:
+def test_goal_without_a_rise_of_the_score() -> None:
+    """If the table has a score, a goal state at which the score does not rise is a stop."""
     match = read(course(("play", 0, 0), ("goal", 0, 0), ("kickoff_a", 0, 0), ("goal", 1, 0), ("kickoff_b", 1, 0)))
     assert [row[1:] for row in events(match)] == [
         ("play", None, 0, 0), ("stop", None, 0, 0), ("kick-off", "home", 0, 0), ("goal", "home", 1, 0),
@@ -391,7 +404,8 @@ def test_a_goal_without_its_team_is_no_goal_where_the_score_does_not_rise() -> N
     ]
 
 
-def test_without_goals_in_the_states_the_kick_offs_tell() -> None:
+def test_goals_from_kick_offs() -> None:
+    """Without a score and without goals in the states, kick-offs tell the goals."""
     match = read(course(
         ("kickoff_a",), ("play",), ("kickoff_b",), ("play",), ("half",), ("kickoff_b",), ("play",),
         ("kickoff_a",), columns="game_state",
@@ -407,7 +421,8 @@ def test_a_score_that_nobody_tells_stays_unknown() -> None:
     ]
 
 
-def test_where_no_state_stops_play_the_ball_at_the_centre_restarts_it() -> None:
+def test_restart_by_the_ball_at_the_centre() -> None:
+    """If no state ever stops play, the ball at the centre restarts it after a goal."""
     csv = course(*[(0, 0)] * 2, *[(1, 0)] * 4, columns="score_home,score_away")
     match = read(csv.replace("4,4,ball,,0.3,0", "4,4,ball,,0.01,0.02"))
     assert events(match) == [(0, "play", None, 0, 0), (2, "goal", "home", 1, 0), (4, "kick-off", "away", 1, 0)]
@@ -415,7 +430,8 @@ def test_where_no_state_stops_play_the_ball_at_the_centre_restarts_it() -> None:
     assert events(never)[1:] == [(2, "goal", "home", 1, 0), (3, "kick-off", "away", 1, 0)]
 
 
-def test_an_unknown_state_stops_play_is_told_and_can_be_named() -> None:
+def test_unknown_state() -> None:
+    """A state that is not known stops play and is a flaw; a map can give its meaning."""
     csv = course(("play",), ("snack_break",), ("play",), ("snack_break",), columns="game_state")
     match = read(csv)
     assert [row[1] for row in events(match)] == ["play", "stop", "play", "stop"]
@@ -425,7 +441,8 @@ def test_an_unknown_state_stops_play_is_told_and_can_be_named() -> None:
     assert flaws(named) == []
 
 
-def test_a_new_segment_in_play_without_a_gap_is_a_fault() -> None:
+def test_segment_that_changes_in_play() -> None:
+    """A segment that changes in play without a gap is a fault."""
     def rows(*segments: tuple[float, str, str]) -> str:
         return "frame,t,team,player,x,y,segment,game_state\n" + "".join(
             f"{i},{t},{team},1,{x},0,{segment},{state}\n"
@@ -442,7 +459,8 @@ def test_a_new_segment_in_play_without_a_gap_is_a_fault() -> None:
 # --- damage ---------------------------------------------------------------------------------------
 
 
-def test_places_that_are_not_numbers_are_missing_and_told() -> None:
+def test_positions_that_are_not_numbers() -> None:
+    """A position or heading that is not a number is missing, and a flaw says so."""
     match = read(
         f"{HEADER}\n{FRAME}1,10.1,ball,,inf,0,\n1,10.1,reds,1,NaN,0,0\n1,10.1,reds,2,,,\n1,10.1,greens,1,0.6,0,inf\n"
         "2,10.2,greens,1,1e300,0,0\n"
@@ -514,7 +532,8 @@ PLAIN = pl.read_csv(f"{HEADER}\n{FRAME}".encode())
         (parquet(pl.concat([PLAIN, PLAIN.with_columns(pl.col("t") * 1e6)])), "spans more than a day"),
     ],
 )
-def test_what_is_no_tracking_table_is_refused_with_what_it_lacks(data: bytes, says: str) -> None:
+def test_refusal_of_other_tables(data: bytes, says: str) -> None:
+    """A file that is no tracking table is refused in one line that says what it lacks."""
     with pytest.raises(BadRecording, match=says) as refusal:
         read(data)
     assert str(refusal.value).startswith("game.csv: ")
@@ -556,7 +575,8 @@ def test_a_map_that_is_not_of_this_file_is_refused(toml: str, says: str) -> None
         read(f"{HEADER}\n{FRAME}", load_map(toml))
 
 
-def test_home_and_away_together_leave_other_teams_out() -> None:
+def test_other_teams_are_left_out() -> None:
+    """If a map names home and away, rows of other teams are left out and counted."""
     mapping = load_map("[teams]\nhome = 'reds'\naway = 'greens'\n")
     match = read(parquet(pl.concat([PLAIN, PLAIN.with_columns(team=pl.lit("umpires"))])), mapping)
     assert (match.info.home, match.info.away) == ("reds", "greens")
@@ -572,9 +592,10 @@ def test_home_and_away_together_leave_other_teams_out() -> None:
         ("away = 'reds'", ("(not recorded)", "reds"), 1),
     ],
 )
-def test_a_team_that_was_not_recorded_is_empty_if_a_map_names_the_other(
+def test_team_that_was_not_recorded(
     toml: str, teams: tuple[str, str], side: int
 ) -> None:
+    """A table with one team is read if a map names it; the other team has no rows."""
     only = parquet(PLAIN.filter(pl.col("team") != "greens"))
     match = read(only, load_map(f"[teams]\n{toml}\n"))
     assert (match.info.home, match.info.away) == teams
@@ -585,7 +606,8 @@ def test_a_team_that_was_not_recorded_is_empty_if_a_map_names_the_other(
 
 
 @pytest.mark.parametrize("teams", ["home = 'purple'", "home = 'purple'\naway = 'yellow'"])
-def test_a_table_of_one_team_that_the_map_does_not_name_is_refused(teams: str) -> None:
+def test_one_team_that_the_map_does_not_name(teams: str) -> None:
+    """A table with one team is refused if the map names another."""
     with pytest.raises(BadRecording, match="no team 'purple'; it has reds"):
         read(parquet(PLAIN.filter(pl.col("team") != "greens")), load_map(f"[teams]\n{teams}\n"))
 
@@ -614,7 +636,8 @@ def test_a_match_of_one_team_goes_through_all_stages() -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 10_000), st.binary(max_size=6))
-def test_no_damage_makes_it_fail_otherwise_than_by_refusing(at: int, junk: bytes) -> None:
+def test_random_damage(at: int, junk: bytes) -> None:
+    """Whatever bytes are damaged, the file is read or refused with BadRecording."""
     whole = f"{HEADER}\n{FRAME}".encode()
     for data in (whole, parquet(PLAIN)):
         place = at % len(data)
@@ -625,7 +648,7 @@ def test_no_damage_makes_it_fail_otherwise_than_by_refusing(at: int, junk: bytes
         assert match.frames.t_ns.min() == 0
 
 
-def test_the_real_recording_has_its_25_goals_and_6_restarts() -> None:
+def test_events_of_the_sample() -> None:
     """The facts of data/samples/README.md."""
     match = imported(RSIM)
     counts = dict(match.referee["event"].cast(pl.String).value_counts().iter_rows())

@@ -262,7 +262,8 @@ def test_a_corrected_map_replaces_the_match_that_it_was_read_with(tmp_path):
     assert import_recording(store, with_map(file)) == (right, False)
 
 
-def test_a_match_without_a_ball_or_a_known_scorer_is_doubted(tmp_path):
+def test_plausibility_checks(tmp_path):
+    """A match without a ball, or with goals without a scorer, is flagged."""
     store = Store(tmp_path / "data")
     file = tmp_path / "odd.csv"
     table = clip(0.0, 10.0).drop("score_home", "score_away")

@@ -1,4 +1,4 @@
-"""Which way the home team attacks, from where the bodies stand."""
+"""Direction in which the home team attacks, inferred from where the robots stand."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from pipeline.matches.quality import Flaw
 F64 = npt.NDArray[np.float64]
 Sign = Literal[1, -1]
 
-#: A period whose vote is weaker is not told apart from chance.
+#: Least strength of a period's vote; a weaker one may be chance.
 WEAK = 0.2
-#: A change of sides without a half-time event needs such a vote on both of its sides, ...
+#: Least strength of the votes on both sides of a change of sides without a half-time event.
 CLEAR = 0.5
-#: ... and each of them this share of the match.
+#: Least share of the match on either side of it.
 LEAST_SHARE = 0.1
-#: A sample counts for the time until the next one, but for no longer than this.
+#: Longest time for which a sample counts, ns; it counts until the next one.
 _LONGEST_NS = 500_000_000
 
 
 class Directions(NamedTuple):
-    """The periods, and how surely their directions are known.
+    """Periods, and the strength of the evidence for their directions.
 
     Attributes:
         periods: consecutive, covering all samples.
-        votes: one a period, in [-1, 1]: positive where the bodies say that home attacks +x.
+        votes: one per period, in [-1, 1]; positive if the robots' places say that home attacks +x.
     """
 
     periods: tuple[Period, ...]
@@ -38,17 +38,17 @@ class Directions(NamedTuple):
 
 
 def infer_periods(frames: Frames, boundaries: Sequence[int], first: Sign | None = None) -> Directions:
-    """The direction in which home attacks in each period, from where the bodies stand.
+    """Periods with the direction in which home attacks, from where the robots stand.
 
-    Each sample has three votes: which team's mean stands nearer to which goal, and whose robot is
-    the rearmost at either end (a goalkeeper stays at home, whoever has the better of the match). A
-    period's vote is the mean over its time. Without half-time events a single change of sides is
-    looked for, and taken only if the bodies are clear before and after it.
+    Each sample has three votes: which team's mean x is nearer to which goal, and which team has the
+    outermost robot at either end (a goalkeeper stays at its goal, however the match goes). A period's
+    vote is the mean over its time. Without half-time events a single change of sides is looked for, and
+    accepted only if the votes before and after it are clear.
 
     Args:
         frames: the samples.
-        boundaries: times of the half-time events, ns; those outside the match do not matter.
-        first: the direction of the first period where it is known; it is not inferred then.
+        boundaries: times of the half-time events, ns; those outside the match are ignored.
+        first: direction of the first period, +1 or -1; None: it is inferred.
 
     Returns:
         The periods. Where the vote is weaker than ``WEAK`` the direction is +x.
@@ -82,11 +82,11 @@ def infer_periods(frames: Frames, boundaries: Sequence[int], first: Sign | None 
 
 
 def direction_flaws(directions: Directions, t_ns: I64) -> list[Flaw]:
-    """What the quality table says of the inferred periods, one flaw each.
+    """Flaws of the inferred periods for the quality table, one per period.
 
     Args:
-        directions: as inferred.
-        t_ns: [F] the samples' times.
+        directions: the periods and their votes.
+        t_ns: [F] times of the samples, ns.
     """
     flaws = []
     for period, vote in zip(*directions, strict=True):
@@ -108,9 +108,9 @@ def direction_flaws(directions: Directions, t_ns: I64) -> list[Flaw]:
 
 
 def votes_of(frames: Frames) -> F64:
-    """[F] the mean of each sample's three votes, in [-1, 1]; 0 where a team is not seen.
+    """Mean of each sample's three votes, float64 [F] in [-1, 1]; 0 where a team is not seen.
 
-    Positive where home seems to attack +x. Each vote is -1, 0 or 1.
+    It is positive where home seems to attack +x. Each vote is -1, 0 or 1.
     """
     count = len(frames)
     frame_of = frames.robot_frames()
@@ -126,7 +126,7 @@ def votes_of(frames: Frames) -> F64:
         np.minimum.at(low[team], frame_of[mine], x[mine])
         np.maximum.at(high[team], frame_of[mine], x[mine])
     both = np.isfinite(low).all(axis=0)
-    # who is the furthest out at either end: +1 if that is home at the -x end, away at the +x end
+    # outermost robot at either end: +1 if it is home's at the -x end, away's at the +x end
     west = np.sign(np.where(both, low[AWAY], 0) - np.where(both, low[HOME], 0))
     east = np.sign(np.where(both, high[AWAY], 0) - np.where(both, high[HOME], 0))
     middle = np.sign(mean[AWAY] - mean[HOME])
@@ -137,7 +137,7 @@ def votes_of(frames: Frames) -> F64:
 def _change(vote: F64, weight: F64) -> int | None:
     """Index of the first sample after the change of sides, None if there is clearly none.
 
-    The cut that sets the votes before and after it apart most.
+    It is the cut with the largest difference between the votes before and after it.
     """
     votes = np.cumsum(vote * weight)
     time = np.cumsum(weight)

@@ -1,4 +1,4 @@
-"""What a tracking table does not say and can be told from it: the pitch, and which team is home."""
+"""Inference of the pitch and the home team, where a tracking table names neither."""
 
 from __future__ import annotations
 
@@ -14,32 +14,33 @@ from pipeline.pitch import PITCHES, Kind, Pitch
 F64 = npt.NDArray[np.float64]
 Evidence = Literal["goals in the states", "kick-offs", "the ball at the goals", "alphabet"]
 
-#: Half-lengths up to which positions are taken for those of each kind, metres: between the pitches
-#: of 2.2 m (VSSS with five a side) and 6 m (the first SSL), and between 12 m (SSL) and 105 m (2D).
+#: Longest half-length of each kind, metres. The limits lie between the pitches of 2.2 m (VSSS with five
+#: a side) and 6 m (the first SSL), and between those of 12 m (SSL) and 105 m (2D).
 _LONGEST = ((Kind.VSSS, 1.6), (Kind.SSL, 15.0))
-#: Smaller or larger pitches of a kind: up to or from this half-length. Goals as in the leagues' rules.
+#: Smaller or larger pitches of a kind, with goals as in the leagues' rules, and the half-lengths from
+#: which or up to which they are taken, metres.
 _FIVE_A_SIDE = Pitch(kind=Kind.VSSS, length=2.2, width=1.8, goal_width=0.4, goal_depth=0.15)
 _DIVISION_B = Pitch(kind=Kind.SSL, length=9.0, width=6.0, goal_width=1.0, goal_depth=0.18)
 _FIVE_FROM = 0.95
 _B_UP_TO = 5.0
-#: Goals are seen coming for so long before the score changes.
+#: Time before a change of the score in which the ball is looked for at a goal, ns.
 _BEFORE_NS = 1_000_000_000
-#: ... and which team stands at which end is looked at for so long.
+#: Time before it in which the teams' ends are looked at, ns.
 _AROUND_NS = 10_000_000_000
-#: The ball is at a goal beyond this share of the half-length.
+#: Share of the half-length from which on the ball is at a goal.
 _AT_GOAL = 0.9
 
 
 def guess_pitch(x: F64, given: PitchMap, *, corner: bool) -> tuple[Pitch, bool]:
-    """The pitch: as it is given, or by how far along it positions reach.
+    """Pitch of a tracking table: as the map gives it, else by how far along it positions reach.
 
     Args:
         x: positions along the pitch, metres, NaN where unknown.
-        given: what the map says.
-        corner: whether they are counted from the corner.
+        given: the map's pitch.
+        corner: whether the origin of ``x`` is a corner.
 
     Returns:
-        The pitch, and whether its kind was guessed.
+        The pitch, and whether its kind was inferred.
     """
     known = x[np.isfinite(x)]
     # outliers of a camera are rarer than a thousandth
@@ -59,21 +60,21 @@ def guess_pitch(x: F64, given: PitchMap, *, corner: bool) -> tuple[Pitch, bool]:
 def guess_home(
     course: Course, names: tuple[str, str], mapping: TrackingMap, votes: F64, goal_x: float
 ) -> tuple[int, Evidence]:
-    """Which of two teams is the one that ``score_home`` counts for.
+    """Home team: the one of two teams whose goals ``score_home`` counts.
 
-    Where a score rises the state says whose goal it is; or the next kick-off is that of the other
-    team; or the ball is at the goal of the team that stands at that end. The first kind of
-    evidence that is there and does not contradict itself on balance is taken, else the alphabet.
+    Each rise of a score is evidence of three kinds: the state names the team that scored, the other
+    team kicks off next, or the ball was at the goal of the team that stands at that end. Each goal is a
+    vote. The first kind whose votes do not cancel out decides; without any, the alphabet does.
 
     Args:
-        course: in order of time.
-        names: of the two teams, sorted.
+        course: the course of the match, in order of time.
+        names: the two teams, sorted.
         mapping: for the words of states.
         votes: [F] positive where the bodies say that the first team attacks +x.
         goal_x: half the pitch's length, metres.
 
     Returns:
-        0 or 1, and from what it was told.
+        Index of home in ``names``, and the kind of evidence that decided.
     """
     goals = [(index, side) for index, side, step in rises(course.score) if step > 0] if (
         course.score is not None

@@ -24,13 +24,13 @@ from pipeline.matches.frame import I64, Frames, MatchInfo, MatchLog, Period, wra
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import PITCHES, Kind
 
-#: As a C++ stream writes it; the pitch is not large enough for a positive exponent.
+#: A number as a C++ stream writes it; the pitch is too small for a positive exponent.
 _NUMBER = rb"(-?\d{1,6}(?:\.\d{1,9})?(?:e-\d{1,3})?)"
-#: The head of a show line up to its players; versions 4 to 6 agree on it.
+#: Head of a show line up to its players, the same in versions 4 to 6.
 _SHOW = re.compile(
     rb"\(show (\d{1,9})(?: \((?:pm|tm) [^()]*\))* \(\(b\) " + b" ".join([_NUMBER] * 4) + rb"\)"
 )
-#: The head of a player's group; what follows (point-to, view, stamina, counts) is not needed.
+#: Head of a player's group; the rest (point-to, view, stamina, counts) is not needed.
 _PLAYER = re.compile(
     rb"\(\(([lr]) (\d{1,2})\) -?\d+ (0x[0-9a-f]+|\d+) " + b" ".join([_NUMBER] * 5) + rb" -?[\d.]"
 )
@@ -48,14 +48,14 @@ _BREAKS = {"before_kick_off", "first_half_over", "half_time", "kick_off"}
 #: Bit of a player's state: it is on the pitch.
 _STANDS = 0x1
 _NO_TEAM = "null"
-#: A cycle number that jumps by more than a match is another count, not a gap.
+#: Longest gap, cycles; a larger jump is a new count of cycles.
 _LONGEST_GAP = 6000
 _LONGEST_STEP_MS = 1000
 
 
 @dataclass(slots=True)
 class _Server:
-    """What the server's parameters say; the defaults are rcssserver's."""
+    """Parameters of the server; the defaults are rcssserver's."""
 
     step_ms: int = 100
     half_cycles: int = 3000
@@ -64,7 +64,7 @@ class _Server:
 
 @dataclass(slots=True)
 class _Record:
-    """The lines of a log, read."""
+    """Lines of a log, parsed."""
 
     server: _Server = field(default_factory=_Server)
     numbers: list[int] = field(default_factory=list)
@@ -76,7 +76,7 @@ class _Record:
     names: list[str] = field(default_factory=lambda: [_NO_TEAM, _NO_TEAM])
     skipped: int = 0
     last_bad: bool = False
-    #: show lines that were not whole since the last one that was
+    #: incomplete show lines since the last complete one
     lost: int = 0
 
 
@@ -140,7 +140,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
 
 
 def _scan(text: bytes) -> _Record:
-    """Reads line by line; a line that cannot be read is counted and skipped."""
+    """Parse line by line; a line that cannot be parsed is counted and skipped."""
     record = _Record()
     for raw in text.split(b"\n"):
         line = raw.strip()
@@ -165,7 +165,7 @@ def _scan(text: bytes) -> _Record:
 
 
 def _scan_show(line: bytes, record: _Record) -> bool:
-    """Takes in a show line; False if it is not whole."""
+    """Append a show line to the record; False if the line is incomplete."""
     head = _SHOW.match(line)
     players = [] if head is None else _PLAYER.findall(line, head.end())
     if (
@@ -189,7 +189,7 @@ def _scan_show(line: bytes, record: _Record) -> bool:
 
 
 def _server(line: bytes) -> _Server:
-    """The parameters that matter here, where they are given."""
+    """Server's parameters that are used here; the default where one is not given."""
     given = {
         key: float(value)
         for key, value in re.findall(
@@ -207,7 +207,7 @@ def _server(line: bytes) -> _Server:
 
 
 def _frames(record: _Record) -> Frames:
-    """The samples, in our axes and units."""
+    """Samples in our axes and units."""
     per_second = 1000 / record.server.step_ms
     t_ns = np.array(record.ticks, dtype=np.int64)
     t_ns = t_ns * (record.server.step_ms * 1_000_000)
@@ -240,7 +240,7 @@ def _floats(column: tuple[bytes, ...]) -> npt.NDArray[np.float64]:
 
 
 def _events(record: _Record, t_ns: I64) -> tuple[list[Event], bool]:
-    """Referee events, and whether time was over."""
+    """Referee events, and whether the log reaches time over."""
     events: list[Event] = []
     score: dict[Side, int] = {"home": 0, "away": 0}
     half_cycles = record.server.half_cycles
@@ -256,7 +256,7 @@ def _events(record: _Record, t_ns: I64) -> tuple[list[Event], bool]:
     for index, cycle, mark in record.marks:
         if isinstance(mark, tuple):
             for team, goals in zip(SIDES, mark, strict=True):
-                # a rise that no playmode told of; before the first sample it is where the log begins
+                # a rise without a playmode; before the first sample it is the score at which the log begins
                 for _ in range(goals - score[team] if started else 0):
                     score[team] += 1
                     told.add((index, team))
@@ -290,7 +290,7 @@ def _events(record: _Record, t_ns: I64) -> tuple[list[Event], bool]:
 
 
 def _split(mode: str) -> tuple[str, Side | None]:
-    """A playmode without its side, and the side."""
+    """Playmode without its side, and the side."""
     if mode.endswith("_l"):
         return mode[:-2], "home"
     if mode.endswith("_r"):
@@ -301,7 +301,7 @@ def _split(mode: str) -> tuple[str, Side | None]:
 def _damage(
     record: _Record, t_ns: I64, gzip_damage: str | None, *, cut: bool
 ) -> tuple[list[Flaw], str | None]:
-    """What was found wrong, and why the log is not complete."""
+    """Flaws, and the reason why the log is not complete (None if it is)."""
     flaws = []
     cut_line = cut and record.last_bad
     if record.skipped - cut_line > 0:

@@ -1,4 +1,4 @@
-"""What every importer writes besides positions: referee events and packed frames."""
+"""Referee events and packed frames, as every importer writes them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Side = Literal["home", "away"]
 
 SIDES: tuple[Side, Side] = ("home", "away")
 
-#: A score of more is a damaged file, not a match.
+#: A higher score is a damaged file, not a match.
 MAX_SCORE = 9999
 
 
@@ -34,7 +34,7 @@ class Event:
 
 
 def other(team: Side) -> Side:
-    """The team that plays against it."""
+    """Opponent of a team."""
     return "away" if team == "home" else "home"
 
 
@@ -55,10 +55,10 @@ def pack(
 
     Args:
         number: [F] the source's frame number.
-        t_ns: [F] time since the first sample.
-        ball: x, y, vx, vy [F]; a column that is not there is NaN.
-        frame_of: [R] index of each robot's frame, in any order.
-        robots: team, id, x, y and what is known of theta, vx, vy, omega [R].
+        t_ns: [F] time since the first sample, ns.
+        ball: x, y, vx, vy [F], metres and m/s; an absent column is NaN.
+        frame_of: [R] frame index of each robot row, in any order.
+        robots: team, id, x, y and optionally theta, vx, vy, omega [R]; an absent column is NaN.
 
     Returns:
         Frames whose robots are ordered by frame, team, id.

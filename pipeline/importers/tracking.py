@@ -1,4 +1,4 @@
-"""Matches of tracking tables: long form, one row per body and sample, whatever file they were in."""
+"""Matches of tracking tables: one row per body and sample, from whatever file."""
 
 from __future__ import annotations
 
@@ -23,20 +23,21 @@ from pipeline.pitch import Pitch
 
 F64 = npt.NDArray[np.float64]
 
-#: No body is further away or faster, metres and metres or radians a second.
+#: Bound on positions, speeds and turn rates: m, m/s, rad/s. A larger value is not a number of a match.
 _FURTHEST = 1e6
-#: Numbers that a robot can have (schemas: Int16).
+#: Highest number of a robot (schemas: Int16).
 _MAX_ID = 32767
-#: A file with so many runs of one frame's rows for each frame is sorted by body, not by time.
+#: Runs of rows of one frame, per frame, above which a file is sorted by body and not by time.
 _BY_BODY = 2.0
-#: Frames that come each so long after the one before are no recording of play, or their unit is wrong.
+#: Median sampling interval from which on the unit of time is likely to be wrong, ns, ...
 _SLOW_NS = 1_000_000_000
+#: ... and least number of frames to tell.
 _SLOW_FROM = 100
 #: The next finer unit of time.
 _FINER = {"s": "ms", "ms": "us", "us": "ns"}
-#: A ball within this share of the pitch's length from the centre has been put back there.
+#: Distance from the centre within which the ball was put back there, as a share of the pitch's length.
 _CENTRE = 0.05
-#: The name of a team that a table has nothing of and the map does not name.
+#: Name of a team that has no rows and that the map does not name.
 _NOT_RECORDED = "(not recorded)"
 
 
@@ -110,7 +111,7 @@ def match_of(raw: RawTable, source: SourceFile, mapping: TrackingMap) -> MatchLo
 
 
 class _Rows(NamedTuple):
-    """The table, ordered by frame, with what is read most as arrays.
+    """A table ordered by frame, with its most used columns as arrays.
 
     Attributes:
         table: one row a body and frame; ``x``, ``y`` in metres.
@@ -125,7 +126,7 @@ class _Rows(NamedTuple):
     team: I64
 
     def column(self, name: str) -> F64:
-        """A column as float64 [N], NaN where it is null, not there or no number that can be."""
+        """A column as float64 [N]; NaN where it is null, absent or out of bounds."""
         if name not in self.table.columns:
             return np.full(len(self.table), np.nan)
         values = self.table[name].cast(pl.Float64).fill_null(float("nan")).to_numpy()
@@ -135,9 +136,9 @@ class _Rows(NamedTuple):
 def _teams(
     table: pl.DataFrame, teams: Teams, name: str
 ) -> tuple[tuple[str, str], pl.DataFrame, list[Flaw]]:
-    """The names of home and away (sorted where neither is given), and the rows that are theirs.
+    """Names of home and away (sorted if the map names neither), and the rows of both and the ball.
 
-    If the table has one team only, a map must name it; there are no rows of the other then.
+    If the table has only one team, a map must name it; the other has no rows.
     """
     found = sorted(set(table["team"].unique().to_list()) - {teams.ball})
     given = [team for team in (teams.home, teams.away) if team is not None]
@@ -168,10 +169,10 @@ def _teams(
 def _players(
     table: pl.DataFrame, names: tuple[str, str], flaws: list[Flaw]
 ) -> tuple[pl.DataFrame, dict[str, dict[str, int]]]:
-    """The table with ``id`` UInt16 (0 for the ball) and ``side``, and numbers given to names.
+    """Table with ``id`` UInt16 (0 for the ball) and ``side``, and the numbers that names were given.
 
-    Numbers from 0 to 32767 are kept; if a team has anything else, its players are numbered in
-    alphabetical order. Robots without a player are left out.
+    Numbers from 0 to 32767 are kept. If a team has any other player, its players are numbered in
+    alphabetical order. Rows of robots without a player are left out.
     """
     side = pl.col("team").replace_strict({names[0]: 0, names[1]: 1}, default=2, return_dtype=pl.Int64)
     table = table.with_columns(side.alias("side"))
@@ -192,7 +193,7 @@ def _players(
 
 
 def _in_metres(table: pl.DataFrame, mapping: TrackingMap) -> pl.DataFrame:
-    """Lengths in metres, angles in radians."""
+    """Table with lengths in metres and angles in radians."""
     angle = 1.0 if mapping.units.angle == "rad" else np.pi / 180
     units = dict.fromkeys(("x", "y", "vx", "vy"), mapping.units.metres)
     units |= dict.fromkeys(("heading", "omega"), angle)
@@ -202,10 +203,10 @@ def _in_metres(table: pl.DataFrame, mapping: TrackingMap) -> pl.DataFrame:
 
 
 def _arrange(table: pl.DataFrame) -> _Rows:
-    """The rows of each frame together, in the order in which frames are in the file.
+    """Rows grouped by frame, frames in the order of the file.
 
-    A body that comes twice at one frame number and time is a frame that was recorded twice. A
-    file that is sorted by body has its frames in order of time.
+    If a body has two rows of one frame number and time, the frame was recorded twice. If the file is
+    sorted by body, its frames are put in order of time.
     """
     key = ["frame", "t_ns"]
     table = table.with_columns(again=pl.int_range(pl.len()).over([*key, "side", "id"]))
@@ -223,10 +224,10 @@ def _arrange(table: pl.DataFrame) -> _Rows:
 
 
 def _in_rising_time(rows: _Rows, name: str) -> tuple[_Rows, list[Flaw]]:
-    """The frames turned round if all of them are in falling order of time, and the flaw that tells so.
+    """Rows with their frames reversed if all times fall, and the flaw that says so.
 
     Raises:
-        BadRecording: if the frames' numbers rise then: which of the two orders is the match's?
+        BadRecording: if times fall but frame numbers rise: the order of play is unknown then.
     """
     t_ns, number = (rows.table[column].to_numpy()[rows.first] for column in ("t_ns", "frame"))
     if len(t_ns) < 2 or not bool(np.all(np.diff(t_ns) < 0)):
@@ -242,7 +243,7 @@ def _in_rising_time(rows: _Rows, name: str) -> tuple[_Rows, list[Flaw]]:
 
 
 def _slow_sampling(frames: Frames, mapping: TrackingMap) -> list[Flaw]:
-    """A flaw if times are so far apart that their unit is likely to be a finer one."""
+    """Flaw of samples so far apart that the unit of time is likely to be a finer one; else none."""
     if len(frames) < _SLOW_FROM:
         return []
     t_ns = np.sort(frames.t_ns)
@@ -259,7 +260,7 @@ def _slow_sampling(frames: Frames, mapping: TrackingMap) -> list[Flaw]:
 
 
 def _turned(rows: _Rows, mapping: TrackingMap, pitch: Pitch) -> _Rows:
-    """In our axes: origin at the centre, y up, headings counter-clockwise from our +x."""
+    """Rows in our axes: origin at the centre, y up, headings counter-clockwise from our +x."""
     axes = mapping.axes
     x_sign = 1.0 if axes.x == "right" else -1.0
     y_sign = 1.0 if axes.y == "up" else -1.0
@@ -274,7 +275,7 @@ def _turned(rows: _Rows, mapping: TrackingMap, pitch: Pitch) -> _Rows:
         "theta": wrap(rows.column("heading") * turn + zero),
         "omega": rows.column("omega") * turn,
     }
-    # what was given but is not a number is kept apart from what was not given
+    # a value that is not a number is told apart from one that is absent
     given = rows.table["x"].is_not_null() & rows.table["y"].is_not_null()
     aimed = rows.table["heading"].is_not_null() if "heading" in rows.table.columns else given & False
     table = rows.table.with_columns(
@@ -285,12 +286,12 @@ def _turned(rows: _Rows, mapping: TrackingMap, pitch: Pitch) -> _Rows:
 
 
 def _seen(rows: _Rows) -> npt.NDArray[np.bool_]:
-    """[N] whether the row's body has a place."""
+    """Whether each row has a position, bool [N]."""
     return np.isfinite(rows.column("x")) & np.isfinite(rows.column("y"))
 
 
 def _not_numbers(rows: _Rows) -> list[Flaw]:
-    """One flaw a body whose place, or whose heading, was at some time not a number."""
+    """Flaws of positions and headings that are not numbers, one per body and kind."""
     sided = rows.table.with_columns(pl.Series("side", rows.team))
     flaws = []
     for what, given, there in (
@@ -311,7 +312,7 @@ def _not_numbers(rows: _Rows) -> list[Flaw]:
 
 
 def _frames(rows: _Rows) -> Frames:
-    """The samples, as recorded."""
+    """Samples as recorded."""
     seen = _seen(rows)
     ball, robot = seen & (rows.team == 2), seen & (rows.team < 2)
     columns = {name: rows.column(name) for name in ("x", "y", "vx", "vy", "theta", "omega")}
@@ -331,7 +332,7 @@ def _frames(rows: _Rows) -> Frames:
 
 
 def _course(rows: _Rows, frames: Frames) -> Course:
-    """What the table says of the course of the match, in order of time."""
+    """Course of the match as the table tells it, in order of time."""
     order = np.argsort(frames.t_ns, kind="stable")
     names = [name for name in ("game_state", "segment", "score_home", "score_away") if name in rows.table]
     facts = rows.table.select("t_ns", *names)[rows.first[order]]

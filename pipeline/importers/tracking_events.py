@@ -1,4 +1,4 @@
-"""Referee events of a tracking table: from its states of the game and its score."""
+"""Referee events of a tracking table, from its states of the game and its score."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from pipeline.matches.frame import I64
 from pipeline.matches.quality import Flaw
 
 _STOPS = {"goal", "half", "end", "stop"}
-#: Events that are for a team: it scores, or brings the ball back into play.
+#: Events that name a team: it scores, or brings the ball back into play.
 _OF_A_TEAM = {"goal", "kick-off", "fault"}
 
-#: Words for states of the game, without their team. Besides the plain form's they are those of
-#: common simulators and of the SSL's referee as the teams' software names them (in CamelCase).
+#: Words for states of the game, without their team: those of the plain form, of common simulators, and
+#: of the SSL's referee as the teams' software names them (in CamelCase).
 WORDS: dict[str, str] = {
     **dict.fromkeys(("play", "playon", "gamerunning", "running", "normal", "gameon"), "play"),
     **dict.fromkeys(("kickoff", "attackkickoff", "defendkickoff"), "kick-off"),
@@ -47,7 +47,7 @@ WORDS: dict[str, str] = {
 
 
 class Token(NamedTuple):
-    """One word of a state: its event (None if it is not known), its team, and the word itself."""
+    """One word of a state: its event (None if the word is not known), its team, the word itself."""
 
     event: str | None
     team: Side | None
@@ -56,13 +56,13 @@ class Token(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """What is known of the course of a match, one entry a frame, in order of time.
+    """Course of a match, one entry per frame, in order of time.
 
     Attributes:
         t_ns: int64 [F].
-        states: the state of the game, None where it is not given; None if it never is.
-        score: int64 [F, 2] goals of home and away, -1 where not given; None if they never are.
-        segments: a recorder's own segments; None if there are none.
+        states: state of the game, None where absent; None if the table has no states.
+        score: int64 [F, 2] goals of home and away, -1 where absent; None if the table has no score.
+        segments: the recorder's segments; None if the table has none.
         ball_x, ball_y: float64 [F], metres.
     """
 
@@ -75,14 +75,14 @@ class Course:
 
 
 def tokens(state: str, names: tuple[str, str], mapping: TrackingMap) -> list[Token]:
-    """The words of a state that are joined by '+', understood.
+    """Words of a state, with their meaning; a state joins words by '+'.
 
-    A word may end in ``_`` and the beginning of a team's name, or home or away.
+    A word may end in ``_`` and a prefix of a team's name, or home or away.
 
     Args:
-        state: as in the file; the whole of it is looked up in the map before its parts.
+        state: as in the file; the map is asked for the whole of it before its parts.
         names: of home and away.
-        mapping: its ``states`` come first.
+        mapping: its ``states`` take precedence over ``WORDS``.
     """
     found = []
     words = [state] if mapping.meaning(state) is not None else state.split("+")
@@ -104,7 +104,7 @@ def _bare(word: str) -> str:
 
 
 def _team(prefix: str, names: tuple[str, str]) -> Side | None:
-    """The team whose name alone begins so."""
+    """Team with this prefix; None if both teams or neither have it."""
     start = prefix.lower()
     begins = [side for side, name in zip(SIDES, names, strict=True) if name.lower().startswith(start)]
     if len(begins) == 1:
@@ -113,7 +113,7 @@ def _team(prefix: str, names: tuple[str, str]) -> Side | None:
 
 
 def changes(states: Sequence[str | None]) -> Iterator[tuple[int, str]]:
-    """Index and state wherever the state is another than the last one that was given."""
+    """Index and state of each change of the state; absent states are skipped."""
     last: str | None = None
     for index, state in enumerate(states):
         if state is not None and state != last:
@@ -122,7 +122,7 @@ def changes(states: Sequence[str | None]) -> Iterator[tuple[int, str]]:
 
 
 def rises(score: I64) -> Iterator[tuple[int, int, int]]:
-    """Index, side (0 home, 1 away) and by how much, wherever a score is another than before."""
+    """Index, side (0 home, 1 away) and step of each change of a score."""
     for side in (0, 1):
         known = np.flatnonzero(score[:, side] >= 0)
         steps = np.diff(score[known, side])
@@ -132,7 +132,7 @@ def rises(score: I64) -> Iterator[tuple[int, int, int]]:
 
 @dataclass(slots=True)
 class _Referee:
-    """Writes events down and keeps the score and whether play is on."""
+    """Event log that keeps the score and whether play is on."""
 
     course: Course
     score: list[int | None]
@@ -140,13 +140,13 @@ class _Referee:
     playing: bool = False
 
     def emit(self, index: int, event: str, note: str | None, team: Side | None = None) -> None:
-        """One event at a frame, with the score after it."""
+        """Append an event at a frame, with the score after it."""
         home, away = self.score
         self.events.append(Event(int(self.course.t_ns[index]), event, team, home, away, note))
         self.playing = event not in _STOPS
 
     def goal(self, index: int, team: Side | None, note: str) -> None:
-        """A goal; it counts. If nobody knows for whom, nobody knows the score from then on."""
+        """Append a goal. If its team is unknown (None), so is the score from then on."""
         if team is None:
             self.score[:] = [None, None]
         else:
@@ -154,13 +154,13 @@ class _Referee:
         self.emit(index, "goal", note, team)
 
     def _count(self, team: Side, goals: int) -> None:
-        """Goals more or fewer; an unknown score stays unknown."""
+        """Add goals to a team's score; an unknown score stays unknown."""
         side = SIDES.index(team)
         before = self.score[side]
         self.score[side] = None if before is None else before + goals
 
     def take_back(self, index: int, team: Side) -> None:
-        """The team's last goal did not count: it was a stop."""
+        """Turn the team's last goal, which did not count, into a stop."""
         self._count(team, -1)
         for at in range(len(self.events) - 1, -1, -1):
             if self.events[at].event == "goal" and self.events[at].team == team:
@@ -171,23 +171,23 @@ class _Referee:
 def referee_events(
     course: Course, names: tuple[str, str], mapping: TrackingMap, centre: float, gap_ns: int = 500_000_000
 ) -> tuple[list[Event], list[Flaw]]:
-    """Referee events in order of time, and words that are not understood.
+    """Referee events in order of time, and flaws of words that are not known.
 
-    A state is an event on its first frame. ``play`` is one only where play was stopped: after
-    kick-offs and faults it is on already. Goals are where the score rises; without scores where a
-    state says goal; without those at each kick-off but the first and those after half-time. The team
-    that scored is the one whose score rises or which the state names, else the one that does not
-    kick off next; if nothing tells, the goal's team is null and so is the score from then on.
-    A word that is not understood stops play and is a flaw.
-    Where no state ever stops play, play is on from the start, and after a goal from when the ball
-    is back within ``centre``. A recorder's segment that changes in play without a gap is a fault.
+    A state is an event on its first frame. ``play`` is an event only if play was stopped; after kick-offs
+    and faults it is on already. A goal is a rise of the score. Without a score it is a state that says
+    goal; without such states it is each kick-off except the first and those after half-time. The scoring
+    team is the one whose score rises or which the state names, else the one that does not kick off next.
+    If no source names the scoring team, the goal's team is null and so is the score from then on.
+    A word that is not known stops play and is a flaw.
+    If no state ever stops play, play is on from the start, and after a goal as soon as the ball is within
+    ``centre``. A recorder's segment that changes in play without a gap is a fault.
 
     Args:
-        course: what is known, in order of time.
+        course: the course of the match, in order of time.
         names: of home and away.
-        mapping: for the words of states.
-        centre: distance from the pitch's centre at which a ball has been put back, metres.
-        gap_ns: a longer time between frames is a gap.
+        mapping: meaning of the words of states.
+        centre: distance from the pitch's centre within which a ball was put back, metres.
+        gap_ns: longest time between two frames without a gap, ns.
     """
     said = {index: tokens(state, names, mapping) for index, state in changes(course.states or ())}
     words = Counter(token.event for known in said.values() for token in known)
@@ -233,7 +233,7 @@ def referee_events(
 
 
 def _first_score(score: I64 | None) -> list[int | None] | None:
-    """The score at the first frame where each is given; None where there is no score."""
+    """Score at the first frame that has it, for each team; None if the table has no score."""
     if score is None:
         return None
     first: list[int | None] = []
@@ -244,10 +244,9 @@ def _first_score(score: I64 | None) -> list[int | None] | None:
 
 
 def _restart_tells(said: dict[int, list[Token]], index: int) -> Side | None:
-    """Who scored the goal that the state at a frame tells of, by who kicks off after it.
+    """Team that scored the goal at a frame, from the kick-off after it.
 
-    None where it cannot be told: another goal, the half or the end comes first, or it is not said whose
-    kick-off it is.
+    None if another goal, the half or the end comes first, or if the kick-off names no team.
     """
     for at in (at for at in sorted(said) if at >= index):
         events = {token.event for token in said[at]}
@@ -263,15 +262,15 @@ def _goals_at(
     referee: _Referee, index: int, steps: list[tuple[Side, int]], known: list[Token],
     scorer: Side | None = None, *, scores: bool,
 ) -> None:
-    """The goals of a frame, by the score or by the states; a state's goal that is none is a stop.
+    """Append the goals of a frame, by the score or the states; a goal that does not count is a stop.
 
     Args:
-        referee: writes them down.
+        referee: the log of events.
         index: of the frame.
-        steps: team and by how much its score changes.
+        steps: team and change of its score.
         known: the words of the frame's state.
-        scorer: of a goal whose word names no team; None where it is not known.
-        scores: whether the source tells the score.
+        scorer: team of a goal whose word names no team; None if unknown.
+        scores: whether the table has a score.
     """
     for token in known:
         if token.event != "goal" or any(step > 0 for _, step in steps):
@@ -289,7 +288,7 @@ def _goals_at(
 
 
 def _without_states(referee: _Referee, goals: dict[int, list[tuple[Side, int]]], centre: float) -> None:
-    """The events of a table that never says that play is stopped."""
+    """Append the events of a table whose states never stop play."""
     course = referee.course
     referee.emit(0, "play", None)
     near = np.hypot(course.ball_x, course.ball_y) <= centre

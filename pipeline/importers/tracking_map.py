@@ -1,4 +1,4 @@
-"""How to read a tracking table that does not have our names, units and axes: a small TOML file."""
+"""Maps of tracking tables: a small TOML file that gives a table's names, units, axes and teams."""
 
 from __future__ import annotations
 
@@ -18,10 +18,9 @@ class _Map(BaseModel):
 
 
 class Columns(_Map):
-    """The file's names of our columns; a name that is given must be in the file.
+    """The file's names of our columns; a column that is named here must be in the file.
 
-    The columns ``vx``, ``vy`` (lengths a second) and ``omega`` (angles a second, in the sense of
-    the heading) are read only if they are named here or called so.
+    ``vx`` and ``vy`` are lengths per second, ``omega`` is an angle per second in the sense of the heading.
     """
 
     frame: str = "frame"
@@ -59,12 +58,12 @@ class Units(_Map):
 
 
 class Axes(_Map):
-    """The file's axes, on a pitch that is drawn with our +x to the right and our +y up.
+    """The file's axes, on a pitch drawn with our +x to the right and our +y up.
 
     Attributes:
-        x: where the file's x grows to.
-        y: where the file's y grows to; images have it down.
-        heading: the sense in which headings grow, seen from above; zero is along the file's +x.
+        x: direction in which the file's x grows.
+        y: direction in which the file's y grows; down in images.
+        heading: sense in which headings grow, seen from above; zero is along the file's +x.
         origin: the pitch's centre, or the corner where the file's x and y are smallest.
     """
 
@@ -75,7 +74,7 @@ class Axes(_Map):
 
 
 class PitchMap(_Map):
-    """The pitch, metres; what is not given is that of the kind, and a kind not given is guessed."""
+    """The pitch, metres; absent lengths are those of the kind, and an absent kind is inferred."""
 
     kind: Kind | None = None
     length: float | None = Field(default=None, gt=0)
@@ -85,13 +84,13 @@ class PitchMap(_Map):
 
 
 class Teams(_Map):
-    """The file's names of the teams and the ball; teams that are not named are guessed.
+    """The file's names of the teams and the ball; the home team is inferred if neither team is named.
 
     Attributes:
-        home, away: rows of other teams are left out if both are given. One of them need not be in
+        home, away: if both are given, rows of other teams are left out. One of them may be absent from
             the table if the other is given: it was not recorded.
         ball: the ball's name.
-        home_attacks: where home attacks in the first period, on a pitch drawn as in ``Axes``.
+        home_attacks: side that home attacks in the first period, on a pitch drawn as in ``Axes``.
     """
 
     home: str | None = None
@@ -101,7 +100,7 @@ class Teams(_Map):
 
 
 class TrackingMap(_Map):
-    """How to read a tracking table; the default is the plain form (see ``tracking.match_of``).
+    """Map of a tracking table; the default is the plain form (see ``tracking.match_of``).
 
     Attributes:
         columns, units, axes, pitch, teams: one TOML table each.
@@ -129,11 +128,11 @@ class TrackingMap(_Map):
         return states
 
     def settings(self) -> dict[str, object]:
-        """What is not the default, JSON-able: part of the match's identity."""
+        """Settings that differ from the default, as JSON values; part of the match's key."""
         return self.model_dump(mode="json", exclude_defaults=True)
 
     def meaning(self, word: str) -> tuple[str, Side | None] | None:
-        """Event and team of a word of ``states``, None if it is not there."""
+        """Event and team of a word of ``states``; None if the map does not have the word."""
         if word not in self.states:
             return None
         event, *team = self.states[word].split()
@@ -141,7 +140,7 @@ class TrackingMap(_Map):
 
 
 def load_map(text: str, where: str = "the map") -> TrackingMap:
-    """A map from TOML.
+    """Map from TOML.
 
     Args:
         text: TOML with the tables of :class:`TrackingMap`.

@@ -1,4 +1,4 @@
-"""Columns of a tracking table, whatever file it was in: under our names, typed, and nothing more."""
+"""Columns of a tracking table: found, named and typed, and nothing more."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _WHOLE = ("frame", "score_home", "score_away")
 _REAL = ("x", "y", "heading", "vx", "vy", "omega")
 _TEXT = ("team", "player", "game_state", "segment")
 
-#: A match of more than a day is a wrong unit of time.
+#: Longest match, one day; a longer one is a wrong unit of time.
 _MAX_SPAN_NS = 86_400_000_000_000
-#: Words for a value that is not there; not-a-number is one too where a name is expected.
+#: Words for an absent value, and for an absent name.
 _ABSENT = ("", "null", "None", "NA")
 _NOTHING = (*_ABSENT, "nan", "NaN")
 
@@ -53,8 +53,8 @@ def typed(raw: RawTable, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame,
     Returns:
         The table and what was found wrong. ``frame`` Int64 (the rank of ``t`` where the file has
         none), ``t_ns`` Int64 from the earliest sample, ``team`` and ``player`` String, ``x`` and
-        ``y`` Float64, and those of the other columns that are there. Null is a value that is not
-        there; NaN one that is not a number. Rows without a frame, time or team are left out.
+        ``y`` Float64, and the other columns that the file has. Null is an absent value, NaN a value that
+        is not a number. Rows without a frame, time or team are left out.
 
     Raises:
         BadRecording: if a column has a wrong type, or frames, scores or times cannot be a match's.
@@ -106,7 +106,7 @@ def _meant(column: str, found: list[str]) -> str:
 
 
 def _typed(raw: pl.DataFrame, ours: str, name: str, *, text: bool) -> pl.Series:
-    """A column as whole numbers, reals or text."""
+    """Column as whole numbers, reals or text, by its name."""
     column = raw[ours]
     if ours in _TEXT:
         return _texts(column, name)
@@ -118,7 +118,7 @@ def _typed(raw: pl.DataFrame, ours: str, name: str, *, text: bool) -> pl.Series:
 
 
 def _texts(column: pl.Series, name: str) -> pl.Series:
-    """As text; whole numbers that are stored as reals are written as whole numbers."""
+    """Column as text; whole numbers that are stored as reals are written without a fraction."""
     if column.dtype.is_nested():
         raise BadRecording(
             f"column {column.name} is {column.dtype}, not names", where=name, next_step="Write it as text"
@@ -132,7 +132,7 @@ def _texts(column: pl.Series, name: str) -> pl.Series:
 
 
 def _reals(column: pl.Series, name: str, *, text: bool) -> pl.Series:
-    """As Float64; text that is not a number becomes NaN."""
+    """Column as Float64; text that is not a number becomes NaN."""
     if column.dtype.is_numeric() or column.dtype == pl.Null:
         return column.cast(pl.Float64)
     if not text:
@@ -151,13 +151,13 @@ def _reals(column: pl.Series, name: str, *, text: bool) -> pl.Series:
 
 
 def _times(column: pl.Series, unit: int, name: str, *, text: bool) -> pl.Series:
-    """Nanoseconds from the earliest sample, Int64; null where there is no time."""
+    """Nanoseconds from the earliest sample, Int64; null where the time is absent."""
     integral = column.dtype.is_integer() or (text and unit < _SECOND)
     whole = column.cast(pl.Int64, strict=False) if integral else column
     if not whole.dtype.is_integer() or whole.null_count() > column.null_count():
         real = _reals(column, name, text=text)
         whole = real.set(~real.is_finite().fill_null(False), None)
-    # counted from the first before they are multiplied: nanoseconds since 1970 do not fit a float
+    # the first time is subtracted before the multiplication: nanoseconds since 1970 do not fit a float
     since = whole - whole.min()
     if (since > _MAX_SPAN_NS // unit).any():
         raise BadRecording(
@@ -167,7 +167,7 @@ def _times(column: pl.Series, unit: int, name: str, *, text: bool) -> pl.Series:
 
 
 def _check(table: pl.DataFrame, name: str) -> None:
-    """Raises on numbers that no match can have."""
+    """Raise on frame numbers and scores that no match can have."""
     if not table["frame"].is_between(0, 2**32 - 1).all():
         raise BadRecording("has frame numbers below 0 or above 4294967295", where=name, next_step=_MAP)
     for score in ("score_home", "score_away"):

@@ -1,6 +1,6 @@
-"""The log's messages as CDR payloads: samples, referee events and decisions.
+"""CDR payloads of the log's messages: samples, referee events and decisions.
 
-Sources: OMG CDR (XCDR1, little-endian; alignment counts from behind the four bytes of
+Sources: OMG CDR (XCDR1, little-endian; alignment counts from the end of the four bytes of
 encapsulation), and the definitions in ``schemas/*.msg``.
 """
 
@@ -21,12 +21,12 @@ from schemas.matches import EVENTS
 #: The bytes 00 01 00 00: plain CDR, little-endian, no options.
 LITTLE_ENDIAN_CDR = 0x0000_0100
 
-#: Up to and including the length word of ``robots``; the tail is ROBOT_DTYPE [robots].
+#: Fixed part up to and including the length word of ``robots``; the tail is ROBOT_DTYPE [robots].
 FRAME_HEAD = np.dtype([*RECORD, ("number", "<u4"), ("ball", BALL_DTYPE), ("robots", "<u4")])
 _RAW_BALL = np.dtype((np.void, BALL_DTYPE.itemsize))
-#: The tail is three strings: event, team, note.
+#: Fixed part; the tail is three strings: event, team, note.
 REFEREE_HEAD = np.dtype([*RECORD, ("score_home", "<i2"), ("score_away", "<i2")])
-#: Up to and including the length word of ``behaviour_id``; the tail is its bytes.
+#: Fixed part up to and including the length word of ``behaviour_id``; the tail is its bytes.
 DECISION_HEAD = np.dtype([
     *RECORD,
     ("end_ns", "<i8"), ("state", "<i8"), ("reward", "<f8"), ("value", "<f8"), ("episode", "<i4"),
@@ -47,7 +47,7 @@ def _heads(head: np.dtype[np.void], channel: int, t_ns: I64) -> Heads:
 
 
 def pack_frames(frames: Frames, channel: int) -> Messages:
-    """The samples as messages of `schemas/Frame.msg`."""
+    """Messages of `schemas/Frame.msg` of samples."""
     heads = _heads(FRAME_HEAD, channel, frames.t_ns)
     heads["number"] = frames.number
     heads["ball"] = frames.ball
@@ -65,19 +65,19 @@ def sound_frames(messages: Messages) -> Bools:
 
 
 def unpack_frames(messages: Messages) -> Frames:
-    """The samples in messages that are all sound, in their order."""
+    """Samples of messages that are all sound, in order."""
     heads = messages.heads
     return Frames(
         number=heads["number"].copy(),
         t_ns=heads["log_time"].copy(),
-        ball=heads["ball"].view(_RAW_BALL).copy().view(BALL_DTYPE),  # one move a ball, not one a field
+        ball=heads["ball"].view(_RAW_BALL).copy().view(BALL_DTYPE),  # one move per ball, not one per field
         offsets=messages.offsets // ROBOT_DTYPE.itemsize,
         robots=messages.tails.view(ROBOT_DTYPE),
     )
 
 
 def _addressed(messages: Messages) -> Bools:
-    """Whether each message has a time that fits and the plain little-endian encapsulation."""
+    """Whether each message has a time that fits int64 and the plain little-endian encapsulation, bool [K]."""
     heads = messages.heads
     fits: Bools = (heads["log_time"] >= 0) & (heads["encapsulation"] & 0xFFFF == LITTLE_ENDIAN_CDR)
     return fits
@@ -87,7 +87,7 @@ def _addressed(messages: Messages) -> Bools:
 
 
 def pack_referee(referee: pl.DataFrame, channel: int) -> Messages:
-    """Rows of schema Referee as messages of `schemas/RefereeEvent.msg`, in their order."""
+    """Messages of `schemas/RefereeEvent.msg` of rows of schema Referee, in order."""
     heads = _heads(REFEREE_HEAD, channel, referee["t_ns"].to_numpy())
     for score in ("score_home", "score_away"):
         heads[score] = referee[score].fill_null(-1).to_numpy()
@@ -126,7 +126,7 @@ def _strings(values: Sequence[str]) -> bytes:
 
 
 def _read_strings(data: bytes, count: int) -> list[str] | None:
-    """``count`` CDR strings, or None if they are not well-formed."""
+    """CDR strings, ``count`` of them; None if they are malformed."""
     out, at = [], 0
     for _ in range(count):
         at += -at % 4
@@ -153,7 +153,7 @@ def _text(data: bytes, length: int) -> str | None:
 
 
 def pack_decisions(decisions: pl.DataFrame, channel: int) -> Messages:
-    """Rows of schema Decisions as messages of `schemas/Decision.msg`, in their order.
+    """Messages of `schemas/Decision.msg` of rows of schema Decisions, in order.
 
     Every decision in a log was chosen, so the message does not carry that column.
     """

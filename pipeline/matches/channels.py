@@ -20,10 +20,10 @@ class Topic(NamedTuple):
     """Name and message definition of a channel.
 
     Attributes:
-        name: of the channel.
-        message: name of its definition in ``schemas/``.
-        parts: of the definitions that it refers to.
-        head: layout of the fixed part of its messages.
+        name: the topic's name.
+        message: name of the messages' definition in ``schemas/``.
+        parts: names of the definitions that it refers to.
+        head: layout of the fixed part of a message.
     """
 
     name: str
@@ -33,7 +33,7 @@ class Topic(NamedTuple):
 
     @cache  # noqa: B019 - there are three topics
     def definition(self) -> str:
-        """The definition with those it refers to, as MCAP's ``ros2msg`` encoding wants it."""
+        """Definition with those it refers to, in MCAP's ``ros2msg`` encoding."""
         folder = resources.files("schemas")
         text = folder.joinpath(f"{self.message}.msg").read_text(encoding="utf-8")
         for part in self.parts:

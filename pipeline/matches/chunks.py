@@ -1,6 +1,6 @@
 """MCAP's chunks as bytes: filled and sealed, opened and checked.
 
-Nothing here trusts its input. Sizes and checksums are checked before the content is used.
+Sizes and checksums are verified before the bytes are used.
 
 Source: the MCAP specification, sections Chunk, Message Index.
 """
@@ -19,16 +19,38 @@ import zstandard
 from pipeline.matches.frame import I64
 from pipeline.matches.records import CHUNK, FRAMING_BYTES, MESSAGE_INDEX, U8, Records, as_array, walk
 
-#: A chunk that declares more bytes than this is not decompressed.
+#: Most bytes of content; a chunk that declares more is not decompressed.
 MAX_CHUNK_BYTES = 64 << 20
 
 _FRAMING = struct.Struct("<BQ")
-_CHUNK_HEAD = struct.Struct("<QQQII")  # first time, last time, size, CRC, length of the compression's name
+_CHUNK_HEAD = struct.Struct("<QQQII")
 _INDEX_HEAD = struct.Struct("<HI")  # channel, bytes that follow
 
 
 class DamagedChunk(Exception):
-    """Reason why a chunk cannot be used; the reader reports it as a flaw, users never see the exception."""
+    """A chunk that cannot be used, and why; the reader of the file reports it as a flaw."""
+
+
+class _ChunkHead(NamedTuple):
+    """Fixed part of a chunk record.
+
+    Attributes:
+        start_ns, end_ns: first and last log time, both included.
+        size: bytes of the content, uncompressed.
+        crc: CRC-32 of the content, 0 if there is none.
+        name_bytes: length of the compression's name.
+    """
+
+    start_ns: int
+    end_ns: int
+    size: int
+    crc: int
+    name_bytes: int
+
+    @classmethod
+    def of(cls, body: memoryview) -> _ChunkHead | None:
+        """Head of a chunk record; None if the record is too short."""
+        return cls(*_CHUNK_HEAD.unpack_from(body)) if len(body) >= _CHUNK_HEAD.size else None
 
 
 class Piece(NamedTuple):
@@ -48,12 +70,12 @@ class Piece(NamedTuple):
 
 
 class SealedChunk(NamedTuple):
-    """A chunk with the message indexes that follow it, as the chunk index wants it.
+    """A chunk with the message indexes that follow it, and its entry in the chunk index.
 
     Attributes:
         data: all their bytes.
-        length: of the chunk record.
-        index_offsets: channel to where its message index starts in ``data``.
+        length: bytes of the chunk record.
+        index_offsets: start of each channel's message index in ``data``.
         start_ns, end_ns: first and last log time, both included.
         stored, size: bytes of the content, compressed and uncompressed.
     """
@@ -82,13 +104,13 @@ class ChunkBuffer:
         self._size = 0
 
     def add(self, channel: int, t_ns: I64, content: U8, starts: I64) -> Iterator[SealedChunk]:
-        """Add messages; yields the chunks that become full.
+        """Add messages, and yield each chunk that becomes full.
 
         Args:
             channel: their channel's id.
             t_ns: int64 [K], their log times.
-            content: uint8, their records, one behind the other.
-            starts: int64 [K + 1], where each starts, and the last one ends.
+            content: uint8, their records, one after another.
+            starts: int64 [K + 1], start of each record, and the end of the last one.
         """
         first, count = 0, len(t_ns)
         while first < count:
@@ -106,7 +128,7 @@ class ChunkBuffer:
             first = last
 
     def seal(self) -> Iterator[SealedChunk]:
-        """Seal and yield the chunk in progress, unless it is empty; the next one begins."""
+        """Yield the chunk in progress, unless it is empty, and begin the next one."""
         if self._pieces:
             sealed = _seal(self._pieces, self._compressor)
             self._pieces, self._size = [], 0
@@ -114,12 +136,13 @@ class ChunkBuffer:
 
 
 def _seal(pieces: Sequence[Piece], compressor: zstandard.ZstdCompressor) -> SealedChunk:
-    """One chunk, compressed, of at least one piece, with its CRC and message indexes."""
+    """Chunk of at least one piece, compressed, with its CRC and message indexes."""
     content = pieces[0].content if len(pieces) == 1 else np.concatenate([p.content for p in pieces])
     start, end = min(int(p.t_ns.min()) for p in pieces), max(int(p.t_ns.max()) for p in pieces)
     blob = compressor.compress(content.data)
-    head = _CHUNK_HEAD.pack(start, end, len(content), zlib.crc32(content.data), 4) + b"zstd"
-    head += len(blob).to_bytes(8, "little")
+    compression = b"zstd"
+    fixed = _ChunkHead(start, end, len(content), zlib.crc32(content.data), len(compression))
+    head = _CHUNK_HEAD.pack(*fixed) + compression + len(blob).to_bytes(8, "little")
     parts = [_FRAMING.pack(CHUNK, len(head) + len(blob)), head, blob]
     length = at = sum(map(len, parts))
     index_offsets = {}
@@ -138,33 +161,34 @@ def _seal(pieces: Sequence[Piece], compressor: zstandard.ZstdCompressor) -> Seal
 
 def chunk_span(body: memoryview) -> tuple[int, int]:
     """First and last log time that a chunk declares, both included; 0 and 0 if it is too short."""
-    return _CHUNK_HEAD.unpack_from(body)[:2] if len(body) >= _CHUNK_HEAD.size else (0, 0)
+    head = _ChunkHead.of(body)
+    return (head.start_ns, head.end_ns) if head else (0, 0)
 
 
 def chunk_size(body: memoryview) -> int:
-    """Bytes of content that a chunk declares; 0 if more than ``MAX_CHUNK_BYTES``."""
-    size: int = _CHUNK_HEAD.unpack_from(body)[2] if len(body) >= _CHUNK_HEAD.size else 0
-    return size if size <= MAX_CHUNK_BYTES else 0
+    """Bytes of content that a chunk declares; 0 if it declares more than ``MAX_CHUNK_BYTES``."""
+    head = _ChunkHead.of(body)
+    return head.size if head and head.size <= MAX_CHUNK_BYTES else 0
 
 
 def unseal(body: memoryview) -> tuple[U8, Records]:
-    """A chunk's content and the records in it, after all checks.
+    """Content of a chunk and the records in it, after all checks.
 
     Raises:
-        DamagedChunk: if its size is over ``MAX_CHUNK_BYTES`` or not what it declares, its CRC does
-            not hold, it does not decompress, or its content is not a row of whole records.
+        DamagedChunk: if its size exceeds ``MAX_CHUNK_BYTES`` or differs from what it declares, its CRC
+            does not hold, it does not decompress, or its content is not a sequence of whole records.
     """
-    if len(body) < _CHUNK_HEAD.size:
+    head = _ChunkHead.of(body)
+    if head is None:
         raise DamagedChunk("is too short")
-    _, _, size, crc, name_bytes = _CHUNK_HEAD.unpack_from(body)
-    name_end = _CHUNK_HEAD.size + name_bytes
+    size, name_end = head.size, _CHUNK_HEAD.size + head.name_bytes
     blob = body[name_end + 8:]
     if name_end + 8 > len(body) or int.from_bytes(body[name_end:name_end + 8], "little") != len(blob):
         raise DamagedChunk("has a damaged header")
     if size > MAX_CHUNK_BYTES:
         raise DamagedChunk(f"declares {size} bytes, over the limit of {MAX_CHUNK_BYTES}")
     content = _decompress(blob, bytes(body[_CHUNK_HEAD.size:name_end]), size)
-    if crc and zlib.crc32(content) != crc:
+    if head.crc and zlib.crc32(content) != head.crc:
         raise DamagedChunk("does not have the content that its CRC vouches for")
     array = as_array(content)
     records, end = walk(array, 0, size)
@@ -174,7 +198,7 @@ def unseal(body: memoryview) -> tuple[U8, Records]:
 
 
 def _decompress(blob: memoryview, compression: bytes, size: int) -> bytes | memoryview:
-    """Decompress to exactly ``size`` bytes, never allocating much more."""
+    """Decompressed bytes, exactly ``size``; little more is allocated, whatever the compressed bytes say."""
     content: bytes | memoryview
     try:
         if compression == b"":

@@ -35,7 +35,7 @@ def is_sound(texts: dict[str, str]) -> bool:
 
 
 def parse(texts: dict[str, str], *, where: str) -> tuple[MatchInfo, pl.DataFrame]:
-    """A sound description's info, and its rows of schema Quality.
+    """Info and rows of schema Quality of a sound record.
 
     Raises:
         DamagedLog: if it does not fit this version's description; the message names the field.

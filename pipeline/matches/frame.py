@@ -1,6 +1,6 @@
 """A match in memory, and its frames of reference.
 
-Everything between an importer (or the simulator) and the log is a :class:`MatchLog`.
+Importers and the simulator make a :class:`MatchLog`, and the log stores one.
 Time is integer nanoseconds since the first sample; lengths are metres; angles radians.
 """
 
@@ -62,7 +62,7 @@ class MatchInfo(BaseModel):
 
     Attributes:
         match_id: ``<slug>-<hash>``.
-        source: name of the file it came from.
+        source: name of the file that was imported.
         format: of the source, as its importer names it; world if the match was played here.
         home, away: the teams' names.
         started_at: time of the first sample, None where unknown.
@@ -94,7 +94,7 @@ class MatchInfo(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Frames:
-    """The samples of a match, in the order in which they were recorded.
+    """Samples of a match, in the order in which they were recorded.
 
     Attributes:
         number: uint32 [F], the source's own frame number.
@@ -151,7 +151,7 @@ class MatchLog:
 
 
 def wrap(angle: npt.NDArray[A]) -> npt.NDArray[A]:
-    """The same angle in (-pi, pi], same shape and dtype; NaN stays NaN."""
+    """Angle in (-pi, pi] radians, same shape and dtype; NaN stays NaN."""
     turn = angle.dtype.type(2 * np.pi)
     half = angle.dtype.type(np.pi)
     wrapped: npt.NDArray[A] = half - np.mod(half - angle, turn)
@@ -161,7 +161,8 @@ def wrap(angle: npt.NDArray[A]) -> npt.NDArray[A]:
 def home_attacks(periods: tuple[Period, ...], t_ns: I64) -> npt.NDArray[np.int8]:
     """Direction along x in which the home team attacks at each time, +1 or -1, int8 [F].
 
-    A time outside all periods takes the nearest one before it; with no periods at all it is +1.
+    A time outside all periods has the direction of the last period before it, one before all periods that
+    of the first. Without periods the direction is +1.
     """
     if not periods:
         return np.ones(len(t_ns), dtype=np.int8)

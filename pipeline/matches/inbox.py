@@ -33,9 +33,9 @@ class Inbox:
         """Declare a channel; the first declaration counts.
 
         Args:
-            channel: its id.
-            name: of its topic.
-            definition: of its messages if they are CDR by a ``ros2msg`` definition, else None.
+            channel: the channel's id.
+            name: the topic's name.
+            definition: definition of the messages if they are CDR with a ``ros2msg`` schema, else None.
         """
         if channel in self._topics:
             return
@@ -50,7 +50,7 @@ class Inbox:
         self._collectors = {i: Collector(topic.head, capacity) for i, topic in TOPICS.items()}
 
     def take(self, content: U8, records: Records) -> None:
-        """Take the messages among records of ``content`` (uint8), in their order."""
+        """Take the messages among the records of ``content`` (uint8), in order."""
         is_message = records.opcodes == MESSAGE
         if not is_message.all():
             records = records.keep(is_message)
@@ -69,7 +69,7 @@ class Inbox:
             self._collectors[topic].take(content, own)
 
     def frames(self) -> Frames:
-        """The samples, in the order in which they were taken."""
+        """Samples in the order in which they were taken."""
         messages = self._collectors[FRAME].messages()
         sound = cdr.sound_frames(messages)
         self._skip(_malformed(FRAME), messages.heads["log_time"][~sound])

@@ -1,8 +1,8 @@
-"""MCAP's message records in batches, as numpy arrays.
+"""Batches of MCAP's message records, as numpy arrays.
 
 A message is a *head* of fixed layout (the record's framing and the payload's fixed fields) and a
-*tail* of any length (the robots of a frame, the strings of an event). A whole chunk is laid out
-from heads and tails, or taken apart into them, without a Python loop over its messages.
+*tail* of any length (the robots of a frame, the strings of an event). A whole chunk is assembled
+from heads and tails, or split into them, without a Python loop over its messages.
 
 Source: the MCAP specification, section Message.
 """
@@ -21,7 +21,7 @@ from pipeline.matches.records import FRAMING_BYTES, MESSAGE, U8, Records
 Bools = npt.NDArray[np.bool_]
 Heads = npt.NDArray[np.void]
 
-#: Fields with which every head begins: the record's own, and the first of a CDR payload.
+#: First fields of every head: those of the record, and the first of a CDR payload.
 RECORD = [
     ("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"),
     ("log_time", "<i8"), ("publish_time", "<i8"), ("encapsulation", "<u4"),
@@ -33,8 +33,8 @@ class Messages:
     """Messages of one channel.
 
     Attributes:
-        heads: [K], of a dtype that begins with ``RECORD``; opcode and length are set by :func:`lay_out`.
-        tails: uint8 [offsets[-1]], all tails one after another.
+        heads: [K], dtype that begins with ``RECORD``; opcode and length are set by :func:`lay_out`.
+        tails: uint8 [offsets[-1]], the tails one after another.
         offsets: int64 [K + 1]; the tail of message i is ``tails[offsets[i]:offsets[i + 1]]``.
     """
 
@@ -56,7 +56,7 @@ class Messages:
         return np.diff(self.offsets)
 
     def keep(self, mask: Bools) -> Messages:
-        """Only the messages where ``mask`` [K] is true; itself if that is all of them."""
+        """Messages where ``mask`` [K] is true; the same object if all are."""
         if mask.all():
             return self
         offsets = np.concatenate(([0], np.cumsum(self.tail_bytes()[mask])))
@@ -67,8 +67,8 @@ class Collector:
     """Collects the messages of one chunk after another; each is copied once.
 
     Args:
-        head: layout of the fixed part of their records.
-        capacity: bytes that all records may take together; memory is used only as they come.
+        head: layout of the fixed part of the records.
+        capacity: most bytes of all records together; pages are used only as records come.
     """
 
     def __init__(self, head: np.dtype[np.void], capacity: int) -> None:
@@ -80,7 +80,7 @@ class Collector:
         self._offsets[0] = self._count = 0
 
     def take(self, content: U8, records: Records) -> None:
-        """Take message records of ``content``, each with a body at least as long as the head's part."""
+        """Take message records of ``content``; each body is at least as long as its part of the head."""
         if not len(records.bodies):
             return
         first, last = self._count, self._count + len(records.bodies)
@@ -98,10 +98,10 @@ class Collector:
 
 
 def lay_out(messages: Messages) -> tuple[U8, I64]:
-    """The messages as MCAP records, one behind the other.
+    """Messages as MCAP records, one after another.
 
     Returns:
-        The bytes, uint8 [starts[-1]], and where each record starts, int64 [K + 1].
+        The bytes, uint8 [starts[-1]], and the start of each record with the end of the last, int64 [K + 1].
     """
     heads, size = messages.heads, messages.heads.dtype.itemsize
     heads["opcode"] = MESSAGE
@@ -141,11 +141,11 @@ def _split(content: U8, starts: I64, offsets: I64, heads: U8, tails: U8) -> None
 
 @njit(cache=True, nogil=True, inline="always")
 def _copy(source: U8, target: U8) -> None:
-    # over slices, whose indices cannot be negative, this loop becomes wide moves: 20 times faster
+    # indices of slices cannot be negative, so that this loop becomes wide moves: 20 times faster
     for j in range(len(source)):
         target[j] = source[j]
 
 
 def bytes_of(array: npt.NDArray[np.void]) -> U8:
-    """An array's bytes, uint8 [bytes]; a view where it is contiguous."""
+    """Bytes of an array, uint8 [bytes]; a view if the array is contiguous."""
     return np.ascontiguousarray(array).view(np.uint8)

@@ -27,10 +27,10 @@ from pipeline.matches.quality import Flaw, quality_table
 from pipeline.matches.records import FRAMING_BYTES, U8, Records, as_array, find_records, walk
 from schemas import Quality
 
-#: A log whose chunks declare more than this together is not read.
+#: Most bytes of content of all chunks; a log that declares more is not read.
 MAX_LOG_BYTES = 2 << 30
 
-_REASONS = 3  # that ``incomplete_reason`` names; ``quality`` has them all
+_REASONS = 3  # in ``incomplete_reason``; ``quality`` has all of them
 _FOOTER_BYTES = FRAMING_BYTES + 20
 _DATA_END_BYTES = FRAMING_BYTES + 4
 R = TypeVar("R")
@@ -40,10 +40,10 @@ class _SummarySection(NamedTuple):
     """The summary section of a file, after its CRC was checked.
 
     Attributes:
-        start: where it starts.
-        chunks: the index of the chunks.
-        messages: how many the file has, None where it does not say.
-        landmarks: places in the data section where a record starts, ascending.
+        start: start of the section.
+        chunks: index of the chunks.
+        messages: number of messages in the file, None if the file does not state it.
+        landmarks: starts of some records of the data section, ascending.
     """
 
     start: int
@@ -68,9 +68,9 @@ def read(data: bytes | memoryview, *, where: str, default_info: MatchInfo | None
             from its earliest message.
 
     Raises:
-        NoFrames: if none of its frames can be read.
-        DamagedLog: if the file is not MCAP, it declares more than ``MAX_LOG_BYTES``, or it does not say
-            which match it is and ``default_info`` is None.
+        NoFrames: if no frame can be read.
+        DamagedLog: if the file is not MCAP, declares more than ``MAX_LOG_BYTES``, or has no metadata record
+            of ours and ``default_info`` is None.
     """
     return _Reading(memoryview(data).cast("B"), where).log(default_info)
 
@@ -86,7 +86,7 @@ class _Reading:
         self._inbox = Inbox()
 
     def log(self, default_info: MatchInfo | None) -> MatchLog:
-        """The match; see :func:`read`."""
+        """Match of the file; see :func:`read`."""
         magic = len(MCAP0_MAGIC)
         if MCAP0_MAGIC not in (bytes(self._view[:magic]), bytes(self._view[-magic:])):
             raise self._error("is not an MCAP file", "Import recordings of other formats first")

@@ -35,17 +35,17 @@ from pipeline.matches.records import encoded
 from pipeline.store.tables import check
 from schemas import Decisions, Quality, Referee
 
-#: A chunk's content; three a side fill it in about 20 s of a match.
+#: Bytes of a chunk's content; three a side fill it in about 20 s of a match.
 CHUNK_BYTES = 256 << 10
-#: Of zstd. Positive levels code bodies' coordinates, which are nearly noise, by entropy: files are 6 %
-#: smaller, but take half as long again to write and more than twice as long to decompress.
+#: Compression level of zstd. Positive levels code coordinates, which are nearly noise, by entropy: files
+#: are 6 % smaller, but take 1.5 times as long to write and more than twice as long to decompress.
 LEVEL = -1
 
 _SLICE = 1024  # frames that `write` lays out at once: they stay in the cache
 
 
 class Recorder:
-    """A log that is written while the match is played.
+    """Log of a match in progress.
 
     A chunk is written and handed to the system when it is full, and at each :meth:`flush`. Messages in no
     chunk yet are lost with the process. As a context manager it closes the log unless an exception ends
@@ -108,21 +108,20 @@ class Recorder:
             self._append(DECISION, cdr.pack_decisions(decisions, DECISION))
 
     def flush(self) -> None:
-        """Write what is pending, as a chunk of its own: whoever kills the process now loses nothing.
+        """Write pending messages as a chunk of their own, so that they survive the process.
 
-        It is not synced, so that a machine that fails may still lose it. A chunk of few messages costs
-        room: chunks of a second (60 frames of six robots) make a log 2.2 % larger, chunks of 1,024 frames
-        0.02 %.
+        They are not synced: a machine that fails may still lose them. Small chunks cost room: chunks of a
+        second (60 frames of six robots) make a log 2.2 % larger, chunks of 1,024 frames 0.02 %.
         """
         for chunk in self._buffer.seal():
             self._put_chunk(chunk)
 
     def close(self, *, info: MatchInfo | None = None, quality: pl.DataFrame | None = None) -> None:
-        """Write what is pending, the description again, and the summary; the stream stays open.
+        """Write pending messages, the description again, and the summary; the stream stays open.
 
         Args:
-            info: what is known of the match at its end, if that is more than at its start.
-            quality: rows of schema Quality that the log is to carry.
+            info: facts of the match at its end; None if they are those of its start.
+            quality: rows of schema Quality that the log carries.
 
         Raises:
             SchemaMismatch: if ``quality`` is not a table of schema Quality.
@@ -214,13 +213,13 @@ class Recorder:
 
 
 def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES, level: int = LEVEL) -> None:
-    """Write a whole match; the same log gives the same bytes.
+    """Write a whole match; the same match gives the same bytes.
 
-    Events and decisions are laid beside the frames of their time, so that a part of the file is a
+    Events and decisions are written beside the frames of their time, so that a part of the file is a
     part of the match.
 
     Args:
-        log: what to write; its quality rows go along.
+        log: the match, with its quality rows.
         stream: buffered, writable; nothing has been written to it yet, and it stays open.
         chunk_bytes: see :class:`Recorder`.
         level: of zstd.

@@ -46,7 +46,7 @@ class Records(NamedTuple):
 
 
 def encoded(*records: McapRecord) -> bytes:
-    """Records that hold no messages, one behind the other."""
+    """Bytes of records that hold no messages, one after another."""
     builder = RecordBuilder()
     for record in records:
         record.write(builder)
@@ -55,7 +55,7 @@ def encoded(*records: McapRecord) -> bytes:
 
 
 def as_array(data: bytes | memoryview) -> U8:
-    """The same bytes as a read-only array, uint8."""
+    """Bytes as a read-only array, uint8; they are not copied."""
     array = np.frombuffer(data, dtype=np.uint8)
     array.flags.writeable = False
     return array
@@ -64,13 +64,13 @@ def as_array(data: bytes | memoryview) -> U8:
 def find_records(
     content: U8, start: int, stop: int, landmarks: Sequence[int]
 ) -> tuple[Records, int, list[int]]:
-    """The records in ``content[start:stop]``, up to and including the DataEnd.
+    """Records in ``content[start:stop]``, up to and including the DataEnd, also after damaged ones.
 
     Args:
         content: uint8, the whole file.
-        start: where the first record starts.
-        stop: where records end at the latest, exclusive.
-        landmarks: where records are known to start, ascending; after damage the search goes on there.
+        start: start of the first record.
+        stop: end of the records at the latest, exclusive.
+        landmarks: known starts of records, ascending; after damage the search goes on at the next one.
 
     Returns:
         The records, the end of the last one, and the starts of damaged ones.
@@ -82,12 +82,12 @@ def find_records(
         starts = records.bodies - FRAMING_BYTES
         whole = len(starts)
         run_over = [place for place in ahead if place < end and not _includes(starts, place)]
-        if run_over:  # the record that runs over the landmark has a wrong length
+        if run_over:  # the record that covers the landmark has a wrong length
             resume = run_over[0]
             whole = int(np.searchsorted(starts, resume)) - 1
         else:
             resume = next((place for place in ahead if place >= end), -1)
-            if resume >= 0 and whole and records.opcodes[-1] == DATA_END:  # that is not what it is
+            if resume >= 0 and whole and records.opcodes[-1] == DATA_END:  # no DataEnd: records follow
                 whole -= 1
         parts.append(records.keep(slice(0, whole)))
         if resume < 0:
@@ -112,7 +112,7 @@ def _includes(ascending: I64, value: int) -> bool:
 
 
 def walk(content: U8, start: int, stop: int) -> tuple[Records, int]:
-    """The records in ``content[start:stop]``, up to and including a DataEnd.
+    """Records in ``content[start:stop]``, up to and including a DataEnd.
 
     Returns:
         The records, and the end of the last whole one. It is less than ``stop`` after a DataEnd, and

@@ -1,4 +1,4 @@
-"""The match as a row of the catalogue's table."""
+"""Row of a match in the table Matches."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from schemas import Matches
 
 
 def row(log: MatchLog) -> pl.DataFrame:
-    """The match as one row of schema Matches.
+    """Match as one row of schema Matches.
 
-    The sampling rate is 1 / median of the positive intervals between consecutive samples; the score
-    is the last that the referee is known to have said, null if a goal of an unknown team followed.
+    The sampling rate is 1 / median of the positive intervals between consecutive samples. The score is the
+    last one that the referee told, null if a goal of an unknown team followed.
     """
     info, frames = log.info, log.frames
     steps = np.diff(frames.t_ns)

@@ -1,1 +1,1 @@
-"""The noun trajectories: logs as one table of bodies, cleaned, with velocities and roles."""
+"""Trajectories: a log as one table of bodies, cleaned, with velocities and roles."""

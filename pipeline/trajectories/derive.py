@@ -1,4 +1,4 @@
-"""Trajectories: the log's frames cleaned, turned, cut into stretches of play, with velocities and roles."""
+"""Trajectories of a log: frames cleaned, turned, cut into stretches of play, with velocities and roles."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ class _Bodies:
     Attributes:
         frame: index of the sample in order of time.
         team: index into BODIES.
-        robot: its number, 0 for the ball.
+        robot: number of the robot, 0 for the ball.
         role: index into ROLES, _NO_ROLE for the ball.
-        x, y, theta: home attacks +x; theta is NaN where unknown.
+        x, y, theta: metres and radians, home attacks +x; theta is NaN where unknown.
     """
 
     frame: I64
@@ -50,11 +50,11 @@ class _Bodies:
         return len(self.frame)
 
     def key(self) -> npt.NDArray[np.int32]:
-        """One number a body, in the order of the schema."""
+        """Number of the body of each row, int32 [n], in the order of the schema."""
         return self.team.astype(np.int32) << 16 | self.robot
 
     def take(self, rows: I64 | Bools) -> _Bodies:
-        """Some of the rows."""
+        """Bodies of some of the rows."""
         return _Bodies(*(getattr(self, name)[rows] for name in self.__slots__))
 
 
@@ -76,8 +76,8 @@ def trajectories(log: MatchLog, settings: TrajectorySettings) -> tuple[pl.DataFr
     for ``jump_accept_s``, it counts as put there, and for the ball a new segment begins.
 
     Args:
-        log: of the match; its frames as recorded, in any order.
-        settings: of the stage.
+        log: the match; its frames as recorded, in any order.
+        settings: settings of the stage.
 
     Returns:
         Rows of schema Trajectories, sorted as it says: one for each body with finite x and y in each
@@ -145,7 +145,7 @@ def _ns(seconds: float) -> int:
 
 
 def _ball(log: MatchLog, order: I64) -> _Bodies:
-    """The ball in each kept frame, as logged."""
+    """Ball in each kept frame, as logged."""
     ball = log.frames.ball[order]
     n = len(ball)
     return _Bodies(
@@ -160,7 +160,7 @@ def _ball(log: MatchLog, order: I64) -> _Bodies:
 
 
 def _robots(log: MatchLog, order: I64) -> _Bodies:
-    """The robots in each kept frame, as logged, frame by frame; roles are yet to be assigned."""
+    """Robots in each kept frame, as logged, frame by frame, without roles."""
     counts = log.frames.counts()[order]
     ends = np.cumsum(counts)
     # consecutive rows from each frame's own offset on
@@ -185,7 +185,7 @@ def _robots(log: MatchLog, order: I64) -> _Bodies:
 
 
 def _turn(bodies: _Bodies, sign: npt.NDArray[np.int8]) -> _Bodies:
-    """The bodies with home attacking +x; sign is +1 or -1 for each sample."""
+    """Bodies turned so that home attacks +x; ``sign`` is home's direction at each sample, int8 [F]."""
     of_row = sign[bodies.frame].astype(np.float32)
     theta = np.where(np.isfinite(bodies.theta), bodies.theta, np.float32(np.nan))
     theta[of_row < 0] += np.float32(np.pi)
@@ -213,7 +213,7 @@ def _flaw_over(flaw: str, times: I64, note: str, team: str | None = None) -> lis
 
 
 def _with_roles(robots: _Bodies, goal_x: float, t_ns: I64) -> tuple[_Bodies, list[Flaw]]:
-    """The robots with their roles, body-contiguous, each once a frame."""
+    """Robots with their roles, body-contiguous, each once per frame, and a flaw for repeated ones."""
     role = assign_roles(robots.frame, robots.team - _HOME, robots.robot, robots.x, robots.y, goal_x)
     twice = role == REPEATED
     note = "robot twice in a frame: the first is kept"
@@ -221,13 +221,13 @@ def _with_roles(robots: _Bodies, goal_x: float, t_ns: I64) -> tuple[_Bodies, lis
     robots = replace(robots, role=role)
     if flaws:
         robots = robots.take(~twice)
-    # numpy sorts 16 bits by radix, and so many hold the key: team in the highest, a number in the rest
+    # numpy sorts 16 bits by radix, and the key fits: the team is the highest bit, the number the rest
     key = (robots.team - _HOME).astype(np.uint16) << np.uint16(15) | robots.robot
     return robots.take(np.argsort(key, kind="stable")), flaws
 
 
 def _parts(bodies: _Bodies, stretches: Stretches, also: Bools | None = None) -> I64:
-    """A number that changes with the body, with the stretch, and where ``also`` is true; int64 [n]."""
+    """Part of each row, int64 [n]: it changes with the body, with the stretch, and where ``also`` is true."""
     key, number = bodies.key(), stretches.number[bodies.frame]
     change = np.zeros(len(bodies), dtype=np.bool_)
     change[1:] = (np.diff(key) != 0) | (np.diff(number) != 0)
@@ -271,7 +271,7 @@ def _jump_flaws(bodies: _Bodies, t_ns: I64, suspect: Bools, moved: Bools) -> lis
 
 
 def _ball_lost(ball: _Bodies, t_ns: I64, hole_ns: int) -> list[Flaw]:
-    """One flaw for each time longer than ``hole_ns`` in which frames go on without the ball."""
+    """Flaws of a lost ball: one per time longer than ``hole_ns`` with frames but no ball."""
     lost = np.ones(len(t_ns), dtype=np.bool_)
     lost[ball.frame] = False
     flaws = []
@@ -286,7 +286,7 @@ def _velocities(
     bodies: _Bodies, t_ns: I64, stretches: Stretches, suspect: Bools, moved: Bools,
     settings: TrajectorySettings,
 ) -> tuple[F32, F32, F32]:
-    """vx, vy and omega, float32 [n] each, NaN where they cannot be estimated."""
+    """Velocities vx, vy (m/s) and omega (rad/s), float32 [n] each; NaN where they cannot be estimated."""
     part = _parts(bodies, stretches, moved)
     times = t_ns[bodies.frame]
     half_ns, hole_ns = _ns(settings.window_s / 2), _ns(settings.hole_s)

@@ -55,7 +55,7 @@ def find_jumps(
     n = len(part)
     suspect = np.zeros(n, dtype=np.bool_)
     moved = np.zeros(n, dtype=np.bool_)
-    begin = first = last = 0  # of the part; of the place that the body keeps to; last plausible
+    begin = first = last = 0  # first row of the part, first row at the accepted place, last plausible row
     there = tip = -1  # first and last row at the new place
     for i in range(n):
         if i == 0 or body[i] != body[i - 1]:
@@ -97,9 +97,9 @@ def find_jumps(
 def slopes(part: I64, t_ns: I64, values: F64, half_ns: int, least: int) -> F32:
     """Slope of the least-squares line through the samples around each sample, per second.
 
-    The window of sample i is [t_i - half, t_i + half], both ends included, and at least
-    ``least // 2`` samples on either side; it ends where the part ends, and takes samples from its
-    other side there if it would hold fewer than ``least``. This is Savitzky-Golay smoothing of
+    The window of sample i is [t_i - half, t_i + half], both ends included, and has at least
+    ``least // 2`` samples on either side. It ends where the part ends; if it would hold fewer than
+    ``least`` samples there, it is extended on its other side. This is Savitzky-Golay smoothing of
     degree 1, for irregular times (Savitzky & Golay 1964, doi:10.1021/ac60214a047).
 
     Args:
@@ -107,7 +107,7 @@ def slopes(part: I64, t_ns: I64, values: F64, half_ns: int, least: int) -> F32:
         t_ns: int64 [n], strictly increasing within a part.
         values: float64 [k, n], finite.
         half_ns: half the width of the window.
-        least: samples that the window holds at least, where the part has so many.
+        least: least samples in a window; a shorter part is used whole.
 
     Returns:
         float32 [k, n]; NaN where the part has one sample only.
@@ -152,9 +152,9 @@ def slopes(part: I64, t_ns: I64, values: F64, half_ns: int, least: int) -> F32:
 def assign_roles(
     frame: I64, team: npt.NDArray[np.uint8], robot: npt.NDArray[np.uint16], x: F32, y: F32, goal_x: float
 ) -> npt.NDArray[np.int8]:
-    """Role of each robot among those of its team in its frame, by distance to the own goal's centre.
+    """Role of each robot in its team and frame, by distance to its own goal's centre.
 
-    The nearest is the goalkeeper (paper, section 4), the nearer ``(n - 1) // 2`` of the others are
+    The nearest robot is the goalkeeper (paper, section 4), the nearer ``(n - 1) // 2`` of the others are
     midfield, the rest strikers; the lower number wins ties. Home's own goal is at -x.
 
     Args:
@@ -163,7 +163,7 @@ def assign_roles(
         robot: uint16 [n].
         x: float32 [n], metres, home attacks +x.
         y: float32 [n], metres.
-        goal_x: distance of the goal lines from the centre.
+        goal_x: distance of the goal lines from the centre, metres.
 
     Returns:
         int8 [n]: GOALKEEPER, MIDFIELD or STRIKER; REPEATED for a robot that the frame already has.

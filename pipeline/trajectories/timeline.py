@@ -1,4 +1,4 @@
-"""The order of a match's samples, and the stretches of uninterrupted play among them."""
+"""Order of a match's samples, and its stretches of uninterrupted play."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Stretches(NamedTuple):
     """Stretch and segment of each sample [F].
 
     Attributes:
-        number: int32 [F], consecutive from 0, of the stretch; counts up at every cut.
+        number: int32 [F], number of the stretch, consecutive from 0; it counts up at every cut.
         segment: int32 [F], consecutive from 0 over the stretches of play; -1 while play is stopped.
     """
 
@@ -39,7 +39,7 @@ class Stretches(NamedTuple):
 
 
 def order_samples(t_ns: I64, reorder_ns: int) -> tuple[I64, list[Flaw]]:
-    """The frames to keep, in order of time.
+    """Indices of the frames to keep, in order of time, and the flaws of the clock.
 
     A frame that is late by at most ``reorder_ns`` is sorted back. Where the clock jumps back further,
     the frames not later than the latest time so far are left out. There is one exception: if the clock
@@ -49,7 +49,7 @@ def order_samples(t_ns: I64, reorder_ns: int) -> tuple[I64, list[Flaw]]:
 
     Args:
         t_ns: int64 [F], times as recorded.
-        reorder_ns: how late a frame may be.
+        reorder_ns: most that a frame may be late, ns.
 
     Returns:
         Indices of the kept frames, int64 [<= F], at strictly increasing times; and one flaw of each
@@ -78,7 +78,7 @@ def order_samples(t_ns: I64, reorder_ns: int) -> tuple[I64, list[Flaw]]:
 
 @njit(cache=True, nogil=True)
 def _judge_clock(t_ns: I64, reorder_ns: int) -> npt.NDArray[np.uint8]:
-    """One verdict a frame, uint8 [F]; a frame at exactly the latest time is in order."""
+    """Verdict on each frame, uint8 [F]; a frame at exactly the latest time is in order."""
     frames = len(t_ns)
     verdict = np.full(frames, IN_ORDER, dtype=np.uint8)
     before = np.int64(-(2**62))  # latest time before the clock last leapt ahead,
@@ -127,8 +127,8 @@ def cut_stretches(
     Args:
         t_ns: int64 [F], strictly increasing.
         referee: rows of schema Referee in order of time.
-        periods: of the match.
-        gap_ns: a longer time between samples is a gap.
+        periods: periods of the match.
+        gap_ns: longest time between samples without a gap, ns.
         moved: int64 [M], samples at which the ball was put elsewhere.
     """
     frames = len(t_ns)
@@ -159,7 +159,7 @@ def cut_stretches(
 
 
 def find_gaps(t_ns: I64, gap_ns: int) -> list[Flaw]:
-    """One flaw for each time between samples longer than ``gap_ns``; t_ns is int64 [F], increasing."""
+    """Flaws of gaps: one per time between samples longer than ``gap_ns``; t_ns is int64 [F], increasing."""
     long = np.flatnonzero(np.diff(t_ns) > gap_ns)
     return [
         Flaw("gap", f"{(end - start) / 1e9:.3f} s without samples", start_ns=start, end_ns=end)
