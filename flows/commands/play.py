@@ -29,8 +29,8 @@ def record_matches(
     Args:
         home: Who plays home.
         away: Who plays away.
-        seed: Decides all that is left to chance; the same seed plays the same match.
-        matches: How many; each has the next seed.
+        seed: Seed of the first match; the same seed plays the same match.
+        matches: Number of matches; each has the next seed.
         playing: How the matches are played.
         learners: How learned teams play.
         json: Print JSON.
