@@ -24,7 +24,7 @@ def record(
 
     Args:
         store: where it is kept.
-        recipe: what to play.
+        recipe: of the match.
         policies: rows of schema Policies by the label that the recipe's teams name.
 
     Raises:

@@ -69,7 +69,7 @@ class Player(NamedTuple):
 
 
 def apprentice(store: Store, season: str) -> Player:
-    """What a season has trained so far: it plays as in the season's counted matches, but tries nothing.
+    """The newest policy of a season as a team: it plays as in the counted matches, without exploration.
 
     Args:
         store: that the season belongs to.
@@ -100,7 +100,7 @@ def _player(store: Store, manifest: Manifest, name: str, settings: TeamSettings)
 
 
 def _no_season(store: Store, word: str) -> PitchloreError:
-    """Why a word that is none of the others names no season's apprentice."""
+    """The error of a word that names no team and no season's apprentice."""
     if SAFE_NAME.match(word) and (store.root / _SEASONS / word).is_dir():
         return NotFound("has no policy yet: none of its games is done", where=word,
                         next_step="Play the season with `pitchlore season`")
@@ -123,7 +123,7 @@ def policy(store: Store, version: int | None = None) -> Manifest:
 
 
 def label(manifest: Manifest) -> str:
-    """What a recipe calls a policy: whichever store it is in, its bytes tell which it is."""
+    """The name of a policy in recipes: its version and the SHA-256 of its bytes, the same in every store."""
     return f"v{manifest.version} {manifest.files['policies'].sha256}"
 
 

@@ -6,12 +6,17 @@ Row 0 is the ball, rows 1 to N the first team's robots, rows N + 1 to 2 N the se
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from numba import njit
 
 F64 = npt.NDArray[np.float64]
+#: Structured array; its dtype names the fields.
+Records = npt.NDArray[np.void]
+#: One record: a row of such an array, or one of shape []; numpy has no types for fields.
+Record = Any
 
 #: Columns: metres, radians (counter-clockwise from +x), metres and radians a second.
 X, Y, THETA, VX, VY, OMEGA = range(6)

@@ -1,4 +1,4 @@
-"""Pitches and the kinds of match: the lengths and speeds that everything else scales with.
+"""Pitches and leagues: the lengths and speeds that everything else scales with.
 
 Axes everywhere: metres, origin at the centre, x along the pitch, y to the left of +x,
 angles in radians counter-clockwise from +x.
@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class Kind(StrEnum):
-    """A league: what the robots and the ball are, and so what near and fast mean."""
+    """A league, which decides sizes and speeds of robots and ball."""
 
     VSSS = "vsss"
     SSL = "ssl"
@@ -47,7 +47,7 @@ class Pitch(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Scales:
-    """What the fuzzy terms of a kind of match are stretched by (DECISIONS.md, "Sources of numbers").
+    """Lengths and speeds that scale the fuzzy terms of a league (DECISIONS.md, "Sources of numbers").
 
     Distances are the 0.5 crossings of the Distance variable, metres.
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from pipeline.arena.match.controllers import Scripted, controller_of, measures_of
-from pipeline.arena.match.human import Command, Human
+from pipeline.arena.match.controllers import ScriptedController, controller_of, measures_of
+from pipeline.arena.match.human import Command, HumanController
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
@@ -21,7 +21,7 @@ TOP, AXLE = 1.2, 0.071
 
 
 def human():
-    return Human(3, M, np.random.default_rng(1))
+    return HumanController(3, M, np.random.default_rng(1))
 
 
 def view(ball=(0.0, 0.0)):
@@ -59,7 +59,7 @@ class TestDriving:
 
     def test_the_others_play_the_static_rules(self):
         mine = wheels_at(Command(forward=1), driven=2)
-        rules = Scripted(TeamSettings(kind="static"), 3, M, np.random.default_rng(1))
+        rules = ScriptedController(TeamSettings(kind="static"), 3, M, np.random.default_rng(1))
         theirs = np.zeros((3, 2))
         for frame in range(2):
             rules.think(frame, view(), theirs)

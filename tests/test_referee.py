@@ -29,23 +29,7 @@ from pipeline.arena.physics.laws import (
     Marks,
     RefereeSettings,
 )
-from pipeline.arena.physics.referee import (
-    AWAY_GOALS,
-    DUE,
-    FRAME,
-    HALVES_OVER,
-    HOME_GOALS,
-    NOBODY,
-    OPENER,
-    QUARTER,
-    RESUME,
-    TEAM,
-    Laws,
-    begin,
-    table,
-    told,
-    watch,
-)
+from pipeline.arena.physics.referee import NOBODY, STATE, Laws, begin, table, told, watch
 from pipeline.arena.physics.restarts import restart
 from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
 from pipeline.errors import BadSettings
@@ -80,10 +64,15 @@ def calls(frames, laws=LAWS, state=None):
     state = begin() if state is None else state
     found = []
     for bodies in frames:
-        call = watch(bodies, state, laws.lengths, laws.times)
+        call = watch(bodies, state, laws.limits)
         if call != PLAY_ON:
-            found.append((int(state[FRAME]) - 1, call))
+            found.append((int(state["frame"]) - 1, call))
     return found
+
+
+def score(state):
+    """Goals of home and away."""
+    return [int(state["home_goals"]), int(state["away_goals"])]
 
 
 def in_play(half=0, laws=LAWS, opener=HOME):
@@ -91,14 +80,14 @@ def in_play(half=0, laws=LAWS, opener=HOME):
     state = begin(opener)
     calls([scene()], laws, state)
     if half:
-        state[FRAME] = laws.duration // 2
+        state["frame"] = laws.duration // 2
         assert calls([scene()], laws, state) == [(laws.duration // 2, HALF)]
     return state
 
 
 def first(bodies, state, laws=LAWS, most=1000):
     """After how many frames of this scene there is a call, and the call."""
-    begun = int(state[FRAME])
+    begun = int(state["frame"])
     for _ in range(most):
         if found := calls([bodies], laws, state):
             return found[0][0] - begun + 1, found[0][1]
@@ -121,10 +110,10 @@ def test_a_goal_is_the_whole_ball_past_the_line_between_the_posts(half, end, sid
         found = calls([scene(ball=(end * x, side * y))], state=state)
         scorer = HOME if (end > 0) == (half == 0) else AWAY  # home attacks +x first, then -x
         assert [call for _, call in found] == [GOAL] * goal
-        assert state[[HOME_GOALS, AWAY_GOALS]].tolist() == [goal * (scorer == HOME), goal * (scorer == AWAY)]
+        assert score(state) == [goal * (scorer == HOME), goal * (scorer == AWAY)]
         if goal:
-            assert state[DUE] == KICK_OFF
-            assert state[TEAM] == 1 - scorer
+            assert state["due"] == KICK_OFF
+            assert state["team"] == 1 - scorer
 
 
 def test_an_own_goal_counts_for_the_adversary():
@@ -139,7 +128,7 @@ def test_after_a_goal_play_rests_and_nothing_is_judged_until_the_kick_off():
     inside = scene(ball=(0.8, 0.0), speed=0.0, home=((0.7, 0.1), (0.7, -0.1), ASIDE))
     assert calls([inside] * 31, state=state) == [(1, GOAL), (31, KICK_OFF)]  # 0.5 s are 30 frames
     assert calls([inside], state=state) == [(32, GOAL)]  # nobody put the ball back
-    assert state[HOME_GOALS] == 2
+    assert state["home_goals"] == 2
 
 
 def test_without_a_pause_play_restarts_at_the_next_frame():
@@ -150,7 +139,7 @@ def test_without_a_pause_play_restarts_at_the_next_frame():
 def test_a_score_to_start_from_is_kept():
     state = begin(AWAY, (5, 2))
     calls([scene(), scene(ball=(-0.8, 0.0))], state=state)
-    assert state[[HOME_GOALS, AWAY_GOALS]].tolist() == [5, 3]
+    assert score(state) == [5, 3]
 
 
 # ---- the stuck ball
@@ -161,7 +150,7 @@ def test_a_ball_is_stuck_when_it_was_slow_for_five_seconds():
     state = in_play()
     assert calls([slow] * 300, state=state) == []  # 299 intervals
     assert calls([slow], state=state) == [(301, FOUL)]
-    assert state[DUE] == FREE_BALL
+    assert state["due"] == FREE_BALL
     assert calls([slow] * 29, state=state) == []
     assert calls([slow], state=state) == [(331, FREE_BALL)]
     assert calls([slow] * 300, state=state) == []  # counted anew from the restart
@@ -183,7 +172,7 @@ def test_a_free_ball_is_in_the_quarter_where_the_ball_was(x, y, half):
     assert first(scene(ball=(x, y), speed=0.0), state) == (301, FOUL)
     assert told(FOUL, state, LAWS)[0][1:] == ("stop", None, 0, 0, "free ball")
     bodies = scene()
-    state[FRAME] = state[RESUME]
+    state["frame"] = state["resume"]
     ((_, call),) = calls([bodies], state=state)
     restart(bodies, call, state, LAWS, np.random.default_rng(0))
     assert bodies[BALL, [X, Y]].tolist() == pytest.approx([math.copysign(0.375, x), math.copysign(0.4, y)])
@@ -208,13 +197,13 @@ def crowd(end, attackers, defenders, half=0, ball=(0.65, -0.2), speed=1.0):
 @pytest.mark.parametrize(("attackers", "defenders", "due"), [(2, 1, GOAL_KICK), (1, 2, PENALTY)])
 def test_too_many_in_a_goal_area_for_three_seconds(half, end, attackers, defenders, due):
     state = in_play(half)
-    begun = int(state[FRAME])
+    begun = int(state["frame"])
     bodies = crowd(end, attackers, defenders, half)
     assert calls([bodies] * 180, state=state) == []
     assert calls([bodies], state=state) == [(begun + 180, FOUL)]
     attacker = HOME if (end > 0) == (half == 0) else AWAY
-    assert state[DUE] == due
-    assert state[TEAM] == (attacker if due == PENALTY else 1 - attacker)
+    assert state["due"] == due
+    assert state["team"] == (attacker if due == PENALTY else 1 - attacker)
 
 
 @pytest.mark.parametrize(
@@ -249,7 +238,7 @@ def test_of_two_crowds_the_older_is_whistled_and_else_the_attackers():
         state = in_play()
         calls([before], state=state)
         first(crowd(1, 2, 2), state)
-        assert state[DUE] == due
+        assert state["due"] == due
 
 
 NEAR, FAR = 0.1125 - EPS, 0.1125 + EPS
@@ -266,9 +255,9 @@ def test_a_stalemate_in_a_goal_area(end, attacker, defender, due):
     home, away = near if end > 0 else near[::-1]
     state = in_play()
     assert first(scene(ball, 0.0, home, away), state) == (301, FOUL)
-    assert state[DUE] == due
+    assert state["due"] == due
     attackers = HOME if end > 0 else AWAY
-    assert state[TEAM] == (attackers if due == PENALTY else 1 - attackers)
+    assert state["team"] == (attackers if due == PENALTY else 1 - attackers)
 
 
 @pytest.mark.parametrize(
@@ -282,20 +271,20 @@ def test_what_is_off_is_no_foul_and_a_stalemate_becomes_a_free_ball(off, attacke
         at = [(0.65, 0.1 + distance), ASIDE, ASIDE]
         state = in_play(laws=laws)
         assert first(scene((0.65, 0.1), 0.0, at, at), state, laws) == (301, FOUL)
-        assert (state[DUE] == FREE_BALL) == (would == off)
+        assert (state["due"] == FREE_BALL) == (would == off)
 
 
 def test_a_stuck_ball_outside_is_a_free_ball_whoever_is_near():
     state = in_play()
     at = [(0.3, 0.1), ASIDE, ASIDE]
     assert first(scene((0.3, 0.1), 0.0, at, at), state) == (301, FOUL)
-    assert state[DUE] == FREE_BALL
+    assert state["due"] == FREE_BALL
 
 
 def test_a_ball_at_rest_in_the_goal_mouth_is_in_the_area_still():
     state = in_play()
     assert first(scene(ball=(0.76, 0.0), speed=0.0), state) == (301, FOUL)
-    assert state[DUE] == PENALTY
+    assert state["due"] == PENALTY
 
 
 # ---- the clock
@@ -316,11 +305,11 @@ def test_the_second_half_is_kicked_off_by_the_other_team():
     for opener in (HOME, AWAY):
         state = begin(opener)
         calls([scene()], state=state)
-        assert state[TEAM] == opener
-        state[FRAME] = 14_400
+        assert state["team"] == opener
+        state["frame"] = 14_400
         calls([scene(ball=(0.8, 0.0))], state=state)
-        assert state[TEAM] == 1 - opener
-        assert state[[HOME_GOALS, AWAY_GOALS]].tolist() == [0, 0]  # time was over
+        assert state["team"] == 1 - opener
+        assert score(state) == [0, 0]  # time was over
         events = told(HALF, state, LAWS)
         assert [event[:3] for event in events] == [
             (240_000_000_000, "half", None), (240_000_000_000, "kick-off", ("home", "away")[1 - opener])
@@ -381,16 +370,16 @@ def wild_frames(seed, frames, robots):
 @settings(max_examples=40)
 def test_of_any_match(seed, robots, opener):
     state, rows, found = begin(opener), [], []
-    score = [0, 0]
+    before = [0, 0]
     for bodies in wild_frames(seed, 10 * SHORT.duration, robots):
-        call = watch(bodies, state, SHORT.lengths, SHORT.times)
+        call = watch(bodies, state, SHORT.limits)
         rows += told(call, state, SHORT)
-        after = state[[HOME_GOALS, AWAY_GOALS]].tolist()
-        rise = [a - b for a, b in zip(after, score, strict=True)]
+        after = score(state)
+        rise = [a - b for a, b in zip(after, before, strict=True)]
         assert sorted(rise) == ([0, 1] if call == GOAL else [0, 0])
-        score = after
+        before = after
         if call != PLAY_ON:
-            found.append((int(state[FRAME]) - 1, call))
+            found.append((int(state["frame"]) - 1, call))
         if call == END:
             break
     assert found[0] == (0, KICK_OFF)
@@ -405,8 +394,8 @@ def test_of_any_match(seed, robots, opener):
     events = table("match", rows)
     assert list(events["t_ns"]) == sorted(events["t_ns"])
     goals = Counter(events.filter(pl.col("event") == "goal")["team"])
-    assert [goals["home"], goals["away"]] == score
-    assert events.select("score_home", "score_away").row(-1) == tuple(score)
+    assert [goals["home"], goals["away"]] == before
+    assert events.select("score_home", "score_away").row(-1) == tuple(before)
     # each goal is followed by a kick-off of the team that conceded it, or by half-time or the end
     for (_, event, team, *_), (_, then, taker, *_) in pairwise(rows):
         if event == "goal":
@@ -420,7 +409,7 @@ def test_a_saved_state_goes_on_as_if_nothing_had_happened(seed, robots, at):
     whole = calls(frames, SHORT)
     state = begin()
     before = calls(frames[:at], SHORT, state)
-    saved = np.frombuffer(state.tobytes(), dtype=np.int64).copy()
+    saved = np.frombuffer(state.tobytes(), dtype=STATE).copy().reshape(())
     assert before + calls(frames[at:], SHORT, saved) == whole
 
 
@@ -431,12 +420,12 @@ def test_both_teams_are_judged_alike(seed, robots):
     other = np.zeros((1 + 2 * robots, 6))
     for bodies in wild_frames(seed, 1000, robots):
         see(bodies, AWAY, -1.0, other)  # teams and ends exchanged
-        call = watch(bodies, state, SHORT.lengths, SHORT.times)
-        assert watch(other, turned, SHORT.lengths, SHORT.times) == call
-        assert state[[HOME_GOALS, AWAY_GOALS]].tolist() == turned[[AWAY_GOALS, HOME_GOALS]].tolist()
-        assert state[TEAM] == turned[TEAM] == NOBODY or state[TEAM] == 1 - turned[TEAM]
+        call = watch(bodies, state, SHORT.limits)
+        assert watch(other, turned, SHORT.limits) == call
+        assert score(state) == score(turned)[::-1]
+        assert state["team"] == turned["team"] == NOBODY or state["team"] == 1 - turned["team"]
         if call in (FREE_BALL, END):
-            assert call == END or state[QUARTER] == 3 - turned[QUARTER]
+            assert call == END or state["quarter"] == 3 - turned["quarter"]
 
 
 # ---- restarts
@@ -445,7 +434,8 @@ def test_both_teams_are_judged_alike(seed, robots):
 def put(call, laws=LAWS, *, robots=3, team=HOME, quarter=0, half=0, seed=0):
     """The bodies after a restart."""
     state = begin(team)
-    state[[OPENER, TEAM, QUARTER, HALVES_OVER]] = team, NOBODY if call == FREE_BALL else team, quarter, half
+    state["opener"], state["team"] = team, NOBODY if call == FREE_BALL else team
+    state["quarter"], state["halves_over"] = quarter, half
     bodies = np.full((1 + 2 * robots, 6), 9.0)
     restart(bodies, call, state, laws, np.random.default_rng(seed))
     return bodies
@@ -623,7 +613,7 @@ def played():
     state, bodies = begin(), np.zeros((7, 6))
     film, rows, found = [], [], []
     for frame in range(laws.duration + 1):
-        call = watch(bodies, state, laws.lengths, laws.times)
+        call = watch(bodies, state, laws.limits)
         if KICK_OFF <= call <= HALF:
             restart(bodies, call, state, laws, rng)
             bodies[BALL, VX] = next(speeds)

@@ -1,6 +1,7 @@
 """The table of teams: laws that every entry keeps, and the lists that are made of it."""
 
 import re
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from support.toy_scenes import view_of
 from flows.cli import main
 from flows.teams import entrant
 from pipeline.arena.match.controllers import Controller, controller_of, measures_of
-from pipeline.arena.match.human import Command, Human
+from pipeline.arena.match.human import Command, HumanController
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
@@ -31,7 +32,7 @@ def controller(of):
     """The controller of home; a person at full speed to the left if a person has to play."""
     if of.home.kind != "human":
         return controller_of(of.home, of, 0)
-    person = Human(of.robots, measures_of(of), np.random.default_rng([of.seed, 1]))
+    person = HumanController(of.robots, measures_of(of), np.random.default_rng([of.seed, 1]))
     person.command(Command(forward=1.0, turn=0.5, boost=True))
     return person
 
@@ -125,7 +126,8 @@ def test_who_is_an_opponent_and_who_stands_in():
 @pytest.mark.parametrize("command", ["record", "play", "evaluate", "season"])
 def test_help_names_the_teams(command, capsys):
     """The help of a command that takes a team names those that it takes."""
-    main([command, "--help"])
+    with suppress(SystemExit):
+        main([command, "--help"])
     said = re.sub(r"[^\w-]+", " ", capsys.readouterr().out).split()
     assert set(OPPONENTS if command == "season" else SCRIPTED) <= set(said)
 

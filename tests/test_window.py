@@ -25,8 +25,8 @@ pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the e
 
 from pipeline.arena.window import screen  # noqa: E402
 from pipeline.arena.window.controls import DEAD_ZONE, Controls  # noqa: E402
-from pipeline.arena.window.painting import Painter  # noqa: E402
-from pipeline.arena.window.scene import Scene  # noqa: E402
+from pipeline.arena.window.painting import WindowPainter  # noqa: E402
+from pipeline.arena.window.picture import Picture  # noqa: E402
 from pipeline.arena.window.screen import MOST_DUE, Window  # noqa: E402
 
 VSSS = PITCHES[Kind.VSSS]
@@ -129,7 +129,7 @@ class TestPainting:
             bodies = np.zeros((7, 6))
             bodies[1:, 0], bodies[0, 1] = [-0.6, -0.4, -0.2, 0.2, 0.4, 0.6], 0.4
         given = {"home_attacks": 1, "score": (0, 0), "clock_s": 0.0, "duration_s": 120.0} | scene
-        Painter(VSSS, ("you", "static"), self.SIZE).paint(surface, Scene(bodies, **given))
+        WindowPainter(VSSS, ("you", "static"), self.SIZE).paint(surface, Picture(bodies, **given))
         return pygame.surfarray.array3d(surface).astype(int)
 
     def where(self, picture, colour):
@@ -180,7 +180,7 @@ class TestWindow:
             pygame.display.set_mode((500, 470), pygame.RESIZABLE)
             pygame.event.post(pygame.event.Event(pygame.VIDEORESIZE, size=(500, 470), w=500, h=470))
             window.listen()
-            window.show(Scene(np.zeros((7, 6)), 1, (0, 0), 0.0, 60.0))
+            window.show(Picture(np.zeros((7, 6)), 1, (0, 0), 0.0, 60.0))
             assert pygame.display.get_surface().get_size() == (500, 470)
 
 

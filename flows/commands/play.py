@@ -18,10 +18,10 @@ from flows.matches import PLAYING
 from flows.record import recording
 from flows.teams import entrant
 from pipeline.arena.match.controllers import controllers_of, measures_of
-from pipeline.arena.match.human import Human
+from pipeline.arena.match.human import HumanController
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.window.scene import Scene
+from pipeline.arena.window.picture import Picture
 from pipeline.errors import BadSettings, NotFound
 from pipeline.matches.frame import AWAY, HOME, home_attacks
 from pipeline.store import Store
@@ -69,11 +69,12 @@ def play(
     teams = [entrant(store, against, policies).settings] * 2
     teams[team] = TeamSettings(kind="human")
     recipe = _unplayed(store, Recipe(**how, home=teams[HOME], away=teams[AWAY], seed=0), seed)
-    mind = Human(recipe.robots, measures_of(recipe), np.random.default_rng([recipe.seed, 1 + team]))
-    match = Match(recipe, controllers_of(recipe, policies, person=mind))
+    rng = np.random.default_rng([recipe.seed, 1 + team])
+    person = HumanController(recipe.robots, measures_of(recipe), rng)
+    match = Match(recipe, controllers_of(recipe, policies, person=person))
     names = ("you", against) if team == HOME else (against, "you")
     with open_window(recipe.pitch, names, recipe.physics.hz) as window, recording(store, match) as log_it:
-        _play(window, match, mind, team, log_it)
+        _play(window, match, person, team, log_it)
     refresh(store)
     home, away = match.score
     if json:
@@ -121,7 +122,9 @@ def _unplayed(store: Store, recipe: Recipe, seed: int | None) -> Recipe:
         number += 1
 
 
-def _play(window: Window, match: Match, mind: Human, team: int, log_it: Callable[[], None]) -> None:
+def _play(
+    window: Window, match: Match, person: HumanController, team: int, log_it: Callable[[], None]
+) -> None:
     """The match, frame by frame as they are due, until the final whistle or until the person leaves."""
     hz = match.laws.hz
     logged = 0
@@ -130,13 +133,13 @@ def _play(window: Window, match: Match, mind: Human, team: int, log_it: Callable
         if asked.leave:
             match.leave()
             return
-        mind.command(asked.command)
+        person.command(asked.command)
         if asked.switch:
-            mind.switch(asked.switch)
+            person.switch(asked.switch)
         due = window.due()
         if not asked.paused:
             match.advance(due)
-        window.show(_scene(match, mind, team, paused=asked.paused))
+        window.show(_scene(match, person, team, paused=asked.paused))
         if match.frame - logged >= _LOG_EVERY_S * hz:
             logged = match.frame
             log_it()
@@ -144,10 +147,10 @@ def _play(window: Window, match: Match, mind: Human, team: int, log_it: Callable
         if window.listen().leave:
             return
         window.due()
-        window.show(_scene(match, mind, team, paused=False))
+        window.show(_scene(match, person, team, paused=False))
 
 
-def _scene(match: Match, mind: Human, team: int, *, paused: bool) -> Scene:
+def _scene(match: Match, person: HumanController, team: int, *, paused: bool) -> Picture:
     """What the window shows."""
     robots, hz = match.recipe.robots, match.laws.hz
     attacks = home_attacks(match.laws.periods(), np.array([match.laws.t_ns(match.frame)]))
@@ -156,9 +159,9 @@ def _scene(match: Match, mind: Human, team: int, *, paused: bool) -> Scene:
         message = "Final whistle"
     elif paused:
         message = "Pause"
-    elif not mind.playing and match.frame:
-        message = {1.0: "Goal!", -1.0: "They scored"}.get(mind.reward, "Whistle")
-    return Scene(
+    elif not person.playing and match.frame:
+        message = {1.0: "Goal!", -1.0: "They scored"}.get(person.reward, "Whistle")
+    return Picture(
         match.bodies, int(attacks[0]), match.score, match.frame / hz, match.recipe.referee.duration_s,
-        driven=mind.driven + (robots if team == AWAY else 0), message=message,
+        driven=person.driven + (robots if team == AWAY else 0), message=message,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""What the commands that play matches share: how they are played, and who plays them."""
+"""Options of the commands that play matches: settings of matches and of teams."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class Playing:
         settings: A TOML file with robots and tables pitch, physics, referee, camera, as far as they differ
             from a VSSS match: `[pitch]` with `kind = "ssl"` is another league's pitch, its robots drive
             like those of VSSS unless `[physics]` says otherwise.
-        minutes: Of a match; by default as the settings say, else 8 (play: 2).
-        robots: A side; by default as the settings say, else 3.
+        minutes: Length of a match, minutes (default as in the settings, else 8; play: 2).
+        robots: Robots a side (default as in the settings, else 3).
     """
 
     settings: Path | None = None

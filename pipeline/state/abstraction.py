@@ -35,7 +35,7 @@ Bool = npt.NDArray[np.bool_]
 
 
 class BinEdges(NamedTuple):
-    """Where one level ends and the next begins; a distance, angle or speed itself is of the lower level.
+    """Edges between levels; a distance, angle or speed equal to an edge is of the lower level.
 
     Attributes:
         too_close: robot to ball, metres.

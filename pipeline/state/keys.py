@@ -107,7 +107,7 @@ def _whole(elements: Iterable[int]) -> tuple[Column, ...]:
 
 
 def size(key: Key) -> int:
-    """How many states a key tells apart."""
+    """Number of states of a key."""
     return math.prod(column.levels for column in columns(key))
 
 

@@ -30,7 +30,7 @@ class Element(NamedTuple):
     """One element of the state.
 
     Attributes:
-        name: what it is of.
+        name: the quantity and whose it is.
         levels: their names, level 0 first.
     """
 

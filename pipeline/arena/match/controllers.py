@@ -48,7 +48,7 @@ class Controller(Protocol):
         return
 
     def decided(self) -> list[Decided]:
-        """What was decided in the episodes that have ended since this was last asked, in order."""
+        """Decisions of the episodes that have ended since the last call, in order."""
         return []
 
 
@@ -80,7 +80,7 @@ class Decided(NamedTuple):
     reward: float
 
 
-class Scripted(Controller):
+class ScriptedController(Controller):
     """Plays a team of fixed rules.
 
     Args:
@@ -104,7 +104,7 @@ class Scripted(Controller):
         self._play(view, self._measures, self._splitmix, wheels, *self._memory)
 
 
-class Learned(Controller):
+class LearnedController(Controller):
     """Plays a policy.
 
     Args:
@@ -192,10 +192,10 @@ def controller_of(
     if settings.kind == "learned":
         known = Policies.empty() if policy is None else policy
         table, names = policy_table_of(known, settings.min_visits)
-        return Learned(table, names, settings, recipe.robots, recipe.pitch, measures, rng)
+        return LearnedController(table, names, settings, recipe.robots, recipe.pitch, measures, rng)
     if settings.kind == "human":
         raise BadSettings("a person plays at the window", where="human", next_step="Use `pitchlore play`")
-    return Scripted(settings, recipe.robots, measures, rng)
+    return ScriptedController(settings, recipe.robots, measures, rng)
 
 
 def controllers_of(

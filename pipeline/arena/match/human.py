@@ -1,4 +1,4 @@
-"""A team of which a person drives one robot at a time; the others play the static rules."""
+"""The controller of a person, who drives one robot at a time; the others play the static rules."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pipeline.arena.match.controllers import Controller, Scripted
+from pipeline.arena.match.controllers import Controller, ScriptedController
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.steering import set_wheels
 from pipeline.bodies import BALL, F64, X, Y
 
-# Full speed takes skill: a person drives at this part of it unless they ask for all, and turns at most so
-# fast, radians a second: half a circle in 0.6 s. Ours.
+# Share of the top speed at which a person drives without boost, for full speed takes skill; and the
+# fastest turn, radians a second: half a circle in 0.6 s. Ours.
 _CRUISE = 0.6
 _TURN = 5.0
 
 
 class Command(NamedTuple):
-    """What a person wants of the robot that they drive.
+    """Command of a person to the robot that they drive.
 
     Attributes:
         forward: part of the speed, in [-1, 1]; backwards below 0.
@@ -33,26 +33,26 @@ class Command(NamedTuple):
     boost: bool = False
 
 
-class Human(Controller):
-    """A team that does as it is told.
+class HumanController(Controller):
+    """Plays a team for a person.
 
-    The static rules share out their work among all robots, so that whoever drives the attacker attacks,
-    and the others keep the goal and support. It decides nothing: what a person did is found like what
-    anybody did, by the recogniser.
+    The static rules share out their work among all robots: a person who drives the attacker attacks,
+    and the others keep the goal and support. No decisions are logged; the recogniser finds the
+    situations of a person as it finds those of anybody.
 
     Args:
         robots: N.
         measures: of the match.
-        rng: of the team.
+        rng: decides what the team leaves to chance.
 
     Attributes:
         driven: row of the robot in the team's view, and its number in the log: 1 to N.
         playing: whether play is on.
-        reward: of how play last stopped, +1 or -1 for a goal for or against, else 0.
+        reward: at the last stop of play: +1 for an own goal scored, -1 for one conceded, else 0.
     """
 
     def __init__(self, robots: int, measures: Measures, rng: np.random.Generator) -> None:
-        self._others = Scripted(TeamSettings(kind="static"), robots, measures, rng)
+        self._others = ScriptedController(TeamSettings(kind="static"), robots, measures, rng)
         self._robots = robots
         self._measures = measures
         self._command = Command()

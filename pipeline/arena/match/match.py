@@ -1,4 +1,4 @@
-"""The loop in which two controllers, physics and the referee meet; what is played is handed out in parts."""
+"""The loop of two controllers, physics and the referee; the match is handed out in parts."""
 
 from __future__ import annotations
 
@@ -13,20 +13,7 @@ from pipeline.arena.match.recipe import Recipe
 from pipeline.arena.physics.arena import Arena
 from pipeline.arena.physics.camera import Camera
 from pipeline.arena.physics.laws import END, FREE_BALL, GOAL, GOAL_KICK, HALF, KICK_OFF, PENALTY, PLAY_ON
-from pipeline.arena.physics.referee import (
-    AWAY_GOALS,
-    DUE,
-    FRAME,
-    HALVES_OVER,
-    HOME_GOALS,
-    Event,
-    Laws,
-    begin,
-    home_attacks,
-    table,
-    told,
-    watch,
-)
+from pipeline.arena.physics.referee import Laws, RefereeEvent, begin, home_attacks, table, told, watch
 from pipeline.arena.physics.restarts import restart
 from pipeline.bodies import BALL, F64, OMEGA, THETA, VX, VY, X, Y, see
 from pipeline.matches.frame import AWAY, BALL_DTYPE, HOME, ROBOT_DTYPE, Frames, MatchInfo
@@ -42,7 +29,7 @@ _RESTARTS = (KICK_OFF, FREE_BALL, PENALTY, GOAL_KICK, HALF)
 
 
 class Part(NamedTuple):
-    """What was played since the last part, as a recorder takes it.
+    """Frames, events and decisions since the last part, as a recorder takes them.
 
     Attributes:
         frames: the samples.
@@ -59,7 +46,7 @@ class Match:
     """A match that is played frame by frame.
 
     Args:
-        recipe: what to play.
+        recipe: of the match.
         controllers: of home and away.
         logged: whether frames are kept for :meth:`take`; without, memory does not grow.
 
@@ -94,23 +81,23 @@ class Match:
         self._logged = logged
         self._samples: list[F64] = []
         self._first = 0
-        self._events: list[Event] = []
+        self._events: list[RefereeEvent] = []
 
     @property
     def frame(self) -> int:
         """Number of the frame that is next."""
-        return int(self._state[FRAME])
+        return int(self._state["frame"])
 
     @property
     def score(self) -> tuple[int, int]:
         """Goals of home and away, those of the start included."""
-        return int(self._state[HOME_GOALS]), int(self._state[AWAY_GOALS])
+        return int(self._state["home_goals"]), int(self._state["away_goals"])
 
     @property
     def info(self) -> MatchInfo:
-        """What the log says of the match; one that was left is not complete."""
+        """Description of the match for its log; a match that was left is not complete."""
         recipe = self.recipe
-        left = self.over and self._state[DUE] != END
+        left = self.over and self._state["due"] != END
         why = f"left after {self.frame / self.laws.hz:.1f} of {recipe.referee.duration_s:.1f} s"
         return MatchInfo(
             match_id=recipe.match_id, source=f"{recipe.match_id}.mcap", format="world",
@@ -133,12 +120,12 @@ class Match:
             return
         frame = self.frame
         self._stop(frame, None)
-        self._events.append(Event(self.laws.t_ns(frame), "end", None, *self.score, "left early"))
+        self._events.append(RefereeEvent(self.laws.t_ns(frame), "end", None, *self.score, "left early"))
         self._look()
         self.over = True
 
     def take(self) -> Part:
-        """What was played since this was last called."""
+        """The part since the last call."""
         match_id = self.recipe.match_id
         events, self._events = self._events, []
         samples, self._samples = self._samples, []
@@ -155,8 +142,8 @@ class Match:
 
     def _play(self) -> None:
         """The next frame: whistle, look, log, think, move."""
-        frame = int(self._state[FRAME])
-        call = watch(self.bodies, self._state, self.laws.lengths, self.laws.times)
+        frame = int(self._state["frame"])
+        call = watch(self.bodies, self._state, self.laws.limits)
         if call != PLAY_ON:
             self._called(call, frame)
         seen = self._look()
@@ -189,7 +176,7 @@ class Match:
             return
         if call == HALF:
             self._stop(frame, None)
-        self._attacks = float(home_attacks(int(self._state[HALVES_OVER])))
+        self._attacks = float(home_attacks(int(self._state["halves_over"])))
         restart(self.bodies, call, self._state, self.laws, self._rng)
         self._arena.place(self.bodies)
         self._in_play = True

@@ -17,7 +17,7 @@ from pipeline.store.receipts import fingerprint
 
 
 class TeamSettings(Frozen):
-    """Who plays.
+    """Settings of a team.
 
     Three fields have a ``serialization_alias``: their first names, which ids of matches are made of.
 
@@ -47,7 +47,7 @@ class TeamSettings(Frozen):
 
 
 class MatchSettings(Frozen):
-    """How matches are played, whoever plays them; in TOML ``robots`` and a table for each of the others.
+    """Settings of matches that do not depend on the teams; in TOML ``robots`` and a table a field.
 
     Attributes:
         robots: a side; as many as find room on the pitch.
@@ -78,10 +78,10 @@ class MatchSettings(Frozen):
 
 
 def match_settings(said: dict[str, Any], where: str) -> MatchSettings:
-    """How matches are played: the usual, with what was said on top.
+    """The default settings of matches, with those of a file on top.
 
     Args:
-        said: keys and tables, as a TOML file has them.
+        said: keys and tables of a TOML file.
         where: they are from, for errors.
 
     Raises:

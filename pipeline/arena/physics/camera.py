@@ -1,4 +1,4 @@
-"""The camera above the pitch: what it gives of the bodies that are there, late, noisy and not every time.
+"""The camera above the pitch: it sees bodies late, with noise, and not in every frame.
 
 It spoils what is seen, as FIRASim's vision does (Gaussian noise, sending delay, vanishing; its
 ``configwidget.cpp`` 8955749), and adds what the program behind a real camera has to do: velocities are
@@ -25,7 +25,7 @@ _DEVIATIONS = 6.0
 
 
 class CameraSettings(Frozen):
-    """What the camera spoils; by default nothing, and then it costs nothing. See also :data:`TYPICAL`.
+    """Errors of the camera: none by default, which costs nothing. See also :data:`TYPICAL`.
 
     Attributes:
         position_noise: standard deviation of each coordinate of a position, metres.
@@ -64,7 +64,7 @@ TYPICAL = CameraSettings(
 
 
 class Camera:
-    """What players and the log see of a match, a frame at a time.
+    """View of players and of the log, a frame at a time.
 
     A camera that is off hands through what it is given. Any other one sees poses only. Velocities come
     from a fading-memory filter of first degree on each coordinate (Brookner 1998, "Tracking and Kalman
@@ -76,7 +76,7 @@ class Camera:
     What is random in a frame depends on ``rng`` and the frame's number alone, not on the settings.
 
     Args:
-        settings: what it spoils.
+        settings: its errors.
         pitch: its kind tells how fast bodies can be.
         robots: N, robots a side.
         hz: frames a second.
@@ -112,7 +112,7 @@ class Camera:
         self._visible = np.ones(rows, dtype=np.bool_)
 
     def see(self, bodies: F64) -> tuple[F64, Bools]:
-        """What is seen at the next frame.
+        """The bodies as they are seen at the next frame.
 
         All bodies are seen at the first frame, and in the first ``latency`` frames as they were at it.
         One that is not seen keeps the pose and velocity with which it was seen last: players go on from

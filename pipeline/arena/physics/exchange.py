@@ -45,7 +45,7 @@ class Exchange(Protocol):
         """Let ``forces`` act in the next step of the space; pymunk forgets them after it."""
 
 
-class Batch:
+class ByBatch:
     """By pymunk's batch interface, which walks through all bodies of a space, its static one last.
 
     Its functions pack their arguments anew at each call, which takes longer than the walk. Here they are
@@ -76,7 +76,7 @@ class Batch:
 
 
 def _packed(fields: batch.BodyFields, buffer: batch.Buffer) -> Any:
-    """What pymunk's walk takes: as in ``batch.get_space_bodies``."""
+    """The argument of pymunk's walk, as in ``batch.get_space_bodies``."""
     packed = ffi.new("pmBatchedData *")
     packed.fields, packed.floatArray, packed.intArray = fields.value, buffer._float_arr, buffer._int_arr
     return packed

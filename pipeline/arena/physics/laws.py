@@ -15,11 +15,11 @@ from pipeline.errors import BadSettings
 from pipeline.pitch import SCALES, Pitch
 from pipeline.settings import Frozen
 
-#: What the referee calls at a frame. From KICK_OFF to HALF the bodies are put to their places at that
+#: Calls of the referee at a frame. From KICK_OFF to HALF the bodies are put to their places at that
 #: frame and play goes on from there; at GOAL, FOUL and END it stops.
 PLAY_ON, KICK_OFF, FREE_BALL, PENALTY, GOAL_KICK, HALF, GOAL, FOUL, END = range(9)
 
-# Of the length, width and goal of VSSReferee's field_default_3v3.h: 1.5 by 1.3 m, goal 0.4 m.
+# Shares of the length, width and goal of VSSReferee's field_default_3v3.h: 1.5 by 1.3 m, goal 0.4 m.
 _AREA_DEPTH = 0.15 / 1.5
 _AREA_WIDTH = 0.70 / 0.40
 _MARK_X = 0.375 / 1.5
@@ -31,7 +31,7 @@ _LENGTH_IN_ROBOTS, _WIDTH_IN_ROBOTS = 19.9, 16.0
 
 
 class RefereeSettings(Frozen):
-    """How long a match is and what the referee whistles for.
+    """Length of a match, and the calls of the referee.
 
     Attributes:
         duration_s: of the whole match, its rests included: the clock never stops. The paper's games
@@ -63,7 +63,7 @@ class RefereeSettings(Frozen):
 
 
 class Marks(NamedTuple):
-    """Where everything is on a pitch, metres; each way from the centre.
+    """Marks of a pitch, metres from the centre.
 
     Lengths along x are shares of the pitch's length, those along y of its width, and the width of
     the goal area is a share of the goal's, so that a VSSS pitch has the numbers in brackets.

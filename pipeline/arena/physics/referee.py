@@ -1,11 +1,11 @@
 """The referee: watches every frame, calls goals and fouls, keeps the time and the score.
 
-Its memory is one array of whole numbers; whoever keeps that array can go on with the match. ::
+Its memory is one record of whole numbers; whoever keeps it can go on with the match. ::
 
     laws = Laws.of(pitch, settings, hz)
     state = begin()
     for every frame, from the first one on:
-        call = watch(bodies, state, laws.lengths, laws.times)
+        call = watch(bodies, state, laws.limits)
         if call:
             events += told(call, state, laws)
             if KICK_OFF <= call <= HALF:
@@ -21,7 +21,6 @@ from itertools import pairwise
 from typing import Literal, NamedTuple, Self
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 from numba import njit
 
@@ -39,39 +38,43 @@ from pipeline.arena.physics.laws import (
     RefereeSettings,
     frames_of,
 )
-from pipeline.bodies import BALL, F64, VX, VY, X, Y
+from pipeline.bodies import BALL, F64, VX, VY, Record, X, Y
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import AWAY, HOME, Period
 from pipeline.pitch import SCALES, Pitch
 from schemas import TEAMS, Referee
 
-I64 = npt.NDArray[np.int64]
+#: The referee's memory; all fields int64.
+STATE = np.dtype([
+    (name, np.int64)
+    for name in (
+        "frame",  # frames watched; the number of the next one, counted from 0
+        "halves_over",  # halves that are over: home attacks +x if it is even
+        "opener",  # team that kicks off the first half, and every other one
+        "home_goals",
+        "away_goals",
+        "due",  # restart that is to come; PLAY_ON while play is on; END after the final whistle
+        "team",  # that takes the restart that was last or is due, NOBODY for a free ball and at the end
+        "quarter",  # of the last free ball: 1 if at x > 0, plus 2 if at y > 0, in the pitch frame
+        "resume",  # frame of the restart that was last or is due
+        "slow",  # frames in a row, in play, at which the ball was slow
+        "area",  # goal area in which the ball was last: -1 at -x, 1 at +x, 0 none
+        "attackers",  # frames in a row at which too many attackers were in that area with the ball,
+        "defenders",  # and too many defenders
+    )
+])  # fmt: skip
 
-#: Fields of the state, int64 [FIELDS]:
-FIELDS = 13
-(
-    FRAME,  # frames watched; the number of the next one, counted from 0
-    HALVES_OVER,  # halves that are over: home attacks +x if it is even
-    OPENER,  # team that kicks off the first half, and every other one
-    HOME_GOALS,
-    AWAY_GOALS,
-    DUE,  # restart that is to come; PLAY_ON while play is on; END after the final whistle
-    TEAM,  # that takes the restart that was last or is due, NOBODY for a free ball and at the end
-    QUARTER,  # of the last free ball: 1 if at x > 0, plus 2 if at y > 0, in the pitch frame
-    RESUME,  # frame of the restart that was last or is due
-    SLOW,  # frames in a row, in play, at which the ball was slow
-    AREA,  # goal area in which the ball was last: -1 at -x, 1 at +x, 0 none
-    ATTACKERS,  # frames in a row at which too many attackers were in that area with the ball,
-    DEFENDERS,  # and too many defenders
-) = range(FIELDS)
+#: The laws as :func:`watch` needs them: metres and metres a second, frames, robots, and whether there are
+#: such restarts.
+LIMITS = np.dtype([
+    *((name, np.float64) for name in ("goal_line", "post", "area_x", "area_y", "near", "slow_speed")),
+    *((name, np.int64) for name in (
+        "duration", "halves", "pause", "stuck", "crowded", "crowd", "penalties", "goal_kicks",
+    )),
+])  # fmt: skip
 
 #: Instead of a team.
 NOBODY = -1
-
-# What `watch` needs of the laws, as `Laws` lays it out: metres and metres a second, ...
-_GOAL_LINE, _POST, _AREA_X, _AREA_Y, _NEAR, _SLOW_SPEED = range(6)
-# ... and frames, robots and whether there are such restarts.
-_DURATION, _HALVES, _PAUSE, _STUCK, _CROWDED, _CROWD, _PENALTIES, _GOAL_KICKS = range(8)
 
 #: Words for the restarts, as they are noted in the log.
 WORDS = {KICK_OFF: "kick-off", FREE_BALL: "free ball", PENALTY: "penalty", GOAL_KICK: "goal kick"}
@@ -82,18 +85,16 @@ class Laws:
     """The laws on a pitch that is seen so many times a second.
 
     Attributes:
-        settings: what they were made of.
+        settings: that the laws are made of.
         hz: frames a second.
         marks: of the pitch.
-        lengths: float64 [6], for :func:`watch`.
-        times: int64 [8], for :func:`watch`.
+        limits: one record of :data:`LIMITS`, shape [], for :func:`watch`.
     """
 
     settings: RefereeSettings
     hz: float
     marks: Marks
-    lengths: F64
-    times: I64
+    limits: Record
 
     @classmethod
     def of(cls, pitch: Pitch, settings: RefereeSettings, hz: float) -> Self:
@@ -109,21 +110,19 @@ class Laws:
                 f"{settings.halves} halves do not fit into {settings.duration_s:g} s",
                 where="referee", next_step="Play longer, or fewer halves",
             )
-        lengths = (
+        limits = (
             marks.goal_line, marks.post, marks.area_x, marks.area_y, marks.near,
             settings.stuck_speed * SCALES[pitch.kind].speed,
-        )
-        times = (
             duration, settings.halves, max(1, frames_of(settings.pause_s, hz)),
             frames_of(settings.stuck_s, hz), frames_of(settings.crowd_s, hz), settings.crowd,
             settings.penalty, settings.goal_kick,
         )
-        return cls(settings, hz, marks, np.array(lengths), np.array(times, dtype=np.int64))
+        return cls(settings, hz, marks, np.array(limits, dtype=LIMITS))
 
     @property
     def duration(self) -> int:
         """The frame of the final whistle; a match has one frame more than this."""
-        return int(self.times[_DURATION])
+        return int(self.limits["duration"])
 
     def t_ns(self, frame: int) -> int:
         """When a frame is, nanoseconds after the first."""
@@ -131,7 +130,7 @@ class Laws:
 
     def periods(self) -> tuple[Period, ...]:
         """The halves, for the match's description; home attacks +x in the first."""
-        halves = int(self.times[_HALVES])
+        halves = int(self.limits["halves"])
         starts = [self.t_ns(-(-half * self.duration // halves)) for half in range(halves)]
         edges = pairwise([*starts, self.t_ns(self.duration) + 1])
         return tuple(
@@ -145,23 +144,26 @@ def home_attacks(halves_over: int) -> Literal[1, -1]:
     return -1 if halves_over % 2 else 1
 
 
-def begin(opener: int = HOME, score: tuple[int, int] = (0, 0)) -> I64:
+def begin(opener: int = HOME, score: tuple[int, int] = (0, 0)) -> Record:
     """The referee's state before the first frame, at which it calls the kick-off.
 
     Args:
         opener: team that kicks off, 0 home, 1 away.
         score: goals of home and away that count already.
+
+    Returns:
+        One record of :data:`STATE`, shape [].
     """
-    state = np.zeros(FIELDS, dtype=np.int64)
-    state[[OPENER, TEAM]] = opener
-    state[[HOME_GOALS, AWAY_GOALS]] = score
-    state[DUE] = KICK_OFF
+    state = np.zeros((), dtype=STATE)
+    state["opener"] = state["team"] = opener
+    state["home_goals"], state["away_goals"] = score
+    state["due"] = KICK_OFF
     return state
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def watch(bodies: F64, state: I64, lengths: F64, times: I64) -> int:
-    """What the referee calls at the next frame.
+def watch(bodies: F64, state: Record, limits: Record) -> int:
+    """The referee's call at the next frame.
 
     In order of precedence:
 
@@ -186,89 +188,91 @@ def watch(bodies: F64, state: I64, lengths: F64, times: I64) -> int:
 
     Args:
         bodies: float64 [1 + 2 N, 6] in the pitch frame, as they are at this frame.
-        state: int64 [FIELDS], from :func:`begin`; changed. ``state[DUE]`` and ``state[TEAM]`` tell more
-            of the call.
-        lengths: ``Laws.lengths``.
-        times: ``Laws.times``.
+        state: from :func:`begin`; changed. Its fields ``due`` and ``team`` tell more of the call.
+        limits: ``Laws.limits``.
 
     Returns:
         The call; PLAY_ON (0) if there is none. After END it is always PLAY_ON.
     """
-    if state[DUE] == END:
+    now, law = state[()], limits[()]
+    if now["due"] == END:
         return PLAY_ON
-    frame = state[FRAME]
-    state[FRAME] = frame + 1
-    if frame >= times[_DURATION]:
-        state[DUE], state[TEAM] = END, NOBODY
+    frame = now["frame"]
+    now["frame"] = frame + 1
+    if frame >= law["duration"]:
+        now["due"], now["team"] = END, NOBODY
         return END
-    if frame * times[_HALVES] >= (state[HALVES_OVER] + 1) * times[_DURATION]:
-        state[HALVES_OVER] += 1
-        _stop(state, KICK_OFF, (state[OPENER] + state[HALVES_OVER]) % 2, frame)
-        state[DUE] = PLAY_ON
+    if frame * law["halves"] >= (now["halves_over"] + 1) * law["duration"]:
+        now["halves_over"] += 1
+        _stop(now, KICK_OFF, (now["opener"] + now["halves_over"]) % 2, frame)
+        now["due"] = PLAY_ON
         return HALF
-    if state[DUE] != PLAY_ON:
-        if frame < state[RESUME]:
+    if now["due"] != PLAY_ON:
+        if frame < now["resume"]:
             return PLAY_ON
-        call: int = state[DUE]
-        state[DUE] = PLAY_ON
+        call: int = now["due"]
+        now["due"] = PLAY_ON
         return call
 
     x, y = bodies[BALL, X], bodies[BALL, Y]
     end = 1 if x > 0 else -1
-    home = 1 - 2 * (state[HALVES_OVER] % 2)
+    home = 1 - 2 * (now["halves_over"] % 2)
     defender = AWAY if end == home else HOME
-    resume = frame + times[_PAUSE]
-    if abs(x) > lengths[_GOAL_LINE] and abs(y) < lengths[_POST]:
-        state[AWAY_GOALS if defender == HOME else HOME_GOALS] += 1
-        _stop(state, KICK_OFF, defender, resume)
+    resume = frame + law["pause"]
+    if abs(x) > law["goal_line"] and abs(y) < law["post"]:
+        if defender == HOME:
+            now["away_goals"] += 1
+        else:
+            now["home_goals"] += 1
+        _stop(now, KICK_OFF, defender, resume)
         return GOAL
 
-    area = end if abs(x) > lengths[_AREA_X] and abs(y) < lengths[_AREA_Y] else 0
-    if area != state[AREA]:
-        state[AREA] = area
-        state[ATTACKERS] = state[DEFENDERS] = 0
+    area = end if abs(x) > law["area_x"] and abs(y) < law["area_y"] else 0
+    if area != now["area"]:
+        now["area"] = area
+        now["attackers"] = now["defenders"] = 0
     if area != 0:
-        home_there, away_there = _robots_in(bodies, area, lengths)
+        home_there, away_there = _robots_in(bodies, area, law)
         defending = home_there if defender == HOME else away_there
         attacking = home_there + away_there - defending
-        state[ATTACKERS] = state[ATTACKERS] + 1 if attacking >= times[_CROWD] else 0
-        state[DEFENDERS] = state[DEFENDERS] + 1 if defending >= times[_CROWD] else 0
-        if state[ATTACKERS] > times[_CROWDED] and times[_GOAL_KICKS]:
-            _stop(state, GOAL_KICK, defender, resume)
+        now["attackers"] = now["attackers"] + 1 if attacking >= law["crowd"] else 0
+        now["defenders"] = now["defenders"] + 1 if defending >= law["crowd"] else 0
+        if now["attackers"] > law["crowded"] and law["goal_kicks"]:
+            _stop(now, GOAL_KICK, defender, resume)
             return FOUL
-        if state[DEFENDERS] > times[_CROWDED] and times[_PENALTIES]:
-            _stop(state, PENALTY, 1 - defender, resume)
+        if now["defenders"] > law["crowded"] and law["penalties"]:
+            _stop(now, PENALTY, 1 - defender, resume)
             return FOUL
 
     vx, vy = bodies[BALL, VX], bodies[BALL, VY]
-    state[SLOW] = state[SLOW] + 1 if vx * vx + vy * vy < lengths[_SLOW_SPEED] ** 2 else 0
-    if state[SLOW] > times[_STUCK]:
-        contested = area != 0 and _both_near(bodies, lengths[_NEAR])
-        if contested and times[_GOAL_KICKS]:
-            _stop(state, GOAL_KICK, defender, resume)
-        elif area != 0 and not contested and times[_PENALTIES]:
-            _stop(state, PENALTY, 1 - defender, resume)
+    now["slow"] = now["slow"] + 1 if vx * vx + vy * vy < law["slow_speed"] ** 2 else 0
+    if now["slow"] > law["stuck"]:
+        contested = area != 0 and _both_near(bodies, law["near"])
+        if contested and law["goal_kicks"]:
+            _stop(now, GOAL_KICK, defender, resume)
+        elif area != 0 and not contested and law["penalties"]:
+            _stop(now, PENALTY, 1 - defender, resume)
         else:
-            state[QUARTER] = (1 if x > 0 else 0) + (2 if y > 0 else 0)
-            _stop(state, FREE_BALL, NOBODY, resume)
+            now["quarter"] = (1 if x > 0 else 0) + (2 if y > 0 else 0)
+            _stop(now, FREE_BALL, NOBODY, resume)
         return FOUL
     return PLAY_ON
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _stop(state: I64, due: int, team: int, resume: int) -> None:
+def _stop(now: Record, due: int, team: int, resume: int) -> None:
     """Note what restarts play, who takes it and when, and count anew from there."""
-    state[DUE], state[TEAM], state[RESUME] = due, team, resume
-    state[SLOW] = state[AREA] = state[ATTACKERS] = state[DEFENDERS] = 0
+    now["due"], now["team"], now["resume"] = due, team, resume
+    now["slow"] = now["area"] = now["attackers"] = now["defenders"] = 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _robots_in(bodies: F64, area: int, lengths: F64) -> tuple[int, int]:
-    """How many robots of home and of away have their centres in the goal area at that end."""
+def _robots_in(bodies: F64, area: int, law: Record) -> tuple[int, int]:
+    """Number of robots of home and of away with their centres in the goal area at that end."""
     robots = (bodies.shape[0] - 1) // 2
     home = away = 0
     for row in range(1, bodies.shape[0]):
-        if area * bodies[row, X] > lengths[_AREA_X] and abs(bodies[row, Y]) < lengths[_AREA_Y]:
+        if area * bodies[row, X] > law["area_x"] and abs(bodies[row, Y]) < law["area_y"]:
             if row <= robots:
                 home += 1
             else:
@@ -291,7 +295,7 @@ def _both_near(bodies: F64, near: float) -> bool:
     return home and away
 
 
-class Event(NamedTuple):
+class RefereeEvent(NamedTuple):
     """One row of schema Referee but for the match."""
 
     t_ns: int
@@ -302,8 +306,8 @@ class Event(NamedTuple):
     note: str | None
 
 
-def told(call: int, state: I64, laws: Laws) -> tuple[Event, ...]:
-    """What the log tells of a call; to be asked before the next frame is watched.
+def told(call: int, state: Record, laws: Laws) -> tuple[RefereeEvent, ...]:
+    """Events of a call for the log; ask before the next frame is watched.
 
     A goal is the team's that scored. A foul is a ``stop``, and the restart after it a ``fault``; both
     note which. Kick-offs, penalties and goal kicks are for the team that takes them. HALF is two
@@ -314,25 +318,26 @@ def told(call: int, state: I64, laws: Laws) -> tuple[Event, ...]:
         state: after that.
         laws: of the match.
     """
-    t_ns = laws.t_ns(int(state[FRAME]) - 1)
-    score = int(state[HOME_GOALS]), int(state[AWAY_GOALS])
-    taker = int(state[TEAM])
+    t_ns = laws.t_ns(int(state["frame"]) - 1)
+    score = int(state["home_goals"]), int(state["away_goals"])
+    taker = int(state["team"])
     team = None if taker == NOBODY else TEAMS[taker]
     if call == PLAY_ON:
         return ()
     if call == GOAL:
-        return (Event(t_ns, "goal", TEAMS[1 - taker], *score, "goal"),)
+        return (RefereeEvent(t_ns, "goal", TEAMS[1 - taker], *score, "goal"),)
     if call == FOUL:
-        return (Event(t_ns, "stop", None, *score, WORDS[int(state[DUE])]),)
+        return (RefereeEvent(t_ns, "stop", None, *score, WORDS[int(state["due"])]),)
     if call == END:
-        return (Event(t_ns, "end", None, *score, "end"),)
+        return (RefereeEvent(t_ns, "end", None, *score, "end"),)
     if call in (KICK_OFF, HALF):
-        kick_off = Event(t_ns, "kick-off", team, *score, WORDS[KICK_OFF])
-        return (kick_off,) if call == KICK_OFF else (Event(t_ns, "half", None, *score, "half"), kick_off)
-    return (Event(t_ns, "fault", team, *score, WORDS[call]),)
+        kick_off = RefereeEvent(t_ns, "kick-off", team, *score, WORDS[KICK_OFF])
+        half = RefereeEvent(t_ns, "half", None, *score, "half")
+        return (kick_off,) if call == KICK_OFF else (half, kick_off)
+    return (RefereeEvent(t_ns, "fault", team, *score, WORDS[call]),)
 
 
-def table(match_id: str, events: Iterable[Event]) -> pl.DataFrame:
+def table(match_id: str, events: Iterable[RefereeEvent]) -> pl.DataFrame:
     """Rows of schema Referee, in the order in which they were told."""
     rows = [{"match_id": match_id, **event._asdict()} for event in events]
     return Referee.validate(pl.DataFrame(rows, schema=Referee.dtypes()))

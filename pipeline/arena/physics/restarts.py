@@ -1,4 +1,4 @@
-"""Where the bodies are put when play restarts.
+"""Places of the bodies when play restarts.
 
 Everything is laid out as the team sees it that takes the restart: its own goal at -x, its adversary's
 at +x (at a free ball, which nobody takes, as home sees it). Of each team the first robot is the
@@ -13,8 +13,8 @@ import numpy as np
 from numba import njit
 
 from pipeline.arena.physics.laws import FREE_BALL, GOAL_KICK, HALF, KICK_OFF, PENALTY, Marks
-from pipeline.arena.physics.referee import HALVES_OVER, I64, NOBODY, QUARTER, TEAM, WORDS, Laws, home_attacks
-from pipeline.bodies import BALL, F64, THETA, X, Y, see
+from pipeline.arena.physics.referee import NOBODY, WORDS, Laws, home_attacks
+from pipeline.bodies import BALL, F64, THETA, Record, X, Y, see
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import HOME
 
@@ -28,7 +28,7 @@ FORMATION = np.array([
 _STEPS = 30
 
 
-def restart(bodies: F64, call: int, state: I64, laws: Laws, rng: np.random.Generator) -> None:
+def restart(bodies: F64, call: int, state: Record, laws: Laws, rng: np.random.Generator) -> None:
     """Put all bodies where a restart wants them, at rest.
 
     - Kick-off: the ball in the centre, the taker 1.5 robot lengths behind it, all others in their own
@@ -61,10 +61,10 @@ def restart(bodies: F64, call: int, state: I64, laws: Laws, rng: np.random.Gener
         BadSettings: if so many robots cannot be put so.
     """
     kind = KICK_OFF if call == HALF else call
-    team = HOME if state[TEAM] == NOBODY else int(state[TEAM])
-    attacks = home_attacks(int(state[HALVES_OVER])) * (1 if team == HOME else -1)
+    team = HOME if state["team"] == NOBODY else int(state["team"])
+    attacks = home_attacks(int(state["halves_over"])) * (1 if team == HOME else -1)
     # half a turn exchanges opposite quarters
-    quarter = int(state[QUARTER]) if attacks > 0 else 3 - int(state[QUARTER])
+    quarter = int(state["quarter"]) if attacks > 0 else 3 - int(state["quarter"])
     view = np.zeros_like(bodies)
     if not _arrange(kind, quarter, laws.marks, laws.settings.scatter, rng, view):
         raise BadSettings(
@@ -84,7 +84,7 @@ def _arrange(
 
     Args:
         kind: KICK_OFF, FREE_BALL, PENALTY or GOAL_KICK.
-        quarter: of a free ball, in this view, see ``referee.QUARTER``.
+        quarter: of a free ball, in this view, see ``quarter`` of ``referee.STATE``.
         marks: of the pitch.
         scatter: robot lengths, radians.
         rng: draws one number, and three more a robot.

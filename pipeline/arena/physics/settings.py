@@ -14,7 +14,7 @@ GRAVITY = 9.80665
 
 
 class PhysicsSettings(Frozen):
-    """How bodies move; the defaults are those of a VSSS match.
+    """Motion of bodies; the defaults are those of a VSSS match.
 
     Pymunk multiplies the restitutions (and frictions) of the two that touch. Here the ball's is 1, so
     those of walls and robots are what the ball meets; two robots meet with ``robot_restitution`` squared.

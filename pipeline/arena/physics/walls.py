@@ -1,4 +1,4 @@
-"""What surrounds a pitch: walls, goals with sides and a back, cut corners, as convex polygons."""
+"""Walls of a pitch, goals with sides and a back, and cut corners, as convex polygons."""
 
 from __future__ import annotations
 

@@ -1,15 +1,16 @@
-"""How robots act: steering, the executors of all situations, and the teams that are made of them.
+"""Driving of robots: steering, executors of all situations, and the teams that are made of them.
 
 ==============  ==============================================================
-teams           the teams of fixed rules behind one call: static, human_like, moving_randomly
-learned         the team that plays a policy, laid out as a playbook
-executors       each situation of Table 1 as something that a robot can do
-goalkeeping     to stand on the goal line where the ball will cross it
-ball            who has the ball, where it will be, driving that moves it
+table           TEAMS: an entry for each team; static, human_like, moving_randomly are their scripts
+people          settings of the person of a human-like team
+learned         the team that plays a policy, laid out as a policy_table
+executors       a controller for each situation of Table 1
+goalkeeping     a goalkeeper on its line, where the ball will cross it
+ball            possession, the ball's way, driving that moves it
 steering        wheel speeds toward a direction, a place or a pose
-roles           who is goalkeeper, midfield and striker
+roles           goalkeeper, midfield and striker by distance to the own goal
 geometry        lengths, directions and speeds in a view
-measures        pitch, robots and clock as players reckon with them
-splitmix            random numbers for compiled functions
+measures        lengths, speeds and times of pitch, robots and clock
+splitmix        random numbers for compiled functions
 ==============  ==============================================================
 """

@@ -18,7 +18,7 @@ from pipeline.bodies import BALL, F64, VX, VY, X, Y
 #: Half angle at which the recogniser's term FACING crosses 0.5, cosine.
 COS_FACING = math.cos(math.radians(30))
 
-# How far ahead the ball's way is looked at, seconds.
+# Longest prediction of the ball's way, seconds.
 _AHEAD_S = 0.5
 
 
@@ -40,7 +40,7 @@ def has_ball(view: F64, robot: int, m: Measures) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def soon(view: F64, robot: int, m: Measures) -> tuple[float, float]:
-    """Where the ball will be, x and y, when a robot can be there; within the pitch, half a second at most."""
+    """Place of the ball, x and y, when a robot can be there: on the pitch, at most half a second ahead."""
     ahead_s = min(distance(view, robot, BALL) / m.top, _AHEAD_S)
     x, y = view[BALL, X] + ahead_s * view[BALL, VX], view[BALL, Y] + ahead_s * view[BALL, VY]
     return clamp(x, m.goal_x), clamp(y, m.half_width)
@@ -52,8 +52,8 @@ class Coming(NamedTuple):
     Attributes:
         comes: whether it does; if not, the rest is 0.
         speed: m/s.
-        ux: of its direction, which has length 1.
-        uy: of its direction.
+        ux: x of its direction, which has length 1.
+        uy: y of its direction.
         aside: its way passes the robot's middle at this many metres times (uy, -ux).
     """
 
@@ -85,8 +85,8 @@ def push(
     Args:
         view: the team's.
         robot: its row.
-        tx: of the place.
-        ty: of the place.
+        tx: x of the place, metres.
+        ty: y of the place, metres.
         speed: m/s.
         round_it: how far behind the ball's middle it aims, in shares of the distance at which they touch;
             the more, the quicker the ball is turned, and the sooner lost.

@@ -11,31 +11,31 @@ from pipeline.bodies import F64, THETA, VX, VY, X, Y
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def offset(view: F64, a: int, b: int) -> tuple[float, float]:
-    """The way from the body of row ``a`` to that of row ``b``."""
+    """The vector from the body of row ``a`` to that of row ``b``."""
     return view[b, X] - view[a, X], view[b, Y] - view[a, Y]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def distance(view: F64, a: int, b: int) -> float:
-    """Between the middles of the bodies of rows ``a`` and ``b``."""
+    """Distance between the middles of the bodies of rows ``a`` and ``b``, metres."""
     return math.hypot(view[a, X] - view[b, X], view[a, Y] - view[b, Y])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def speed_of(view: F64, row: int) -> float:
-    """How fast the body of a row is."""
+    """Speed of the body of a row, m/s."""
     return math.hypot(view[row, VX], view[row, VY])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def along(view: F64, robot: int, dx: float, dy: float) -> float:
-    """How far a way leads where a robot's front points; negative if to its back."""
+    """Component of a vector along a robot's heading; negative if it points to the back."""
     return math.cos(view[robot, THETA]) * dx + math.sin(view[robot, THETA]) * dy
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def unit(dx: float, dy: float) -> tuple[float, float]:
-    """The direction of a way, of length 1; of (0, 0) it is (1, 0)."""
+    """The vector scaled to length 1; (1, 0) for (0, 0)."""
     length = math.sqrt(dx * dx + dy * dy)
     return (dx / length, dy / length) if length > 0.0 else (1.0, 0.0)
 

@@ -1,4 +1,4 @@
-"""What a goalkeeper does who waits for the ball: it stands on its line where the ball will cross it."""
+"""A goalkeeper that waits for the ball stands on its line where the ball will cross it."""
 
 from __future__ import annotations
 

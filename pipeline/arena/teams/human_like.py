@@ -10,18 +10,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 from numpy.random import Generator
 
 from pipeline.arena.teams import static
 from pipeline.arena.teams.geometry import distance, offset
-from pipeline.arena.teams.measures import Measures, Packed
+from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.people import TACTICS, People
 from pipeline.arena.teams.splitmix import SplitMix, normal
-from pipeline.arena.teams.static import ATTACKER, KEEPER, Robots
+from pipeline.arena.teams.static import ATTACKER, KEEPER
 from pipeline.arena.teams.steering import EITHER, FRONT, around, steer
-from pipeline.bodies import BALL, COLUMNS, F64, THETA, VX, VY, X
+from pipeline.bodies import BALL, COLUMNS, F64, THETA, VX, VY, Records, X
 
 _AGGRESSIVE, _DEFENSIVE, _CHASER = range(len(TACTICS))
 
@@ -33,16 +32,14 @@ PERSON = np.dtype([
     ("pace", np.float64), ("switch", np.int64), ("frames", np.int64), ("driven", np.int64),
     ("off", np.float64),
 ])  # fmt: skip
-#: One record of :data:`PERSON`, [1].
-Person = npt.NDArray[np.void]
 
 
-def new_memory(robots: int, m: Measures, rng: Generator, people: People) -> tuple[Robots, Person, F64]:
+def new_memory(robots: int, m: Measures, rng: Generator, people: People) -> tuple[Records, Records, F64]:
     """The memory of a team before a match, for somebody who is drawn from ``people``.
 
     Returns:
-        The robots, as the static rules remember them; the person; float64 [delay + 1, 1 + 2 N, 6], a ring
-        of the last views.
+        Records of ``static.ROBOT``, [N]; the person, a record of :data:`PERSON`, [1]; the last views, a
+        ring, float64 [delay + 1, 1 + 2 N, 6].
     """
     delay, wobble, lasting, skill, pace, switch = (
         float(rng.uniform(*span))
@@ -62,10 +59,10 @@ def new_memory(robots: int, m: Measures, rng: Generator, people: People) -> tupl
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def play(
-    view: F64, packed: Packed, splitmix: SplitMix, wheels: F64, robots: Robots, of: Person, ring: F64
+    view: F64, packed: Records, splitmix: SplitMix, wheels: F64, robots: Records, persons: Records, ring: F64
 ) -> None:
     """Play one frame, see :class:`pipeline.arena.teams.table.Script`."""
-    m, person = packed[0], of[0]
+    m, person = packed[0], persons[0]
     seen = _seen(view, len(robots), person["frames"], ring)
     static.share_out(seen, m, robots)
     if person["frames"] % person["switch"] == 0:
@@ -118,7 +115,7 @@ def _seen(view: F64, count: int, frame: int, ring: F64) -> F64:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _choose(seen: F64, tactic: int, robots: Robots) -> int:
+def _choose(seen: F64, tactic: int, robots: Records) -> int:
     """The robot to drive: the attacker, the nearest to the ball, or in defence the nearest behind it."""
     best, least = 1, np.inf
     for robot in range(1, len(robots) + 1):

@@ -12,36 +12,28 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
 from pipeline.arena.teams import executors
 from pipeline.arena.teams.geometry import speed_of
-from pipeline.arena.teams.measures import Packed
 from pipeline.arena.teams.policy_table import LONGEST, RANDOMLY, PolicyTable
 from pipeline.arena.teams.roles import I64, assign
 from pipeline.arena.teams.splitmix import SplitMix, normal, uniform
-from pipeline.bodies import BALL, F64, VX, VY, X, Y
+from pipeline.bodies import BALL, F64, VX, VY, Records, X, Y
 from pipeline.state import DRAWING, NORMAL, BinEdges, Observation, Radix, abstract_state, encode_one
 from pipeline.state.table import ELEMENTS, U8
 
 #: What a robot remembers: its action; the row of its behaviour in the policy table, -1 if it has to decide;
 #: the place in the behaviour of the code that it executes.
 ROBOT = np.dtype([("action", executors.ACTION), ("behaviour", np.int64), ("place", np.int64)])
-#: A record of :data:`ROBOT` for each of the team, [N].
-Robots = npt.NDArray[np.void]
-
 #: A decision: the robot's number; index of its role; the state by all elements; the row of the behaviour in
 #: the policy table; 1 if it was chosen at random; the key whose values decided, -1 if none knew the state.
 DECISION = np.dtype(
     [(name, np.int64) for name in ("robot", "role", "state", "behaviour", "random", "key")]
 )
-#: Records of :data:`DECISION`, [N].
-Decisions = npt.NDArray[np.void]
-
 
 class Policy(NamedTuple):
-    """What a learned team decides by.
+    """The knowledge and settings that a learned team decides by.
 
     Attributes:
         table: the values of behaviours in states.
@@ -56,14 +48,14 @@ class Policy(NamedTuple):
     explore: float
 
 
-def new_memory(robots: int) -> Robots:
-    """The memory of a team of N robots before a match: everybody has to decide."""
+def new_memory(robots: int) -> Records:
+    """Records of :data:`ROBOT`, [N]: the memory before a match, in which everybody has to decide."""
     memory = np.zeros(robots, dtype=ROBOT)
     forget(memory)
     return memory
 
 
-def forget(robots: Robots) -> None:
+def forget(robots: Records) -> None:
     """Make every robot decide anew: play has been restarted."""
     robots["behaviour"] = -1
 
@@ -90,8 +82,8 @@ def ball_direction(view: F64, before: float, moving: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def decide(
-    view: F64, direction: float, lead: int, robots: Robots, policy: Policy, packed: Packed,
-    splitmix: SplitMix, decisions: Decisions,
+    view: F64, direction: float, lead: int, robots: Records, policy: Policy, packed: Records,
+    splitmix: SplitMix, decisions: Records,
 ) -> int:  # fmt: skip
     """Let the robots decide that have to.
 
@@ -100,10 +92,10 @@ def decide(
         direction: of the ball's last motion, radians; NaN if it never moved.
         lead: own goals minus the adversary's.
         robots: as :func:`new_memory` made them and the frames before left them.
-        policy: what they decide by.
+        policy: the values, and how they are explored.
         packed: measures, ``Measures.packed()``.
         splitmix: draws ties and exploration.
-        decisions: written from the first on.
+        decisions: records of :data:`DECISION`, [N], written from the first on.
 
     Returns:
         Number of decisions, 0 to N.
@@ -140,7 +132,7 @@ def decide(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def carry_on(
-    view: F64, robots: Robots, codes: I64, packed: Packed, splitmix: SplitMix, wheels: F64
+    view: F64, robots: Records, codes: I64, packed: Records, splitmix: SplitMix, wheels: F64
 ) -> bool:
     """Carry on all behaviours for a frame.
 

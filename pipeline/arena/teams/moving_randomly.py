@@ -7,25 +7,24 @@ from numba import njit
 from numpy.random import Generator
 
 from pipeline.arena.teams import executors
-from pipeline.arena.teams.executors import Actions
-from pipeline.arena.teams.measures import Measures, Packed
+from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.people import People
 from pipeline.arena.teams.roles import I64
 from pipeline.arena.teams.splitmix import SplitMix
-from pipeline.bodies import F64
+from pipeline.bodies import F64, Records
 from schemas.situations import MOVES_RANDOMLY
 
 # Nobody's role matters to 194.
 _NO_ROLES: I64 = np.zeros(0, dtype=np.int64)
 
 
-def new_memory(robots: int, m: Measures, rng: Generator, people: People) -> tuple[Actions]:
-    """The memory of a team before a match: nobody moves. Only ``robots``, N, counts."""
+def new_memory(robots: int, m: Measures, rng: Generator, people: People) -> tuple[Records]:
+    """Records of ``executors.ACTION``, [N]: the memory before a match; only ``robots``, N, counts."""
     return (np.zeros(robots, dtype=executors.ACTION),)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def play(view: F64, packed: Packed, splitmix: SplitMix, wheels: F64, actions: Actions) -> None:
+def play(view: F64, packed: Records, splitmix: SplitMix, wheels: F64, actions: Records) -> None:
     """Play one frame, see :class:`pipeline.arena.teams.table.Script`."""
     m = packed[0]
     for robot in range(1, len(actions) + 1):

@@ -1,4 +1,4 @@
-"""What the people may be like for whom the human-like team stands in."""
+"""Settings of the human-like team: the ranges that its person is drawn from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who is goalkeeper, midfield and striker: the rank by distance to the own goal (paper, section 4)."""
+"""Roles of robots, goalkeeper, midfield and striker, by distance to the own goal (paper, section 4)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ GOALKEEPER, MIDFIELD, STRIKER = range(3)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def rank(view: F64, robot: int, goal_x: float) -> int:
-    """How many robots of a robot's team are nearer to their own goal than it; the lower row wins ties.
+    """Number of robots of a robot's team that are nearer to their own goal; the lower row wins ties.
 
     Args:
         view: float64 [1 + 2 N, 6], a team's view.

@@ -1,8 +1,7 @@
-"""Random numbers for players, whose state is an array: numba takes it in 0.2 µs, numpy's Generator in 7 µs.
+"""SplitMix64 random numbers: the state is an array, which numba takes in 0.2 µs; a Generator takes 7 µs.
 
-A team thinks for less than a microsecond, so that handing over a Generator once a frame would be most
-of the time that a match takes. The numbers are SplitMix64's (Steele, Lea and Flood 2014,
-doi:10.1145/2660193.2660195).
+A team's frame takes less than a microsecond, so a Generator in each call would be most of a match's time.
+Source: Steele, Lea and Flood 2014, doi:10.1145/2660193.2660195.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ import numpy.typing as npt
 from numba import njit
 from numpy.random import Generator
 
-#: uint64 [1]; every number that is drawn changes it.
+#: State of a stream, uint64 [1]; every draw changes it.
 SplitMix = npt.NDArray[np.uint64]
 
 _STEP = np.uint64(0x9E3779B97F4A7C15)
@@ -23,7 +22,7 @@ _A, _B, _C, _UNUSED = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
 
 
 def seeded(rng: Generator) -> SplitMix:
-    """SplitMix whose numbers are decided by one draw of ``rng``."""
+    """A state that one draw of ``rng`` decides."""
     return rng.integers(2**64, size=1, dtype=np.uint64)
 
 

@@ -1,4 +1,4 @@
-"""A team of fixed rules, of the kind that Yamamoto's was (paper, section 6); its text is in no public place.
+"""A team of fixed rules, as Yamamoto's was (paper, section 6), whose text is not public.
 
 One robot keeps the goal, one attacks, the others support. The rules are those common to the public
 strategies of the league: a goalkeeper on its line who spins at the ball, an attacker led by a univector
@@ -11,14 +11,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 from numpy.random import Generator
 
 from pipeline.arena.teams.ball import has_ball, push, soon, spin
 from pipeline.arena.teams.geometry import along, clamp, distance, offset, speed_of, unit
 from pipeline.arena.teams.goalkeeping import keep_line
-from pipeline.arena.teams.measures import Measures, Packed
+from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.people import People
 from pipeline.arena.teams.splitmix import SplitMix
 from pipeline.arena.teams.steering import (
@@ -31,7 +30,7 @@ from pipeline.arena.teams.steering import (
     steer,
     to_pose,
 )
-from pipeline.bodies import BALL, F64, X, Y
+from pipeline.bodies import BALL, F64, Record, Records, X, Y
 
 #: Jobs of robots.
 SUPPORTER, KEEPER, ATTACKER = range(3)
@@ -41,9 +40,6 @@ ROBOT = np.dtype([
     ("job", np.int64), ("stuck", np.int64), ("escaping", np.int64),
     ("left", np.float64), ("right", np.float64),
 ])  # fmt: skip
-#: A record of :data:`ROBOT` for each of the team, [N].
-Robots = npt.NDArray[np.void]
-
 # Lengths in robot radii, for a radius of 3.75 cm: the supporters' distance to the ball, 25 cm ("offensive
 # safe radius"); a ball to spin at, 8 cm; one at a wall that spinning certainly hits, 7.2 cm.
 _SUPPORT, _SPIN, _ROLL = 25 / 3.75, 8 / 3.75, 7.2 / 3.75
@@ -58,13 +54,13 @@ _RUN_UP = 3.5
 _STUCK_S, _ESCAPE_S = 0.4, 0.3
 
 
-def new_memory(robots: int, m: Measures, rng: Generator, people: People) -> tuple[Robots]:
-    """The memory of a team before a match: nobody has a job, nobody is stuck. Only ``robots``, N, counts."""
+def new_memory(robots: int, m: Measures, rng: Generator, people: People) -> tuple[Records]:
+    """Records of :data:`ROBOT`, [N]: the memory before a match; only ``robots``, N, counts."""
     return (np.zeros(robots, dtype=ROBOT),)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def play(view: F64, packed: Packed, splitmix: SplitMix, wheels: F64, robots: Robots) -> None:
+def play(view: F64, packed: Records, splitmix: SplitMix, wheels: F64, robots: Records) -> None:
     """Play one frame, see :class:`pipeline.arena.teams.table.Script`; nothing is left to chance."""
     m = packed[0]
     share_out(view, m, robots)
@@ -82,7 +78,7 @@ def play(view: F64, packed: Packed, splitmix: SplitMix, wheels: F64, robots: Rob
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def share_out(view: F64, m: Measures, robots: Robots) -> None:
+def share_out(view: F64, m: Measures, robots: Records) -> None:
     """Give each robot its job: keep the goal, attack, support.
 
     The robot nearest to the own goal keeps it. Of the others, the first to be behind the ball attacks. A
@@ -241,7 +237,7 @@ def in_area(x: float, y: float, margin: float, m: Measures) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def run_up(x: float, y: float, ux: float, uy: float, m: Measures) -> tuple[float, float]:
-    """Where a robot gets ready to drive a ball at (x, y) in the direction (ux, uy)."""
+    """Place at which a robot gets ready to drive a ball at (x, y) in the direction (ux, uy), metres."""
     return x - _RUN_UP * m.radius * ux, y - _RUN_UP * m.radius * uy
 
 
@@ -256,7 +252,7 @@ def cramped(x: float, y: float, ux: float, uy: float, m: Measures) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def get_free(view: F64, robot: int, m: Measures, own: np.void, wheels: F64) -> None:
+def get_free(view: F64, robot: int, m: Measures, own: Record, wheels: F64) -> None:
     """Back off for a while if the wheels turn but the robot has been held for long.
 
     Args:

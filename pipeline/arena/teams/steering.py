@@ -48,8 +48,8 @@ def steer(
     Args:
         view: the team's.
         robot: its row.
-        dx: of the direction.
-        dy: of the direction; (0, 0) stops the robot.
+        dx: x of the direction, of any length.
+        dy: y of the direction; (0, 0) stops the robot.
         speed: once it has turned, m/s, at least 0.
         end: FRONT or BACK goes first, or EITHER, the one that is nearer to the direction.
         m: measures.
@@ -97,12 +97,12 @@ def to_pose(
     The field passes the pose within 2.2 cm on the VSSS pitch, within 15 degrees of its direction.
 
     Args:
-        x: of where the robot is.
-        y: of where the robot is.
-        gx: of where it wants to be.
-        gy: of where it wants to be.
-        ux: of the direction in which it wants to drive there, of length 1.
-        uy: of the direction in which it wants to drive there, of length 1.
+        x: place of the robot, metres.
+        y: likewise.
+        gx: place of the pose, metres.
+        gy: likewise.
+        ux: direction of the pose, of length 1.
+        uy: likewise.
         m: measures.
 
     Returns:
@@ -145,8 +145,8 @@ def around(
     Args:
         view: the team's.
         robot: its row.
-        dx: of the direction.
-        dy: of the direction.
+        dx: x of the direction, of any length.
+        dy: y of the direction.
         reach: robots further off than this, metres, are not in the way.
         m: measures.
 

@@ -3,8 +3,8 @@
 ==============  ==============================================================
 screen          the window: opened, listened to, painted, in time
 controls        what keys, buttons and sticks ask for
-painting        how a moment of a match looks
-scene           the moment; needs no pygame
+painting        draws a picture
+picture         the contents of the window at one frame; needs no pygame
 ==============  ==============================================================
 """
 

@@ -1,4 +1,4 @@
-"""What keys, buttons and sticks ask for."""
+"""Keys, buttons and sticks as requests of a person."""
 
 from collections.abc import Iterable
 from enum import Enum, auto
@@ -10,7 +10,7 @@ from pipeline.arena.match.human import Command
 
 #: A stick that is pushed less is let go: sticks do not come back to exactly 0.
 DEAD_ZONE = 0.15
-#: What a person is told.
+#: Help line at the bottom of the window.
 HELP = "   ".join((
     "Arrows or WASD drive", "Space full speed", "Tab next robot", "E nearest to the ball",
     "P pause", "Esc leave",
@@ -20,7 +20,7 @@ _STICK_MOST = 32767
 
 
 class Do(Enum):
-    """What a key or a button is for."""
+    """Meaning of a key or a button."""
 
     FORWARD = auto()
     BACK = auto()
@@ -50,13 +50,13 @@ BUTTONS = {
 
 
 class Asked(NamedTuple):
-    """What a person asks for, since they were last listened to.
+    """Requests of a person since the last call.
 
     Attributes:
         command: for the robot that they drive.
         switch: which robot they want to drive instead, if any.
-        paused: whether the match shall stand still.
-        leave: whether they have had enough.
+        paused: whether the match stands still.
+        leave: whether they leave the match.
     """
 
     command: Command
@@ -107,7 +107,7 @@ class Controls:
                 self._paused = True
 
     def _once(self, what: Do) -> None:
-        """What happens when a key goes down, not while it is held."""
+        """Act on a key that goes down; nothing more happens while it is held."""
         match what:
             case Do.NEXT:
                 self._switch = "next"

@@ -1,4 +1,4 @@
-"""How a moment of a match looks."""
+"""Draws a frame of a match."""
 
 import math
 from collections import deque
@@ -8,7 +8,7 @@ import pygame
 
 from pipeline.arena.physics.laws import Marks
 from pipeline.arena.physics.walls import CORNERS
-from pipeline.arena.window.scene import Scene
+from pipeline.arena.window.picture import Picture
 from pipeline.bodies import BALL, F64, THETA, X, Y
 from pipeline.matches.frame import AWAY, HOME
 from pipeline.pitch import SCALES, Pitch
@@ -16,7 +16,7 @@ from pipeline.pitch import SCALES, Pitch
 Colour = tuple[int, int, int]
 Point = tuple[float, float]
 
-# Those of the replay's page in the dark.
+# Colours of the replay page in dark mode.
 _PAGE, _GRASS, _STRIPE, _CHALK = (18, 22, 20), (33, 60, 47), (36, 65, 51), (126, 156, 140)
 _INK, _MUTED, _WHITE, _DRIVEN = (232, 236, 233), (152, 163, 156), (255, 255, 255), (255, 214, 77)
 _TEAMS: dict[int, Colour] = {HOME: (63, 158, 230), AWAY: (240, 138, 60)}
@@ -26,8 +26,8 @@ _FINE = 2  # what does not change is painted so many times larger, and smoothed
 _TRAIL = 36  # frames
 
 
-class Painter:
-    """Paints moments of one match on surfaces of one size.
+class WindowPainter:
+    """Paints frames of one match on surfaces of one size.
 
     Args:
         pitch: of the match.
@@ -50,25 +50,25 @@ class Painter:
         self._sprites = {team: _robot(colour, self._robot) for team, colour in _TEAMS.items()}
         self._trail: deque[Point] = deque(maxlen=_TRAIL)
 
-    def paint(self, surface: pygame.Surface, scene: Scene) -> None:
-        """Paint a moment; the ball leaves a trail from call to call.
+    def paint(self, surface: pygame.Surface, picture: Picture) -> None:
+        """Paint a frame; the ball leaves a trail from call to call.
 
         Args:
             surface: of this painter's size.
-            scene: what is to be seen.
+            picture: its contents.
         """
         surface.blit(self._floor, (0, 0))
-        self._paint_goals(surface, scene.home_attacks)
-        self._paint_ball(surface, self._at(scene.bodies[BALL, X], scene.bodies[BALL, Y]))
-        robots = (len(scene.bodies) - 1) // 2
-        for row in range(1, len(scene.bodies)):
+        self._paint_goals(surface, picture.home_attacks)
+        self._paint_ball(surface, self._at(picture.bodies[BALL, X], picture.bodies[BALL, Y]))
+        robots = (len(picture.bodies) - 1) // 2
+        for row in range(1, len(picture.bodies)):
             team, number = (HOME, row) if row <= robots else (AWAY, row - robots)
-            self._paint_robot(surface, scene.bodies[row], team, number)
-        if scene.driven is not None:
-            self._mark(surface, scene.bodies[scene.driven])
-        self._paint_head(surface, scene)
-        if scene.message:
-            self._paint_message(surface, scene.message)
+            self._paint_robot(surface, picture.bodies[row], team, number)
+        if picture.driven is not None:
+            self._mark(surface, picture.bodies[picture.driven])
+        self._paint_head(surface, picture)
+        if picture.message:
+            self._paint_message(surface, picture.message)
 
     def _at(self, x: float, y: float) -> Point:
         """Where a place on the pitch is on the surface."""
@@ -158,15 +158,15 @@ class Painter:
         top = tip - 1.5 * half
         pygame.draw.polygon(surface, _DRIVEN, [(x, tip), (x - half, top), (x + half, top)])
 
-    def _paint_head(self, surface: pygame.Surface, scene: Scene) -> None:
+    def _paint_head(self, surface: pygame.Surface, picture: Picture) -> None:
         """Names on the sides from which the teams come, score and clock between them."""
         middle = self._size[0] / 2
-        _write(surface, f"{scene.score[HOME]} : {scene.score[AWAY]}", (middle, 32), 42, _INK)
-        clock = f"{_clock(scene.clock_s)} of {_clock(scene.duration_s)}"
+        _write(surface, f"{picture.score[HOME]} : {picture.score[AWAY]}", (middle, 32), 42, _INK)
+        clock = f"{_clock(picture.clock_s)} of {_clock(picture.duration_s)}"
         _write(surface, clock, (middle, 66), 15, _MUTED)
         for team in (HOME, AWAY):
             away = 1 if team == AWAY else -1
-            right = (scene.home_attacks > 0) == (team == HOME)
+            right = (picture.home_attacks > 0) == (team == HOME)
             _write(surface, self._names[team], (middle + away * 190, 30), 26, _TEAMS[team])
             aim = "attacks »" if right else "« attacks"
             _write(surface, aim, (middle + away * 190, 58), 14, _MUTED)

@@ -10,8 +10,8 @@ import pygame
 from pygame._sdl2 import controller
 
 from pipeline.arena.window.controls import HELP, Asked, Controls
-from pipeline.arena.window.painting import Painter
-from pipeline.arena.window.scene import Scene
+from pipeline.arena.window.painting import WindowPainter
+from pipeline.arena.window.picture import Picture
 from pipeline.errors import BadSettings
 from pipeline.pitch import Pitch
 
@@ -65,7 +65,7 @@ class Window:
         pygame.quit()
 
     def listen(self) -> Asked:
-        """What was asked for since the last call."""
+        """Requests of the person since the last call."""
         events = pygame.event.get()
         for event in events:
             if event.type == pygame.CONTROLLERDEVICEADDED:
@@ -75,9 +75,9 @@ class Window:
                 self._painter = self._new_painter()
         return self._controls.listen(events)
 
-    def show(self, scene: Scene) -> None:
-        """Paint a moment."""
-        self._painter.paint(self._screen, scene)
+    def show(self, picture: Picture) -> None:
+        """Paint a frame."""
+        self._painter.paint(self._screen, picture)
         pygame.display.flip()
 
     def due(self) -> int:
@@ -90,12 +90,12 @@ class Window:
         self._next_s += frames / self._hz
         return frames
 
-    def _new_painter(self) -> Painter:
+    def _new_painter(self) -> WindowPainter:
         screen = pygame.display.get_surface()
         assert screen is not None, "it is open"
         self._screen = screen
         width, height = screen.get_size()
-        return Painter(self._pitch, self._names, (max(width, LEAST[0]), max(height, LEAST[1])), HELP)
+        return WindowPainter(self._pitch, self._names, (max(width, LEAST[0]), max(height, LEAST[1])), HELP)
 
 
 def _find_display() -> None:

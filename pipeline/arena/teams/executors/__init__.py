@@ -1,11 +1,11 @@
-"""Every situation of Table 1 as something that a robot can do: one controller a code.
+"""A controller for each situation of Table 1, by its code.
 
 An action is begun with :func:`start` and carried on with :func:`act`, frame by frame, until its final
 condition holds or its time is up.
 
 ==============  ==============================================================
-actions         what each code does, and what a robot remembers of it
-beginnings      ``start``: whom it is done to, and at what distance it is over
+actions         controller, aim and time limit of each code; the memory of an action
+beginnings      ``start``: the aim, and the distance at which the action is over
 acting          ``act``: a frame of it, by the controller of its code
 with_ball       controllers of 001, 011, 021, 022 and 023
 to_ball         controllers of 044, 045 and 047
@@ -17,7 +17,7 @@ endings         when it is over; of each code the condition in words
 """
 
 from pipeline.arena.teams.executors.acting import act
-from pipeline.arena.teams.executors.actions import ACTION, CODES, Actions
+from pipeline.arena.teams.executors.actions import ACTION, CODES
 from pipeline.arena.teams.executors.beginnings import start
 
-__all__ = ["ACTION", "CODES", "Actions", "act", "start"]
+__all__ = ["ACTION", "CODES", "act", "start"]

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
 
 from pipeline.arena.teams.ball import has_ball, touches
 from pipeline.arena.teams.executors import actions, to_ball, to_things, with_ball
-from pipeline.arena.teams.executors.actions import Target
+from pipeline.arena.teams.executors.actions import Aim
 from pipeline.arena.teams.executors.endings import is_over
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.steering import EITHER, face, set_wheels, steer
-from pipeline.bodies import F64, X, Y
+from pipeline.bodies import F64, Record, X, Y
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def act(robot: int, view: F64, m: Measures, own: np.void, wheels: F64) -> bool:
+def act(robot: int, view: F64, m: Measures, own: Record, wheels: F64) -> bool:
     """Carry on an action for a frame.
 
     Args:
@@ -29,7 +28,7 @@ def act(robot: int, view: F64, m: Measures, own: np.void, wheels: F64) -> bool:
 
     Returns:
         Whether the action is over: its final condition holds, its time is up after this frame, or the
-        robot that is its target does not exist.
+        robot that is its aim does not exist.
     """
     code = own["code"]
     verb, thing = actions.VERB[code], actions.THING[code]
@@ -38,19 +37,19 @@ def act(robot: int, view: F64, m: Measures, own: np.void, wheels: F64) -> bool:
         return True
     if has_ball(view, robot, m) or (verb == actions.KICK and touches(view, robot, m)):
         own["had_ball"] = True
-    target = actions.target_of(view, thing, own["other"], m)
-    _control(view, robot, verb, target, m, own, wheels)
-    over = is_over(view, robot, verb, target, m, own)
+    aim = actions.aim_of(view, thing, own["other"], m)
+    _control(view, robot, verb, aim, m, own, wheels)
+    over = is_over(view, robot, verb, aim, m, own)
     own["frames"] += 1
     return over or (own["frames"] + 0.5) * m.frame_s >= actions.LIMIT_S[code]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _control(
-    view: F64, robot: int, verb: int, target: Target, m: Measures, own: np.void, wheels: F64
+    view: F64, robot: int, verb: int, aim: Aim, m: Measures, own: Record, wheels: F64
 ) -> None:
     """Let the controller ``verb`` write the wheels of the robot."""
-    dx, dy = target.x - view[robot, X], target.y - view[robot, Y]
+    dx, dy = aim.x - view[robot, X], aim.y - view[robot, Y]
     if verb == actions.HOLD:
         with_ball.hold(view, robot, m, wheels)
     elif verb == actions.GUIDE:
@@ -58,7 +57,7 @@ def _control(
     elif verb == actions.KICK:
         with_ball.kick(view, robot, m, own, wheels)
     elif verb == actions.GIVE:
-        with_ball.give(view, robot, target.row, m, own, wheels)
+        with_ball.give(view, robot, aim.row, m, own, wheels)
     elif verb == actions.REACH:
         to_ball.reach(view, robot, m, wheels)
     elif verb == actions.RECEIVE:
@@ -66,9 +65,9 @@ def _control(
     elif verb == actions.BLOCK:
         to_ball.block(view, robot, m, wheels)
     elif verb == actions.APPROACH:
-        to_things.approach(view, robot, target, m, wheels)
+        to_things.approach(view, robot, aim, m, wheels)
     elif verb in (actions.LEAVE, actions.RECEDE):
-        to_things.recede(view, robot, target, m, wheels)
+        to_things.recede(view, robot, aim, m, wheels)
     elif verb == actions.FACE:
         face(view, robot, dx, dy, m, wheels)
     elif verb == actions.LEVEL_X:

@@ -1,11 +1,10 @@
-"""Each code as an action: its controller, its target, its time limit; and a robot's memory of it."""
+"""Each code as an action: its controller, its aim, its time limit; and a robot's memory of it."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
 from pipeline.arena.teams.measures import Measures
@@ -15,7 +14,7 @@ from schemas.situations import MOVES_RANDOMLY
 #: Controllers; ``acting`` calls them.
 HOLD, GUIDE, KICK, GIVE, LEAVE, RECEDE, REACH, RECEIVE = range(8)
 APPROACH, BLOCK, FACE, LEVEL_X, LEVEL_Y, STAND, WANDER = range(8, 15)
-#: Kinds of targets.
+#: Kinds of aims.
 THE_BALL, OWN_GOAL, ADVERSARY_GOAL, OPPONENT, TEAMMATE = range(5)
 
 
@@ -24,7 +23,7 @@ class Action(NamedTuple):
 
     Attributes:
         verb: the controller.
-        thing: the kind of its target.
+        thing: the kind of its aim.
         role: of an opponent its role, of a teammate how many roles it is ahead; -1 for any: a near
             one beyond the ball.
         limit_s: longest time that it lasts, seconds.
@@ -81,14 +80,12 @@ ACTION = np.dtype([
     ("code", np.int64), ("frames", np.int64), ("other", np.int64), ("level", np.float64),
     ("lasted", np.int64), ("had_ball", np.bool_), ("left", np.float64), ("right", np.float64),
 ])  # fmt: skip
-#: A record of :data:`ACTION` for each robot.
-Actions = npt.NDArray[np.void]
 #: Value of ``lasted`` once a ball was let go.
 GONE = -1
 
 
-class Target(NamedTuple):
-    """The thing that an action is done to.
+class Aim(NamedTuple):
+    """The thing that an action is done to, as it is at a frame.
 
     Attributes:
         thing: its kind.
@@ -104,11 +101,11 @@ class Target(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def target_of(view: F64, thing: int, other: int, m: Measures) -> Target:
+def aim_of(view: F64, thing: int, other: int, m: Measures) -> Aim:
     """The thing that an action is done to; an opponent or teammate is the robot of row ``other``."""
     if thing == OWN_GOAL:
-        return Target(thing, other, -m.goal_x, 0.0)
+        return Aim(thing, other, -m.goal_x, 0.0)
     if thing == ADVERSARY_GOAL:
-        return Target(thing, other, m.goal_x, 0.0)
+        return Aim(thing, other, m.goal_x, 0.0)
     row = max(other, BALL)
-    return Target(thing, other, view[row, X], view[row, Y])
+    return Aim(thing, other, view[row, X], view[row, Y])

@@ -1,4 +1,4 @@
-"""The start of an action: its target, and the distance at which it will be over."""
+"""The start of an action: its aim, and the distance at which it will be over."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pipeline.arena.teams.geometry import distance, offset, unit
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.roles import I64
 from pipeline.arena.teams.splitmix import SplitMix, uniform
-from pipeline.bodies import BALL, F64, X, Y
+from pipeline.bodies import BALL, F64, Record, X, Y
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def start(
-    code: int, robot: int, view: F64, roles: I64, m: Measures, splitmix: SplitMix, own: np.void
+    code: int, robot: int, view: F64, roles: I64, m: Measures, splitmix: SplitMix, own: Record
 ) -> None:
     """Begin an action.
 
@@ -42,8 +42,8 @@ def start(
         own["left"] = m.top * (2.0 * uniform(splitmix) - 1.0)
         own["right"] = m.top * (2.0 * uniform(splitmix) - 1.0)
     elif verb in (actions.APPROACH, actions.RECEDE):
-        target = actions.target_of(view, thing, own["other"], m)
-        away = math.hypot(target.x - view[robot, X], target.y - view[robot, Y])
+        aim = actions.aim_of(view, thing, own["other"], m)
+        away = math.hypot(aim.x - view[robot, X], aim.y - view[robot, Y])
         if verb == actions.RECEDE:
             own["level"] = m.close if away < m.close else (m.near if away < m.near else np.nan)
         elif away > m.far and thing < actions.OPPONENT:

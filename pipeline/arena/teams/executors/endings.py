@@ -31,37 +31,34 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
 from pipeline.arena.teams.ball import COS_FACING, has_ball, touches
 from pipeline.arena.teams.executors import actions
-from pipeline.arena.teams.executors.actions import GONE, Target
+from pipeline.arena.teams.executors.actions import GONE, Aim
 from pipeline.arena.teams.geometry import along, distance, offset, speed_of
 from pipeline.arena.teams.measures import Measures
-from pipeline.bodies import BALL, F64, VX, VY, X, Y
+from pipeline.bodies import BALL, F64, VX, VY, Record, X, Y
 
-# How long the conditions of 001, 011 and 184 have to last, seconds.
+# Durations of the conditions of 001, 011 and 184, seconds.
 _GAINED_S, _GUIDED_S, _STOOD_S = 0.15, 0.40, 0.50
 # Half angles at which the recogniser's terms very FACING and PARALLEL cross 0.5, cosines.
 _COS_VERY, _COS_PARALLEL = math.cos(math.radians(24)), math.cos(math.radians(45))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def is_over(
-    view: F64, robot: int, verb: int, target: Target, m: Measures, own: np.void
-) -> bool:
+def is_over(view: F64, robot: int, verb: int, aim: Aim, m: Measures, own: Record) -> bool:
     """Whether an action's final condition holds after a frame; the table of the module says which.
 
     Args:
         view: the team's.
         robot: its row.
         verb: of the action.
-        target: of the action.
+        aim: of the action.
         m: measures.
         own: the robot's record of ``actions.ACTION``; ``lasted`` is written.
     """
-    dx, dy = target.x - view[robot, X], target.y - view[robot, Y]
+    dx, dy = aim.x - view[robot, X], aim.y - view[robot, Y]
     away = math.hypot(dx, dy)
     if verb == actions.APPROACH:
         return bool(away < own["level"])
@@ -90,12 +87,12 @@ def is_over(
         return _kicked(view, robot, own["lasted"] == GONE, m)
     if verb == actions.GIVE:
         let_go = own["lasted"] == GONE and distance(view, robot, BALL) > m.close
-        return let_go or touches(view, target.row, m)
+        return let_go or touches(view, aim.row, m)
     return verb == actions.LEAVE and _left(view, robot, m)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lasts(holds: bool, seconds: float, m: Measures, own: np.void) -> bool:
+def _lasts(holds: bool, seconds: float, m: Measures, own: Record) -> bool:
     """Whether a condition has held for so long."""
     own["lasted"] = own["lasted"] + 1 if holds else 0
     return bool((own["lasted"] - 0.5) * m.frame_s > seconds)

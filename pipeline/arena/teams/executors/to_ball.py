@@ -1,4 +1,4 @@
-"""Controllers for who wants the ball: reach it, receive it, stand in its way."""
+"""Controllers toward the ball: reach it, receive it, stand in its way."""
 
 from __future__ import annotations
 

@@ -1,10 +1,9 @@
-"""Controllers for who has the ball: hold, guide, kick, give it away; who has lost it gets it back."""
+"""Controllers with the ball: hold, guide, kick, give it away; a robot that has lost it gets it back."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
 from pipeline.arena.teams.ball import COS_FACING, has_ball, push, spin, touches
@@ -13,7 +12,7 @@ from pipeline.arena.teams.executors.to_ball import COS_AHEAD, go_behind, reach
 from pipeline.arena.teams.geometry import along, distance, offset, speed_of, unit
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.steering import EITHER, face, set_wheels, steer
-from pipeline.bodies import BALL, F64, VX, VY, X, Y
+from pipeline.bodies import BALL, F64, VX, VY, Record, X, Y
 
 # A gap to a ball that is held is closed at so many times its width a second.
 _GRIP = 4.0
@@ -48,7 +47,7 @@ def guide(view: F64, robot: int, m: Measures, wheels: F64) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def kick(view: F64, robot: int, m: Measures, own: np.void, wheels: F64) -> None:
+def kick(view: F64, robot: int, m: Measures, own: Record, wheels: F64) -> None:
     """021: shoot at the adversary's goal; a ball beside the robot is struck by spinning."""
     dx, dy = offset(view, robot, BALL)
     off = math.sqrt(dx * dx + dy * dy)
@@ -59,7 +58,7 @@ def kick(view: F64, robot: int, m: Measures, own: np.void, wheels: F64) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def give(view: F64, robot: int, other: int, m: Measures, own: np.void, wheels: F64) -> None:
+def give(view: F64, robot: int, other: int, m: Measures, own: Record, wheels: F64) -> None:
     """022, 023: push the ball to an opponent, pass it to a teammate; back off once the other touches it."""
     if own["had_ball"] and touches(view, other, m):
         dx, dy = offset(view, BALL, robot)
@@ -70,7 +69,7 @@ def give(view: F64, robot: int, other: int, m: Measures, own: np.void, wheels: F
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _strike(
-    view: F64, robot: int, tx: float, ty: float, cos_behind: float, m: Measures, own: np.void, wheels: F64
+    view: F64, robot: int, tx: float, ty: float, cos_behind: float, m: Measures, own: Record, wheels: F64
 ) -> None:
     """Push the ball to a place as fast as can be, then stop and let it run.
 

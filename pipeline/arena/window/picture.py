@@ -1,12 +1,12 @@
-"""A moment of a match, as it is shown."""
+"""The contents of the window at one frame of a match."""
 
 from typing import NamedTuple
 
 from pipeline.bodies import F64
 
 
-class Scene(NamedTuple):
-    """A moment.
+class Picture(NamedTuple):
+    """A frame of a match as the window shows it.
 
     Attributes:
         bodies: float64 [1 + 2 N, 6] in the pitch frame.
