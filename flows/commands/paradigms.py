@@ -16,8 +16,9 @@ from flows.commands.common import DEFAULTS, Common, Json, bars, console, print_f
 from flows.paradigms import Report, paradigms_flow, points_of, reports
 from flows.stage import StageReport, listener, need
 from pipeline.store import Store
-from pipeline.studies.paradigms.claims import PEAK, PRINTED
+from pipeline.studies.paradigms.claims import PEAK
 from pipeline.studies.paradigms.experiments import LEARNERS, Design, Figure, sheets
+from pipeline.studies.paradigms.measures import PRINTED
 from pipeline.studies.paradigms.runner import warm_up
 from schemas import Verdicts
 
