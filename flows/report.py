@@ -17,13 +17,12 @@ from pipeline.settings import Frozen
 from pipeline.store import Store
 from pipeline.store.receipts import RELEASE, Receipt
 from pipeline.store.work import Made
-from pipeline.studies.document import to_html, to_markdown
+from pipeline.studies.document import web_page
 from pipeline.studies.evaluations import Entrant, Evaluation
-from pipeline.studies.seasons.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC
-from pipeline.studies.seasons.judging import judged
+from pipeline.studies.seasons.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC, verdicts
 from pipeline.studies.seasons.measures import DIFFERENCE, EFFECTIVE, OTHER, Pooling
-from pipeline.studies.seasons.preferences import nobody, preferred
-from pipeline.studies.seasons.report import Report, document
+from pipeline.studies.seasons.preferences import empty_preferences, preferred
+from pipeline.studies.seasons.report import COLOURS, SeasonsReport
 from pipeline.studies.seasons.settings import Season
 from pipeline.studies.seasons.summary import beside_table_3, curves
 from pipeline.studies.seasons.table3 import CHANGE
@@ -211,7 +210,7 @@ def tables(store: Store, of: Sources) -> Tables:
 
 def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
     """What they prefer to do: settings, opponent, season, and the columns of ``preferred``."""
-    found = [nobody()]
+    found = [empty_preferences()]
     for season, player in of:
         _, policy = labelled(player.store, player.manifest)
         does = preferred(policy, player.team.settings.lcb_weight).with_columns(
@@ -252,14 +251,15 @@ def drawn(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
 
 
 def _made(found: Tables) -> Made:
-    """Claims, plots, and the page in both forms."""
-    games, growth, evaluations, left_out, prefer = found
-    claims, pictures = judged(games, growth, evaluations), drawn(games, growth)
-    blocks = document(
-        Report(games, evaluations, left_out, prefer, claims, pictures, RELEASE))
+    """Claims, plots, and the report as Markdown and as a web page."""
+    games, growth, evaluations, left_out, preferences = found
+    claims, pictures = verdicts(games, growth, evaluations), drawn(games, growth)
+    text = SeasonsReport(
+        games, evaluations, left_out, preferences, claims, list(pictures), RELEASE).markdown()
+    page = web_page(TITLE, text, pictures, COLOURS)
     return Made(
         tables=[(claims, Claims)],
-        blobs={"page": ("html", to_html(TITLE, blocks)), "text": ("md", to_markdown(blocks).encode())}
+        blobs={"page": ("html", page), "text": ("md", text.encode())}
         | {name: ("png", data) for name, data in pictures.items()},
     )
 

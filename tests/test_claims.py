@@ -9,11 +9,11 @@ from scipy import stats
 from support.points import curve, over_decays, point, table
 
 from pipeline.errors import SchemaMismatch
+from pipeline.studies.claims import Claim, Evidence, Range, counted, findings
 from pipeline.studies.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, verdicts
 from pipeline.studies.statistics import (
     UNDEFINED,
     Estimate,
-    Range,
     combined,
     difference,
     greatest,
@@ -149,6 +149,36 @@ def test_one_rule_for_all_verdicts():
     assert above.verdict(UNDEFINED) == UNDECIDED
     assert above.verdict(Estimate(0.5, 0.1, 1.0)) == REPRODUCED
     assert above.verdict(Estimate(-0.5, -1.0, -0.1)) == CONTRADICTED
+
+
+def test_the_verdicts_beside_the_range():
+    """The paper's own number comes first, then the count of observations, then the range, then the claim's kind."""
+    def verdict(estimate, observations=5, printed=None, **kind):
+        claim = Claim("Table 3", "It grows", "growth", Range("above 0", low=0.0, strict=True),
+                      lambda _: [Evidence(estimate, observations, {"settings": "paper"}, printed)], **kind)
+        [found] = findings([claim], None, least=5)
+        row = found.columns()
+        assert (row["claim"], row["quantity"], row["settings"], row["verdict"]) == ("It grows", "growth", "paper", found.verdict)
+        return found.verdict
+
+    grows, unclear, falls = Estimate(2, 1, 3), Estimate(1, -1, 3), Estimate(-2, -3, -1)
+    assert verdict(grows) == verdict(grows, printed=0.1) == "reproduced"
+    assert verdict(grows, printed=0.0) == verdict(grows, 0, printed=-1.0) == "contradictory"
+    assert verdict(grows, 4) == verdict(UNDEFINED, 0, aim=True) == verdict(falls, 4, by_construction=True) == "not judged"
+    assert [verdict(e, aim=True) for e in (grows, unclear, falls)] == ["reached", "not reached", "not reached"]
+    assert [verdict(e, by_construction=True) for e in (grows, unclear, falls)] == ["by construction", UNDECIDED, CONTRADICTED]
+
+
+def test_what_is_not_defined_is_null():
+    claim = Claim("Table 3", "It grows", "growth", Range("above 0", low=0.0), lambda _: [Evidence(UNDEFINED, 5, {})])
+    [found] = findings([claim], None)
+    row = found.columns()
+    assert (row["measured"], row["low"], row["high"], row["verdict"]) == (None, None, None, UNDECIDED)
+
+
+def test_counts_in_words():
+    assert counted(["b", "a", "c", "a", "c"]) == "5 claims: 2 a, 2 c, 1 b"
+    assert counted([]) == "0 claims: "
 
 
 def test_the_papers_intervals_are_those_of_its_100_runs():
@@ -413,7 +443,7 @@ def test_all_claims_of_the_paper_are_judged_in_order_and_whatever_the_order_of_p
     )
     found = verdicts(everything)
     assert list(found.schema.items()) == list(Verdicts.dtypes().items())
-    order = [(claim.figure, claim.text, claim.quantity) for claim in CLAIMS]
+    order = [(int(claim.item.removeprefix("Figure ")), claim.text, claim.quantity) for claim in CLAIMS]
     assert found.select("figure", "claim", "quantity").unique(maintain_order=True).rows() == order
     assert set(found["figure"]) == {4, 5, 6, 7}
     shuffled = everything.sample(fraction=1.0, shuffle=True, seed=1)

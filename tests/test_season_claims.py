@@ -8,17 +8,17 @@ from scipy import stats
 from support.seasons import ablations, apprentices, evaluation, evolving, rising, season, tables, world
 
 from pipeline.studies.seasons import table3
-from pipeline.studies.seasons.claims import CLAIMS, printed
-from pipeline.studies.seasons.judging import judged
+from pipeline.studies.seasons.claims import CLAIMS, verdicts
 from pipeline.studies.seasons.measures import (
     OTHER,
-    Season,
+    SeasonTables,
     greatest,
     grown_without_training,
     least_step,
     mean,
     overall_other,
     pooled,
+    printed,
     seasons_of,
     slope,
     total,
@@ -58,7 +58,7 @@ def test_what_is_known_of_the_papers_table(opponent, measure, value):
 
 
 def test_the_paper_denies_itself_in_what_its_table_does_not_bear_out():
-    found = judged(Games.empty(), Growth.empty(), NONE)
+    found = verdicts(Games.empty(), Growth.empty(), NONE)
     denied = found.filter(pl.col("verdict") == "contradictory")
     assert denied["quantity"].to_list() == [
         "share of games 2 to 35 with other actions", "slope of other actions in games 11 to 35, % a game",
@@ -69,7 +69,7 @@ def test_the_paper_denies_itself_in_what_its_table_does_not_bear_out():
 
 
 def test_its_own_table_never_stands_against_an_about():
-    about = judged(Games.empty(), Growth.empty(), NONE).filter(pl.col("stated").str.starts_with("about"))
+    about = verdicts(Games.empty(), Growth.empty(), NONE).filter(pl.col("stated").str.starts_with("about"))
     assert about.height == 9
     assert (about["verdict"] == "not judged").all()
 
@@ -89,8 +89,8 @@ def test_a_game_without_decisions_says_nothing_of_shares():
     games, growth = season(other=lambda g: 10.0, last=3)
     games = games.with_columns(pl.when(pl.col("game") == 2).then(0).otherwise(pl.col(c)).alias(c).cast(pl.Int64)
                                for c in ("actions", "random_actions", "other_actions"))
-    assert mean(OTHER, 1, 3)(Season(games, growth, NONE)) == 10.0
-    assert slope(OTHER, 1, 3)(Season(games, growth, NONE)) == pytest.approx(0.0, abs=1e-12)
+    assert mean(OTHER, 1, 3)(SeasonTables(games, growth, NONE)) == 10.0
+    assert slope(OTHER, 1, 3)(SeasonTables(games, growth, NONE)) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_steps_and_growth_without_training():
@@ -139,18 +139,18 @@ def test_no_interval_of_shares_on_the_page_leaves_what_can_be():
     games, _ = tables(season("paper", STATIC, 0, last=12), season("paper", STATIC, 1, last=12, other=lambda g: 4.0))
     assert compared(games)["other_low"].to_list() == [0.0]
     assert beside_table_3(games, "paper")["low"].drop_nulls().to_list() == [0.0] * 12
-    found = judged(games, Growth.empty(), NONE)
+    found = verdicts(games, Growth.empty(), NONE)
     assert claim(found, "nothing evolves")["low"] == 0.0
 
 
-def test_one_season_is_measured_without_an_interval_and_not_judged():
-    found = judged(*tables(season("paper", STATIC, other=evolving(0))), NONE)
+def test_one_season_is_measured_without_an_interval_and_not_verdicts():
+    found = verdicts(*tables(season("paper", STATIC, other=evolving(0))), NONE)
     row = claim(found, "nothing evolves")
     assert (row["measured"], row["low"], row["high"], row["seasons"], row["verdict"]) == (0.0, None, None, 1, "not judged")
 
 
 def test_most_of_what_the_paper_says_is_reproduced_where_it_holds():
-    found = judged(*world(), apprentices())
+    found = verdicts(*world(), apprentices())
     assert list(found.schema.items()) == list(Claims.dtypes().items())
     assert claim(found, "nothing evolves")["verdict"] == "reproduced"
     assert claim(found, "from game 11 on", quantity="11 less those")["verdict"] == "reproduced"
@@ -170,7 +170,7 @@ def test_most_of_what_the_paper_says_is_reproduced_where_it_holds():
 
 
 def test_what_could_not_be_otherwise_is_no_evidence():
-    found = judged(*world(), apprentices())
+    found = verdicts(*world(), apprentices())
     by_construction = found.filter(pl.col("verdict") == "by construction")
     assert by_construction["claim"].unique(maintain_order=True).to_list() == [
         "The first game knows only random actions", "The number of states never falls", "States increase during playing",
@@ -178,12 +178,12 @@ def test_what_could_not_be_otherwise_is_no_evidence():
     assert by_construction.height == 12
     # should one of them not hold, that is said, and few seasons say nothing of it either
     forgetful = [season("paper", STATIC, s, states=lambda g: 100 - g) for s in range(5)]
-    assert claim(judged(*tables(*forgetful), NONE), "never falls", STATIC)["verdict"] == "contradicted"
-    assert claim(judged(*tables(*forgetful[:4]), NONE), "only during training", STATIC)["verdict"] == "not judged"
+    assert claim(verdicts(*tables(*forgetful), NONE), "never falls", STATIC)["verdict"] == "contradicted"
+    assert claim(verdicts(*tables(*forgetful[:4]), NONE), "only during training", STATIC)["verdict"] == "not judged"
 
 
 def test_our_aims_are_of_evaluations_after_the_last_game():
-    found = judged(*world(), apprentices(late=lambda s: s))
+    found = verdicts(*world(), apprentices(late=lambda s: s))
     row = claim(found, "The best apprentice beats")
     # goal differences 2, 3, 2, 3, 2
     assert (row["measured"], row["seasons"], row["verdict"]) == (pytest.approx(2.4), 5, "reached")
@@ -194,47 +194,47 @@ def test_our_aims_are_of_evaluations_after_the_last_game():
     assert row["verdict"] == "not reached"
     assert (row["settings"], row["opponent"]) == ("best", STATIC)
     many = pl.concat(evaluation(f"best-static-s{s}", RANDOM, 50) for s in range(5))
-    assert claim(judged(*world(), many), "It wins against the random team")["verdict"] == "reached"
+    assert claim(verdicts(*world(), many), "It wins against the random team")["verdict"] == "reached"
 
 
 def test_a_season_that_has_not_ended_was_not_measured_after_its_last_game():
     games, growth = (table.filter((pl.col("season") != "best-static-s1") | (pl.col("game") < 35)) for table in world())
-    assert claim(judged(games, growth, apprentices()), "The best apprentice beats")["seasons"] == 4
+    assert claim(verdicts(games, growth, apprentices()), "The best apprentice beats")["seasons"] == 4
 
 
 def test_evaluations_of_teams_without_a_season_say_nothing():
     rows = pl.concat([apprentices(), evaluation("best-static-s77", goals=lambda _: (0, 9)), evaluation("v3", goals=lambda _: (0, 9))])
-    assert judged(*world(), rows).equals(judged(*world(), apprentices()))
+    assert verdicts(*world(), rows).equals(verdicts(*world(), apprentices()))
 
 
 def test_the_ablations_must_break_what_the_score_explains():
     games, growth = (pl.concat(parts) for parts in zip(world(), *ablations(), strict=True))
-    found = judged(games, growth, NONE).filter(pl.col("item") == "ablation")
+    found = verdicts(games, growth, NONE).filter(pl.col("item") == "ablation")
     assert found["verdict"].to_list() == ["reproduced"] * 5
     assert claim(found, "used against the human-like team")["measured"] == pytest.approx(1.0 * 34 / 35, abs=0.01)
     unbroken = [season("paper-full35", kind, s, other=other(s)) for s in range(5) for kind, other in ((STATIC, evolving), (HUMAN, rising))]
     games, growth = (pl.concat(parts) for parts in zip(world(), *unbroken, strict=True))
-    found = judged(games, growth, NONE).filter(pl.col("item") == "ablation")
+    found = verdicts(games, growth, NONE).filter(pl.col("item") == "ablation")
     assert found["verdict"].to_list() == ["contradicted", "not judged", "not reproduced", "not judged", "not reproduced"]
 
 
 def test_a_season_that_breaks_off_is_left_out_of_what_it_does_not_have():
     full = [season("paper", STATIC, s, other=evolving(s)) for s in range(5)]
-    found = judged(*tables(*full, season("paper", STATIC, 5, last=15, other=evolving(5))), NONE)
+    found = verdicts(*tables(*full, season("paper", STATIC, 5, last=15, other=evolving(5))), NONE)
     assert claim(found, "nothing evolves")["seasons"] == 6
     assert claim(found, "from game 11 on", quantity="11 to 20")["seasons"] == 5
 
 
 def test_the_same_season_twice_counts_once():
     again = season("paper", STATIC, 0, other=evolving(0), last=20, name="again")
-    found = judged(*tables(season("paper", STATIC, 0, other=evolving(0)), again), NONE)
+    found = verdicts(*tables(season("paper", STATIC, 0, other=evolving(0)), again), NONE)
     assert claim(found, "nothing evolves")["seasons"] == 1
 
 
 def test_verdicts_do_not_depend_on_the_order_of_rows():
     games, growth = world()
-    shuffled = judged(*(table.sample(fraction=1.0, shuffle=True, seed=1) for table in (games, growth, apprentices())))
-    assert shuffled.equals(judged(games, growth, apprentices()))
+    shuffled = verdicts(*(table.sample(fraction=1.0, shuffle=True, seed=1) for table in (games, growth, apprentices())))
+    assert shuffled.equals(verdicts(games, growth, apprentices()))
 
 
 def test_curves_are_means_over_seasons_with_their_interval():

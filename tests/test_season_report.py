@@ -24,12 +24,12 @@ from pipeline.errors import NotFound
 from pipeline.store import Store
 from pipeline.store.catalog import query
 from pipeline.store.work import Made, Work
-from pipeline.studies.document import Code, Grid, Heading, Picture, Sentences, to_html, to_markdown
+from pipeline.studies.document import code, picture, table, web_page
 from pipeline.studies.evaluations import Evaluation
-from pipeline.studies.seasons.judging import judged
+from pipeline.studies.seasons.claims import verdicts
 from pipeline.studies.seasons.measures import DIFFERENCE, OTHER
-from pipeline.studies.seasons.preferences import nobody, preferred
-from pipeline.studies.seasons.report import Report, commands, document, evaluating
+from pipeline.studies.seasons.preferences import empty_preferences, preferred
+from pipeline.studies.seasons.report import SeasonsReport, commands, evaluating
 from pipeline.studies.seasons.settings import Season, parse
 from pipeline.studies.seasons.summary import beside_table_3, curves
 from pipeline.views.plots import seasons as plots
@@ -130,21 +130,32 @@ def test_nothing_to_draw_is_said():
         plots.states(curves(Growth.empty(), {"states": pl.col("states")}, ["role"]))
 
 
-def test_a_document_takes_data_as_it_is_and_marks_only_sentences():
-    blocks = [Heading("A & B", 1), Sentences("**bold** and `code` < *so*"), Code(("a < b",)),
-              Grid(("name", "n"), (("<b>*x*|y</b>", "1"),), (False, True), (("1", "#00644a"),)),
-              Picture("plot", "What is seen", b"\x89PNG")]
-    page = to_html("T", blocks).decode()
+def test_a_page_is_made_of_its_markdown():
+    """Data are shown as they are; sentences are marked; pictures and colours are in the page."""
+    text = "\n\n".join([
+        "# A & B", "**bold** and `code` < *so*", code(["a < b"]), picture("plot", "What *is* seen"),
+        table(("name", "*n*"), [("<b>*x*|y</b> [1]", "1"), ("reproduced", "reproduced")], (False, True)), "reproduced",
+    ])
+    assert "| &lt;b>\\*x\\*\\|y&lt;/b> \\[1\\] | 1 |" in text
+    assert "| --- | ---: |" in text
+    assert "![What *is* seen](plot.png)" in text
+    assert "    a < b" in text
+    page = web_page("T <1>", text, {"plot": b"\x89PNG"}, {"reproduced": "#00644a"}).decode()
+    assert "<title>T &lt;1&gt;</title>" in page
     assert "<h1>A &amp; B</h1>" in page
     assert "<strong>bold</strong> and <code>code</code> &lt; <em>so</em>" in page
-    assert "&lt;b&gt;*x*|y&lt;/b&gt;" in page
-    assert 'src="data:image/png;base64,iVBORw=="' in page
-    assert "color: #00644a" in page
-    text = to_markdown(blocks)
-    assert "| &lt;b>\\*x\\*\\|y&lt;/b> | 1 |" in text
-    assert "| --- | ---: |" in text
-    assert "![What is seen](plot.png)" in text
-    assert "    a < b" in text
+    assert "<pre><code>a &lt; b\n</code></pre>" in page
+    assert "<td>&lt;b&gt;*x*|y&lt;/b&gt; [1]</td>" in page
+    assert '<th style="text-align:right">*n*</th>' in page
+    assert re.search(r'<figure id="plot"><img src="data:image/png;base64,iVBORw==" alt="What is seen" ?/>'
+                     r"<figcaption>What <em>is</em> seen</figcaption>\s*</figure>", page)
+    assert page.count("color: #00644a") == 2  # both cells, not the sentence
+    assert page.count('<div class="table"><table>') == page.count("</table></div>") == 1
+
+
+def test_a_page_does_not_run_what_is_in_a_text():
+    page = web_page("T", "<script>alert(1)</script>", {}, {}).decode()
+    assert "<script>" not in page
 
 
 def test_commands_play_the_very_seasons_again():
@@ -176,9 +187,9 @@ def test_the_page_says_how_apprentices_did_and_what_is_left_out():
     games, growth = (pl.concat(parts) for parts in zip(world(), *(season("best-exact", "static", s) for s in range(2)), strict=True))
     rows = apprentices()
     does = pl.DataFrame([("best", "static", "best-static-s1", role, f"{code} Robot …", worth, 9.0) for role, code, worth in (
-        ("goalkeeper", "088", 0.123), ("midfield", "021", 0.5), ("striker", "044", 0.25))], schema=nobody().schema, orient="row")
-    report = Report(games, rows, 3, does, judged(games, growth, rows), {}, "pitchlore")
-    text = to_markdown(document(report)).replace("\\", "")
+        ("goalkeeper", "088", 0.123), ("midfield", "021", 0.5), ("striker", "044", 0.25))], schema=empty_preferences().schema, orient="row")
+    report = SeasonsReport(games, rows, 3, does, verdicts(games, growth, rows), [], "pitchlore")
+    text = report.markdown().replace("\\", "")
     assert "| best | static | best-static-s1 | 088 Robot … (0.12) | 021 Robot … (0.5) | 044 Robot … (0.25) |" in text
     assert "| best | static | 35 | random | 5 | 100 | 3.80 [3.80, 3.80] | 95.0 [95.0, 95.0] | 95.0 [" in text
     assert "Left out: 3 pairs" in text
@@ -298,7 +309,7 @@ def test_a_report_says_what_the_apprentices_of_the_best_settings_do(taught, caps
     assert read(taught).preferences.height == 0
     page = write_report(taught).page
     assert "044 Robot reaches the ball (0.1)" not in page.read_text()
-    assert f"Of {SHORT.id} nobody can tell" in page.read_text()
+    assert f"{SHORT.id} cannot be listed: the policy is gone" in page.read_text()
     away.rename(store)
     page = write_report(taught).page
     assert "044 Robot reaches the ball (0.1)" in page.read_text()

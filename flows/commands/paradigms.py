@@ -19,8 +19,9 @@ from flows.paradigms import Report, paradigms_flow, points_of, reports
 from flows.progress import StageReport
 from flows.stage import need
 from pipeline.store import Store
-from pipeline.studies.paradigms.claims import PEAK, PRINTED
+from pipeline.studies.paradigms.claims import PEAK
 from pipeline.studies.paradigms.experiments import LEARNERS, Design, Figure, sheets
+from pipeline.studies.paradigms.measures import PRINTED
 from pipeline.studies.paradigms.runner import warm_up
 from schemas import Verdicts
 

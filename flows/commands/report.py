@@ -12,8 +12,7 @@ from flows.commands.printing import console, print_frame, print_json, warn
 from flows.report import write_report
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
-from pipeline.studies.seasons.claims import BEST, PAPER
-from pipeline.studies.seasons.judging import LEAST_SEASONS
+from pipeline.studies.seasons.claims import BEST, LEAST_SEASONS, PAPER
 from pipeline.studies.seasons.preferences import side_by_side
 from pipeline.studies.seasons.summary import ablated, compared, measured, played
 from pipeline.studies.seasons.table3 import GAMES

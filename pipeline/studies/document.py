@@ -1,8 +1,7 @@
-"""A document of headings, sentences, tables and pictures, written as one web page or as Markdown.
+"""Parts of a report in Markdown, and the web page made from it.
 
-The web page is one file that fetches nothing, its pictures inside; Markdown names the pictures as files
-beside it. Sentences may be marked as in Markdown: ``**strong**``, ``*emphasis*`` and ```code```; cells of
-tables, titles and lines of code are taken as they are, whatever is in them.
+The Markdown is the one source. It names pictures as files beside it; the web page holds them inside and
+fetches nothing.
 """
 
 from __future__ import annotations
@@ -10,65 +9,10 @@ from __future__ import annotations
 import base64
 import html
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 
-
-@dataclass(frozen=True, slots=True)
-class Heading:
-    """A heading of level 1 (the document's), 2 or 3."""
-
-    text: str
-    level: int = 2
-
-
-@dataclass(frozen=True, slots=True)
-class Sentences:
-    """A paragraph."""
-
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Code:
-    """Lines as they are typed."""
-
-    lines: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Grid:
-    """A table of texts.
-
-    Attributes:
-        head: names of the columns.
-        rows: cells.
-        right: of each column, whether it is flush right, as numbers are.
-        colours: cell to the CSS colour that it is written in on the web page.
-    """
-
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    right: tuple[bool, ...]
-    colours: tuple[tuple[str, str], ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A plot.
-
-    Attributes:
-        name: of its file, without suffix.
-        caption: sentences under it, which are also said to who does not see it.
-        png: its bytes.
-    """
-
-    name: str
-    caption: str
-    png: bytes
-
-
-Block = Heading | Sentences | Code | Grid | Picture
+from markdown_it import MarkdownIt
+from markdown_it.token import Token
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; margin: 0; }
@@ -77,26 +21,76 @@ h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 2.2rem; } h3 { fon
 .table { overflow-x: auto; } table { border-collapse: collapse; font-size: 13px; }
 th, td { text-align: left; vertical-align: top; padding: .2rem .55rem; border-bottom: 1px solid #ddd; }
 th { border-bottom: 2px solid #888; vertical-align: bottom; }
-.right { text-align: right; font-variant-numeric: tabular-nums; } td.right { white-space: nowrap; }
+[style*="right"] { font-variant-numeric: tabular-nums; } td[style*="right"] { white-space: nowrap; }
 figure { margin: 0; } img { max-width: 100%; } figcaption { font-size: 13px; color: #444; }
 pre { background: #f4f4f4; padding: .6rem; overflow-x: auto; font-size: 13px; }
 """
 
-_MARKS = (
-    (re.compile(r"\*\*(.+?)\*\*"), r"<strong>\1</strong>"),
-    (re.compile(r"\*(.+?)\*"), r"<em>\1</em>"),
-    (re.compile(r"`(.+?)`"), r"<code>\1</code>"),
-)
+
+def code(lines: Iterable[str]) -> str:
+    """Markdown of lines as they are typed."""
+    return "\n".join(f"    {line}" for line in lines)
 
 
-def to_html(title: str, blocks: Sequence[Block]) -> bytes:
-    """The document as one web page in UTF-8.
+def picture(name: str, caption: str) -> str:
+    """Markdown of the picture ``name``.png, its caption below it and as its description."""
+    return f"![{caption}]({name}.png)\n\n{caption}"
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[bool]) -> str:
+    """Markdown of a table; the cells' text is shown as it is.
 
     Args:
-        title: of the browser's window.
-        blocks: in order.
+        head: names of the columns.
+        rows: cells.
+        right: True for each column that is flush right, as numbers are.
     """
-    body = "\n".join(_html(block) for block in blocks)
+    rule = ["---:" if flush else "---" for flush in right]
+    lines = [map(_literal, head), rule, *(map(_literal, row) for row in rows)]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+
+
+def number(value: float | None, places: int | None = None) -> str:
+    """Number to so many decimal places, or to about three digits (whole numbers whole); a dash for None."""
+    if value is None:
+        return "–"
+    if places is None:
+        places = 0 if value == round(value) else _places(value)
+    return f"{value:,.{places}f}"
+
+
+def interval(value: float | None, low: float | None, high: float | None, places: int | None = None) -> str:
+    """``1.50 [1.20, 1.80]``, all with the same places; the value alone if there is no interval."""
+    if value is None or low is None or high is None:
+        return number(value, places)
+    if places is None:
+        places = _places(max(abs(end) for end in (value, low, high)))
+    return f"{value:,.{places}f} [{low:,.{places}f}, {high:,.{places}f}]"
+
+
+def web_page(title: str, text: str, pictures: Mapping[str, bytes], colours: Mapping[str, str]) -> bytes:
+    """Web page of a Markdown text, UTF-8.
+
+    Args:
+        title: title of the browser's window.
+        text: Markdown; HTML in it is shown as text.
+        pictures: PNG of each picture, by name.
+        colours: CSS colour of a table cell, by its text.
+
+    Raises:
+        KeyError: if the text names a picture that is not given.
+    """
+    markdown = MarkdownIt("commonmark", {"html": False}).enable("table")
+    tokens = markdown.parse(text)
+    for place, token in enumerate(tokens):
+        if token.type != "inline":
+            continue
+        if tokens[place - 1].type == "td_open" and token.content in colours:
+            tokens[place - 1].attrSet("style", f"color: {colours[token.content]}; font-weight: 600")
+        if [child.type for child in token.children or ()] == ["image"]:
+            tokens[place - 1:place + 5] = _figure(tokens[place - 1:place + 5], pictures)
+    body = markdown.renderer.render(tokens, markdown.options, {})
+    body = body.replace("<table>", '<div class="table"><table>').replace("</table>", "</table></div>")
     return f"""<!doctype html>
 <html lang="en">
 <meta charset="utf-8">
@@ -104,79 +98,28 @@ def to_html(title: str, blocks: Sequence[Block]) -> bytes:
 <title>{html.escape(title)}</title>
 <style>{_STYLE}</style>
 <main>
-{body}
-</main>
+{body}</main>
 </html>
 """.encode()
 
 
-def to_markdown(blocks: Sequence[Block]) -> str:
-    """The document as Markdown, its pictures as ``NAME.png`` beside it.
-
-    Args:
-        blocks: in order.
-    """
-    return "\n\n".join(_markdown(block) for block in blocks) + "\n"
-
-
-def _html(block: Block) -> str:
-    match block:
-        case Heading(text, level):
-            return f"<h{level}>{html.escape(text)}</h{level}>"
-        case Sentences(text):
-            return f"<p>{_marked(text)}</p>"
-        case Code(lines):
-            text = "\n".join(lines)
-            return f"<pre>{html.escape(text)}</pre>"
-        case Grid():
-            return _html_table(block)
-        case Picture(name, caption, png):
-            source = f"data:image/png;base64,{base64.b64encode(png).decode()}"
-            return (f'<figure id="{html.escape(name)}"><img alt="{html.escape(caption)}" src="{source}">'
-                    f"<figcaption>{_marked(caption)}</figcaption></figure>")
+def _figure(paragraphs: Sequence[Token], pictures: Mapping[str, bytes]) -> list[Token]:
+    """Figure made of two paragraphs, a picture and its caption; the picture's bytes go into the page."""
+    start, inline, end, *caption = paragraphs
+    (image,) = inline.children or ()
+    name = str(image.attrs["src"]).removesuffix(".png")
+    image.attrSet("src", f"data:image/png;base64,{base64.b64encode(pictures[name]).decode()}")
+    start.tag = end.tag = "figure"
+    start.attrSet("id", name)
+    caption[0].tag = caption[-1].tag = "figcaption"
+    return [start, inline, *caption, end]
 
 
-def _html_table(grid: Grid) -> str:
-    colours = dict(grid.colours)
-
-    def line(cells: Sequence[str], tag: str) -> str:
-        written = []
-        for cell, right in zip(cells, grid.right, strict=True):
-            look = ' class="right"' if right else ""
-            if cell in colours:
-                look += f' style="color: {colours[cell]}; font-weight: 600"'
-            written.append(f"<{tag}{look}>{html.escape(cell)}</{tag}>")
-        return f"<tr>{''.join(written)}</tr>"
-
-    body = "\n".join(line(cells, "td") for cells in grid.rows)
-    return (f'<div class="table"><table>\n<thead>{line(grid.head, "th")}</thead>\n'
-            f"<tbody>\n{body}\n</tbody>\n</table></div>")
+def _literal(text: str) -> str:
+    """Markdown that shows a text as it is."""
+    return re.sub(r"([\\`*_|\[\]])", r"\\\1", text).replace("<", "&lt;")
 
 
-def _marked(text: str) -> str:
-    text = html.escape(text, quote=False)
-    for mark, tag in _MARKS:
-        text = mark.sub(tag, text)
-    return text
-
-
-def _markdown(block: Block) -> str:
-    match block:
-        case Heading(text, level):
-            return f"{'#' * level} {text}"
-        case Sentences(text):
-            return text
-        case Code(lines):
-            return "\n".join(f"    {line}" for line in lines)
-        case Grid(head, rows, right):
-            rule = tuple("---:" if flush else "---" for flush in right)
-            table = [tuple(map(_cell, head)), rule, *(tuple(map(_cell, row)) for row in rows)]
-            return "\n".join(f"| {' | '.join(cells)} |" for cells in table)
-        case Picture(name, caption, _):
-            return f"![{caption}]({name}.png)\n\n{caption}"
-
-
-def _cell(text: str) -> str:
-    """Text that Markdown takes as it is."""
-    text = re.sub(r"([\\`*_|\[\]])", r"\\\1", text)
-    return text.replace("<", "&lt;")
+def _places(value: float) -> int:
+    """Decimal places of a number of this size."""
+    return 0 if abs(value) >= 100 else 1 if abs(value) >= 10 else 2 if abs(value) >= 0.1 else 3

@@ -16,8 +16,9 @@ from typing import Any, Literal
 from pydantic import Field
 
 from pipeline.settings import Frozen
-from pipeline.studies.paradigms.claims import PAPER_RUNS, PEAK, PRINTED
+from pipeline.studies.paradigms.claims import PAPER_RUNS, PEAK
 from pipeline.studies.paradigms.curves import Curve, Exploration
+from pipeline.studies.paradigms.measures import PRINTED
 from pipeline.studies.paradigms.readings import grid_readings, matrix_readings
 from pipeline.studies.paradigms.rules.distributed import Distributed
 from pipeline.studies.paradigms.rules.fmq import FMQ

@@ -8,8 +8,8 @@ from typing import Any
 
 import polars as pl
 
-from pipeline.studies.paradigms.claims import PRINTED
 from pipeline.studies.paradigms.curves import Curve
+from pipeline.studies.paradigms.measures import PRINTED
 from pipeline.studies.paradigms.rules.iq import IQ
 from pipeline.studies.paradigms.rules.ivq import IVQ
 from pipeline.studies.paradigms.rules.jaq import JAQ

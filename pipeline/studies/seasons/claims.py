@@ -1,27 +1,25 @@
-"""What the paper claims of its seasons, and what we aim at with ours.
+"""The paper's claims about its seasons, our claims about ablations, and our aims.
 
-A claim says that a quantity, one number a season, lies in a range. Where the paper gives a number and no
-spread (it played one season a column), "about" means from half to double of it. "Almost none" of the static
-column's other actions is at most a tenth of what the column has from the change of the score on: 0.33 %.
+The measures are in :mod:`pipeline.studies.seasons.measures`, the verdicts' rule in
+:mod:`pipeline.studies.claims`. The paper gives numbers without a spread, since it played one season for each
+column: "about" means from half to double of its number. "Almost none" of the static column's other actions is
+at most a tenth of the column's mean from the change of the score on: 0.33 %.
 
-What we aim at is measured on the apprentice that 35 games against the static team have made: by evaluations,
-in which it tries nothing and learns nothing any more, against the static team and against the random one;
-and by the end of its learning curve.
+Our aims concern the apprentice after 35 games against the static team. It is measured by evaluations against
+the static and the random team, in which it neither explores nor learns, and by the end of its learning curve.
 
-Some claims are true of any run of a system like ours: a first game has no policy to play, known states and
-behaviours are never forgotten and there are always new ones, behaviours come from nothing but training.
-They are checked like the others, but that they hold is no evidence for what the paper says of learning, and
-their verdict says so.
+Some claims hold in every run of a system like ours: a first game has no policy to play, known states and
+behaviours are never forgotten and new ones always appear, behaviours come from training alone. They are
+judged like the others, and their verdict, by construction, says that they are no evidence.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import polars as pl
 
-from pipeline.studies.seasons import table3
+from pipeline.studies.claims import ABOVE, BELOW, Claim, Range, findings
 from pipeline.studies.seasons.measures import (
     DIFFERENCE,
     EFFECTIVE,
@@ -29,8 +27,10 @@ from pipeline.studies.seasons.measures import (
     WON,
     Measure,
     Pooling,
-    Season,
+    Seasons,
+    SeasonTables,
     both,
+    compared,
     evaluated,
     greatest,
     grown_without_training,
@@ -40,30 +40,31 @@ from pipeline.studies.seasons.measures import (
     mean,
     overall_other,
     pairs,
+    printed,
+    seasons_of,
     share,
     slope,
     total,
 )
 from pipeline.studies.seasons.table3 import CHANGE, GAMES
-from pipeline.studies.statistics import Range
-from schemas import ROLES, Evaluations, Growth
+from schemas import ROLES, Claims
 
-#: Names of settings: as close to the paper as its text allows; ours; ours without further matches; the two
-#: ablations of the score.
+#: Names of settings: as close to the paper as its text allows; our best; our best without practice matches;
+#: the two ablations of the score.
 PAPER, BEST, IN_GAMES, WITHOUT_SCORE, LEVEL = "paper", "best", "best-in-games", "paper-full35", "paper-level"
 HUMAN, STATIC, RANDOM = "human-like", "static", "random"
 
-#: Items of ours beside those of the paper.
+#: Items of our own claims.
 ABLATION, AIM = "ablation", "aim"
-#: Our aims are measured on the apprentice that 35 games have made; the curve there over the last ten.
+#: First and last of the games at the end of the learning curve.
 LATE = (GAMES - 9, GAMES)
-#: Share of learned actions, per cent.
+#: Least share of learned actions that we aim at, %.
 LEARNED = 90.0
+#: Seasons that are enough to judge a claim.
+LEAST_SEASONS = 5
 
 ZERO = Range("0", 0.0, 0.0)
 ALL = Range("1", 1.0, 1.0)
-ABOVE = Range("above 0", low=0.0, strict=True)
-BELOW = Range("below 0", high=0.0, strict=True)
 NOT_BELOW = Range("at least 0", low=0.0)
 LOW_RATE = Range("at most 8 %", high=8.0)
 #: A tenth of 3.27 %, the static column's mean over games 11 to 35.
@@ -73,68 +74,44 @@ FEW = Range("less than half", high=0.5, strict=True)
 MOSTLY_LEARNED = Range(f"at least {LEARNED:g} %", low=LEARNED)
 
 
-@dataclass(frozen=True, slots=True)
-class Claim:
-    """One thing that is claimed of seasons.
-
-    Attributes:
-        item: Table 3, Figure 8, 9 or 10, ablation, or aim.
-        text: what is claimed, shortly.
-        sides: settings and opponent of the seasons; of two sides the first less the second.
-        quantity: what is measured, in words.
-        measure: of one season.
-        states: where the quantity lies, if the claim holds.
-        pooling: how the seasons' numbers become one.
-        trials: that a season's share is over, of a rate.
-        in_table_3: whether the quantity can be read in the paper's own table.
-        by_construction: whether it holds in any run of this system, whatever is learned.
-    """
-
-    item: str
-    text: str
-    sides: tuple[tuple[str, str], ...]
-    quantity: str
-    measure: Measure
-    states: Range
-    pooling: Pooling = "mean"
-    trials: Callable[[Season], int] = lambda _: 1
-    in_table_3: bool = False
-    by_construction: bool = False
-
-
-def printed(measure: Measure, opponent: str) -> float:
-    """A measure of one of the paper's own seasons, of what Table 3 tells of it."""
-    return measure(Season(table3.games(opponent), Growth.empty(), Evaluations.empty()))
+def _claim(
+    item: str, text: str, sides: tuple[tuple[str, str], ...], quantity: str, measure: Measure, stated: Range,
+    *, pooling: Pooling = "mean", trials: Callable[[SeasonTables], int] = lambda _: 1,
+    in_table_3: bool = False, by_construction: bool = False,
+) -> Claim[Seasons]:
+    """Claim about seasons; see :func:`pipeline.studies.seasons.measures.compared` for the arguments."""
+    evidence = compared(sides, measure, pooling, trials, in_table_3=in_table_3)
+    return Claim(item, text, quantity, stated, evidence, by_construction=by_construction, aim=item == AIM)
 
 
 def _table_3(
-    text: str, opponent: str, quantity: str, measure: Measure, states: Range, *, pooling: Pooling = "mean",
+    text: str, opponent: str, quantity: str, measure: Measure, stated: Range, *, pooling: Pooling = "mean",
     by_construction: bool = False,
-) -> Claim:
-    """A claim about one of Table 3's columns."""
-    return Claim("Table 3", text, ((PAPER, opponent),), quantity, measure, states, pooling=pooling,
+) -> Claim[Seasons]:
+    """Claim about one of Table 3's columns."""
+    return _claim("Table 3", text, ((PAPER, opponent),), quantity, measure, stated, pooling=pooling,
                  in_table_3=True, by_construction=by_construction)
 
 
 def _about(
     text: str, quantity: str, measure: Measure, unit: str = "", kinds: tuple[str, ...] = (HUMAN, STATIC)
-) -> Iterator[Claim]:
-    """That columns have about the number that they have in the paper's table."""
+) -> Iterator[Claim[Seasons]]:
+    """Claims that a quantity is about as great as in the paper's columns."""
     for kind in kinds:
         value = printed(measure, kind)
         about = Range(f"about {value:,.4g}{unit} (half to double)", value / 2, 2 * value)
         yield _table_3(text, kind, quantity, measure, about, pooling="percent" if unit else "count")
 
 
-def _beats(text: str, settings: str) -> Claim:
-    """The claim that apprentices of some settings beat the static team."""
-    return Claim(AIM, text, ((settings, STATIC),), "goal difference a match in evaluations against static",
+def _beats(text: str, settings: str) -> Claim[Seasons]:
+    """Claim that apprentices of some settings beat the static team."""
+    return _claim(AIM, text, ((settings, STATIC),), "goal difference a match in evaluations against static",
                  evaluated(DIFFERENCE, STATIC, GAMES), ABOVE)
 
 
-def _wins(text: str, settings: str) -> Claim:
-    """The claim that apprentices of some settings win against the random team."""
-    return Claim(AIM, text, ((settings, STATIC),), "share won of evaluations against random",
+def _wins(text: str, settings: str) -> Claim[Seasons]:
+    """Claim that apprentices of some settings win against the random team."""
+    return _claim(AIM, text, ((settings, STATIC),), "share won of evaluations against random",
                  evaluated(WON, RANDOM, GAMES), Range("at least 0.95", low=0.95), pooling="rate",
                  trials=pairs(RANDOM))
 
@@ -150,7 +127,7 @@ _ABLATIONS = {WITHOUT_SCORE: "With the score out of the key", LEVEL: "Without th
 _BOTH = ((PAPER, HUMAN), (PAPER, STATIC))
 _REVERSED = ((PAPER, STATIC), (PAPER, HUMAN))
 
-CLAIMS: tuple[Claim, ...] = (
+CLAIMS: tuple[Claim[Seasons], ...] = (
     *(_table_3("The first game knows only random actions", kind, "other actions in game 1, %",
                mean(OTHER, 1, 1), ZERO, pooling="percent", by_construction=True) for kind in (HUMAN, STATIC)),
     _table_3("Against humans new actions are used from game 2 on", HUMAN, "other actions in game 2, %",
@@ -171,7 +148,7 @@ CLAIMS: tuple[Claim, ...] = (
              less(mean(OTHER, CHANGE, CHANGE), _BEFORE), ABOVE),
     _table_3("… and it does from game 11 on, when the score is changed", STATIC,
              "other actions in games 11 to 20 less those in games 1 to 10, mean %", _JUMP, ABOVE),
-    Claim("Table 3", "Both halves of this hold in a season", ((PAPER, STATIC),),
+    _claim("Table 3", "Both halves of this hold in a season", ((PAPER, STATIC),),
           "share of seasons with almost none in games 1 to 10 and more in games 11 to 20",
           _EVOLVES, MOST, pooling="seasons"),
     *(_table_3("The rate of new actions stays low", kind, "greatest share of other actions in a game, %",
@@ -180,10 +157,10 @@ CLAIMS: tuple[Claim, ...] = (
                f"games of 12 to {GAMES} without other actions",
                total((~_SOME).cast(pl.Int64), CHANGE + 1, GAMES), ABOVE, pooling="count")
       for kind in (HUMAN, STATIC)),
-    Claim("Table 3", "Against humans more new actions are executed", _BOTH,
+    _claim("Table 3", "Against humans more new actions are executed", _BOTH,
           f"other actions in games 11 to {GAMES}, mean %", mean(OTHER, *_LATER), ABOVE, pooling="percent",
           in_table_3=True),
-    Claim("Table 3", "Against humans more new actions are executed", _BOTH,
+    _claim("Table 3", "Against humans more new actions are executed", _BOTH,
           "other actions in the season", total(pl.col("other_actions"), 1, GAMES), ABOVE, in_table_3=True),
     *_about("Actions in a game", "actions a game, mean", mean(pl.col("actions"), 1, GAMES)),
     *_about("New actions over all games", "other of all actions, %", overall_other(1, GAMES), " %"),
@@ -193,56 +170,78 @@ CLAIMS: tuple[Claim, ...] = (
     *_about("New actions in games 21 to 35", "other actions in games 21 to 35, mean %",
             mean(OTHER, 21, GAMES), " %"),
 
-    *(Claim("Figure 8", "The number of states never falls", ((PAPER, kind),),
+    *(_claim("Figure 8", "The number of states never falls", ((PAPER, kind),),
             "least change of a role's states from game to game", least_step("states", 1, GAMES), NOT_BELOW,
             by_construction=True) for kind in (HUMAN, STATIC)),
-    *(Claim("Figure 8", f"States increase during {when}", ((PAPER, kind),),
+    *(_claim("Figure 8", f"States increase during {when}", ((PAPER, kind),),
             f"{column.replace('_', ' ')} after game {GAMES} less those after game 1, all roles",
             less(known(column, GAMES), known(column, 1)), ABOVE, by_construction=True)
       for column, when in (("states_played", "playing"), ("states_seen", "training"))
       for kind in (HUMAN, STATIC)),
-    *(Claim("Figure 8", f"Against the static team the {role} knows more states", _REVERSED,
+    *(_claim("Figure 8", f"Against the static team the {role} knows more states", _REVERSED,
             f"states after game {GAMES}", known("states", GAMES, (role,)), ABOVE) for role in ROLES),
-    *(Claim("Figure 9", "Actions increase only during training", ((PAPER, kind),),
+    *(_claim("Figure 9", "Actions increase only during training", ((PAPER, kind),),
             "behaviours gained over games that no new knowledge followed",
             grown_without_training("behaviours", 1, GAMES), ZERO, by_construction=True)
       for kind in (HUMAN, STATIC)),
-    *(Claim("Figure 9", "Actions increase during training", ((PAPER, kind),),
+    *(_claim("Figure 9", "Actions increase during training", ((PAPER, kind),),
             f"behaviours after game {GAMES} less those after game 1, all roles",
             less(known("behaviours", GAMES), known("behaviours", 1)), ABOVE, by_construction=True)
       for kind in (HUMAN, STATIC)),
-    *(Claim("Figure 9", f"Against the static team the {role} knows more actions", _REVERSED,
+    *(_claim("Figure 9", f"Against the static team the {role} knows more actions", _REVERSED,
             f"{what} after game {GAMES}", known(column, GAMES, (role,)), ABOVE)
       for column, what in (("behaviours", "distinct behaviours"), ("pairs", "pairs of state and behaviour"))
       for role in ROLES),
-    *(Claim("Figure 10", "Trained against humans it makes more goals", _BOTH, f"{what}, mean a game",
+    *(_claim("Figure 10", "Trained against humans it makes more goals", _BOTH, f"{what}, mean a game",
             mean(value, 1, GAMES), ABOVE)
       for value, what in ((EFFECTIVE, "goals by direct or indirect action"),
                           (pl.col("direct"), "goals by direct action alone"))),
 
-    *(Claim(ABLATION, f"{without}, the static column does not wait for game 11", ((settings, STATIC),),
+    *(_claim(ABLATION, f"{without}, the static column does not wait for game 11", ((settings, STATIC),),
             "share of seasons with almost none in games 1 to 10 and more in games 11 to 20",
             _EVOLVES, FEW, pooling="seasons")
       for settings, without in _ABLATIONS.items()),
-    *(Claim(ABLATION, f"{without}, the rise after game 10 is smaller",
+    *(_claim(ABLATION, f"{without}, the rise after game 10 is smaller",
             ((settings, STATIC), (PAPER, STATIC)),
             "other actions in games 11 to 20 less those in games 1 to 10, mean %", _JUMP, BELOW)
       for settings, without in _ABLATIONS.items()),
-    Claim(ABLATION, "With the score out of the key, more new actions are used against the human-like team",
+    _claim(ABLATION, "With the score out of the key, more new actions are used against the human-like team",
           ((WITHOUT_SCORE, HUMAN), (PAPER, HUMAN)), "other of all actions, %", overall_other(1, GAMES),
           ABOVE),
 
     _beats("The best apprentice beats the static team", BEST),
-    *(Claim(AIM, f"It uses what it learned: against the {kind} team", ((BEST, STATIC),),
+    *(_claim(AIM, f"It uses what it learned: against the {kind} team", ((BEST, STATIC),),
             f"other actions in evaluations against {kind}, mean %", evaluated(OTHER, kind, GAMES),
             MOSTLY_LEARNED, pooling="percent") for kind in (STATIC, RANDOM)),
     _wins("It wins against the random team, too", BEST),
     _beats(f"One that has {GAMES} matches and no others beats the static team", IN_GAMES),
     _wins(f"One that has {GAMES} matches and no others wins against the random team", IN_GAMES),
-    Claim(AIM, "In its last games it beats the static team", ((BEST, STATIC),),
+    _claim(AIM, "In its last games it beats the static team", ((BEST, STATIC),),
           f"goal difference in games {LATE[0]} to {LATE[1]}, mean", mean(DIFFERENCE, *LATE), ABOVE),
-    *(Claim(AIM, "In its last games it uses what it learned", ((BEST, kind),),
+    *(_claim(AIM, "In its last games it uses what it learned", ((BEST, kind),),
             f"other actions in games {LATE[0]} to {LATE[1]}, mean %", mean(OTHER, *LATE), MOSTLY_LEARNED,
             pooling="percent")
       for kind in (STATIC, HUMAN)),
 )
+
+
+def verdicts(games: pl.DataFrame, growth: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
+    """Verdicts on all claims.
+
+    Args:
+        games: schema Games, of any seasons.
+        growth: schema Growth, of the same.
+        evaluations: schema Evaluations, of their apprentices.
+
+    Returns:
+        Schema Claims, one row for each claim, in their order. A claim without seasons is not judged, unless
+        the paper's own Table 3 contradicts it.
+    """
+    rows = [
+        finding.columns() | {
+            "item": finding.claim.item, "stated": finding.claim.stated.text,
+            "table_3": finding.evidence.printed, "seasons": finding.evidence.observations,
+        }
+        for finding in findings(CLAIMS, seasons_of(games, growth, evaluations), LEAST_SEASONS)
+    ]
+    return Claims.validate(pl.DataFrame(rows, schema=Claims.dtypes()), cast=True)

@@ -1,46 +1,51 @@
-"""What a season is worth in one number, and that number over several seasons.
+"""Quantities of seasons: one number for each season, and its estimate over several seasons.
 
-A measure takes a season and gives a number; NaN where the season does not have all the games that it is
-about. The season is what is independent of others: its games share one apprentice.
+A measure takes a season and gives a number; NaN if the season lacks a game that the number needs. Seasons are
+independent; the games of one season are not, because they share one apprentice.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import reduce
+from operator import sub
 from typing import Literal, NamedTuple
 
 import numpy as np
 import polars as pl
 
-from pipeline.studies.statistics import UNDEFINED, Estimate, mean_interval, wilson
-from schemas import ROLES
+from pipeline.studies.claims import Evidence
+from pipeline.studies.seasons import table3
+from pipeline.studies.statistics import UNDEFINED, Estimate, mean_interval, weighted_sum, wilson
+from schemas import ROLES, Evaluations, Growth
 
-#: How numbers of seasons become one: their mean with Student's interval, of which no more is left than a
-#: count, a percentage or a share can be; the share of seasons that say yes (1 rather than 0) with Wilson's; a
-#: rate, the mean of shares of games or matches, with the wider of both (see :func:`pooled`).
+#: How numbers of seasons become one estimate. ``mean``: mean with Student's interval; ``count``, ``percent``
+#: and ``share``: the same, cut off at the values that are possible; ``seasons``: share of seasons whose
+#: number is 1 (else 0), with Wilson's interval; ``rate``: mean of shares of games or matches, with the wider
+#: of both.
 Pooling = Literal["mean", "count", "percent", "share", "seasons", "rate"]
 _BOUNDS: dict[Pooling, tuple[float, float]] = {
     "count": (0.0, math.inf), "percent": (0.0, 100.0), "share": (0.0, 1.0), "rate": (0.0, 1.0),
 }
 
-#: Decisions of another behaviour than 194, per cent of the game's (Table 3, column %).
-#: Null in a game without decisions, which is left out of means.
+#: Decisions of another behaviour than 194, % of the game's (Table 3, column %). Null in a game without
+#: decisions; means leave it out.
 OTHER = 100 * pl.col("other_actions") / pl.when(pl.col("actions") > 0).then(pl.col("actions"))
 DIFFERENCE = pl.col("goals_for").cast(pl.Int64) - pl.col("goals_against")
-#: Goals effectively made, by direct or indirect action (paper, Figure 10).
+#: Goals by direct or indirect action (paper, Figure 10: goals effectively made).
 EFFECTIVE = pl.col("direct").cast(pl.Int64) + pl.col("indirect")
 WON = (pl.col("goals_for") > pl.col("goals_against")).cast(pl.Float64)
 LOST = (pl.col("goals_for") < pl.col("goals_against")).cast(pl.Float64)
 
 
-class Season(NamedTuple):
-    """One season.
+class SeasonTables(NamedTuple):
+    """Tables of one season.
 
     Attributes:
-        games: schema Games, by game. Of the paper's own apprentices only game and actions are known.
+        games: schema Games, by game. The paper's own apprentices have the columns of game and actions only.
         growth: schema Growth, by game and role.
-        evaluations: schema Evaluations: matches that its apprentice was measured by after the last game.
+        evaluations: schema Evaluations, matches that measured its apprentice after the last game.
     """
 
     games: pl.DataFrame
@@ -48,17 +53,20 @@ class Season(NamedTuple):
     evaluations: pl.DataFrame
 
 
-Measure = Callable[[Season], float]
+Measure = Callable[[SeasonTables], float]
+
+#: Seasons by names of their settings and their opponent.
+Seasons = Mapping[tuple[str, str], Sequence[SeasonTables]]
 
 
 def distinct(games: pl.DataFrame) -> pl.DataFrame:
-    """The seasons that count: of those with the same settings, opponent and seed, which are one, the longest.
+    """Seasons that count: the longest of those with the same settings, opponent and seed.
 
     Args:
         games: schema Games.
 
     Returns:
-        Columns settings, opponent, seed, season, sorted; of equally long ones the first by name.
+        Columns settings, opponent, seed, season, sorted. Among equally long seasons the first name counts.
     """
     key = ["settings", "opponent", "seed"]
     lengths = games.group_by(*key, "season").agg(pl.len()).sort("len", "season", descending=[True, False])
@@ -67,37 +75,37 @@ def distinct(games: pl.DataFrame) -> pl.DataFrame:
 
 def seasons_of(
     games: pl.DataFrame, growth: pl.DataFrame, evaluations: pl.DataFrame
-) -> dict[tuple[str, str], list[Season]]:
-    """Settings and opponent to their :func:`distinct` seasons, by seed.
+) -> dict[tuple[str, str], list[SeasonTables]]:
+    """Seasons by settings and opponent: those that are :func:`distinct`, in order of their seeds.
 
     Args:
         games: schema Games.
         growth: schema Growth.
-        evaluations: schema Evaluations, of teams that are called by the id of their season.
+        evaluations: schema Evaluations; a team's name is the id of its season.
     """
-    found: dict[tuple[str, str], list[Season]] = {}
+    found: dict[tuple[str, str], list[SeasonTables]] = {}
     for row in distinct(games).iter_rows(named=True):
         mine = pl.col("season") == row["season"]
         found.setdefault((row["settings"], row["opponent"]), []).append(
-            Season(games.filter(mine).sort("game"), growth.filter(mine).sort("game", "role"),
+            SeasonTables(games.filter(mine).sort("game"), growth.filter(mine).sort("game", "role"),
                    evaluations.filter(pl.col("team") == row["season"])))
     return found
 
 
 def pooled(values: Iterable[float], pooling: Pooling, trials: int = 1) -> tuple[Estimate, int]:
-    """One number of seasons' numbers, and how many seasons have it.
+    """Estimate of the seasons' common number, and the number of seasons that have one.
 
-    Equal numbers have a mean's interval without width: what never varied in the seasons seen is taken
-    as certain, which suits facts that must hold, and is too narrow for others. A rate is uncertain because
-    apprentices differ, and because each was seen in so many trials only. Student's interval over the
-    seasons holds both, but says nothing where few shares near 0 or 1 happen to be alike; Wilson's over all
-    trials holds the second alone. The interval of a rate reaches to the farther end of both.
+    Equal numbers give a mean's interval without width. That suits facts that must hold and is too narrow for
+    others. A rate is uncertain for two reasons: apprentices differ, and each was seen in few trials.
+    Student's interval over the seasons covers both, but it has no width if few shares near 0 or 1 are equal.
+    Wilson's over all trials covers the second reason alone. The interval of a rate reaches to the farther
+    end of both.
 
     Args:
-        values: one a season, NaN where it has none.
+        values: one number for each season; NaN if it has none.
         pooling: see :data:`Pooling`.
-        trials: that each season's share is over at least and that are independent but for the
-            apprentice: games, or pairs of matches; of a rate only.
+        trials: least number of trials behind a season's share, independent but for the apprentice: games, or
+            pairs of matches. Only a rate needs it.
     """
     seen = [value for value in values if not math.isnan(value)]
     if not seen:
@@ -117,40 +125,40 @@ def pooled(values: Iterable[float], pooling: Pooling, trials: int = 1) -> tuple[
 
 
 def phase(games: pl.DataFrame, first: int, last: int) -> pl.DataFrame | None:
-    """The games from ``first`` to ``last``, both included; None if one of them is missing."""
+    """Rows of the games from ``first`` to ``last``, both included; None if a game is missing."""
     rows = games.filter(pl.col("game").is_between(first, last))
     return rows if rows["game"].n_unique() == last - first + 1 else None
 
 
 def mean(value: pl.Expr, first: int, last: int) -> Measure:
-    """The mean of a value over the games of a phase."""
+    """Measure: the mean of a value over games ``first`` to ``last``."""
     return _of_phase(first, last, lambda rows: rows.select(value.mean()).item())
 
 
 def total(value: pl.Expr, first: int, last: int) -> Measure:
-    """The sum over the games of a phase."""
+    """Measure: the sum of a value over games ``first`` to ``last``."""
     return _of_phase(first, last, lambda rows: rows.select(value.sum()).item())
 
 
 def greatest(value: pl.Expr, first: int, last: int) -> Measure:
-    """The greatest over the games of a phase."""
+    """Measure: the greatest value in games ``first`` to ``last``."""
     return _of_phase(first, last, lambda rows: rows.select(value.max()).item())
 
 
 def share(condition: pl.Expr, first: int, last: int) -> Measure:
-    """The share of games of a phase in which a condition holds."""
+    """Measure: the share of games ``first`` to ``last`` that fulfil a condition."""
     return mean(condition.cast(pl.Float64), first, last)
 
 
 def evaluated(value: pl.Expr, opponent: str, games: int) -> Measure:
-    """The mean of a value over the matches that a season's apprentice was measured by.
+    """Measure: the mean of a value over the evaluation matches of a season's apprentice.
 
     Args:
-        value: of a row of schema Evaluations.
-        opponent: of the matches.
-        games: NaN of a season of another length.
+        value: value of a row of schema Evaluations.
+        opponent: opponent of the matches.
+        games: length of the season; the measure of a season of another length is NaN.
     """
-    def measure(season: Season) -> float:
+    def measure(season: SeasonTables) -> float:
         matches = season.evaluations.filter(pl.col("opponent") == opponent)
         seen = None if season.games["game"].max() != games else matches.select(value.mean()).item()
         return math.nan if seen is None else float(seen)
@@ -158,13 +166,13 @@ def evaluated(value: pl.Expr, opponent: str, games: int) -> Measure:
     return measure
 
 
-def pairs(opponent: str) -> Callable[[Season], int]:
-    """How many pairs of matches the apprentice was measured by against an opponent."""
+def pairs(opponent: str) -> Callable[[SeasonTables], int]:
+    """Number of pairs of evaluation matches against an opponent, as a function of the season."""
     return lambda season: season.evaluations.filter(pl.col("opponent") == opponent)["seed"].n_unique()
 
 
 def slope(value: pl.Expr, first: int, last: int) -> Measure:
-    """The slope a game of the least-squares line through the games of a phase."""
+    """Measure: the slope of the least-squares line through games ``first`` to ``last``, value per game."""
     def fitted(rows: pl.DataFrame) -> float | None:
         x, y = rows.select(pl.col("game").cast(pl.Float64), value.alias("y")).drop_nulls().get_columns()
         return float(np.polyfit(x.to_numpy(), y.to_numpy(), 1)[0]) if len(x) > 1 else None
@@ -173,14 +181,14 @@ def slope(value: pl.Expr, first: int, last: int) -> Measure:
 
 
 def overall_other(first: int, last: int) -> Measure:
-    """Other actions of all actions of a phase, per cent."""
+    """Measure: other actions of all actions in games ``first`` to ``last``, %."""
     others = total(pl.col("other_actions"), first, last)
     return both(others, total(pl.col("actions"), first, last), lambda a, b: 100 * a / b if b else math.nan)
 
 
 def both(one: Measure, other: Measure, joined: Callable[[float, float], float]) -> Measure:
-    """A number made of two; NaN where one of them is."""
-    def measure(season: Season) -> float:
+    """Measure made of two others; NaN if one of them is."""
+    def measure(season: SeasonTables) -> float:
         a, b = one(season), other(season)
         return math.nan if math.isnan(a) or math.isnan(b) else float(joined(a, b))
 
@@ -188,13 +196,13 @@ def both(one: Measure, other: Measure, joined: Callable[[float, float], float]) 
 
 
 def less(one: Measure, other: Measure) -> Measure:
-    """The first less the second."""
+    """Measure: the first minus the second."""
     return both(one, other, lambda a, b: a - b)
 
 
 def known(column: str, game: int, roles: Sequence[str] = ROLES) -> Measure:
-    """What roles know after a game, added up: a column of schema Growth."""
-    def measure(season: Season) -> float:
+    """Measure: a column of schema Growth after a game, added up over the roles."""
+    def measure(season: SeasonTables) -> float:
         rows = season.growth.filter((pl.col("game") == game) & pl.col("role").is_in(roles))
         return float(rows[column].sum()) if rows.height == len(roles) else math.nan
 
@@ -202,8 +210,8 @@ def known(column: str, game: int, roles: Sequence[str] = ROLES) -> Measure:
 
 
 def least_step(column: str, first: int, last: int) -> Measure:
-    """The least change of a column of schema Growth from a game to the next, over the roles."""
-    def measure(season: Season) -> float:
+    """Measure: the least change of a column of schema Growth from game to game, over the roles."""
+    def measure(season: SeasonTables) -> float:
         steps = _steps(season, column, first, last)
         return math.nan if steps is None else float(steps["step"].min())  # type: ignore[arg-type]
 
@@ -211,8 +219,8 @@ def least_step(column: str, first: int, last: int) -> Measure:
 
 
 def grown_without_training(column: str, first: int, last: int) -> Measure:
-    """How much a column of schema Growth rose over games that no new version of the knowledge followed."""
-    def measure(season: Season) -> float:
+    """Measure: the rise of a column of schema Growth over games after which no new knowledge was made."""
+    def measure(season: SeasonTables) -> float:
         steps = _steps(season, column, first, last)
         if steps is None:
             return math.nan
@@ -223,8 +231,51 @@ def grown_without_training(column: str, first: int, last: int) -> Measure:
     return measure
 
 
+def printed(measure: Measure, opponent: str) -> float:
+    """Number of the paper's own season against an opponent, from Table 3."""
+    return measure(SeasonTables(table3.games(opponent), Growth.empty(), Evaluations.empty()))
+
+
+def compared(
+    sides: Sequence[tuple[str, str]], measure: Measure, pooling: Pooling = "mean",
+    trials: Callable[[SeasonTables], int] = lambda _: 1, *, in_table_3: bool = False,
+) -> Callable[[Seasons], Iterator[Evidence]]:
+    """Evidence from seasons: the estimate of one side, or of the first side minus the second.
+
+    Args:
+        sides: settings and opponent of the seasons, one or two.
+        measure: number of one season.
+        pooling: see :data:`Pooling`.
+        trials: trials behind one season's share; only a rate needs it.
+        in_table_3: the paper's Table 3 has the quantity.
+    """
+    def estimate(seasons: Sequence[SeasonTables]) -> tuple[Estimate, int]:
+        values = [measure(season) for season in seasons]
+        known = [season for season, value in zip(seasons, values, strict=True) if not math.isnan(value)]
+        return pooled(values, pooling, min(map(trials, known), default=1))
+
+    def evidence(seasons: Seasons) -> Iterator[Evidence]:
+        estimates, counts = zip(*(estimate(seasons.get(side, ())) for side in sides), strict=True)
+        papers = [printed(measure, opponent) for _, opponent in sides] if in_table_3 else []
+        about = {name: " less ".join(dict.fromkeys(words))
+                 for name, words in zip(("settings", "opponent"), zip(*sides, strict=True), strict=True)}
+        yield Evidence(_minus(estimates), min(counts), about, reduce(sub, papers) if papers else None)
+
+    return evidence
+
+
+def _minus(estimates: Sequence[Estimate]) -> Estimate:
+    """The one estimate, or the first minus the second."""
+    if len(estimates) == 1:
+        return estimates[0]
+    one, other = estimates
+    if one.defined and other.defined:
+        return weighted_sum([1.0, -1.0], [one, other])
+    return Estimate(one.value - other.value, math.nan, math.nan)
+
+
 def _of_phase(first: int, last: int, of: Callable[[pl.DataFrame], float | None]) -> Measure:
-    def measure(season: Season) -> float:
+    def measure(season: SeasonTables) -> float:
         rows = phase(season.games, first, last)
         value = None if rows is None else of(rows)
         return math.nan if value is None else float(value)
@@ -232,8 +283,8 @@ def _of_phase(first: int, last: int, of: Callable[[pl.DataFrame], float | None])
     return measure
 
 
-def _steps(season: Season, column: str, first: int, last: int) -> pl.DataFrame | None:
-    """Column step, of each role from game to game of a phase; None if a game is missing."""
+def _steps(season: SeasonTables, column: str, first: int, last: int) -> pl.DataFrame | None:
+    """Column step: change of each role from game to game; None if a game is missing."""
     rows = phase(season.growth, first, last)
     if rows is None:
         return None

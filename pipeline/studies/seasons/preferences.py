@@ -40,8 +40,8 @@ def _in_words(behaviour: str) -> str:
     return ", ".join(f"{code} {TABLE_1[int(code)][0]}" for code in behaviour.split("-")[1:])
 
 
-def nobody() -> pl.DataFrame:
-    """Preferences of no season."""
+def empty_preferences() -> pl.DataFrame:
+    """Table of preferences without rows."""
     return pl.DataFrame(schema={**dict.fromkeys(_WHOSE, pl.String()), **_DOES})
 
 

@@ -16,7 +16,7 @@ from pipeline.studies.seasons.measures import (
     WON,
     Measure,
     Pooling,
-    Season,
+    SeasonTables,
     distinct,
     evaluated,
     mean,
@@ -207,11 +207,11 @@ def measured(games: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
         strings=(*_SIDES, "against"), integers=("games", "seasons", "matches"), floats=numbers_of))
 
 
-def _seasons(games: pl.DataFrame) -> dict[tuple[str, str], list[Season]]:
+def _seasons(games: pl.DataFrame) -> dict[tuple[str, str], list[SeasonTables]]:
     return seasons_of(games, Growth.empty(), Evaluations.empty())
 
 
-def _games(season: Season) -> int:
+def _games(season: SeasonTables) -> int:
     """How many games a season has."""
     return int(season.games["game"][-1])
 
