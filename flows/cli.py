@@ -251,6 +251,7 @@ def _quiet_prefect(debug: bool) -> None:
     """Let Prefect speak only when asked, unless its user has set it up otherwise."""
     for name, value in (
         ("PREFECT_SERVER_ANALYTICS_ENABLED", "false"),
+        ("DO_NOT_TRACK", "1"),
         ("PREFECT_LOGGING_LEVEL", "INFO" if debug else "CRITICAL"),
         ("PREFECT_LOGGING_TO_API_WHEN_MISSING_FLOW", "ignore"),
     ):

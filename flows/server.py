@@ -42,16 +42,18 @@ class Process:
     Args:
         environment: of the process.
         port: on 127.0.0.1; 0 takes a free one.
-        log: where its errors are written; None keeps them for what is said if it does not start.
+        log: where its errors are written, after what is there.
         held: a file's descriptor that it holds open as long as it lives.
 
     Raises:
-        ServerFailed: if the port is taken.
+        ServerFailed: if the port is taken, or the process ends at once.
     """
 
-    def __init__(self, environment: Mapping[str, str], *, port: int = 0, log: IO[bytes] | None = None,
+    def __init__(self, environment: Mapping[str, str], *, port: int = 0, log: Path | None = None,
                  held: int | None = None) -> None:
-        self._log = log or TemporaryFile()  # noqa: SIM115 (it is read if the server does not start)
+        self._log: IO[bytes] = TemporaryFile() if log is None else log.open("a+b")  # noqa: SIM115 (closed with it)
+        self._begun = self._log.seek(0, os.SEEK_END)
+        self._asked = port
         self._heard = b""
         self._answers = False
         self._process = subprocess.Popen(  # noqa: S603 (our own interpreter and module)
@@ -60,17 +62,7 @@ class Process:
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, bufsize=0,
         )
         self._end = time.monotonic() + START_S
-        try:
-            self.port = int(self._line())
-        except ServerFailed:
-            self.kill()
-            if self._process.returncode != TAKEN:
-                raise
-            raise ServerFailed(f"port {port} of 127.0.0.1 is taken", where="--port",
-                               next_step="Name another port, or none: then a free one is taken") from None
-        except BaseException:
-            self.kill()
-            raise
+        self.port = int(self._line())
 
     @property
     def pid(self) -> int:
@@ -95,6 +87,7 @@ class Process:
         """Let the server outlive this process."""
         assert self._process.stdin is not None
         self._process.stdin.write(b"stay\n")
+        self._hang_up()
 
     def stop(self) -> None:
         """Tell the server to end, and wait for that; kill it after :data:`STOP_S`."""
@@ -107,7 +100,10 @@ class Process:
         """End the server at once."""
         self._process.kill()
         self._process.wait()
-        for stream in (self._process.stdin, self._process.stdout):
+        self._hang_up()
+
+    def _hang_up(self) -> None:
+        for stream in (self._process.stdin, self._process.stdout, self._log):
             assert stream is not None
             stream.close()
 
@@ -115,28 +111,40 @@ class Process:
         """The next line that the server writes.
 
         Raises:
-            ServerFailed: if it ends before, or takes longer than :data:`START_S` since its start.
+            ServerFailed: if it ends before, or takes longer than :data:`START_S` since its start; it is
+                gone then.
         """
-        assert self._process.stdout is not None
-        while b"\n" not in self._heard:
-            left = self._end - time.monotonic()
-            heard, _, _ = select.select([self._process.stdout], [], [], max(0.0, left))
-            part = self._process.stdout.read(64) if heard else b""
-            if not part:
-                why = self._last_words() if heard else f"no answer in {START_S:.0f} s"
-                raise ServerFailed(f"the Prefect server does not start ({why})",
-                                   next_step="Run again with --debug and report what it says")
-            self._heard += part
+        try:
+            while b"\n" not in self._heard:
+                self._heard += self._more()
+        except BaseException:  # Ctrl-C, too, leaves none behind
+            self.kill()
+            raise
         line, _, self._heard = self._heard.partition(b"\n")
         return line.decode()
 
+    def _more(self) -> bytes:
+        assert self._process.stdout is not None
+        left = max(0.0, self._end - time.monotonic())
+        if not select.select([self._process.stdout], [], [], left)[0]:
+            raise self._failure(f"no answer in {START_S:.0f} s")
+        part: bytes = self._process.stdout.read(64)
+        if not part:
+            raise self._failure(self._last_words())
+        return part
+
+    def _failure(self, why: str) -> ServerFailed:
+        with suppress(subprocess.TimeoutExpired):
+            if self._process.wait(STOP_S) == TAKEN:
+                return ServerFailed(f"port {self._asked} of 127.0.0.1 is taken", where="--port",
+                                    next_step="Name another port, or none: then a free one is taken")
+        return ServerFailed(f"the Prefect server does not start ({why})",
+                            next_step="Run again with --debug and report what it says")
+
     def _last_words(self) -> str:
-        """The last line of its log."""
-        try:
-            self._log.seek(0)
-            lines = self._log.read().decode(errors="replace").split("\n")
-        except OSError:  # a log that is only written
-            return f"see {self._log.name}"
+        """The last line of what it has logged."""
+        self._log.seek(self._begun)
+        lines = self._log.read().decode(errors="replace").split("\n")
         return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
 
 
@@ -254,8 +262,7 @@ class Keeper:
 
     def _start(self, port: int, lock: int) -> Kept:
         self._record.unlink(missing_ok=True)
-        with self.log.open("ab") as log:
-            process = Process(self._environment(), port=port, log=log, held=lock)
+        process = Process(self._environment(), port=port, log=self.log, held=lock)
         try:
             process.wait()
             record = Kept(pid=process.pid, port=process.port)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from schemas import lean  # noqa: F401 (before any other: see there)
 from schemas.behaviours import Behaviours, Patterns
 from schemas.decisions import Decisions
 from schemas.evaluations import Evaluations

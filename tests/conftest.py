@@ -40,6 +40,25 @@ def prefect_server() -> Iterator[None]:
         yield
 
 
+@pytest.fixture
+def call(capsys, monkeypatch):
+    """Call `pitchlore …`; exit code, standard output, standard error."""
+    monkeypatch.setenv("COLUMNS", "250")
+
+    from flows.cli import main
+
+    def run(*words: str) -> tuple[int, str, str]:
+        try:
+            main([str(word) for word in words])
+            code = 0
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        said = capsys.readouterr()
+        return code, said.out, said.err
+
+    return run
+
+
 def clip(start_s: float, end_s: float) -> pl.DataFrame:
     """A stretch of the sample recording, in its own form (a tracking table)."""
     table = pl.read_parquet(SAMPLE)

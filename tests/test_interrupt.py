@@ -123,8 +123,9 @@ catalog.query = query
 
 def test_what_ignores_ctrl_c_goes_on(finished):
     """A shell starts what it runs in the background with SIGINT ignored."""
-    ignoring = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+    ignoring = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); print('deaf', flush=True)"
     with terminal("kb", "list", "--json", "--data", finished, before=ignoring) as command:
+        command.until("deaf")
         command.press()
         assert command.end(120.0) == 0
 

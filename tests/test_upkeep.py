@@ -44,6 +44,17 @@ def test_forget_removes_a_match_and_all_that_was_made_of_it(data, capsys):
     assert "there is no such match" in capsys.readouterr().err
 
 
+def test_forget_takes_the_beginning_of_an_id(data, capsys):
+    """As replay does; and refuses to choose."""
+    store = Store(data)
+    name, other = (receipt.name for receipt in store.receipts("matches"))
+    assert call("forget", "", "--data", data) == 1
+    assert f"several matches begin so (there are: {name}, {other}). Name one of them." in capsys.readouterr().err
+    assert call("forget", name[:5], "--data", data) == 0
+    assert f"{name}: 9 outputs removed" in capsys.readouterr().out
+    assert [receipt.name for receipt in store.receipts("matches")] == [other]
+
+
 def test_prune_removes_nothing_that_a_receipt_names(data, capsys):
     before = {path: path.read_bytes() for path in data.rglob("*") if path.is_file()}
     stray = data / "goals" / "early-000000000000-0123456789ab.goals.parquet"

@@ -4,33 +4,45 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from prefect.client.schemas.schedules import CronSchedule
-from prefect.settings import PREFECT_API_URL
-from pydantic import ValidationError
-
 from flows.commands.common import DEFAULTS, Common
-from flows.run import run_flow
+from flows.commands.printing import console, warn
+from flows.serving import serving, there_is_one
 from pipeline.errors import BadSettings
+
+#: Name of the deployment.
+NAME = "pitchlore"
 
 
 def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Common = DEFAULTS) -> None:
-    """Stay and run everything new on a schedule; needs a Prefect server (PREFECT_API_URL).
+    """Stay, and run everything new on a schedule, until Ctrl-C.
 
     Args:
-        cron: When to run, as minute, hour, day of month, month, day of week.
+        cron: When to run: minute, hour, day of month, month, day of week.
         settings: A TOML file with the settings that differ from the defaults.
         common: Options of every command.
     """
     store, chosen = common.store, common.settings(settings)
-    if not PREFECT_API_URL.value():
-        raise BadSettings("no Prefect server is named", where="PREFECT_API_URL",
-                          next_step="Start one with `prefect server start` and set it to its address")
+    if not there_is_one(store.root, warn):
+        raise BadSettings("no Prefect server is there", where=str(store.root),
+                          next_step="Start one with `pitchlore server start`, or name one in PREFECT_API_URL")
+    from prefect.client.schemas.schedules import CronSchedule  # noqa: PLC0415 (Prefect takes seconds to load)
+    from prefect.types.entrypoint import EntrypointType  # noqa: PLC0415
+    from prefect.settings import PREFECT_API_URL  # noqa: PLC0415
+    from pydantic import ValidationError  # noqa: PLC0415
+
+    from flows.scheduled import scheduled_run  # noqa: PLC0415
+
     try:
         CronSchedule(cron=cron)
     except ValidationError as error:
         raise BadSettings(f"{cron!r} is not a schedule", where="--cron",
                           next_step='Write minute, hour, day, month and weekday, as "0 6 * * 1"') from error
-    run_flow.serve(
-        name="pitchlore", cron=cron,
-        parameters={"data": str(store.root.resolve()), "settings": chosen.model_dump(mode="json")},
-    )
+    with serving(store.root, warn) as ready:
+        ready()
+        console().print(
+            f"serving {store.root} at {cron!r}; to run at once: PREFECT_API_URL={PREFECT_API_URL.value()}"
+            f" prefect deployment run {scheduled_run.name}/{NAME}", soft_wrap=True, highlight=False)
+        scheduled_run.serve(
+            name=NAME, cron=cron, print_starting_message=False, entrypoint_type=EntrypointType.MODULE_PATH,
+            parameters={"data": str(store.root.resolve()), "settings": chosen.model_dump(mode="json")},
+        )

@@ -1,0 +1,51 @@
+"""The flow that a schedule runs: a line says what it did, its state whether all went well."""
+
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from prefect import runtime
+from prefect.client.schemas.objects import State
+from prefect.states import Completed, Failed
+
+from flows.progress import RunReport
+from flows.run import run_flow
+from flows.tasks import our_flow
+from pipeline.settings import Settings
+
+#: Name of the state in which a run ends that put something into quarantine.
+QUARANTINED = "Quarantined"
+
+
+@our_flow(name="run")
+def scheduled_run(data: Path, settings: Settings = Settings(), train: bool = True) -> State[dict[str, Any]]:
+    """Import what is new in the inbox and bring every stage up to date.
+
+    Args:
+        data: the data folder.
+        settings: of the stages.
+        train: whether to train a policy when the knowledge is new.
+
+    Returns:
+        Completed; Failed with the name Quarantined if something could not be taken, as the exit code of
+        `pitchlore run` says it too. The rest was made in either case.
+    """
+    report = RunReport.model_validate(run_flow.fn(data, None, settings, train))
+    line = said_of(report)
+    now = f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S}"
+    print(f"{now} run {runtime.flow_run.name}: {line}", flush=True)  # noqa: T201 (for who watches `serve`)
+    if report.failures:
+        return Failed(name=QUARANTINED, message=line)
+    return Completed(message=line, data=report.model_dump())
+
+
+def said_of(report: RunReport) -> str:
+    """What a run did, in one line."""
+    if not report.made and not report.failures:
+        return "nothing new"
+    line = f"{report.made} made, {sum(stage.kept for stage in report.stages)} kept"
+    if report.policy_is_new:
+        line += f", policy version {report.policy} is new"
+    if report.failures:
+        line += f", {len(report.failures)} in quarantine: {', '.join(sorted(report.failures))}"
+    return line

@@ -1,0 +1,205 @@
+"""The Prefect server that a data folder keeps, and which server a command's flows talk to."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from http.server import BaseHTTPRequestHandler, HTTPServer
+
+import pytest
+from support.terminal import terminal
+
+from flows.server import Keeper, Kept, Process, ServerFailed
+from flows.serving import serving
+from pipeline.store.files import pretty
+
+#: Stands in for uvicorn, so that a server starts at once: what it does then is Prefect's.
+UVICORN = """
+import asyncio
+class Config:
+    def __init__(self, *_, **__): pass
+class Server:
+    started = False
+    def __init__(self, config): pass
+    async def startup(self, sockets=None): self.started = True
+    def run(self, sockets=None): asyncio.run(self.serve(sockets))
+    async def serve(self, sockets):
+        await self.startup(sockets)
+        await asyncio.sleep(600)
+"""
+
+
+@pytest.fixture
+def uvicorn(tmp_path, monkeypatch):
+    """Replace uvicorn in every process that is started from now on."""
+
+    def replace(text: str) -> None:
+        (tmp_path / "modules").mkdir(exist_ok=True)
+        (tmp_path / "modules" / "uvicorn.py").write_text(text)
+        monkeypatch.setenv("PYTHONPATH", str(tmp_path / "modules"))
+
+    return replace
+
+
+@pytest.fixture
+def data(tmp_path):
+    """A data folder; the server that it keeps in the end is stopped."""
+    folder = tmp_path / "data"
+    (folder / "inbox").mkdir(parents=True)
+    yield folder
+    Keeper(folder).stop()
+
+
+def begin(*words: object) -> subprocess.Popen[str]:
+    script = "import sys; from flows.cli import main; main(sys.argv[1:])"
+    return subprocess.Popen([sys.executable, "-c", script, *map(str, words)], text=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def call(*words: object) -> tuple[int, str, str]:
+    with begin(*words) as process:
+        out, err = process.communicate(timeout=300)
+    return process.returncode, out, err
+
+
+def test_two_starts_at_once_start_one(uvicorn, data):
+    """And status, a third start and stop find it."""
+    uvicorn(UVICORN)
+    with begin("server", "start", "--json", "--data", data) as one, begin("server", "start", "--json", "--data", data) as two:
+        told = [json.loads(process.communicate(timeout=300)[0]) for process in (one, two)]
+    assert sorted(said["new"] for said in told) == [False, True]
+    assert told[0]["pid"] == told[1]["pid"]
+    code, out, _ = call("server", "status", "--json", "--data", data)
+    assert code == 0
+    assert json.loads(out) == {"running": True} | {name: told[0][name] for name in ("ui", "api", "pid")}
+    code, out, _ = call("server", "start", "--data", data)
+    assert (code, out.splitlines()[0]) == (0, f"runs already: {told[0]['ui']}")
+    assert call("server", "stop", "--data", data)[:2] == (0, f"stopped: {told[0]['ui']}\n")
+    assert call("server", "stop", "--data", data)[:2] == (0, "no server runs\n")
+    code, out, _ = call("server", "status", "--data", data)
+    assert (code, out) == (1, "no server runs: `pitchlore server start` starts one\n")
+    with pytest.raises(ProcessLookupError):
+        os.kill(told[0]["pid"], 0)
+
+
+def test_a_server_that_died_is_said_to_have(uvicorn, data):
+    uvicorn(UVICORN)
+    pid = json.loads(call("server", "start", "--json", "--data", data)[1])["pid"]
+    os.kill(pid, signal.SIGKILL)
+    code, out, _ = call("server", "status", "--data", data)
+    assert (code, out) == (1, f"has died (process {pid}); its log is {Keeper(data).log}\n")
+    code, out, _ = call("server", "start", "--json", "--data", data)
+    assert (code, json.loads(out)["new"]) == (0, True)
+    assert json.loads(out)["pid"] != pid
+
+
+def test_a_stale_record_harms_nobody(data):
+    """Its number may be another process's by now: this one's, here."""
+    keeper = Keeper(data)
+    keeper.folder.mkdir()
+    (keeper.folder / "server.json").write_bytes(pretty(Kept(pid=os.getpid(), port=1)))
+    assert keeper.look() == (False, Kept(pid=os.getpid(), port=1))
+    assert keeper.stop() is None
+    assert keeper.look() == (False, None)
+
+
+def test_a_port_that_is_taken_is_one_line(data):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        code, out, err = call("server", "start", "--port", port, "--data", data)
+    assert (code, out) == (1, "")
+    assert err == f"pitchlore: --port: port {port} of 127.0.0.1 is taken. Name another port, or none: then a free one is taken.\n"
+
+
+def test_a_server_that_does_not_start_says_why(uvicorn, data):
+    uvicorn("raise RuntimeError('out of cheese')")
+    code, out, err = call("server", "start", "--data", data)
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert err.startswith("pitchlore: the Prefect server does not start (RuntimeError: out of cheese). ")
+    assert "out of cheese" in Keeper(data).log.read_text()
+    with pytest.raises(ServerFailed, match="out of cheese"):
+        Process(os.environ).wait()
+
+
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
+def test_a_start_that_is_stopped_leaves_no_server(uvicorn, data, end):
+    uvicorn("import time; time.sleep(600)")
+    with terminal("server", "start", "--data", data, before="print('begun', flush=True)") as command:
+        command.until("begun")
+        while not Keeper(data).look().alive:
+            assert command.process.poll() is None
+        os.kill(command.process.pid, end)
+        assert command.end(20.0) in (130, -signal.SIGKILL)
+        assert command.left(20.0) == []
+    assert Keeper(data).look() == (False, None)
+
+
+@pytest.mark.usefixtures("prefect_server")
+def test_flows_talk_to_the_folder_s_server(data, monkeypatch):
+    """A real one; and when it has died, to another, which is said."""
+    from prefect.settings import PREFECT_API_URL
+
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    other, said = PREFECT_API_URL.value(), []
+    code, out, _ = call("server", "start", "--json", "--data", data)
+    kept = json.loads(out)
+    assert code == 0
+    with serving(data, said.append) as ready:
+        ready()
+        assert PREFECT_API_URL.value() == kept["api"] != other
+    assert (PREFECT_API_URL.value(), said) == (other, [])
+    with socket.create_connection(("127.0.0.1", int(kept["ui"].rsplit(":", 1)[1]))) as asked:
+        asked.sendall(b"GET /runs HTTP/1.0\r\nAccept: text/html\r\n\r\n")
+        assert b"200 OK" in asked.recv(64)  # its pages are there
+    os.kill(kept["pid"], signal.SIGKILL)
+    while Keeper(data).look().alive:
+        pass
+    with serving(data, said.append) as ready:
+        ready()
+        assert PREFECT_API_URL.value() == other
+    assert said == [f"The Prefect server of {data} has died; this command brings its own. `pitchlore server start` starts it again."]
+
+
+class Pages(BaseHTTPRequestHandler):
+    """A server of pages, as Prefect's own is where its API is not."""
+
+    def do_GET(self) -> None:
+        self.send_response(200)
+        self.send_header("content-type", "text/html")
+        self.end_headers()
+        self.wfile.write(b"<html>")
+
+    def log_message(self, *_: object) -> None:
+        pass
+
+
+@pytest.fixture
+def pages():
+    with HTTPServer(("127.0.0.1", 0), Pages) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+        thread.join()
+
+
+@pytest.mark.parametrize("words", [("import", "x.csv"), ("run",), ("train",), ("serve",)])
+def test_an_address_where_nobody_is_is_one_line(data, words, monkeypatch):
+    monkeypatch.setenv("PREFECT_API_URL", "http://127.0.0.1:1/api")
+    code, out, err = call(*words, "--data", data)
+    assert (code, out) == (1, "")
+    assert err.splitlines()[-1].startswith("pitchlore: http://127.0.0.1:1/api: no Prefect server answers (")
+    assert err.endswith("). Start it, or mend or unset PREFECT_API_URL.\n")
+    assert "Traceback" not in err
+
+
+def test_an_address_without_api_is_one_line(data, pages, monkeypatch):
+    monkeypatch.setenv("PREFECT_API_URL", pages)
+    code, out, err = call("run", "--data", data)
+    assert (code, out) == (1, "")
+    assert err.splitlines()[-1] == f"pitchlore: {pages}: is not the address of a Prefect API. Set PREFECT_API_URL to {pages}/api."

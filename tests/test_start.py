@@ -1,0 +1,91 @@
+"""Fast to the hand: a command loads only what it needs, and one that only looks leaves no trace."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from flows.cli import COMMANDS, GROUPS, command_line
+
+#: Prints which of these packages a command has loaded.
+LOADED = """
+import sys
+from flows.cli import main
+*words, packages = sys.argv[1:]
+try:
+    main(words)
+except SystemExit:
+    pass
+print("loaded:", *sorted(set(packages.split()) & set(sys.modules)))
+"""
+#: What takes long to load and no command that looks needs.
+HEAVY = "prefect numba matplotlib pymunk scipy skfuzzy minisom sqlalchemy pygame PIL"
+TABLES = "polars pyarrow duckdb dataframely numpy"
+
+
+@pytest.mark.parametrize(("words", "packages"), [
+    (("--help",), f"{HEAVY} {TABLES} pydantic"),
+    (("kb", "--help"), f"{HEAVY} {TABLES} pydantic"),
+    (("import", "--help"), HEAVY),
+    (("run", "--help"), HEAVY),
+    (("kb", "list"), HEAVY),
+    (("kb", "show"), HEAVY),
+    (("kb", "verify"), HEAVY),
+    (("sql", "select count(*) from situations"), HEAVY),
+    (("quarantine",), HEAVY),
+    (("commentary", "early"), HEAVY),
+    (("replay", "early", "--output", "page.html"), "prefect numba matplotlib pymunk scipy"),
+    (("server", "status"), HEAVY),
+])
+def test_a_command_loads_only_what_it_needs(finished, tmp_path, monkeypatch, words, packages):
+    monkeypatch.setenv("PITCHLORE_DATA", str(finished))
+    told = subprocess.run([sys.executable, "-c", LOADED, *words, packages], cwd=tmp_path, text=True, check=True,
+                          capture_output=True).stdout
+    assert told.splitlines()[-1] == "loaded:"
+
+
+def test_every_command_is_there():
+    """The table names modules and functions: each exists, in the file that is named for the command."""
+    line = command_line()
+    for command in COMMANDS:
+        resolved = line[command.name.split()[0]] if " " not in command.name else line[command.name.split()[0]][command.name.split()[1]]
+        assert callable(resolved.default_command)
+        assert command.target.partition(":")[0].rstrip("_") == command.name.split()[0]
+        assert command.example.startswith(f"pitchlore {command.name}")
+    assert set(GROUPS) == {command.name.split()[0] for command in COMMANDS if " " in command.name}
+
+
+#: Commands that look, or that remove something: none of them has anything to do where nothing is.
+LOOKING = [
+    ("sql", "select 1"), ("kb", "list"), ("kb", "show"), ("kb", "diff", "1"), ("kb", "verify"), ("replay", "x"),
+    ("commentary", "x"), ("quarantine",), ("quarantine", "--clear"), ("report",), ("forget", "x"), ("prune",),
+    ("server", "status"), ("server", "stop"),
+]
+
+
+@pytest.mark.parametrize("words", LOOKING, ids=" ".join)
+def test_a_wrong_data_folder_is_said_to_be_one(call, tmp_path, words):
+    """And none is made of it: not where nothing is, not where others' files are, not in the place of a file."""
+    gone, others, file = tmp_path / "gone", tmp_path / "others", tmp_path / "match.csv"
+    (others / "holidays").mkdir(parents=True)
+    (others / "holidays" / "sea.jpg").write_text("blue")
+    file.write_text("t,x\n")
+    before = sorted(tmp_path.rglob("*"))
+    otherwise = "Name the data folder with --data, or fill this one: `pitchlore import FILE`."
+    for folder, said in (
+        (gone, f"there is no such folder. {otherwise}"),
+        (others, f"is not a data folder, or nothing has been imported into it. {otherwise}"),
+        (file, "is not a folder. Name the data folder with --data."),
+    ):
+        assert call(*words, "--data", folder) == (1, "", f"pitchlore: {folder}: {said}\n")
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.parametrize("words", [("situations",), ("sql", "--tables")])
+def test_what_needs_no_data_makes_no_folder(call, tmp_path, words):
+    code, out, err = call(*words, "--data", tmp_path / "gone")
+    assert (code, err) == (0, "")
+    assert len(out) > 1000
+    assert not (tmp_path / "gone").exists()
