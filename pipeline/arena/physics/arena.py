@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pymunk
 
-from pipeline.arena.physics.drive import constants_of, drive, publish, roll
+from pipeline.arena.physics.drive import constants, drive, publish, roll
 from pipeline.arena.physics.exchange import ByAttribute, ByBatch, Exchange
 from pipeline.arena.physics.settings import PhysicsSettings
 from pipeline.arena.physics.walls import walls
@@ -50,7 +50,7 @@ class Arena:
         self._exchange: Exchange = ByBatch(count) if batch else ByAttribute(count)
         self._box = (2 * SCALES[pitch.kind].robot_radius,) * 2
         self._moment = pymunk.moment_for_box(self.settings.robot_mass, self._box)
-        self._constants = constants_of(self.settings, self._moment)
+        self._constants = constants(self.settings, self._moment)
         self._substeps = self.settings.substeps
         self._step_s = 1 / (self.settings.hz * self._substeps)
         self._rims = np.zeros((2 * robots, 2))

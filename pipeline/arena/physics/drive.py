@@ -16,23 +16,21 @@ import numpy as np
 from numba import njit
 
 from pipeline.arena.physics.settings import GRAVITY, PhysicsSettings
-from pipeline.bodies import BALL, F64, OMEGA, THETA, VX, VY, Record
+from pipeline.bodies import BALL, F64, OMEGA, THETA, VX, VY
 
 #: Columns of the forces: newtons and newton metres, in the frame of the pitch.
 FX, FY, TORQUE = range(3)
 
-#: Constants of ``drive`` and ``roll``, SI units; one record costs a tenth of as many arguments.
-CONSTANTS = np.dtype([
-    (name, np.float64)
-    for name in (
-        "step_s", "wheel_speed", "wheel_acceleration", "half_axle", "mass", "moment", "forward", "sideways",
-        "ball_mass", "rolling",
-    )
-])  # fmt: skip
+# Entries of the constants: one array costs a tenth of the time of as many numbers in a call, and half of
+# that of a record; two steps a frame would feel it.
+(
+    _STEP_S, _WHEEL_SPEED, _WHEEL_ACCELERATION, _HALF_AXLE, _MASS, _MOMENT, _FORWARD, _SIDEWAYS,
+    _BALL_MASS, _ROLLING,
+) = range(10)  # fmt: skip
 
 
-def constants_of(settings: PhysicsSettings, moment: float) -> Record:
-    """The record of :data:`CONSTANTS` of an arena, shape [].
+def constants(settings: PhysicsSettings, moment: float) -> F64:
+    """Constants of ``drive`` and ``roll``, float64 [10], SI units.
 
     Args:
         settings: of the arena.
@@ -40,24 +38,24 @@ def constants_of(settings: PhysicsSettings, moment: float) -> Record:
     """
     load = settings.robot_mass * GRAVITY / 2
     return np.array(
-        (
+        [
             1 / (settings.hz * settings.substeps), settings.wheel_speed, settings.wheel_acceleration,
             settings.axle / 2, settings.robot_mass, moment,
             settings.forward_grip * load, settings.sideways_grip * load, settings.ball_mass, settings.rolling,
-        ),
-        dtype=CONSTANTS,
+        ],
+        dtype=np.float64,
     )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def drive(bodies: F64, wheels: F64, rims: F64, constants: Record, forces: F64) -> bool:
+def drive(bodies: F64, wheels: F64, rims: F64, of: F64, forces: F64) -> bool:
     """The forces of the floor on all bodies for the next step; rims follow their commands.
 
     Args:
         bodies: float64 [1 + 2 N, 6], see ``pipeline.bodies``.
         wheels: float64 [2 N, 2], commanded left and right rim speeds, m/s.
         rims: float64 [2 N, 2], the speeds that rims have; changed.
-        constants: of the arena, see ``constants_of``.
+        of: float64 [10], see ``constants``.
         forces: float64 [1 + 2 N, 3], written.
 
     Returns:
@@ -69,18 +67,17 @@ def drive(bodies: F64, wheels: F64, rims: F64, constants: Record, forces: F64) -
         if not math.isfinite(wheels[robot, 0] + wheels[robot, 1]):
             return False
 
-    of = constants[()]
-    step_s = of["step_s"]
+    step_s = of[_STEP_S]
     speed = math.hypot(bodies[BALL, VX], bodies[BALL, VY])
     brake = 0.0
     if speed > 0.0:
-        brake = -of["ball_mass"] * min(of["rolling"], speed / step_s) / speed
+        brake = -of[_BALL_MASS] * min(of[_ROLLING], speed / step_s) / speed
     forces[BALL, FX] = brake * bodies[BALL, VX]
     forces[BALL, FY] = brake * bodies[BALL, VY]
     forces[BALL, TORQUE] = 0.0
 
-    top, change = of["wheel_speed"], of["wheel_acceleration"] * step_s
-    half_axle, mass = of["half_axle"], of["mass"]
+    top, change = of[_WHEEL_SPEED], of[_WHEEL_ACCELERATION] * step_s
+    half_axle, mass = of[_HALF_AXLE], of[_MASS]
     for robot in range(rims.shape[0]):
         row = 1 + robot
         for wheel in range(2):
@@ -94,10 +91,10 @@ def drive(bodies: F64, wheels: F64, rims: F64, constants: Record, forces: F64) -
         slip_left = rims[robot, 0] - forward + bodies[row, OMEGA] * half_axle
         slip_right = rims[robot, 1] - forward - bodies[row, OMEGA] * half_axle
         push = mass * (slip_left + slip_right) / 4
-        twist = of["moment"] * (slip_right - slip_left) / (4 * half_axle * half_axle)
+        twist = of[_MOMENT] * (slip_right - slip_left) / (4 * half_axle * half_axle)
         across = -mass * sideways / (2 * step_s)
-        left, across_left = _gripped((push - twist) / step_s, across, of["forward"], of["sideways"])
-        right, across_right = _gripped((push + twist) / step_s, across, of["forward"], of["sideways"])
+        left, across_left = _gripped((push - twist) / step_s, across, of[_FORWARD], of[_SIDEWAYS])
+        right, across_right = _gripped((push + twist) / step_s, across, of[_FORWARD], of[_SIDEWAYS])
         along, across = left + right, across_left + across_right
         forces[row, FX] = along * c - across * s
         forces[row, FY] = along * s + across * c
@@ -131,18 +128,17 @@ def publish(state: F64, bodies: F64) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def roll(bodies: F64, constants: Record, rims: F64) -> None:
+def roll(bodies: F64, of: F64, rims: F64) -> None:
     """Give rims the speeds with which the robots roll as they move, without slip.
 
     Args:
         bodies: float64 [1 + 2 N, 6].
-        constants: of the arena, see ``constants_of``.
+        of: float64 [10], see ``constants``.
         rims: float64 [2 N, 2], written.
     """
-    half_axle = constants[()]["half_axle"]
     for robot in range(rims.shape[0]):
         row = 1 + robot
         c, s = math.cos(bodies[row, THETA]), math.sin(bodies[row, THETA])
         forward = bodies[row, VX] * c + bodies[row, VY] * s
-        rims[robot, 0] = forward - bodies[row, OMEGA] * half_axle
-        rims[robot, 1] = forward + bodies[row, OMEGA] * half_axle
+        rims[robot, 0] = forward - bodies[row, OMEGA] * of[_HALF_AXLE]
+        rims[robot, 1] = forward + bodies[row, OMEGA] * of[_HALF_AXLE]
