@@ -137,6 +137,7 @@ INTERRUPTIBLE = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from pipeline.store import catalog
+from flows.cli import main
 ask = catalog.query
 def query(*arguments):
     print("asked", flush=True)

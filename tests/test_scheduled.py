@@ -1,0 +1,44 @@
+"""The flow that a schedule runs: its line, its state, and the deployment that prefect.yaml names."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+import yaml
+from conftest import ROOT, clip
+
+from pipeline.store import Store
+
+
+@pytest.mark.usefixtures("prefect_server")
+def test_a_run_says_in_one_line_and_in_its_state_what_it_did(tmp_path, capsys):
+    """Completed with what was made, then with nothing new; Failed, named Quarantined, if something was refused."""
+    from flows.scheduled import scheduled_run
+
+    (tmp_path / "inbox").mkdir()
+    clip(0.0, 40.0).write_csv(tmp_path / "inbox" / "derby.csv")
+    states = [scheduled_run(tmp_path, return_state=True) for _ in range(2)]
+    (tmp_path / "inbox" / "notes.txt").write_text("dear diary")
+    states.append(scheduled_run(tmp_path, return_state=True))
+    assert [(state.type.value, state.name) for state in states] == [
+        ("COMPLETED", "Completed"), ("COMPLETED", "Completed"), ("FAILED", "Quarantined")]
+    assert re.fullmatch(r"\d+ made, 0 kept, policy version 1 is new", states[0].message)
+    assert states[1].message == "nothing new"
+    assert re.fullmatch(rf"0 made, \d+ kept, 1 in quarantine: matches {tmp_path}/inbox/notes.txt", states[2].message)
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.partition(": ")[2] for line in lines] == [state.message for state in states]
+    assert all(re.match(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d run [a-z-]+: ", line) for line in lines)
+    assert states[0].result()["policy"] == 1
+    assert [record.noun for record in Store(tmp_path).quarantined()] == ["matches"]
+
+
+def test_a_worker_can_load_the_flow_that_prefect_yaml_names(monkeypatch):
+    from prefect.flows import load_flow_from_entrypoint
+
+    (deployment,) = yaml.safe_load((ROOT / "prefect.yaml").read_text())["deployments"]
+    monkeypatch.chdir(ROOT)
+    loaded = load_flow_from_entrypoint(deployment["entrypoint"])
+    parameters = loaded.validate_parameters(deployment["parameters"] | {"settings": {"policies": {"sweeps": 2}}})
+    assert parameters["settings"].policies.sweeps == 2
+    assert deployment["work_pool"] == {"name": "pitchlore"}  # what docs and prefect.yaml say how to make
