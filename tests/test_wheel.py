@@ -52,7 +52,7 @@ class Installed:
         environment = {name: value for name, value in os.environ.items()
                        if name not in ("PYTHONPATH", "PITCHLORE_DATA", "NUMBA_CACHE_DIR")}
         done = subprocess.run([self.bin / command[0], *command[1:]], cwd=self.folder, env=environment,
-                              capture_output=True, text=True, timeout=600)
+                              capture_output=True, text=True)
         assert done.returncode == 0, f"{command}:\n{done.stdout}\n{done.stderr}"
         return done.stdout
 
