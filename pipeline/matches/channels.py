@@ -20,9 +20,9 @@ class Topic(NamedTuple):
     """Name and message definition of a channel.
 
     Attributes:
-        name: of the channel.
+        name: name of the channel.
         message: name of its definition in ``schemas/``.
-        parts: of the definitions that it refers to.
+        parts: names of the definitions that it refers to.
         head: layout of the fixed part of its messages.
     """
 

@@ -34,8 +34,8 @@ class Inbox:
 
         Args:
             channel: its id.
-            name: of its topic.
-            definition: of its messages if they are CDR by a ``ros2msg`` definition, else None.
+            name: name of its topic.
+            definition: definition of its messages if they are CDR by a ``ros2msg`` definition, else None.
         """
         if channel in self._topics:
             return

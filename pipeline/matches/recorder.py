@@ -37,7 +37,7 @@ from schemas import Decisions, Quality, Referee
 
 #: A chunk's content; three a side fill it in about 20 s of a match.
 CHUNK_BYTES = 256 << 10
-#: Of zstd. Positive levels code bodies' coordinates, which are nearly noise, by entropy: files are 6 %
+#: Compression level of zstd. Positive levels code bodies' coordinates, which are nearly noise, by entropy: files are 6 %
 #: smaller, but take half as long again to write and more than twice as long to decompress.
 LEVEL = -1
 
@@ -55,7 +55,7 @@ class Recorder:
         stream: buffered, writable; nothing has been written to it yet.
         info: description of the match at its start.
         chunk_bytes: a chunk is written when its uncompressed content would grow beyond this.
-        level: of zstd.
+        level: compression level of zstd.
 
     Raises:
         OSError: from any method, if the stream refuses a write.
@@ -220,10 +220,10 @@ def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES, le
     part of the match.
 
     Args:
-        log: what to write; its quality rows go along.
+        log: the match; its rows of schema Quality are written, too.
         stream: buffered, writable; nothing has been written to it yet, and it stays open.
         chunk_bytes: see :class:`Recorder`.
-        level: of zstd.
+        level: compression level of zstd.
 
     Raises:
         BadRecording: if a sample or an event is before time zero.

@@ -198,9 +198,9 @@ class _Situations(NamedTuple):
     """Situations of one or several robots, each [S].
 
     Attributes:
-        row: of the robot in the match's arrays.
+        row: row of the robot in the match's arrays.
         role: index in ROLES, at the start.
-        code: of Table 1.
+        code: code of Table 1.
         target: a number, see :func:`_target_names`.
         start_ns, end_ns: end exclusive.
         segment: stretch of play.

@@ -76,8 +76,8 @@ def trajectories(log: MatchLog, settings: TrajectorySettings) -> tuple[pl.DataFr
     for ``jump_accept_s``, it counts as put there, and for the ball a new segment begins.
 
     Args:
-        log: of the match; its frames as recorded, in any order.
-        settings: of the stage.
+        log: log of the match; its frames as recorded, in any order.
+        settings: settings of the stage.
 
     Returns:
         Rows of schema Trajectories, sorted as it says: one for each body with finite x and y in each

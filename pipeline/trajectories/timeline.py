@@ -127,7 +127,7 @@ def cut_stretches(
     Args:
         t_ns: int64 [F], strictly increasing.
         referee: rows of schema Referee in order of time.
-        periods: of the match.
+        periods: periods of the match.
         gap_ns: a longer time between samples is a gap.
         moved: int64 [M], samples at which the ball was put elsewhere.
     """
