@@ -37,8 +37,9 @@ from schemas import Decisions, Quality, Referee
 
 #: A chunk's content; three a side fill it in about 20 s of a match.
 CHUNK_BYTES = 256 << 10
-#: Compression level of zstd. Positive levels code bodies' coordinates, which are nearly noise, by entropy: files are 6 %
-#: smaller, but take half as long again to write and more than twice as long to decompress.
+#: Compression level of zstd. Positive levels also code the bodies' coordinates, which are nearly noise, by
+#: entropy. Files are then 4 to 6 % smaller; writing takes up to half as long again, and decompression two to
+#: three times as long (DECISIONS.md, "Chunk compression").
 LEVEL = -1
 
 _SLICE = 1024  # frames that `write` lays out at once: they stay in the cache
