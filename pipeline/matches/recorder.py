@@ -109,11 +109,10 @@ class Recorder:
             self._append(DECISION, cdr.pack_decisions(decisions, DECISION))
 
     def flush(self) -> None:
-        """Write what is pending, as a chunk of its own: whoever kills the process now loses nothing.
+        """Write the pending messages as a chunk of their own, so that a killed process loses nothing.
 
-        It is not synced, so that a machine that fails may still lose it. A chunk of few messages costs
-        room: chunks of a second (60 frames of six robots) make a log 2.2 % larger, chunks of 1,024 frames
-        0.02 %.
+        The chunk is not synced, so a failing machine may still lose it. Small chunks cost room: chunks of a
+        second (60 frames of six robots) make a log 2.2 % larger, chunks of 1,024 frames 0.02 %.
         """
         for chunk in self._buffer.seal():
             self._put_chunk(chunk)
