@@ -51,7 +51,7 @@ def observe(
         trajectories: rows of schema Trajectories of the same match.
         referee: rows of schema Referee of the same match, in order of time.
         patterns: rows of schema Patterns or Behaviours, of all rounds.
-        pitch: of the match.
+        pitch: pitch of the match.
         grams: gap_s.
 
     Returns:

@@ -95,15 +95,15 @@ def attribute(
        the defending robot.
     4. Without a touch, or without a known scoring team: robot and kind are null.
 
-    Only samples in play, strictly before the goal, that are not suspect count. Some sources log a goal
+    A sample counts if it is in play, not suspect, and strictly before the goal: some sources log a goal
     after the bodies were put back, or long after play stopped.
 
     Args:
         referee: rows of schema Referee of one match.
         trajectories: rows of schema Trajectories of that match.
         situations: rows of schema Situations of that match; without any, no goal is direct.
-        pitch: of the match.
-        settings: of the stage, None for the defaults.
+        pitch: pitch of the match.
+        settings: settings of the stage, None for the defaults.
 
     Returns:
         Rows of schema Goals by time, one a goal.

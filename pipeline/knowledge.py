@@ -54,7 +54,7 @@ def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFram
 
     Args:
         parts: rows of schema Behaviours, of distinct instances; the earlier versions first.
-        version: of the result, at least 1.
+        version: version of the result, at least 1.
 
     Returns:
         Rows of schema Behaviours. ``neuron`` refers to the latest map that found the behaviour.
@@ -98,7 +98,7 @@ def occasions(
         decisions: rows of schema Decisions, a table a match. A null behaviour, "moves randomly",
             counts as the behaviour of the one code 194. The paper's learner starts from it in every
             new state and values it like any other (sections 4 and 6).
-        version: of the knowledge, at least 1.
+        version: version of the knowledge, at least 1.
         settings: state_key, backoff, teams, own and optimistic.
         known: ids of the behaviours of the version, [B]. A chosen behaviour outside them, from other
             knowledge, is no occasion. None if all are known.
@@ -135,7 +135,7 @@ def merge_occasions(
 
     Args:
         parts: rows of schema Occasions, of distinct decisions, in any order.
-        version: of the result, at least 1.
+        version: version of the result, at least 1.
         settings: optimistic; ``initial`` is computed anew.
     """
     return _occasions(_add_up([_sums(part) for part in parts]), version, settings)
@@ -213,9 +213,9 @@ def diff(
 
     Args:
         behaviours_before: rows of schema Behaviours of the earlier version.
-        behaviours_after: of the later version.
+        behaviours_after: rows of schema Behaviours of the later version.
         occasions_before: rows of schema Occasions of the earlier version.
-        occasions_after: of the later version.
+        occasions_after: rows of schema Occasions of the later version.
     """
     occasions_before, occasions_after = finest(occasions_before), finest(occasions_after)
     before = _with_states(behaviours_before, occasions_before)

@@ -163,7 +163,7 @@ def mark(first: I64, n: int, taken: Bool) -> None:
 
 
 def instances(situations: pl.DataFrame, patterns: pl.DataFrame, gap_s: float) -> Iterator[Instances]:
-    """Instances of patterns, the longest first; each length in the situations that longer ones leave.
+    """Instances of patterns, the longest first; a shorter one uses no situation of a longer one.
 
     Args:
         situations: rows of schema Situations of one match.

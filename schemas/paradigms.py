@@ -26,7 +26,7 @@ class Paradigms(Table):
     study = dy.Enum(
         STUDIES, description="curve of a figure; sensitivity to one reading; confirmation on fresh seeds"
     )
-    figure = dy.Int8(min=4, max=6, description="of the paper; 6 stands for Figures 6 and 7, of the same runs")
+    figure = dy.Int8(min=4, max=6, description="figure of the paper; 6 stands for Figures 6 and 7, of the same runs")
     game = dy.String(description="penalty, climbing, grid, or a stochastic variant")
     learner = dy.String(description="learning rule: IQ, JAQ, IVQ, IL-A and IL-B (IQ on own and joint state), or a peer")
     reading = dy.String(description="reading of the points that the text leaves open, or the peer's settings")
@@ -66,7 +66,7 @@ class Verdicts(Table):
     NAME: ClassVar[str] = "verdicts"
     VERSION: ClassVar[int] = 1
 
-    figure = dy.Int8(min=4, max=7, description="of the paper")
+    figure = dy.Int8(min=4, max=7, description="figure of the paper")
     claim = dy.String(description="the paper's claim in short")
     reading = dy.String(description="readings it was checked with, e.g. IVQ printed")
     decay = dy.Float64(

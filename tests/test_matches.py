@@ -595,7 +595,7 @@ def test_flaws_of_another_version_are_refused(quality):
     ("texts", "says"),
     [
         ({"info": "{", "quality": "[]"}, "the field info of its metadata is not usable"),
-        ({"quality": "[]"}, "its metadata say nothing of the match"),
+        ({"quality": "[]"}, "its metadata do not describe the match"),
     ],
 )
 def test_info_that_is_no_json_or_not_there_is_refused(texts, says):

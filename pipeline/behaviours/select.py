@@ -67,7 +67,7 @@ def select(
             (role, codes), all of the round's n (``pipeline.grams.count.merge``).
         recognised: situations recognised in all matches, including those that longer behaviours
             use up.
-        settings: of all rounds.
+        settings: settings of all rounds.
         round_: settings of this round.
     """
     whole = recognised if settings.share_of == "situations" else int(grams["count"].sum())

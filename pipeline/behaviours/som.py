@@ -30,7 +30,7 @@ class SelfOrganisingMap:
     """A trained map. Neuron k lies in row ``k // columns`` and column ``k % columns``.
 
     Attributes:
-        rows, columns: of the grid.
+        rows, columns: size of the grid.
         weights: float64 [rows * columns, n], a prototype gram each.
         quantisation_error: mean distance of the samples to their best-matching unit.
         topographic_error: share of the samples whose best and second best units do not touch.
@@ -63,10 +63,10 @@ def train(
     Args:
         codes: [D, n], D and n at least 1.
         counts: int64 [D], at least 1 each.
-        rows: of the grid.
-        columns: of the grid.
+        rows: number of rows of the grid.
+        columns: number of columns of the grid.
         epochs: passes over the distinct grams.
-        seed: of the first weights, which are drawn from the samples.
+        seed: seed of the first weights, which are drawn from the samples.
         sigma_end: spread of the last neighbourhood in neurons; with small values the rule approaches
             k-means.
 

@@ -48,8 +48,8 @@ def value(
     """
     goals = goals.select("t_ns", "team").sort("t_ns")
     goal_ns = goals["t_ns"].to_numpy()
-    nobody = len(TEAMS)
-    scorer = goals["team"].cast(pl.Enum(TEAMS)).to_physical().fill_null(nobody).to_numpy()
+    unknown = len(TEAMS)
+    scorer = goals["team"].cast(pl.Enum(TEAMS)).to_physical().fill_null(unknown).to_numpy()
     start_ns = situations[start].to_numpy()
     team = situations["team"].cast(pl.Enum(TEAMS)).to_physical().to_numpy()
     values = np.zeros(len(start_ns), dtype=np.float64)
@@ -58,7 +58,7 @@ def value(
     following = following[before]
     ticks = (goal_ns[following] - start_ns[before]) / (settings.tick_s * 1e9)
     sign = np.where(scorer[following] == team[before], 1.0, -1.0)
-    sign[scorer[following] == nobody] = 0.0
+    sign[scorer[following] == unknown] = 0.0
     values[before] = sign * settings.alpha**ticks
     return situations.with_columns(pl.Series("value", values))
 

@@ -2,14 +2,14 @@
 
 The only door to mcap, and the only module that touches a log's bytes. Both sides move whole chunks
 between bytes and numpy arrays; no loop runs over messages. Every byte that is written is covered by
-a CRC, and every CRC is checked on reading: what is damaged is reported and left out, what is whole
-is kept.
+a CRC, and every CRC is checked on reading. Damaged parts are reported and left out; whole parts are
+kept.
 
 ==============  ==============================================================
 recorder        writes the file: chunks as they fill, then the summary
-reader          finds the file's parts, and what of them is whole
-description     the metadata record: which match it is, what is wrong with it
-channels        which channels there are, and their definitions
+reader          finds the file's parts, and keeps the whole ones
+description     the metadata record: facts and flaws of the match
+channels        the channels and their definitions
 inbox           messages that were read, sorted by topic, as tables
 cdr             payloads: samples, events and decisions to bytes and back
 messages        message records in batches: heads and tails

@@ -20,10 +20,10 @@ class Topic(NamedTuple):
     """Name and message definition of a channel.
 
     Attributes:
-        name: the topic's name.
-        message: name of the messages' definition in ``schemas/``.
+        name: name of the channel.
+        message: name of its definition in ``schemas/``.
         parts: names of the definitions that it refers to.
-        head: layout of the fixed part of a message.
+        head: layout of the fixed part of its messages.
     """
 
     name: str

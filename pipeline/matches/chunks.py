@@ -74,8 +74,8 @@ class SealedChunk(NamedTuple):
 
     Attributes:
         data: all their bytes.
-        length: bytes of the chunk record.
-        index_offsets: start of each channel's message index in ``data``.
+        length: length of the chunk record.
+        index_offsets: channel to where its message index starts in ``data``.
         start_ns, end_ns: first and last log time, both included.
         stored, size: bytes of the content, compressed and uncompressed.
     """
@@ -94,7 +94,7 @@ class ChunkBuffer:
 
     Args:
         chunk_bytes: most bytes of content; only a single message may be larger.
-        level: of zstd.
+        level: compression level of zstd.
     """
 
     def __init__(self, chunk_bytes: int, level: int) -> None:

@@ -68,7 +68,7 @@ class MatchInfo(BaseModel):
         started_at: time of the first sample, None where unknown.
         pitch: the field of play and its kind.
         periods: consecutive; they cover all samples.
-        seed: of the simulator, None for recordings.
+        seed: seed of the simulator, None for recordings.
         settings: settings of the recording or the import.
         software: name and version of the writer.
         complete: whether the log has everything that the recorder wrote.

@@ -33,9 +33,9 @@ class Inbox:
         """Declare a channel; the first declaration counts.
 
         Args:
-            channel: the channel's id.
-            name: the topic's name.
-            definition: definition of the messages if they are CDR with a ``ros2msg`` schema, else None.
+            channel: its id.
+            name: name of its topic.
+            definition: definition of its messages if they are CDR by a ``ros2msg`` definition, else None.
         """
         if channel in self._topics:
             return

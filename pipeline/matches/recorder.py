@@ -37,8 +37,9 @@ from schemas import Decisions, Quality, Referee
 
 #: Bytes of a chunk's content; three a side fill it in about 20 s of a match.
 CHUNK_BYTES = 256 << 10
-#: Compression level of zstd. Positive levels code coordinates, which are nearly noise, by entropy: files
-#: are 6 % smaller, but take 1.5 times as long to write and more than twice as long to decompress.
+#: Compression level of zstd. Positive levels also code the bodies' coordinates, which are nearly noise, by
+#: entropy. Files are then 4 to 6 % smaller; writing takes up to half as long again, and decompression two to
+#: three times as long (DECISIONS.md, "Chunk compression").
 LEVEL = -1
 
 _SLICE = 1024  # frames that `write` lays out at once: they stay in the cache
@@ -55,7 +56,7 @@ class Recorder:
         stream: buffered, writable; nothing has been written to it yet.
         info: description of the match at its start.
         chunk_bytes: a chunk is written when its uncompressed content would grow beyond this.
-        level: of zstd.
+        level: compression level of zstd.
 
     Raises:
         OSError: from any method, if the stream refuses a write.
@@ -108,9 +109,9 @@ class Recorder:
             self._append(DECISION, cdr.pack_decisions(decisions, DECISION))
 
     def flush(self) -> None:
-        """Write pending messages as a chunk of their own, so that they survive the process.
+        """Write the pending messages as a chunk of their own, so that a killed process loses nothing.
 
-        They are not synced: a machine that fails may still lose them. Small chunks cost room: chunks of a
+        The chunk is not synced, so a failing machine may still lose it. Small chunks cost room: chunks of a
         second (60 frames of six robots) make a log 2.2 % larger, chunks of 1,024 frames 0.02 %.
         """
         for chunk in self._buffer.seal():
@@ -219,10 +220,10 @@ def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES, le
     part of the match.
 
     Args:
-        log: the match, with its quality rows.
+        log: the match; its rows of schema Quality are written, too.
         stream: buffered, writable; nothing has been written to it yet, and it stays open.
         chunk_bytes: see :class:`Recorder`.
-        level: of zstd.
+        level: compression level of zstd.
 
     Raises:
         BadRecording: if a sample or an event is before time zero.

@@ -24,7 +24,7 @@ F64 = npt.NDArray[np.float64]
 I64 = npt.NDArray[np.int64]
 
 
-class _Decisions(NamedTuple):
+class _JudgedDecisions(NamedTuple):
     """The fields of :class:`Influence` that the kernel reads, and their order by team, episode and time."""
 
     order: I64
@@ -47,7 +47,7 @@ def opinion(relative: float, share: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _fill_values(decisions: _Decisions, errors: F64, rate: float, latest: I64, out: F64) -> None:
+def _fill_values(decisions: _JudgedDecisions, errors: F64, rate: float, latest: I64, out: F64) -> None:
     """Fill ``out`` [T] with influence values; ``latest`` [robots] is scratch: the decisions under way."""
     order, team_episode, robot, t_ns, pair, share = decisions
     total = len(order)
@@ -130,7 +130,7 @@ class Influence:
         """
         out = np.empty(len(self.pair))
         latest = np.empty(int(self.robot.max(initial=-1)) + 1, dtype=np.int64)
-        decisions = _Decisions(
+        decisions = _JudgedDecisions(
             self._order, self.team_episode, self.robot, self.t_ns, self.pair, self.share
         )
         _fill_values(decisions, errors, self.rate, latest, out)

@@ -94,7 +94,7 @@ class LearnedValues(NamedTuple):
     last_errors: F64
 
 
-class _Columns(NamedTuple):
+class _BatchColumns(NamedTuple):
     """The batch as the kernel reads it, each [T]; discounts are gamma to the power of ``elapsed``."""
 
     pair: I64
@@ -103,7 +103,7 @@ class _Columns(NamedTuple):
     ends: I8
 
 
-class _Rule(NamedTuple):
+class _LearningRule(NamedTuple):
     """The learning rule's numbers, as :func:`sarsa_lambda` documents them."""
 
     step_size: float
@@ -112,7 +112,7 @@ class _Rule(NamedTuple):
     replacing: bool
 
 
-class _Table(NamedTuple):
+class _TableInTraining(NamedTuple):
     """A table in training; the kernel changes its arrays in place.
 
     Attributes:
@@ -142,7 +142,9 @@ def td_error(q_tm1: float, r_t: float, discount_t: float, q_t: float) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _learn(error: float, pair: int, decay: float, rule: _Rule, table: _Table, count: int) -> int:
+def _learn(
+    error: float, pair: int, decay: float, rule: _LearningRule, table: _TableInTraining, count: int
+) -> int:
     """Number of active pairs after one update: moves every traced pair along the error, decays its trace.
 
     ``table.active[:count]`` lists the pairs whose trace is not zero, so the cost does not depend on P.
@@ -171,7 +173,9 @@ def _learn(error: float, pair: int, decay: float, rule: _Rule, table: _Table, co
 
 
 @njit(cache=True, nogil=True)
-def _sweep(batch: _Columns, influence: F64, rule: _Rule, table: _Table, errors: F64) -> None:
+def _sweep(
+    batch: _BatchColumns, influence: F64, rule: _LearningRule, table: _TableInTraining, errors: F64
+) -> None:
     """Make one pass over the batch: change ``table`` and fill ``errors`` [T].
 
     ``influence`` [T] is added to a decision's error in its update only.
@@ -277,10 +281,10 @@ def sarsa_lambda(
     _require_all(np.isfinite(before) & (before >= 0), "seen", "is negative or not finite")
 
     # copies, because numba compiles the kernel once more for read-only arrays
-    columns = _Columns(
+    columns = _BatchColumns(
         batch.pair.copy(), np.power(discount, batch.elapsed), batch.reward.copy(), batch.ends.copy()
     )
-    rule = _Rule(float(step_size), float(trace_decay), steps == "average", traces == "replacing")
+    rule = _LearningRule(float(step_size), float(trace_decay), steps == "average", traces == "replacing")
     learned, counted = q.copy(), before.copy()
     scratch = np.zeros_like(learned), np.empty(len(learned), dtype=np.int64)
     errors = [np.empty(len(batch)) for _ in range(min(sweeps, 2))]
@@ -289,7 +293,7 @@ def sarsa_lambda(
         added, counted = none, before.copy()
         if influence is not None:
             added = influence(_errors_of(columns, learned, counted, scratch))
-        _sweep(columns, added, rule, _Table(learned, counted, *scratch), errors[min(sweep, 1)])
+        _sweep(columns, added, rule, _TableInTraining(learned, counted, *scratch), errors[min(sweep, 1)])
     if not np.isfinite(learned).all():
         raise BadSettings(
             "the action values grew beyond all bounds", where="sarsa",
@@ -298,12 +302,12 @@ def sarsa_lambda(
     return LearnedValues(learned, counted, errors[0], errors[-1])
 
 
-def _errors_of(columns: _Columns, q: F64, seen: F64, scratch: tuple[F64, I64]) -> F64:
+def _errors_of(columns: _BatchColumns, q: F64, seen: F64, scratch: tuple[F64, I64]) -> F64:
     """TD error of each decision by the values as they are, float64 [T]: a sweep of step zero on copies."""
     errors = np.empty(len(columns.pair))
     _sweep(
-        columns, np.zeros(len(errors)), _Rule(0.0, 0.0, averaging=False, replacing=True),
-        _Table(q.copy(), seen.copy(), *scratch), errors,
+        columns, np.zeros(len(errors)), _LearningRule(0.0, 0.0, averaging=False, replacing=True),
+        _TableInTraining(q.copy(), seen.copy(), *scratch), errors,
     )
     return errors
 

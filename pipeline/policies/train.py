@@ -118,8 +118,8 @@ def train(
             behaviour usable in that state by the role, else the occasion's ``initial``. "outcome": the
             occasion's ``value``, else its ``initial``.
         settings: which decisions to learn from, the start and the learning rule.
-        version: of the new policy.
-        knowledge_version: of ``occasions``.
+        version: version of the new policy.
+        knowledge_version: knowledge version of ``occasions``.
 
     Returns:
         A table of schema Policies with exactly the pairs of ``occasions``, and the report. ``visits`` is

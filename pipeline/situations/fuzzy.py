@@ -67,8 +67,8 @@ Terms = dict[Variable, dict[str, Trapezoid]]
 def terms(scales: Scales) -> Terms:
     """The terms of all five variables for one kind of match.
 
-    Neighbouring terms cross at 0.5 and sum to 1. Distances stretch by the crossings in ``scales`` in the
-    proportions of the VSSS terms, velocities by ``scales.speed``. Angles and times do not scale.
+    Neighbouring terms cross at 0.5 and sum to 1. Distances scale with the crossings in ``scales``, in
+    the proportions of the VSSS terms; velocities scale with ``scales.speed``. Angles and times do not scale.
     """
     touch, apart = scales.contact - scales.contact_fade, scales.contact + scales.contact_fade
     close, near, far = (

@@ -274,7 +274,7 @@ def resolve(order: I64, found: Rows, meanings: Meanings, samples: Samples, gaps:
     Args:
         order: int64 [M], occurrences from the highest priority to the lowest.
         found: OCCURRENCE [M].
-        meanings: theirs.
+        meanings: codes, targets and longest durations of ``found``.
         samples: the robot's.
         gaps: thresholds and times.
 

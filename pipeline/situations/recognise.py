@@ -93,7 +93,7 @@ def recognise(trajectories: pl.DataFrame, pitch: Pitch, settings: SituationSetti
     if not parts:
         return Situations.empty()
     columns = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return _table(match_id, match, _Situations(*columns))
+    return _table(match_id, match, _SituationColumns(*columns))
 
 
 def _ns(seconds: float) -> int:
@@ -194,13 +194,13 @@ def _occurrences(
     return np.concatenate([part.view(np.uint8) for part in parts]).view(OCCURRENCE)
 
 
-class _Situations(NamedTuple):
+class _SituationColumns(NamedTuple):
     """Situations of one or several robots, each [S].
 
     Attributes:
-        row: of the robot in the match's arrays.
+        row: row of the robot in the match's arrays.
         role: index in ROLES, at the start.
-        code: of Table 1.
+        code: code of Table 1.
         target: a number, see :func:`_target_names`.
         start_ns, end_ns: end exclusive.
         segment: stretch of play.
@@ -219,7 +219,7 @@ class _Situations(NamedTuple):
 
 def _situations(
     row: int, match: DenseMatch, samples: Samples, found: Rows, settings: SituationSettings
-) -> _Situations:
+) -> _SituationColumns:
     """The situations of the robot in ``row``, from its occurrences."""
     code, target = _codes_and_targets(row, match, samples, found)
     named = code > 0
@@ -234,7 +234,7 @@ def _situations(
     )
     rows = resolve(np.argsort(key), found, meanings, samples, gaps)
     index = samples.place[rows["k0"]]
-    return _Situations(
+    return _SituationColumns(
         np.full(len(rows), row), match.role[row, index], rows["code"], rows["target"],
         samples.t_ns[rows["k0"]], samples.until_ns[rows["k1"] - 1], match.segment[index], rows["strength"],
     )
@@ -275,7 +275,7 @@ def _target_names(match: DenseMatch) -> list[str | None]:
     return [*robots, *(str(thing) for thing in _THINGS), None]
 
 
-def _table(match_id: str, match: DenseMatch, found: _Situations) -> pl.DataFrame:
+def _table(match_id: str, match: DenseMatch, found: _SituationColumns) -> pl.DataFrame:
     """Rows of schema Situations."""
     targets = pl.Series(_target_names(match), dtype=pl.String)
     columns = {

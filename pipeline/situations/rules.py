@@ -62,8 +62,8 @@ TABLE_1: dict[int, tuple[str, int | None]] = {
 class Start(StrEnum):
     """Start of a situation; it decides how the rule is applied.
 
-    ONSET: where the initial condition set in. That condition includes the motion of the situation.
-    LATEST: where the initial condition last held. That condition is a state before the situation.
+    ONSET: where the initial condition set in; the condition describes the motion itself.
+    LATEST: where the initial condition last held; the condition describes the state before.
     WHILE: where the initial condition set in. The situation lasts while it holds; no final condition.
     """
 
@@ -88,7 +88,7 @@ class Rule:
     """One rule that recognises a situation; a situation has one or more.
 
     Attributes:
-        code: of Table 1. A rule about another robot has three codes. For an opponent they go by its role
+        code: code of Table 1. A rule about another robot has three codes. For an opponent they go by its role
             (goalkeeper, midfield, striker); for a teammate, by the number of roles that it is ahead on the
             circle of roles (0, 1, 2). Code 0 is no situation.
         variant: name of the rule among the situation's rules.

@@ -76,7 +76,7 @@ def trajectories(log: MatchLog, settings: TrajectorySettings) -> tuple[pl.DataFr
     for ``jump_accept_s``, it counts as put there, and for the ball a new segment begins.
 
     Args:
-        log: the match; its frames as recorded, in any order.
+        log: log of the match; its frames as recorded, in any order.
         settings: settings of the stage.
 
     Returns:

@@ -128,7 +128,7 @@ def cut_stretches(
         t_ns: int64 [F], strictly increasing.
         referee: rows of schema Referee in order of time.
         periods: periods of the match.
-        gap_ns: longest time between samples without a gap, ns.
+        gap_ns: a longer time between samples is a gap.
         moved: int64 [M], samples at which the ball was put elsewhere.
     """
     frames = len(t_ns)

@@ -64,7 +64,7 @@ def commentary(
         goals: schema Goals, of that match: one for each goal of the referee.
         situations: schema Situations, of that match.
         trajectories: schema Trajectories, of that match.
-        pitch: of the match.
+        pitch: pitch of the match.
         settings: thresholds of the commentary, None for the defaults.
     """
     settings = settings or CommentarySettings()

@@ -62,8 +62,8 @@ def shots(
     Args:
         touched: from :func:`pipeline.views.commentary.touches.touches`.
         goals: team and time of each.
-        pitch: of the match.
-        settings: of the commentary.
+        pitch: pitch of the match.
+        settings: settings of the commentary.
     """
     scales = SCALES[pitch.kind]
     found: list[Shot] = []
@@ -112,8 +112,8 @@ def passes(touched: list[Touch], pitch: Pitch, settings: CommentarySettings) -> 
 
     Args:
         touched: from :func:`pipeline.views.commentary.touches.touches`.
-        pitch: of the match.
-        settings: of the commentary.
+        pitch: pitch of the match.
+        settings: settings of the commentary.
     """
     least = settings.pass_m * SCALES[pitch.kind].close
     longest_ns = round(settings.pass_s * 1e9)

@@ -182,7 +182,7 @@ def of_lulls(
     Args:
         told: the other moments, by time.
         spells: by time.
-        settings: of the commentary.
+        settings: settings of the commentary.
     """
     for before, after in pairwise(told):
         during = [spell for spell in spells if before.t_ns < spell.start_ns and spell.end_ns <= after.t_ns]

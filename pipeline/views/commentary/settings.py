@@ -23,7 +23,7 @@ class CommentarySettings(Frozen):
         spell_touches: least number of touches in that time.
         lead_s: longest time before a goal from which its story is told.
         lead_steps: most situations in that story.
-        chances_apart_s: of chances closer together than this the greatest is told.
+        chances_apart_s: least time between two chances that are told; of closer ones the greatest is told.
         play_apart_s: passes and possession are told only if no other moment is closer than this.
         lull_s: after this time without a moment, possession is told.
         scramble_s: a lull is a scramble if the ball changes sides at least once in this time, on average.

@@ -21,7 +21,7 @@ class Side(BaseModel):
     """Statistics of one team in a match.
 
     Attributes:
-        name: of the team.
+        name: name of the team.
         score: its goals; None where unknown.
         goals: its goals by kind: direct, indirect, error (of the adversary), and unknown.
         scorers: robot's number to its goals, errors of the adversary not counted.
@@ -52,7 +52,7 @@ class MatchStatistics(BaseModel):
     """Statistics of both teams in a match.
 
     Attributes:
-        match_id: of the match.
+        match_id: id of the match.
         duration_s: first to last sample.
         home, away: the teams.
         note: note beside results of these teams, None if there is none.
@@ -79,7 +79,7 @@ def summarise(
         situations: schema Situations, of that match.
         shots: from :func:`pipeline.views.commentary.chances.shots`.
         spells: from :func:`pipeline.views.commentary.touches.spells`.
-        settings: of the commentary.
+        settings: settings of the commentary.
     """
     row = match.row(0, named=True)
     on_ball = {team: sum(spell.seconds for spell in spells if spell.team == team) for team in TEAMS}

@@ -60,8 +60,8 @@ def touches(trajectories: pl.DataFrame, pitch: Pitch, settings: CommentarySettin
 
     Args:
         trajectories: rows of schema Trajectories of one match.
-        pitch: of the match.
-        settings: of the commentary.
+        pitch: pitch of the match.
+        settings: settings of the commentary.
     """
     in_play = trajectories.filter(pl.col("segment").is_not_null(), ~pl.col("suspect"))
     seen = in_play.filter(pl.col("team") == "ball").sort("t_ns").with_row_index("sample")

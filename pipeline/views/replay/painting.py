@@ -54,7 +54,7 @@ class Robot(NamedTuple):
 
     Attributes:
         team: home or away.
-        number: of the robot.
+        number: number of the robot.
         at: its place, metres.
         heading: radians counter-clockwise from +x; None where unknown.
         doing: its situation in words; empty where unknown.
@@ -89,10 +89,10 @@ class FilmPainter:
     """Paints pictures of one match.
 
     Args:
-        pitch: of the match.
-        names: of home and away.
+        pitch: pitch of the match.
+        names: names of home and away.
         lines: robots a side whose situations are listed under the pitch.
-        width: of the picture, pixels.
+        width: width of the picture, pixels.
     """
 
     def __init__(self, pitch: Pitch, names: tuple[str, str], lines: int, width: int) -> None:
