@@ -1,0 +1,235 @@
+"""Tracking tables that are damaged, partial or no tables, and maps that do not fit."""
+
+from __future__ import annotations
+
+import gzip
+import io
+
+import numpy as np
+import polars as pl
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.recordings import RSIM, imported, recording
+from support.tracking import FRAME, HEADER, flaws, parquet, read, robots
+
+from pipeline.decisions import observe
+from pipeline.errors import BadRecording, BadSettings
+from pipeline.goals import attribute
+from pipeline.grams.count import grams, value
+from pipeline.importers.tracking_map import load_map
+from pipeline.settings import GramSettings, SituationSettings, TrajectorySettings
+from pipeline.situations.recognise import recognise
+from pipeline.trajectories.derive import trajectories
+from schemas import Decisions, Goals
+
+
+def test_positions_that_are_not_numbers() -> None:
+    """A position or heading that is not a number is missing, and a flaw says so."""
+    match = read(
+        f"{HEADER}\n{FRAME}1,10.1,ball,,inf,0,\n1,10.1,reds,1,NaN,0,0\n1,10.1,reds,2,,,\n1,10.1,greens,1,0.6,0,inf\n"
+        "2,10.2,greens,1,1e300,0,0\n"
+    )
+    assert match.frames.counts().tolist() == [3, 1, 0]
+    assert np.isnan(match.frames.robots["theta"][-1])
+    assert np.isnan(match.frames.ball["x"]).tolist() == [False, True, True]
+    # robot 2 of the reds was simply not seen
+    assert flaws(match) == [
+        ("not a number", 1, "home", 1), ("not a number", 1, "away", 1), ("not a number", 1, "ball", None),
+        ("not a number", 1, "home", 1),  # the heading
+    ]
+    row = match.quality.filter((pl.col("robot") == 1) & (pl.col("team") == "away")).row(0, named=True)
+    assert (row["start_ns"], row["end_ns"]) == (100_000_000, 100_000_001)
+
+
+def test_rows_that_belong_to_no_body_are_counted() -> None:
+    match = read(f"{HEADER}\n{FRAME}0,10,reds,,0,0,0\n0,,reds,1,0,0,0\nx,10,reds,1,0,0,0\n0,10,,1,0,0,0\n")
+    assert flaws(match) == [("skipped", 3, None, None), ("skipped", 1, None, None)]
+    assert match.frames.counts().tolist() == [3]
+
+
+def test_a_cut_csv_is_kept_and_marked() -> None:
+    match = read(f"{HEADER}\n{FRAME}1,10.1,reds,1,0.")
+    assert len(match.frames) == 1
+    assert not match.info.complete
+    assert match.info.incomplete_reason == "the incomplete last line was left out"
+    assert flaws(match) == [("truncated", 1, None, None)]
+    packed = gzip.compress(pl.read_parquet(recording(RSIM)).head(20_000).write_csv().encode())
+    half = read(packed[: len(packed) // 2])
+    assert 500 < len(half.frames) < 20_000 // 7
+    assert half.info.incomplete_reason == "the gzip stream is cut off"
+
+
+def columns_twice() -> bytes:
+    out = io.BytesIO()
+    x = pa.array([0.0])
+    names = ["t", "team", "player", "x", "x", "y"]
+    pq.write_table(pa.Table.from_arrays([x, pa.array(["a"]), pa.array([1]), x, x, x], names=names), out)
+    return out.getvalue()
+
+
+PLAIN = pl.read_csv(f"{HEADER}\n{FRAME}".encode())
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        (b"", "has no column t, team, player, x, y"),
+        (f"{HEADER}\n".encode(), "a header and no row"),
+        (f"{HEADER}\nx,x,ball,,0,0,0\n".encode(), "has 'x', not numbers"),
+        (f"{HEADER}\n0,0,,,0,0,0\n".encode(), "no row with a time and a team"),
+        (b"frame,t,team,player,pos_x,y\n0,0,a,1,0,0\n",
+         r"no column x; it has frame, t, team, player, pos_x, y. Name the columns in a map"),
+        (b"frame,time,teams,player,x,y\n0,0,a,1,0,0\n", r"teams?\? ?|did you mean teams\?"),
+        (b"frame,t,team,player,x,x,y\n0,0,a,1,0,0,0\n", "column x twice"),
+        (columns_twice(), "column x twice"),
+        (parquet(PLAIN.with_columns(pl.lit("here").alias("x"))), "x is String, not numbers"),
+        (parquet(PLAIN.with_columns(pl.lit("[now]").alias("t"))), "t is String, not numbers"),
+        (parquet(PLAIN.with_columns(pl.concat_list("x", "y").alias("team"))), "team is List.*, not names"),
+        (b"frame,t,team,player,x,y\n0,0,a,1,left,0\n", "x has 'left', not numbers"),
+        (b"frame,t,team,player,x,y\n0,0,a,1,0,0,0,0,0\n", "cannot be read as CSV"),
+        (b"PAR1 but not really PAR1", "cannot be read as Parquet"),
+        (parquet(PLAIN)[:-30], "cannot be read as Parquet"),
+        (parquet(PLAIN.filter(pl.col("team") != "reds")), "has 1 teams besides 'ball': greens. Name home, .*; if the other team was not"),
+        (parquet(pl.concat([PLAIN, PLAIN.with_columns(team=pl.lit("umpires"))])), "has 3 teams"),
+        (parquet(PLAIN.with_columns(pl.col("frame") - 5)), "frame numbers below 0"),
+        (parquet(PLAIN.with_columns(score_home=pl.lit(10**6), score_away=0)), "score_home below 0 or above"),
+        (parquet(pl.concat([PLAIN, PLAIN.with_columns(pl.col("t") * 1e6)])), "spans more than a day"),
+    ],
+)
+def test_refusal_of_other_tables(data: bytes, says: str) -> None:
+    """A file that is no tracking table is refused in one line that says what it lacks."""
+    with pytest.raises(BadRecording, match=says) as refusal:
+        read(data)
+    assert str(refusal.value).startswith("game.csv: ")
+    assert "\n" not in str(refusal.value)
+    assert refusal.value.next_step
+
+
+def test_a_misspelt_column_is_asked_after() -> None:
+    with pytest.raises(BadRecording, match=r"player \(did you mean players\?\)"):
+        read("frame,t,team,players,x,y\n0,0,a,1,0,0\n")
+
+
+@pytest.mark.parametrize(
+    ("toml", "says"),
+    [
+        ("[units]\nlength = 'feet'\n", "units.length: input should be 'm', 'cm' or 'mm'"),
+        ("[axis]\nx = 'left'\n", "axis: extra inputs are not permitted"),
+        ("[units\n", "is not TOML"),
+        ("[states]\nrun = 'go'\n", "run is 'go', not one of kick-off"),
+        ("[states]\nrun = 'play nobody'\n", "run is 'play nobody'"),
+        ("[pitch]\nlength = -1\n", "pitch.length"),
+    ],
+)
+def test_a_map_that_does_not_fit_is_refused(toml: str, says: str) -> None:
+    with pytest.raises(BadSettings, match=says):
+        load_map(toml, "camera.toml")
+
+
+@pytest.mark.parametrize(
+    ("toml", "says"),
+    [
+        ("[columns]\nheading = 'yaw'\n", "no column yaw"),
+        ("[teams]\nhome = 'purple'\n", "no team 'purple'; it has greens, reds"),
+        ("[teams]\nhome = 'reds'\naway = 'grens'\n", "no team 'grens'; it has greens, reds"),
+    ],
+)
+def test_a_map_that_is_not_of_this_file_is_refused(toml: str, says: str) -> None:
+    with pytest.raises(BadRecording, match=says):
+        read(f"{HEADER}\n{FRAME}", load_map(toml))
+
+
+def test_other_teams_are_left_out() -> None:
+    """If a map names home and away, rows of other teams are left out and counted."""
+    mapping = load_map("[teams]\nhome = 'reds'\naway = 'greens'\n")
+    match = read(parquet(pl.concat([PLAIN, PLAIN.with_columns(team=pl.lit("umpires"))])), mapping)
+    assert (match.info.home, match.info.away) == ("reds", "greens")
+    assert flaws(match) == [("skipped", 4, None, None)]
+
+
+@pytest.mark.parametrize(
+    ("toml", "teams", "side"),
+    [
+        ("home = 'reds'\naway = 'greens'", ("reds", "greens"), 0),
+        ("home = 'greens'\naway = 'reds'", ("greens", "reds"), 1),
+        ("home = 'reds'", ("reds", "(not recorded)"), 0),
+        ("away = 'reds'", ("(not recorded)", "reds"), 1),
+    ],
+)
+def test_team_that_was_not_recorded(
+    toml: str, teams: tuple[str, str], side: int
+) -> None:
+    """A table with one team is read if a map names it; the other team has no rows."""
+    only = parquet(PLAIN.filter(pl.col("team") != "greens"))
+    match = read(only, load_map(f"[teams]\n{toml}\n"))
+    assert (match.info.home, match.info.away) == teams
+    assert [(row[0], row[1]) for row in robots(match)] == [(side, 1), (side, 2)]
+    assert match.frames.ball["x"].tolist() == [0.5]
+    assert [period.home_attacks for period in match.info.periods] == [1]
+    assert match.quality["flaw"].to_list() == ["direction unknown"]
+
+
+@pytest.mark.parametrize("teams", ["home = 'purple'", "home = 'purple'\naway = 'yellow'"])
+def test_one_team_that_the_map_does_not_name(teams: str) -> None:
+    """A table with one team is refused if the map names another."""
+    with pytest.raises(BadRecording, match="no team 'purple'; it has reds"):
+        read(parquet(PLAIN.filter(pl.col("team") != "greens")), load_map(f"[teams]\n{teams}\n"))
+
+
+def test_a_match_of_one_team_goes_through_all_stages() -> None:
+    table = pl.read_parquet(recording(RSIM)).filter(pl.col("team") != "yellow", pl.col("t") < 60)
+    match = read(parquet(table), load_map("[teams]\nhome = 'blue'\nhome_attacks = 'right'\n"))
+    pitch = match.info.pitch
+    tracks, _ = trajectories(match, TrajectorySettings())
+    assert set(tracks["team"].cast(pl.String)) == {"ball", "home"}
+    done = recognise(tracks, pitch, SituationSettings())
+    assert len(done) > 100
+    made = Goals.validate(attribute(match.referee, tracks, done, pitch))
+    assert set(made["team"].cast(pl.String)) == {"home"}
+    valued = value(done, made, GramSettings())
+    assert valued["value"].max() > 0  # type: ignore[operator]
+    found = grams(valued, 1, None, GramSettings())
+    assert set(found["team"].cast(pl.String)) == {"home"}
+    known = found.sort("count", descending=True).head(3).with_row_index("i").with_columns(
+        behaviour_id=pl.format("b-{}", "i")
+    )
+    seen = observe(valued, tracks, match.referee, known, pitch, GramSettings())
+    # a state has both teams: without the adversary none is known
+    assert Decisions.validate(seen).is_empty()
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10_000), st.binary(max_size=6))
+def test_random_damage(at: int, junk: bytes) -> None:
+    """Whatever bytes are damaged, the file is read or refused with BadRecording."""
+    whole = f"{HEADER}\n{FRAME}".encode()
+    for data in (whole, parquet(PLAIN)):
+        place = at % len(data)
+        try:
+            match = read(data[:place] + junk + data[place + len(junk) :])
+        except BadRecording:
+            continue
+        assert match.frames.t_ns.min() == 0
+
+
+def test_events_of_the_sample() -> None:
+    """The facts of data/samples/README.md."""
+    match = imported(RSIM)
+    counts = dict(match.referee["event"].cast(pl.String).value_counts().iter_rows())
+    assert counts == {"goal": 25, "kick-off": 27, "fault": 6, "half": 1}
+    assert len(match.frames) == 24_000
+    assert match.frames.t_ns[-1] == 599_975_000_000
+    assert (np.diff(match.frames.t_ns) == 25_000_000).all()
+
+
+def test_a_heading_that_is_no_number_is_told() -> None:
+    text = "frame,t,team,player,x,y,heading\n" + "".join(
+        f"{i},{i / 10},{team},{player},0.1,0.1,{'abc' if i == 3 and team == 'a' else 0.5 if player else ''}\n"
+        for i in range(6) for team, player in (("a", 1), ("b", 1), ("ball", ""))
+    )
+    log = read(text)
+    told = log.quality.filter(pl.col("flaw") == "not a number")
+    assert told.select("team", "robot", "count", "note").rows() == [("home", 1, 1, "heading taken for missing")]
