@@ -1,4 +1,4 @@
-"""Flow of the noun paradigms: one task a sheet of curves, then one report a figure."""
+"""Flow of the noun paradigms: one task a sweep of curves, then one report a figure."""
 
 from pathlib import Path
 
@@ -19,8 +19,8 @@ from flows.stage import (
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 from pipeline.studies.paradigms.claims import PEAK, verdicts
-from pipeline.studies.paradigms.experiments import STOCHASTIC, Design, Figure, Sheet, sheets
-from pipeline.studies.paradigms.readings import telling
+from pipeline.studies.paradigms.experiments import STOCHASTIC, Design, FigureNumber, Sweep, sweeps
+from pipeline.studies.paradigms.readings import informative
 from pipeline.views.plots.paradigms import curves, sensitivity
 from pipeline.views.plots.style import png
 from schemas import Paradigms, Verdicts
@@ -32,54 +32,54 @@ NOTHING = Scope(matches=(), lengths=())
 SORTED = ("study", "figure", "game", "learner", "reading", "decay", "k", "runs", "seed")
 
 
-class Report(BaseModel):
+class FigureReport(BaseModel):
     """What a report on a figure is made of.
 
     Attributes:
         name: of the output.
         figure: of the paper; 6 stands for Figures 6 and 7.
-        sheets: names of the sheets.
+        sweeps: names of the sweeps.
     """
 
     name: str
-    figure: Figure
-    sheets: tuple[str, ...]
+    figure: FigureNumber
+    sweeps: tuple[str, ...]
 
 
-def reports(design: Design) -> list[Report]:
+def reports(design: Design) -> list[FigureReport]:
     """The reports of a design, one a figure."""
     suffix = "-quick" if design.quick else ""
-    every = sheets(design)
+    every = sweeps(design)
     return [
-        Report(name=f"report-{figure}-r{design.runs_of(figure)}-s{design.seed}{suffix}", figure=figure,
-               sheets=tuple(sheet.name for sheet in every if sheet.curves[0].figure == figure))
+        FigureReport(name=f"report-{figure}-r{design.runs_of(figure)}-s{design.seed}{suffix}", figure=figure,
+               sweeps=tuple(sweep.name for sweep in every if sweep.curves[0].figure == figure))
         for figure in design.figures
     ]
 
 
-def compute_sheet(_: Store, __: str, sheet: Sheet, ___: Scope) -> Made:
-    """All points of a sheet's curves."""
+def compute_sweep(_: Store, __: str, sweep: Sweep, ___: Scope) -> Made:
+    """All points of a sweep's curves."""
     points = [
-        curve.play(k, decay, runs=sheet.runs, seed=sheet.seed)
-        for curve in sheet.curves for k, decay in curve.points()
+        curve.play(k, decay, runs=sweep.runs, seed=sweep.seed)
+        for curve in sweep.curves for k, decay in curve.points()
     ]
     table = pl.concat(points).sort(*SORTED)
     return Made(tables=[(table, Paradigms)], details={"diverged": int(table["diverged"].sum())})
 
 
-def sheets_of(store: Store, report: Report) -> list[Receipt]:
-    """The receipts of a report's sheets."""
-    return [need(store, "paradigms", name) for name in report.sheets]
+def sweeps_of(store: Store, report: FigureReport) -> list[Receipt]:
+    """The receipts of a report's sweeps."""
+    return [need(store, "paradigms", name) for name in report.sweeps]
 
 
-def points_of(store: Store, report: Report) -> pl.DataFrame:
-    """All points of a report's sheets, schema Paradigms."""
+def points_of(store: Store, report: FigureReport) -> pl.DataFrame:
+    """All points of a report's sweeps, schema Paradigms."""
     return pl.concat(
-        store.read_table(receipt, "paradigms", Paradigms) for receipt in sheets_of(store, report)
+        store.read_table(receipt, "paradigms", Paradigms) for receipt in sweeps_of(store, report)
     ).sort(*SORTED)
 
 
-def compute_report(store: Store, _: str, report: Report, __: Scope) -> Made:
+def compute_report(store: Store, _: str, report: FigureReport, __: Scope) -> Made:
     """Verdicts on a figure's claims, and its plots."""
     points = points_of(store, report)
     drawn = points.filter(pl.col("study") == "figure")
@@ -88,24 +88,24 @@ def compute_report(store: Store, _: str, report: Report, __: Scope) -> Made:
     for game in sorted(set(drawn["game"]) & set(STOCHASTIC)):
         plots[f"figure-5-{game.split()[0]}"] = curves(drawn, 5, game=game)
     if points["study"].eq("sensitivity").any():
-        plots["sensitivity"] = sensitivity(telling(points))
+        plots["sensitivity"] = sensitivity(informative(points))
     return Made(
         tables=[(verdicts(points), Verdicts)],
         blobs={name: ("png", png(figure)) for name, figure in plots.items()},
     )
 
 
-SHEETS = Stage("paradigms", (Paradigms,), lambda *_: [], compute_sheet)
-make_sheet = task_of(SHEETS)
+SWEEPS = Stage("paradigms", (Paradigms,), lambda *_: [], compute_sweep)
+make_sweep = task_of(SWEEPS)
 
 
 @our_flow(name="paradigms")
 def paradigms_flow(data: Path, design: Design = Design()) -> dict[str, object]:
     """Play the curves of a design that are not there yet, then report on its figures."""
     store = data_folder(data)
-    played = run_each(make_sheet, SHEETS, store, {sheet.name: sheet for sheet in sheets(design)}, NOTHING)
+    played = run_each(make_sweep, SWEEPS, store, {sweep.name: sweep for sweep in sweeps(design)}, NOTHING)
     for report in reports(design):
-        if not set(report.sheets) & set(played.failed):
+        if not set(report.sweeps) & set(played.failed):
             stage = report_stage(report)
             written = run_each(task_of(stage), stage, store, {report.name: report}, NOTHING)
             played.made += written.made
@@ -114,6 +114,6 @@ def paradigms_flow(data: Path, design: Design = Design()) -> dict[str, object]:
     return conclude(store, played)
 
 
-def report_stage(report: Report) -> Stage[Report]:
-    """The stage that makes a report of its sheets."""
-    return Stage("paradigms", (Verdicts,), lambda store, _, __: sheets_of(store, report), compute_report)
+def report_stage(report: FigureReport) -> Stage[FigureReport]:
+    """The stage that makes a report of its sweeps."""
+    return Stage("paradigms", (Verdicts,), lambda store, _, __: sweeps_of(store, report), compute_report)

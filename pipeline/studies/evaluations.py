@@ -133,7 +133,7 @@ class Measured(NamedTuple):
     high: float | None
 
 
-class Summary(Frozen):
+class EvaluationSummary(Frozen):
     """What an evaluation says of a team, each match counting the same.
 
     Attributes:
@@ -165,7 +165,7 @@ class Summary(Frozen):
     learned_share: Measured | None
 
 
-def summarise(rows: pl.DataFrame) -> Summary:
+def summarise(rows: pl.DataFrame) -> EvaluationSummary:
     """What an evaluation says of a team.
 
     The intervals of means are Student's over the pairs' means, cut off where no mean can be (goals below 0,
@@ -195,7 +195,7 @@ def summarise(rows: pl.DataFrame) -> Summary:
         low, high = wilson(shares.sum(), len(shares))
         return Measured(float(shares.mean()), float(low), float(high))
 
-    return Summary(
+    return EvaluationSummary(
         **rows.select("evaluation", "team", "opponent").row(0, named=True),
         matches=rows.height, pairs=pairs.height,
         wins=int(rows["won"].sum()), draws=int(rows["drawn"].sum()), losses=int(rows["lost"].sum()),

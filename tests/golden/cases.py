@@ -21,7 +21,7 @@ from pipeline.policies import train as policies
 from pipeline.settings import Settings
 from pipeline.situations.recognise import recognise
 from pipeline.studies.paradigms.claims import verdicts
-from pipeline.studies.paradigms.experiments import Design, sheets
+from pipeline.studies.paradigms.experiments import Design, sweeps
 from pipeline.trajectories.derive import trajectories
 from pipeline.views.commentary import CommentarySettings, commentary
 from pipeline.views.commentary.summary import heading, numbers
@@ -113,8 +113,8 @@ def paradigms() -> str:
     """A few points of every figure, and what they say of the paper's claims."""
     design = Design(quick=True)
     points = pl.concat(
-        curve.play(k, decay, runs=sheet.runs, seed=sheet.seed)
-        for sheet in sheets(design) for curve in sheet.curves for k, decay in curve.points()
+        curve.play(k, decay, runs=sweep.runs, seed=sweep.seed)
+        for sweep in sweeps(design) for curve in sweep.curves for k, decay in curve.points()
     )
     shown = points.select("figure", "learner", "reading", "k", "decay", "steps", "runs", "p_optimal", "p_low",
                           "p_high", "p_equilibrium", "path_length", "diverged")

@@ -17,7 +17,7 @@ APPRENTICE, OPPONENT = "home", "away"
 
 
 @dataclass(frozen=True, slots=True)
-class Game:
+class GameId:
     """Which game of which season.
 
     Attributes:
@@ -44,7 +44,7 @@ class Game:
 
 
 def game_row(
-    game: Game,
+    game: GameId,
     match: pl.DataFrame,
     decisions: pl.DataFrame,
     goals: pl.DataFrame,
@@ -99,7 +99,7 @@ def game_row(
 
 
 def growth_rows(
-    game: Game,
+    game: GameId,
     decisions: pl.DataFrame,
     played: pl.DataFrame,
     occasions: pl.DataFrame,
