@@ -1,4 +1,4 @@
-"""Flow of the noun paradigms: one task a sweep of curves, then one report a figure."""
+"""Flow of the noun paradigms: one task for each sweep of curves, then one report for each figure."""
 
 from pathlib import Path
 
@@ -25,19 +25,19 @@ from pipeline.views.plots.paradigms import curves, sensitivity
 from pipeline.views.plots.style import png
 from schemas import Paradigms, Verdicts
 
-#: The side chain is not made of matches.
+#: The noun is not made from matches.
 NOTHING = Scope(matches=(), lengths=())
 
-#: The order of schema Paradigms.
+#: Order of the rows of schema Paradigms.
 SORTED = ("study", "figure", "game", "learner", "reading", "decay", "k", "runs", "seed")
 
 
 class FigureReport(BaseModel):
-    """What a report on a figure is made of.
+    """Inputs of the report on a figure.
 
     Attributes:
-        name: of the output.
-        figure: of the paper; 6 stands for Figures 6 and 7.
+        name: name of the output.
+        figure: figure of the paper; 6 stands for Figures 6 and 7.
         sweeps: names of the sweeps.
     """
 
@@ -47,7 +47,7 @@ class FigureReport(BaseModel):
 
 
 def reports(design: Design) -> list[FigureReport]:
-    """The reports of a design, one a figure."""
+    """Reports of a design, one for each figure."""
     suffix = "-quick" if design.quick else ""
     every = sweeps(design)
     return [
@@ -68,7 +68,7 @@ def compute_sweep(_: Store, __: str, sweep: Sweep, ___: Scope) -> Made:
 
 
 def sweeps_of(store: Store, report: FigureReport) -> list[Receipt]:
-    """The receipts of a report's sweeps."""
+    """Receipts of a report's sweeps."""
     return [need(store, "paradigms", name) for name in report.sweeps]
 
 
@@ -80,7 +80,7 @@ def points_of(store: Store, report: FigureReport) -> pl.DataFrame:
 
 
 def compute_report(store: Store, _: str, report: FigureReport, __: Scope) -> Made:
-    """Verdicts on a figure's claims, and its plots."""
+    """Verdicts on a figure's claims, and plots."""
     points = points_of(store, report)
     drawn = points.filter(pl.col("study") == "figure")
     plots = {f"figure-{figure}": curves(drawn, figure, paper=PEAK)
@@ -101,7 +101,7 @@ make_sweep = task_of(SWEEPS)
 
 @our_flow(name="paradigms")
 def paradigms_flow(data: Path, design: Design = Design()) -> dict[str, object]:
-    """Play the curves of a design that are not there yet, then report on its figures."""
+    """Play the missing curves of a design, then report on its figures."""
     store = data_folder(data)
     played = run_each(make_sweep, SWEEPS, store, {sweep.name: sweep for sweep in sweeps(design)}, NOTHING)
     for report in reports(design):
@@ -115,5 +115,5 @@ def paradigms_flow(data: Path, design: Design = Design()) -> dict[str, object]:
 
 
 def report_stage(report: FigureReport) -> Stage[FigureReport]:
-    """The stage that makes a report of its sweeps."""
+    """Stage that makes a report from its sweeps."""
     return Stage("paradigms", (Verdicts,), lambda store, _, __: sweeps_of(store, report), compute_report)
