@@ -1,4 +1,4 @@
-"""Evaluations: pairs of matches that are not there yet are played, by several processes."""
+"""Evaluations: missing pairs of matches are played, in several processes."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -21,22 +21,22 @@ def evaluate(
     store: Store, evaluation: Evaluation, seeds: Sequence[int], policies: Mapping[str, pl.DataFrame],
     jobs: int = 1,
 ) -> tuple[pl.DataFrame, int]:
-    """Play the pairs of matches of an evaluation that are not there yet; each is kept when it is over.
+    """Results of all pairs of an evaluation; missing pairs are played, and each is stored when it ends.
 
-    What comes out does not depend on ``jobs``.
+    The results do not depend on ``jobs``.
 
     Args:
-        store: where they are kept.
-        evaluation: what to play.
-        seeds: of the pairs, each once.
-        policies: rows of schema Policies by the label that the teams' settings name.
-        jobs: processes; with one it is all done in this process.
+        store: store of the results.
+        evaluation: settings of the evaluation.
+        seeds: seeds of the pairs, each once.
+        policies: rows of schema Policies, by the label in the teams' settings.
+        jobs: number of processes; with 1 everything runs in this process.
 
     Returns:
-        Rows of schema Evaluations of all the pairs, and how many pairs were played now.
+        Rows of schema Evaluations of all pairs, and the number of pairs played now.
 
     Raises:
-        WorkerLost: if a process was killed; what was over by then is kept.
+        WorkerLost: if a process was killed; pairs that had ended are stored.
     """
     pairs = {seed: Pair(evaluation=evaluation, seed=seed) for seed in sorted(seeds)}
     there = {seed: rows for seed, pair in pairs.items() if (rows := _there(store, pair)) is not None}
@@ -50,7 +50,7 @@ def evaluate(
 
 
 def _there(store: Store, pair: Pair) -> pl.DataFrame | None:
-    """What a pair of matches came to, if it was played."""
+    """Stored result of a pair; None if it has not been played."""
     receipt = store.holding(_work(pair))
     return None if receipt is None else store.read_table(receipt, "evaluations", Evaluations)
 
@@ -63,7 +63,7 @@ def _work(pair: Pair) -> Work:
 def _played(
     pairs: Sequence[Pair], policies: Mapping[str, pl.DataFrame], jobs: int
 ) -> Iterator[tuple[Pair, pl.DataFrame]]:
-    """Each pair with its rows, as soon as it is over."""
+    """Each pair with its rows, as soon as it ends."""
     with Workers(jobs) as workers, ThreadPoolExecutor(jobs) as threads:
         futures = {threads.submit(workers.run, play, pair, policies): pair for pair in pairs}
         try:

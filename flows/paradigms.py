@@ -1,4 +1,4 @@
-"""Flow of the noun paradigms: one task a sheet of curves, then one report a figure."""
+"""Flow of the noun paradigms: one task for each sweep of curves, then one report for each figure."""
 
 from pathlib import Path
 
@@ -12,67 +12,67 @@ from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 from pipeline.store.work import Made, Work
 from pipeline.studies.paradigms.claims import PEAK, verdicts
-from pipeline.studies.paradigms.experiments import STOCHASTIC, Design, Figure, Sheet, sheets
-from pipeline.studies.paradigms.readings import telling
+from pipeline.studies.paradigms.experiments import STOCHASTIC, Design, FigureNumber, Sweep, sweeps
+from pipeline.studies.paradigms.readings import informative
 from pipeline.views.plots.paradigms import curves, sensitivity
 from pipeline.views.plots.style import png
 from schemas import Paradigms, Verdicts
 
 NOUN = "paradigms"
 
-#: The order of schema Paradigms.
+#: Order of the rows of schema Paradigms.
 SORTED = ("study", "figure", "game", "learner", "reading", "decay", "k", "runs", "seed")
 
 
-class Report(BaseModel):
-    """What a report on a figure is made of.
+class FigureReport(BaseModel):
+    """Inputs of the report on a figure.
 
     Attributes:
-        name: of the output.
-        figure: of the paper; 6 stands for Figures 6 and 7.
-        sheets: names of the sheets.
+        name: name of the output.
+        figure: figure of the paper; 6 stands for Figures 6 and 7.
+        sweeps: names of the sweeps.
     """
 
     name: str
-    figure: Figure
-    sheets: tuple[str, ...]
+    figure: FigureNumber
+    sweeps: tuple[str, ...]
 
 
-def reports(design: Design) -> list[Report]:
-    """The reports of a design, one a figure."""
+def reports(design: Design) -> list[FigureReport]:
+    """Reports of a design, one for each figure."""
     suffix = "-quick" if design.quick else ""
-    every = sheets(design)
+    every = sweeps(design)
     return [
-        Report(name=f"report-{figure}-r{design.runs_of(figure)}-s{design.seed}{suffix}", figure=figure,
-               sheets=tuple(sheet.name for sheet in every if sheet.curves[0].figure == figure))
+        FigureReport(name=f"report-{figure}-r{design.runs_of(figure)}-s{design.seed}{suffix}", figure=figure,
+               sweeps=tuple(sweep.name for sweep in every if sweep.curves[0].figure == figure))
         for figure in design.figures
     ]
 
 
-def compute_sheet(sheet: Sheet) -> Made:
-    """All points of a sheet's curves."""
+def compute_sweep(sweep: Sweep) -> Made:
+    """All points of a sweep's curves."""
     points = [
-        curve.play(k, decay, runs=sheet.runs, seed=sheet.seed)
-        for curve in sheet.curves for k, decay in curve.points()
+        curve.play(k, decay, runs=sweep.runs, seed=sweep.seed)
+        for curve in sweep.curves for k, decay in curve.points()
     ]
     table = pl.concat(points).sort(*SORTED)
     return Made(tables=[(table, Paradigms)], details={"diverged": int(table["diverged"].sum())})
 
 
-def sheets_of(store: Store, report: Report) -> list[Receipt]:
-    """The receipts of a report's sheets."""
-    return [need(store, "paradigms", name) for name in report.sheets]
+def sweeps_of(store: Store, report: FigureReport) -> list[Receipt]:
+    """Receipts of a report's sweeps."""
+    return [need(store, "paradigms", name) for name in report.sweeps]
 
 
-def points_of(store: Store, report: Report) -> pl.DataFrame:
-    """All points of a report's sheets, schema Paradigms."""
+def points_of(store: Store, report: FigureReport) -> pl.DataFrame:
+    """All points of a report's sweeps, schema Paradigms."""
     return pl.concat(
-        store.read_table(receipt, "paradigms", Paradigms) for receipt in sheets_of(store, report)
+        store.read_table(receipt, "paradigms", Paradigms) for receipt in sweeps_of(store, report)
     ).sort(*SORTED)
 
 
-def compute_report(store: Store, report: Report) -> Made:
-    """Verdicts on a figure's claims, and its plots."""
+def compute_report(store: Store, report: FigureReport) -> Made:
+    """Verdicts on a figure's claims, and plots."""
     points = points_of(store, report)
     drawn = points.filter(pl.col("study") == "figure")
     plots = {f"figure-{figure}": curves(drawn, figure, paper=PEAK)
@@ -80,37 +80,37 @@ def compute_report(store: Store, report: Report) -> Made:
     for game in sorted(set(drawn["game"]) & set(STOCHASTIC)):
         plots[f"figure-5-{game.split()[0]}"] = curves(drawn, 5, game=game)
     if points["study"].eq("sensitivity").any():
-        plots["sensitivity"] = sensitivity(telling(points))
+        plots["sensitivity"] = sensitivity(informative(points))
     return Made(
         tables=[(verdicts(points), Verdicts)],
         blobs={name: ("png", png(figure)) for name, figure in plots.items()},
     )
 
 
-def sheet_work(sheet: Sheet) -> Work:
-    """A sheet as a piece of work."""
-    return STAGES[NOUN].work(sheet.name, sheet, {})
+def sweep_work(sweep: Sweep) -> Work:
+    """A sweep as a piece of work."""
+    return STAGES[NOUN].work(sweep.name, sweep, {})
 
 
-def report_work(store: Store, report: Report) -> Work:
+def report_work(store: Store, report: FigureReport) -> Work:
     """A report as a piece of work.
 
     Raises:
-        NotFound: if one of its sheets has not been made.
+        NotFound: if one of its sweeps has not been made.
     """
-    return STAGES[NOUN].work(report.name, report, digests({NOUN: sheets_of(store, report)}))
+    return STAGES[NOUN].work(report.name, report, digests({NOUN: sweeps_of(store, report)}))
 
 
 @stage_task(name="paradigms")
-def make_sheet(data: Path, name: str, sheet: Sheet) -> None:
-    """Play a sheet's curves."""
+def make_sweep(data: Path, name: str, sweep: Sweep) -> None:
+    """Play a sweep's curves."""
     store = Store(data)
     with refusing(store, NOUN, name):
-        store.commit(sheet_work(sheet), compute_sheet(sheet))
+        store.commit(sweep_work(sweep), compute_sweep(sweep))
 
 
 @stage_task(name="paradigms-report")
-def make_report(data: Path, name: str, report: Report) -> None:
+def make_report(data: Path, name: str, report: FigureReport) -> None:
     """Judge a figure's claims and draw its plots."""
     store = Store(data)
     with refusing(store, NOUN, name):
@@ -119,15 +119,15 @@ def make_report(data: Path, name: str, report: Report) -> None:
 
 @our_flow(name="paradigms")
 def paradigms_flow(data: Path, design: Design = Design()) -> dict[str, object]:
-    """Play the curves of a design that are not there yet, then report on its figures."""
+    """Play the missing curves of a design, then report on its figures."""
     store = data_folder(data)
-    every = sheets(design)
-    todo = [sheet for sheet in every if store.holding(sheet_work(sheet)) is None]
-    played = run_tasks(make_sheet, NOUN, {
-        sheet.name: {"data": store.root, "name": sheet.name, "sheet": sheet} for sheet in todo})
+    every = sweeps(design)
+    todo = [sweep for sweep in every if store.holding(sweep_work(sweep)) is None]
+    played = run_tasks(make_sweep, NOUN, {
+        sweep.name: {"data": store.root, "name": sweep.name, "sweep": sweep} for sweep in todo})
     played.kept += len(every) - len(todo)
     for report in reports(design):
-        if set(report.sheets) & set(played.failed):
+        if set(report.sweeps) & set(played.failed):
             continue
         if store.holding(report_work(store, report)) is None:
             arguments = {"data": store.root, "name": report.name, "report": report}

@@ -1,4 +1,4 @@
-"""The report on all seasons that were played: claims with verdicts, plots, one page."""
+"""The report on all seasons: claims with verdicts, plots, and one page."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -30,14 +30,14 @@ from pipeline.views.plots import seasons as plots
 from pipeline.views.plots.style import png
 from schemas import Claims, Evaluations, Games, Growth
 
-#: The one output of the noun report.
+#: Name of the noun's only output.
 NAME = "seasons"
 TITLE = "Pitchlore: seasons"
 
-#: It is made of all seasons there are, in one way.
+#: The report is made of all seasons; it has no settings.
 NO_SETTINGS = Frozen()
 
-#: What cannot be below 0, nor a percentage above 100: bands end there.
+#: Pooling of values that cannot be below 0 (a percentage: above 100): their bands end there.
 _WITHIN: dict[str, Pooling] = {
     "other": "percent",
     **dict.fromkeys(("states", "behaviours", "pairs", "effective", "cumulative"), "count"),
@@ -45,16 +45,16 @@ _WITHIN: dict[str, Pooling] = {
 
 
 def seasons(store: Store) -> list[Receipt]:
-    """The receipts of all seasons, by name."""
+    """Receipts of all seasons, by name."""
     return [receipt for receipt in store.receipts("seasons") if {"games", "growth"} <= receipt.files.keys()]
 
 
 class Measurements(NamedTuple):
-    """Pairs of matches by which seasons' apprentices were measured.
+    """Pairs of matches that measure the seasons' apprentices.
 
     Attributes:
-        counted: receipts of those that count.
-        left_out: how many others there are.
+        counted: receipts of the pairs that count.
+        left_out: number of the other pairs.
     """
 
     counted: list[Receipt]
@@ -62,7 +62,7 @@ class Measurements(NamedTuple):
 
 
 def measurements(store: Store, seasons: Sequence[Receipt]) -> Measurements:
-    """The pairs of matches that measure the seasons' apprentices.
+    """Pairs of matches that measure the seasons' apprentices.
 
     A pair counts if the team plays the policy that the season's last game has left (by its SHA-256), as
     `pitchlore evaluate` has it play when no option says otherwise, in matches like the season's
@@ -82,7 +82,7 @@ def _measuring(store: Store, season: Receipt, played: Sequence[Receipt]) -> list
     try:
         team = apprentice(store, season.name).team
     except PitchloreError:
-        return []  # its store is gone: nobody can tell any more whose matches these are
+        return []  # the season's store is gone, so the policy of its last game is unknown
     matches = Season.model_validate(season.settings).settings.of_match()
     usual = Evaluation(**matches, team=team, opponent=team)
     same = [receipt for receipt in played if _against(receipt, team) == usual]
@@ -92,7 +92,7 @@ def _measuring(store: Store, season: Receipt, played: Sequence[Receipt]) -> list
 
 
 def _against(receipt: Receipt, opponent: Entrant) -> Evaluation | None:
-    """The evaluation that a pair is of, but against another; None if this version cannot read it."""
+    """Evaluation of a pair with another opponent; None if this version cannot read its settings."""
     try:
         own = Evaluation.model_validate(receipt.settings["evaluation"])
     except ValidationError:
@@ -101,27 +101,27 @@ def _against(receipt: Receipt, opponent: Entrant) -> Evaluation | None:
 
 
 class Apprentice(NamedTuple):
-    """Whom a season of the best settings has trained.
+    """Apprentice of a season with the best settings.
 
     Attributes:
-        season: of which settings, against whom.
-        player: the team, and where its policy is.
+        season: the season.
+        player: the team, and the place of its policy.
     """
 
     season: Season
     player: Player
 
     def digests(self) -> dict[str, str]:
-        """SHA-256 of its policy."""
+        """SHA-256 of the policy, by its place."""
         return {f"seasons/{self.season.id}/policies": self.player.manifest.files["policies"].sha256}
 
 
 def apprentices(store: Store, seasons: Sequence[Receipt]) -> list[Apprentice]:
-    """The apprentices of the best settings; without those whose season's own store is gone.
+    """Apprentices of the best settings, without those whose season's own store is gone.
 
     Args:
-        store: that the seasons belong to.
-        seasons: receipts.
+        store: store of the seasons.
+        seasons: receipts of the seasons.
     """
     found = []
     for receipt in seasons:
@@ -130,18 +130,18 @@ def apprentices(store: Store, seasons: Sequence[Receipt]) -> list[Apprentice]:
         try:
             player = apprentice(store, receipt.name)
         except PitchloreError:
-            continue  # the report counts and names it
+            continue  # the report names it
         found.append(Apprentice(Season.model_validate(receipt.settings), player))
     return found
 
 
 class Sources(NamedTuple):
-    """What the report is made from.
+    """Inputs of the report.
 
     Attributes:
-        seasons: receipts of all of them.
-        measurements: of their apprentices.
-        apprentices: of the best settings.
+        seasons: receipts of all seasons.
+        measurements: measurements of their apprentices.
+        apprentices: apprentices of the best settings.
     """
 
     seasons: list[Receipt]
@@ -159,7 +159,7 @@ class Sources(NamedTuple):
 
 
 def sources(store: Store) -> Sources:
-    """What there is in a store for a report.
+    """Inputs of a report that a store has.
 
     Raises:
         NotFound: if no season has been played.
@@ -172,14 +172,14 @@ def sources(store: Store) -> Sources:
 
 
 class Tables(NamedTuple):
-    """What the report is made of.
+    """Tables that the report is made from.
 
     Attributes:
         games: schema Games.
         growth: schema Growth.
         evaluations: schema Evaluations, of the pairs that count.
-        left_out: how many pairs do not.
-        preferences: what the best apprentices prefer to do.
+        left_out: number of the other pairs.
+        preferences: preferred behaviours of the best apprentices.
     """
 
     games: pl.DataFrame
@@ -190,14 +190,14 @@ class Tables(NamedTuple):
 
 
 def tables(store: Store, of: Sources) -> Tables:
-    """The games and the growth of all seasons, the evaluations of their apprentices, what these prefer.
+    """Tables of the report.
 
     Args:
-        store: that they are in.
-        of: what there is, see :func:`sources`.
+        store: store of the inputs.
+        of: inputs, see :func:`sources`.
 
     Raises:
-        CorruptFile: if a file is gone or its bytes are others.
+        CorruptFile: if a file is gone or its bytes have changed.
     """
     games = pl.concat(store.read_table(receipt, "games", Games) for receipt in of.seasons)
     growth = pl.concat(store.read_table(receipt, "growth", Growth) for receipt in of.seasons)
@@ -209,7 +209,7 @@ def tables(store: Store, of: Sources) -> Tables:
 
 
 def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
-    """What they prefer to do: settings, opponent, season, and the columns of ``preferred``."""
+    """Preferred behaviours: settings, opponent, season, and the columns of ``preferred``."""
     found = [empty_preferences()]
     for season, player in of:
         _, policy = labelled(player.store, player.manifest)
@@ -220,7 +220,7 @@ def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
 
 
 def drawn(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
-    """Plots as PNG, by the names that the report knows; of what there are seasons for.
+    """Plots as PNG, by their names in the report; a plot without seasons is left out.
 
     Args:
         games: schema Games.
@@ -265,12 +265,12 @@ def _made(found: Tables) -> Made:
 
 
 class Written(NamedTuple):
-    """A report that is there.
+    """A written report.
 
     Attributes:
-        receipt: of its files: claims, page, text, and the plots.
-        page: where the page is.
-        tables: what it is made of.
+        receipt: receipt of its files: claims, page, text, plots.
+        page: path of the web page.
+        tables: tables that it is made from.
     """
 
     receipt: Receipt
@@ -279,13 +279,13 @@ class Written(NamedTuple):
 
 
 def write_report(store: Store) -> Written:
-    """Make the report unless it is there, made of these very seasons, evaluations and policies.
+    """Report on the present seasons, evaluations and policies; it is made only if one of them has changed.
 
-    Not a flow: it is one piece of work of a few seconds, and needs no server.
+    It is no flow: the work takes a few seconds and needs no server.
 
     Raises:
         NotFound: if no season has been played.
-        CorruptFile: if a season's, an evaluation's or a policy's file is gone or its bytes are others.
+        CorruptFile: if a file of a season, an evaluation or a policy is gone or its bytes have changed.
     """
     of = sources(store)  # looked up once, so that the key is that of what was read
     found = tables(store, of)  # before the stage: what is missing is said, and puts nothing in quarantine

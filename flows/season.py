@@ -29,7 +29,7 @@ from pipeline.store import Store
 from pipeline.store.receipts import Manifest, Receipt
 from pipeline.store.work import Made, Work
 from pipeline.studies.seasons.settings import Season
-from pipeline.studies.seasons.tables import Game, game_row, growth_rows, states_played
+from pipeline.studies.seasons.tables import GameId, game_row, growth_rows, states_played
 from schemas import Behaviours, Decisions, Games, Goals, Growth, Matches, Occasions, StatesPlayed, Table
 from schemas.table import Key
 
@@ -109,7 +109,7 @@ def _commit(
     """
     store, own = Store(data), store_of(data, season)
     before = done(store, season)
-    game = Game(season.id, season.name, season.opponent, season.seed, number)
+    game = GameId(season.id, season.name, season.opponent, season.seed, number)
     key = season.settings.pipeline.knowledge.state_key
     decided = _decided(own, match, key)
     played = states_played(_so_far(store, before, StatesPlayed), decided)

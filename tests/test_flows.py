@@ -283,12 +283,12 @@ def test_a_worker_can_load_the_flow_from_its_file(monkeypatch):
 
 
 def test_prefect_keeps_results_as_json_and_never_as_pickles():
-    from flows.paradigms import make_report, make_sheet, paradigms_flow
+    from flows.paradigms import make_report, make_sweep, paradigms_flow
     from flows.run import run_flow
     from flows.season import play_game, season_flow
 
     found = [*FLOWS.values(), matches_flow, run_flow, season_flow, paradigms_flow]
-    tasks = [make_output, make_version, make_match, make_sheet, make_report, play_game]
+    tasks = [make_output, make_version, make_match, make_sweep, make_report, play_game]
     assert all(isinstance(flow, Flow) for flow in found)
     assert all(isinstance(task, Task) for task in tasks)
     assert {flow.result_serializer for flow in found} == {"json"}

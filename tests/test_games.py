@@ -10,6 +10,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.planning import (
+    best_response,
+    evaluate,
+    gains,
+    is_equilibrium,
+    path_length,
+    value_iteration,
+)
 
 from pipeline.errors import BadSettings, NotFound, SchemaMismatch
 from pipeline.studies.paradigms.games.equilibria import optimal, pure_equilibria
@@ -21,14 +29,6 @@ from pipeline.studies.paradigms.games.matrix import (
     matrix_game,
     partially_stochastic_climbing,
     penalty,
-)
-from pipeline.studies.paradigms.games.planning import (
-    best_response,
-    evaluate,
-    gains,
-    is_equilibrium,
-    path_length,
-    value_iteration,
 )
 
 UP, DOWN, LEFT, RIGHT, STAY = Move

@@ -15,7 +15,7 @@ from pipeline.studies.paradigms.rules.iq import IQ
 from pipeline.studies.paradigms.rules.lenient import TEMPERATURE, Lenient
 from pipeline.studies.paradigms.rules.memory import AUX, Memory, Transition, memory_of
 from pipeline.studies.paradigms.rules.rules import RULES, number_of
-from pipeline.studies.paradigms.rules.selection import Selection, select
+from pipeline.studies.paradigms.rules.selection import ActionSelection, select
 from pipeline.studies.paradigms.rules.wolf_phc import MEAN, POLICY, WoLFPHC
 
 NAMES = ["iq", "hysteretic", "fmq", "lenient", "distributed", "wolf_phc"]
@@ -81,7 +81,7 @@ def chances(selection, out, temperature):
 
 def greedy(rule, learner, memory, agent, observation=0):
     """What the agent does at temperature 0, which must be one action."""
-    [done] = np.flatnonzero(chances(Selection.BOLTZMANN, values(rule, learner, memory, agent, observation), 0.0))
+    [done] = np.flatnonzero(chances(ActionSelection.BOLTZMANN, values(rule, learner, memory, agent, observation), 0.0))
     return int(done)
 
 
@@ -195,9 +195,9 @@ def test_distributed_explores_tied_actions_alike_and_settles_on_the_one_kept():
     learner = Distributed()
     memory = learn(distributed, learner, one_state(((2, 2), 10), ((0, 0), 10), agents=2), agents=2)
     out = values(distributed, learner, memory, 0)
-    explored = chances(Selection.BOLTZMANN, out, 1e-3)
+    explored = chances(ActionSelection.BOLTZMANN, out, 1e-3)
     np.testing.assert_allclose(explored, [0.5, 0, 0.5], rtol=0, atol=1e-9)
-    explored = chances(Selection.EPSILON_GREEDY, out, 0.3)
+    explored = chances(ActionSelection.EPSILON_GREEDY, out, 0.3)
     np.testing.assert_allclose(explored, [0.1, 0.1, 0.8], rtol=0, atol=1e-12)
 
 

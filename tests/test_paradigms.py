@@ -12,10 +12,10 @@ from support.points import point, table
 
 from pipeline.studies.paradigms import curves, runner
 from pipeline.studies.paradigms.curves import Curve, Exploration
-from pipeline.studies.paradigms.experiments import Design, sheets
+from pipeline.studies.paradigms.experiments import Design, sweeps
 from pipeline.studies.paradigms.games import matrix
 from pipeline.studies.paradigms.games.grid import grid_world, state_of
-from pipeline.studies.paradigms.readings import telling
+from pipeline.studies.paradigms.readings import informative
 from pipeline.studies.paradigms.rules.distributed import Distributed
 from pipeline.studies.paradigms.rules.fmq import FMQ
 from pipeline.studies.paradigms.rules.hysteretic import Hysteretic
@@ -24,7 +24,7 @@ from pipeline.studies.paradigms.rules.ivq import IVQ
 from pipeline.studies.paradigms.rules.jaq import JAQ
 from pipeline.studies.paradigms.rules.lenient import Lenient
 from pipeline.studies.paradigms.rules.rules import RULES
-from pipeline.studies.paradigms.rules.selection import Selection
+from pipeline.studies.paradigms.rules.selection import ActionSelection
 from pipeline.studies.paradigms.rules.wolf_phc import WoLFPHC
 from pipeline.studies.paradigms.runner import Runs, Training, learn, play, stream
 from schemas import Paradigms
@@ -50,32 +50,32 @@ GAMES = {
 }
 
 LEARNERS = {
-    "IQ": (IQ(), Selection.BOLTZMANN),
-    "IQ from 5, discounting": (IQ(initial=5.0, discount=0.9), Selection.EPSILON_GREEDY),
-    "IQ on what is its own": (IQ(observes="own", discount=1.0), Selection.BOLTZMANN),
-    "JAQ": (JAQ(discount=0.5), Selection.BOLTZMANN),
-    "JAQ by recency, own": (JAQ(recency=0.1, discount=0.9, observes="own"), Selection.BOLTZMANN),
-    "IVQ": (IVQ(), Selection.BOLTZMANN),
-    "IVQ outside": (IVQ(bracket="outside", discount=0.9, opinion_discount=None), Selection.BOLTZMANN),
-    "IVQ present not counted": (IVQ(present=False, discount=0.5), Selection.BOLTZMANN),
-    "IVQ by recency, own": (IVQ(recency=0.1, present=False, observes="own"), Selection.BOLTZMANN),
-    "hysteretic": (Hysteretic(discount=0.9), Selection.EPSILON_GREEDY),
-    "FMQ": (FMQ(weight=2.0), Selection.BOLTZMANN),
-    "lenient": (Lenient(cooling=0.97, discount=0.9), Selection.BOLTZMANN),
-    "distributed": (Distributed(discount=0.9), Selection.BOLTZMANN),
-    "distributed, greedy at times": (Distributed(step_size=0.5), Selection.EPSILON_GREEDY),
-    "WoLF-PHC": (WoLFPHC(winning=0.01, losing=0.04, discount=0.5), Selection.MIXED),
+    "IQ": (IQ(), ActionSelection.BOLTZMANN),
+    "IQ from 5, discounting": (IQ(initial=5.0, discount=0.9), ActionSelection.EPSILON_GREEDY),
+    "IQ on what is its own": (IQ(observes="own", discount=1.0), ActionSelection.BOLTZMANN),
+    "JAQ": (JAQ(discount=0.5), ActionSelection.BOLTZMANN),
+    "JAQ by recency, own": (JAQ(recency=0.1, discount=0.9, observes="own"), ActionSelection.BOLTZMANN),
+    "IVQ": (IVQ(), ActionSelection.BOLTZMANN),
+    "IVQ outside": (IVQ(bracket="outside", discount=0.9, opinion_discount=None), ActionSelection.BOLTZMANN),
+    "IVQ present not counted": (IVQ(present=False, discount=0.5), ActionSelection.BOLTZMANN),
+    "IVQ by recency, own": (IVQ(recency=0.1, present=False, observes="own"), ActionSelection.BOLTZMANN),
+    "hysteretic": (Hysteretic(discount=0.9), ActionSelection.EPSILON_GREEDY),
+    "FMQ": (FMQ(weight=2.0), ActionSelection.BOLTZMANN),
+    "lenient": (Lenient(cooling=0.97, discount=0.9), ActionSelection.BOLTZMANN),
+    "distributed": (Distributed(discount=0.9), ActionSelection.BOLTZMANN),
+    "distributed, greedy at times": (Distributed(step_size=0.5), ActionSelection.EPSILON_GREEDY),
+    "WoLF-PHC": (WoLFPHC(winning=0.01, losing=0.04, discount=0.5), ActionSelection.MIXED),
 }
 
 
 def falling(selection, ticks):
     """Heats from hot to nearly greedy."""
-    start, end = (16.0, 0.05) if selection is Selection.BOLTZMANN else (1.0, 0.01)
+    start, end = (16.0, 0.05) if selection is ActionSelection.BOLTZMANN else (1.0, 0.01)
     return np.geomspace(start, end, ticks)
 
 
 def quick_training(ticks=400, **rest):
-    return Training(falling(Selection.BOLTZMANN, ticks), **rest)
+    return Training(falling(ActionSelection.BOLTZMANN, ticks), **rest)
 
 
 def same(one: Runs, other: Runs):
@@ -288,7 +288,7 @@ def test_a_curve_trains_at_the_papers_temperatures_and_tests_greedily(monkeypatc
     assert (game.name, settings, runs, seeds[0]) == ("climbing", IQ(), range(5), 3)
     np.testing.assert_allclose(training.temperatures, [16 * 0.99**t for t in range(735)], rtol=1e-12)
     assert training.temperatures[-1] >= 0.01
-    assert (training.selection, training.tick) == (Selection.BOLTZMANN, "step")
+    assert (training.selection, training.tick) == (ActionSelection.BOLTZMANN, "step")
     assert testing == runner.Testing(tests=1, steps=1, temperature=0.0)
 
 
@@ -298,7 +298,7 @@ def test_a_curve_may_explore_and_test_otherwise(monkeypatch):
     explored.play(None, 0.99, runs=1, seed=0)
     climbing_curve(test_by="last temperature").play(None, 0.99, runs=1, seed=0)
     (_, _, training, *_), (_, _, plain, testing, *_) = calls
-    assert (training.selection, len(training.temperatures)) == (Selection.EPSILON_GREEDY, 735)
+    assert (training.selection, len(training.temperatures)) == (ActionSelection.EPSILON_GREEDY, 735)
     np.testing.assert_allclose(training.temperatures[[0, 367, -1]], [1.0, 0.1, 0.01], rtol=1e-12)
     assert testing.temperature == plain.temperatures[-1] == pytest.approx(16 * 0.99**734)
 
@@ -355,10 +355,10 @@ def test_a_point_whose_runs_all_diverged_is_a_row_of_the_schema_without_success(
 def test_no_two_points_of_the_study_share_random_numbers(monkeypatch):
     calls = spied(monkeypatch)
     points = 0
-    for sheet in sheets(Design(sensitivity=True)):
-        for curve in sheet.curves:
+    for sweep in sweeps(Design(sensitivity=True)):
+        for curve in sweep.curves:
             for k, decay in curve.points():
-                curve.play(k, decay, runs=1, seed=sheet.seed)
+                curve.play(k, decay, runs=1, seed=sweep.seed)
                 points += 1
     seeds = [seeds for *_, seeds in calls]
     assert len(set(seeds)) == points > 1_000
@@ -371,36 +371,36 @@ def test_no_two_points_of_the_study_share_random_numbers(monkeypatch):
 @pytest.mark.parametrize("design", [
     Design(), Design(quick=True), Design(sensitivity=True), Design(figures=(5,), runs=2000, sensitivity=True, seed=9),
 ], ids=["all", "quick", "sensitivity", "one"])
-def test_sheets_have_names_of_their_own_that_any_disk_takes(design):
-    made = sheets(design)
-    names = [sheet.name for sheet in made]
+def test_sweeps_have_names_of_their_own_that_any_disk_takes(design):
+    made = sweeps(design)
+    names = [sweep.name for sweep in made]
     assert len(set(names)) == len(names)
     assert all(re.fullmatch(r"[a-z0-9][a-z0-9-]*", name) for name in names)
-    for sheet in made:
-        for curve in sheet.curves:
-            assert f"{curve.study}-{curve.figure}-" in sheet.name
-            assert f"-r{sheet.runs}-s{sheet.seed}" in sheet.name
+    for sweep in made:
+        for curve in sweep.curves:
+            assert f"{curve.study}-{curve.figure}-" in sweep.name
+            assert f"-r{sweep.runs}-s{sweep.seed}" in sweep.name
     described = [(c.study, c.figure, c.game, c.learner, c.reading, *point)
-                 for sheet in made for c in sheet.curves for point in c.points()]
+                 for sweep in made for c in sweep.curves for point in c.points()]
     assert len(set(described)) == len(described)  # a point is played once
 
 
-def test_designs_of_other_runs_seeds_or_speed_do_not_share_sheets():
+def test_designs_of_other_runs_seeds_or_speed_do_not_share_sweeps():
     designs = [Design(), Design(quick=True), Design(runs=2000), Design(seed=1)]
-    names = [{sheet.name for sheet in sheets(design)} for design in designs]
+    names = [{sweep.name for sweep in sweeps(design)} for design in designs]
     assert all(a.isdisjoint(b) for a, b in itertools.combinations(names, 2))
 
 
 def test_the_papers_runs_unless_told_otherwise():
-    assert {(s.curves[0].figure, s.runs) for s in sheets(Design())} == {(4, 100), (5, 100), (6, 3)}
-    assert {s.runs for s in sheets(Design(runs=50))} == {50}
-    assert {s.curves[0].figure for s in sheets(Design(figures=(6,)))} == {6}
+    assert {(s.curves[0].figure, s.runs) for s in sweeps(Design())} == {(4, 100), (5, 100), (6, 3)}
+    assert {s.runs for s in sweeps(Design(runs=50))} == {50}
+    assert {s.curves[0].figure for s in sweeps(Design(figures=(6,)))} == {6}
 
 
 def test_quick_designs_play_a_few_points_of_every_curve_of_the_paper_s_games():
     def points(design):
         found = {}
-        for curve in (curve for sheet in sheets(design) for curve in sheet.curves):
+        for curve in (curve for sweep in sweeps(design) for curve in sweep.curves):
             named = (curve.figure, curve.game, curve.learner, curve.reading)
             found.setdefault(named, {}).update(dict.fromkeys(curve.points(), curve.tests))
         return found
@@ -418,14 +418,14 @@ def test_quick_designs_play_a_few_points_of_every_curve_of_the_paper_s_games():
 
 def test_the_papers_learners_and_five_peers_are_in_every_matrix_game():
     learners = {}
-    for sheet in sheets(Design(figures=(4, 5))):
-        learners.setdefault(sheet.curves[0].game, set()).add(sheet.curves[0].learner)
+    for sweep in sweeps(Design(figures=(4, 5))):
+        learners.setdefault(sweep.curves[0].game, set()).add(sweep.curves[0].learner)
     five = {"hysteretic", "distributed", "lenient", "FMQ", "WoLF-PHC"}
     assert len(learners) == 4
     assert all(names == {"IQ", "JAQ", "IVQ"} | five for names in learners.values())
 
 
-def test_telling_readings_are_those_changed_in_one_thing_and_the_best():
+def test_informative_readings_are_those_changed_in_one_thing_and_the_best():
     rows = [
         point(5, "IVQ", 0.1, study="sensitivity"),
         point(5, "IVQ", 0.2, study="sensitivity", reading="influence outside"),
@@ -435,12 +435,12 @@ def test_telling_readings_are_those_changed_in_one_thing_and_the_best():
         point(5, "JAQ", 0.0, study="sensitivity", reading="discount 0.9, beliefs by recency 0.1"),
         point(5, "IVQ", 0.9, study="confirmation", reading="influence outside, discount 0.92"),
     ]
-    told = telling(table(*rows), best=1)
+    told = informative(table(*rows), best=1)
     assert sorted(told.select("learner", "reading").rows()) == [
         ("IVQ", "influence outside"), ("IVQ", "influence outside, discount 0.9"), ("IVQ", "printed"),
         ("JAQ", "discount 0.9, beliefs by recency 0.1"),
     ]
-    assert len(telling(table(*rows), best=2)) == 5
+    assert len(informative(table(*rows), best=2)) == 5
 
 
 # -- what a user choosing a learner relies on -------------------------------------------------------------
@@ -448,7 +448,7 @@ def test_telling_readings_are_those_changed_in_one_thing_and_the_best():
 
 @pytest.mark.parametrize("learner", ["hysteretic", "distributed"])
 def test_peers_solve_the_climbing_game(learner):
-    [curve] = [c for s in sheets(Design(figures=(5,))) for c in s.curves if (c.game, c.learner) == ("climbing", learner)]
+    [curve] = [c for s in sweeps(Design(figures=(5,))) for c in s.curves if (c.game, c.learner) == ("climbing", learner)]
     row = curve.play(None, 0.9997, runs=200, seed=0).row(0, named=True)
     assert row["p_optimal"] > 0.99
     assert row["p_low"] > 0.95

@@ -70,7 +70,7 @@ def test_other_seeds_play_other_runs_beside_the_first(played):
     assert first["p_optimal"].to_list() != second["p_optimal"].to_list()
 
 
-def test_a_sheet_that_fails_is_reported_and_the_others_stand(tmp_path, prefect_server, monkeypatch):
+def test_a_sweep_that_fails_is_reported_and_the_others_stand(tmp_path, prefect_server, monkeypatch):
     from pipeline.studies.paradigms import curves
 
     def broken(k):
@@ -145,7 +145,7 @@ def test_the_paper_s_own_numbers_of_runs():
 
 
 def test_the_confirmation_is_of_seeds_that_chose_nothing():
-    every = experiments.sheets(Design(sensitivity=True))
-    seeds = {study: {sheet.seed for sheet in every if sheet.curves[0].study == study}
+    every = experiments.sweeps(Design(sensitivity=True))
+    seeds = {study: {sweep.seed for sweep in every if sweep.curves[0].study == study}
              for study in ("figure", "sensitivity", "confirmation")}
     assert not seeds["confirmation"] & (seeds["figure"] | seeds["sensitivity"])

@@ -17,7 +17,7 @@ from pipeline.studies.paradigms.games import matrix
 from pipeline.studies.paradigms.games.grid import grid_world
 from pipeline.studies.paradigms.rules.kernel import kernel, switch
 from pipeline.studies.paradigms.rules.rules import RULES, AnyLearner
-from pipeline.studies.paradigms.rules.selection import Selection
+from pipeline.studies.paradigms.rules.selection import ActionSelection
 from pipeline.studies.paradigms.runner import Testing as Trial
 from pipeline.studies.paradigms.runner import Training, learn, play, stream
 
@@ -64,13 +64,13 @@ def literal_of(rule):
 
 
 @every_rule
-@pytest.mark.parametrize("selection", [Selection.BOLTZMANN, Selection.EPSILON_GREEDY])
+@pytest.mark.parametrize("selection", [ActionSelection.BOLTZMANN, ActionSelection.EPSILON_GREEDY])
 @pytest.mark.parametrize("game", GAMES)
 def test_literal(rule, selection, game):
     """Runs with default settings equal those of the literal rule, one by one."""
     literal_of(rule)
     (compiled, plain), settings = GAMES[game], rule.settings(discount=0.5)
-    start = 16.0 if selection is Selection.BOLTZMANN else 1.0
+    start = 16.0 if selection is ActionSelection.BOLTZMANN else 1.0
     training, testing = Training(np.geomspace(start, 0.05, 300), selection), Trial(tests=3, steps=25)
     played = play(compiled, settings, training, testing, runs=range(3), seeds=SEEDS)
     for run in range(3):
@@ -112,7 +112,7 @@ def test_the_cache_follows_the_table(tmp_path):
     shutil.copytree(Path(pipeline.__file__).parent / own, tmp_path / own, ignore=shutil.ignore_patterns("__pycache__"))
     before = _kernels(tmp_path)
     table = tmp_path / own / "rules.py"
-    table.write_text(table.read_text().replace("    Rule(iq.IQ),\n", "").replace("RULES = (\n", "RULES = (\n    Rule(iq.IQ),\n"))
+    table.write_text(table.read_text().replace("    LearningRule(iq.IQ),\n", "").replace("RULES = (\n", "RULES = (\n    LearningRule(iq.IQ),\n"))
     assert _kernels(tmp_path) == before
-    table.write_text(table.read_text().replace("    Rule(iq.IQ),\n", "").replace("wolf_phc.values),\n", "wolf_phc.values),\n    Rule(iq.IQ),\n"))
+    table.write_text(table.read_text().replace("    LearningRule(iq.IQ),\n", "").replace("wolf_phc.values),\n", "wolf_phc.values),\n    LearningRule(iq.IQ),\n"))
     assert _kernels(tmp_path) != before

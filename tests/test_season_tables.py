@@ -6,10 +6,10 @@ from support.rows import MATCH
 
 from pipeline.errors import SchemaMismatch
 from pipeline.studies.seasons import table3
-from pipeline.studies.seasons.tables import Game, game_row, growth_rows, states_played
+from pipeline.studies.seasons.tables import GameId, game_row, growth_rows, states_played
 from schemas import Behaviours, Decisions, Goals, Growth, Matches, Occasions, StatesPlayed
 
-GAME = Game("paper-static-3", "paper", "static", 3, 2)
+GAME = GameId("paper-static-3", "paper", "static", 3, 2)
 KICK, RANDOM = "striker-021", "striker-194"
 
 

@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from pipeline.studies.paradigms.rules.selection import (
-    Selection,
+    ActionSelection,
     boltzmann,
     epsilon_greedy,
     mixed,
@@ -40,10 +40,10 @@ unit = st.floats(0, 1, exclude_max=True)
 def test_boltzmann_by_hand():
     # at temperature 2: exp(v/2) = 1, 2, 8, so in the proportion 1 : 2 : 8
     values = [0.0, 2 * math.log(2), 2 * math.log(8)]
-    assert weights(Selection.BOLTZMANN, values, 2.0) == pytest.approx([1 / 8, 2 / 8, 1], abs=1e-15)
-    assert probabilities(Selection.BOLTZMANN, values, 2.0) == pytest.approx([1 / 11, 2 / 11, 8 / 11], abs=1e-15)
+    assert weights(ActionSelection.BOLTZMANN, values, 2.0) == pytest.approx([1 / 8, 2 / 8, 1], abs=1e-15)
+    assert probabilities(ActionSelection.BOLTZMANN, values, 2.0) == pytest.approx([1 / 11, 2 / 11, 8 / 11], abs=1e-15)
     # at 1: 1, 4, 64
-    assert probabilities(Selection.BOLTZMANN, values, 1.0) == pytest.approx([1 / 69, 4 / 69, 64 / 69], abs=1e-15)
+    assert probabilities(ActionSelection.BOLTZMANN, values, 1.0) == pytest.approx([1 / 69, 4 / 69, 64 / 69], abs=1e-15)
 
 
 @pytest.mark.parametrize(("values", "temperature", "expected"), [
@@ -62,12 +62,12 @@ def test_boltzmann_by_hand():
     ([0.0, -0.0], 0.0, [1, 1]),
 ])
 def test_boltzmann_is_safe_at_all_temperatures(values, temperature, expected):
-    assert weights(Selection.BOLTZMANN, values, temperature) == expected
+    assert weights(ActionSelection.BOLTZMANN, values, temperature) == expected
 
 
 @given(values=vectors, temperature=temperatures)
 def test_boltzmann_weighs_the_greatest_as_1_and_less_what_is_worth_less(values, temperature):
-    out = weights(Selection.BOLTZMANN, values, temperature)
+    out = weights(ActionSelection.BOLTZMANN, values, temperature)
     for value, weight in zip(values, out, strict=True):
         assert 0 <= weight <= 1
         assert weight == 1 or value < max(values)
@@ -80,34 +80,34 @@ def test_boltzmann_weighs_the_greatest_as_1_and_less_what_is_worth_less(values, 
 def test_boltzmann_is_the_printed_softmax(values, temperature):
     powers = [math.exp(value / temperature) for value in values]
     expected = [power / sum(powers) for power in powers]
-    assert probabilities(Selection.BOLTZMANN, values, temperature) == pytest.approx(expected, rel=1e-10)
+    assert probabilities(ActionSelection.BOLTZMANN, values, temperature) == pytest.approx(expected, rel=1e-10)
 
 
 def test_epsilon_greedy_by_hand():
     # .3 goes to all three alike, .1 each; .7 to the greatest, or shared by them
-    assert weights(Selection.EPSILON_GREEDY, [1, 5, 2], 0.3) == pytest.approx([0.1, 0.8, 0.1], abs=1e-15)
-    assert weights(Selection.EPSILON_GREEDY, [1, 5, 5], 0.3) == pytest.approx([0.1, 0.45, 0.45], abs=1e-15)
-    assert weights(Selection.EPSILON_GREEDY, [1, 5, 5], 0.0) == [0, 0.5, 0.5]
-    assert weights(Selection.EPSILON_GREEDY, [1, 5, 5, 0], 1.0) == [0.25] * 4
-    assert weights(Selection.EPSILON_GREEDY, [-HUGE, HUGE], 0.5) == [0.25, 0.75]
+    assert weights(ActionSelection.EPSILON_GREEDY, [1, 5, 2], 0.3) == pytest.approx([0.1, 0.8, 0.1], abs=1e-15)
+    assert weights(ActionSelection.EPSILON_GREEDY, [1, 5, 5], 0.3) == pytest.approx([0.1, 0.45, 0.45], abs=1e-15)
+    assert weights(ActionSelection.EPSILON_GREEDY, [1, 5, 5], 0.0) == [0, 0.5, 0.5]
+    assert weights(ActionSelection.EPSILON_GREEDY, [1, 5, 5, 0], 1.0) == [0.25] * 4
+    assert weights(ActionSelection.EPSILON_GREEDY, [-HUGE, HUGE], 0.5) == [0.25, 0.75]
 
 
 def test_mixed_by_hand():
     # .3 to all three alike, .7 by the policy: .7*.5 + .1, .7*.4 + .1, .7*.1 + .1
-    assert weights(Selection.MIXED, [0.5, 0.4, 0.1], 0.3) == pytest.approx([0.45, 0.38, 0.17], abs=1e-15)
-    assert weights(Selection.MIXED, [0.5, 0.5, 0.0], 0.0) == [0.5, 0.5, 0]
-    assert weights(Selection.MIXED, [1.0, 0.0], 1.0) == [0.5, 0.5]
+    assert weights(ActionSelection.MIXED, [0.5, 0.4, 0.1], 0.3) == pytest.approx([0.45, 0.38, 0.17], abs=1e-15)
+    assert weights(ActionSelection.MIXED, [0.5, 0.5, 0.0], 0.0) == [0.5, 0.5, 0]
+    assert weights(ActionSelection.MIXED, [1.0, 0.0], 1.0) == [0.5, 0.5]
 
 
 @given(values=vectors, epsilon=st.floats(0, 1))
 def test_epsilon_greedy_weights_are_probabilities(values, epsilon):
-    out = weights(Selection.EPSILON_GREEDY, values, epsilon)
+    out = weights(ActionSelection.EPSILON_GREEDY, values, epsilon)
     assert min(out) >= 0
     assert sum(out) == pytest.approx(1, abs=1e-12)
 
 
 @pytest.mark.parametrize(("selection", "function"), [
-    (Selection.BOLTZMANN, boltzmann), (Selection.EPSILON_GREEDY, epsilon_greedy), (Selection.MIXED, mixed),
+    (ActionSelection.BOLTZMANN, boltzmann), (ActionSelection.EPSILON_GREEDY, epsilon_greedy), (ActionSelection.MIXED, mixed),
 ])
 def test_a_selection_is_the_function_of_its_name(selection, function):
     values, out = np.array([0.2, 0.5, 0.3]), np.empty(3)

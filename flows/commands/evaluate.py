@@ -22,7 +22,7 @@ from flows.workers import cores
 from pipeline.errors import BadSettings
 from pipeline.store import Store
 from pipeline.store.receipts import software
-from pipeline.studies.evaluations import Evaluation, Measured, Summary, summarise
+from pipeline.studies.evaluations import Evaluation, EvaluationSummary, Measured, summarise
 from schemas import note_on
 from schemas.evaluations import minutes_of, word_of
 
@@ -96,12 +96,12 @@ def evaluate_team(
         console().print(f"{export}: {_stem(summary)} written", soft_wrap=True)
 
 
-def _plain(summary: Summary) -> dict[str, object]:
+def _plain(summary: EvaluationSummary) -> dict[str, object]:
     """For programs: what is measured as an object of value, low and high."""
     return {name: value._asdict() if isinstance(value, Measured) else value for name, value in summary}
 
 
-def _table(summary: Summary) -> pl.DataFrame:
+def _table(summary: EvaluationSummary) -> pl.DataFrame:
     """For people: a row a quantity."""
     rows = [
         ("wins", summary.win_rate, f"{summary.wins} of {summary.matches}"),
@@ -119,13 +119,13 @@ def _table(summary: Summary) -> pl.DataFrame:
     ])
 
 
-def _stem(summary: Summary) -> str:
+def _stem(summary: EvaluationSummary) -> str:
     return f"{summary.team}-{summary.opponent}"
 
 
 def _export(
-    store: Store, evaluation: Evaluation, seeds: range, command: str, rows: pl.DataFrame, summary: Summary,
-    folder: Path,
+    store: Store, evaluation: Evaluation, seeds: range, command: str, rows: pl.DataFrame,
+    summary: EvaluationSummary, folder: Path,
 ) -> None:
     """Matches as CSV, the summary and what it is of as JSON: small and readable, to be kept in git.
 

@@ -15,12 +15,12 @@ from cyclopts.types import NonNegativeInt, PositiveInt
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import console, print_frame, print_json
-from flows.paradigms import Report, paradigms_flow, points_of, reports
+from flows.paradigms import FigureReport, paradigms_flow, points_of, reports
 from flows.progress import StageReport
 from flows.stage import need
 from pipeline.store import Store
 from pipeline.studies.paradigms.claims import PEAK
-from pipeline.studies.paradigms.experiments import LEARNERS, Design, Figure, sheets
+from pipeline.studies.paradigms.experiments import LEARNERS, Design, FigureNumber, sweeps
 from pipeline.studies.paradigms.measures import PRINTED
 from pipeline.studies.paradigms.runner import warm_up
 from schemas import Verdicts
@@ -31,7 +31,7 @@ FigureName = Literal["4", "5", "6", "7"]
 QUICK_RUNS = 20
 
 #: Figure 7 shows the runs of Figure 6.
-POINTS: dict[FigureName, Figure] = {"4": 4, "5": 5, "6": 6, "7": 6}
+POINTS: dict[FigureName, FigureNumber] = {"4": 4, "5": 5, "6": 6, "7": 6}
 
 
 def paradigms(
@@ -80,12 +80,12 @@ def paradigms(
     sys.exit(1 if done.failed else 0)
 
 
-def _verdicts(store: Store, report: Report) -> pl.DataFrame:
+def _verdicts(store: Store, report: FigureReport) -> pl.DataFrame:
     receipt = need(store, "paradigms", report.name)
     return store.read_table(receipt, "verdicts", Verdicts)
 
 
-def _print(store: Store, report: Report) -> None:
+def _print(store: Store, report: FigureReport) -> None:
     """What a person wants to know of a figure: the curves in few numbers, the claims, where the plots are."""
     points = points_of(store, report).sort(pl.col("learner").cast(pl.Enum(LEARNERS)), maintain_order=True)
     name = "Figures 6 and 7" if report.figure == 6 else f"Figure {report.figure}"
@@ -153,7 +153,7 @@ def _means(curves: pl.DataFrame) -> pl.DataFrame:
     return wide if paths else wide.drop(column for column in wide.columns if column.startswith("steps"))
 
 
-def _export(store: Store, report: Report, design: Design, folder: Path) -> None:
+def _export(store: Store, report: FigureReport, design: Design, folder: Path) -> None:
     """Tables as CSV, plots as PNG, settings as JSON: small and readable, to be kept in git."""
     receipt = need(store, "paradigms", report.name)
     runs = report.name.removeprefix(f"report-{report.figure}-").removesuffix("-s0")
@@ -168,7 +168,7 @@ def _export(store: Store, report: Report, design: Design, folder: Path) -> None:
         figure, _, game = role.removeprefix("figure-").partition("-")
         plot = f"figure-{figure}-{runs}{game and f'.{game}'}" if figure.isdigit() else f"{stem}.{role}"
         store.write_bytes(folder / f"{plot}.png", store.read(receipt, role))
-    curves = [curve for sheet in sheets(design) if sheet.name in report.sheets for curve in sheet.curves]
+    curves = [curve for sweep in sweeps(design) if sweep.name in report.sweeps for curve in sweep.curves]
     lines = [{"design": design.model_dump(mode="json"), "software": receipt.software}]
     lines += [curve.model_dump(mode="json", exclude_defaults=True) for curve in curves]
     text = "\n".join(encoder.dumps(line, sort_keys=True) for line in lines)

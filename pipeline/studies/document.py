@@ -106,7 +106,7 @@ def web_page(title: str, text: str, pictures: Mapping[str, bytes], colours: Mapp
 def _figure(paragraphs: Sequence[Token], pictures: Mapping[str, bytes]) -> list[Token]:
     """Figure made of two paragraphs, a picture and its caption; the picture's bytes go into the page."""
     start, inline, end, *caption = paragraphs
-    (image,) = inline.children or ()
+    (image,) = inline.children or []
     name = str(image.attrs["src"]).removesuffix(".png")
     image.attrSet("src", f"data:image/png;base64,{base64.b64encode(pictures[name]).decode()}")
     start.tag = end.tag = "figure"

@@ -1,8 +1,8 @@
-"""Evaluations: a team is measured by many matches, with intervals.
+"""Evaluations: the measurement of a team by pairs of matches, with intervals.
 
-Matches come in pairs of one seed, in which the team plays home, then away, so that what chance gives to one
-side it gives to the other. The two share their chances; what is independent is the pair, and it is the unit
-of every interval.
+The two matches of a pair have one seed. The team plays home in the first and away in the second, so that
+luck favours neither side. The matches of a pair share their chances: the independent observation of every
+interval is the pair.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from pipeline.store.receipts import fingerprint
 from pipeline.studies.statistics import F64, mean_interval, wilson
 from schemas import TEAMS, Evaluations
 
-#: The seeds of matches: two to a pair, above those of seasons.
+#: First seed of the matches, two for each pair; seeds of seasons are below.
 _FIRST_SEED = 2_000_000_000
 
 
 class Entrant(Frozen):
-    """A team as it enters an evaluation.
+    """A team in an evaluation.
 
     Attributes:
-        name: what it is called: a scripted team's kind, v and the version of its policy, or the id of the
+        name: name of the team: the kind of a scripted team, v and the version of its policy, or the id of the
             season whose apprentice it is.
-        settings: how it plays.
-        policy_version: of its policy, None for a scripted team.
-        knowledge_version: that its policy values.
+        settings: settings of the team.
+        policy_version: version of its policy; None for a scripted team.
+        knowledge_version: version of the knowledge that the policy values; None for a scripted team.
     """
 
     name: str
@@ -45,11 +45,11 @@ class Entrant(Frozen):
 
 
 class Evaluation(MatchSettings):
-    """What is played to measure a team, but for the seeds.
+    """Settings of a team's measurement, without the seeds.
 
     Attributes:
-        team: which is measured.
-        opponent: against whom.
+        team: team that is measured.
+        opponent: team that it plays against.
     """
 
     team: Entrant
@@ -57,21 +57,21 @@ class Evaluation(MatchSettings):
 
     @property
     def id(self) -> str:
-        """Both teams, as far as there is room, and a hash of everything."""
+        """Name of the evaluation: both teams, as far as there is room, and a hash of everything."""
         return f"{self.team.name}-{self.opponent.name}"[:51].rstrip("-") + f"-{fingerprint(self)[:12]}"
 
     @property
     def of_itself(self) -> bool:
-        """Whether the team plays against itself."""
+        """True if the team plays against itself."""
         return self.team.settings == self.opponent.settings
 
 
 class Pair(Frozen):
-    """The two matches of one seed.
+    """Two matches of one seed.
 
     Attributes:
-        evaluation: that they are of.
-        seed: of the pair.
+        evaluation: evaluation that the pair belongs to.
+        seed: seed of the pair.
     """
 
     evaluation: Evaluation
@@ -79,11 +79,11 @@ class Pair(Frozen):
 
     @property
     def name(self) -> str:
-        """Of the pair's output, unique among all evaluations."""
+        """Name of the pair's output, unique among all evaluations."""
         return f"{self.evaluation.id}-{self.seed}"
 
     def matches(self) -> list[tuple[int, Recipe]]:
-        """The side (0 home, 1 away) of the team that is measured, and the match, of both."""
+        """Side of the measured team (0 home, 1 away) and recipe, of both matches."""
         whole = self.evaluation
         seeds = [_FIRST_SEED + 2 * self.seed + (match if whole.of_itself else 0) for match in range(2)]
         sides = (HOME, HOME if whole.of_itself else AWAY)
@@ -96,14 +96,14 @@ class Pair(Frozen):
 
 
 def play(pair: Pair, policies: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
-    """Play a pair of matches; nothing is logged.
+    """Results of a pair of matches, which are played without a log.
 
     Args:
-        pair: which.
-        policies: rows of schema Policies by the label that the teams' settings name.
+        pair: the pair.
+        policies: rows of schema Policies, by the label in the teams' settings.
 
     Returns:
-        Rows of schema Evaluations, two.
+        Two rows of schema Evaluations.
     """
     whole, rows = pair.evaluation, []
     for number, (side, recipe) in enumerate(pair.matches(), start=1):
@@ -126,26 +126,26 @@ def play(pair: Pair, policies: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
 
 
 class Measured(NamedTuple):
-    """A quantity with its 95 % interval, both ends included, None where there are too few pairs."""
+    """Quantity with its 95 % interval, both ends included; None if there are fewer than two pairs."""
 
     value: float
     low: float | None
     high: float | None
 
 
-class Summary(Frozen):
-    """What an evaluation says of a team, each match counting the same.
+class EvaluationSummary(Frozen):
+    """Results of an evaluation; all matches count the same.
 
     Attributes:
-        evaluation, team, opponent: of the matches.
-        matches: how many.
-        pairs: of them; the unit of all intervals.
-        wins, draws, losses: matches.
+        evaluation, team, opponent: names.
+        matches: number of matches.
+        pairs: number of pairs, the independent observations of all intervals.
+        wins, draws, losses: numbers of matches.
         win_rate, draw_rate, loss_rate: shares of the matches, with Wilson's intervals.
-        goal_difference: goals for minus goals against, a match.
-        goals_for, goals_against: a match.
-        learned_share: share of the decisions that were of a learned behaviour, the mean over the
-            matches in which the team decided anything; None if there is none.
+        goal_difference: goals for minus goals against, per match.
+        goals_for, goals_against: goals per match.
+        learned_share: share of decisions for a learned behaviour, mean over the matches in which the team
+            decided; None if there is no such match.
     """
 
     evaluation: str
@@ -165,15 +165,15 @@ class Summary(Frozen):
     learned_share: Measured | None
 
 
-def summarise(rows: pl.DataFrame) -> Summary:
-    """What an evaluation says of a team.
+def summarise(rows: pl.DataFrame) -> EvaluationSummary:
+    """Summary of an evaluation.
 
-    The intervals of means are Student's over the pairs' means, cut off where no mean can be (goals below 0,
-    shares outside of [0, 1]); those of wins, draws and losses Wilson's with the pairs' shares as
-    observations: whatever the two matches of a pair have in common, they are not too narrow. The share of
-    learned actions is a mean, not such a rate: a match is a yes or no to the one and hundreds of decisions
-    to the other, so that how pairs differ is seen, and Wilson's interval, which supposes that they differ
-    as much as they possibly could, would be several times too wide.
+    Intervals of means are Student's over the pairs' means, cut off at impossible values (goals below 0,
+    shares outside [0, 1]). Intervals of wins, draws and losses are Wilson's with the pairs' shares as
+    observations: however alike the two matches of a pair are, these intervals are not too narrow. The share
+    of learned actions is treated as a mean. A match contributes hundreds of decisions to it and one result
+    to a rate, so the pairs' spread is observed. Wilson's interval assumes the greatest possible spread and
+    would be several times too wide.
 
     Args:
         rows: schema Evaluations, of one evaluation, at least one pair.
@@ -195,7 +195,7 @@ def summarise(rows: pl.DataFrame) -> Summary:
         low, high = wilson(shares.sum(), len(shares))
         return Measured(float(shares.mean()), float(low), float(high))
 
-    return Summary(
+    return EvaluationSummary(
         **rows.select("evaluation", "team", "opponent").row(0, named=True),
         matches=rows.height, pairs=pairs.height,
         wins=int(rows["won"].sum()), draws=int(rows["drawn"].sum()), losses=int(rows["lost"].sum()),
@@ -207,7 +207,7 @@ def summarise(rows: pl.DataFrame) -> Summary:
 
 
 def _mean(values: F64, least: float, most: float) -> Measured:
-    """The mean with Student's interval, of which no more is left than lies in [least, most]."""
+    """Mean with Student's interval, cut off at ``least`` and ``most``."""
     ends = mean_interval(values)
     if ends is None:
         return Measured(float(values.mean()), None, None)

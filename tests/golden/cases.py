@@ -36,7 +36,7 @@ from pipeline.store import Store
 from pipeline.store.receipts import Receipt, digest
 from pipeline.studies.evaluations import Entrant, Evaluation
 from pipeline.studies.paradigms.claims import verdicts
-from pipeline.studies.paradigms.experiments import Design, sheets
+from pipeline.studies.paradigms.experiments import Design, sweeps
 from pipeline.views.commentary import CommentarySettings, commentary
 from pipeline.views.commentary.summary import heading, numbers
 from schemas import PUBLIC, Evaluations, Goals, Matches, Referee, Situations, Table, Trajectories
@@ -183,8 +183,8 @@ def paradigms() -> Golden:
     """A few points of every figure, and what they say of the paper's claims."""
     design = Design(quick=True)
     points = pl.concat(
-        curve.play(k, decay, runs=sheet.runs, seed=sheet.seed)
-        for sheet in sheets(design) for curve in sheet.curves for k, decay in curve.points()
+        curve.play(k, decay, runs=sweep.runs, seed=sweep.seed)
+        for sweep in sweeps(design) for curve in sweep.curves for k, decay in curve.points()
     )
     shown = points.select("figure", "learner", "reading", "k", "decay", "steps", "runs", "p_optimal", "p_low",
                           "p_high", "p_equilibrium", "path_length", "diverged")

@@ -99,7 +99,7 @@ def mixed(policy, epsilon):
     return [(1 - epsilon) * p + epsilon / len(policy) for p in policy]
 
 
-#: By the number of a Selection.
+#: By the number of a ActionSelection.
 SELECTIONS = [boltzmann, epsilon_greedy, mixed]
 
 

@@ -1,4 +1,4 @@
-"""A curve: one learner in one game, over penalties and decays of the temperature."""
+"""A curve: the results of one learner in one game, over penalties and decays of the temperature."""
 
 from __future__ import annotations
 
@@ -23,23 +23,22 @@ from pipeline.studies.paradigms.games.matrix import (
 )
 from pipeline.studies.paradigms.rules.memory import F64
 from pipeline.studies.paradigms.rules.rules import AnyLearner
-from pipeline.studies.paradigms.rules.selection import Selection
+from pipeline.studies.paradigms.rules.selection import ActionSelection
 from pipeline.studies.paradigms.runner import Runs, Testing, Training, play
 from pipeline.studies.statistics import mean_interval, wilson
 from schemas import Paradigms
 
-SELECTIONS = {
-    "boltzmann": Selection.BOLTZMANN, "epsilon-greedy": Selection.EPSILON_GREEDY, "mixed": Selection.MIXED
-}
+#: Action selections by the names that settings use: boltzmann, epsilon-greedy, mixed.
+SELECTIONS = {selection.name.lower().replace("_", "-"): selection for selection in ActionSelection}
 
 
 class Exploration(Frozen):
-    """How a learner explores, where it is not by the paper's temperatures; its budget is the paper's.
+    """Exploration of a learner that does not explore by the paper's temperatures; its budget is the paper's.
 
     Attributes:
-        selection: what makes weights of action values.
-        start, end: temperature of the first and the last tick; it falls by a constant factor. Where it is a
-            probability, at most 1.
+        selection: rule that makes weights of action values.
+        start, end: temperature (or probability of exploring, at most 1) of the first and the last tick; it
+            falls by a constant factor.
     """
 
     selection: Literal["boltzmann", "epsilon-greedy", "mixed"]
@@ -53,31 +52,31 @@ class Exploration(Frozen):
         return self
 
     def temperatures(self, ticks: int) -> F64:
-        """float64 [ticks], geometric from start to end, both included."""
+        """Temperatures of all ticks, float64 [ticks], geometric from start to end, both included."""
         return np.asarray(np.geomspace(self.start, self.end, ticks))
 
 
 class Curve(Frozen):
-    """One learner in one game under one reading; a point for every penalty and decay.
+    """Settings of one learner in one game under one reading; each penalty and decay makes a point.
 
     Attributes:
-        study: what the curve is for (schema Paradigms).
-        figure: of the paper.
-        game: penalty, climbing, grid, or a stochastic variant.
-        learner: its name in the figure.
-        reading: what was read into the text, in words.
+        study: study that the curve belongs to (schema Paradigms).
+        figure: figure of the paper.
+        game: name of the game.
+        learner: the learner's name in the figure.
+        reading: interpretation of the paper's text, in words.
         rule: the learning rule and its settings.
-        ks: penalties as written in the figure: the payoff k of the penalty game, at most 0; what the grid
-            world punishes with, at least 0. Empty where the game has none.
-        decays: of the temperature a tick.
-        temperature: of the first tick, T0.
-        floor: training ends when the temperature has fallen below.
-        exploration: instead of Boltzmann's selection by that temperature.
-        tick: whether the temperature falls with every step or with every episode.
-        episode_steps: of training; an episode that has not ended is broken off.
+        ks: penalties as written in the figure: the payoff k of the penalty game, at most 0; the punishment of
+            the grid world, at least 0. Empty for a game without penalties.
+        decays: factors of the temperature at each tick.
+        temperature: temperature of the first tick, T0, in the unit of the rewards.
+        floor: training ends when the temperature is below.
+        exploration: exploration instead of Boltzmann's selection by that temperature.
+        tick: the temperature falls with every step, or with every episode.
+        episode_steps: an episode of training is broken off after so many steps.
         test_steps: the same in the tests.
-        tests: of each training's policy.
-        test_by: greedy, ties at random; or by the temperature of the end of training.
+        tests: tests of each training's policy.
+        test_by: tests choose greedily, ties at random; or by the last temperature of training.
         punished, stay: readings of the grid world (:func:`pipeline.studies.paradigms.games.grid.grid_world`).
     """
 
@@ -103,31 +102,31 @@ class Curve(Frozen):
     stay: bool = False
 
     def points(self) -> Iterator[tuple[float | None, float]]:
-        """All pairs of penalty (None where there is none) and decay."""
+        """All pairs of penalty (None if the game has none) and decay."""
         for decay in self.decays:
             for k in self.ks or (None,):
                 yield k, decay
 
     def ticks(self, decay: float) -> int:
-        """How often the temperature is lowered: the t from which ``temperature * decay**t < floor``."""
+        """Number of ticks: the least t with ``temperature * decay**t < floor``, at least 1."""
         return max(1, math.floor(math.log(self.floor / self.temperature) / math.log(decay)) + 1)
 
     def _temperatures(self, decay: float) -> F64:
         return np.asarray(self.temperature * np.power(decay, np.arange(self.ticks(decay))))
 
     def play(self, k: float | None, decay: float, *, runs: int, seed: int) -> pl.DataFrame:
-        """One row of schema Paradigms: the point over independent runs.
+        """One row of schema Paradigms: the point of a penalty and a decay over independent runs.
 
         Args:
-            k: one of ``ks``, None where there are none.
+            k: one of ``ks``; None if there are none.
             decay: one of ``decays``.
-            runs: how many, from the first.
-            seed: of the runs.
+            runs: number of runs, from the first.
+            seed: seed of the runs.
         """
         game = self._game(k)
         ticks = self.ticks(decay)
         if self.exploration is None:
-            temperatures, selection = self._temperatures(decay), Selection.BOLTZMANN
+            temperatures, selection = self._temperatures(decay), ActionSelection.BOLTZMANN
         else:
             temperatures = self.exploration.temperatures(ticks)
             selection = SELECTIONS[self.exploration.selection]
@@ -145,7 +144,7 @@ class Curve(Frozen):
         return pl.DataFrame([described | _summary(played, game)], schema=Paradigms.dtypes())
 
     def _number(self, k: float | None, decay: float) -> int:
-        """A number of the point's own, so that no two points share random numbers."""
+        """Number of the point: no two points share it, nor random numbers."""
         point = f"{self.study} {self.figure} {self.game} {self.learner} {self.reading} {k} {decay}"
         return int(digest(point.encode())[:16], 16)
 
@@ -164,7 +163,7 @@ class Curve(Frozen):
 
 
 def _summary(played: Runs, game: Game) -> dict[str, Any]:
-    """What the runs of one point came to; a run that diverged never succeeded."""
+    """Columns that sum up the runs of a point; a run that diverged counts as a failure."""
     runs = len(played.success)
     reached = float(played.success.mean())
     low, high = wilson(reached * runs, runs)

@@ -1,11 +1,11 @@
-"""Which curves make up section 5 of the paper, its peers, and the sensitivity to how it is read.
+"""The curves of section 5 of the paper, of its peers, and of other readings of its text.
 
-The paper's conditions: Boltzmann selection by T = 16 * decay**t in the matrix games and decay**t in the
-grid world, learning rate 0.1, influence rate 0.05 (penalty) and 0.1. What it leaves open is read as
-printed where anything is printed; where not, as is usual: discount 0 in a matrix game (nothing follows),
-discount 1 in the grid world ("alpha = 1, lambda = 0.1", where lambda is the learning rate elsewhere),
-temperature by steps, beliefs and occurrence over the whole life. Peers have the same budget, and the
-settings of their publications unless their reading says otherwise.
+The paper's conditions: Boltzmann selection by T = 16 * decay**t in the matrix games and decay**t in the grid
+world, learning rate 0.1, influence rate 0.05 (penalty) and 0.1. The printed reading is used wherever
+something is printed. Elsewhere the usual reading is used: discount 0 in a matrix game (nothing follows),
+discount 1 in the grid world ("alpha = 1, lambda = 0.1"; elsewhere lambda is the learning rate), temperature
+by steps, beliefs and occurrence over the whole life. Peers have the same budget, and the settings of their
+publications unless their reading says otherwise.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ from pipeline.studies.paradigms.rules.jaq import JAQ
 from pipeline.studies.paradigms.rules.lenient import Lenient
 from pipeline.studies.paradigms.rules.wolf_phc import WoLFPHC
 
-Figure = Literal[4, 5, 6]
+FigureNumber = Literal[4, 5, 6]
 
-#: The paper's learners, then their peers.
+#: Names of the paper's learners, then of their peers.
 LEARNERS = ("IQ", "IL-A", "IL-B", "JAQ", "IVQ", "hysteretic", "distributed", "lenient", "FMQ", "WoLF-PHC")
 
-#: Trainings a point as printed.
-PRINTED_RUNS: dict[Figure, int] = {4: PAPER_RUNS, 5: PAPER_RUNS, 6: 3}
+#: Runs of each point, as printed.
+PRINTED_RUNS: dict[FigureNumber, int] = {4: PAPER_RUNS, 5: PAPER_RUNS, 6: 3}
 
-#: Runs of every reading of the sensitivity table, and of the confirmation of the best of them.
+#: Runs of each reading in the sensitivity table, and in the confirmation of the best.
 SENSITIVITY_RUNS = 200
 CONFIRMATION_RUNS = 4_000
 
-#: The confirmation's runs are of a seed that chose nothing.
+#: Offset of the confirmation's seed: its runs had no part in the choice of the best.
 FRESH = 1_000
 
 PENALTIES = (0.0, -1.0, -2.0, -5.0, -10.0, -20.0, -30.0, -50.0, -100.0)
@@ -52,49 +52,51 @@ STOCHASTIC: tuple[Literal["partially stochastic climbing", "fully stochastic cli
     "partially stochastic climbing", "fully stochastic climbing"
 )
 STOCHASTIC_DECAYS = (0.998, 0.999, 0.9997)
-QUICK_DECAYS: dict[Figure, tuple[float, ...]] = {4: (0.998,), 5: (0.99, 0.998, 0.9997), 6: (0.99, 0.995)}
+QUICK_DECAYS: dict[FigureNumber, tuple[float, ...]] = {
+    4: (0.998,), 5: (0.99, 0.998, 0.9997), 6: (0.99, 0.995)}
 GRID_PENALTIES = tuple(float(k) for k in range(16))
 GRID_DECAYS = (0.99, 0.995, 0.999, 0.9999)
 GRID: dict[str, Any] = {"temperature": 1.0, "tests": 1_000, "test_steps": 100}
 
-#: Published steps are a hundred times smaller and get nowhere in these budgets; chosen on other seeds.
+#: Published steps are a hundred times smaller and learn nothing in this budget; these were chosen on other
+#: seeds.
 FAST_WOLF = WoLFPHC(winning=0.1, losing=0.4)
 
-#: The readings of Figure 5 that come nearest to the paper's 0.7, chosen after the fact: the best that
-#: leaves IQ and JAQ low, and the best of all (see the sensitivity table).
+#: The readings of Figure 5 that come nearest to the paper's 0.7: the best that leaves IQ and JAQ low, and the
+#: best of all. They were chosen after the fact (see the sensitivity table).
 TUNED = "outside the bracket, discount 0.9"
 BEST = "learning rate 1, discount 0.9"
 
 
 class Design(Frozen):
-    """What of the study is played.
+    """Parts of the study that are played.
 
     Attributes:
-        figures: of the paper; 6 stands for Figures 6 and 7.
-        runs: independent trainings a point; None: as many as the paper, 100 and in the grid world 3.
-        quick: whether only a few points of the curves in the paper's own games are played.
-        sensitivity: whether the readings are played, too, and the best of them confirmed.
-        seed: of the runs.
+        figures: figures of the paper; 6 stands for Figures 6 and 7.
+        runs: independent trainings of each point; None: as many as the paper, 100 and in the grid world 3.
+        quick: play a few points of the curves in the paper's own games only.
+        sensitivity: play all readings, too, and confirm the best.
+        seed: seed of the runs.
     """
 
-    figures: tuple[Figure, ...] = (4, 5, 6)
+    figures: tuple[FigureNumber, ...] = (4, 5, 6)
     runs: int | None = Field(default=None, ge=1)
     quick: bool = False
     sensitivity: bool = False
     seed: int = Field(default=0, ge=0)
 
-    def runs_of(self, figure: Figure) -> int:
-        """How many runs a point of a figure's curves has."""
+    def runs_of(self, figure: FigureNumber) -> int:
+        """Runs of each point of a figure's curves."""
         return self.runs or PRINTED_RUNS[figure]
 
 
-class Sheet(Frozen):
-    """Curves that are played and kept together.
+class Sweep(Frozen):
+    """Curves that are played and stored together.
 
     Attributes:
-        name: of the output.
-        curves: at least one.
-        runs, seed: of every point.
+        name: name of the output.
+        curves: curves, at least one.
+        runs, seed: runs of each point, and their seed.
     """
 
     name: str
@@ -103,9 +105,9 @@ class Sheet(Frozen):
     seed: int
 
 
-def sheets(design: Design) -> list[Sheet]:
-    """All sheets of a design; one a study, figure, game and learner."""
-    found: list[Sheet] = []
+def sweeps(design: Design) -> list[Sweep]:
+    """All sweeps of a design: one for each study, figure, game and learner."""
+    found: list[Sweep] = []
     for figure in design.figures:
         curves = list(FIGURES[figure]())
         if design.quick:
@@ -120,30 +122,30 @@ def sheets(design: Design) -> list[Sheet]:
     return found
 
 
-def _gathered(curves: Sequence[Curve], runs: int, seed: int, suffix: str = "") -> Iterator[Sheet]:
+def _gathered(curves: Sequence[Curve], runs: int, seed: int, suffix: str = "") -> Iterator[Sweep]:
     groups: dict[str, list[Curve]] = {}
     for curve in curves:
         words = (curve.study, str(curve.figure), *curve.game.split(), curve.learner.lower())
         groups.setdefault("-".join(words), []).append(curve)
     for name, members in groups.items():
-        yield Sheet(name=f"{name}-r{runs}-s{seed}{suffix}", curves=tuple(members), runs=runs, seed=seed)
+        yield Sweep(name=f"{name}-r{runs}-s{seed}{suffix}", curves=tuple(members), runs=runs, seed=seed)
 
 
 def _thinned(curve: Curve) -> Curve:
-    """A few points of a curve, and few tests: enough to see that it works, and roughly what it says."""
+    """Curve with few points and few tests: enough for a rough look."""
     ks = curve.ks and (curve.ks[0], curve.ks[len(curve.ks) // 2], curve.ks[-1])
     decays = tuple(decay for decay in curve.decays if decay in QUICK_DECAYS[curve.figure])
     return curve.model_copy(update={"ks": ks, "decays": decays, "tests": min(curve.tests, 20)})
 
 
 def _penalty() -> Iterator[Curve]:
-    """Figure 4."""
+    """Curves of Figure 4."""
     common: dict[str, Any] = {"figure": 4, "game": "penalty", "ks": PENALTIES, "decays": PENALTY_DECAYS}
     return _matrix(common, influence=0.05)
 
 
 def _climbing() -> Iterator[Curve]:
-    """Figure 5, and beyond it the stochastic variants."""
+    """Curves of Figure 5, and of the stochastic variants, which the paper does not have."""
     common: dict[str, Any] = {"figure": 5, "game": "climbing", "decays": CLIMBING_DECAYS}
     yield from _matrix(common, influence=0.1)
     yield from _alike(BEST, {"step_size": 1.0, "discount": 0.9}, 0.1, common)
@@ -154,7 +156,7 @@ def _climbing() -> Iterator[Curve]:
 def _alike(
     reading: str, rates: dict[str, float], influence: float, common: dict[str, Any]
 ) -> Iterator[Curve]:
-    """The paper's learners with the same rates."""
+    """Curves of the paper's learners with the same rates."""
     yield Curve(learner="IQ", reading=reading, rule=IQ.model_validate(rates), **common)
     yield Curve(learner="JAQ", reading=reading, rule=JAQ.model_validate(rates), **common)
     rule = IVQ.model_validate(rates | {"influence": influence})
@@ -162,11 +164,11 @@ def _alike(
 
 
 def _matrix(common: dict[str, Any], influence: float) -> Iterator[Curve]:
-    """The paper's learners and their peers in a matrix game.
+    """Curves of the paper's learners and their peers in a matrix game.
 
     Args:
         common: the other fields of every curve.
-        influence: beta.
+        influence: beta of equation 4.
     """
     yield Curve(learner="IQ", reading=PRINTED, rule=IQ(), **common)
     yield Curve(learner="IQ", reading="discount 0.9", rule=IQ(discount=0.9), **common)
@@ -188,7 +190,7 @@ def _matrix(common: dict[str, Any], influence: float) -> Iterator[Curve]:
 
 
 def _lenient(common: dict[str, Any], discount: float = 0.0) -> Iterator[Curve]:
-    """Lenient learners that are so for as long as they explore: cooled by the decay of the temperature."""
+    """Curves of lenient learners that cool by the decay of the temperature: leniency outlasts exploring."""
     reading = f"{f'discount {discount:g}, ' if discount else ''}cooling as the temperature"
     for decay in common["decays"]:
         yield Curve(learner="lenient", reading=reading, rule=Lenient(discount=discount, cooling=decay),
@@ -196,7 +198,7 @@ def _lenient(common: dict[str, Any], discount: float = 0.0) -> Iterator[Curve]:
 
 
 def _grid() -> Iterator[Curve]:
-    """Figures 6 and 7."""
+    """Curves of Figures 6 and 7."""
     common: dict[str, Any] = {
         "figure": 6, "game": "grid", "ks": GRID_PENALTIES, "decays": GRID_DECAYS, **GRID
     }
@@ -218,8 +220,8 @@ def _grid() -> Iterator[Curve]:
                 exploration=Exploration(selection="mixed", start=1.0, end=0.01))
 
 
-def _tried(figure: Figure) -> Iterator[Curve]:
-    """The sensitivity table of a figure, at one point that tells readings apart."""
+def _tried(figure: FigureNumber) -> Iterator[Curve]:
+    """Curves of a figure's sensitivity table, at one point that tells readings apart."""
     match figure:
         case 4:
             yield from matrix_readings(
@@ -232,8 +234,8 @@ def _tried(figure: Figure) -> Iterator[Curve]:
                 study="sensitivity", figure=6, game="grid", ks=(10.0,), decays=(0.99, 0.9999), **GRID)
 
 
-def _confirmed(figure: Figure) -> Iterator[Curve]:
-    """Figure 5 at the paper's best decay."""
+def _confirmed(figure: FigureNumber) -> Iterator[Curve]:
+    """Curves of Figure 5 at the paper's best decay."""
     if figure == 5:
         for curve in _climbing():
             if curve.game == "climbing" and PEAK.decay in curve.decays:

@@ -1,4 +1,4 @@
-"""The sensitivity table: what each thing is worth that the paper leaves open."""
+"""The sensitivity table: curves for every reading of what the paper leaves open."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from pipeline.studies.paradigms.rules.iq import IQ
 from pipeline.studies.paradigms.rules.ivq import IVQ
 from pipeline.studies.paradigms.rules.jaq import JAQ
 
-#: Learning rates and discounts. The paper gives "lambda = 0.1" for matrix games, and "alpha = 1, lambda =
-#: 0.1" for the grid world, without saying which is which.
+#: Learning rates and discounts. The paper gives "lambda = 0.1" for matrix games and "alpha = 1, lambda = 0.1"
+#: for the grid world. It does not say which is which.
 RATES = (0.1, 1.0)
 DISCOUNTS = (0.0, 0.1, 0.5, 0.8, 0.9, 0.92, 0.95)
 
 
 def matrix_readings(influence: float, **common: Any) -> Iterator[Curve]:
-    """Every combination of what is open in a matrix game, and other ends of training.
+    """Curves of a matrix game for every combination of open settings, and for other ends of training.
 
-    A reading is named by what is not as printed.
+    A reading's name lists what is not as printed.
 
     Args:
-        influence: beta.
+        influence: beta of equation 4.
         common: the other fields of every curve.
     """
     for rate, discount in product(RATES, DISCOUNTS):
@@ -47,7 +47,7 @@ def matrix_readings(influence: float, **common: Any) -> Iterator[Curve]:
 
 
 def _influences(rate: float) -> Iterator[tuple[tuple[str | bool, ...], dict[str, Any]]]:
-    """All readings of equations 4 to 7: what is not as printed, in words, and as settings."""
+    """All readings of equations 4 to 7: changes from the print in words, and the settings."""
     brackets = ("inside", "outside") if rate < 1 else ("inside",)  # at rate 1 they are the same
     for bracket, opinion, present, recency, order in product(
         brackets, (1.0, None), (True, False), (0.0, 0.1), ("simultaneous", "in turn")
@@ -65,12 +65,12 @@ def _named(*changes: str | bool) -> str:
     return ", ".join(change for change in changes if isinstance(change, str)) or PRINTED
 
 
-def telling(points: pl.DataFrame, best: int = 3) -> pl.DataFrame:
-    """The readings that a picture has room for: changed in one thing from the print, and the best.
+def informative(points: pl.DataFrame, best: int = 3) -> pl.DataFrame:
+    """Points of the readings that a picture has room for: one change from the print, and the best.
 
     Args:
-        points: schema Paradigms; those of other studies than sensitivity are left out.
-        best: how many of each learner, figure and decay.
+        points: schema Paradigms; those of the study ``sensitivity`` are looked at.
+        best: number of best readings for each learner, figure and decay.
     """
     tried = points.filter(pl.col("study") == "sensitivity")
     ranked = pl.col("p_optimal").rank("ordinal", descending=True).over("figure", "learner", "decay")
@@ -78,7 +78,7 @@ def telling(points: pl.DataFrame, best: int = 3) -> pl.DataFrame:
 
 
 def grid_readings(**common: Any) -> Iterator[Curve]:
-    """The grid world with one reading changed at a time.
+    """Curves of the grid world with one reading changed at a time.
 
     Args:
         common: the other fields of every curve.
@@ -94,7 +94,7 @@ def grid_readings(**common: Any) -> Iterator[Curve]:
 
 
 def _grid_changes(kind: type) -> Iterator[tuple[str, dict[str, Any], dict[str, Any]]]:
-    """A reading in words, as settings of the rule, and as fields of the curve."""
+    """Readings: words, settings of the rule, fields of the curve."""
     yield PRINTED, {}, {}
     yield "learning rate 1; discount 0.1", {"step_size": 1.0, "discount": 0.1}, {}
     yield "learning rate 1; discount 0.9", {"step_size": 1.0, "discount": 0.9}, {}

@@ -28,7 +28,7 @@ from pipeline.studies.paradigms.rules.memory import (
     memory_of,
 )
 from pipeline.studies.paradigms.rules.rules import RULES, adapt, error, number_of, values
-from pipeline.studies.paradigms.rules.selection import Selection, sample, select
+from pipeline.studies.paradigms.rules.selection import ActionSelection, sample, select
 
 #: A run with an error of at least this has diverged, in the unit of the rewards, which are below 1,000.
 DIVERGED = 1e9
@@ -49,7 +49,7 @@ class Training:
     """
 
     temperatures: F64
-    selection: Selection = Selection.BOLTZMANN
+    selection: ActionSelection = ActionSelection.BOLTZMANN
     tick: Literal["step", "episode"] = "step"
     episode_steps: int = 1_000_000
 

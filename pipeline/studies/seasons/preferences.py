@@ -1,4 +1,4 @@
-"""What apprentices prefer to do."""
+"""Preferred behaviours of apprentices."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ _DOES: dict[str, pl.DataType] = {
 
 
 def preferred(policy: pl.DataFrame, lcb_weight: float) -> pl.DataFrame:
-    """What a robot does by a policy that looks at nothing but its role, unless it tries something.
+    """Preferred behaviour of each role by a policy whose key has no state but the role.
 
     Args:
         policy: rows of schema Policies, of one version.
-        lcb_weight: of the team that plays it, ``TeamSettings.lcb_weight``.
+        lcb_weight: ``TeamSettings.lcb_weight`` of the team that plays it.
 
     Returns:
-        A row a role, in order of the roles: role, does (codes and names of the behaviour), worth (goals,
-        discounted) and evidence (episodes, at most one over the step size). None if the policy has a state
-        that says more than the role.
+        One row for each role, in their order: role, does (codes and names of the behaviour), worth (goals,
+        discounted) and evidence (episodes, at most 1 / step size). No row if the policy's key has more
+        states.
     """
     if set(policy["key"].unique()) != {"role0"}:
         return pl.DataFrame(schema=_DOES)
@@ -46,13 +46,14 @@ def empty_preferences() -> pl.DataFrame:
 
 
 def side_by_side(preferences: pl.DataFrame) -> pl.DataFrame:
-    """What each apprentice does, all roles in a row.
+    """Preferred behaviours of each apprentice in one row.
 
     Args:
         preferences: settings, opponent, season, and the columns of :func:`preferred`.
 
     Returns:
-        Columns settings, opponent, season, and one a role: what it does, and in brackets its worth; sorted.
+        Columns settings, opponent, season, and one for each role: the behaviour, its value in brackets;
+        sorted.
     """
     said = preferences.with_columns(pl.format("{} ({})", "does", pl.col("worth").round(2)))
     return said.select(*_WHOSE, *(

@@ -1,4 +1,4 @@
-"""What a season is: how many games, against whom, and how the apprentice learns from them."""
+"""Settings of a season: its games, its opponents, and how the apprentice learns."""
 
 from __future__ import annotations
 
@@ -12,32 +12,32 @@ from pipeline.errors import NotFound
 from pipeline.settings import Frozen, Settings, fitted, none_twice, over, tables
 from schemas.seasons import Opponent
 
-#: Each game's matches have seeds of their own, so many to a season.
+#: Seeds reserved for the matches of one season, and of one game.
 _SEEDS_A_SEASON = 100_000
 _SEEDS_A_GAME = 100
 
 
 class SeasonSettings(MatchSettings):
-    """How a season is played and learned from (paper sections 4 and 6, Figure 2).
+    """Settings of a season (paper, sections 4 and 6, Figure 2).
 
-    Its matches are those of ``MatchSettings``: three a side on a VSSS pitch, if nothing is said; the
-    paper's games take about eight minutes.
+    Its matches have ``MatchSettings``: by default three a side on a VSSS pitch. The paper's games take about
+    eight minutes.
 
     Attributes:
-        games: of a season; the paper plays 35.
-        opponents: who is played against, each in seasons of its own, if nobody is named.
+        games: number of games; the paper plays 35.
+        opponents: opponents if the command names none, each in seasons of its own.
         lead: goals that the apprentice is ahead by at the start of a game.
-        lead_from: first game at which it is; before, games start 0 : 0. The paper changes the score
-            against its static opponent at game 11.
-        lead_against: opponents against which it is.
-        practice: further matches a game that are learned from as well but not counted in the tables.
-        explore: chance that a robot takes any behaviour that it knows for a state instead of the best, at
-            the first game.
-        explore_last: the same at the last game; in between it changes evenly. Practice matches explore as
-            much, the counted one does as ``explore_counted`` says.
+        lead_from: first game with this lead; earlier games start 0 : 0. The paper changes the score against
+            its static opponent at game 11.
+        lead_against: opponents against which the apprentice has the lead.
+        practice: further matches beside each game, for learning only; the tables do not count them.
+        explore: probability in the first game that a robot takes any behaviour that it knows for a state
+            instead of the best.
+        explore_last: the same in the last game; between them it changes linearly. Practice matches explore as
+            much; see ``explore_counted`` for the game itself.
         posterior_std: of the apprentice, see ``TeamSettings``: it draws values at each restart.
         lcb_weight: of the apprentice, likewise, in the counted match of a game.
-        explore_counted: whether the counted match of a game explores, or draws values, too.
+        explore_counted: the counted match of a game explores, too, and draws values.
         min_visits: visits that a state needs at least to be looked up by a finer key.
         pipeline: settings of all stages.
     """
@@ -59,13 +59,13 @@ class SeasonSettings(MatchSettings):
 
 
 class Season(Frozen):
-    """One season: whose settings, against whom, by which chances.
+    """One season: settings, opponent and seed.
 
     Attributes:
-        name: of the settings.
-        opponent: of all its games.
-        seed: decides all that is left to chance.
-        settings: how it is played.
+        name: name of the settings.
+        opponent: opponent in all its games.
+        seed: seed of everything random.
+        settings: settings of the season.
     """
 
     name: str
@@ -75,18 +75,18 @@ class Season(Frozen):
 
     @property
     def id(self) -> str:
-        """Settings, opponent and seed."""
+        """Name of the season: settings, opponent and seed."""
         return f"{self.name}-{self.opponent}-{self.seed}"
 
     @property
     def grows(self) -> bool:
-        """Whether more games can be added: not if exploration changes up to the last."""
+        """True if more games can be added: exploration is the same in all games."""
         return self.settings.explore == self.settings.explore_last
 
     def of_each_game(self) -> dict[str, Any]:
-        """All that decides what is played in a game and learned from it, JSON-able.
+        """Settings that determine the matches of a game and what is learned from them, for JSON.
 
-        Against whom other seasons are played does not, nor how many games follow, if the season grows.
+        Opponents of other seasons are left out, and the number of games if the season can grow.
         """
         said = self.model_dump(mode="json")
         del said["settings"]["opponents"]
@@ -95,16 +95,16 @@ class Season(Frozen):
         return said
 
     def lead(self, game: int) -> int:
-        """Goals that the apprentice is ahead by when a game starts (games count from 1)."""
+        """Goals that the apprentice is ahead by at the start of a game (the first is 1)."""
         own = self.settings
         return own.lead if self.opponent in own.lead_against and game >= own.lead_from else 0
 
     def recipes(self, game: int, policy: str | None) -> list[Recipe]:
-        """The matches of a game, the counted one first; the apprentice is home.
+        """Matches of a game, the counted one first; the apprentice is home.
 
         Args:
-            game: from 1.
-            policy: label of the policy that the apprentice plays, None for none.
+            game: number of the game, from 1.
+            policy: label of the apprentice's policy; None if it has none.
         """
         own = self.settings
         along = (game - 1) / max(own.games - 1, 1)
@@ -126,13 +126,13 @@ class Season(Frozen):
 
 
 def names() -> list[str]:
-    """The settings that come along."""
+    """Names of the settings in the package."""
     folder = files("pipeline.studies.seasons").joinpath("named")
     return sorted(path.name.removesuffix(".toml") for path in folder.iterdir() if path.name.endswith(".toml"))
 
 
 def named(name: str) -> SeasonSettings:
-    """Settings that come along.
+    """Settings in the package, by name.
 
     Raises:
         NotFound: if there are none of this name.
@@ -141,11 +141,11 @@ def named(name: str) -> SeasonSettings:
 
 
 def parse(data: bytes | str, where: str) -> SeasonSettings:
-    """Settings from TOML; ``base`` names settings that come along, of which the file says what differs.
+    """Settings from TOML; ``base`` names settings in the package from which the file differs.
 
     Raises:
-        BadSettings: if it is not TOML, or has a key or value that does not fit.
-        NotFound: if there are no settings of the name of ``base``.
+        BadSettings: if it is not TOML, or a key or value does not fit.
+        NotFound: if there are no settings of the name ``base``.
     """
     return fitted(
         SeasonSettings, _unfolded(tables(data, where)), where, "See pipeline/studies/seasons/settings.py")

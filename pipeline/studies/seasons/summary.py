@@ -1,4 +1,4 @@
-"""Seasons in few numbers: curves over the games, Table 3 beside the paper's, settings beside each other."""
+"""Summaries of seasons: curves over the games, Table 3 beside the paper's, settings beside each other."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from pipeline.studies.seasons.measures import (
 from pipeline.studies.statistics import Estimate, welch
 from schemas import Evaluations, Growth
 
-#: Settings are compared over so many last games of a season.
+#: Last games of a season over which settings are compared.
 LAST = 10
 
 _SIDES = ("settings", "opponent")
@@ -46,15 +46,14 @@ def curves(
 
     Args:
         table: schema Games or Growth.
-        values: name to what is read off a row; it may look at the season's earlier games, which come
-            before it.
-        by: columns that rows are told apart by besides the game (the role of schema Growth).
-        poolings: how numbers of seasons become one, by name; of those that are not named as means.
+        values: expression for a row, by name; it may look at the season's earlier games, which stand above.
+        by: columns that identify a row besides the game (the role of schema Growth).
+        poolings: pooling of the seasons' numbers, by name (default: mean).
 
     Returns:
         Columns what (a name of ``values``), settings, opponent, those of ``by``, game, seasons, mean, low
-        and high (Student's 95 % interval; null below two seasons), sorted in this order but ``what``,
-        which keeps that of ``values``.
+        and high (Student's 95 % interval; null below two seasons), sorted in this order. The column ``what``
+        keeps the order of ``values``.
     """
     key = [*_SIDES, *by, "game"]
     kept = table.join(distinct(table), on=[*_SIDES, "seed", "season"], how="semi").sort("season", *by, "game")
@@ -75,13 +74,12 @@ def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
 
     Args:
         games: schema Games.
-        settings: name of those whose seasons are ours.
+        settings: name of the settings of our seasons.
 
     Returns:
-        A row a game of the paper or of ours and opponent: opponent, game, seasons, total, random, other,
-        pct, low, high (ours: means over the seasons, the interval of pct; null where there are none) and
-        paper_total, paper_random, paper_other, paper_pct as printed (null after game 35), by opponent and
-        game.
+        One row for each opponent and game, sorted. Ours: opponent, game, seasons, total, random, other, pct
+        (means over the seasons), low, high (interval of pct); null if there are no seasons. The paper's:
+        paper_total, paper_random, paper_other, paper_pct as printed; null after game 35.
     """
     mine = games.filter(pl.col("settings") == settings)
     ours = curves(mine, {
@@ -108,15 +106,15 @@ def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
 
 
 def compared(games: pl.DataFrame) -> pl.DataFrame:
-    """Settings beside each other: the last ten games of their seasons.
+    """Settings beside each other: the last ten games of their seasons, or all if there are fewer.
 
     Args:
         games: schema Games.
 
     Returns:
-        A row a settings and opponent that was played: settings, opponent, seasons, games (the shortest
-        season's), and the means over the seasons with 95 % intervals of difference (goals a game), other
-        (%), won and lost (shares of games). Of a season with fewer than ten games all are taken.
+        One row for each settings and opponent: settings, opponent, seasons, games (of the shortest season),
+        and means over the seasons with 95 % intervals: difference (goals a game), other (%), won and lost
+        (shares of games).
     """
     rows = []
     for (settings, opponent), seasons in _seasons(games).items():
@@ -133,20 +131,20 @@ def compared(games: pl.DataFrame) -> pl.DataFrame:
 
 
 def ablated(games: pl.DataFrame, bases: Sequence[str]) -> pl.DataFrame:
-    """What each ablation changes: the last ten games of its seasons less those of what it varies.
+    """Effect of each ablation: the last ten games of its seasons minus those of its base.
 
-    The interval is Welch's: seasons of the same seed share no more than their first game's chances, so
-    that pairing them would give away half of the degrees of freedom for next to nothing.
+    The interval is Welch's. Seasons of the same seed share the chances of their first game and no more, so
+    pairs of them would give away half of the degrees of freedom for almost nothing.
 
     Args:
         games: schema Games.
-        bases: names of settings; their ablations are called ``BASE-…``.
+        bases: names of settings; the names of their ablations are ``BASE-…``.
 
     Returns:
-        A row an ablation and opponent that both were played against, by base, settings, opponent: settings,
-        base, opponent, seasons and seasons_base (how many), first and last game that is looked at (the
-        last ten that all of these seasons have), and with 95 % intervals difference (goals a game) and
-        other (%), the ablation's less the base's.
+        One row for each ablation and opponent that its base has played, too, by base, settings, opponent:
+        settings, base, opponent, seasons and seasons_base (counts), first and last (the last ten games that
+        all these seasons have), and with 95 % intervals difference (goals a game) and other (%), the
+        ablation's minus the base's.
     """
     found = _seasons(games)
     rows: list[dict[str, object]] = []
@@ -173,16 +171,16 @@ def ablated(games: pl.DataFrame, bases: Sequence[str]) -> pl.DataFrame:
 
 
 def measured(games: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
-    """The apprentices, measured by evaluations after the last game of their season.
+    """Evaluations of the apprentices after the last game of their season.
 
     Args:
         games: schema Games.
-        evaluations: schema Evaluations, of teams that are called by the id of their season.
+        evaluations: schema Evaluations; a team's name is the id of its season.
 
     Returns:
-        A row a settings, opponent and length of seasons, and opponent of the evaluation: settings,
-        opponent, games, against, seasons, matches (of all seasons), and the means over the seasons with
-        95 % intervals of difference (goals a match), other (%), won and lost (shares of matches).
+        One row for each settings, opponent and length of seasons, and opponent of the evaluation: settings,
+        opponent, games, against, seasons, matches (of all seasons), and means over the seasons with 95 %
+        intervals: difference (goals a match), other (%), won and lost (shares of matches).
     """
     rows: list[dict[str, object]] = []
     for (settings, opponent), seasons in seasons_of(games, Growth.empty(), evaluations).items():
@@ -212,25 +210,25 @@ def _seasons(games: pl.DataFrame) -> dict[tuple[str, str], list[SeasonTables]]:
 
 
 def _games(season: SeasonTables) -> int:
-    """How many games a season has."""
+    """Number of games of a season."""
     return int(season.games["game"][-1])
 
 
 def _last(value: pl.Expr, last: int) -> Measure:
-    """The mean of a value over the ten games up to ``last``, or over fewer if there are not ten."""
+    """Measure: the mean of a value over the ten games up to ``last``, or over all if there are fewer."""
     return mean(value, max(1, last - LAST + 1), last)
 
 
 def attributed(games: pl.DataFrame) -> pl.DataFrame:
-    """Who made the goals: means a game over the seasons.
+    """Goals a game by kind, means over the seasons.
 
     Args:
         games: schema Games.
 
     Returns:
-        A row a settings and opponent: settings, opponent, seasons, and goals a game of the apprentice by
-        direct and indirect action, by error of the opponent and of unknown kind; then those of the
-        opponent (``_against``).
+        One row for each settings and opponent: settings, opponent, seasons, and the apprentice's goals a
+        game: all, by direct action, by indirect action, by error of the opponent, of unknown kind; then the
+        same of the opponent (``_against``).
     """
     kept = games.join(distinct(games), on=[*_SIDES, "seed", "season"], how="semi")
     sums = {f"unknown{side}": pl.col("goals_against" if side else "goals_for") - pl.sum_horizontal(
@@ -242,10 +240,10 @@ def attributed(games: pl.DataFrame) -> pl.DataFrame:
 
 
 def played(games: pl.DataFrame) -> pl.DataFrame:
-    """What was played: a row a settings and opponent.
+    """Overview of the seasons, one row for each settings and opponent.
 
     Returns:
-        Columns settings, opponent, seasons, seeds (as text), games, leads (goals the apprentice started
+        Columns settings, opponent, seasons, seeds (as text), games, lead (goals that the apprentice started
         ahead by, as ``0; from game 11: 5``), minutes a game, situations a game, and the newest versions of
         knowledge and policy at the seasons' ends (least to greatest).
     """
@@ -268,7 +266,7 @@ def played(games: pl.DataFrame) -> pl.DataFrame:
 
 
 def _leads(games: pl.DataFrame) -> str:
-    """The lead of the games, as it changes from game to game in the longest season."""
+    """Lead of the games in words, as it changes in the longest season."""
     longest = games.sort("game", descending=True)["season"][0]
     season = games.filter(pl.col("season") == longest).sort("game")
     changes = season.filter(pl.col("lead").ne_missing(pl.col("lead").shift(1))).select("game", "lead")
@@ -277,7 +275,7 @@ def _leads(games: pl.DataFrame) -> str:
 
 
 def _span(values: pl.Series) -> str:
-    """``35``, or ``20 to 35``; a dash where there is none."""
+    """Range of values in words: ``35``, or ``20 to 35``; a dash if there is none."""
     known = sorted(set(values.drop_nulls().to_list()))
     if not known:
         return "–"
@@ -285,7 +283,7 @@ def _span(values: pl.Series) -> str:
 
 
 def _ends(estimate: Estimate, *names: str) -> dict[str, float | None]:
-    """An estimate as columns, null where it is not defined; named value, low and high."""
+    """Columns of an estimate, named for value, low and high; None if it is not defined."""
     return {name: None if math.isnan(end) else end for name, end in zip(names, estimate, strict=True)}
 
 

@@ -1,9 +1,9 @@
 """The paper's Table 3: decisions of its two apprentices in 35 games each.
 
 Source: Barrios-Aranibar, Gonçalves and Alsina, *Learning by Experience and by Imitation in Multi-Robot
-Systems* (2008), Table 3; the numbers in ``table3.csv`` are as printed. Of Yamamoto's game 10 it prints
-5,230 actions of which 5,239 are random: one of the two is a slip. The others are 0 and 0.00 %, so the
-game is read as one without other actions, of 5,230.
+Systems* (2008), Table 3; the numbers in ``table3.csv`` are as printed. For Yamamoto's game 10 it prints 5,230
+actions, 5,239 of them random: one of the two is a slip. It also prints 0 other actions and 0.00 %, so the
+game is read as 5,230 actions, all random.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from importlib import resources
 
 import polars as pl
 
-#: Column names begin with; our opponent that stands for it.
+#: Our opponent for each group of columns; the columns' names begin with the key.
 COLUMNS = {"humans": "human-like", "static": "static"}
 
-#: The game from which on the paper's static column starts with the apprentice well ahead.
+#: First game of the paper's static column that starts with the apprentice far ahead.
 CHANGE = 11
 
-#: Games that the paper's apprentices played.
+#: Games of each of the paper's apprentices.
 GAMES = 35
 
 
@@ -36,16 +36,16 @@ def printed() -> pl.DataFrame:
 
 @cache
 def games(opponent: str) -> pl.DataFrame:
-    """One of the paper's columns with the names of schema Games.
+    """One of the paper's columns, with the column names of schema Games.
 
     Args:
-        opponent: ``human-like`` for the column of games against humans, or ``static``.
+        opponent: ``human-like`` (the column of games against humans) or ``static``.
 
     Returns:
-        Columns game, actions, random_actions, other_actions, 35 rows by game; random and other add up.
+        Columns game, actions, random_actions, other_actions, 35 rows by game; random plus other is actions.
 
     Raises:
-        KeyError: of another opponent the paper has no column.
+        KeyError: if the paper has no column of this opponent.
     """
     column = {kind: name for name, kind in COLUMNS.items()}[opponent]
     return printed().select(

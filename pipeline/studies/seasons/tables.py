@@ -17,15 +17,15 @@ APPRENTICE, OPPONENT = "home", "away"
 
 
 @dataclass(frozen=True, slots=True)
-class Game:
-    """Which game of which season.
+class GameId:
+    """Identity of a game: its season and its number.
 
     Attributes:
         season: id of the season.
-        settings: name of its settings.
-        opponent: static, human-like or random.
-        seed: of the season.
-        number: of the game, from 1.
+        settings: name of the season's settings.
+        opponent: opponent of the season.
+        seed: seed of the season.
+        number: number of the game, from 1.
     """
 
     season: str
@@ -35,7 +35,7 @@ class Game:
     number: int
 
     def columns(self) -> list[pl.Expr]:
-        """The columns that say so, as both tables begin."""
+        """Columns that identify the game; both tables begin with them."""
         return [
             pl.lit(self.season).alias("season"), pl.lit(self.settings).alias("settings"),
             pl.lit(self.opponent).alias("opponent"), pl.lit(self.seed).alias("seed"),
@@ -44,7 +44,7 @@ class Game:
 
 
 def game_row(
-    game: Game,
+    game: GameId,
     match: pl.DataFrame,
     decisions: pl.DataFrame,
     goals: pl.DataFrame,
@@ -56,19 +56,19 @@ def game_row(
     policy_version: int | None = None,
     knowledge_version: int | None = None,
 ) -> pl.DataFrame:
-    """What the apprentice did in one game.
+    """Row of the apprentice's game.
 
     Args:
-        game: which one.
+        game: identity of the game.
         match: schema Matches, the row of the game.
         decisions: schema Decisions, of the game; the apprentice's own are counted (:func:`own`).
-        goals: schema Goals, of the game; those before play (a lead) are not among them.
-        situations: how many were recognised, of all robots.
+        goals: schema Goals, of the game, without those of a lead.
+        situations: number of recognised situations, of all robots.
         lead: goals that the apprentice started ahead by.
-        key: the finest state key of the knowledge, by which ``decisions`` tell states here.
+        key: finest state key of the knowledge; states of ``decisions`` are by this key.
         known: schema Occasions, of the knowledge that it played with; None in its first game.
-        policy_version: that it played with, None where there was none.
-        knowledge_version: newest after the game, None where there is none.
+        policy_version: version of the policy that it played with; None if it had none.
+        knowledge_version: newest version after the game; None if there is none.
 
     Returns:
         One row of schema Games.
@@ -99,7 +99,7 @@ def game_row(
 
 
 def growth_rows(
-    game: Game,
+    game: GameId,
     decisions: pl.DataFrame,
     played: pl.DataFrame,
     occasions: pl.DataFrame,
@@ -107,15 +107,15 @@ def growth_rows(
     *,
     key: Key,
 ) -> pl.DataFrame:
-    """What each role knows after a game.
+    """Rows of what each role knows after a game.
 
     Args:
-        game: which one.
+        game: identity of the game.
         decisions: schema Decisions, of the game.
-        played: schema StatesPlayed, of the season up to this game, which it is with.
-        occasions: schema Occasions, of the newest version after the game (empty where there is none).
+        played: schema StatesPlayed, of the season's games up to and with this one.
+        occasions: schema Occasions, of the newest version after the game; empty if there is none.
         behaviours: schema Behaviours, of the same version.
-        key: the finest state key of ``occasions``, by which ``decisions`` tell states here.
+        key: finest state key of ``occasions``; states of ``decisions`` are by this key.
 
     Returns:
         Three rows of schema Growth, by role.
@@ -141,10 +141,10 @@ def growth_rows(
 
 
 def states_played(before: pl.DataFrame, decisions: pl.DataFrame) -> pl.DataFrame:
-    """The states that the apprentice has decided in.
+    """States in which the apprentice has decided.
 
     Args:
-        before: schema StatesPlayed, of the games before.
+        before: schema StatesPlayed, of the earlier games.
         decisions: schema Decisions, of the game.
 
     Returns:
@@ -155,17 +155,17 @@ def states_played(before: pl.DataFrame, decisions: pl.DataFrame) -> pl.DataFrame
 
 
 def own(decisions: pl.DataFrame) -> pl.DataFrame:
-    """The decisions that the apprentice made itself: of its team, chosen in play rather than observed."""
+    """Decisions that the apprentice made itself: of its team, and chosen in play, not observed."""
     return decisions.filter((pl.col("team") == APPRENTICE) & pl.col("chosen"))
 
 
 def _at_random() -> pl.Expr:
-    """Whether the behaviour is moves randomly: none, or that of the one code 194."""
+    """True if the behaviour is moves randomly: null, or the behaviour of code 194 alone."""
     return pl.col("behaviour_id").is_null() | (pl.col("behaviour_id") == moves_randomly())
 
 
 def _share_known(mine: pl.DataFrame, known: pl.DataFrame | None, key: Key) -> float:
-    """Share of decisions in states in which the knowledge has more than moves randomly."""
+    """Share of decisions in states for which the knowledge has more than moves randomly."""
     if known is None or not mine.height:
         return 0.0
     states = known.filter((pl.col("key") == key) & ~_at_random()).select("role", "state").unique()
@@ -173,7 +173,7 @@ def _share_known(mine: pl.DataFrame, known: pl.DataFrame | None, key: Key) -> fl
 
 
 def _scored(goals: pl.DataFrame) -> dict[str, int]:
-    """Goals and their kinds, by the columns of schema Games."""
+    """Goals by kind, with the names of schema Games."""
     counts: dict[str, int] = {}
     for team, suffix in ((APPRENTICE, ""), (OPPONENT, "_against")):
         made = goals.filter(pl.col("team") == team)

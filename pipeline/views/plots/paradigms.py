@@ -1,4 +1,4 @@
-"""Section 5 of the paper: Figures 4 to 7, and what each reading of the text is worth."""
+"""Plots of section 5 of the paper: Figures 4 to 7, and the sensitivity to readings of its text."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from matplotlib.transforms import ScaledTranslation
 from pipeline.errors import NotFound
 from pipeline.views.plots.style import COLOURS, Dashes, plain
 
-#: Colour and marker of a learner, the same in all figures. IQ's family is blue; WoLF-PHC's is Okabe and
-#: Ito's yellow, darkened to be seen on white. Markers tell all of them apart without colour.
+#: Colour and marker of each learner, the same in all figures. IQ's family is blue. WoLF-PHC's is Okabe and
+#: Ito's yellow, darkened for white paper. The markers alone tell all learners apart.
 _LEARNERS = {
     "IQ": ("#0072B2", "o"), "IL-A": ("#56B4E9", "^"), "IL-B": ("#0072B2", "v"),
     "JAQ": ("#009E73", "s"), "IVQ": ("#D55E00", "D"),
@@ -30,14 +30,14 @@ _LEARNERS = {
 _PAPERS = ("IQ", "IL-A", "IL-B", "JAQ", "IVQ")
 _STRANGERS = tuple((colour, marker) for marker in (">", "p", "d", "8") for colour in COLOURS)
 
-#: A learner's readings, in their order, by line; all but the first have hollow markers.
+#: Lines of a learner's readings, in their order; all but the first have hollow markers.
 _LINES: tuple[Dashes, ...] = ("solid", (0, (5, 2)), (0, (1.2, 1.2)), (0, (5, 2, 1.2, 2)))
 _THIN_LINES: tuple[Dashes, ...] = ((0, (3, 1.5)), (0, (1, 1.5)), (0, (3, 1.5, 1, 1.5)), (0, (8, 2)))
 
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """How a reading of a learner is drawn."""
+    """Look of a learner under one reading."""
 
     label: str
     colour: str
@@ -47,11 +47,11 @@ class _Look:
     prominent: bool
 
     def handle(self) -> Line2D:
-        """A line without points, for legends."""
+        """Line without points, for legends."""
         return Line2D([], [], label=self.label, **self.marks())
 
     def marks(self) -> dict[str, Any]:
-        """Keywords of lines and error bars."""
+        """Keywords for lines and error bars."""
         return {
             "color": self.colour, "marker": self.marker, "linestyle": self.line,
             "linewidth": 1.8 if self.prominent else 1.0,
@@ -61,12 +61,12 @@ class _Look:
         }
 
 
-#: Learner and reading to look.
+#: Look of each learner and reading.
 _Looks = dict[tuple[str, str], _Look]
 
 
 def _looks(points: pl.DataFrame) -> _Looks:
-    """A look for each learner and reading of a table, the paper's learners first."""
+    """Look of each learner and reading in a table, the paper's learners first."""
     pairs = sorted(points.select("learner", "reading").unique().iter_rows(), key=_place)
     strangers = [name for name in dict(pairs) if name not in _LEARNERS]
     looks: _Looks = {}
@@ -81,7 +81,7 @@ def _looks(points: pl.DataFrame) -> _Looks:
 
 
 def _place(pair: tuple[str, str]) -> tuple[int, str, bool, str]:
-    """The paper's learners in its order, then the others; the printed reading first."""
+    """Sort key: the paper's learners in its order, then the others; the printed reading first."""
     learner, reading = pair
     known = list(_LEARNERS)
     return known.index(learner) if learner in known else len(known), learner, reading != "printed", reading
@@ -89,12 +89,12 @@ def _place(pair: tuple[str, str]) -> tuple[int, str, bool, str]:
 
 @dataclass(frozen=True, slots=True)
 class _Figure:
-    """A figure of the paper as columns of schema Paradigms.
+    """A figure of the paper, in columns of schema Paradigms.
 
     Attributes:
-        game: what was played.
-        points: number of the figure that the points are filed under.
-        over: column of the horizontal axis; the other of k and decay makes the panels.
+        game: name of the game.
+        points: figure that the points are filed under.
+        over: column of the horizontal axis, k or decay; the other one makes the panels.
         of: column of the vertical axis.
         ends: columns of its interval.
         axes: titles of the axes.
@@ -118,10 +118,10 @@ _FIGURES = {
     7: _Figure("grid", 6, "k", *_PATH, ("penalty k", "steps to (3, 3), at best 4")),
 }
 
-#: Inches from the horizontal axis down to the legend, past labels of k or of decays.
+#: Inches from the horizontal axis down to the legend, below the labels of k or of decays.
 _BELOW = {"k": 0.5, "decay": 0.95}
 
-#: Steps of the best play in the grid world.
+#: Steps of the shortest path in the grid world.
 _SHORTEST = 4
 
 
@@ -131,17 +131,17 @@ def curves(
 ) -> Figure:
     """The paper's Figure 4, 5, 6 or 7: a curve for each learner and reading, with 95 % intervals.
 
-    The paper's learners are on the left, others on the right, thin and broken; over k there is a row of
-    panels for each decay. A learner keeps its colour and marker in all figures, a reading its line in
-    all figures drawn from the same table. Points are moved aside a little so that they do not hide each
-    other. Intervals of path lengths are cut off at the frame.
+    The paper's learners are on the left; the others are on the right, with thin broken lines. Figures over k
+    have a row of panels for each decay. A learner has the same colour and marker in all figures. A reading
+    has the same line in all figures of one table. Points are moved aside a little, so that none hides
+    another. Intervals of path lengths are cut off at the frame.
 
     Args:
         points: schema Paradigms; those of the study ``figure`` are drawn.
         figure: 4, 5, 6 or 7.
-        game: another game than the paper's, filed under this figure.
-        runs: draw the points of so many trainings; by default of the most there are.
-        paper: what the paper reports in Figure 5 (ignored elsewhere): decay, probability, its interval.
+        game: name of a game other than the paper's, filed under this figure.
+        runs: number of trainings of the points that are drawn (default: the greatest there is).
+        paper: the paper's point of Figure 5 (ignored elsewhere): decay, probability, its interval.
 
     Raises:
         NotFound: if there is no such point.
@@ -186,7 +186,7 @@ def curves(
 
 
 def _groups(looks: _Looks) -> dict[str, _Looks]:
-    """A column of panels each, by the title of its legend; none is empty."""
+    """Looks of each column of panels, by the title of its legend; no column is empty."""
     prominent = {pair: look for pair, look in looks.items() if look.prominent}
     others = {pair: look for pair, look in looks.items() if not look.prominent}
     return {title: group for title, group in
@@ -194,7 +194,7 @@ def _groups(looks: _Looks) -> dict[str, _Looks]:
 
 
 def _height(panels: int, groups: dict[str, _Looks]) -> float:
-    """Inches for so many rows of panels with the longest legend below."""
+    """Height of the figure, inches: rows of panels and the longest legend below."""
     lines = max(sum(1.2 + look.label.count("\n") for look in group.values()) for group in groups.values())
     return (1.5 if panels == 1 else 1.0) + 2.5 * max(panels, 1.5) + 0.16 * lines
 
@@ -204,12 +204,12 @@ def _is(pair: tuple[str, str]) -> pl.Expr:
 
 
 def _abscissa(values: pl.Series, over: str) -> list[float]:
-    """Where points are drawn: k as it is, a decay by the steps in which the temperature falls to 1/e."""
+    """Horizontal positions: k itself; for a decay the steps in which the temperature falls to 1/e."""
     return [1 / max(1 - x, 1e-9) if over == "decay" else x for x in values]
 
 
 def _draw_curves(axes: Axes, rows: pl.DataFrame, kind: _Figure, looks: _Looks, *, width: float) -> None:
-    """One panel, of about so many points of width, without its scales."""
+    """Draw one panel, about ``width`` points wide, without its scales."""
     step = _room(rows[kind.over], kind.over, width) / max(len(looks), 1)
     inches = axes.figure.dpi_scale_trans
     for place, (pair, look) in enumerate(looks.items()):
@@ -228,7 +228,7 @@ def _draw_curves(axes: Axes, rows: pl.DataFrame, kind: _Figure, looks: _Looks, *
 
 
 def _room(values: pl.Series, over: str, width: float) -> float:
-    """How much of the least distance between neighbours their markers may fill, in points of length."""
+    """Length that neighbours' markers may fill, in points: a share of the least distance between them."""
     x = _abscissa(values.drop_nulls().unique().sort(), over)
     if over == "decay":
         x = [math.log(each) for each in x]
@@ -238,7 +238,7 @@ def _room(values: pl.Series, over: str, width: float) -> float:
 
 
 def _draw_paper(axes: Axes, decay: float, p: float, low: float, high: float) -> ErrorbarContainer:
-    """The paper's own point, behind the others."""
+    """Draw the paper's own point, behind the others."""
     x = _abscissa(pl.Series([decay]), "decay")
     return axes.errorbar(x, [p], [[p - low], [high - p]], fmt="o", color="0.25", markerfacecolor="white",
                          markersize=11, capsize=6, linewidth=1.4, zorder=1.5,
@@ -246,7 +246,7 @@ def _draw_paper(axes: Axes, decay: float, p: float, low: float, high: float) -> 
 
 
 def _scale(axes: Axes, rows: pl.DataFrame, kind: _Figure) -> None:
-    """Limits and ticks, of all panels at once because they share them."""
+    """Set limits and ticks, which all panels share."""
     if kind.of == "p_optimal":
         axes.set_ylim(-0.03, 1.03)
         axes.yaxis.set_major_locator(FixedLocator([0, 0.2, 0.4, 0.6, 0.8, 1]))
@@ -275,11 +275,11 @@ def _scale(axes: Axes, rows: pl.DataFrame, kind: _Figure) -> None:
 
 
 def sensitivity(points: pl.DataFrame) -> Figure:
-    """What each reading of the text is worth: one row a reading, grouped by learner, a panel for each game.
+    """Sensitivity to readings of the text: one row for each reading, by learner, and a panel for each game.
 
     Args:
-        points: schema Paradigms; of the study ``sensitivity``. Points of one reading in one game that
-            differ in decay, k or runs share its row, and the legend tells them apart.
+        points: schema Paradigms; those of the study ``sensitivity`` are drawn. Points of one reading in one
+            game that differ in decay, k or runs share its row; the legend tells them apart.
 
     Raises:
         NotFound: if there is no such point.
@@ -315,7 +315,7 @@ def sensitivity(points: pl.DataFrame) -> Figure:
 def _draw_forest(
     axes: Axes, rows: pl.DataFrame, height: dict[tuple[str, str | None], float], *, written: bool
 ) -> None:
-    """One panel: an interval a point, by setting aside and in another colour."""
+    """Draw one panel: an interval for each point; settings differ in place and colour."""
     settings = rows.select("decay", "k", "runs").unique().sort("decay", "k", "runs", nulls_last=False).rows()
     for (_, reading), y in height.items():
         if reading is None:

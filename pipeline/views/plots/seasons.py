@@ -1,8 +1,8 @@
-"""Seasons, game by game: the paper's Table 3 and Figures 8 to 10, and what became of our own settings.
+"""Plots of seasons, game by game: the paper's Table 3 and Figures 8 to 10, and our own settings.
 
 Every table of curves has the columns what, settings, opponent, game, seasons, mean, low and high
-(``pipeline.studies.seasons.summary.curves``), those of Figures 8 and 9 role, too. A line is the mean over the
-seasons, its band the 95 % interval.
+(``pipeline.studies.seasons.summary.curves``); Figures 8 and 9 have role, too. A line is the mean over the
+seasons; its band is the 95 % interval.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from pipeline.errors import NotFound
 from pipeline.views.plots.style import COLOURS, Dashes, plain
 from schemas import ROLES
 
-#: Of settings that are varied, and of those that vary them.
+#: Colour and line of the settings that are varied, and of their ablations.
 _BASE: tuple[str, Dashes] = ("0.35", (0, (5, 2)))
 _VARIED: tuple[str, Dashes] = (COLOURS[0], "solid")
 
-#: Inches: a figure's width, a row of panels, and one where there are many.
+#: Inches: width of a figure, height of a row of panels, and of a row if there are many.
 _WIDTH, _HEIGHT, _LOW = 10.0, 3.1, 2.1
-#: Ablations side by side.
+#: Ablations in one row.
 _ABREAST = 4
 
 
@@ -37,11 +37,11 @@ class _Panel:
     """One pair of axes.
 
     Attributes:
-        title: above it.
-        label: of the vertical axis, with its unit.
-        rows: the curves drawn in it.
-        of: column whose values tell the curves apart: opponent, or settings.
-        base: the settings that the others vary.
+        title: title of the panel.
+        label: label of the vertical axis, with its unit.
+        rows: curves of the panel.
+        of: column that tells the curves apart: opponent, or settings.
+        base: settings that the others vary.
     """
 
     title: str
@@ -52,12 +52,12 @@ class _Panel:
 
 
 def table_3(curves: pl.DataFrame, printed: pl.DataFrame, change: int) -> Figure:
-    """Other actions as a share of all, game by game, beside the paper's own.
+    """Share of other actions, game by game, beside the paper's.
 
     Args:
-        curves: of ``other``, in per cent.
-        printed: columns opponent, game and paper_pct: the paper's own.
-        change: game from which on the score is changed against the static team.
+        curves: curves of ``other``, %.
+        printed: the paper's numbers: columns opponent, game and paper_pct.
+        change: first game with the changed score against the static team.
     """
     panels = [_Panel(f"against {name} opponents" if name == "human-like" else f"against the {name} team",
                      "other actions, % of all", curves.filter(pl.col("opponent") == name))
@@ -76,21 +76,21 @@ def table_3(curves: pl.DataFrame, printed: pl.DataFrame, change: int) -> Figure:
 
 
 def states(curves: pl.DataFrame) -> Figure:
-    """Figure 8: known states of each role. ``curves`` of ``states``."""
+    """Figure 8: known states of each role, from curves of ``states``."""
     return _keyed(_drawn(_by_role(curves, {"states": "states"}), 3))
 
 
 def actions(curves: pl.DataFrame) -> Figure:
-    """Figure 9: known behaviours of each role, and pairs of state and behaviour. ``curves`` of both."""
+    """Figure 9: known behaviours of each role, and pairs of state and behaviour, from curves of both."""
     labels = {"behaviours": "distinct behaviours", "pairs": "(state, behaviour) pairs"}
     return _keyed(_drawn(_by_role(curves, labels), 3))
 
 
 def goals(curves: pl.DataFrame) -> Figure:
-    """Figure 10: goals effectively made, a game and together; and the difference of all goals.
+    """Figure 10: goals effectively made, per game and added up, and the difference of all goals.
 
     Args:
-        curves: of ``effective``, ``cumulative`` and ``difference``.
+        curves: curves of ``effective``, ``cumulative`` and ``difference``.
     """
     titles = {"effective": ("(a) direct or indirect action", "goals a game"),
               "cumulative": ("(b) the same, added up", "goals since game 1"),
@@ -103,11 +103,11 @@ def goals(curves: pl.DataFrame) -> Figure:
 
 
 def progress(curves: pl.DataFrame, aim: float) -> Figure:
-    """How our own settings fare: goal difference and share of learned actions.
+    """Progress of our own settings: goal difference and share of learned actions.
 
     Args:
-        curves: of ``difference`` and ``other``.
-        aim: share of learned actions that we aim at, per cent.
+        curves: curves of ``difference`` and ``other``.
+        aim: share of learned actions that we aim at, %.
     """
     titles = {"difference": ("(a) goals, for less against", "goal difference a game"),
               "other": ("(b) learned actions", "other actions, % of all")}
@@ -123,12 +123,12 @@ def progress(curves: pl.DataFrame, aim: float) -> Figure:
 
 
 def ablations(curves: pl.DataFrame, base: str, change: int | None) -> Figure:
-    """Goal difference and other actions of each ablation, a column each, above what it varies.
+    """Goal difference and other actions of each ablation, in a column of its own, with its base.
 
     Args:
-        curves: of ``difference`` and ``other``, against one opponent.
-        base: settings that the others vary; drawn in grey in all panels.
-        change: game from which on the settings change the score, if they do.
+        curves: curves of ``difference`` and ``other``, against one opponent.
+        base: settings that the others vary, drawn in grey in all panels.
+        change: first game with the changed score; None if the settings do not change it.
     """
     names = sorted(set(curves["settings"]) - {base})
     columns = math.ceil(len(names) / math.ceil(len(names) / _ABREAST))
@@ -158,9 +158,9 @@ def ablations(curves: pl.DataFrame, base: str, change: int | None) -> Figure:
 
 
 def _limits(curves: pl.DataFrame, base: str) -> tuple[float, float]:
-    """Ends of the vertical axis: room for all lines and the base's band.
+    """Ends of the vertical axis, with room for all lines and the base's band.
 
-    Bands of few seasons would take all of it; they leave the panel instead.
+    Bands of few seasons are so wide that they would fill it; the panel cuts them off.
     """
     of_base = pl.col("settings") == base
     low, high = curves.select(
@@ -172,7 +172,7 @@ def _limits(curves: pl.DataFrame, base: str) -> tuple[float, float]:
 
 
 def _by_role(curves: pl.DataFrame, labels: dict[str, str]) -> list[_Panel]:
-    """A row of panels a value, a panel a role."""
+    """Panels: a row for each value, a panel for each role."""
     return [
         _Panel(f"({'abc'[place]}) {role}", label if place == 0 else "",
                curves.filter((pl.col("what") == what) & (pl.col("role") == role)))
@@ -184,7 +184,7 @@ def _drawn(
     panels: Sequence[_Panel | None], columns: int, *, shared: bool = False, height: float = _HEIGHT,
     size: float = 10.0,
 ) -> Figure:
-    """All panels, a line a curve, titles of that size, without legends; where there is None, nothing.
+    """Figure of all panels, without legends; None leaves a place empty, ``size`` is that of the titles.
 
     Raises:
         NotFound: if there is no curve at all.
@@ -220,13 +220,13 @@ def _look(panel: _Panel, name: str, seasons: str) -> tuple[str, str, Dashes]:
 
 
 def _seasons(curve: pl.DataFrame) -> str:
-    """Of how many seasons a curve is, at most."""
+    """Number of seasons of a curve in words, the greatest over its games."""
     seasons = int(curve["seasons"].max() or 0)  # type: ignore[arg-type]
     return f"{seasons} season{'s' if seasons > 1 else ''}"
 
 
 def _draw(axes: Axes, curve: pl.DataFrame, label: str, colour: str, line: Dashes) -> None:
-    """One curve with its band."""
+    """Draw one curve with its band."""
     rows = curve.sort("game")
     low, high = (rows[end].fill_null(math.nan).to_numpy() for end in ("low", "high"))
     axes.fill_between(rows["game"], low, high, color=colour, alpha=0.16, linewidth=0, zorder=3)
@@ -235,7 +235,7 @@ def _draw(axes: Axes, curve: pl.DataFrame, label: str, colour: str, line: Dashes
 
 
 def _keyed(figure: Figure, columns: int = 3) -> Figure:
-    """One legend for all panels, below them, each of their labels once."""
+    """The figure with one legend below all panels, each label once."""
     handles: dict[str, Line2D] = {}
     for axes in figure.axes:
         for handle in axes.get_lines():

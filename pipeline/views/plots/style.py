@@ -1,4 +1,4 @@
-"""What all plots share: colours, plain axes, and bytes that are the same for the same figure."""
+"""Style of all plots: colours, plain axes, and reproducible bytes."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from matplotlib.figure import Figure
 #: A matplotlib line style: a name, or an offset with lengths of dashes and gaps in points.
 Dashes = str | tuple[int, tuple[float, ...]]
 
-#: Okabe and Ito's colours, told apart by colour-blind people.
+#: Okabe and Ito's colours, which colour-blind people can tell apart.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 
 def plain(axes: Axes, *without: str) -> None:
-    """The grid behind everything and no frame at the top, at the right, or at other sides named."""
+    """Put the grid behind everything; remove the frame at the top, the right and the sides named."""
     axes.set_axisbelow(True)
     for side in ("top", "right", *without):
         axes.spines[side].set_visible(False)
 
 
 def png(figure: Figure, dpi: int = 110) -> bytes:
-    """A figure as PNG bytes, the same for the same figure."""
+    """PNG of a figure; equal figures give equal bytes."""
     buffer = io.BytesIO()
     with mpl.rc_context({"svg.hashsalt": "pitchlore"}):
         figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})

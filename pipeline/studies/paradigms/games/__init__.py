@@ -1,1 +1,1 @@
-"""Games that several agents play at once: repeated matrix games and the grid world of the paper."""
+"""Games of several agents: repeated matrix games and the paper's grid world."""

@@ -1,7 +1,6 @@
-"""Nash equilibria in pure strategies of a game's single steps, found by trying every deviation.
+"""Nash equilibria in pure strategies of single steps of a game, found by trying every deviation.
 
-In a matrix game that is played again and again a step is all there is. Policies of games with several
-states are judged by :mod:`pipeline.studies.paradigms.games.planning`.
+A repeated matrix game consists of such steps. Policies of games with more states are another matter.
 """
 
 from __future__ import annotations
@@ -15,14 +14,14 @@ TIE = 1e-9
 
 
 def pure_equilibria(game: Game, state: int = 0) -> Bool:
-    """The joint actions, bool [J], that no agent gains from leaving alone (paper, inequality 8).
+    """Joint actions, bool [J], from which no agent gains by deviating alone (paper, inequality 8).
 
-    Rewards are expected rewards of one step. An agent that would only keep what it has does not gain,
-    so weak equilibria count, as the inequality has it.
+    Rewards are expected rewards of one step. Weak equilibria count: an agent that would receive the same does
+    not gain.
 
     Args:
-        game: N agents.
-        state: that the step is taken in, in [0, S).
+        game: game of N agents.
+        state: state in which the step is taken, in [0, S).
     """
     by_action = game.expected[state].reshape((game.actions,) * game.agents + (game.agents,))
     stable = np.ones(by_action.shape[:-1], dtype=np.bool_)
@@ -33,14 +32,14 @@ def pure_equilibria(game: Game, state: int = 0) -> Bool:
 
 
 def optimal(game: Game, state: int = 0) -> Bool:
-    """The equilibria, bool [J], that are best for every agent at once (paper, section 5).
+    """Equilibria, bool [J], that are best for every agent at once (paper, section 5).
 
-    None is where agents prefer different equilibria or there is none in pure strategies. Where all
-    agents receive the same, these are the joint actions of the greatest expected reward.
+    There is none if agents prefer different equilibria, or if there is no equilibrium in pure strategies. If
+    all agents receive the same, these are the joint actions of the greatest expected reward.
 
     Args:
-        game: N agents.
-        state: that the step is taken in, in [0, S).
+        game: game of N agents.
+        state: state in which the step is taken, in [0, S).
     """
     stable = pure_equilibria(game, state)
     if not stable.any():

@@ -1,6 +1,6 @@
-"""A finite game of N agents: what follows from every joint action in every state.
+"""A finite game of N agents: next state and rewards of every joint action in every state.
 
-A matrix game that is played again and again is a game of one state that follows itself.
+A repeated matrix game has one state, which follows itself.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ Bool = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Game:
-    """N agents, S states, A actions of every agent, J = A ** N joint actions, V equally likely outcomes.
+    """N agents, S states, A actions of each agent, J = A ** N joint actions, V equally likely outcomes.
 
     The joint action (a_1, …, a_N) has the index ``sum(a_i * A ** (N - i))``: the first agent's action
     is the most significant digit. The arrays are made read-only.
 
     Attributes:
-        name: of the game without its parameters, e.g. ``penalty``.
-        actions: A.
-        following: int64 [S, J], the state that follows.
-        rewards: float64 [S, J, V, N], what each agent receives; one of the V outcomes is drawn.
-        ends: bool [S, J], whether the episode is over with this step.
-        success: bool [S, J], the steps that reach what the game is about: an optimal joint action of a
-            matrix game, both agents on (3, 3) in the grid world.
-        own: int64 [N, S], what each agent sees if it sees only itself, numbered from 0.
-        start: the state that an episode begins in.
+        name: name of the game without its parameters, e.g. ``penalty``.
+        actions: number of actions of each agent, A.
+        following: int64 [S, J], next state.
+        rewards: float64 [S, J, V, N], reward of each agent; one of the V outcomes is drawn.
+        ends: bool [S, J], True if the step ends the episode.
+        success: bool [S, J], True if the step reaches the game's goal: an optimal joint action of a matrix
+            game, both agents on (3, 3) in the grid world.
+        own: int64 [N, S], observation of each agent that observes only itself, numbered from 0.
+        start: first state of an episode.
 
     Raises:
-        SchemaMismatch: if an array is not as above or a number is not finite or out of range.
+        SchemaMismatch: if an array is not as above, or a number is not finite or out of range.
     """
 
     name: str
@@ -70,42 +70,42 @@ class Game:
 
     @property
     def agents(self) -> int:
-        """N."""
+        """Number of agents, N."""
         return int(self.rewards.shape[3])
 
     @property
     def states(self) -> int:
-        """S."""
+        """Number of states, S."""
         return int(self.rewards.shape[0])
 
     @property
     def expected(self) -> F64:
-        """float64 [S, J, N]: the mean reward over the outcomes."""
+        """Mean reward over the outcomes, float64 [S, J, N]."""
         return np.asarray(self.rewards.mean(axis=2))
 
     @property
     def choices(self) -> I64:
-        """int64 [N, J]: what each agent does in each joint action."""
+        """Action of each agent in each joint action, int64 [N, J]."""
         return np.indices((self.actions,) * self.agents, dtype=np.int64).reshape(self.agents, -1)
 
     def joint(self, actions: Sequence[int]) -> int:
-        """The index of a joint action.
+        """Index of a joint action.
 
         Args:
-            actions: N of them, in the order of the agents, each in [0, A).
+            actions: N actions in the order of the agents, each in [0, A).
 
         Raises:
-            SchemaMismatch: if they are not.
+            SchemaMismatch: if the actions are not as above.
         """
         _require(len(actions) == self.agents and all(0 <= a < self.actions for a in actions),
                  "actions", f"{tuple(actions)} is not one of {self.actions} for each of {self.agents} agents")
         return int(np.ravel_multi_index(tuple(actions), (self.actions,) * self.agents))
 
     def observed(self, what: Literal["own", "joint"]) -> I64:
-        """int64 [N, S]: what each agent sees of a state, numbered from 0.
+        """Observation of each agent in each state, int64 [N, S], numbered from 0.
 
         Args:
-            what: ``own``, only itself; or ``joint``, the whole state.
+            what: ``own``: the agent observes only itself; ``joint``: the whole state.
         """
         if what == "own":
             return self.own

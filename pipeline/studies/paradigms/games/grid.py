@@ -1,4 +1,4 @@
-"""The grid world of two agents who have to be in the same place at the same time (paper, Figure 3c).
+"""The grid world, in which two agents must be in the same place at the same time (paper, Figure 3c).
 
 Positions are (row, column), counted from 1, row 1 on top. A state is the positions of both agents:
 ``25 * first + second``, where a position is the cell ``5 * (row - 1) + (column - 1)``.
@@ -28,7 +28,7 @@ REFUGE_REWARD = 5.0
 
 
 class Move(IntEnum):
-    """The actions in their order; the paper names none."""
+    """Actions by number; the paper names none."""
 
     UP = 0
     DOWN = 1
@@ -37,21 +37,21 @@ class Move(IntEnum):
     STAY = 4
 
 
-#: Rows and columns that each move leads down and to the right.
+#: Rows down and columns to the right of each move.
 STEPS = ((-1, 0), (1, 0), (0, -1), (0, 1), (0, 0))
 
 
 def grid_world(k: float, *, punished: Literal["both", "alone"] = "both", stay: bool = False) -> Game:
-    """The game as section 5 of the paper tells it.
+    """Grid world of section 5 of the paper.
 
-    Both agents move at once, may share a cell, and stay where they are if the move leads off the board.
-    Then, if both are on (3, 3), each receives 10, and if both are on (1, 3), each receives 5, and the
-    episode is over. As long as exactly one is on (3, 3), every such step costs k. Nothing else counts.
+    Both agents move at once and may share a cell. A move off the board leaves the agent in its cell. If both
+    are then on (3, 3), each receives 10; if both are on (1, 3), each receives 5; either ends the episode.
+    Each step after which exactly one agent is on (3, 3) costs k. All other rewards are 0.
 
     Args:
-        k: the penalty as a positive number, at least 0 and finite.
-        punished: who pays k: both agents ("they are punished", as printed), or the one who is there alone.
-        stay: whether there is a fifth action, to stay; the paper does not say.
+        k: penalty as a positive number, at least 0 and finite.
+        punished: agents that pay k: both ("they are punished", as printed), or the one on (3, 3) alone.
+        stay: add a fifth action, to stay; the paper does not mention it.
 
     Raises:
         BadSettings: if k or punished is not as above.
@@ -90,7 +90,7 @@ def grid_world(k: float, *, punished: Literal["both", "alone"] = "both", stay: b
 
 
 def positions(state: int) -> tuple[Position, Position]:
-    """Where the two agents are, as (row, column) counted from 1.
+    """Positions of the two agents in a state, (row, column) counted from 1.
 
     Raises:
         NotFound: if there is no such state.
@@ -104,7 +104,7 @@ def positions(state: int) -> tuple[Position, Position]:
 
 
 def state_of(first: Position, second: Position) -> int:
-    """The state of two agents at such positions, (row, column) counted from 1.
+    """State in which the two agents are at these positions, (row, column) counted from 1.
 
     Raises:
         NotFound: if a position is not on the board.

@@ -1,9 +1,9 @@
-"""Matrix games that are played again and again: penalty, climbing and its stochastic variants.
+"""Repeated matrix games: penalty, climbing and its stochastic variants.
 
-Rows are the first agent's actions and columns the second's, and both agents receive the cell. Penalty
-and climbing are of Claus and Boutilier (*The dynamics of reinforcement learning in cooperative multiagent
-systems*, AAAI 1998; paper, Figures 3a and 3b), the stochastic variants of Kapetanakis and Kudenko
-(*Reinforcement learning of coordination in cooperative multi-agent systems*, AAAI 2002).
+Rows are the first agent's actions, columns the second's; both agents receive the cell. Source of penalty and
+climbing: Claus and Boutilier, *The dynamics of reinforcement learning in cooperative multiagent systems*,
+AAAI 1998 (paper, Figures 3a and 3b). Source of the stochastic variants: Kapetanakis and Kudenko,
+*Reinforcement learning of coordination in cooperative multi-agent systems*, AAAI 2002.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pipeline.studies.paradigms.games.game import Game
 
 CLIMBING = ((11, -30, 0), (-30, 7, 6), (0, 0, 5))
 
-#: The two outcomes of every cell. The last cell is also found as 10/0; the mean is the same.
+#: The two outcomes of every cell. Some publications print 10/0 in the last cell; the mean is the same.
 FULLY_STOCHASTIC_CLIMBING = (
     ((10, 12), (5, -65), (8, -8)),
     ((5, -65), (14, 0), (12, 0)),
@@ -31,17 +31,17 @@ FULLY_STOCHASTIC_CLIMBING = (
 def matrix_game(
     name: str, payoff: npt.ArrayLike, *, outcomes: bool = False, individual: bool = False
 ) -> Game:
-    """A game of one state that follows itself, for any number of agents with A actions each.
+    """Repeated matrix game of N agents with A actions each.
 
     Its success is computed: the equilibria that are best for every agent, see
-    :func:`pipeline.studies.paradigms.games.equilibria.optimal`. There may be none if rewards are individual.
+    :func:`pipeline.studies.paradigms.games.equilibria.optimal`. With individual rewards there may be none.
 
     Args:
-        name: of the game.
-        payoff: numbers [A] * N, what every agent receives for a joint action; then an axis [V] if there
-            are ``outcomes``, then an axis [N] if rewards are ``individual``. It is copied.
-        outcomes: whether there is an axis of V equally likely outcomes.
-        individual: whether there is a last axis of what each agent receives; else all receive the same.
+        name: name of the game.
+        payoff: numbers [A] * N, the reward of a joint action; then an axis [V] if there are ``outcomes``,
+            then an axis [N] if rewards are ``individual``. It is copied.
+        outcomes: there is an axis of V equally likely outcomes.
+        individual: there is a last axis of each agent's reward; else all receive the same.
 
     Raises:
         SchemaMismatch: if the axes are not as above or a number is not finite.
@@ -73,13 +73,13 @@ def matrix_game(
 
 
 def penalty(k: float) -> Game:
-    """The penalty game: two optimal equilibria, (0, 0) and (2, 2), that cost k to confuse.
+    """Penalty game: agents that choose different ones of two optimal equilibria, (0, 0) and (2, 2), pay k.
 
     Args:
-        k: at most 0 and finite, received for (0, 2) and (2, 0).
+        k: reward of (0, 2) and (2, 0), at most 0 and finite.
 
     Raises:
-        BadSettings: if k is not as above: a reward for confusion is another game.
+        BadSettings: if k is not as above: with a positive k it is another game.
     """
     if not (math.isfinite(k) and k <= 0):
         raise BadSettings(f"k cannot be {k}", where="penalty game", next_step="Choose a finite k up to 0")
@@ -87,17 +87,17 @@ def penalty(k: float) -> Game:
 
 
 def climbing() -> Game:
-    """The climbing game: the optimal equilibrium, (0, 0), is surrounded by penalties."""
+    """Climbing game: penalties surround the optimal equilibrium, (0, 0)."""
     return matrix_game("climbing", CLIMBING)
 
 
 def partially_stochastic_climbing() -> Game:
-    """The climbing game where (1, 1) pays 14 or nothing, equally likely."""
+    """Climbing game in which (1, 1) pays 14 or 0, equally likely."""
     payoff = np.repeat(np.array(CLIMBING, dtype=np.float64)[..., np.newaxis], 2, axis=-1)
     payoff[1, 1] = 14, 0
     return matrix_game("partially stochastic climbing", payoff, outcomes=True)
 
 
 def fully_stochastic_climbing() -> Game:
-    """The climbing game where every joint action pays one of two rewards, equally likely."""
+    """Climbing game in which every joint action pays one of two rewards, equally likely."""
     return matrix_game("fully stochastic climbing", FULLY_STOCHASTIC_CLIMBING, outcomes=True)

@@ -1,6 +1,6 @@
 """IQ-learning: every agent learns as if it were alone (paper, section 2.3.2, equation 1).
 
-Its functions are the defaults of :class:`pipeline.studies.paradigms.rules.rules.Rule`.
+Its functions are the defaults of :class:`pipeline.studies.paradigms.rules.rules.LearningRule`.
 """
 
 from __future__ import annotations

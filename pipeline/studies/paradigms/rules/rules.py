@@ -18,7 +18,7 @@ from pipeline.studies.paradigms.rules.kernel import switch
 from pipeline.studies.paradigms.rules.memory import F64, I64, LearnerSettings, Memory, Params, Transition
 
 
-class Rule(NamedTuple):
+class LearningRule(NamedTuple):
     """A learning rule; the functions that an entry does not name are IQ-learning's.
 
     Attributes:
@@ -34,14 +34,15 @@ class Rule(NamedTuple):
 
 #: The number of a rule is its place here.
 RULES = (
-    Rule(iq.IQ),
-    Rule(jaq.JAQ, error=jaq.error, adapt=jaq.adapt, values=jaq.values),
-    Rule(ivq.IVQ, error=ivq.error, adapt=ivq.adapt),
-    Rule(hysteretic.Hysteretic, error=hysteretic.error),
-    Rule(fmq.FMQ, adapt=fmq.adapt, values=fmq.values),
-    Rule(lenient.Lenient, error=lenient.error, adapt=lenient.adapt),
-    Rule(distributed.Distributed, error=hysteretic.error, adapt=distributed.adapt, values=distributed.values),
-    Rule(wolf_phc.WoLFPHC, adapt=wolf_phc.adapt, values=wolf_phc.values),
+    LearningRule(iq.IQ),
+    LearningRule(jaq.JAQ, error=jaq.error, adapt=jaq.adapt, values=jaq.values),
+    LearningRule(ivq.IVQ, error=ivq.error, adapt=ivq.adapt),
+    LearningRule(hysteretic.Hysteretic, error=hysteretic.error),
+    LearningRule(fmq.FMQ, adapt=fmq.adapt, values=fmq.values),
+    LearningRule(lenient.Lenient, error=lenient.error, adapt=lenient.adapt),
+    LearningRule(distributed.Distributed, error=hysteretic.error, adapt=distributed.adapt,
+                 values=distributed.values),
+    LearningRule(wolf_phc.WoLFPHC, adapt=wolf_phc.adapt, values=wolf_phc.values),
 )
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from pipeline.studies.paradigms.rules.memory import F64
 UNDERFLOW = -746.0
 
 
-class Selection(IntEnum):
+class ActionSelection(IntEnum):
     """Rule that makes weights of values; ``temperature`` is the probability of exploring in the last two."""
 
     BOLTZMANN = 0
@@ -77,7 +77,7 @@ def mixed(policy: F64, epsilon: float, out: F64) -> None:
 
 @kernel
 def select(selection: int, values: F64, temperature: float, out: F64) -> None:
-    """Weights that a :class:`Selection` gives to actions of these values."""
+    """Weights that a :class:`ActionSelection` gives to actions of these values."""
     if selection == 0:
         boltzmann(values, temperature, out)
     elif selection == 1:

@@ -86,6 +86,6 @@ def adapt(memory: Memory, params: Params, agent: int, step: Transition) -> None:
 
 @kernel
 def values(memory: Memory, params: Params, agent: int, s_t: I64, out: F64) -> None:
-    """The agent's policy, probabilities instead of values, for ``Selection.MIXED``."""
+    """The agent's policy, probabilities instead of values, for ``ActionSelection.MIXED``."""
     for a in range(out.shape[0]):
         out[a] = memory.aux[agent, s_t[agent], a, POLICY]
