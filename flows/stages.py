@@ -129,5 +129,5 @@ STAGES = Chain(
     Stage("paradigms", Per.OWN, schemas=(Paradigms, Verdicts), version=1),
     Stage("seasons", Per.OWN, schemas=(Games, Growth, StatesPlayed), version=1),
     Stage("evaluations", Per.OWN, schemas=(Evaluations,), version=1),
-    Stage("report", Per.OWN, ("seasons", "evaluations"), schemas=(Claims,), version=1),
+    Stage("report", Per.OWN, ("seasons", "evaluations"), schemas=(Claims,), version=2),
 )
