@@ -13,7 +13,7 @@ import polars as pl
 import pytest
 
 from flows.cli import main
-from flows.commands import human
+from flows.commands import play as human
 from pipeline import matches as log
 from pipeline.arena.match.human import Command
 from pipeline.matches.frame import AWAY, HOME
