@@ -41,17 +41,17 @@ def evaluate_team(
     """Measure a team: matches in pairs of one seed with sides swapped, and 95 % intervals over the pairs.
 
     Args:
-        policy: Who is measured: learned (the newest policy), learned:3 or just 3; the id of a season, as
-            best-static-1, for its apprentice; or a scripted team: static, human-like, random.
-        against: The opponent, likewise. A team against itself plays home in all matches, each of its own
-            seed: that measures the arena.
-        matches: How many, an even number; those that were played before are not played again.
-        seed: Of the first pair; the next pair has the next.
+        policy: Team to measure: learned (the newest policy), learned:3 or 3 (a version), the id of a season
+            (best-static-1) for its apprentice, or a scripted team (static, human-like, random).
+        against: Opponent, named in the same way. A team against itself plays home in all matches, and each
+            match has its own seed: this measures the arena.
+        matches: Number of matches, even. Matches that were played before are not played again.
+        seed: Seed of the first pair of matches; each pair that follows has the next.
         playing: How the matches are played.
         learners: How learned teams play.
-        jobs: Processes that play; by default as many as there are cores.
-        export: Write what came out into this folder, too, under the names of both teams: each match as
-            CSV; the summary with command, settings, seeds and software as JSON.
+        jobs: Number of processes that play (default: one per core).
+        export: Also write the results into this folder: the matches as CSV, and the summary with command,
+            settings, seeds and software as JSON.
         json: Print JSON.
         common: Options of every command.
     """

@@ -53,11 +53,10 @@ def play(
     Who leaves before the final whistle keeps the match so far.
 
     Args:
-        against: Who plays against you: random, static, human-like; learned (the newest policy), learned:3
-            or just 3; the id of a season, as best-static-1, for its apprentice.
-        seed: Decides all that is left to chance; by default the first with which this match has not been
-            played yet.
-        side: home kicks off and attacks to the right in the first half.
+        against: Your opponent: random, static, human-like, learned (the newest policy), learned:3 or 3 (a
+            version), or the id of a season (best-static-1) for its apprentice.
+        seed: Seed of the match (default: the first seed that has not been played with these settings).
+        side: Your team. Home kicks off and attacks to the right in the first half.
         playing: How the match is played.
         json: Print JSON.
         common: Options of every command.

@@ -30,11 +30,11 @@ class Playing:
     """How matches are played.
 
     Attributes:
-        settings: A TOML file with robots and tables pitch, physics, referee, camera, as far as they differ
-            from a VSSS match: `[pitch]` with `kind = "ssl"` is another league's pitch, its robots drive
-            like those of VSSS unless `[physics]` says otherwise.
-        minutes: Of a match; by default as the settings say, else 8 (play: 2).
-        robots: A side; by default as the settings say, else 3.
+        settings: TOML file with `robots` and the tables pitch, physics, referee and camera, as far as they
+            differ from a VSSS match. `[pitch]` with `kind = "ssl"` sets another league's pitch only; its
+            robots drive as in VSSS unless `[physics]` says otherwise.
+        minutes: Length of a match, minutes (default: as the settings say, else 8, in `play` 2).
+        robots: Robots per team (default: as the settings say, else 3).
     """
 
     settings: Path | None = None

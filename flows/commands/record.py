@@ -28,11 +28,12 @@ def record_matches(
     """Play matches and log them.
 
     Args:
-        home: Who plays: random, static, human-like; learned (the newest policy), learned:3 or just 3; the
-            id of a season, as best-static-1, for its apprentice.
-        away: Likewise.
-        seed: Decides all that is left to chance; the same seed plays the same match.
-        matches: How many; each has the next seed.
+        home: Home team: random, static, human-like, learned (the newest policy), learned:3 or 3 (a version),
+            or the id of a season (best-static-1) for its apprentice.
+        away: Away team, named in the same way.
+        seed: Seed of the first match; each match that follows has the next. A seed always gives the same
+            match.
+        matches: Number of matches.
         playing: How the matches are played.
         learners: How learned teams play.
         json: Print JSON.

@@ -17,8 +17,8 @@ def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Comm
     """Stay, and run everything new on a schedule, until Ctrl-C.
 
     Args:
-        cron: When to run: minute, hour, day of month, month, day of week.
-        settings: A TOML file with the settings that differ from the defaults.
+        cron: Schedule: minute, hour, day of month, month, day of week.
+        settings: TOML file with the settings that differ from the defaults.
         common: Options of every command.
     """
     store, chosen = common.store, common.settings(settings)
@@ -26,7 +26,7 @@ def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Comm
         raise BadSettings("no Prefect server is there", where=str(store.root),
                           next_step="Start one with `pitchlore server start`, or name one in PREFECT_API_URL")
     from prefect.client.schemas.schedules import CronSchedule  # noqa: PLC0415 (Prefect takes seconds to load)
-    from prefect.flows import EntrypointType  # noqa: PLC0415
+    from prefect.deployments.runner import EntrypointType  # noqa: PLC0415
     from prefect.settings import PREFECT_API_URL  # noqa: PLC0415
     from pydantic import ValidationError  # noqa: PLC0415
 
