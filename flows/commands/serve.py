@@ -26,8 +26,8 @@ def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Comm
         raise BadSettings("no Prefect server is there", where=str(store.root),
                           next_step="Start one with `pitchlore server start`, or name one in PREFECT_API_URL")
     from prefect.client.schemas.schedules import CronSchedule  # noqa: PLC0415 (Prefect takes seconds to load)
-    from prefect.deployments.runner import EntrypointType  # noqa: PLC0415
     from prefect.settings import PREFECT_API_URL  # noqa: PLC0415
+    from prefect.types.entrypoint import EntrypointType  # noqa: PLC0415
     from pydantic import ValidationError  # noqa: PLC0415
 
     from flows.scheduled import scheduled_run  # noqa: PLC0415
