@@ -14,16 +14,16 @@ from pipeline.errors import PitchloreError, in_one_line
 if TYPE_CHECKING:
     from cyclopts import App
 
-PLAY = """Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.
+PLAY = """Play a match yourself, with the keyboard or a gamepad. It is logged like any other match.
 
-You drive one robot, the one with the ring; the others of your team play the rules of static. Who leaves
-before the final whistle keeps the match so far.
+You drive the robot with the ring. The other robots of your team play as the team static does. If you leave
+before the final whistle, the match so far is kept.
 
-Keys: arrows or WASD drive, Space full speed (alone: ahead; with left or right: the spin that hits the
-ball), Tab next robot, E the one nearest to the ball, P pause, Esc leave.
+Keys: arrows or WASD drive. Space is full speed: alone straight ahead, with left or right a spin that hits
+the ball. Tab takes the next robot, E the robot nearest to the ball, P pauses, Esc leaves.
 
-Gamepad (an Xbox pad's names): left stick or cross drive, A full speed, X or right shoulder next robot,
-B nearest, Start pause, Back leave.
+Gamepad (names of an Xbox pad): left stick or cross drive, A is full speed, X or right shoulder takes the
+next robot, B the nearest, Start pauses, Back leaves.
 """
 
 
@@ -62,17 +62,17 @@ COMMANDS = (
     ),
     Command(
         "record", "record:record_matches",
-        "Play matches between teams in the simulator and log them.",
+        "Play matches in the simulator and log them.",
         "pitchlore record --home static --away random --seed 7 --matches 3",
     ),
     Command(
         "season", "season:season",
-        "Play seasons: play, watch the adversary, learn, play again.",
+        "Play seasons: in each game play, watch the opponent, and learn for the next game.",
         "pitchlore season --settings paper --seasons 5",
     ),
     Command(
         "evaluate", "evaluate:evaluate_team",
-        "Measure a policy, a season's apprentice or a scripted team: matches in pairs, 95 % intervals.",
+        "Measure a team by many matches, in pairs of one seed with sides swapped; intervals are 95 %.",
         "pitchlore evaluate --policy best-static-1 --against static --matches 200",
     ),
     Command(
@@ -82,7 +82,7 @@ COMMANDS = (
     ),
     Command(
         "run", "run:run",
-        "Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.",
+        "Make everything new: import the inbox, run every stage, emit knowledge, train a policy.",
         "pitchlore run --settings club.toml",
     ),
     Command(
@@ -92,7 +92,7 @@ COMMANDS = (
     ),
     Command(
         "serve", "serve:serve",
-        "Stay and run everything new on a schedule; needs a Prefect server (PREFECT_API_URL).",
+        "Stay, and `run` on a schedule; needs `pitchlore server start` or PREFECT_API_URL.",
         'pitchlore serve --cron "0 6 * * 1"',
     ),
     Command(
@@ -107,42 +107,42 @@ COMMANDS = (
     ),
     Command(
         "situations", "situations:situations",
-        "Print the rules of the 31 situations, or the fuzzy terms they are made of.",
+        "Print the rules of the 31 situations, or their fuzzy terms.",
         "pitchlore situations --terms --kind ssl",
     ),
     Command(
         "paradigms", "paradigms:paradigms",
-        "Play the paper's three games with its learners and their peers, and judge its claims.",
+        "Play the paper's three games with its learners and others, and judge its claims.",
         "pitchlore paradigms --figure 5 --runs 2000",
     ),
     Command(
         "report", "report:report",
-        "Report on all seasons: Table 3 and Figures 8 to 10 beside the paper's, claims with verdicts, plots.",
+        "Write a report on all seasons: the paper's Table 3, Figures 8 to 10 and claims beside our results.",
         "pitchlore report --export data/studies/seasons",
     ),
     Command(
         "quarantine", "quarantine:quarantine",
-        "List what could not be taken, by which stage and why.",
+        "List what is in quarantine: what could not be used, in which stage, and why.",
         "pitchlore quarantine --clear",
     ),
     Command(
         "forget", "forget:forget",
-        "Remove a match and all that was made of it; knowledge and policies keep what they learned.",
+        "Remove a match and all that was made from it. Knowledge and policies keep what they learned.",
         "pitchlore forget derby-1f2e3d4c5b6a",
     ),
     Command(
         "prune", "prune:prune",
-        "Remove the files of earlier settings or code that nothing refers to any more.",
+        "Remove files of earlier settings or code to which nothing refers any more.",
         "pitchlore prune",
     ),
     Command(
         "replay", "replay:replay",
-        "Write a match as one web page: the pitch, the situations, the goals; or some seconds as a GIF.",
+        "Write a match as a web page with pitch, situations and goals, or a part of it as a GIF.",
         "pitchlore replay rsim-vss-3v3 --gif derby.gif --from 60 --seconds 20",
     ),
     Command(
         "commentary", "commentary:commentary",
-        "Tell a match: goals and what led to them, chances, restarts, who has the ball; and its numbers.",
+        "Tell a match in words: goals and how they came about, chances, restarts, possession, numbers.",
         "pitchlore commentary rsim-vss-3v3 --goals",
     ),
     Command(
@@ -189,7 +189,7 @@ def command_line() -> App:
         name="pitchlore",
         version=__version__,
         help="Recorded robot-soccer matches in; situations, behaviours, knowledge and a trained policy out.",
-        suppress_keyboard_interrupt=False,  # main says what it leaves
+        suppress_keyboard_interrupt=False,  # see flows.interrupt
     )
     groups = {word: App(name=word, help=meaning) for word, meaning in GROUPS.items()}
     for command in COMMANDS:

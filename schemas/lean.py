@@ -10,10 +10,11 @@ import sys
 
 _NAME = "sqlalchemy"
 
-_loaded = sys.modules.get(_NAME)
-sys.modules[_NAME] = _loaded  # type: ignore[assignment]  # None: it cannot be imported
+_is_loaded = _NAME in sys.modules
+if not _is_loaded:
+    sys.modules[_NAME] = None  # type: ignore[assignment]  # it cannot be imported
 try:
     import dataframely  # noqa: F401
 finally:
-    if _loaded is None:
+    if not _is_loaded:
         del sys.modules[_NAME]

@@ -366,6 +366,7 @@ def test_json_holds_what_the_page_says(reported, capsys):
 
 
 def test_without_seasons_the_next_step_is_named(tmp_path, capsys):
+    (tmp_path / "inbox").mkdir()
     with pytest.raises(SystemExit) as stopped:
         main(["report", "--data", str(tmp_path)])
     assert stopped.value.code == 1

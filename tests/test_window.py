@@ -13,7 +13,7 @@ import polars as pl
 import pytest
 
 from flows.cli import main
-from flows.commands import play as human
+from flows.commands import play as play_command
 from pipeline import matches as log
 from pipeline.arena.match.human import Command
 from pipeline.matches.frame import AWAY, HOME
@@ -223,8 +223,8 @@ def path(match, team, number):
 
 def watched(monkeypatch):
     """The robots that are driven, frame by frame, as the match goes on."""
-    drove, scene = [], human._scene
-    monkeypatch.setattr(human, "_scene", lambda match, controller, *a, **k: (
+    drove, scene = [], play_command._scene
+    monkeypatch.setattr(play_command, "_scene", lambda match, controller, *a, **k: (
         drove.append(controller.driven), scene(match, controller, *a, **k))[1])
     return drove
 

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from cyclopts import Parameter
-
-from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.match_id import chain_of
 from flows.commands.printing import console, print_json
 from pipeline.pitch import Pitch
@@ -18,13 +14,13 @@ from schemas import Goals, Matches, Referee, Situations, Trajectories
 
 
 def commentary(
-    match: str, *, goals: Annotated[bool, Parameter(negative=())] = False, json: Json = False,
+    match: str, *, goals: Flag = False, json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
     """Tell a match: goals and what led to them, chances, restarts, who has the ball; and its numbers.
 
     Args:
-        match: The match's id, or the beginning of it.
+        match: Id of the match, or its beginning.
         goals: Tell only the goals.
         json: Print what is told and the summary as JSON.
         common: Options of every command.

@@ -18,18 +18,22 @@ _SIGNS = ("*/*.receipt.json", "*/*/manifest.json", "quarantine/*.json", "catalog
 _OTHERWISE = "Name the data folder with --data, or fill this one: `pitchlore import FILE`"
 
 
+#: An option that is there or not.
+Flag = Annotated[bool, Parameter(negative=(), show_default=False)]
+
+
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Common:
     """Options of every command.
 
     Attributes:
-        data: The data folder.
+        data: Data folder.
         debug: Show tracebacks and Prefect's log.
     """
 
     data: Annotated[Path, Parameter(env_var="PITCHLORE_DATA")] = Path("data")
-    debug: Annotated[bool, Parameter(negative=())] = False
+    debug: Flag = False
 
     @property
     def store(self) -> Store:
@@ -71,4 +75,4 @@ class Common:
 
 
 DEFAULTS = Common()
-Json = Annotated[bool, Parameter(name="--json", negative=())]
+Json = Annotated[bool, Parameter(name="--json", negative=(), show_default=False)]

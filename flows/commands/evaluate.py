@@ -27,10 +27,10 @@ from schemas import note_on
 from schemas.evaluations import minutes_of, word_of
 
 #: Options: who is measured, and by whom.
-WhoIsMeasured = Annotated[str, Parameter(help=f"Who is measured: {TEAM_WORDS}.")]
+WhoIsMeasured = Annotated[str, Parameter(help=f"Team to measure: {TEAM_WORDS}.")]
 Against = Annotated[str, Parameter(help=(
-    f"The opponent: {TEAM_WORDS}. A team against itself plays home in all matches, each of its own seed: "
-    "that measures the arena."
+    f"Opponent: {TEAM_WORDS}. A team against itself plays home in all matches, and each match has its own "
+    "seed: this measures the arena."
 ))]  # fmt: skip
 
 
@@ -50,15 +50,15 @@ def evaluate_team(
     """Measure a team: matches in pairs of one seed with sides swapped, and 95 % intervals over the pairs.
 
     Args:
-        policy: Who is measured.
-        against: The opponent.
-        matches: How many, an even number; those that were played before are not played again.
-        seed: Of the first pair; the next pair has the next.
+        policy: Team to measure.
+        against: Opponent.
+        matches: Number of matches, even. Matches that were played before are not played again.
+        seed: Seed of the first pair of matches; each pair that follows has the next.
         playing: How the matches are played.
         learners: How learned teams play.
-        jobs: Processes that play; by default as many as there are cores.
-        export: Write what came out into this folder, too, under the names of both teams: each match as
-            CSV; the summary with command, settings, seeds and software as JSON.
+        jobs: Number of processes that play (default: one per core).
+        export: Also write the results into this folder: the matches as CSV, and the summary with command,
+            settings, seeds and software as JSON.
         json: Print JSON.
         common: Options of every command.
     """

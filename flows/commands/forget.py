@@ -12,7 +12,7 @@ def forget(match: str, *, common: Common = DEFAULTS) -> None:
     """Remove a match and all that was made of it; knowledge and policies keep what they learned.
 
     Args:
-        match: The match's id, or the beginning of it.
+        match: Id of the match, or its beginning.
         common: Options of every command.
     """
     store = common.existing

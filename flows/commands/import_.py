@@ -29,9 +29,9 @@ def import_files(
     """Import recordings of matches, as logs or tracking tables.
 
     Args:
-        files: Recordings of any supported format.
-        mapping: A TOML file that names a tracking table's columns, units, axes and teams; by default
-            FILE.toml or map.toml beside the file, if there is one.
+        files: Recordings. Their format is detected from their content.
+        mapping: TOML file that names a tracking table's columns, units, axes and teams (default: FILE.toml
+            or map.toml beside the recording, if there is one).
         json: Print the report as JSON.
         common: Options of every command.
     """

@@ -39,7 +39,7 @@ def show(version: int | None = None, *, json: Json = False, common: Common = DEF
     """Show the behaviours of a version, the newest by default.
 
     Args:
-        version: Its number.
+        version: Number of the version (default: the newest).
         json: Print JSON, with the manifest.
         common: Options of every command.
     """
@@ -63,7 +63,7 @@ def diff(before: int, after: int | None = None, *, json: Json = False, common: C
 
     Args:
         before: Number of the earlier version.
-        after: Number of the later one.
+        after: Number of the later version (default: the newest).
         json: Print JSON.
         common: Options of every command.
     """

@@ -12,7 +12,7 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveInt
 
-from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import console, print_frame, print_json
 from flows.paradigms import FigureReport, paradigms_flow, points_of, reports
@@ -36,10 +36,10 @@ POINTS: dict[FigureName, FigureNumber] = {"4": 4, "5": 5, "6": 6, "7": 6}
 
 def paradigms(
     *,
-    figure: Annotated[tuple[FigureName, ...], Parameter(negative=())] = (),
+    figure: Annotated[tuple[FigureName, ...], Parameter(negative=(), show_default=False)] = (),
     runs: PositiveInt | None = None,
-    quick: Annotated[bool, Parameter(negative=())] = False,
-    sensitivity: Annotated[bool, Parameter(negative=())] = False,
+    quick: Flag = False,
+    sensitivity: Flag = False,
     seed: NonNegativeInt = 0,
     export: Path | None = None,
     json: Json = False,
@@ -48,12 +48,12 @@ def paradigms(
     """Play the paper's three games with its learners and their peers, and judge its claims.
 
     Args:
-        figure: Only this figure of the paper (may be given more than once); 6 and 7 show the same runs.
-        runs: Independent trainings a point; by default as many as the paper, 100 and in the grid world 3.
-        quick: Only a few points of each curve in the paper's games and 20 runs: a look in seconds.
-        sensitivity: Play what the paper leaves open in every reading, too, and confirm the best.
-        seed: Of the runs.
-        export: Write tables, plots and settings into this folder, too.
+        figure: Figure of the paper; may be repeated (default: all). Figures 6 and 7 show the same runs.
+        runs: Number of independent trainings per point (default: as in the paper, 100, in the grid world 3).
+        quick: Play only a few points of each curve, with 20 runs: this takes seconds.
+        sensitivity: Also play every reading of what the paper leaves open, and confirm the best ones.
+        seed: Seed of the runs.
+        export: Also write tables, plots and settings into this folder.
         json: Print points and verdicts as JSON.
         common: Options of every command.
     """

@@ -53,10 +53,9 @@ def play(
     Who leaves before the final whistle keeps the match so far.
 
     Args:
-        against: Who plays against you.
-        seed: Decides all that is left to chance; by default the first with which this match has not been
-            played yet.
-        side: home kicks off and attacks to the right in the first half.
+        against: Your opponent.
+        seed: Seed of the match (default: the first seed that has not been played with these settings).
+        side: Your team. Home kicks off and attacks to the right in the first half.
         playing: How the match is played.
         json: Print JSON.
         common: Options of every command.

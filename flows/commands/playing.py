@@ -23,11 +23,11 @@ from pipeline.studies.evaluations import Entrant
 
 #: Words that name teams, for help texts.
 TEAM_WORDS = (
-    f"{', '.join(SCRIPTED)}; learned (the newest policy), learned:3 or just 3; the id of a season, as "
-    "best-static-1, for its apprentice"
+    f"{', '.join(SCRIPTED)}, learned (the newest policy), learned:3 or 3 (a version), or the id of a season "
+    "(best-static-1) for its apprentice"
 )
 #: Option of a command: who plays.
-WhoPlays = Annotated[str, Parameter(help=f"Who plays: {TEAM_WORDS}.")]
+WhoPlays = Annotated[str, Parameter(help=f"Team: {TEAM_WORDS}.")]
 
 #: Of a match, unless a settings file or option says otherwise: the paper's games take about as long.
 MINUTES = 8.0
@@ -39,11 +39,11 @@ class Playing:
     """How matches are played.
 
     Attributes:
-        settings: A TOML file with robots and tables pitch, physics, referee, camera, as far as they differ
-            from a VSSS match: `[pitch]` with `kind = "ssl"` is another league's pitch, its robots drive
-            like those of VSSS unless `[physics]` says otherwise.
-        minutes: Length of a match, minutes (default as in the settings, else 8; play: 2).
-        robots: Robots a side (default as in the settings, else 3).
+        settings: TOML file with `robots` and the tables pitch, physics, referee and camera, as far as they
+            differ from a VSSS match. `[pitch]` with `kind = "ssl"` sets another league's pitch only; its
+            robots drive as in VSSS unless `[physics]` says otherwise.
+        minutes: Length of a match, minutes (default: as the settings say, else 8, in `play` 2).
+        robots: Robots per team (default: as the settings say, else 3).
     """
 
     settings: Path | None = None

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import polars as pl
-from cyclopts import Parameter
 
-from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.printing import console, print_frame, print_json
 
 
 def quarantine(
-    *, clear: Annotated[bool, Parameter(negative=())] = False, json: Json = False, common: Common = DEFAULTS
+    *, clear: Flag = False, json: Json = False, common: Common = DEFAULTS
 ) -> None:
     """List what could not be taken, by which stage and why.
 
     Args:
-        clear: Forget the records; what still fails comes back with the next run.
+        clear: Delete the records. The next run tries again, and records what still fails.
         json: Print JSON.
         common: Options of every command.
     """

@@ -28,10 +28,11 @@ def record_matches(
     """Play matches and log them.
 
     Args:
-        home: Who plays home.
-        away: Who plays away.
-        seed: Decides all that is left to chance; the same seed plays the same match.
-        matches: How many; each has the next seed.
+        home: Home team.
+        away: Away team.
+        seed: Seed of the first match; each match that follows has the next. A seed always gives the same
+            match.
+        matches: Number of matches.
         playing: How the matches are played.
         learners: How learned teams play.
         json: Print JSON.

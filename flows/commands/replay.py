@@ -26,12 +26,12 @@ def replay(
     """Write a match as one web page: the pitch, the situations, the goals; no network needed. Or as a film.
 
     Args:
-        match: The match's id, or the beginning of it.
-        output: Where to write; by default replays/MATCH.html in the data folder.
-        hz: Pictures a second of play, of the page.
-        gif: Write some seconds as an animation into this file instead.
-        start: Where the animation begins, seconds since the first sample.
-        seconds: How long it is, unless the match ends before.
+        match: Id of the match, or its beginning.
+        output: File to write (default: replays/MATCH.html in the data folder).
+        hz: Samples of the page per second of play.
+        gif: Write an animation of a part of the match into this file instead.
+        start: Start of the animation, seconds since the first sample.
+        seconds: Length of the animation, seconds. It ends with the match at the latest.
         common: Options of every command.
     """
     store = common.existing

@@ -23,9 +23,9 @@ def report(*, export: Path | None = None, json: Json = False, common: Common = D
     """Report on all seasons: Table 3 and Figures 8 to 10 beside the paper's, claims with verdicts, plots.
 
     Args:
-        export: Write tables, plots and the report as Markdown into this folder, too.
-        json: Print what was played, the claims and the settings beside each other, the evaluations of the
-            apprentices and what they prefer to do, as JSON.
+        export: Also write the tables, the plots and the report as Markdown into this folder.
+        json: Print the games, the claims, the comparison of settings, the evaluations and the preferences
+            as JSON.
         common: Options of every command.
     """
     store = common.existing

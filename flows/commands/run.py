@@ -35,8 +35,8 @@ def run(
     """Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.
 
     Args:
-        settings: A TOML file with the settings that differ from the defaults.
-        train: Whether to train a policy when the knowledge is new.
+        settings: TOML file with the settings that differ from the defaults.
+        train: Train a policy when the knowledge is new.
         json: Print the report as JSON.
         common: Options of every command.
     """

@@ -10,7 +10,7 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveInt
 
-from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import console, print_frame, print_json, print_stand_in
 from flows.progress import StageReport
@@ -22,9 +22,9 @@ from schemas import Games, note_on
 from schemas.seasons import OPPONENTS, Opponent
 
 #: Option: who is played against.
-WhoIsPlayed = Annotated[tuple[Opponent, ...], Parameter(negative=(), help=(
-    f"Who is played against: {', '.join(OPPONENTS)}; may be repeated. By default whom the settings name: "
-    "best static, paper static and human-like, the columns of its Table 3."
+WhoIsPlayed = Annotated[tuple[Opponent, ...], Parameter(negative=(), show_default=False, help=(
+    f"Opponent: {', '.join(OPPONENTS)}; may be repeated (default: the opponents that the settings name; for "
+    "best static, for paper static and human-like, the columns of its Table 3)."
 ))]  # fmt: skip
 
 
@@ -36,20 +36,21 @@ def season(
     seasons: PositiveInt = 1,
     games: PositiveInt | None = None,
     jobs: PositiveInt = 1,
-    discard: Annotated[bool, Parameter(negative=())] = False,
+    discard: Flag = False,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
     """Play seasons: play, watch the adversary, learn, play again; what is done already is not played again.
 
     Args:
-        settings: Settings that come along (paper, best, and the ablations of both) or a TOML file.
-        opponent: Who is played against.
-        seed: Of the first season.
-        seasons: How many against each opponent; each has the next seed.
-        games: Of a season, if not as the settings say; one that is over goes on if more are asked for.
-        jobs: Games that are played at once, by processes of their own.
-        discard: Forget a game's logs and tables once it was learned from.
+        settings: Named settings (paper, best, and the ablations of both) or a TOML file.
+        opponent: Opponent.
+        seed: Seed of the first season; each season that follows has the next.
+        seasons: Number of seasons against each opponent.
+        games: Number of games in a season (default: as the settings say). A finished season goes on if more
+            games are asked for.
+        jobs: Number of games that are played at the same time, each in its own process.
+        discard: Delete a game's logs and tables after learning from it.
         json: Print JSON.
         common: Options of every command.
     """

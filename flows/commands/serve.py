@@ -17,8 +17,8 @@ def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Comm
     """Stay, and run everything new on a schedule, until Ctrl-C.
 
     Args:
-        cron: When to run: minute, hour, day of month, month, day of week.
-        settings: A TOML file with the settings that differ from the defaults.
+        cron: Schedule: minute, hour, day of month, month, day of week.
+        settings: TOML file with the settings that differ from the defaults.
         common: Options of every command.
     """
     store, chosen = common.store, common.settings(settings)

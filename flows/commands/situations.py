@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
-from cyclopts import Parameter
-
-from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.printing import console, print_frame, print_json
 from pipeline.pitch import Kind
 from pipeline.situations.rulebook import rule_table, term_table
@@ -18,7 +16,7 @@ from pipeline.views.plots.style import png
 def situations(
     *,
     kind: Literal["vsss", "ssl", "2d"] = "vsss",
-    terms: Annotated[bool, Parameter(negative=())] = False,
+    terms: Flag = False,
     plot: Path | None = None,
     json: Json = False,
     common: Common = DEFAULTS,
@@ -26,9 +24,9 @@ def situations(
     """Print the rules of the 31 situations, or the fuzzy terms they are made of.
 
     Args:
-        kind: The league whose distances and speeds are shown.
-        terms: Print the terms' trapezoids instead of the rules.
-        plot: Draw the terms into this PNG file instead (the paper's Figure 1, reconstructed).
+        kind: League whose distances and speeds are shown.
+        terms: Print the trapezoids of the fuzzy terms instead of the rules.
+        plot: Draw the fuzzy terms into this PNG file instead (the paper's Figure 1, reconstructed).
         json: Print JSON.
         common: Options of every command.
     """

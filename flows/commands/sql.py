@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated
 
 import polars as pl
-from cyclopts import Parameter
 
 from flows.catalog import refresh
-from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.printing import console, print_csv, print_frame, print_json, warn
 from pipeline.errors import BadSettings, NotFound
 from pipeline.store import Store, catalog
@@ -22,15 +20,15 @@ MOST_ROWS = 1_000
 def sql(
     query: str | None = None,
     *parameters: str,
-    tables: Annotated[bool, Parameter(negative=())] = False,
+    tables: Flag = False,
     json: Json = False,
-    csv: Annotated[bool, Parameter(negative=())] = False,
+    csv: Flag = False,
     common: Common = DEFAULTS,
 ) -> None:
     """Ask the catalogue in SQL (DuckDB's), read-only.
 
     Args:
-        query: One statement. Of its rows the first 1,000 are shown.
+        query: One SQL statement. A terminal shows the first 1,000 rows of its answer.
         parameters: Values for the `?` in the query, in order.
         tables: List the tables with their columns, meanings and units instead.
         json: Print an array of objects.

@@ -14,7 +14,7 @@ def train(*, settings: Path | None = None, json: Json = False, common: Common = 
     """Train the next policy version on the newest knowledge.
 
     Args:
-        settings: A TOML file with the settings that differ from the defaults.
+        settings: TOML file with the settings that differ from the defaults.
         json: Print the report as JSON.
         common: Options of every command.
     """
