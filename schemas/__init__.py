@@ -3,32 +3,39 @@
 from __future__ import annotations
 
 from schemas import lean  # noqa: F401 (before any other: see there)
-from schemas.behaviours import Behaviours, Patterns
-from schemas.decisions import Decisions
-from schemas.evaluations import Evaluations
-from schemas.goals import Goals
-from schemas.grams import Grams
-from schemas.knowledge import Occasions
-from schemas.matches import Matches, Quality, Referee
-from schemas.paradigms import Paradigms, Verdicts
-from schemas.policies import Policies
-from schemas.seasons import Claims, Games, Growth, StatesPlayed
-from schemas.situations import Situations
-from schemas.table import BODIES, KEYS, ROLES, STAND_IN, TEAMS, Table, note_on
-from schemas.trajectories import Trajectories
+from schemas.behaviours import Behaviours as Behaviours
+from schemas.behaviours import Patterns as Patterns
+from schemas.decisions import Decisions as Decisions
+from schemas.evaluations import Evaluations as Evaluations
+from schemas.goals import Goals as Goals
+from schemas.grams import Grams as Grams
+from schemas.knowledge import Occasions as Occasions
+from schemas.matches import Matches as Matches
+from schemas.matches import Quality as Quality
+from schemas.matches import Referee as Referee
+from schemas.paradigms import Paradigms as Paradigms
+from schemas.paradigms import Verdicts as Verdicts
+from schemas.policies import Policies as Policies
+from schemas.seasons import Claims as Claims
+from schemas.seasons import Games as Games
+from schemas.seasons import Growth as Growth
+from schemas.seasons import StatesPlayed as StatesPlayed
+from schemas.situations import Situations as Situations
+from schemas.table import BODIES as BODIES
+from schemas.table import KEYS as KEYS
+from schemas.table import ROLES as ROLES
+from schemas.table import STAND_IN as STAND_IN
+from schemas.table import TEAMS as TEAMS
+from schemas.table import Table as Table
+from schemas.table import note_on as note_on
+from schemas.trajectories import Trajectories as Trajectories
 
-#: The tables a user sees in the catalogue, by name.
+#: The tables a user sees in the catalogue, by name: all that are imported here and are public.
 PUBLIC: dict[str, type[Table]] = {
     table.NAME: table
-    for table in (
-        Matches, Referee, Quality, Trajectories, Situations, Goals, Grams,
-        Behaviours, Occasions, Decisions, Policies, Paradigms, Verdicts, Games,
-        Growth, Claims, Evaluations,
+    for table in sorted(
+        (it for it in list(vars().values()) if isinstance(it, type) and issubclass(it, Table)
+         and it is not Table and it.PUBLIC),
+        key=lambda table: table.NAME,
     )
 }
-
-__all__ = [
-    "BODIES", "KEYS", "PUBLIC", "ROLES", "STAND_IN", "TEAMS", "Behaviours", "Claims", "Decisions", "Evaluations",
-    "Games", "Goals", "Grams", "Growth", "Matches", "Occasions", "Paradigms", "Patterns", "Policies", "Quality",
-    "Referee", "Situations", "StatesPlayed", "Table", "Trajectories", "Verdicts", "note_on",
-]

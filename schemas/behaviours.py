@@ -32,6 +32,7 @@ class Patterns(Table):
 
     NAME: ClassVar[str] = "patterns"
     VERSION: ClassVar[int] = 1
+    PUBLIC: ClassVar[bool] = False
 
     behaviour_id = behaviour_id()
     role = dy.Enum(ROLES, description="role of the robots that showed it")

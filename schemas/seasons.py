@@ -97,6 +97,7 @@ class StatesPlayed(Table):
 
     NAME: ClassVar[str] = "states_played"
     VERSION: ClassVar[int] = 1
+    PUBLIC: ClassVar[bool] = False
 
     role = dy.Enum(ROLES, primary_key=True, description="role of the robot")
     state = dy.Int64(primary_key=True, description="state by the finest key of the knowledge")

@@ -37,6 +37,8 @@ class Table(dy.Schema):
 
     NAME: ClassVar[str]
     VERSION: ClassVar[int]
+    #: Whether the table is a view of the catalogue; an abstract table has no name.
+    PUBLIC: ClassVar[bool] = True
 
     @classmethod
     def tag(cls) -> str:

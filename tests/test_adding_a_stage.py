@@ -1,0 +1,85 @@
+"""Adding a stage costs its own files: docs/how-to/stage.md is followed in a copy of the tree."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+from conftest import ROOT
+from support import sample_stage
+
+#: What a user of the new stage does: run, ask, look at its settings, forget.
+USE = """
+import sys
+from pathlib import Path
+from golden import cases
+from flows.catalog import catalog_path, forget_match, refresh
+from flows.stages import STAGES
+from pipeline.settings import Settings
+from pipeline.store import Store, catalog
+name = "sprints/clip-120s.txt"
+path = cases.HERE / name
+path.parent.mkdir()
+path.write_text(str(cases.CASES[name]()))
+store = Store(Path(cases._data().name))
+ask = "select count(*), max(top_speed) > 0.5 from sprints"
+assert catalog.query(refresh(store)[0], ask).row(0) == (6, True)
+assert Settings().sprints.over == 0.0
+assert list(STAGES).index("sprints") == 3
+match = next(store.receipts("matches")).name
+forget_match(store, match)
+assert not list(store.receipts("sprints"))
+assert catalog.query(refresh(store)[0], "select count(*) from sprints").item() == 0
+"""
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """A copy of the tree with the sample stage added."""
+    copy = tmp_path_factory.mktemp("tree")
+    for folder in ("pipeline", "flows", "schemas", "tests", "docs"):
+        shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    (copy / "data").mkdir()
+    shutil.copytree(ROOT / "data" / "samples", copy / "data" / "samples")
+    shutil.copy(ROOT / "pyproject.toml", copy)
+    return copy, sample_stage.add(copy)
+
+
+def call(tree, *words):
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tree), str(tree / "tests")])}
+    done = subprocess.run([sys.executable, *words], cwd=tree, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    return done.stdout
+
+
+def test_six_files(tree):
+    """At most six files: schema, its import, the pure module, settings, the entry, the golden."""
+    _, touched = tree
+    assert len(touched | {sample_stage.GOLDEN}) <= 6
+
+
+def test_no_list_is_extended_twice(tree):
+    """The noun stands once in each list: one import of the schema's module, one field, one entry."""
+    folder, _ = tree
+    assert (folder / "schemas/__init__.py").read_text().count("sprints") == 1
+    assert (folder / "pipeline/settings.py").read_text().count("sprints:") == 1
+    assert (folder / "flows/stages.py").read_text().count('"sprints"') == 1
+
+
+def test_it_is_a_stage_like_any_other(tree):
+    """It runs, has its golden and its view, is forgotten with its match."""
+    folder, _ = tree
+    call(folder, "-c", USE)
+    assert "top_speed" in (folder / sample_stage.GOLDEN).read_text()
+
+
+def test_the_house_still_stands(tree):
+    """Import contracts hold, and the reference names the new table and its settings."""
+    folder, _ = tree
+    call(folder, "-m", "pytest", "-q", "tests/test_contracts.py", "-p", "no:cacheprovider")
+    call(folder, "docs/reference.py")
+    assert "top_speed" in (folder / "docs/reference/tables.md").read_text()
+    assert "### [sprints]" in (folder / "docs/reference/settings.md").read_text()
