@@ -69,7 +69,7 @@ LEARNERS = {
 
 
 def falling(selection, ticks):
-    """Heats from hot to nearly greedy."""
+    """Temperatures from hot to nearly greedy."""
     start, end = (16.0, 0.05) if selection is ActionSelection.BOLTZMANN else (1.0, 0.01)
     return np.geomspace(start, end, ticks)
 
@@ -320,6 +320,11 @@ def test_a_curve_plays_the_game_of_its_name(monkeypatch, game, k, says):
     calls = spied(monkeypatch)
     climbing_curve(game=game, ks=() if k is None else (k,)).play(k, 0.99, runs=1, seed=0)
     assert (calls[0][0].name, calls[0][0].rewards.min()) == (game, says)
+
+
+def test_a_curve_in_an_unknown_game_is_refused():
+    with pytest.raises(ValidationError, match="there is no game 'chess': name one of penalty, climbing,"):
+        climbing_curve(game="chess")
 
 
 def test_a_point_is_a_row_of_the_schema_and_says_what_was_played(monkeypatch):
