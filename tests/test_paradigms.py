@@ -136,10 +136,6 @@ def test_runs_equal_the_literal_loop(learner, game):
             np.testing.assert_allclose(memory.occurrence, occurrence, rtol=1e-12, atol=1e-12)
 
 
-def test_every_rule_is_among_those_that_are_compared():
-    assert {type(settings) for settings, _ in LEARNERS.values()} == {rule.settings for rule in RULES}
-
-
 def test_a_long_run_equals_the_literal_loop():
     training = Training(16 * 0.999 ** np.arange(7_000))
     for settings in (IQ(), IVQ(bracket="outside", discount=0.9, opinion_discount=None), JAQ()):
