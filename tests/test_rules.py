@@ -1,4 +1,7 @@
-"""Laws of every learning rule in the table: a new entry is tested here without another line."""
+"""Laws of every learning rule in the table: a new entry is tested here without another line.
+
+Other settings of the paper's rules and their peers are compared with the literals in test_paradigms.
+"""
 
 import shutil
 from pathlib import Path

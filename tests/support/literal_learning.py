@@ -367,8 +367,8 @@ class WoLFPHC(IQ):
         return self.policy[sees[self.me]]
 
 
-#: By the name of the settings' class.
-KINDS = {kind.__name__: kind for kind in (IQ, JAQ, IVQ, Hysteretic, FMQ, Lenient, Distributed, WoLFPHC)}
+#: All rules above, by the name of the settings' class.
+KINDS = {kind.__name__: kind for kind in (IQ, *IQ.__subclasses__())}
 
 
 # -- training and testing ---------------------------------------------------------------------------------

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Annotated, Any, Literal
 
 import numpy as np
 import polars as pl
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from pipeline.settings import Frozen
 from pipeline.store.receipts import digest
@@ -30,6 +30,22 @@ from schemas import Paradigms
 
 #: Action selections by the names that settings use: boltzmann, epsilon-greedy, mixed.
 SELECTIONS = {selection.name.lower().replace("_", "-"): selection for selection in ActionSelection}
+
+
+#: Games that curves may name: functions of the penalty k (0 if there is none) and the curve.
+GAMES: dict[str, Callable[[float, Curve], Game]] = {
+    "penalty": lambda k, _: penalty(k),
+    "climbing": lambda _, __: climbing(),
+    "partially stochastic climbing": lambda _, __: partially_stochastic_climbing(),
+    "fully stochastic climbing": lambda _, __: fully_stochastic_climbing(),
+    "grid": lambda k, curve: grid_world(k, punished=curve.punished, stay=curve.stay),
+}
+
+
+def _known(game: str) -> str:
+    if game not in GAMES:
+        raise ValueError(f"there is no game {game!r}: name one of {', '.join(GAMES)}")
+    return game
 
 
 class Exploration(Frozen):
@@ -62,7 +78,7 @@ class Curve(Frozen):
     Attributes:
         study: study that the curve belongs to (schema Paradigms).
         figure: figure of the paper.
-        game: name of the game.
+        game: name of the game, a key of :data:`GAMES`.
         learner: the learner's name in the figure.
         reading: interpretation of the paper's text, in words.
         rule: the learning rule and its settings.
@@ -82,9 +98,7 @@ class Curve(Frozen):
 
     study: Literal["figure", "sensitivity", "confirmation"] = "figure"
     figure: Literal[4, 5, 6]
-    game: Literal[
-        "penalty", "climbing", "partially stochastic climbing", "fully stochastic climbing", "grid"
-    ]
+    game: Annotated[str, AfterValidator(_known)]
     learner: str
     reading: str
     rule: AnyLearner
@@ -123,7 +137,7 @@ class Curve(Frozen):
             runs: number of runs, from the first.
             seed: seed of the runs.
         """
-        game = self._game(k)
+        game = GAMES[self.game](k or 0.0, self)
         ticks = self.ticks(decay)
         if self.exploration is None:
             temperatures, selection = self._temperatures(decay), ActionSelection.BOLTZMANN
@@ -147,19 +161,6 @@ class Curve(Frozen):
         """Number of the point: no two points share it, nor random numbers."""
         point = f"{self.study} {self.figure} {self.game} {self.learner} {self.reading} {k} {decay}"
         return int(digest(point.encode())[:16], 16)
-
-    def _game(self, k: float | None) -> Game:
-        match self.game:
-            case "penalty":
-                return penalty(k or 0.0)
-            case "climbing":
-                return climbing()
-            case "partially stochastic climbing":
-                return partially_stochastic_climbing()
-            case "fully stochastic climbing":
-                return fully_stochastic_climbing()
-            case "grid":
-                return grid_world(k or 0.0, punished=self.punished, stay=self.stay)
 
 
 def _summary(played: Runs, game: Game) -> dict[str, Any]:

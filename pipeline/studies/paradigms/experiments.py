@@ -48,9 +48,7 @@ PENALTIES = (0.0, -1.0, -2.0, -5.0, -10.0, -20.0, -30.0, -50.0, -100.0)
 PENALTY_DECAYS = (0.998, 0.999, 0.9999)
 CLIMBING_DECAYS = (0.99, 0.995, 0.998, 0.999, 0.9995, 0.9997, 0.9998, 0.9999)
 #: Beyond the paper: Kapetanakis and Kudenko's variants of the climbing game.
-STOCHASTIC: tuple[Literal["partially stochastic climbing", "fully stochastic climbing"], ...] = (
-    "partially stochastic climbing", "fully stochastic climbing"
-)
+STOCHASTIC = ("partially stochastic climbing", "fully stochastic climbing")
 STOCHASTIC_DECAYS = (0.998, 0.999, 0.9997)
 QUICK_DECAYS: dict[FigureNumber, tuple[float, ...]] = {
     4: (0.998,), 5: (0.99, 0.998, 0.9997), 6: (0.99, 0.995)}

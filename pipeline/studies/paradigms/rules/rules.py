@@ -13,7 +13,16 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from pydantic import Field
 
-from pipeline.studies.paradigms.rules import distributed, fmq, hysteretic, iq, ivq, jaq, lenient, wolf_phc
+from pipeline.studies.paradigms.rules import (
+    distributed,
+    fmq,
+    hysteretic,
+    iq,
+    ivq,
+    jaq,
+    lenient,
+    wolf_phc,
+)
 from pipeline.studies.paradigms.rules.kernel import switch
 from pipeline.studies.paradigms.rules.memory import F64, I64, LearnerSettings, Memory, Params, Transition
 
