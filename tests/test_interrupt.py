@@ -66,9 +66,9 @@ def assert_stopped(command, presses=1):
         command.press()
         time.sleep(0.2)
     assert command.end(SOON_S) == 130
-    assert command.said.decode().count(STOPPED) == 1
-    assert "Traceback" not in command.said.decode()
-    assert command.said.decode().endswith(STOPPED)
+    assert command.text.count(STOPPED) == 1
+    assert "Traceback" not in command.text
+    assert command.text.endswith(STOPPED)
     assert command.left(SOON_S) == []
 
 
@@ -145,5 +145,5 @@ def test_no_process_outlives_a_killed_command(derby, tmp_path, seconds):
 def test_no_process_outlives_a_command_that_ends_well(derby, tmp_path):
     with terminal("import", derby, "--data", tmp_path / "data") as command:
         assert command.end(300.0) == 0
-        assert "derby-" in command.said.decode()
+        assert "derby-" in command.text
         assert command.left(SOON_S) == []

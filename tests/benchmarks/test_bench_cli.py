@@ -19,17 +19,15 @@ COMMAND_LINE = "import sys; from flows.cli import main; main(sys.argv[1:])"
 #: Packages that are named beside a command.
 MOST = 6
 
-OURS = {
+#: Commands, and what each is measured beside.
+COMMANDS = {
     "--help": ("--help",),
     "kb list": ("kb", "list"),
     "sql": ("sql", "select count(*) from matches"),
     "import, nothing new": ("import", str(SAMPLE)),
 }
-BESIDE = {
-    "python -c pass": "pass",
-    "python -c 'import polars, duckdb'": "import polars, duckdb",
-    "python -c 'import prefect'": "import prefect",
-}
+LIBRARIES = "import polars, duckdb"
+BESIDE = {"--help": "pass", "kb list": LIBRARIES, "sql": LIBRARIES, "import, nothing new": "import prefect"}
 
 
 @pytest.fixture(scope="module")
@@ -53,20 +51,20 @@ def heaviest(code: str, *words: str) -> dict[str, int]:
     return {package: round(spent[package] / 1000) for package, _ in spent.most_common(MOST)}
 
 
-def measure(benchmark, code: str, *words: str) -> None:
-    benchmark.extra_info.update(units=1, unit="starts", imports=heaviest(code, *words))
+def measure(benchmark, command: str, code: str, *words: str) -> None:
+    benchmark.group = f"pitchlore {command}, from prompt to prompt"
+    benchmark.extra_info.update(units=1000, unit="thousandths of a start", imports=heaviest(code, *words))
     benchmark.pedantic(lambda: python("-c", code, *words), rounds=5, warmup_rounds=1)
     shown = ", ".join(f"{package} {ms}" for package, ms in benchmark.extra_info["imports"].items())
-    print(f"\nimports [ms]: {shown}")
+    print(f"\n{benchmark.group}: {benchmark.stats.stats.min:.2f} s; imports [ms]: {shown}")
 
 
-@pytest.mark.benchmark(group="a command from prompt to prompt")
-@pytest.mark.parametrize("command", OURS)
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: f"ours, {command}")
 def test_ours(benchmark, data, command):
-    measure(benchmark, COMMAND_LINE, *OURS[command], *(("--data", str(data)) if command != "--help" else ()))
+    measure(benchmark, command, COMMAND_LINE, *COMMANDS[command],
+            *(("--data", str(data)) if command != "--help" else ()))
 
 
-@pytest.mark.benchmark(group="a command from prompt to prompt")
-@pytest.mark.parametrize("code", BESIDE)
-def test_beside(benchmark, code):
-    measure(benchmark, BESIDE[code])
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: f"python -c '{BESIDE[command]}'")
+def test_python(benchmark, command):
+    measure(benchmark, command, BESIDE[command])

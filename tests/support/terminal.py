@@ -39,6 +39,11 @@ class Terminal:
         )
         os.close(screen)
 
+    @property
+    def text(self) -> str:
+        """What has been written; a terminal throws away what nobody has read yet when Ctrl-C is pressed."""
+        return self.said.decode(errors="replace")
+
     def press(self, keys: bytes = CTRL_C) -> None:
         """Press keys."""
         os.write(self._hand, keys)
