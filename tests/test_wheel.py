@@ -29,7 +29,7 @@ for path in sorted(pathlib.Path().glob("*.ipynb")):
     print(path)
 """
 #: A season that takes seconds.
-SEASON = 'base = "paper"\ngames = 1\n[referee]\nminutes = 0.2\n'
+SEASON = 'base = "paper"\ngames = 1\n[referee]\nduration_s = 20\n'
 
 
 @pytest.fixture(scope="session")
