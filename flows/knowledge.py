@@ -8,7 +8,6 @@ import polars as pl
 
 from flows.stage import Inputs, Plan, Scope, Stage, digests, need
 from pipeline.errors import BadSettings, NotFound
-from pipeline.knowledge import behaviours, finest, merge_behaviours, merge_occasions, occasions
 from pipeline.settings import KnowledgeSettings
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest, Receipt
@@ -52,6 +51,13 @@ def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) 
 
 def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
     """The behaviours and occasions of a version, and the maps that the behaviours were found with."""
+    from pipeline.knowledge import (  # noqa: PLC0415 (see flows.stages)
+        behaviours,
+        merge_behaviours,
+        merge_occasions,
+        occasions,
+    )
+
     (before,) = inputs.get(_PARENT) or (None,)
     version = inputs.version
     known = behaviours(inputs.tables("behaviours", Patterns), version)
@@ -121,6 +127,8 @@ def _refuse_twice(store: Store, before: Manifest, scope: Scope) -> None:
 
 def _counts(known: pl.DataFrame, occurred: pl.DataFrame, *, matches: int) -> dict[str, object]:
     """Counts for people; states and occasions are those of the state key."""
+    from pipeline.knowledge import finest  # noqa: PLC0415 (see flows.stages)
+
     occurred = finest(occurred)
     roles = {
         role: {

@@ -138,7 +138,8 @@ def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, obje
     there = store.receipt("matches", name)
     if there is not None and store.intact(there):
         same_source = there.inputs["source"] == sha256
-        if there.files["log"].sha256 == digest(data) and not same_source:
+        stands = not same_source or there.key == _work(name, sha256, settings).key
+        if there.files["log"].sha256 == digest(data) and stands:
             return there, False
         if not same_source and not match.info.complete:
             return there, False
@@ -191,11 +192,15 @@ def _here(store: Store, recording: Recording) -> Receipt | None:
     """The match that was made of a recording, None if there is none, or if it has to be made anew."""
     try:
         source = open_source(store.foreign(recording.file), recording.file.name)
-        there = _same_recording(store, source.match_id)
         settings = _mapping(store, recording.mapping).settings()
     except PitchloreError:
         return None
-    return there if there is not None and _stands(store, there, source.sha256, settings) else None
+    for there in store.receipts("matches"):
+        if there.inputs.get("source") == source.sha256 and _stands(store, there, source.sha256, settings):
+            return there
+        if there.files["log"].sha256 == source.sha256 and store.intact(there):
+            return there  # it is the log that we made ourselves
+    return None
 
 
 def useless(store: Store) -> list[Path]:

@@ -7,7 +7,6 @@ from dataclasses import asdict
 from flows.knowledge import lineage, matches_of
 from flows.stage import Inputs, Plan, Scope, Stage, digests, need
 from pipeline.errors import NotFound
-from pipeline.policies.train import train
 from pipeline.settings import PolicySettings
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest, Receipt
@@ -45,6 +44,8 @@ def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
 
 def compute(inputs: Inputs, settings: PolicySettings) -> Made:
     """The action values of a policy."""
+    from pipeline.policies.train import train  # noqa: PLC0415 (see flows.stages)
+
     (knowledge,) = inputs["knowledge"]
     assert isinstance(knowledge, Manifest)
     policy, report = train(

@@ -1,22 +1,18 @@
 """The chain of stages as data: what each is made from, its version, and how it is computed.
 
 Everything that goes through the stages goes through :data:`STAGES`: runs, seasons, the catalogue, forget,
-prune, verify, the goldens and the tests. A new stage is one entry here.
+prune, verify, the goldens and the tests. A new stage is one entry here. The code of a stage is loaded when
+it is computed: commands that only look at tables go through this list, too.
 """
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import polars as pl
 
 from flows import knowledge, policies
 from flows.stage import Chain, Inputs, Longer, Per, Stage
-from pipeline import matches
-from pipeline.behaviours.select import select
-from pipeline.behaviours.som import to_bytes
-from pipeline.decisions import complete, observe
-from pipeline.goals import attribute
-from pipeline.grams.count import cover, grams, merge, value
-from pipeline.matches.frame import MatchLog
 from pipeline.settings import (
     BehaviourSettings,
     GoalSettings,
@@ -24,9 +20,7 @@ from pipeline.settings import (
     SituationSettings,
     TrajectorySettings,
 )
-from pipeline.situations.recognise import recognise
 from pipeline.store.work import Made
-from pipeline.trajectories.derive import trajectories
 from schemas import (
     TEAMS,
     Behaviours,
@@ -50,26 +44,37 @@ from schemas import (
     Verdicts,
 )
 
+if TYPE_CHECKING:
+    from pipeline.matches.frame import MatchLog
+
 
 def _log(inputs: Inputs) -> MatchLog:
     """The log of the match."""
+    from pipeline import matches  # noqa: PLC0415 (see above)
+
     data = inputs.blob("matches", "log")
     assert data is not None
     return matches.read(data, where=inputs.where("matches", "log"))
 
 
 def _trajectories(inputs: Inputs, settings: TrajectorySettings) -> Made:
+    from pipeline.trajectories.derive import trajectories  # noqa: PLC0415 (see above)
+
     table, quality = trajectories(_log(inputs), settings)
     return Made([(table, Trajectories), (quality, Quality)])
 
 
 def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
+    from pipeline.situations.recognise import recognise  # noqa: PLC0415 (see above)
+
     found = recognise(inputs.table("trajectories", Trajectories), inputs.pitch, settings)
     counts = {team: found.filter(pl.col("team") == team).height for team in TEAMS}
     return Made([(found, Situations)], details={"situations": counts})
 
 
 def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
+    from pipeline.goals import attribute  # noqa: PLC0415 (see above)
+
     table = attribute(
         inputs.table("matches", Referee), inputs.table("trajectories", Trajectories),
         inputs.table("situations", Situations), inputs.pitch, settings,
@@ -78,6 +83,8 @@ def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
 
 
 def _grams(inputs: Inputs, settings: GramSettings) -> Made:
+    from pipeline.grams.count import cover, grams, value  # noqa: PLC0415 (see above)
+
     valued = value(inputs.table("situations", Situations), inputs.table("goals", Goals), settings)
     longer = list(inputs.tables("behaviours", Patterns))
     taken = cover(valued, pl.concat(longer), settings) if longer else None
@@ -86,6 +93,10 @@ def _grams(inputs: Inputs, settings: GramSettings) -> Made:
 
 
 def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
+    from pipeline.behaviours.select import select  # noqa: PLC0415 (see above)
+    from pipeline.behaviours.som import to_bytes  # noqa: PLC0415 (see above)
+    from pipeline.grams.count import merge  # noqa: PLC0415 (see above)
+
     counted = pl.col("team").is_in(settings.teams)
     merged = merge(table.filter(counted) for table in inputs.tables("grams", Grams))
     recognised = sum(int(receipt.details["situations"][team])
@@ -100,6 +111,9 @@ def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
 
 
 def _decisions(inputs: Inputs, settings: GramSettings) -> Made:
+    from pipeline.decisions import complete, observe  # noqa: PLC0415 (see above)
+    from pipeline.grams.count import value  # noqa: PLC0415 (see above)
+
     goals = inputs.table("goals", Goals)
     seen = observe(
         value(inputs.table("situations", Situations), goals, settings),

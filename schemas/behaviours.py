@@ -49,5 +49,6 @@ class Behaviours(Patterns):
 
     NAME: ClassVar[str] = "behaviours"
     VERSION: ClassVar[int] = 1
+    PUBLIC: ClassVar[bool] = True
 
     version = dy.Int32(min=1, description="version of the knowledge")

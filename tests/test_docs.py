@@ -19,7 +19,7 @@ from pipeline.settings import Frozen
 from schemas import PUBLIC
 
 #: Settings that no file fills: of a team in a recipe, and of the commentary.
-IN_NO_FILE = {"TeamSettings", "CommentarySettings"}
+IN_NO_FILE = {"TeamSettings", "CommentarySettings", "LearnerSettings"}
 
 
 def generator():

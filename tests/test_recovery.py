@@ -9,7 +9,6 @@ import polars as pl
 import pytest
 from conftest import clip, fill, run
 
-import flows.stages
 from flows.catalog import catalog_path, refresh
 from flows.imports import import_all
 from flows.matches import Recording, import_recording, with_map
@@ -59,7 +58,7 @@ def test_a_failure_in_every_match_emits_nothing_and_loses_nothing(tmp_path, clip
         raise ZeroDivisionError("observe")
 
     with monkeypatch.context() as patch:
-        patch.setattr(flows.stages, "observe", broken)
+        patch.setattr("pipeline.decisions.observe", broken)
         report = run(tmp_path)
     assert len(report.failures) == 2
     assert report.knowledge is report.policy is None

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
 
 import pytest
 from support.terminal import terminal
@@ -188,8 +189,15 @@ def pages():
         thread.join()
 
 
+def something_new(data):
+    """A file in the inbox: a run that has nothing to do asks for no server."""
+    (Path(data) / "inbox").mkdir(parents=True, exist_ok=True)
+    (Path(data) / "inbox" / "x.csv").touch()
+
+
 @pytest.mark.parametrize("words", [("import", "x.csv"), ("run",), ("train",), ("serve",)])
 def test_an_address_where_nobody_is_is_one_line(data, words, monkeypatch):
+    something_new(data)
     monkeypatch.setenv("PREFECT_API_URL", "http://127.0.0.1:1/api")
     code, out, err = call(*words, "--data", data)
     assert (code, out) == (1, "")
@@ -199,6 +207,7 @@ def test_an_address_where_nobody_is_is_one_line(data, words, monkeypatch):
 
 
 def test_an_address_without_api_is_one_line(data, pages, monkeypatch):
+    something_new(data)
     monkeypatch.setenv("PREFECT_API_URL", pages)
     code, out, err = call("run", "--data", data)
     assert (code, out) == (1, "")

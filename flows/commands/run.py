@@ -19,7 +19,6 @@ from flows.commands.printing import (
     spelt,
 )
 from flows.progress import RunReport
-from flows.update import nothing_new
 from pipeline.settings import Settings
 from pipeline.store import Store
 from schemas import Behaviours
@@ -51,6 +50,8 @@ def run(
 
 def bring_up_to_date(store: Store, settings: Settings, *, train: bool = True) -> RunReport:
     """Run all stages; Prefect is started only if there is something new."""
+    from flows.update import nothing_new  # noqa: PLC0415 (it loads numba, which --help does without)
+
     report = nothing_new(store, settings, train=train)
     if report is None:
         with orchestrated(store) as begin:

@@ -70,12 +70,13 @@ EDITS = {
     ],
     "flows/stages.py": [
         ("def _goals(", '''def _sprints(inputs: Inputs, settings: SprintSettings) -> Made:
+    from pipeline.sprints import sprints
+
     return Made([(sprints(inputs.table("trajectories", Trajectories), settings), Sprints)])
 
 
 '''),
-        ("from pipeline.store.work import Made", ("from pipeline.settings import SprintSettings\n"
-         "from pipeline.sprints import sprints\n")),
+        ("from pipeline.store.work import Made", "from pipeline.settings import SprintSettings\n"),
         ("from schemas import (", "from schemas.sprints import Sprints\n"),
         ('    Stage("goals"', '    Stage("sprints", Per.MATCH, ("trajectories",), (Sprints,), 1, _sprints),\n'),
     ],
