@@ -35,8 +35,8 @@ demo-learners: $(READY)  ## a quick look at section 5 of the paper: its learners
 test: $(READY) lint  ## lint, types, import contracts, tests
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
-quick: $(READY)  ## the unit tests, in less than a minute
-	$(BIN)/python -m pytest -m unit
+quick: $(READY)  ## the unit tests: none that is slow or needs a Prefect server
+	$(BIN)/python -m pytest -m unit --numprocesses auto --dist loadfile
 
 lint: $(READY)  ## style, types, import contracts
 	$(BIN)/ruff check .

@@ -31,6 +31,14 @@ SAMPLE = ROOT / "data" / "samples" / "rsim-vss-3v3.parquet"
 RECORDINGS = ROOT.parent / "shared" / "matches"
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put every test in its tier: slow where it says so, prefect where it needs a server, else unit."""
+    for item in items:
+        if item.get_closest_marker("slow") is None:
+            needs_prefect = "prefect_server" in getattr(item, "fixturenames", ())
+            item.add_marker("prefect" if needs_prefect else "unit")
+
+
 @pytest.fixture(scope="session")
 def prefect_server() -> Iterator[None]:
     """An embedded Prefect with a database of its own, started once a session (about 10 s)."""

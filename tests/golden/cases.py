@@ -273,8 +273,8 @@ def _folder() -> Iterator[Path]:
         yield Path(folder)
 
 
-#: Noun and file name to what makes it; a stage of the chain has its golden without being named here.
-CASES: dict[str, Callable[[], Golden]] = {
+#: Noun and file name to what makes it, once a process; a stage of the chain has its golden without being named.
+CASES: dict[str, Callable[[], Golden]] = {name: cache(make) for name, make in {
     **{f"{noun}/clip-120s.txt": (lambda noun=noun: chain(noun))
        for noun, stage in STAGES.items() if stage.per is not Per.OWN},
     "schemas/tables.txt": tables,
@@ -286,7 +286,7 @@ CASES: dict[str, Callable[[], Golden]] = {
     "seasons/two-games.txt": season,
     "evaluations/pair-20s.txt": evaluation,
     "report/two-games.txt": report,
-}
+}.items()}
 
 
 def main() -> int:
