@@ -40,7 +40,7 @@ def scheduled_run(data: Path, settings: Settings = Settings(), train: bool = Tru
 
 
 def said_of(report: RunReport) -> str:
-    """What a run did, in one line."""
+    """One line on the outcome of a run."""
     if not report.made and not report.failures:
         return "nothing new"
     line = f"{report.made} made, {sum(stage.kept for stage in report.stages)} kept"

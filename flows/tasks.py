@@ -19,7 +19,7 @@ from flows.catalog import refresh
 from flows.progress import RunReport, StageReport, listener
 from flows.stage import Output, Per, Scope, Stage, emit
 from flows.stages import STAGES
-from flows.update import bring_up_to_date, scope_of
+from flows.update import bring, bring_up_to_date, scope_of
 from pipeline.errors import BadSettings, in_one_line
 from pipeline.settings import Settings
 from pipeline.store import Store
@@ -146,18 +146,14 @@ def flow_of(stage: Stage) -> Flow[..., dict[str, object]]:
     @our_flow(name=stage.noun)
     def make_all(data: Path, settings: Settings = Settings()) -> dict[str, object]:
         store = data_folder(data)
-        scope, runner, own = scope_of(store, settings), Runner(store), stage.settings(settings)
+        scope, runner = scope_of(store, settings), Runner(store)
         if stage.per is Per.VERSION:
             version, new = runner.emit(stage, settings, scope)
             refresh(store)
             return {"version": version, "new": new}
-        outputs = stage.outputs(scope)
-        todo = [output for output in outputs if not STAGES.done(store, stage, output, own, scope)]
-        report = runner.perform(stage, todo, settings, scope)
-        for output in set(outputs).difference(todo):
-            store.release(stage.noun, output.name)
-        report.kept += len(outputs) - len(todo)
-        return conclude(store, report)
+        report = RunReport()
+        bring(store, stage, stage.outputs(scope), settings, scope, report, runner.perform)
+        return conclude(store, report.stage(stage.noun))
 
     make_all.description = f"Make what is new of the {stage.noun}."
     return make_all

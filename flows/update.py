@@ -49,7 +49,7 @@ def bring_up_to_date(
     for stage, lengths in STAGES.waves(scope):
         if not scope.matches:
             break
-        failed = _bring(store, stage, stage.outputs(scope, lengths=lengths), settings, scope, report, perform)
+        failed = bring(store, stage, stage.outputs(scope, lengths=lengths), settings, scope, report, perform)
         if any(output.match is None for output in failed):
             scope = scope.model_copy(update={"matches": ()})
         dropped = {output.match for output in failed}
@@ -89,11 +89,11 @@ def nothing_new(store: Store, settings: Settings, *, train: bool = True) -> RunR
     return report
 
 
-def _bring(
+def bring(
     store: Store, stage: Stage, outputs: Sequence[Output], settings: Settings, scope: Scope,
     report: RunReport, perform: Perform,
 ) -> list[Output]:
-    """Make what is new of some outputs of a stage; those that failed."""
+    """Make what is new of some outputs of a stage, add to the report, and return those that failed."""
     own = stage.settings(settings)
     todo = [output for output in outputs if not STAGES.done(store, stage, output, own, scope)]
     for output in set(outputs).difference(todo):

@@ -150,7 +150,7 @@ def _play(
 
 
 def _scene(match: Match, person: HumanController, team: int, *, paused: bool) -> Picture:
-    """What the window shows."""
+    """The picture that the window shows."""
     robots, hz = match.recipe.robots, match.laws.hz
     attacks = home_attacks(match.laws.periods(), np.array([match.laws.t_ns(match.frame)]))
     message = ""
