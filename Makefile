@@ -10,6 +10,8 @@ READY := $(VENV)/.ready-$(VERSION)
 DEMO_DATA ?= data
 STUDY_DATA ?= data
 export PREFECT_SERVER_ANALYTICS_ENABLED := false
+# the tests start some hundred processes: none shall have to compile the sources again
+export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help demo demo-learners test quick lint docs pythons chain bench study world paradigms seasons golden notebooks \
   lock clean
@@ -33,10 +35,10 @@ demo-learners: $(READY)  ## a quick look at section 5 of the paper: its learners
 	$(BIN)/pitchlore paradigms --quick --figure 5 --data $(DEMO_DATA)
 
 test: $(READY) lint  ## lint, types, import contracts, tests
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 quick: $(READY)  ## the unit tests: none that is slow or needs a Prefect server
-	$(BIN)/python -m pytest -m unit --numprocesses auto --dist loadfile
+	$(BIN)/python -m pytest -m unit --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 lint: $(READY)  ## style, types, import contracts
 	$(BIN)/ruff check .

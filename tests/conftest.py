@@ -31,12 +31,22 @@ SAMPLE = ROOT / "data" / "samples" / "rsim-vss-3v3.parquet"
 RECORDINGS = ROOT.parent / "shared" / "matches"
 
 
+TIERS = ("prefect", "slow", "unit")
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put every test in its tier: slow where it says so, prefect where it needs a server, else unit."""
+    """Put every test in its tier: slow where it says so, prefect where it needs a server, else unit.
+
+    The files come in the order of their longest tier, so that no worker is left with a long one in the end;
+    the first tests compile what the slow ones then find compiled.
+    """
+    of_file: dict[Path, int] = {}
     for item in items:
-        if item.get_closest_marker("slow") is None:
-            needs_prefect = "prefect_server" in getattr(item, "fixturenames", ())
-            item.add_marker("prefect" if needs_prefect else "unit")
+        needs_prefect = "prefect_server" in getattr(item, "fixturenames", ())
+        tier = "slow" if item.get_closest_marker("slow") else "prefect" if needs_prefect else "unit"
+        item.add_marker(tier)
+        of_file[item.path] = min(TIERS.index(tier), of_file.get(item.path, len(TIERS)))
+    items.sort(key=lambda item: of_file[item.path])
 
 
 @pytest.fixture(scope="session")

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
 import sys
 
 import pytest
 from conftest import ROOT
-from support import sample_stage
+from support import sample_stage, trees
+
+pytestmark = pytest.mark.slow
 
 #: What a user of the new stage does: run, ask, look at its settings, forget.
 USE = """
@@ -40,16 +41,12 @@ assert catalog.query(refresh(store)[0], "select count(*) from sprints").item() =
 def tree(tmp_path_factory):
     """A copy of the tree with the sample stage added."""
     copy = tmp_path_factory.mktemp("tree")
-    for folder in ("pipeline", "flows", "schemas", "tests", "docs"):
-        shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))
-    (copy / "data").mkdir()
-    shutil.copytree(ROOT / "data" / "samples", copy / "data" / "samples")
+    environment = trees.copied(copy, "pipeline", "flows", "schemas", "tests", "docs", "data/samples")
     shutil.copy(ROOT / "pyproject.toml", copy)
-    return copy, sample_stage.add(copy)
+    return copy, sample_stage.add(copy), environment
 
 
-def call(tree, *words):
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tree), str(tree / "tests")])}
+def call(tree, environment, *words):
     done = subprocess.run([sys.executable, *words], cwd=tree, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     return done.stdout
@@ -57,13 +54,13 @@ def call(tree, *words):
 
 def test_six_files(tree):
     """At most six files: schema, its import, the pure module, settings, the entry, the golden."""
-    _, touched = tree
+    _, touched, _ = tree
     assert len(touched | {sample_stage.GOLDEN}) <= 6
 
 
 def test_no_list_is_extended_twice(tree):
     """The noun stands once in each list: one import of the schema's module, one field, one entry."""
-    folder, _ = tree
+    folder, _, _ = tree
     assert (folder / "schemas/__init__.py").read_text().count("sprints") == 1
     assert (folder / "pipeline/settings.py").read_text().count("sprints:") == 1
     assert (folder / "flows/stages.py").read_text().count('"sprints"') == 1
@@ -71,15 +68,15 @@ def test_no_list_is_extended_twice(tree):
 
 def test_it_is_a_stage_like_any_other(tree):
     """It runs, has its golden and its view, is forgotten with its match."""
-    folder, _ = tree
-    call(folder, "-c", USE)
+    folder, _, environment = tree
+    call(folder, environment, "-c", USE)
     assert "top_speed" in (folder / sample_stage.GOLDEN).read_text()
 
 
 def test_the_house_still_stands(tree):
     """Import contracts hold, and the reference names the new table and its settings."""
-    folder, _ = tree
-    call(folder, "-m", "pytest", "-q", "tests/test_contracts.py", "-p", "no:cacheprovider")
-    call(folder, "docs/reference.py")
+    folder, _, environment = tree
+    call(folder, environment, "-m", "pytest", "-q", "tests/test_contracts.py", "-p", "no:cacheprovider")
+    call(folder, environment, "docs/reference.py")
     assert "top_speed" in (folder / "docs/reference/tables.md").read_text()
     assert "### [sprints]" in (folder / "docs/reference/settings.md").read_text()

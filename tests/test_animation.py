@@ -15,6 +15,8 @@ from pipeline.pitch import PITCHES, Kind
 from pipeline.views.replay.animation import animation
 from schemas import Referee, Situations
 
+pytestmark = pytest.mark.slow
+
 BLUE, ORANGE, WHITE = (63, 158, 230), (240, 138, 60), (255, 255, 255)
 #: Pixels a metre: 400 without margins of 8 over 1.5 m and two goals of 0.1 m.
 SCALE = 384 / 1.7

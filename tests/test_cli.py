@@ -282,6 +282,7 @@ def test_what_does_not_fit_is_one_line_that_says_what_to_do_next(call, tmp_path,
     assert not (tmp_path / "data" / "matches").exists()
 
 
+@pytest.mark.slow
 def test_an_exported_evaluation_says_what_it_is_of_and_is_the_same_when_it_is_made_again(call, tmp_path):
     words = ("evaluate", "--policy", "human-like", "--against", "random", "--matches", "4", "--seed", "3", "--minutes", "0.05")
     first, again = tmp_path / "first", tmp_path / "again"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 import shutil
 import subprocess
 import sys
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT, clip
+from support import trees
 
 from flows import season as loop
 from flows.matches import Recording, import_recording
@@ -21,6 +21,8 @@ from flows.update import nothing_new, scope_of
 from pipeline.settings import Settings
 from pipeline.store import Store
 from pipeline.studies.seasons.settings import Season, parse
+
+pytestmark = pytest.mark.slow
 
 SETTINGS = Settings()
 
@@ -103,8 +105,7 @@ def sums(store: Store) -> dict[str, dict[str, str]]:
 def test_a_comment_changes_nothing(brought, tmp_path):
     """Data made by the code before a comment and after it are the same, and a run finds nothing to do."""
     tree = tmp_path / "tree"
-    for package in ("pipeline", "flows", "schemas"):
-        shutil.copytree(ROOT / package, tree / package, ignore=shutil.ignore_patterns("__pycache__"))
+    environment = trees.copied(tree, "pipeline", "flows", "schemas")
     for edited in ("pipeline/views/replay/__init__.py", "pipeline/situations/recognise.py", "flows/stage.py"):
         with (tree / edited).open("a") as module:
             module.write("\n# a remark\n")
@@ -112,7 +113,7 @@ def test_a_comment_changes_nothing(brought, tmp_path):
     shutil.copytree(brought / "inbox", data / "inbox")
     said = [
         subprocess.run([sys.executable, "-c", RUN, str(tree), str(folder)], cwd=tmp_path, check=True, text=True,
-                       capture_output=True, env={**os.environ, "PYTHONPATH": str(tree)}).stdout.strip()
+                       capture_output=True, env=environment).stdout.strip()
         for folder in (data, brought)
     ]
     assert said == ["made", "nothing new"]

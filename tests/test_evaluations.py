@@ -21,6 +21,8 @@ from pipeline.studies.evaluations import Entrant, Evaluation, Pair, play, summar
 from pipeline.studies.statistics import wilson
 from schemas import Evaluations, Policies
 
+pytestmark = pytest.mark.slow
+
 SHORT = RefereeSettings(duration_s=4.0)
 
 

@@ -93,6 +93,7 @@ class TestExecutors:
                 assert np.mean(named[code]) >= 0.5, code
             assert np.mean(named[code]) > np.mean(chance[code]), code
 
+    @pytest.mark.slow
     def test_executors_and_recogniser_agree_in_the_arena(self):
         named = confusion()
         codes = executors.CODES

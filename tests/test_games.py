@@ -335,6 +335,7 @@ class TestGridWorld:
         # one alone on each of the two
         assert step(both, (3, 2), (1, 2), RIGHT, RIGHT) == (((3, 3), (1, 3)), [-7, -7], False, False)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("punished", "stay"), READINGS)
     def test_every_step_is_as_told(self, punished, stay):
         k = 2.5

@@ -10,8 +10,12 @@ from golden.cases import CASES, HERE, Golden, complaint
 
 from flows.stages import STAGES
 
+#: Goldens of what takes seconds to play.
+PLAYED = ("paradigms/", "seasons/", "evaluations/", "report/", "executors/")
 
-@pytest.mark.parametrize("name", CASES)
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name.startswith(PLAYED) else ()) for name in CASES])
 def test_golden(name):
     before, now = (HERE / name).read_text(encoding="utf-8"), CASES[name]()
     said = complaint(name, before, now) or "`make golden`, and review the diff"
@@ -24,6 +28,7 @@ def test_no_golden_is_orphaned():
     assert {str(p.relative_to(HERE)) for p in HERE.glob("*/*.txt")} == set(CASES)
 
 
+@pytest.mark.slow
 def test_every_stage_has_a_golden_that_names_its_version():
     named = {noun for make in CASES.values() for noun in make().versions}
     assert named == {*STAGES, "arena"}

@@ -130,6 +130,7 @@ class TestGrams:
         assert grams(value(situations(), goals(), HALF), 4, None, HALF).is_empty()
         assert Grams.is_valid(grams(value(situations(), goals(), HALF), 4, None, HALF))
 
+    @pytest.mark.slow
     @given(matches, st.integers(1, 4))
     @settings(max_examples=50, deadline=None)
     def test_hold_every_window_once(self, match, n):
@@ -145,6 +146,7 @@ class TestGrams:
 
 
 class TestMerge:
+    @pytest.mark.slow
     @given(st.lists(matches, max_size=4), st.integers(1, 4), st.randoms(use_true_random=False))
     @settings(max_examples=40, deadline=None)
     def test_gives_the_same_in_any_order_and_for_any_split(self, found, n, random):

@@ -201,6 +201,7 @@ def test_a_match_of_one_team_goes_through_all_stages() -> None:
     assert Decisions.validate(seen).is_empty()
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 10_000), st.binary(max_size=6))
 def test_random_damage(at: int, junk: bytes) -> None:

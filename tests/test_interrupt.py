@@ -12,6 +12,8 @@ from support.terminal import terminal
 
 from pipeline.store import Store
 
+pytestmark = pytest.mark.slow
+
 STOPPED = "pitchlore: Stopped. What was finished is kept; run the command again to go on.\r\n"
 #: It takes 2 s at most; a busy machine may take longer, what hangs takes a minute.
 SOON_S = 20.0

@@ -154,6 +154,7 @@ class TestMerging:
         # of 1/2, 1/2, -1/4, 1/4: the mean of the squares is 10/64, the square of the mean 4/64
         assert found["spread"].to_list() == [0.0, 0.0, pytest.approx((6 / 64) ** 0.5)]
 
+    @pytest.mark.slow
     @given(st.lists(st.lists(st.floats(-0.99, 0.99), min_size=1, max_size=40), min_size=2, max_size=5))
     @settings(max_examples=60, deadline=None)
     def test_behaviours_in_steps_are_those_at_once(self, parts):

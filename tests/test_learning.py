@@ -239,6 +239,7 @@ def close(actual, expected):
     np.testing.assert_allclose(actual, expected, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", PAPER)
 @given(play=plays(), to=st.permutations(range(ACTIONS)))
 def test_relabelling_actions_relabels_what_is_learned(rule, play, to):
@@ -254,6 +255,7 @@ def test_relabelling_actions_relabels_what_is_learned(rule, play, to):
     close(all_values(settings, other)[:, to], all_values(settings, plain))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", PAPER)
 @given(play=plays(), order=st.permutations(range(AGENTS)))
 def test_relabelling_agents_relabels_what_is_learned(rule, play, order):

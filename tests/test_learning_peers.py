@@ -257,6 +257,7 @@ def test_wolf_phc_without_news_stays_undecided():
 # -- what holds for whatever was played -------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @every_peer
 @settings(deadline=None)
 @given(moment=lone_moments())
@@ -275,6 +276,7 @@ def test_with_one_agent_it_chooses_as_q_learning(rule, learner, moment):
     assert values(rule, learner(), memory, 0, s_t[0]).tolist() == memory.q[0, s_t[0]].tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rule", "neutral"),
     [(hysteretic, Hysteretic(discount=0.9, decrease=0.1)), (fmq, FMQ(discount=0.9, weight=0.0)),
@@ -352,6 +354,7 @@ def test_a_lenient_agent_forgives_as_often_as_it_says(temperature, leniency):
     assert lenient.error(memory, params, 0, better, 0.0) == 0.01
 
 
+@pytest.mark.slow
 @every_peer
 @settings(deadline=None)
 @given(play=plays, to=st.permutations(range(ACTIONS)))
@@ -369,6 +372,7 @@ def test_relabelling_actions_relabels_what_is_learned(rule, learner, play, to):
         )
 
 
+@pytest.mark.slow
 @every_peer
 @settings(deadline=None)
 @given(play=plays, order=st.permutations(range(AGENTS)))

@@ -477,6 +477,7 @@ def test_a_wrong_length_of_a_chunk_loses_nothing_as_the_index_knows_better():
             assert not back.info.complete
 
 
+@pytest.mark.slow
 def test_no_single_flipped_bit_passes_unnoticed():
     log = match([3, 3, 2, 3] * 10, decisions=6)
     data = written(log, chunk_bytes=SMALL)
@@ -503,6 +504,7 @@ def test_no_single_flipped_bit_passes_unnoticed():
     assert unharmed == 0  # every byte of the file is under a checksum
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chunked", [True, False])
 def test_garbage_that_no_checksum_covers_is_read_or_refused_but_never_crashes(chunked):
     data = foreign(match([2, 1] * 6, decisions=4), chunked=chunked, crcs=False)

@@ -15,6 +15,8 @@ from pipeline.settings import Settings
 from pipeline.situations.recognise import recognise
 from pipeline.trajectories.derive import trajectories
 
+pytestmark = pytest.mark.slow
+
 #: A situation is common if it is so large a part of all that began.
 COMMON = 0.005
 #: Total variation distance of two mixes. The recordings beside the checkout, of three leagues, are 0.21 to

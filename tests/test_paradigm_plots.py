@@ -14,6 +14,8 @@ from pipeline.views.plots.paradigms import curves, sensitivity
 from pipeline.views.plots.style import png
 from schemas.paradigms import Paradigms
 
+pytestmark = pytest.mark.slow
+
 PAPER = (0.9997, 0.7, 0.604, 0.781)
 DECAYS = {0.99: 0.1, 0.9997: 0.6, 0.9999: 0.3}
 

@@ -136,6 +136,7 @@ def test_runs_equal_the_literal_loop(learner, game):
             np.testing.assert_allclose(memory.occurrence, occurrence, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_long_run_equals_the_literal_loop():
     training = Training(16 * 0.999 ** np.arange(7_000))
     for settings in (IQ(), IVQ(bracket="outside", discount=0.9, opinion_discount=None), JAQ()):
@@ -353,6 +354,7 @@ def test_a_point_whose_runs_all_diverged_is_a_row_of_the_schema_without_success(
     assert (row["diverged"], row["p_optimal"], row["p_equilibrium"], row["path_length"]) == (5, 0, 0, None)
 
 
+@pytest.mark.slow
 def test_no_two_points_of_the_study_share_random_numbers(monkeypatch):
     calls = spied(monkeypatch)
     points = 0

@@ -88,6 +88,7 @@ print(receipt.files["log"].path)
 """
 
 
+@pytest.mark.slow
 def test_the_same_recipe_gives_the_same_bytes_in_another_process_and_place(tmp_path):
     processes = []
     for number in ("1", "2"):

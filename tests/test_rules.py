@@ -47,6 +47,7 @@ def test_names():
     assert len({rule.settings().rule for rule in RULES}) == len({rule.settings for rule in RULES}) == len(RULES)
 
 
+@pytest.mark.slow
 @every_rule
 @given(play=plays(agents=1))
 def test_one_agent(rule, play):

@@ -14,6 +14,8 @@ from pipeline.studies.seasons import settings
 from pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse
 from schemas import Games, Growth, Matches, Occasions, Policies
 
+pytestmark = pytest.mark.slow
+
 
 def season(base="paper", seed=1, opponent="static", **more):
     said = "\n".join([f'base = "{base}"', "games = 3", "lead_from = 3", *more.get("lines", ()),

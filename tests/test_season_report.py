@@ -36,6 +36,8 @@ from pipeline.views.plots import seasons as plots
 from pipeline.views.plots.style import png
 from schemas import Games, Growth, Policies
 
+pytestmark = pytest.mark.slow
+
 
 def put(store, games, growth):
     """Commit each season as the flow of seasons does."""

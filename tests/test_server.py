@@ -19,6 +19,8 @@ from flows.server import Keeper, Kept, Process, ServerFailed
 from flows.serving import serving
 from pipeline.store.files import pretty
 
+pytestmark = pytest.mark.slow
+
 #: Stands in for uvicorn, so that a server starts at once: what it does then is Prefect's.
 UVICORN = """
 import asyncio
@@ -84,8 +86,8 @@ def test_two_starts_at_once_start_one(uvicorn, data):
     assert call("server", "stop", "--data", data)[:2] == (0, "no server runs\n")
     code, out, _ = call("server", "status", "--data", data)
     assert (code, out) == (1, "no server runs: `pitchlore server start` starts one\n")
-    with pytest.raises(ProcessLookupError):
-        os.kill(told[0]["pid"], 0)
+    left = subprocess.run(["ps", "-o", "stat=", "-p", str(told[0]["pid"])], capture_output=True, text=True).stdout
+    assert left[:1] in ("", "Z"), "it has ended, whether or not its exit was asked for"
 
 
 def test_a_server_that_died_is_said_to_have(uvicorn, data):

@@ -209,6 +209,7 @@ def assert_same(fast: list[Found], slow: list[Found]) -> None:
 
 
 class TestLiteral:
+    @pytest.mark.slow
     @pytest.mark.parametrize(("name", "start_s", "end_s", "least_codes"), [
         (RSIM, 290, 310, 25), (SSL, 113, 115, 10), (RCSS, 0, 30, 15), (INSPER, 5, 9, 15),
     ])
@@ -220,6 +221,7 @@ class TestLiteral:
         assert len({row.code for row in fast}) >= least_codes
         assert_same(fast, recognise_literally(clip, log.info.pitch, DEFAULT))
 
+    @pytest.mark.slow
     @settings(max_examples=40, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1), sideways=st.booleans())
     def test_same_on_walks(self, seed, sideways):

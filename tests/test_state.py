@@ -362,6 +362,7 @@ def scenes(draw):
     return scene
 
 
+@pytest.mark.slow
 @given(scenes())
 @settings(max_examples=80, deadline=None)
 def test_both_teams_see_the_same_but_for_the_slots(scene):

@@ -290,6 +290,7 @@ def test_versions_count_up_and_name_their_parent(tmp_path):
         store.manifest("knowledge", 9)
 
 
+@pytest.mark.slow
 def test_two_emitters_at_once_both_land(tmp_path):
     script = textwrap.dedent("""
         import sys

@@ -453,6 +453,7 @@ def logs(draw):
     return t_ns, bodies, events
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(logs())
 def test_turning_the_whole_log_changes_nothing(log):
@@ -473,6 +474,7 @@ def test_turning_the_whole_log_changes_nothing(log):
     assert np.allclose(np.angle(np.exp(1j * delta)), 0, atol=1e-5)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(logs())
 def test_every_body_with_a_place_has_a_row_and_no_other(log):
@@ -482,6 +484,7 @@ def test_every_body_with_a_place_has_a_row_and_no_other(log):
     assert table.select("team", "robot", "frame").is_unique().all()
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(logs(), st.integers(0, 2**32 - 1))
 def test_velocities_do_not_depend_on_other_segments(log, seed):

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT, clip
+from support import trees
 
 import pipeline
 
@@ -64,6 +65,7 @@ def installed(wheel, tmp_path_factory) -> Installed:
     (site,) = place.glob("lib/python*/site-packages")
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(site)
+    trees.lend(site)
     # the dependencies are those of this environment; a plain path does not bring its editable checkout along
     own = [path for path in sys.path if Path(path).name == "site-packages"]
     (site / "dependencies.pth").write_text("\n".join(own), encoding="utf-8")

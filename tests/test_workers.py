@@ -13,6 +13,8 @@ import pytest
 from flows.workers import Workers
 from pipeline.errors import WorkerLost
 
+pytestmark = pytest.mark.slow
+
 HERE = Path(__file__).parent
 
 

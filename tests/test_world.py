@@ -314,6 +314,7 @@ class TestBorders:
                 assert outside(arena.bodies[BALL, :2]) < -BALL_RADIUS / 3
                 assert outside(arena.bodies[:, :2]) < 0
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("kind", "matches"), [("random", 50), ("static", 15)])
     def test_every_frame_of_real_matches(self, kind, matches):
         """With referee, goals and restarts; `make world` has a thousand, and two hundred of static teams."""
@@ -367,6 +368,7 @@ print(digest.hexdigest())
 
 
 class TestSameAgain:
+    @pytest.mark.slow
     def test_in_this_process_and_in_a_fresh_one(self):
         digests = []
         for _ in range(2):
