@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
@@ -140,8 +141,14 @@ def _named(job: Task[P, R], stage: Stage) -> Task[P, R]:
     return job.with_options(name=stage.noun, task_run_name=f"{stage.noun} {{name}}")
 
 
-def flow_of(stage: Stage) -> Flow[..., dict[str, object]]:
-    """The flow that makes what is new of one stage, for all matches that no stage has in quarantine."""
+@cache
+def flow_of(noun: str) -> Flow[..., dict[str, object]]:
+    """The flow that makes what is new of one stage, for all matches that no stage has in quarantine.
+
+    Args:
+        noun: of a stage that is computed from others.
+    """
+    stage = STAGES[noun]
 
     @our_flow(name=stage.noun)
     def make_all(data: Path, settings: Settings = Settings()) -> dict[str, object]:
@@ -177,9 +184,3 @@ def data_folder(data: Path) -> Store:
     store = Store(data)
     store.sweep()
     return store
-
-
-#: The flow of each noun that is computed from others, for a deployment of its own.
-FLOWS: dict[str, Flow[..., dict[str, object]]] = {
-    noun: flow_of(stage) for noun, stage in STAGES.items() if stage.compute is not None
-}

@@ -13,7 +13,7 @@ from flows.catalog import catalog_path, refresh
 from flows.imports import import_all
 from flows.matches import Recording, import_recording, with_map
 from flows.stages import STAGES
-from flows.tasks import FLOWS
+from flows.tasks import flow_of
 from pipeline.errors import DamagedLog
 from pipeline.settings import BehaviourSettings, KnowledgeSettings, RoundSettings, Settings, SituationSettings
 from pipeline.store import Store, catalog
@@ -205,21 +205,21 @@ def test_every_noun_has_a_flow_of_its_own(data):
     store = Store(data)
     for noun in ("trajectories", "situations", "goals", "decisions"):
         store.forget(noun, next(iter(store.receipts(noun))).name)
-    for flow in (FLOWS["trajectories"], FLOWS["situations"], FLOWS["goals"]):
+    for flow in (flow_of("trajectories"), flow_of("situations"), flow_of("goals")):
         report = flow(data)
         assert (len(report["made"]), report["kept"], report["failed"]) == (1, 1, {})
-    assert FLOWS["grams"](data)["kept"] == 8
-    assert FLOWS["behaviours"](data)["kept"] == 4
-    assert len(FLOWS["decisions"](data)["made"]) == 1
-    assert FLOWS["knowledge"](data) == {"version": 1, "new": False}
-    assert FLOWS["policies"](data) == {"version": 1, "new": False}
+    assert flow_of("grams")(data)["kept"] == 8
+    assert flow_of("behaviours")(data)["kept"] == 4
+    assert len(flow_of("decisions")(data)["made"]) == 1
+    assert flow_of("knowledge")(data) == {"version": 1, "new": False}
+    assert flow_of("policies")(data) == {"version": 1, "new": False}
     assert catalog.query(catalog_path(store), "select count(distinct match_id) from decisions").item() == 2
 
 
 def test_a_stage_before_its_turn_says_so_and_blames_no_match(tmp_path, clips):
     store = Store(tmp_path)
     import_recording(store, Recording(file=clips / "early.parquet"))
-    (why,) = FLOWS["situations"](tmp_path)["failed"].values()
+    (why,) = flow_of("situations")(tmp_path)["failed"].values()
     assert "Run the stage trajectories first" in why
     assert store.quarantined() == []
 

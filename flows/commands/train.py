@@ -20,10 +20,10 @@ def train(*, settings: Path | None = None, json: Json = False, common: Common = 
     """
     store, chosen = common.store, common.settings(settings)
     with orchestrated(store) as begin:
-        from flows.tasks import FLOWS  # noqa: PLC0415 (see orchestrated)
+        from flows.tasks import flow_of  # noqa: PLC0415 (see orchestrated)
 
         begin()
-        done = FLOWS["policies"](store.root, chosen)
+        done = flow_of("policies")(store.root, chosen)
     refresh(store)
     if json:
         print_json(done)

@@ -1,7 +1,8 @@
 """Print what `make bench` measured as ratios: ours against each alternative of its group.
 
-A benchmark says in ``extra_info`` how many ``units`` of work it did (``unit`` names them); one
-whose name holds ``ours`` is the one that the others of its group are compared with.
+A benchmark says in ``extra_info`` how many ``units`` of work it did (``unit`` names them), else its time is
+shown; one whose name holds ``ours`` is the one that the others of its group are compared with. The
+``imports`` of a command are named beside it, in milliseconds.
 """
 
 from __future__ import annotations
@@ -27,11 +28,20 @@ def main(path: str) -> None:
     for group, members in sorted(groups.items()):
         ours = max((rate(b) for b in members if "ours" in b["name"]), default=None)
         for benchmark in sorted(members, key=rate, reverse=True):
-            unit = benchmark["extra_info"].get("unit", "runs")
             ratio = "" if ours is None or "ours" in benchmark["name"] else f"{ours / rate(benchmark):,.2f}×"
             test, _, case = benchmark["name"].removeprefix("test_").partition("[")
             name = case.removesuffix("]") or test.replace("_", " ")
-            print(f"| {group} | {name} | {rate(benchmark):,.0f} {unit}/s | {ratio} |")
+            print(f"| {group} | {name}{_imports(benchmark)} | {_shown(benchmark)} | {ratio} |")
+
+
+def _shown(benchmark: dict[str, Any]) -> str:
+    unit = benchmark["extra_info"].get("unit")
+    return f"{rate(benchmark):,.0f} {unit}/s" if unit else f"{1 / rate(benchmark):.2f} s"
+
+
+def _imports(benchmark: dict[str, Any]) -> str:
+    found = benchmark["extra_info"].get("imports", {})
+    return f" (imports [ms]: {', '.join(f'{package} {ms}' for package, ms in found.items())})" if found else ""
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """How long a command takes from the shell's prompt and back, beside Python itself and the libraries it needs.
 
-`python -X importtime` of each command names what it spends its start on: the heaviest packages are printed.
+`python -X importtime` of each command names what it spends its start on: the heaviest packages are listed.
 """
 
 from __future__ import annotations
@@ -10,24 +10,26 @@ import sys
 from collections import Counter
 
 import pytest
-from conftest import SAMPLE
+from conftest import SAMPLE, clip
 
 from flows.matches import Recording, import_recording
+from flows.server import Keeper
 from pipeline.store import Store
 
 COMMAND_LINE = "import sys; from flows.cli import main; main(sys.argv[1:])"
+#: Ends the process where its first task would begin.
+TO_THE_FIRST_TASK = "import os, flows.imports; flows.imports.import_recording = lambda *_: os._exit(0)\n"
 #: Packages that are named beside a command.
 MOST = 6
 
+LIBRARIES = "import polars, duckdb"
 #: Commands, and what each is measured beside.
 COMMANDS = {
-    "--help": ("--help",),
-    "kb list": ("kb", "list"),
-    "sql": ("sql", "select count(*) from matches"),
-    "import, nothing new": ("import", str(SAMPLE)),
+    "--help": (("--help",), "pass"),
+    "kb list": (("kb", "list"), LIBRARIES),
+    "sql": (("sql", "select count(*) from matches"), LIBRARIES),
+    "import, nothing new": (("import", str(SAMPLE)), "import prefect"),
 }
-LIBRARIES = "import polars, duckdb"
-BESIDE = {"--help": "pass", "kb list": LIBRARIES, "sql": LIBRARIES, "import, nothing new": "import prefect"}
 
 
 @pytest.fixture(scope="module")
@@ -51,20 +53,38 @@ def heaviest(code: str, *words: str) -> dict[str, int]:
     return {package: round(spent[package] / 1000) for package, _ in spent.most_common(MOST)}
 
 
-def measure(benchmark, command: str, code: str, *words: str) -> None:
-    benchmark.group = f"pitchlore {command}, from prompt to prompt"
-    benchmark.extra_info.update(units=1000, unit="thousandths of a start", imports=heaviest(code, *words))
+def measure(benchmark, code: str, *words: str) -> None:
+    benchmark.extra_info["imports"] = heaviest(code, *words)
     benchmark.pedantic(lambda: python("-c", code, *words), rounds=5, warmup_rounds=1)
-    shown = ", ".join(f"{package} {ms}" for package, ms in benchmark.extra_info["imports"].items())
-    print(f"\n{benchmark.group}: {benchmark.stats.stats.min:.2f} s; imports [ms]: {shown}")
 
 
-@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: f"ours, {command}")
-def test_ours(benchmark, data, command):
-    measure(benchmark, command, COMMAND_LINE, *COMMANDS[command],
-            *(("--data", str(data)) if command != "--help" else ()))
+CASES = [
+    pytest.param(command, ours, id=f"ours, {command}" if ours else f"python -c '{beside}', beside {command}")
+    for command, (_, beside) in COMMANDS.items() for ours in (True, False)
+]
 
 
-@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: f"python -c '{BESIDE[command]}'")
-def test_python(benchmark, command):
-    measure(benchmark, command, BESIDE[command])
+@pytest.mark.parametrize(("command", "ours"), CASES)
+def test_prompt_to_prompt(benchmark, data, command, ours):
+    words, beside = COMMANDS[command]
+    benchmark.group = f"pitchlore {command}, from prompt to prompt"
+    if not ours:
+        measure(benchmark, beside)
+    else:
+        measure(benchmark, COMMAND_LINE, *words, *(("--data", str(data)) if command != "--help" else ()))
+
+
+@pytest.mark.benchmark(group="pitchlore import, from prompt to the first task")
+@pytest.mark.parametrize("server", ["ours, with the server that the folder keeps", "ours, with a server of its own"])
+def test_start(benchmark, tmp_path, server):
+    clip(0.0, 5.0).write_csv(tmp_path / "derby.csv")
+    if "keeps" in server:
+        python("-c", COMMAND_LINE, "server", "start", "--data", str(tmp_path / "data"))
+    measure(benchmark, TO_THE_FIRST_TASK + COMMAND_LINE, "import", str(tmp_path / "derby.csv"),
+            "--data", str(tmp_path / "data"))
+    Keeper(tmp_path / "data").stop()
+
+
+@pytest.mark.benchmark(group="pitchlore import, from prompt to the first task")
+def test_python_import_prefect(benchmark):
+    measure(benchmark, "import prefect")
