@@ -22,7 +22,7 @@ from pipeline.settings import (
 )
 from pipeline.store.work import Made
 from schemas import (
-    TEAMS,
+    SIDES,
     Behaviours,
     Claims,
     Decisions,
@@ -68,7 +68,7 @@ def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
     from pipeline.situations.recognise import recognise  # noqa: PLC0415 (see above)
 
     found = recognise(inputs.table("trajectories", Trajectories), inputs.pitch, settings)
-    counts = {team: found.filter(pl.col("team") == team).height for team in TEAMS}
+    counts = {team: found.filter(pl.col("team") == team).height for team in SIDES}
     return Made([(found, Situations)], details={"situations": counts})
 
 

@@ -16,7 +16,7 @@ from pipeline.pitch import Pitch
 from pipeline.sequences import I64, exact, instances
 from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
-from schemas import TEAMS, Decisions
+from schemas import SIDES, Decisions
 
 #: Referee events that end an episode; "kick-off" alone does not explain the end.
 _FINAL = ("goal", "fault", "stop", "half", "end")
@@ -63,7 +63,7 @@ def observe(
     """
     shown = resolve(valued, patterns, grams.gap_s)
     begun = valued[shown.first]
-    team = begun["team"].cast(pl.Enum(TEAMS)).to_physical().to_numpy().astype(np.int64)
+    team = begun["team"].cast(pl.Enum(SIDES)).to_physical().to_numpy().astype(np.int64)
     seen, known = elements(trajectories, referee, pitch, team, begun["start_ns"].to_numpy())
     total = np.append(0.0, np.cumsum(exact(valued["value"].to_numpy())))
     value = (total[shown.last + 1] - total[shown.first]) / (shown.last + 1 - shown.first)

@@ -10,7 +10,7 @@ import polars as pl
 from pipeline.matches.frame import F32, HOME, I64
 from pipeline.pitch import SCALES, Pitch
 from pipeline.settings import GoalSettings
-from schemas import BODIES, TEAMS, Goals
+from schemas import BODIES, SIDES, Goals
 
 Kind = Literal["direct", "indirect", "error"]
 
@@ -30,7 +30,7 @@ class _Touches(NamedTuple):
     Attributes:
         t_ns: time.
         ball: row of the ball at that time, in _BallInPlay.
-        team: index into TEAMS.
+        team: index into SIDES.
         robot: its number.
     """
 
@@ -124,7 +124,7 @@ def attribute(
         before = int(np.searchsorted(times, goal["t_ns"]))
         window = _window(touches, times[:before], breaks, settings)
         seen = ball.before(goal["t_ns"])
-        made.append(_judge(TEAMS.index(goal["team"]), window, seen, done, pitch, settings))
+        made.append(_judge(SIDES.index(goal["team"]), window, seen, done, pitch, settings))
     return given.select(
         "match_id", "t_ns", "team",
         pl.Series("robot", [robot for robot, _ in made], dtype=pl.Int16),
@@ -176,7 +176,7 @@ def _window(touches: _Touches, times: I64, breaks: I64, settings: GoalSettings) 
 def _judge(
     scorer: int, touches: _Touches, ball: _BallInPlay, done: _Episodes, pitch: Pitch, settings: GoalSettings
 ) -> tuple[int | None, Kind | None]:
-    """Robot and kind of one goal of the team ``scorer`` (index into TEAMS)."""
+    """Robot and kind of one goal of the team ``scorer`` (index into SIDES)."""
     if not len(touches.t_ns):
         return None, None
     last = len(touches.t_ns) - 1

@@ -24,8 +24,9 @@ from schemas.situations import Situations as Situations
 from schemas.table import BODIES as BODIES
 from schemas.table import KEYS as KEYS
 from schemas.table import ROLES as ROLES
+from schemas.table import SIDES as SIDES
 from schemas.table import STAND_IN as STAND_IN
-from schemas.table import TEAMS as TEAMS
+from schemas.table import Side as Side
 from schemas.table import Table as Table
 from schemas.table import note_on as note_on
 from schemas.trajectories import Trajectories as Trajectories

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import ROLES, TEAMS, Table, match_id, unit
+from schemas.table import ROLES, SIDES, Table, match_id, unit
 
 ENDS = ("terminal", "truncated")
 
@@ -22,7 +22,7 @@ class Decisions(Table):
     VERSION: ClassVar[int] = 2
 
     match_id = match_id()
-    team = dy.Enum(TEAMS, description="team of the robot")
+    team = dy.Enum(SIDES, description="team of the robot")
     robot = dy.Int16(description="the robot's number")
     role = dy.Enum(ROLES, description="role at the decision")
     t_ns = dy.Int64(description="start of the behaviour", metadata=unit("ns"))

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import STAND_IN, TEAMS, Table, unit
+from schemas.table import SIDES, STAND_IN, Table, unit
 
 
 def word_of(team: str) -> str:
@@ -38,7 +38,7 @@ class Evaluations(Table):
     opponent = dy.String(description=f"team that it plays against, named as in team. {STAND_IN}")
     seed = dy.Int64(min=0, description="seed of the pair of matches")
     match = dy.Int8(min=1, max=2, description="first or second of the pair")
-    side = dy.Enum(TEAMS, description="side of the team that is measured")
+    side = dy.Enum(SIDES, description="side of the team that is measured")
     match_seed = dy.Int64(min=0, description="seed of the match; at least 2,000,000,000, so that no season and no match recorded with a lower seed shares it")
     duration_s = dy.Float64(min=0, description="duration of the match", metadata=unit("s"))
     goals_for = dy.Int16(min=0, description="goals of the team", metadata=unit("goals"))

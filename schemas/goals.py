@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import TEAMS, Table, match_id, unit
+from schemas.table import SIDES, Table, match_id, unit
 
 KINDS = ("direct", "indirect", "error")
 
@@ -19,6 +19,6 @@ class Goals(Table):
 
     match_id = match_id()
     t_ns = dy.Int64(description="time at which the referee gave it", metadata=unit("ns"))
-    team = dy.Enum(TEAMS, nullable=True, description="team that the goal counts for; null where the source does not say")
+    team = dy.Enum(SIDES, nullable=True, description="team that the goal counts for; null where the source does not say")
     robot = dy.Int16(nullable=True, description="number of the robot (of either team) that made it; null without a touch of the ball, and where the team is null")
     kind = dy.Enum(KINDS, nullable=True, description="direct action, indirect action, or error of the adversary; null where unknown")

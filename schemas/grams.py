@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import ROLES, TEAMS, Table, match_id
+from schemas.table import ROLES, SIDES, Table, match_id
 
 
 class Grams(Table):
@@ -19,7 +19,7 @@ class Grams(Table):
     VERSION: ClassVar[int] = 1
 
     match_id = match_id()
-    team = dy.Enum(TEAMS, description="team of the robots that showed it")
+    team = dy.Enum(SIDES, description="team of the robots that showed it")
     role = dy.Enum(ROLES, description="role held when the gram starts")
     codes = dy.List(dy.Int16(min=1, max=194), description="the situations' codes in order")
     n = dy.Int8(min=1, max=4, description="number of situations")

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import BODIES, STAND_IN, TEAMS, Table, match_id, unit
+from schemas.table import BODIES, SIDES, STAND_IN, Table, match_id, unit
 
 EVENTS = ("kick-off", "goal", "fault", "stop", "play", "half", "end")
 FLAWS = (
@@ -59,7 +59,7 @@ class Referee(Table):
         "kick-off, fault: play restarts here; goal, half, end, stop: play stops here; "
         "play: play goes on"
     ))
-    team = dy.Enum(TEAMS, nullable=True, description="who scored, or who restarts; null where unknown")
+    team = dy.Enum(SIDES, nullable=True, description="who scored, or who restarts; null where unknown")
     score_home = dy.Int16(nullable=True, min=0, description="goals of home after the event, null where unknown")
     score_away = dy.Int16(nullable=True, min=0, description="goals of away after the event, null where unknown")
     note = dy.String(nullable=True, description="the source's own word for the event")

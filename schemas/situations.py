@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import dataframely as dy
 import polars as pl
 
-from schemas.table import ROLES, TEAMS, Table, match_id, unit
+from schemas.table import ROLES, SIDES, Table, match_id, unit
 
 #: The paper's code of "robot moves randomly" (Table 1), given to time that no rule explains.
 MOVES_RANDOMLY = 194
@@ -23,7 +23,7 @@ class Situations(Table):
     VERSION: ClassVar[int] = 1
 
     match_id = match_id()
-    team = dy.Enum(TEAMS, description="team of the robot, whose point of view the situation takes")
+    team = dy.Enum(SIDES, description="team of the robot, whose point of view the situation takes")
     robot = dy.Int16(description="the robot's number")
     role = dy.Enum(ROLES, description="the robot's role when the situation starts")
     code = dy.Int16(min=1, max=194, description="the paper's code (Table 1); 194 is moves randomly")

@@ -8,8 +8,10 @@ from typing import Any, ClassVar, Literal, get_args
 import dataframely as dy
 import polars as pl
 
-TEAMS = ("home", "away")
-BODIES = ("ball", *TEAMS)
+#: The teams of a match.
+Side = Literal["home", "away"]
+SIDES: tuple[Side, Side] = get_args(Side)
+BODIES = ("ball", *SIDES)
 ROLES = ("goalkeeper", "midfield", "striker")
 
 #: Teams that stand in for people.

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
-from support.rows import TEAMS, consecutive, goals, patterns, situations
+from support.rows import SIDES, consecutive, goals, patterns, situations
 
 from pipeline.errors import SchemaMismatch
 from pipeline.grams.count import cover, grams, merge, value
@@ -17,7 +17,7 @@ HALF = GramSettings(alpha=0.5, tick_s=1.0)
 
 codes = st.sampled_from([1, 11, 21, 46, 184, 194])
 sequence = st.lists(st.one_of(codes, st.none()), min_size=0, max_size=25)
-matches = st.tuples(sequence, sequence, st.lists(st.tuples(st.integers(0, 12), st.sampled_from(TEAMS)), max_size=3,
+matches = st.tuples(sequence, sequence, st.lists(st.tuples(st.integers(0, 12), st.sampled_from(SIDES)), max_size=3,
                                                  unique_by=lambda goal: goal[0]))
 
 
@@ -61,7 +61,7 @@ class TestValue:
         one = value(situations(consecutive(home), consecutive(away, team="away")), goals(*scored), HALF)
         two = value(situations(consecutive(home, team="away"), consecutive(away)),
                     goals(*((t, other[team]) for t, team in scored)), HALF)
-        for team in TEAMS:
+        for team in SIDES:
             assert_frame_equal(one.filter(team=team).drop("team"), two.filter(team=other[team]).drop("team"))
         against = value(situations(consecutive(home), consecutive(away, team="away")),
                         goals(*((t, other[team]) for t, team in scored)), HALF)

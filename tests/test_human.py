@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pipeline.arena.match.controllers import ScriptedController, controller_of, measures_of
-from pipeline.arena.match.human import Command, HumanController
+from pipeline.arena.match.human import DriveCommand, HumanController
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
@@ -44,21 +44,21 @@ def wheels_at(command, driven=2):
 
 class TestDriving:
     @pytest.mark.parametrize(("command", "left", "right"), [
-        (Command(), 0.0, 0.0),
-        (Command(forward=1), 0.72, 0.72),
-        (Command(forward=-0.5), -0.36, -0.36),
-        (Command(turn=1), -0.1775, 0.1775),  # 5 rad/s times half the axle
-        (Command(forward=1, boost=True), TOP, TOP),
-        (Command(boost=True), TOP, TOP),
-        (Command(turn=-1, boost=True), TOP, -TOP),  # the spin
-        (Command(forward=1, turn=1, boost=True), TOP - 0.355, TOP),  # the turn goes before
-        (Command(forward=7, turn=-7), 0.72 + 0.1775, 0.72 - 0.1775),
+        (DriveCommand(), 0.0, 0.0),
+        (DriveCommand(forward=1), 0.72, 0.72),
+        (DriveCommand(forward=-0.5), -0.36, -0.36),
+        (DriveCommand(turn=1), -0.1775, 0.1775),  # 5 rad/s times half the axle
+        (DriveCommand(forward=1, boost=True), TOP, TOP),
+        (DriveCommand(boost=True), TOP, TOP),
+        (DriveCommand(turn=-1, boost=True), TOP, -TOP),  # the spin
+        (DriveCommand(forward=1, turn=1, boost=True), TOP - 0.355, TOP),  # the turn goes before
+        (DriveCommand(forward=7, turn=-7), 0.72 + 0.1775, 0.72 - 0.1775),
     ])
     def test_wheels_by_hand(self, command, left, right):
         assert wheels_at(command)[1].tolist() == pytest.approx([left, right])
 
     def test_the_others_play_the_static_rules(self):
-        mine = wheels_at(Command(forward=1), driven=2)
+        mine = wheels_at(DriveCommand(forward=1), driven=2)
         rules = ScriptedController(TeamSettings(kind="static"), 3, M, np.random.default_rng(1))
         theirs = np.zeros((3, 2))
         for frame in range(2):
@@ -107,7 +107,7 @@ class TestInAMatch:
         match.advance()
         assert controller.playing
         controller.driven = 2
-        controller.command(Command(forward=1))
+        controller.command(DriveCommand(forward=1))
         row = 2 + 3 * side
         before = match.bodies[row].copy()
         match.advance(10)
@@ -135,7 +135,7 @@ class TestInAMatch:
             controller = human()
             match = Match(RECIPE, (controller, controller_of(TeamSettings(kind="static"), RECIPE, 1)))
             for frame in range(120):
-                controller.command(Command(forward=math.sin(frame / 20), turn=math.cos(frame / 30)))
+                controller.command(DriveCommand(forward=math.sin(frame / 20), turn=math.cos(frame / 30)))
                 match.advance()
             logs.append(match.take().frames.robots.tobytes())
         assert logs[0] == logs[1]

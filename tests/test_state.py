@@ -28,7 +28,7 @@ from pipeline.state import (
     radix,
     size,
 )
-from schemas import ROLES, TEAMS, Referee
+from schemas import ROLES, SIDES, Referee
 
 VSSS = PITCHES[Kind.VSSS]
 NOBODY = Referee.empty()
@@ -356,7 +356,7 @@ coordinate = st.floats(-0.7, 0.7).filter(lambda x: abs(x) > 1e-3)
 @st.composite
 def scenes(draw):
     scene = {"ball": tuple(draw(coordinate) for _ in range(4))}
-    for team in TEAMS:
+    for team in SIDES:
         for robot, role in enumerate(draw(st.lists(st.sampled_from(list(WORDS)), min_size=1, max_size=4))):
             scene[f"{team}_{robot}"] = (draw(coordinate), draw(coordinate), draw(st.floats(-3.0, 3.0)), role)
     return scene
@@ -402,7 +402,7 @@ def test_a_match_with_the_teams_exchanged_and_turned_is_seen_the_same(scene):
 def test_one_moment_can_be_looked_at_without_tables():
     names = [name for name in SIX if name.startswith(("home", "away"))]
     robots = np.array([SIX[name][:3] for name in names])
-    sides = np.array([TEAMS.index(name[:4]) for name in names])
+    sides = np.array([SIDES.index(name[:4]) for name in names])
     roles = np.array([ROLES.index(WORDS[SIX[name][3]]) for name in names])
     out = np.empty(36, dtype=np.uint8)
     ball = np.array([0.0, 0.0, 0.3, 0.0])

@@ -15,7 +15,7 @@ import pytest
 from flows.cli import main
 from flows.commands import play as play_command
 from pipeline import matches as log
-from pipeline.arena.match.human import Command
+from pipeline.arena.match.human import DriveCommand
 from pipeline.matches.frame import AWAY, HOME
 from pipeline.pitch import PITCHES, Kind
 from pipeline.store import Store
@@ -54,20 +54,20 @@ def stick(axis, part):
 
 class TestKeys:
     @pytest.mark.parametrize(("codes", "command"), [
-        ([], Command()),
-        (["UP"], Command(forward=1)), (["w"], Command(forward=1)),
-        (["DOWN"], Command(forward=-1)), (["s"], Command(forward=-1)),
-        (["LEFT"], Command(turn=1)), (["a"], Command(turn=1)),
-        (["RIGHT"], Command(turn=-1)), (["d"], Command(turn=-1)),
-        (["UP", "LEFT", "SPACE"], Command(forward=1, turn=1, boost=True)),
-        (["UP", "w"], Command(forward=1)), (["UP", "DOWN"], Command()),
+        ([], DriveCommand()),
+        (["UP"], DriveCommand(forward=1)), (["w"], DriveCommand(forward=1)),
+        (["DOWN"], DriveCommand(forward=-1)), (["s"], DriveCommand(forward=-1)),
+        (["LEFT"], DriveCommand(turn=1)), (["a"], DriveCommand(turn=1)),
+        (["RIGHT"], DriveCommand(turn=-1)), (["d"], DriveCommand(turn=-1)),
+        (["UP", "LEFT", "SPACE"], DriveCommand(forward=1, turn=1, boost=True)),
+        (["UP", "w"], DriveCommand(forward=1)), (["UP", "DOWN"], DriveCommand()),
     ])
     def test_held(self, codes, command):
         controls = Controls()
         events = [key(getattr(pygame, f"K_{code}")) for code in codes]
         assert controls.listen(events).command == command
         assert controls.listen([]).command == command  # still held
-        assert controls.listen([key(event.key, down=False) for event in events]).command == Command()
+        assert controls.listen([key(event.key, down=False) for event in events]).command == DriveCommand()
 
     def test_once(self):
         controls = Controls()
@@ -81,14 +81,14 @@ class TestKeys:
 
     def test_other_keys_do_nothing(self):
         asked = Controls().listen([key(pygame.K_F5), key(pygame.K_F5, down=False), button(99), stick(4, 1.0)])
-        assert asked == (Command(), None, False, False)
+        assert asked == (DriveCommand(), None, False, False)
 
     def test_a_closed_window_leaves(self):
         assert Controls().listen([pygame.event.Event(pygame.QUIT)]).leave
 
     def test_who_looks_away_lets_go_and_pauses(self):
         asked = Controls().listen([key(pygame.K_UP), pygame.event.Event(pygame.WINDOWFOCUSLOST)])
-        assert asked.command == Command()
+        assert asked.command == DriveCommand()
         assert asked.paused
 
 
@@ -98,16 +98,16 @@ class TestPads:
         x, y = pygame.CONTROLLER_AXIS_LEFTX, pygame.CONTROLLER_AXIS_LEFTY
         forward, turn, _ = controls.listen([stick(y, -0.5), stick(x, 0.25)]).command  # up, right
         assert (forward, turn) == pytest.approx((0.5, -0.25), abs=1e-4)
-        assert controls.listen([stick(y, 0.9 * DEAD_ZONE), stick(x, -1.0)]).command == Command(turn=1)
+        assert controls.listen([stick(y, 0.9 * DEAD_ZONE), stick(x, -1.0)]).command == DriveCommand(turn=1)
         full = pygame.event.Event(pygame.CONTROLLERAXISMOTION, axis=y, value=-32768, instance_id=0)
         assert controls.listen([full]).command.forward == 1
 
     def test_buttons(self):
         controls = Controls()
         asked = controls.listen([button(pygame.CONTROLLER_BUTTON_A), button(pygame.CONTROLLER_BUTTON_X)])
-        assert (asked.command, asked.switch) == (Command(boost=True), "next")
-        assert controls.listen([button(pygame.CONTROLLER_BUTTON_A, down=False)]).command == Command()
-        assert controls.listen([button(pygame.CONTROLLER_BUTTON_DPAD_UP)]).command == Command(forward=1)
+        assert (asked.command, asked.switch) == (DriveCommand(boost=True), "next")
+        assert controls.listen([button(pygame.CONTROLLER_BUTTON_A, down=False)]).command == DriveCommand()
+        assert controls.listen([button(pygame.CONTROLLER_BUTTON_DPAD_UP)]).command == DriveCommand(forward=1)
         assert controls.listen([button(pygame.CONTROLLER_BUTTON_START)]).paused
         assert controls.listen([button(pygame.CONTROLLER_BUTTON_BACK)]).leave
 
@@ -116,7 +116,7 @@ class TestPads:
         controls.listen([stick(pygame.CONTROLLER_AXIS_LEFTX, 1.0), button(pygame.CONTROLLER_BUTTON_A),
                          key(pygame.K_UP)])
         asked = controls.listen([pygame.event.Event(pygame.CONTROLLERDEVICEREMOVED, instance_id=0)])
-        assert asked == (Command(forward=1), None, True, False)
+        assert asked == (DriveCommand(forward=1), None, True, False)
 
 
 class TestPainting:

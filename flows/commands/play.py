@@ -25,7 +25,7 @@ from pipeline.arena.window.picture import Picture
 from pipeline.errors import BadSettings, NotFound
 from pipeline.matches.frame import AWAY, HOME, home_attacks
 from pipeline.store import Store
-from schemas import TEAMS, note_on
+from schemas import SIDES, note_on
 
 if TYPE_CHECKING:
     from pipeline.arena.window.screen import Window
@@ -64,7 +64,7 @@ def play(
     how = playing.matches(store, _MINUTES).of_match()
     open_window = _window()
     policies: dict[str, pl.DataFrame] = {}
-    team = TEAMS.index(side)
+    team = SIDES.index(side)
     teams = [entrant(store, against, policies).settings] * 2
     teams[team] = TeamSettings(kind="human")
     recipe = _unplayed(store, Recipe(**how, home=teams[HOME], away=teams[AWAY], seed=0), seed)

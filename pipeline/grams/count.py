@@ -22,7 +22,7 @@ from pipeline.sequences import (
     windows,
 )
 from pipeline.settings import GramSettings
-from schemas import ROLES, TEAMS, Grams
+from schemas import ROLES, SIDES, Grams
 
 #: Rows that :func:`merge` collects before it adds them up; this bounds its memory.
 _BUFFERED_ROWS = 1 << 20
@@ -48,10 +48,10 @@ def value(
     """
     goals = goals.select("t_ns", "team").sort("t_ns")
     goal_ns = goals["t_ns"].to_numpy()
-    unknown = len(TEAMS)
-    scorer = goals["team"].cast(pl.Enum(TEAMS)).to_physical().fill_null(unknown).to_numpy()
+    unknown = len(SIDES)
+    scorer = goals["team"].cast(pl.Enum(SIDES)).to_physical().fill_null(unknown).to_numpy()
     start_ns = situations[start].to_numpy()
-    team = situations["team"].cast(pl.Enum(TEAMS)).to_physical().to_numpy()
+    team = situations["team"].cast(pl.Enum(SIDES)).to_physical().to_numpy()
     values = np.zeros(len(start_ns), dtype=np.float64)
     following = np.searchsorted(goal_ns, start_ns, side="right")
     before = following < len(goal_ns)
@@ -96,13 +96,13 @@ def grams(valued: pl.DataFrame, n: int, taken: Bool | None, settings: GramSettin
     runs = windows(valued, n, taken, settings.gap_s)
     values = valued["value"].to_numpy()
     instance = exact(values[runs.first[:, None] + np.arange(n)].mean(axis=1))
-    team = valued["team"].cast(pl.Enum(TEAMS)).to_physical().to_numpy()[runs.first]
+    team = valued["team"].cast(pl.Enum(SIDES)).to_physical().to_numpy()[runs.first]
     split = len(ROLES) << 32
     keys, which = np.unique(runs.key + team.astype(np.int64) * split, return_inverse=True)
     return pl.DataFrame(
         {
             "match_id": np.repeat(valued["match_id"].head(1).to_numpy(), len(keys)),
-            "team": _labels(TEAMS, keys // split),
+            "team": _labels(SIDES, keys // split),
             "role": _labels(ROLES, role_of(keys % split)),
             "codes": _lists(codes_of(keys % split, n)),
             "n": np.full(len(keys), n),

@@ -17,12 +17,13 @@ import numpy.typing as npt
 
 from pipeline import __version__
 from pipeline.errors import BadRecording
-from pipeline.importers.rows import SIDES, Event, Side, pack, referee
+from pipeline.importers.rows import Event, pack, referee
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking_map import TrackingMap
 from pipeline.matches.frame import I64, Frames, MatchInfo, MatchLog, Period, wrap
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import PITCHES, Kind
+from schemas import SIDES, Side
 
 #: A number as a C++ stream writes it; the pitch is too small for a positive exponent.
 _NUMBER = rb"(-?\d{1,6}(?:\.\d{1,9})?(?:e-\d{1,3})?)"

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 import polars as pl
 
 from pipeline.matches.frame import BALL_DTYPE, I64, ROBOT_DTYPE, Frames
-from schemas import Referee
-
-Side = Literal["home", "away"]
-
-SIDES: tuple[Side, Side] = ("home", "away")
+from schemas import Referee, Side
 
 #: A higher score is a damaged file, not a match.
 MAX_SCORE = 9999

@@ -41,7 +41,7 @@ class SourceFile:
     match_id: str
 
 
-class Content(NamedTuple):
+class Inflated(NamedTuple):
     """The bytes of a file, inflated.
 
     Attributes:
@@ -53,7 +53,7 @@ class Content(NamedTuple):
     damage: str | None
 
 
-def inflate(data: bytes, name: str, *, limit: int = MAX_BYTES, ratio: int = MAX_RATIO) -> Content:
+def inflate(data: bytes, name: str, *, limit: int = MAX_BYTES, ratio: int = MAX_RATIO) -> Inflated:
     """Content of a file: gunzipped if it is gzipped, else as it is.
 
     A cut or corrupt gzip stream is inflated up to the damage. Its checksum is not verified then, and
@@ -69,7 +69,7 @@ def inflate(data: bytes, name: str, *, limit: int = MAX_BYTES, ratio: int = MAX_
         BadRecording: if the content exceeds ``limit`` or ``ratio``, or if no byte can be inflated.
     """
     if not data.startswith(_GZIP):
-        return Content(data, None)
+        return Inflated(data, None)
     chunks: list[bytes] = []
     total = at = 0
     damage = None
@@ -95,7 +95,7 @@ def inflate(data: bytes, name: str, *, limit: int = MAX_BYTES, ratio: int = MAX_
         damage = "the gzip stream is followed by something else"
     if not total and damage is not None:
         raise BadRecording(damage, where=name, next_step="Copy or record it again")
-    return Content(b"".join(chunks), damage)
+    return Inflated(b"".join(chunks), damage)
 
 
 def match_id(name: str, sha256: str) -> str:

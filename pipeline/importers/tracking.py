@@ -12,7 +12,7 @@ from pipeline import __version__
 from pipeline.errors import BadRecording
 from pipeline.importers.directions import direction_flaws, infer_periods, votes_of
 from pipeline.importers.guesses import guess_home, guess_pitch
-from pipeline.importers.rows import SIDES, pack, referee
+from pipeline.importers.rows import pack, referee
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking_events import Course, referee_events
 from pipeline.importers.tracking_map import Teams, TrackingMap
@@ -20,6 +20,7 @@ from pipeline.importers.tracking_table import RawTable, typed
 from pipeline.matches.frame import I64, Frames, MatchInfo, MatchLog, wrap
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import Pitch
+from schemas import SIDES
 
 F64 = npt.NDArray[np.float64]
 

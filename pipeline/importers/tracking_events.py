@@ -11,10 +11,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.importers.rows import SIDES, Event, Side, other
+from pipeline.importers.rows import Event, other
 from pipeline.importers.tracking_map import TrackingMap
 from pipeline.matches.frame import I64
 from pipeline.matches.quality import Flaw
+from schemas import SIDES, Side
 
 _STOPS = {"goal", "half", "end", "stop"}
 #: Events that name a team: it scores, or brings the ball back into play.

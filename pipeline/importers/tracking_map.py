@@ -6,9 +6,9 @@ from typing import Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from pipeline.importers.rows import SIDES, Side
 from pipeline.pitch import Kind
 from pipeline.settings import from_toml
+from schemas import SIDES, Side
 
 EventName = Literal["kick-off", "goal", "fault", "stop", "play", "half", "end"]
 

@@ -14,7 +14,7 @@ import polars as pl
 
 from pipeline.matches.frame import BALL_DTYPE, I64, ROBOT_DTYPE, Frames
 from pipeline.matches.messages import RECORD, Bools, Heads, Messages, bytes_of
-from schemas import ROLES, TEAMS, Decisions, Referee
+from schemas import ROLES, SIDES, Decisions, Referee
 from schemas.decisions import ENDS
 from schemas.matches import EVENTS
 
@@ -105,7 +105,7 @@ def unpack_referee(messages: Messages) -> tuple[pl.DataFrame, Bools]:
     for i, (start, end) in enumerate(pairwise(messages.offsets.tolist())):
         strings = _read_strings(tails[start:end], 3)
         head = messages.heads[i]
-        mask[i] &= strings is not None and strings[0] in EVENTS and strings[1] in ("", *TEAMS)
+        mask[i] &= strings is not None and strings[0] in EVENTS and strings[1] in ("", *SIDES)
         if mask[i] and strings is not None:
             scores = (int(head["score_home"]), int(head["score_away"]))
             rows.append((
@@ -173,7 +173,7 @@ def unpack_decisions(messages: Messages) -> tuple[pl.DataFrame, Bools]:
     """Rows of schema Decisions without ``match_id``, and a mask of the messages [K] that they come from."""
     heads = messages.heads
     mask = _addressed(messages) & (messages.tail_bytes() == heads["name_bytes"])
-    for name, values in (("team", len(TEAMS)), ("role", len(ROLES)), ("random", 2), ("ends", 1 + len(ENDS))):
+    for name, values in (("team", len(SIDES)), ("role", len(ROLES)), ("random", 2), ("ends", 1 + len(ENDS))):
         mask &= heads[name] < values
     tails = messages.tails.tobytes()
     texts = [tails[start:end] for start, end in pairwise(messages.offsets.tolist())]

@@ -36,7 +36,7 @@ from pipeline.situations.occurrences import (
 )
 from pipeline.situations.rulebook import RuleSet, compiled, rule_table, term_table
 from pipeline.situations.rules import RULES, TABLE_1, Start, Target
-from schemas import ROLES, TEAMS, Situations
+from schemas import ROLES, SIDES, Situations
 from schemas.situations import MOVES_RANDOMLY
 
 F64 = npt.NDArray[np.float64]
@@ -271,7 +271,7 @@ _LONGEST_NS = np.array([
 
 def _target_names(match: DenseMatch) -> list[str | None]:
     """Names of the targets by number; the last is that of -1."""
-    robots = [f"{TEAMS[team]}-{robot}" for team, robot in zip(match.team, match.robot, strict=True)]
+    robots = [f"{SIDES[team]}-{robot}" for team, robot in zip(match.team, match.robot, strict=True)]
     return [*robots, *(str(thing) for thing in _THINGS), None]
 
 
@@ -280,7 +280,7 @@ def _table(match_id: str, match: DenseMatch, found: _SituationColumns) -> pl.Dat
     targets = pl.Series(_target_names(match), dtype=pl.String)
     columns = {
         "match_id": pl.repeat(match_id, len(found.row), eager=True),
-        "team": pl.Series(np.array(TEAMS)[match.team[found.row]]),
+        "team": pl.Series(np.array(SIDES)[match.team[found.row]]),
         "robot": match.robot[found.row],
         "role": pl.Series(np.array(ROLES)[found.role]),
         "code": found.code,

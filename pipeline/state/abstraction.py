@@ -28,7 +28,7 @@ from pipeline.state.table import (
     SPEED,
     U8,
 )
-from schemas import ROLES, TEAMS
+from schemas import ROLES, SIDES
 
 F64 = npt.NDArray[np.float64]
 Bool = npt.NDArray[np.bool_]
@@ -245,7 +245,7 @@ def elements(
         trajectories: rows of schema Trajectories of one match.
         referee: rows of schema Referee of the same match, in order of time.
         pitch: of the match.
-        team: [K], index of each observing team in ``schemas.TEAMS``.
+        team: [K], index of each observing team in ``schemas.SIDES``.
         t_ns: int64 [K], times of samples.
 
     Returns:
@@ -258,7 +258,7 @@ def elements(
     wanted = pl.DataFrame({"t_ns": np.unique(t_ns)})
     balls = wanted.join(_balls(trajectories, edges.moving), on="t_ns").sort("t_ns")
     robots = (
-        trajectories.filter(pl.col("team").is_in(TEAMS), ~pl.col("suspect"), pl.col("role").is_not_null())
+        trajectories.filter(pl.col("team").is_in(SIDES), ~pl.col("suspect"), pl.col("role").is_not_null())
         .join(balls.select("t_ns"), on="t_ns", how="semi")
         .sort("t_ns", "team", "robot")
     )
@@ -270,7 +270,7 @@ def elements(
     stopped = np.isin(t_ns, balls.filter(pl.col("segment").is_null())["t_ns"].to_numpy())
     samples = _Samples(
         robots.select("x", "y", "theta").cast(pl.Float64).fill_null(np.nan).to_numpy(order="c"),
-        _index(robots["team"], TEAMS), _index(robots["role"], ROLES), offsets,
+        _index(robots["team"], SIDES), _index(robots["role"], ROLES), offsets,
         balls.select("x", "y", "vx", "vy").cast(pl.Float64).fill_null(np.nan).to_numpy(order="c"),
         balls["direction"].fill_null(np.nan).to_numpy(),
     )  # fmt: skip
@@ -296,7 +296,7 @@ def score_levels(referee: pl.DataFrame, team: I64, t_ns: I64) -> I64:
         if home is not None and away is not None:
             leads.append(home - away)
         elif event == "goal":
-            leads.append(leads[-1] + (1 if scorer == TEAMS[0] else -1))
+            leads.append(leads[-1] + (1 if scorer == SIDES[0] else -1))
     lead = np.array(leads)[np.searchsorted(events["t_ns"].to_numpy(), t_ns, side="right")]
     return DRAWING + np.sign(np.where(team == 0, lead, -lead))
 

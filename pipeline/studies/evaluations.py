@@ -21,7 +21,7 @@ from pipeline.matches.frame import AWAY, HOME
 from pipeline.settings import Frozen
 from pipeline.store.receipts import fingerprint
 from pipeline.studies.statistics import F64, mean_interval, wilson
-from schemas import TEAMS, Evaluations
+from schemas import SIDES, Evaluations
 
 #: First seed of the matches, two for each pair; seeds of seasons are below.
 _FIRST_SEED = 2_000_000_000
@@ -116,7 +116,7 @@ def play(pair: Pair, policies: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
         rows.append({
             "evaluation": whole.id, "team": whole.team.name, "policy_version": whole.team.policy_version,
             "knowledge_version": whole.team.knowledge_version, "opponent": whole.opponent.name,
-            "seed": pair.seed, "match": number, "side": TEAMS[side], "match_seed": recipe.seed,
+            "seed": pair.seed, "match": number, "side": SIDES[side], "match_seed": recipe.seed,
             "duration_s": recipe.referee.duration_s,
             "goals_for": match.score[side], "goals_against": match.score[1 - side],
             "actions": len(decided) if learned else None,

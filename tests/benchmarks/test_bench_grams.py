@@ -6,7 +6,7 @@ import pytest
 
 from pipeline.grams.count import grams, merge, value
 from pipeline.settings import GramSettings
-from schemas import ROLES, TEAMS, Goals, Situations
+from schemas import ROLES, SIDES, Goals, Situations
 
 SETTINGS = GramSettings()
 CODES = np.array([1, 11, 21, 22, 34, 44, 46, 47, 57, 68, 78, 88, 108, 118, 138, 150, 162, 173, 184, 194])
@@ -23,10 +23,10 @@ def valued(seed=0, situations=8_000):
             "code": rng.choice(CODES, each), "name": "", "start_ns": np.concatenate(([0], end[:-1])),
             "end_ns": end, "strength": None, "target": None, "segment": np.arange(each) // 50,
         }, schema=Situations.dtypes())
-        for team in TEAMS for robot in range(3)
+        for team in SIDES for robot in range(3)
     ])
     times = np.arange(1, 20) * 25_000_000_000
-    goals = pl.DataFrame({"match_id": "bench-0", "t_ns": times, "team": rng.choice(TEAMS, 19), "robot": None,
+    goals = pl.DataFrame({"match_id": "bench-0", "t_ns": times, "team": rng.choice(SIDES, 19), "robot": None,
                           "kind": None}, schema=Goals.dtypes())
     return value(table, goals, SETTINGS)
 

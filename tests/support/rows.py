@@ -2,7 +2,7 @@
 
 import polars as pl
 
-from schemas import ROLES, TEAMS, Patterns, Situations, Trajectories
+from schemas import ROLES, SIDES, Patterns, Situations, Trajectories
 
 S = 1_000_000_000
 MATCH = "match-0123456789ab"
@@ -31,7 +31,7 @@ def situations(*runs):
 def goals(*rows):
     """(seconds, team) each."""
     return pl.DataFrame([(round(t * S), team) for t, team in rows],
-                        schema={"t_ns": pl.Int64, "team": pl.Enum(TEAMS)}, orient="row")
+                        schema={"t_ns": pl.Int64, "team": pl.Enum(SIDES)}, orient="row")
 
 
 def patterns(*rows):
@@ -62,4 +62,4 @@ def bodies(times, **places):
     return Trajectories.validate(table.sort("team", "robot", "t_ns"))
 
 
-__all__ = ["MATCH", "ROLES", "TEAMS", "S", "bodies", "consecutive", "goals", "patterns", "situations"]
+__all__ = ["MATCH", "ROLES", "SIDES", "S", "bodies", "consecutive", "goals", "patterns", "situations"]

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import TEAMS, Table, match_id, unit
+from schemas.table import SIDES, Table, match_id, unit
 
 
 class Sprints(Table):
@@ -23,7 +23,7 @@ class Sprints(Table):
     VERSION: ClassVar[int] = 1
 
     match_id = match_id()
-    team = dy.Enum(TEAMS, description="team of the robot")
+    team = dy.Enum(SIDES, description="team of the robot")
     robot = dy.Int16(min=0, description="number of the robot")
     top_speed = dy.Float64(min=0, description="greatest estimated speed", metadata=unit("m/s"))
 ''',

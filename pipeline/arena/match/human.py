@@ -18,7 +18,7 @@ _CRUISE = 0.6
 _TURN = 5.0
 
 
-class Command(NamedTuple):
+class DriveCommand(NamedTuple):
     """Command of a person to the robot that they drive.
 
     Attributes:
@@ -55,13 +55,13 @@ class HumanController(Controller):
         self._others = ScriptedController(TeamSettings(kind="static"), robots, measures, rng)
         self._robots = robots
         self._measures = measures
-        self._command = Command()
+        self._command = DriveCommand()
         self._to_nearest = True  # whoever is nearest to the ball begins
         self.driven = 1
         self.playing = False
         self.reward = 0.0
 
-    def command(self, command: Command) -> None:
+    def command(self, command: DriveCommand) -> None:
         """Drive so from the next frame on, until another command comes."""
         self._command = command
 

@@ -18,7 +18,7 @@ from pipeline.arena.physics.restarts import restart
 from pipeline.bodies import BALL, F64, OMEGA, THETA, VX, VY, X, Y, see
 from pipeline.matches.frame import AWAY, BALL_DTYPE, HOME, ROBOT_DTYPE, Frames, MatchInfo
 from pipeline.store.receipts import RELEASE
-from schemas import ROLES, TEAMS, Decisions
+from schemas import ROLES, SIDES, Decisions
 from schemas.decisions import ENDS
 
 #: Frames that a log gets at once.
@@ -132,7 +132,7 @@ class Match:
         first, self._first = self._first, self._first + len(samples)
         made = [
             _rows(controller.decided(), team, match_id, self.laws)
-            for team, controller in zip(TEAMS, self.controllers, strict=True)
+            for team, controller in zip(SIDES, self.controllers, strict=True)
         ]
         return Part(
             _frames(np.array(samples).reshape(-1, *self.bodies.shape), first, self.laws),
@@ -188,7 +188,7 @@ class Match:
         """Play stops, if it was on: robots stand, episodes are over."""
         self._wheels[:] = 0.0
         if self._in_play:
-            for team, controller in zip(TEAMS, self.controllers, strict=True):
+            for team, controller in zip(SIDES, self.controllers, strict=True):
                 controller.stopped(frame, 0.0 if scorer is None else (1.0 if scorer == team else -1.0))
         self._in_play = False
 

@@ -42,7 +42,7 @@ from pipeline.bodies import BALL, F64, VX, VY, Record, X, Y
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import AWAY, HOME, Period
 from pipeline.pitch import SCALES, Pitch
-from schemas import TEAMS, Referee
+from schemas import SIDES, Referee
 
 #: The referee's memory; all fields int64.
 STATE = np.dtype([
@@ -321,11 +321,11 @@ def told(call: int, state: Record, laws: Laws) -> tuple[RefereeEvent, ...]:
     t_ns = laws.t_ns(int(state["frame"]) - 1)
     score = int(state["home_goals"]), int(state["away_goals"])
     taker = int(state["team"])
-    team = None if taker == NOBODY else TEAMS[taker]
+    team = None if taker == NOBODY else SIDES[taker]
     if call == PLAY_ON:
         return ()
     if call == GOAL:
-        return (RefereeEvent(t_ns, "goal", TEAMS[1 - taker], *score, "goal"),)
+        return (RefereeEvent(t_ns, "goal", SIDES[1 - taker], *score, "goal"),)
     if call == FOUL:
         return (RefereeEvent(t_ns, "stop", None, *score, WORDS[int(state["due"])]),)
     if call == END:

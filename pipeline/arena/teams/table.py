@@ -12,7 +12,6 @@ from pipeline.arena.teams import human_like, moving_randomly, static
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.people import People
 from schemas.seasons import OPPONENTS
-from schemas.table import STAND_INS
 
 #: The arrays that a team remembers a match in; their meaning is the team's business.
 Memory = tuple[npt.NDArray[Any], ...]
@@ -60,11 +59,6 @@ class Team(NamedTuple):
     def opponent(self) -> bool:
         """Whether seasons can be played against it: whether the tables of seasons have its name."""
         return self.name in OPPONENTS
-
-    @property
-    def stands_in(self) -> bool:
-        """Whether it stands in for people, and ``schemas.STAND_IN`` is said beside its results."""
-        return self.name in STAND_INS
 
 
 #: All teams by name. The colours are Okabe and Ito's.

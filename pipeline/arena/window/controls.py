@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 
 import pygame
 
-from pipeline.arena.match.human import Command
+from pipeline.arena.match.human import DriveCommand
 
 #: A stick that is pushed less is let go: sticks do not come back to exactly 0.
 DEAD_ZONE = 0.15
@@ -59,7 +59,7 @@ class Asked(NamedTuple):
         leave: whether they leave the match.
     """
 
-    command: Command
+    command: DriveCommand
     switch: Literal["next", "nearest"] | None
     paused: bool
     leave: bool
@@ -118,11 +118,11 @@ class Controls:
             case Do.LEAVE:
                 self._leave = True
 
-    def _command(self) -> Command:
+    def _command(self) -> DriveCommand:
         doing = {(KEYS if device == pygame.KEYDOWN else BUTTONS)[code] for device, code in self._held}
         forward = float(Do.FORWARD in doing) - float(Do.BACK in doing)
         turn = float(Do.LEFT in doing) - float(Do.RIGHT in doing)
-        return Command(  # a stick's axes point right and down
+        return DriveCommand(  # a stick's axes point right and down
             forward or -self._stick[pygame.CONTROLLER_AXIS_LEFTY],
             turn or -self._stick[pygame.CONTROLLER_AXIS_LEFTX],
             Do.BOOST in doing,

@@ -12,12 +12,12 @@ from pipeline.views.commentary.chances import Outcome, Shot
 from pipeline.views.commentary.settings import CommentarySettings
 from pipeline.views.commentary.touches import Spell
 from pipeline.views.commentary.words import clock
-from schemas import ROLES, TEAMS, note_on
+from schemas import ROLES, SIDES, note_on
 from schemas.goals import KINDS
 from schemas.situations import MOVES_RANDOMLY
 
 
-class Side(BaseModel):
+class SideStatistics(BaseModel):
     """Statistics of one team in a match.
 
     Attributes:
@@ -62,8 +62,8 @@ class MatchStatistics(BaseModel):
 
     match_id: str
     duration_s: float
-    home: Side
-    away: Side
+    home: SideStatistics
+    away: SideStatistics
     note: str | None
 
 
@@ -82,15 +82,16 @@ def summarise(
         settings: settings of the commentary.
     """
     row = match.row(0, named=True)
-    on_ball = {team: sum(spell.seconds for spell in spells if spell.team == team) for team in TEAMS}
+    on_ball: dict[str, float] = {
+        team: sum(spell.seconds for spell in spells if spell.team == team) for team in SIDES}
     total = sum(on_ball.values())
 
-    def side(team: str) -> Side:
+    def side(team: str) -> SideStatistics:
         own = goals.filter(pl.col("team") == team)
         made = own.filter(pl.col("kind") != "error").drop_nulls("robot")["robot"]
         kinds = Counter(own["kind"].cast(pl.String).fill_null("unknown"))
         tried = [shot for shot in shots if shot.touch.team == team]
-        return Side(
+        return SideStatistics(
             name=row[team], score=row[f"score_{team}"],
             goals={kind: kinds[kind] for kind in (*KINDS, "unknown") if kind in KINDS or kinds[kind]},
             scorers=dict(Counter(made.to_list()).most_common()),
@@ -154,13 +155,13 @@ def numbers(summary: MatchStatistics) -> Iterator[str]:
             yield f"  {team} {role}: {done} ({_share(side.random[role])} of its time moves randomly)"
 
 
-def _goals(side: Side) -> str:
+def _goals(side: SideStatistics) -> str:
     kinds = ", ".join(f"{count} {kind}" for kind, count in side.goals.items() if count)
     total = sum(side.goals.values())
     return f"{total}: {kinds}" if total else "0"
 
 
-def _scorers(side: Side) -> str:
+def _scorers(side: SideStatistics) -> str:
     return ", ".join(f"{robot} ({count})" for robot, count in side.scorers.items()) or "–"
 
 
