@@ -223,18 +223,25 @@ class Keeper:
         Raises:
             ServerFailed: if the port is taken, or no server answers in the end.
         """
-        self.folder.mkdir(parents=True, exist_ok=True)
-        end = time.monotonic() + START_S
-        while time.monotonic() < end:
-            with self._held() as lock:
-                if lock is not None:
-                    return self._start(port, lock), True
-            alive, record = self.look()
-            if alive and record is not None:
-                return record, False
-            time.sleep(_POLL_S)
-        raise ServerFailed("another command starts it, and it does not answer", where=str(self.folder),
-                           next_step=f"See {self.log}")
+        record, process = self._find_or_start(port)
+        if process is not None:
+            process.stay()
+        return record, process is not None
+
+    @contextmanager
+    def running(self) -> Iterator[Kept]:
+        """The server while the body runs: the one that runs already, else one that ends with the body.
+
+        Raises:
+            ServerFailed: if no server answers in the end.
+        """
+        record, process = self._find_or_start(0)
+        try:
+            yield record
+        finally:
+            if process is not None:
+                process.stop()
+                self._record.unlink(missing_ok=True)
 
     def stop(self) -> Kept | None:
         """Stop the server, by force if need be; its record, None if none runs.
@@ -260,18 +267,32 @@ class Keeper:
         self._record.unlink(missing_ok=True)
         return record if alive else None
 
-    def _start(self, port: int, lock: int) -> Kept:
+    def _find_or_start(self, port: int) -> tuple[Kept, Process | None]:
+        """The record of the server, and its process if it was started now: that ends with this one."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        end = time.monotonic() + START_S
+        while time.monotonic() < end:
+            with self._held() as lock:
+                if lock is not None:
+                    return self._start(port, lock)
+            alive, record = self.look()
+            if alive and record is not None:
+                return record, None
+            time.sleep(_POLL_S)
+        raise ServerFailed("another command starts it, and it does not answer", where=str(self.folder),
+                           next_step=f"See {self.log}")
+
+    def _start(self, port: int, lock: int) -> tuple[Kept, Process]:
         self._record.unlink(missing_ok=True)
         process = Process(self._environment(), port=port, log=self.log, held=lock)
         try:
             process.wait()
             record = Kept(pid=process.pid, port=process.port)
             Files(self.folder).write_bytes(self._record, pretty(record))
-            process.stay()
         except BaseException:  # Ctrl-C, too, leaves none behind
             process.kill()
             raise
-        return record
+        return record, process
 
     @contextmanager
     def _held(self) -> Iterator[int | None]:

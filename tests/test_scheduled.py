@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import re
 
+import httpx
 import pytest
 import yaml
 from conftest import ROOT, clip
+from support.terminal import terminal
 
+from flows.server import Keeper
 from pipeline.store import Store
 
 
@@ -31,6 +34,26 @@ def test_a_run_says_in_one_line_and_in_its_state_what_it_did(tmp_path, capsys):
     assert all(re.match(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d run [a-z-]+: ", line) for line in lines)
     assert states[0].result()["policy"] == 1
     assert [record.noun for record in Store(tmp_path).quarantined()] == ["matches"]
+
+
+@pytest.mark.slow
+def test_serve_alone(tmp_path, monkeypatch):
+    """Without a server, serve starts one, runs what it is asked for, and takes the server with it when it ends."""
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    (tmp_path / "inbox").mkdir()
+    clip(0.0, 5.0).write_csv(tmp_path / "inbox" / "derby.csv")
+    with terminal("serve", "--data", tmp_path, environment={"COLUMNS": "400"}) as command:
+        command.until("prefect deployment run run/pitchlore")
+        api = re.search(r"PREFECT_API_URL=(\S+)", command.text)[1]
+        assert Keeper(tmp_path).look().record.api == api
+        while not (found := httpx.get(f"{api}/deployments/name/run/pitchlore")).is_success:
+            assert command.process.poll() is None
+        httpx.post(f"{api}/deployments/{found.json()['id']}/create_flow_run", json={}).raise_for_status()
+        command.until("policy version 1 is new")
+        command.press()
+        assert command.end(20.0) in (0, 130)
+        assert command.left(20.0) == []
+    assert Keeper(tmp_path).look() == (False, None)
 
 
 def test_a_worker_can_load_the_flow_that_prefect_yaml_names(monkeypatch):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.printing import console, warn
+from flows.server import Keeper
 from flows.serving import serving, there_is_one
 from pipeline.errors import BadSettings
 
@@ -16,15 +18,14 @@ NAME = "pitchlore"
 def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Common = DEFAULTS) -> None:
     """Stay, and run everything new on a schedule, until Ctrl-C.
 
+    Without a Prefect server (see `pitchlore server start`), one runs as long as this does.
+
     Args:
         cron: Schedule: minute, hour, day of month, month, day of week.
         settings: TOML file with the settings that differ from the defaults.
         common: Options of every command.
     """
     store, chosen = common.store, common.settings(settings)
-    if not there_is_one(store.root, warn):
-        raise BadSettings("no Prefect server is there", where=str(store.root),
-                          next_step="Start one with `pitchlore server start`, or name one in PREFECT_API_URL")
     from prefect.client.schemas.schedules import CronSchedule  # noqa: PLC0415 (Prefect takes seconds to load)
     from prefect.settings import PREFECT_API_URL  # noqa: PLC0415
     from prefect.types.entrypoint import EntrypointType  # noqa: PLC0415
@@ -37,8 +38,11 @@ def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Comm
     except ValidationError as error:
         raise BadSettings(f"{cron!r} is not a schedule", where="--cron",
                           next_step='Write minute, hour, day, month and weekday, as "0 6 * * 1"') from error
-    with serving(store.root, warn) as ready:
-        ready()
+    with ExitStack() as stack:
+        if not there_is_one(store.root, warn):
+            server = stack.enter_context(Keeper(store.root).running())
+            console().print(f"started {server.ui}, which ends with this", highlight=False)
+        stack.enter_context(serving(store.root, warn))()
         console().print(
             f"serving {store.root} at {cron!r}; to run at once: PREFECT_API_URL={PREFECT_API_URL.value()}"
             f" prefect deployment run {scheduled_run.name}/{NAME}", soft_wrap=True, highlight=False)
