@@ -70,14 +70,16 @@ def events(*rows):
         schema=Referee.dtypes(), orient="row")
 
 
-def test_there_are_twelve_and_a_half_pictures_a_second():
+def test_frame_rate():
+    """A film has twelve and a half pictures a second."""
     found = pictures(film())
     assert len(found) == 25
     assert {duration for duration, _ in found} == {80}
     assert found[0][1].width == 400
 
 
-def test_bodies_are_where_they_were_and_what_moves_is_seen_to_move():
+def test_bodies_and_trail():
+    """Bodies are drawn where they were, with +y up, and the trail lies behind the ball."""
     first, *_, last = (picture for _, picture in pictures(film()))
     for picture in (first, last):
         assert near(seen(picture, -0.3 - 0.028, 0.2 - 0.02), BLUE)
@@ -91,25 +93,29 @@ def test_bodies_are_where_they_were_and_what_moves_is_seen_to_move():
     assert near(seen(higher, -0.3 - 0.028, 0.4 - 0.02), BLUE)
 
 
-def test_the_same_match_gives_the_same_bytes_and_another_others():
+def test_same_bytes():
+    """The same match gives the same bytes, and another match or time gives others."""
     assert film() == film(played().sample(fraction=1.0, shuffle=True, seed=1))
     assert film() != film(played(blue=lambda t: (-0.3, 0.2 + 0.1 * t)))
     assert film(start_s=0.4, seconds=1.0) != film(seconds=1.0)
 
 
-def test_pictures_that_are_the_same_are_one():
+def test_equal_pictures():
+    """Pictures in a row that are equal become one picture that is shown longer."""
     (only,) = pictures(film(played(ball=lambda _: (0.0, 0.0)), seconds=0.8))
     assert only[0] == 800
 
 
-def test_what_a_robot_does_is_said_while_it_does_it():
+def test_situation_caption():
+    """The film says what a robot does while the robot does it, and not before or after."""
     doing = situations([("home", 1, 46, "Robot approaches the ball", 1000, 1500, 1.0, "ball")])
     still = played(ball=lambda _: (0.0, 0.0))
     before, during, after = (at(film(still, doing), t).crop((0, 345, 400, 376)).tobytes() for t in (0.9, 1.2, 1.6))
     assert before == after != during
 
 
-def test_a_goal_is_seen_for_a_while_and_so_is_the_score():
+def test_goal_and_score():
+    """A goal is marked for a while, and the score changes with it."""
     still = played(range(0, 4000, 20), ball=lambda _: (0.0, 0.0))
     goal = events((0.0, "kick-off", "home", 0, 0), (1.0, "goal", "away", 0, 1))
     before, lit, after = (at(film(still, referee=goal, seconds=4.0, length=4.0), t) for t in (0.5, 2.0, 3.5))
@@ -121,13 +127,15 @@ def test_a_goal_is_seen_for_a_while_and_so_is_the_score():
     assert before.crop(head).tobytes() != after.crop(head).tobytes()
 
 
-def test_the_trail_does_not_reach_across_a_restart():
+def test_trail_at_restart():
+    """The ball's trail does not reach across a restart."""
     rows = pl.concat([played(range(0, 480, 20), ball=lambda _: (-0.6, 0.0)), played(range(480, 960, 20), ball=lambda _: (0.0, 0.0), segment=1)])
     last = pictures(film(rows, seconds=0.96))[-1][1]
     assert seen(last, -0.5, 0.0) == seen(last, -0.45, 0.0)
 
 
-def test_what_is_not_recorded_is_not_shown():
+def test_unrecorded_time():
+    """While nothing was recorded no robot is shown."""
     rows = played([*range(0, 500, 20), *range(1500, 2000, 20)])
     found = pictures(film(rows))
     gap = next(picture for duration, picture in found if duration > 400)
@@ -141,17 +149,20 @@ def test_other_leagues_have_films(kind):
 
 
 @pytest.mark.parametrize(("start_s", "seconds"), [(0.0, 0.0), (-1.0, 5.0), (0.0, 121.0), (math.nan, 5.0), (0.0, math.nan)])
-def test_times_that_make_no_sense_are_refused(start_s, seconds):
+def test_bad_times(start_s, seconds):
+    """A start or length that makes no sense is refused."""
     with pytest.raises(BadSettings, match="cannot show"):
         film(start_s=start_s, seconds=seconds)
 
 
-def test_after_the_end_there_is_nothing_to_show():
+def test_start_after_end():
+    """A film that would start at the match's end or later is refused."""
     with pytest.raises(NotFound, match=r"m-1: has nothing to show from 9 s on\. It is 2\.0 s long"):
         film(start_s=9.0)
     with pytest.raises(NotFound, match=r"nothing to show from 2 s on"):
         film(start_s=2.0)
 
 
-def test_a_film_ends_with_the_match():
+def test_film_end():
+    """A film ends with the match."""
     assert film(seconds=60.0) == film(seconds=2.0)

@@ -33,7 +33,8 @@ BUSY = table(
 )
 
 
-def test_have_a_busy_neuron_and_a_value_over_the_threshold():
+def test_busy_and_valuable():
+    """A behaviour has a busy neuron and a value over the threshold."""
     chosen = select(BUSY, 100, ANY, ONE)
     Patterns.validate(chosen.patterns)
     assert chosen.patterns.drop("neuron").rows() == [
@@ -45,41 +46,48 @@ def test_have_a_busy_neuron_and_a_value_over_the_threshold():
 
 
 @pytest.mark.parametrize(("recognised", "kept"), [(320, 1), (321, 0)])
-def test_need_at_least_the_share_of_all_recognised_situations(recognised, kept):
+def test_share_of_situations(recognised, kept):
+    """A neuron is busy if it has at least the wanted share of all recognised situations."""
     report = select(BUSY, recognised, ANY, ONE).report
     assert (report.neurons_kept, report.groups_kept > 0) == (kept, kept == 1)
 
 
 @pytest.mark.parametrize(("activation", "kept"), [(0.2, 2), (0.22, 1), (0.78, 1), (0.79, 0)])
-def test_or_the_share_of_the_groups_however_many_situations_there_were(activation, kept):
+def test_share_of_groups(activation, kept):
+    """By groups, a neuron needs its share of the groups, however many situations there were."""
     by_groups = ANY.model_copy(update={"share_of": "groups"})
     report = select(BUSY, 1_000_000, by_groups, ONE.model_copy(update={"activation": activation})).report
     assert report.threshold == pytest.approx(41 * activation)
     assert report.neurons_kept == kept
 
 
-def test_need_the_support_of_the_settings():
+def test_least_support():
+    """A behaviour was seen at least as often as the settings ask."""
     chosen = select(BUSY, 100, ANY.model_copy(update={"support_at_least": 3}), ONE)
     assert chosen.patterns["behaviour_id"].to_list() == ["goalkeeper-001-011"]
 
 
 def test_value_threshold_is_exclusive():
+    """A value equal to the threshold is not enough."""
     chosen = select(BUSY, 100, ANY.model_copy(update={"value_over": 0.25}), ONE)
     assert chosen.patterns["behaviour_id"].to_list() == ["goalkeeper-001-011"]
 
 
-def test_moving_randomly_all_the_time_is_none_unless_asked_for():
+def test_only_random():
+    """Moving randomly all the time is no behaviour, unless the settings ask for it."""
     assert "striker-194-194" not in select(BUSY, 50, ANY, ONE).patterns["behaviour_id"]
     asked = select(BUSY, 50, ANY.model_copy(update={"keep_random": True}), ONE)
     assert "striker-194-194" in asked.patterns["behaviour_id"]
 
 
-def test_moving_randomly_now_and_then_may_be_part_of_one():
+def test_partly_random():
+    """Moving randomly may be part of a behaviour."""
     found = table(("striker", [194, 1], 9, 4.0, 2.0))
     assert select(found, 10, ANY, ONE).patterns["behaviour_id"].to_list() == ["striker-194-001"]
 
 
-def test_of_no_grams_are_none():
+def test_no_grams():
+    """No grams give no behaviours."""
     chosen = select(merge([]), 100, ANY, ONE)
     assert chosen.patterns.is_empty()
     assert chosen.map is None
@@ -95,7 +103,8 @@ rows = st.lists(
 
 @given(rows, st.randoms(use_true_random=False), st.integers(10, 300))
 @settings(max_examples=40, deadline=None)
-def test_do_not_depend_on_the_order_of_the_grams(found, random, recognised):
+def test_order_of_grams(found, random, recognised):
+    """Behaviours and their report do not depend on the order of the grams."""
     listed = [(role, codes, count, eighths * count / 8, (eighths / 8) ** 2 * count)
               for role, codes, count, eighths in found]
     one = select(table(*listed), recognised, ANY, ONE)
@@ -108,7 +117,8 @@ def test_do_not_depend_on_the_order_of_the_grams(found, random, recognised):
 
 @given(rows)
 @settings(max_examples=40, deadline=None)
-def test_the_default_maps_are_so_small_that_the_busiest_neuron_always_passes(found):
+def test_default_rounds(found):
+    """With the default settings the busiest neuron of a round always passes."""
     listed = [(role, codes, count, 0.0, 0.0) for role, codes, count, _ in found]
     default = BehaviourSettings()
     for round_ in default.rounds:
@@ -116,7 +126,7 @@ def test_the_default_maps_are_so_small_that_the_busiest_neuron_always_passes(fou
     assert select(table(*listed), 10**9, default, default.rounds[2]).report.neurons_kept >= 1
 
 
-def test_rounds_go_from_long_to_short_over_what_is_left():
+def test_rounds_long_to_short():
     """A gram that recurs before goals is kept whole; what lies between is left for the shorter rounds."""
     words = [44, 1, 11, 21]
     table_ = situations(*(consecutive([*words, 194, 46], start=10.0 * i, segment=i) for i in range(10)))

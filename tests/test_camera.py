@@ -54,32 +54,37 @@ def straight(frames, speed=0.6, turn=3.0):
 
 
 class TestOff:
-    def test_hands_through_the_very_bodies(self):
+    def test_same_bodies(self):
+        """A camera that is off hands through the very bodies."""
         eye, bodies = camera(), standing(1)[0]
         seen, visible = eye.see(bodies)
         assert seen is bodies
         assert visible.tolist() == [True] * 3
 
     def test_draws_nothing(self):
+        """A camera that is off draws no random numbers."""
         rng = np.random.default_rng(5)
         eye = Camera(CameraSettings(), VSSS, 3, HZ, rng)
         for bodies in standing(10, robots=3):
             eye.see(bodies)
         assert rng.bit_generator.state == np.random.default_rng(5).bit_generator.state
 
-    def test_smoothing_alone_switches_nothing_on(self):
+    def test_smoothing_alone(self):
+        """Smoothing alone does not switch the camera on."""
         assert CameraSettings(smoothing_s=1.0).off
         assert not TYPICAL.off
 
     @pytest.mark.parametrize("bad", [{"position_noise": -1}, {"robot_unseen": 1.0}, {"latency_s": -0.1},
                                      {"smoothing_s": 0.0}, {"fog": 1}])
     def test_refuses(self, bad):
+        """Settings out of bounds or unknown are refused."""
         with pytest.raises(ValidationError):
             CameraSettings(**bad)
 
 
 class TestNoise:
     def test_standard_deviations(self):
+        """Noise has the standard deviations of the settings, and no bias."""
         match = standing(4000)
         seen, visible = film(camera(position_noise=0.003, heading_noise=0.02), match)
         assert visible.all()
@@ -90,6 +95,7 @@ class TestNoise:
         assert (seen[:, BALL, [THETA, OMEGA]] == 0).all()  # a ball heads nowhere
 
     def test_each_kind_by_itself(self):
+        """Noise of places and noise of headings do not change each other."""
         match = standing(50)
         places, _ = film(camera(position_noise=0.003), match)
         headings, _ = film(camera(heading_noise=0.02), match)
@@ -99,7 +105,8 @@ class TestNoise:
         assert (both[..., X] == places[..., X]).all()
         assert (both[..., THETA] == headings[..., THETA]).all()
 
-    def test_headings_stay_in_their_turn(self):
+    def test_headings_wrap(self):
+        """Noisy headings stay within half a turn, and crossing it is no turn."""
         match = standing(500)
         match[:, 1:, THETA] = math.pi
         seen, _ = film(camera(heading_noise=0.1), match)
@@ -110,13 +117,15 @@ class TestNoise:
         assert np.abs(seen[50:, 1:, OMEGA]).max() < 3  # half a turn either way is no turn
 
     def test_repeats_itself(self):
+        """The same seed sees the same, another seed sees something else."""
         match, settings = straight(60), TYPICAL.model_dump()
         one, other, third = (film(camera(seed=seed, **settings), match) for seed in (7, 7, 8))
         assert one[0].tobytes() == other[0].tobytes()
         assert one[1].tobytes() == other[1].tobytes()
         assert one[0].tobytes() != third[0].tobytes()
 
-    def test_leaves_what_is_there_alone(self):
+    def test_true_bodies(self):
+        """The camera does not change the true bodies."""
         match = straight(30)
         before = match.copy()
         film(camera(**TYPICAL.model_dump()), match)
@@ -125,7 +134,8 @@ class TestNoise:
 
 class TestLatency:
     @given(st.integers(1, 10), st.integers(1, 30))
-    def test_poses_are_exactly_so_many_frames_old(self, late, frames):
+    def test_frames_late(self, late, frames):
+        """Poses are exactly as many frames old as the latency says."""
         match = straight(frames)
         eye = camera(latency_s=late / HZ)
         seen, visible = film(eye, match)
@@ -136,12 +146,14 @@ class TestLatency:
         assert seen[..., THETA] == pytest.approx(expected[..., THETA], abs=1e-15)
 
     def test_rounds_to_frames(self):
+        """The latency is rounded to whole frames."""
         assert camera(latency_s=0.04, hz=30).latency == 1
         assert camera(latency_s=0.04, hz=60).latency == 2
 
 
 class TestUnseen:
     def test_how_often(self):
+        """Bodies are lost as often as the settings say, each by itself, and none in the first frame."""
         _, visible = film(camera(robot_unseen=0.2, ball_unseen=0.1), standing(4000))
         assert 1 - visible.mean(axis=0) == pytest.approx([0.1, 0.2, 0.2], abs=0.025)
         assert visible[0].all()
@@ -149,6 +161,7 @@ class TestUnseen:
         assert once.mean() == pytest.approx(0.64, abs=0.03)  # robots are lost one by one
 
     def test_ball_and_robots_apart(self):
+        """The ball and the robots are lost by settings of their own."""
         _, robots = film(camera(robot_unseen=0.5), standing(100))
         _, ball = film(camera(ball_unseen=0.5), standing(100))
         assert robots[:, BALL].all()
@@ -156,7 +169,8 @@ class TestUnseen:
         assert ball[:, 1:].all()
         assert not ball[:, BALL].all()
 
-    def test_what_is_not_seen_keeps_its_last_row(self):
+    def test_last_row(self):
+        """A body that is not seen keeps its last row."""
         match = straight(300)
         seen, visible = film(camera(robot_unseen=0.4, ball_unseen=0.4), match)
         lost = ~visible
@@ -169,6 +183,7 @@ class TestUnseen:
 
 class TestVelocities:
     def test_two_frames_by_hand(self):
+        """Velocities over two frames are those worked by hand."""
         # theta = exp(-1 / (60 0.05)) = 0.716531: g = 0.486583, h = 0.080354
         seen, _ = film(camera(ball_unseen=1e-9), straight(3))
         assert seen[0, BALL, VY] == 0
@@ -176,19 +191,22 @@ class TestVelocities:
         # it is at 0.02, the filter expects 0.486583 0.01 + 0.0482127 / 60 = 0.00566938
         assert seen[2, BALL, VY] == pytest.approx(0.0482127 + 60 * 0.0803545 * 0.0143306, abs=1e-5)
 
-    def test_settle_at_the_true_ones(self):
+    def test_settle(self):
+        """Estimated velocities settle at the true ones."""
         match = straight(90)
         seen, _ = film(camera(ball_unseen=1e-9), match)
         assert seen[-1, BALL, VY] == pytest.approx(0.6, abs=1e-3)
         assert seen[-1, 1, [VX, VY, OMEGA]] == pytest.approx([0.6, 0.0, 3.0], abs=5e-3)
         assert (seen[:, 2, VX:] == 0).all()
 
-    def test_settle_though_half_the_frames_are_lost(self):
+    def test_settle_with_losses(self):
+        """Velocities settle even if half of the frames are lost."""
         seen, _ = film(camera(robot_unseen=0.5, ball_unseen=0.5), straight(120))
         assert seen[-1, BALL, VY] == pytest.approx(0.6, abs=0.01)
         assert seen[-1, 1, OMEGA] == pytest.approx(3.0, abs=0.05)
 
     def test_spread_is_the_filters(self):
+        """The spread of velocities is the one that theory gives for the filter."""
         # Brookner's variance of the velocity, 2 h² / (g (4 - 2 g - h)) in units of noise a frame
         seen, _ = film(camera(position_noise=0.003), standing(8000))
         theta = math.exp(-1 / (HZ * 0.05))
@@ -197,13 +215,15 @@ class TestVelocities:
         assert expected == pytest.approx(0.017, abs=1e-3)
         assert seen[100:, :, [VX, VY]].std(axis=0) == pytest.approx(np.full((3, 2), expected), rel=0.1)
 
-    def test_true_ones_are_never_shown(self):
+    def test_true_ones_hidden(self):
+        """The true velocities are never shown."""
         match = standing(20)
         match[..., VX:] = 0.7  # a lie: nothing moves
         seen, _ = film(camera(ball_unseen=1e-9), match)
         assert (seen[..., VX:] == 0).all()
 
-    def test_who_is_put_elsewhere_has_not_driven_there(self):
+    def test_body_put_elsewhere(self):
+        """A body that is put elsewhere gets no velocity from it."""
         match = straight(60)
         match[30:, 1, X] += 0.5
         match[30:, BALL, Y] -= 0.5
@@ -231,14 +251,16 @@ class TestInAMatch:
             recorder.referee(part.referee)
         return log.read(stream.getvalue(), where="here"), np.array(truth), part
 
-    def test_off_is_as_if_there_were_none(self):
+    def test_camera_off(self):
+        """With the camera off the log has the true bodies."""
         match, truth, part = self.played(CameraSettings())
         assert (match.frames.counts() == 6).all()
         assert part.frames.robots["x"].reshape(-1, 6)[1:].tolist() == truth[:-1, 1:, X].astype("f4").tolist()
         blind, _, _ = self.played(CameraSettings(smoothing_s=0.2))
         assert blind.frames.robots.tobytes() == match.frames.robots.tobytes()
 
-    def test_who_is_not_seen_is_not_in_the_log(self):
+    def test_unseen_not_logged(self):
+        """A body that is not seen is not in the log."""
         match, _, _ = self.played(CameraSettings(robot_unseen=0.2, ball_unseen=0.3))
         counts = match.frames.counts()
         assert counts[0] == 6
@@ -248,11 +270,13 @@ class TestInAMatch:
         assert match.info.complete
 
     def test_repeats_itself(self):
+        """The same recipe gives the same frames."""
         one, other = (self.played(TYPICAL)[2].frames for _ in range(2))
         assert one.robots.tobytes() == other.robots.tobytes()
         assert one.ball.tobytes() == other.ball.tobytes()
 
-    def test_players_see_what_the_camera_sees(self):
+    def test_players_see_camera(self):
+        """Players play by what the camera sees, and the log has the same."""
         clear, truth, _ = self.played(CameraSettings())
         late, other, _ = self.played(CameraSettings(latency_s=0.1))
         assert not np.array_equal(truth, other)  # they play another match

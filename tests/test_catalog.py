@@ -25,7 +25,8 @@ def put(store: Store, match: str, robot: int) -> Path:
     return store.root / receipt.files["goals"].path
 
 
-def test_every_public_table_is_a_view_even_when_empty(tmp_path):
+def test_empty_tables(tmp_path):
+    """Every public table is a view, even when it is empty."""
     path = refresh(Store(tmp_path))[0]
     for name, schema in PUBLIC.items():
         frame = catalog.query(path, f"select * from {name}")
@@ -33,14 +34,16 @@ def test_every_public_table_is_a_view_even_when_empty(tmp_path):
         assert frame.height == 0
 
 
-def test_an_empty_view_has_the_types_of_a_full_one(tmp_path):
+def test_types_when_empty(tmp_path):
+    """An empty view has the types of a full one."""
     empty = catalog.query(refresh(Store(tmp_path))[0], "select * from goals").schema
     store = Store(tmp_path)
     put(store, "m-1", 1)
     assert catalog.query(refresh(store)[0], "select * from goals").schema == empty
 
 
-def test_views_list_what_receipts_list_not_what_lies_there(tmp_path):
+def test_only_receipts(tmp_path):
+    """Views show what receipts list, and nothing else that lies in the folder."""
     store = Store(tmp_path)
     put(store, "m-1", 1)
     old = put(store, "m-2", 2)
@@ -52,7 +55,8 @@ def test_views_list_what_receipts_list_not_what_lies_there(tmp_path):
     assert rows == [("m-1", 1), ("m-2", 3)]
 
 
-def test_columns_carry_meaning_and_unit(tmp_path):
+def test_column_comments(tmp_path):
+    """Columns have a comment with their meaning and unit."""
     path = refresh(Store(tmp_path))[0]
     comments = dict(catalog.query(
         path, "select column_name, comment from duckdb_columns() where table_name = 'trajectories'").rows())
@@ -60,6 +64,7 @@ def test_columns_carry_meaning_and_unit(tmp_path):
 
 
 def test_parameters_are_bound(tmp_path):
+    """A parameter is a value and never part of the SQL."""
     store = Store(tmp_path)
     put(store, "m-1", 1)
     path = refresh(store)[0]
@@ -79,7 +84,8 @@ def test_parameters_are_bound(tmp_path):
     "select * from secret_frame",
     "selec",
 ])
-def test_a_query_can_only_read_the_catalogue(tmp_path, sql):
+def test_read_only(tmp_path, sql):
+    """A query can only read the catalogue."""
     secret_frame = pl.DataFrame({"a": [1]})
     store = Store(tmp_path)
     put(store, "m-1", 1)
@@ -104,18 +110,21 @@ def test_a_query_can_only_read_the_catalogue(tmp_path, sql):
     ("select 'infinity'::date as x", "column x has times outside the years 1 to 9999"),
     ("select date '0001-01-01' - interval 3000 year as x", "column x has times outside the years 1 to 9999"),
 ])
-def test_what_a_table_cannot_hold_is_refused(tmp_path, sql, said):
+def test_unfit_queries(tmp_path, sql, said):
+    """A query whose answer does not fit one table is refused with the reason."""
     with pytest.raises(BadQuery, match=said):
         catalog.query(refresh(Store(tmp_path))[0], sql)
 
 
-def test_one_statement_may_have_a_semicolon_a_comment_and_arrays(tmp_path):
+def test_semicolon_and_comment(tmp_path):
+    """One statement may have a semicolon, comments and nested values."""
     path = refresh(Store(tmp_path))[0]
     frame = catalog.query(path, "-- why\nselect [1, 2]::integer[2] a, {'b': ['c']} s, null::date d; -- ;")
     assert frame.rows() == [([1, 2], {"b": ["c"]}, None)]
 
 
-def test_an_open_notebook_neither_blocks_nor_breaks(tmp_path):
+def test_open_notebook(tmp_path):
+    """A notebook that has the catalogue open does not block its refresh, and goes on reading."""
     store = Store(tmp_path)
     put(store, "m-1", 1)
     path = refresh(store)[0]
@@ -125,7 +134,8 @@ def test_an_open_notebook_neither_blocks_nor_breaks(tmp_path):
         assert notebook.execute("select count(*) from goals").fetchone() == (1,)
 
 
-def test_it_is_not_rebuilt_when_nothing_changed(tmp_path):
+def test_not_rebuilt(tmp_path):
+    """The catalogue is rebuilt only if something changed."""
     store = Store(tmp_path)
     put(store, "m-1", 1)
     before = refresh(store)[0].stat().st_ino
@@ -134,13 +144,15 @@ def test_it_is_not_rebuilt_when_nothing_changed(tmp_path):
     assert refresh(store)[0].stat().st_ino != before
 
 
-def test_a_moved_data_folder_gets_a_new_catalogue(tmp_path):
+def test_moved_folder(tmp_path):
+    """A data folder that was moved gets a new catalogue."""
     put(Store(tmp_path / "a"), "m-1", 1)
     refresh(Store(tmp_path / "a"))[0]
     (tmp_path / "a").rename(tmp_path / "b")
     assert catalog.query(refresh(Store(tmp_path / "b"))[0], "select count(*) from goals").item() == 1
 
 
-def test_without_a_catalogue_the_next_step_is_named(tmp_path):
+def test_no_catalogue(tmp_path):
+    """Without a catalogue the error names the command to run."""
     with pytest.raises(NotFound, match="Run `pitchlore run` first"):
         catalog.query(catalog_path(Store(tmp_path)), "select 1")

@@ -35,13 +35,15 @@ counts = st.integers(1, 3000)
 
 @given(st.integers(1, 500).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
 def test_wilson_is_scipys(drawn):
+    """Wilson's interval is SciPy's."""
     k, n = drawn
     expected = stats.binomtest(k, n).proportion_ci(0.95, "wilson")
     low, high = wilson(k, n)
     assert (float(low), float(high)) == pytest.approx((expected.low, expected.high), abs=1e-12)
 
 
-def test_wilson_takes_arrays_and_shares():
+def test_wilson_of_arrays():
+    """Wilson's interval takes arrays, and counts that are not whole."""
     low, high = wilson([0.0, 1.5, 3.0], 3)
     assert low.shape == high.shape == (3,)
     assert (low[0], high[2]) == (0.0, 1.0)
@@ -50,7 +52,8 @@ def test_wilson_takes_arrays_and_shares():
     assert low[2] == pytest.approx(1 - 3.841459 / 6.841459, abs=1e-6)
 
 
-def test_wilson_is_not_too_narrow_for_shares_of_tests():
+def test_wilson_of_shares():
+    """Wilson's interval of a mean of shares covers the truth at least as often as it says."""
     # trainings whose tests share a probability of their own: Beta(1, 1); the mean of 30 is .5
     rng = np.random.default_rng(5)
     shares = rng.binomial(1000, rng.random((4000, 30))).mean(axis=1) / 1000
@@ -58,7 +61,8 @@ def test_wilson_is_not_too_narrow_for_shares_of_tests():
     assert ((low <= 0.5) & (high >= 0.5)).mean() >= 0.95
 
 
-def test_a_mean_has_students_interval():
+def test_student_interval():
+    """A mean has Student's interval; NaN does not count, and one value has none."""
     values = [4.0, 5.0, 4.5, 7.0]
     expected = stats.t.interval(0.95, 3, loc=np.mean(values), scale=stats.sem(values))
     assert mean_interval(values) == pytest.approx(expected)
@@ -70,12 +74,14 @@ def test_a_mean_has_students_interval():
 
 
 @given(*(st.lists(st.integers(-50, 50), min_size=2, max_size=most, unique=True) for most in (6, 9)))
-def test_a_difference_of_means_has_welchs_interval(one, other):
+def test_welch_interval(one, other):
+    """A difference of means has Welch's interval."""
     expected = stats.ttest_ind(one, other, equal_var=False).confidence_interval(0.95)
     assert welch([*one, np.nan], other) == pytest.approx((expected.low, expected.high), rel=1e-6, abs=1e-6)
 
 
-def test_a_difference_of_means_needs_two_values_on_either_side():
+def test_welch_few_values():
+    """A difference of means has an interval only with two values on either side."""
     assert welch([1.0], [1.0, 2.0]) is None
     assert welch([1.0, np.nan], [1.0, 2.0]) is None
     assert welch([3.0, 3.0], [1.0, 1.0]) == (2.0, 2.0)
@@ -90,12 +96,14 @@ def test_a_difference_of_means_needs_two_values_on_either_side():
         (10, 10, 0, 10, 0.6075, 1.0000),
     ],
 )
-def test_a_difference_has_newcombes_interval(k1, n1, k2, n2, low, high):
+def test_newcombe_interval(k1, n1, k2, n2, low, high):
+    """A difference of proportions has Newcombe's interval."""
     assert difference(k1 / n1, n1, k2 / n2, n2) == pytest.approx((low, high), abs=5e-5)
 
 
 @given(probabilities, counts, probabilities, counts)
-def test_a_difference_is_antisymmetric_and_within_bounds(p1, n1, p2, n2):
+def test_difference_bounds(p1, n1, p2, n2):
+    """The interval of a difference contains it, stays in bounds and is antisymmetric."""
     low, high = difference(p1, n1, p2, n2)
     assert -1 - 1e-12 <= low <= p1 - p2 + 1e-12
     assert p1 - p2 - 1e-12 <= high <= 1 + 1e-12
@@ -103,7 +111,8 @@ def test_a_difference_is_antisymmetric_and_within_bounds(p1, n1, p2, n2):
     assert other == pytest.approx((-high, -low), abs=1e-12)
 
 
-def test_a_difference_covers_the_truth_about_as_often_as_it_says():
+def test_difference_coverage():
+    """The interval of a difference covers the truth about as often as it says."""
     rng = np.random.default_rng(1)
     truth, covered = 0.3 - 0.1, 0
     for k1, k2 in zip(rng.binomial(60, 0.3, 3000), rng.binomial(40, 0.1, 3000), strict=True):
@@ -112,7 +121,8 @@ def test_a_difference_covers_the_truth_about_as_often_as_it_says():
     assert 0.935 <= covered / 3000 <= 0.97
 
 
-def test_a_curves_mean_is_as_tight_as_all_its_runs():
+def test_mean_of_curve():
+    """The interval of a curve's mean is about as tight as that of all its runs."""
     # the mean over 16 points of 100 runs each is nearly that of one point of 1,600
     p = np.full(16, 0.4)
     low, high = combined(np.full(16, 1 / 16), p, *wilson(p * 100, 100))
@@ -120,7 +130,8 @@ def test_a_curves_mean_is_as_tight_as_all_its_runs():
     assert high - low == pytest.approx(float(whole_high - whole_low), rel=0.02)
 
 
-def test_sums_and_extremes_by_hand():
+def test_sums_and_extremes():
+    """Sums, means, extremes and magnitudes of estimates are those worked by hand."""
     one, other = Estimate(0.5, 0.4, 0.7), Estimate(0.2, 0.17, 0.24)
     # .5 - .2: down √(.1² + .04²) = .10770, up √(.2² + .03²) = .20224
     assert weighted_sum([1, -1], [one, other]) == pytest.approx((0.3, 0.3 - 0.107703, 0.3 + 0.202237), abs=1e-6)
@@ -134,7 +145,8 @@ def test_sums_and_extremes_by_hand():
     assert not any(e.defined for e in (mean([UNDEFINED]), greatest([]), least([]), weighted_sum([1, -1], [one, UNDEFINED])))
 
 
-def test_one_rule_for_all_verdicts():
+def test_one_rule():
+    """A claim is reproduced inside its range, contradicted outside, and else undecided."""
     inside = Range("", 0.0, 1.0)
     assert inside.verdict(Estimate(0.5, 0.0, 1.0)) == REPRODUCED  # the ends belong to it
     assert inside.verdict(Estimate(0.5, -0.1, 0.9)) == UNDECIDED
@@ -151,7 +163,7 @@ def test_one_rule_for_all_verdicts():
     assert above.verdict(Estimate(-0.5, -1.0, -0.1)) == CONTRADICTED
 
 
-def test_the_verdicts_beside_the_range():
+def test_verdict_order():
     """The paper's own number comes first, then the count of observations, then the range, then the claim's kind."""
     def verdict(estimate, observations=5, printed=None, **kind):
         claim = Claim("Table 3", "It grows", "growth", Range("above 0", low=0.0, strict=True),
@@ -169,7 +181,8 @@ def test_the_verdicts_beside_the_range():
     assert [verdict(e, by_construction=True) for e in (grows, unclear, falls)] == ["by construction", UNDECIDED, CONTRADICTED]
 
 
-def test_what_is_not_defined_is_null():
+def test_undefined_estimate():
+    """An estimate that is not defined is null and not reproduced."""
     claim = Claim("Table 3", "It grows", "growth", Range("above 0", low=0.0), lambda _: [Evidence(UNDEFINED, 5, {})])
     [found] = findings([claim], None)
     row = found.columns()
@@ -177,11 +190,13 @@ def test_what_is_not_defined_is_null():
 
 
 def test_counts_in_words():
+    """Words are counted, the most frequent first."""
     assert counted(["b", "a", "c", "a", "c"]) == "5 claims: 2 a, 2 c, 1 b"
     assert counted([]) == "0 claims: "
 
 
-def test_the_papers_intervals_are_those_of_its_100_runs():
+def test_paper_intervals():
+    """The paper's intervals are those of its 100 runs."""
     assert (PEAK.decay, PEAK.p) == (0.9997, 0.7)
     expected = stats.binomtest(70, 100).proportion_ci(0.95, "wilson")
     assert (PEAK.low, PEAK.high) == pytest.approx((expected.low, expected.high))
@@ -209,6 +224,7 @@ def only(points, text, **where):
      (0.9, 2000, CONTRADICTED)],
 )
 def test_with_probability_one(p, runs, expected):
+    """A claim of probability one is judged by what 100 successes in 100 runs leave possible."""
     assert only(table(point(4, "IQ", p, k=0.0, runs=runs)), "Without penalty IQ") == expected
 
 
@@ -218,12 +234,14 @@ def test_with_probability_one(p, runs, expected):
      (0.05, 2000, CONTRADICTED)],
 )
 def test_never(p, runs, expected):
+    """A claim of "never" is judged by what no success in 100 runs leaves possible."""
     points = table(over_decays("JAQ", {0.99: 0.0, 0.9997: p}, runs=runs))
     assert only(points, "JAQ never converges") == expected
 
 
 @pytest.mark.parametrize(("p", "expected"), [(0.05, REPRODUCED), (0.035, UNDECIDED), (0.02, CONTRADICTED)])
 def test_sometimes(p, expected):
+    """A claim of "sometimes" begins where "never" ends."""
     points = table(over_decays("IVQ", {0.99: 0.0, 0.9997: p}))
     assert only(points, "IVQ sometimes converges") == expected
 
@@ -233,7 +251,8 @@ def test_sometimes(p, expected):
     [(0.7, 2000, REPRODUCED), (0.62, 2000, UNDECIDED), (0.541, 2000, CONTRADICTED), (0.9, 2000, CONTRADICTED),
      (0.66, 100, UNDECIDED)],
 )
-def test_a_value_read_off_a_figure(p, runs, expected):
+def test_value_from_figure(p, runs, expected):
+    """A value read off a figure is judged with the interval of the paper's runs."""
     points = table(point(5, "IVQ", p, decay=0.9997, runs=runs))
     row = verdicts(points).filter(pl.col("claim").str.contains("near 0.7")).row(0, named=True)
     assert row["verdict"] == expected
@@ -250,17 +269,20 @@ def test_a_value_read_off_a_figure(p, runs, expected):
     ],
 )
 def test_the_best_decay(values, expected, low, high):
+    """The best decay is undecided while it cannot be told from another."""
     row = verdicts(table(over_decays("IVQ", values))).filter(pl.col("claim").str.contains("best decay"))
     assert row["verdict"].item() == expected
     assert (row["measured"].item(), row["low"].item(), row["high"].item()) == (max(values, key=values.get), low, high)
 
 
-def test_the_best_decay_is_not_judged_without_neighbours_on_both_sides():
+def test_best_decay_neighbours():
+    """The best decay is judged only with neighbours on both sides."""
     for values in ({0.9997: 0.7}, {0.9997: 0.7, 0.9999: 0.3}, {0.9996: 0.7, 0.9998: 0.3}):
         assert judged(table(over_decays("IVQ", values)), "best decay") == {}
 
 
-def test_the_other_equilibrium_is_what_is_left_of_all():
+def test_other_equilibrium():
+    """The other equilibrium's probability is what the optimum leaves of all equilibria."""
     points = table(over_decays("IQ", {0.99: 0.01}, equilibrium=0.9), over_decays("JAQ", {0.99: 0.5}, equilibrium=0.5))
     found = verdicts(points).filter(pl.col("claim").str.contains("at best to (a1, b1)", literal=True))
     assert found["measured"].to_list() == pytest.approx([0.89, 0.0])
@@ -269,12 +291,14 @@ def test_the_other_equilibrium_is_what_is_left_of_all():
 
 @pytest.mark.parametrize(("other", "expected"), [(0.0, REPRODUCED), (0.55, UNDECIDED), (0.7, CONTRADICTED)])
 def test_ivq_alone(other, expected):
+    """A claim that IVQ alone converges is contradicted if another learner converges more often."""
     points = table(over_decays("IVQ", {0.99: 0.1, 0.9997: 0.6}), over_decays("IQ", {0.99: 0.0}),
                    over_decays("JAQ", {0.99: other, 0.9997: 0.0}))
     assert only(points, "IVQ alone") == expected
 
 
-def test_a_curve_that_falls_stays_or_rises():
+def test_falling_curve():
+    """A curve falls by its two ends, and a single point is not judged."""
     for far, expected in ((0.5, REPRODUCED), (0.9, UNDECIDED), (1.0, CONTRADICTED)):
         points = table(curve(4, "IQ", {0: 0.9, -10: 0.2, -30: far}))
         assert only(points, "IQ's probability falls as k falls") == expected
@@ -284,7 +308,8 @@ def test_a_curve_that_falls_stays_or_rises():
 KS = (0, -2, -5, -10, -30)
 
 
-def test_leads_in_the_mean_over_k():
+def test_lead_over_k():
+    """A learner leads another by its mean over k."""
     def penalty(iq, jaq, ivq):
         return table(curve(4, "IQ", dict(zip(KS, iq, strict=True))), curve(4, "JAQ", dict(zip(KS, jaq, strict=True))),
                      curve(4, "IVQ", dict(zip(KS, ivq, strict=True))))
@@ -303,7 +328,8 @@ def test_leads_in_the_mean_over_k():
         assert only(reverse, text) == CONTRADICTED, text
 
 
-def test_a_lead_is_the_mean_over_the_k_that_both_have():
+def test_shared_k():
+    """A lead is the mean over the k that both learners have."""
     points = table(curve(4, "IQ", {-1: 0.9, -4: 0.7, -5: 0.1}), curve(4, "JAQ", {-1: 0.5, -4: 0.5, -30: 1.0}))
     row = verdicts(points).filter(pl.col("claim").str.contains("IQ is better than JAQ"))
     assert row["measured"].item() == pytest.approx(0.3)  # (.4 + .2) / 2
@@ -313,7 +339,8 @@ def test_a_lead_is_the_mean_over_the_k_that_both_have():
     assert row["low"].item() == pytest.approx(0.3 - down)
 
 
-def test_near_zero_is_from_minus_five_and_without_zero():
+def test_near_zero():
+    """A k "near zero" is one from -5 on, but not 0."""
     points = table(curve(4, "IQ", {0: 0.9, -1: 0.6, -5: 0.8, -6: 0.1}), curve(4, "JAQ", dict.fromkeys((0, -1, -5, -6), 0.5)))
     row = verdicts(points).filter(pl.col("claim").str.contains("IQ is better than JAQ"))
     assert row["measured"].item() == pytest.approx(0.2)  # (.1 + .3) / 2
@@ -325,7 +352,8 @@ def grid(il_a=0.5, il_b=0.5, jaq=0.2, ivq=0.5, *, decay=0.99, path=(8, 8, 8, 6),
             for row in curve(6, name, dict.fromkeys(ks, p), decay=decay, path=steps, half=half, runs=runs, tests=1000)]
 
 
-def test_jaq_smallest_at_each_decay():
+def test_jaq_smallest():
+    """Whether JAQ is the smallest is judged at each decay."""
     points = table(grid(decay=0.99), grid(decay=0.995, jaq=0.5), grid(decay=0.9999, il_a=0.1))
     line_up = "IL-A, IL-B, JAQ, IVQ printed"
     assert judged(points, "JAQ has the smallest") == {
@@ -335,12 +363,14 @@ def test_jaq_smallest_at_each_decay():
 
 @pytest.mark.parametrize(("ivq", "expected"), [(0.52, REPRODUCED), (0.6, UNDECIDED), (0.8, CONTRADICTED)])
 def test_almost_the_same(ivq, expected):
+    """Curves are almost the same by their means and by their greatest distance."""
     points = table(grid(ivq=ivq))
     assert only(points, "almost the same", quantity="mean") == expected
     assert only(points, "almost the same", quantity="greatest distance") == expected
 
 
-def test_curves_that_cross_are_not_the_same_although_their_means_are():
+def test_crossing_curves():
+    """Curves that cross are not the same, although their means are."""
     crossing = curve(6, "IVQ", {k: 0.2 if k < 8 else 0.8 for k in range(16)}, decay=0.99)
     points = table(crossing, curve(6, "IL-B", {k: 0.8 if k < 8 else 0.2 for k in range(16)}, decay=0.99))
     assert only(points, "almost the same", quantity="mean") == REPRODUCED
@@ -348,11 +378,13 @@ def test_curves_that_cross_are_not_the_same_although_their_means_are():
 
 
 def test_three_trainings_show_little():
+    """Three trainings decide no claim."""
     found = verdicts(table(grid(ivq=0.55, runs=3, ks=(0, 5, 10), half=4.0)))
     assert set(found["verdict"]) <= {UNDECIDED}
 
 
 def test_more_exploration():
+    """What more exploration changes is judged for each learner by itself."""
     told = table(grid(decay=0.99, path=(9, 9, 9, 9)),
                  grid(decay=0.9999, il_a=0.3, il_b=0.3, jaq=0.2, ivq=0.7, path=(6, 6, 6, 6)))
     for name in ("IL-A", "IL-B"):
@@ -368,7 +400,8 @@ def test_more_exploration():
     assert judged(table(grid()), "more exploration") == {}
 
 
-def test_best_in_probability_and_path_joined():
+def test_best_of_both():
+    """Being best in probability and path joined is judged by each of the two."""
     def halves(points):
         found = verdicts(points).filter(pl.col("claim").str.contains("joined"))
         return found["verdict"].to_list()
@@ -378,7 +411,8 @@ def test_best_in_probability_and_path_joined():
     assert halves(table(grid(il_b=0.6, path=(8, 5.6, 8, 6)))) == [UNDECIDED, UNDECIDED]
 
 
-def test_a_path_that_nobody_walked_is_no_number():
+def test_unwalked_path():
+    """A path that nobody walked is null, and one that one run walked is undecided."""
     points = table(grid(decay=0.99, path=(None, 8, 8, 8)), grid(decay=0.9999, path=(None, 6, 6, 6)))
     row = verdicts(points).filter(pl.col("claim").str.contains("IL-A's path")).row(0, named=True)
     assert (row["measured"], row["low"], row["high"], row["verdict"]) == (None, None, None, UNDECIDED)
@@ -387,7 +421,8 @@ def test_a_path_that_nobody_walked_is_no_number():
     assert set(judged(alone, "path is shorter").values()) == {UNDECIDED}
 
 
-def test_every_reading_is_checked_with_its_namesakes():
+def test_namesakes():
+    """Every reading is judged with the other learners' readings of the same name."""
     points = table(
         over_decays("IQ", {0.99: 0.0}), over_decays("JAQ", {0.99: 0.0}),
         over_decays("JAQ", {0.99: 0.3}, reading="recency"),
@@ -402,14 +437,16 @@ def test_every_reading_is_checked_with_its_namesakes():
     assert set(judged(points, "JAQ never")) == {("JAQ printed", None), ("JAQ recency", None)}
 
 
-def test_readings_without_namesakes_are_checked_once():
+def test_no_namesakes():
+    """Readings without namesakes are judged once."""
     points = table(over_decays("IQ", {0.99: 0.0}, reading="discount 0"), over_decays("JAQ", {0.99: 0.0}, reading="lifetime"),
                    over_decays("IVQ", {0.99: 0.5}, reading="literal"))
     found = verdicts(points).filter(pl.col("claim").str.contains("IVQ alone"))
     assert found["reading"].to_list() == ["IQ discount 0; JAQ lifetime; IVQ literal"]
 
 
-def test_a_learner_without_the_reading_is_taken_as_printed_else_in_its_first():
+def test_missing_reading():
+    """A learner without the reading is taken as printed, else in its first reading."""
     points = table(
         over_decays("IQ", {0.99: 0.0}), over_decays("IQ", {0.99: 0.0}, reading="a"),
         over_decays("JAQ", {0.99: 0.0}, reading="c"), over_decays("JAQ", {0.99: 0.0}, reading="b"),
@@ -420,7 +457,8 @@ def test_a_learner_without_the_reading_is_taken_as_printed_else_in_its_first():
     }
 
 
-def test_claims_without_points_are_absent():
+def test_no_points():
+    """Claims without points have no verdict."""
     assert verdicts(Paradigms.empty()).height == 0
     assert set(verdicts(table(over_decays("IQ", {0.99: 0.0})))["figure"]) == {5}
     # peers, other games and other studies are not what the paper speaks of
@@ -429,13 +467,15 @@ def test_claims_without_points_are_absent():
     assert verdicts(others).height == 0
 
 
-def test_each_number_of_runs_is_judged_by_itself():
+def test_runs_apart():
+    """Each number of runs is judged by itself."""
     points = table(over_decays("IQ", {0.99: 0.01}, runs=100), over_decays("IQ", {0.99: 0.01}, runs=2000))
     found = verdicts(points).filter(pl.col("claim").str.contains("IQ never"))
     assert found.select("runs", "verdict").rows() == [(100, UNDECIDED), (2000, REPRODUCED)]
 
 
-def test_all_claims_of_the_paper_are_judged_in_order_and_whatever_the_order_of_points():
+def test_all_claims():
+    """All claims of the paper are judged in its order, whatever the order of the points."""
     everything = table(
         *(curve(4, name, dict.fromkeys(KS, 0.5), decay=decay) for name in ("IQ", "JAQ", "IVQ") for decay in (0.998, 0.9999)),
         *(over_decays(name, {0.999: 0.1, 0.9997: 0.4, 0.9999: 0.1}, equilibrium=0.9) for name in ("IQ", "JAQ", "IVQ")),
@@ -450,7 +490,8 @@ def test_all_claims_of_the_paper_are_judged_in_order_and_whatever_the_order_of_p
     assert verdicts(shuffled).equals(found)
 
 
-def test_a_point_that_is_there_twice_is_refused():
+def test_double_point():
+    """A point that is there twice is refused."""
     points = table(over_decays("IQ", {0.99: 0.0}, seed=1), over_decays("IQ", {0.99: 0.5}, seed=2))
     with pytest.raises(SchemaMismatch, match="2 points are there more than once, the first of IQ"):
         verdicts(points)

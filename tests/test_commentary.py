@@ -64,7 +64,8 @@ def rolls(to_x, to_y=0.0, *, leaves=1.0, speed=1.0):
     return goes((0, 0, 0, 0), (leaves, 0, 0, 0), (arrives, to_x, to_y, 0))
 
 
-def test_a_human_like_team_is_said_to_stand_in_for_people():
+def test_human_like_note():
+    """A human-like team is said to stand in for people."""
     told = commentary(about(away="human-like"), referee_rows(), scored(), done(), film({"ball": rolls(0.1), **KEEPER}, 4.0, roles=ROLES_), VSSS)
     assert "stands in for people" in told.summary.note
     assert heading(told.summary)[1] == f"{told.summary.note}."
@@ -73,32 +74,37 @@ def test_a_human_like_team_is_said_to_stand_in_for_people():
     assert len(heading(told.summary)) == 1
 
 
-def test_a_goalkeeper_saves_what_would_have_gone_in():
+def test_save():
+    """A goalkeeper saves a ball that would have gone in."""
     told = tell({"ball": rolls(0.64), **KEEPER})
     assert of_kind(told, "save") == ["home 1 (striker) shoots from 0.75 m; away 0 (goalkeeper) saves."]
     assert (told.summary.home.shots, told.summary.home.on_target, told.summary.away.saves) == (1, 1, 1)
 
 
-def test_any_other_robot_is_in_the_way():
+def test_blocked_shot():
+    """Any robot but the goalkeeper is in the way of a shot."""
     told = tell({"ball": rolls(0.44), "away-1": stands(0.5, 0.0), **KEEPER})
     assert of_kind(told, "shot") == ["home 1 (striker) shoots from 0.75 m; away 1 (midfield) is in the way."]
     assert told.summary.away.saves == 0
 
 
 @pytest.mark.parametrize(("to_y", "said"), [(0.3, ["home 1 (striker) shoots from 0.75 m, wide."]), (0.5, [])])
-def test_a_ball_beside_the_goal_is_wide_up_to_a_goal_width_from_its_centre(to_y, said):
+def test_wide_shot(to_y, said):
+    """A ball beside the goal is a wide shot up to a goal width from its centre."""
     told = tell({"ball": rolls(0.75, to_y), **KEEPER})
     assert of_kind(told, "shot", "save") == said
     assert told.summary.home.on_target == 0
 
 
-def test_a_ball_that_would_not_arrive_in_time_is_no_shot():
+def test_slow_ball():
+    """A ball that would not arrive in time is no shot."""
     slow = {"ball": rolls(0.64, speed=0.5), **KEEPER}
     assert tell(slow).summary.home.shots == 0
     assert tell(slow, shot_s=2.0).summary.home.shots == 1
 
 
-def test_a_pass_goes_some_way_to_a_teammate():
+def test_pass():
+    """A pass goes some way to a team-mate."""
     mate = {"home-2": stands(0.36, 0.0), "home-1": stands(-0.06, 0.0), "away-0": stands(0.7, 0.5)}
     told = tell({"ball": rolls(0.3), **mate}, shot_s=0.1, play_apart_s=0)
     assert of_kind(told, "pass") == ["home 1 (striker) passes forward to home 2 (midfield)."]
@@ -106,7 +112,8 @@ def test_a_pass_goes_some_way_to_a_teammate():
     assert of_kind(tell({"ball": rolls(0.14), **near}, shot_s=0.1, play_apart_s=0), "pass") == []
 
 
-def test_the_ball_is_the_team_s_that_touched_it_last():
+def test_possession():
+    """The ball belongs to the team that touched it last."""
     bodies = film({"ball": rolls(0.64, leaves=2.0), **KEEPER}, 4.0, roles=ROLES_)
     found = touches(bodies, VSSS, CommentarySettings())
     assert [(touch.team, touch.robot) for touch in found] == [("home", 1), ("away", 0)]
@@ -118,7 +125,8 @@ def test_the_ball_is_the_team_s_that_touched_it_last():
         2.625 / 3.975, abs=1e-9)
 
 
-def test_a_goal_is_told_with_its_maker_its_kind_and_what_led_to_it():
+def test_goal():
+    """A goal is told with its maker, its kind and what led to it."""
     bodies = {"ball": rolls(0.64), **KEEPER}
     events = [(0, "kick-off", "home"), (3.0, "goal", "home"), (3.0, "kick-off", "away")]
     led = [("home", 1, "striker", 44, 0.2, 0.5), ("home", 1, "striker", 21, 0.9, 1.1), ("home", 1, "striker", 57, 1.2, 1.4)]
@@ -137,12 +145,14 @@ def test_a_goal_is_told_with_its_maker_its_kind_and_what_led_to_it():
     assert wrong.summary.home.goals == {"direct": 0, "indirect": 0, "error": 1}
 
 
-def test_nothing_is_said_of_a_goal_that_is_not_known():
+def test_unknown_goal():
+    """Of a goal that nobody is known to have made, nothing but the goal is said."""
     told = tell({"ball": stands(0, 0.5), **KEEPER}, events=[(3.0, "goal", None)], goals=[(3.0, None, None, None)])
     assert of_kind(told, "goal") == ["GOAL!"]
 
 
-def test_the_kick_off_after_a_goal_is_not_told_but_that_of_a_half_is():
+def test_kick_offs():
+    """The kick-off of a half is told, and the one after a goal is not."""
     events = [(0, "kick-off", "home"), (1, "goal", "home"), (1.5, "kick-off", "away"), (2, "half", None),
               (2, "kick-off", "away"), (4, "end", None)]
     told = tell({"ball": stands(0, 0.5), **KEEPER}, events=events, goals=[(1, "home", None, None)])
@@ -150,7 +160,8 @@ def test_the_kick_off_after_a_goal_is_not_told_but_that_of_a_half_is():
         ("kick-off", 0), ("goal", 1), ("half", 2), ("kick-off", 2), ("end", 4)]
 
 
-def test_a_chance_beside_a_goal_is_not_told_but_counted():
+def test_chance_near_goal():
+    """A chance shortly before a goal is counted, but not told."""
     bodies = {"ball": rolls(0.64), **KEEPER}
     goal = {"events": [(2.5, "goal", "away")], "goals": [(2.5, "away", 0, "direct")]}
     assert of_kind(tell(bodies, **goal), "save") == []
@@ -158,7 +169,8 @@ def test_a_chance_beside_a_goal_is_not_told_but_counted():
     assert len(of_kind(tell(bodies, **goal, chances_apart_s=1.0), "save")) == 1
 
 
-def test_a_match_of_nothing_is_told_as_that():
+def test_empty_match():
+    """A match in which nothing happens is told as that."""
     told = tell({"ball": stands(0, 0.5)})
     assert of_kind(told, "end") == ["The recording ends, 0 : 0."]
     assert told.summary.home.possession is None
@@ -166,11 +178,13 @@ def test_a_match_of_nothing_is_told_as_that():
 
 
 @pytest.mark.parametrize(("t_ns", "said"), [(0, "0:00"), (59_999_999_999, "0:59"), (600 * S, "10:00")])
-def test_the_clock_shows_seconds_that_are_over(t_ns, said):
+def test_clock(t_ns, said):
+    """The clock shows the seconds that are over."""
     assert clock(t_ns) == said
 
 
 def test_words():
+    """Lengths, lists, restarts and what led to a goal are put into words."""
     assert [metres(x) for x in (0.345, 3.45, 34.5)] == ["0.34 m", "3.5 m", "34 m"]
     assert [listed(x) for x in (["a"], ["a", "b"], ["a", "b", "c"])] == ["a", "a and b", "a, b and c"]
     assert restart("freeball", None) == restart("free ball", None) == "The ball is stuck: free ball."
@@ -191,7 +205,8 @@ def recorded():
     return matches.row(log), log.referee, goals, found, bodies
 
 
-def test_of_a_recording_every_goal_and_restart_is_told_in_order():
+def test_recording():
+    """Every goal and restart of a recording is told in order."""
     match, referee, goals, found, bodies = recorded()
     told = commentary(match, referee, goals, found, bodies, VSSS)
     times = [moment.t_ns for moment in told.moments]
@@ -202,7 +217,7 @@ def test_of_a_recording_every_goal_and_restart_is_told_in_order():
     assert 4 <= len(told.moments) <= 15  # a minute: neither silent nor a dump
 
 
-def test_the_other_team_s_commentator_says_the_same():
+def test_teams_swapped():
     """Teams swapped and the pitch turned, the commentary is the same with home and away exchanged."""
     match, referee, goals, found, bodies = recorded()
     other = pl.col("team").cast(pl.String).replace({"home": "away", "away": "home"})

@@ -49,7 +49,8 @@ def seen(table, trajectories, events, known=KNOWN):
     return Decisions.validate(found)
 
 
-def test_a_goal_rewards_the_last_decision_of_each_robot_of_both_teams():
+def test_goal_reward():
+    """A goal rewards the last decision of each robot of both teams."""
     table = situations(consecutive([1, 11, 194, 46]), consecutive([46], team="away", role="s", start=0.5))
     found = seen(table, tracks(s0=(0, 2), s1=(3, 9)), referee((2.5, "goal", "home")))
     assert found.select("team", "role", "t_ns", "end_ns", "behaviour_id", "reward", "episode", "ends").rows() == [
@@ -75,13 +76,15 @@ def test_a_goal_rewards_the_last_decision_of_each_robot_of_both_teams():
     ([(0.0, "goal", "home"), (0.0, "kick-off", "away")], 0.0, "truncated", 2.0),
     ([], 0.0, "truncated", 2.0),
 ])
-def test_how_the_segment_ended_decides_the_reward(events, reward, ends, over):
+def test_segment_end(events, reward, ends, over):
+    """How the segment ended decides the reward and whether the episode is cut off."""
     table = situations(consecutive([1, 11], start=1.0, each=0.5))
     found = seen(table, tracks(s0=(0, 2), s1=(3, 9)), referee(*events))
     assert found.select("reward", "ends", "end_ns").rows() == [(reward, ends, round(over * S))]
 
 
-def test_an_episode_ends_without_reward_at_a_goal_of_unknown_team_and_the_next_goal_is_not_its():
+def test_goal_of_unknown_team():
+    """A goal of unknown team ends an episode without reward, and the next goal is not its."""
     table = situations(consecutive([1, 11, 46], each=0.5), consecutive([46], start=3.0, segment=1))
     events = referee((2.5, "goal", None), (9.5, "goal", "home"))
     found = seen(table, tracks(s0=(0, 2), s1=(3, 9)), events)
@@ -92,32 +95,37 @@ def test_an_episode_ends_without_reward_at_a_goal_of_unknown_team_and_the_next_g
     assert found["value"].to_list() == pytest.approx([0.0, 0.0, 0.5**6.5], abs=1e-8)
 
 
-def test_the_last_segment_ends_with_the_final_whistle_however_late():
+def test_final_whistle():
+    """The last segment ends with the final whistle, however late it comes."""
     found = seen(situations(consecutive([46])), tracks(until=3.0), referee((60.0, "end", None)))
     assert found.select("ends", "end_ns").rows() == [("terminal", 60 * S)]
 
 
-def test_each_segment_is_an_episode_of_its_own():
+def test_segments():
+    """Each segment is an episode of its own."""
     table = situations(consecutive([46, 46]), consecutive([46], start=3.0, segment=1))
     found = seen(table, tracks(s0=(0, 2), s1=(3, 9)), referee((2.5, "goal", "away"), (9.5, "goal", "home")))
     assert found.select("episode", "reward", "ends").rows() == [
         (0, 0.0, None), (0, -1.0, "terminal"), (1, 1.0, "terminal")]
 
 
-def test_the_state_is_that_of_the_robots_own_team_when_it_starts():
+def test_state_at_start():
+    """A decision's state is what the robot's own team sees when it starts."""
     table = situations(consecutive([46], start=1.0), consecutive([46], team="away", role="s", start=1.0))
     path = tracks()
     look, _ = elements(path, referee(), VSSS, np.array([0, 1]), np.array([S, S]))
     assert seen(table, path, referee())["state"].to_list() == encode(look, "full36").tolist()
 
 
-def test_decisions_in_unknown_states_are_left_out():
+def test_unknown_states():
+    """Decisions in unknown states are left out."""
     blind = tracks().filter((pl.col("team") != "ball") | (pl.col("t_ns") != S // 2))
     found = seen(situations(consecutive([46, 46, 46])), blind, referee((20.0, "goal", "home")))
     assert found.select("t_ns", "end_ns", "reward").rows() == [(0, S, 0.0), (S, 20 * S, 1.0)]
 
 
-def test_nothing_seen_is_no_decision():
+def test_nothing_seen():
+    """Where no known behaviour is seen there is no decision."""
     assert seen(situations(consecutive([194, 184])), tracks(), referee()).is_empty()
     assert seen(situations(), tracks(), referee()).is_empty()
     assert seen(situations(consecutive([46])), tracks(), referee(), known=patterns()).is_empty()
@@ -135,7 +143,8 @@ class TestComplete:
             schema=Decisions.dtypes(), orient="row",
         ))
 
-    def test_of_a_team_that_logged_nothing_else_is_read(self):
+    def test_logged_team(self):
+        """Of a team that logged its decisions nothing but the log is read."""
         table = situations(consecutive([46, 46]), consecutive([46], team="away", role="s", start=0.5))
         events = referee((2.5, "goal", "home"))
         shown = seen(table, tracks(s0=(0, 2), s1=(3, 9)), events)
@@ -147,20 +156,23 @@ class TestComplete:
             ("away", 0, None, True, True), ("away", S, "striker-099", True, False),
         ]
 
-    def test_is_valued_by_the_next_goal(self):
+    def test_value_of_log(self):
+        """A logged decision is valued by the next goal."""
         log = self.logged(("home", 0, None), ("home", 2, None), ("home", 4, None), ("home", 5, None))
         goals = goals_of(referee((2.0, "goal", "away"), (4.5, "goal", "home")))
         found = complete(Decisions.empty(), value(log, goals, GRAMS, start="t_ns"))
         # a tick a second, alpha one half; a decision at the very time of a goal is after it
         assert found["value"].to_list() == pytest.approx([-(0.5**2), 0.5**2.5, 0.5**0.5, 0.0], abs=1e-8)
 
-    def test_of_teams_that_logged_nothing_is_what_was_seen(self):
+    def test_no_log(self):
+        """Of teams that logged nothing, decisions are what was seen."""
         shown = seen(situations(consecutive([46])), tracks(), referee())
         assert complete(shown, value(Decisions.empty(), goals_of(referee()), GRAMS, start="t_ns")).equals(shown)
 
 
 class TestResolve:
-    def test_prefers_long_ones_then_early_ones(self):
+    def test_long_then_early(self):
+        """Long instances are taken before short ones, and early ones before late ones."""
         known = patterns(("m", [1, 11, 21, 46]), ("m", [1, 11, 1]), ("m", [1]))
         table = situations(consecutive([1, 11, 1, 11, 21, 46, 1, 11, 1, 11, 1]))
         found = resolve(table, known, 0.2)
@@ -174,7 +186,8 @@ class TestResolve:
         st.lists(st.lists(st.sampled_from([1, 11, 46]), min_size=1, max_size=4), max_size=6, unique_by=tuple),
     )
     @settings(max_examples=60, deadline=None)
-    def test_instances_never_share_a_situation_and_lie_in_what_the_rounds_cover(self, codes, known):
+    def test_instances(self, codes, known):
+        """Instances never share a situation and lie in what the rounds cover."""
         table = situations(consecutive(codes))
         shapes = patterns(*(("m", gram) for gram in known))
         found = resolve(table, shapes, 0.2)
@@ -186,7 +199,8 @@ class TestResolve:
         assert not (used.astype(bool) & ~cover(table, shapes, GRAMS)).any()
 
 
-def test_episodes_name_the_goal_even_if_play_was_stopped_before():
+def test_goal_after_stop():
+    """An episode ends with its goal even if play was stopped before."""
     found = episodes(tracks(s0=(0, 2), s1=(3, 9)), referee((2.2, "stop", None), (2.5, "goal", "away"),
                                                           (9.5, "end", None)))
     assert found.rows() == [(0, 5 * S // 2, "goal", "away"), (1, 19 * S // 2, "end", None)]

@@ -122,7 +122,8 @@ def test_a_comment_changes_nothing(brought, tmp_path):
     assert receipt.software != ours.software, "the code was another one"
 
 
-def test_a_season_goes_on_over_an_edit(tmp_path, monkeypatch):
+def test_season_after_edit(tmp_path, monkeypatch):
+    """A season goes on after an edit of the code."""
     said = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 5'
     own = Season(name="short", opponent="static", seed=1, settings=parse(said, where="here"))
     loop.learn(tmp_path, own, 1, loop.play(tmp_path, own, 1), discard=False)
@@ -133,7 +134,8 @@ def test_a_season_goes_on_over_an_edit(tmp_path, monkeypatch):
     assert loop.done(Store(tmp_path), own).details["games"] == 2
 
 
-def test_a_season_does_not_go_on_under_another_version_of_a_stage(tmp_path, monkeypatch):
+def test_season_other_version(tmp_path, monkeypatch):
+    """A season does not go on under another version of a stage."""
     said = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 5'
     own = Season(name="short", opponent="static", seed=1, settings=parse(said, where="here"))
     loop.learn(tmp_path, own, 1, loop.play(tmp_path, own, 1), discard=False)
@@ -142,7 +144,7 @@ def test_a_season_does_not_go_on_under_another_version_of_a_stage(tmp_path, monk
         loop.done(Store(tmp_path), own)
 
 
-def test_the_same_bytes_of_another_version_end_there(store):
+def test_same_bytes(store):
     """A raised version makes its own outputs again; with the same bytes nothing follows, no version is minted."""
     before, goals = sums(store), {r.name: r.key for r in store.receipts("goals")}
     later, remade = raised("situations"), []
@@ -160,7 +162,7 @@ def test_the_same_bytes_of_another_version_end_there(store):
     assert (store.versions("knowledge"), store.versions("policies")) == ([1], [1])
 
 
-def test_other_bytes_go_as_far_as_they_change_anything(store):
+def test_other_bytes(store):
     """A changed stage runs again, and so does what is made from changed bytes; nothing else does."""
     before = sums(store)
     compute = STAGES["grams"].compute
@@ -179,7 +181,8 @@ def test_other_bytes_go_as_far_as_they_change_anything(store):
 
 
 @pytest.mark.parametrize("noun", ["knowledge", "policies"])
-def test_a_version_that_would_be_the_same_is_not_minted(store, noun):
+def test_equal_version(store, noun):
+    """A version that would be the same is not minted, and what was found is remembered."""
     later, computed = raised(noun), []
 
     def compute(inputs, settings):
@@ -194,7 +197,7 @@ def test_a_version_that_would_be_the_same_is_not_minted(store, noun):
     assert store.versions(noun) == [1]
 
 
-def test_nothing_new_is_told_without_prefect(brought):
+def test_nothing_new(brought):
     """The report of a run that has nothing to do, from a process that never loads Prefect."""
     script = RUN + "\nassert not [name for name in sys.modules if name.partition('.')[0] == 'prefect']"
     done = subprocess.run([sys.executable, "-c", script, str(ROOT), str(brought)], check=True, text=True,

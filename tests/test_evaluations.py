@@ -47,7 +47,8 @@ def played(*scores, decided=None):
     return Evaluations.validate(pl.DataFrame(rows, schema=Evaluations.dtypes()))
 
 
-def test_the_numbers_are_those_worked_by_hand():
+def test_summary_by_hand():
+    """The numbers of a summary are those worked by hand."""
     # pairs' mean differences: (2 + 0) / 2 = 1, (-1 + 4) / 2 = 1.5, (3 + 4) / 2 = 3.5: mean 2, sd √1.75
     found = summarise(played((2, 0), (1, 1), (0, 1), (5, 1), (3, 0), (4, 0)))
     assert (found.matches, found.pairs, found.wins, found.draws, found.losses) == (6, 3, 4, 1, 1)
@@ -59,7 +60,8 @@ def test_the_numbers_are_those_worked_by_hand():
     assert found.learned_share is None
 
 
-def test_static_beats_random_in_the_arena():
+def test_static_beats_random():
+    """In the arena the static team beats the random one."""
     whole = Evaluation(team=scripted("static"), opponent=scripted("random"), referee=RefereeSettings(duration_s=60.0))
     found = summarise(pl.concat(play(Pair(evaluation=whole, seed=seed), {}) for seed in range(10)))
     assert found.matches == 20
@@ -67,13 +69,15 @@ def test_static_beats_random_in_the_arena():
     assert found.goal_difference.low > 1
 
 
-def test_the_share_of_learned_actions_is_a_mean_over_matches_that_had_any():
+def test_learned_share():
+    """The share of learned actions is a mean over the matches that had any action."""
     found = summarise(played((0, 0), (0, 0), (0, 0), (0, 0), decided=[(10, 5), (100, 100), (0, 0), (4, 1)]))
     # pairs: (0.5 + 1) / 2 and 0.25, for the third match says nothing
     assert found.learned_share.value == pytest.approx((0.75 + 0.25) / 2)
 
 
-def test_no_interval_reaches_where_nothing_can_be():
+def test_interval_bounds():
+    """No interval reaches beyond what its quantity can be."""
     # pairs of 5 and 0 goals, shares .9 and 1.0: Student's with one degree of freedom is ±31.8 and ±.64
     found = summarise(played((0, 5), (0, 5), (0, 0), (0, 0), decided=[(10, 9), (10, 9), (10, 10), (10, 10)]))
     assert found.goals_against[1:] == (0.0, pytest.approx(2.5 + 12.706205 * 2.5, abs=1e-4))
@@ -84,13 +88,15 @@ def test_no_interval_reaches_where_nothing_can_be():
     assert (found.goals_for.low, found.goals_for.high > 14) == (0.0, True)
 
 
-def test_one_pair_has_no_interval_of_a_mean():
+def test_one_pair():
+    """A single pair has a mean, but no interval of it."""
     assert summarise(played((1, 0), (0, 2))).goal_difference == (-0.5, None, None)
 
 
 @given(st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), min_size=4, max_size=20).filter(
     lambda scores: len(scores) % 2 == 0))
-def test_summaries_are_of_the_pairs(scores):
+def test_summary_of_pairs(scores):
+    """A summary is one of the pairs, in any order and seen from either side."""
     found = summarise(played(*scores))
     assert found == summarise(played(*scores).sample(fraction=1.0, shuffle=True, seed=1))
     assert found.wins + found.draws + found.losses == len(scores)
@@ -107,14 +113,16 @@ def test_summaries_are_of_the_pairs(scores):
     assert other.goal_difference.value == pytest.approx(-found.goal_difference.value)
 
 
-def test_a_pair_is_one_seed_with_sides_swapped():
+def test_swapped_sides():
+    """A pair is one seed played twice, with sides swapped."""
     (first, home), (second, away) = Pair(evaluation=short(), seed=3).matches()
     assert (first, second) == (0, 1)
     assert home.seed == away.seed
     assert (home.home, home.away) == (away.away, away.home)
 
 
-def test_no_two_pairs_share_a_seed_and_a_team_against_itself_never_plays_a_match_twice():
+def test_seeds_of_pairs():
+    """No two pairs share a seed, and a team against itself never plays a match twice."""
     whole = short("static", "static")
     seeds = [recipe.seed for seed in range(5) for _, recipe in Pair(evaluation=whole, seed=seed).matches()]
     assert len(set(seeds)) == 10
@@ -123,19 +131,22 @@ def test_no_two_pairs_share_a_seed_and_a_team_against_itself_never_plays_a_match
     assert len(set.union(*swapped)) == 5
 
 
-def test_the_longest_names_of_teams_still_name_an_evaluation():
+def test_longest_names():
+    """The longest names of teams still name an evaluation."""
     long = scripted("static").model_copy(update={"name": "a-very-long-name-of-settings-that-somebody-wrote-human-like-12"})
     rows = play(Pair(evaluation=short().model_copy(update={"team": long, "opponent": long}), seed=0), {})
     assert rows["evaluation"].str.len_chars().max() == 64
 
 
-def test_evaluations_of_other_settings_have_other_names():
+def test_names_of_settings():
+    """Evaluations of other settings have other names."""
     names = {e.id for e in (short(), short("random", "static"), short().model_copy(
         update={"referee": RefereeSettings(duration_s=5.0)}))}
     assert len(names) == 3
 
 
-def test_what_is_played_does_not_depend_on_the_number_of_processes(tmp_path):
+def test_processes(tmp_path):
+    """What is played does not depend on the number of processes."""
     alone, made = flow.evaluate(Store(tmp_path / "a"), short(), range(2), {}, jobs=1)
     assert made == 2
     store = Store(tmp_path / "b")
@@ -146,7 +157,8 @@ def test_what_is_played_does_not_depend_on_the_number_of_processes(tmp_path):
     assert alone["actions"].is_null().all()
 
 
-def test_more_matches_play_only_what_is_not_there(tmp_path, monkeypatch):
+def test_more_matches(tmp_path, monkeypatch):
+    """If more matches are asked for, only those that are not there are played."""
     store, seen = Store(tmp_path), []
     monkeypatch.setattr(flow, "play", lambda pair, policies: seen.append(pair.seed) or play(pair, policies))
     first, _ = flow.evaluate(store, short(), range(1), {})
@@ -158,7 +170,8 @@ def test_more_matches_play_only_what_is_not_there(tmp_path, monkeypatch):
     assert again.equals(more.tail(2))
 
 
-def test_a_learned_team_s_decisions_are_counted():
+def test_learned_team():
+    """A learned team's decisions are counted."""
     team = Entrant(name="v1", settings=TeamSettings(kind="learned", policy="v1 abc"), policy_version=1, knowledge_version=1)
     pair = Pair(evaluation=Evaluation(team=team, opponent=scripted("static"), referee=SHORT), seed=0)
     rows = play(pair, {"v1 abc": Policies.empty()})
@@ -174,7 +187,8 @@ def dies(pair, policies):
     return play(pair, policies)
 
 
-def test_a_killed_process_is_one_clear_error_and_what_was_over_is_kept(tmp_path, monkeypatch):
+def test_killed_process(tmp_path, monkeypatch):
+    """A killed process is one line of error, and what was over is kept."""
     store = Store(tmp_path)
     flow.evaluate(store, short(), [0], {})
     monkeypatch.setattr(flow, "play", dies)
@@ -184,7 +198,8 @@ def test_a_killed_process_is_one_clear_error_and_what_was_over_is_kept(tmp_path,
     assert [receipt.name for receipt in store.receipts("evaluations")] == [Pair(evaluation=short(), seed=0).name]
 
 
-def test_unknown_teams_and_policies_are_refused(tmp_path):
+def test_unknown_teams(tmp_path):
+    """Unknown teams and policies are refused."""
     store = Store(tmp_path)
     with pytest.raises(BadSettings, match=r"'brazil' is no team, nor a season \(there are: none yet\)\. Name .* season's id\.$"):
         entrant(store, "brazil", {})

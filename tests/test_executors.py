@@ -52,10 +52,12 @@ def limit(code):
 
 class TestExecutors:
     def test_all_of_table_1(self):
+        """There is an executor for every situation of table 1."""
         assert set(executors.CODES) == set(TABLE_1)
 
     @pytest.mark.parametrize("code", executors.CODES)
     def test_reaches_its_end(self, code):
+        """An executor mostly reaches its final condition, and always ends in time."""
         tracks = trials()[code]
         assert len(tracks) == 30
         lasted = np.array([len(track) * FRAME_S for track, _ in tracks])
@@ -68,13 +70,15 @@ class TestExecutors:
 
     @pytest.mark.parametrize("code", [22, 23])
     def test_the_other_gets_it(self, code):
+        """A pass often reaches a team-mate, and a ball given away an adversary."""
         others = slice(4, 7) if code == 22 else slice(2, 4)
         got = [
             np.hypot(*(track[-1, others, :2] - track[-1, 0, :2]).T).min() < M.contact for track, _ in trials()[code]
         ]
         assert np.mean(got) >= 0.4
 
-    def test_the_recogniser_names_what_they_do(self):
+    def test_recognised(self):
+        """The recogniser names what executors do more often than by chance."""
         labels = [code for code, tracks in trials().items() for track, _ in tracks if len(track) > 1]
         films = [track for tracks in trials().values() for track, _ in tracks if len(track) > 1]
         table = recognise(filmed(films), VSSS, SituationSettings())
@@ -94,7 +98,8 @@ class TestExecutors:
             assert np.mean(named[code]) > np.mean(chance[code]), code
 
     @pytest.mark.slow
-    def test_executors_and_recogniser_agree_in_the_arena(self):
+    def test_agreement_in_arena(self):
+        """In the arena executors and recogniser agree far more often than by chance."""
         named = confusion()
         codes = executors.CODES
         last = np.array([named[code].last.get(code, 0) / named[code].count for code in codes])
@@ -107,7 +112,8 @@ class TestExecutors:
 
     @given(views(count=3, ties=False), st.sampled_from([c for c in executors.CODES if c != BY_CHANCE]))
     @settings(max_examples=300)
-    def test_a_mirror_swaps_the_wheels(self, view, code):
+    def test_mirror(self, view, code):
+        """In the mirror an executor does the same with its wheels swapped."""
         wheels = np.zeros((2, 3, 2))
         roles = roles_of(view[None])[0]
         over = []
@@ -120,7 +126,8 @@ class TestExecutors:
 
     @given(views(), st.sampled_from(executors.CODES), st.sampled_from(list(Kind)), st.integers(0, 9))
     @settings(max_examples=300)
-    def test_always_ends_and_never_breaks_the_limit(self, view, code, kind, seed):
+    def test_time_and_speed_limits(self, view, code, kind, seed):
+        """An executor always ends in time and never drives faster than it can."""
         m = Measures.of(PITCHES[kind], top=2.0, axle=0.1, acceleration=5.0, frame_s=0.05)
         roles = np.empty(len(view) - 1, dtype=np.int64)
         assign(view, m, roles)
@@ -135,7 +142,8 @@ class TestExecutors:
     @pytest.mark.parametrize(("code", "row"), [
         (138, 6), (139, 5), (140, 4), (150, 6), (151, 5), (152, 4), (162, 2), (163, 3), (173, 2), (174, 3),
     ])
-    def test_whom_it_is_done_to(self, code, row):
+    def test_other_robot(self, code, row):
+        """An executor picks the robot that its situation names."""
         view = view_of({
             1: (-0.6, 0.0, 0.0), 2: (-0.2, 0.3, 0.0), 3: (0.2, -0.3, 0.0),
             4: (-0.3, -0.5, 0.0), 5: (0.1, 0.5, 0.0), 6: (0.6, 0.1, 0.0),
@@ -147,12 +155,14 @@ class TestExecutors:
         assert memory["other"] == row
 
     def test_nobody_to_pass_to(self):
+        """Without a team-mate a pass is over at once, and the robot stands."""
         view, wheels, memory = view_of((0.0, 0.0, 0.0), count=1), np.ones((1, 2)), np.zeros(1, dtype=executors.ACTION)[0]
         executors.start(23, 1, view, np.zeros(2, dtype=np.int64), M, splitmix(), memory)
         assert executors.act(1, view, M, memory, wheels)
         assert wheels.tolist() == [[0.0, 0.0]]
 
-    def test_does_not_shoot_at_its_own_goal(self):
+    def test_own_goal(self):
+        """A robot shoots at the adversary's goal and never at its own."""
         own = scored(view_of((-0.2, 0.0, math.pi), ball=(-0.26, 0.0, 0, 0)), 21)
         adversary = scored(view_of((0.3, 0.0, 0.0), ball=(0.36, 0.0, 0, 0)), 21)
         assert (own, adversary) == (0, 1)

@@ -38,7 +38,8 @@ def products(data: Path) -> dict[str, bytes]:
     }
 
 
-def test_one_run_makes_everything_and_the_next_one_nothing(tmp_path, clips):
+def test_second_run(tmp_path, clips):
+    """One run makes everything, and the next one nothing."""
     fill(tmp_path, clips)
     first = run(tmp_path)
     assert first.failures == {}
@@ -53,13 +54,15 @@ def test_one_run_makes_everything_and_the_next_one_nothing(tmp_path, clips):
     assert products(tmp_path) == before
 
 
-def test_the_same_inputs_give_the_same_bytes(tmp_path, clips, finished):
+def test_same_bytes(tmp_path, clips, finished):
+    """The same inputs give the same bytes."""
     fill(tmp_path, clips)
     run(tmp_path)
     assert products(tmp_path) == products(finished)
 
 
 def test_the_catalogue_answers(finished):
+    """After a run the tables have rows, and no situations of a robot overlap."""
     path = catalog_path(Store(finished))
     for table in ("matches", "trajectories", "situations", "grams", "behaviours", "occasions", "decisions", "policies"):
         assert catalog.query(path, f"select count(*) from {table}").item() > 0
@@ -69,7 +72,8 @@ def test_the_catalogue_answers(finished):
     assert overlaps.item() == 0
 
 
-def test_a_new_match_makes_only_what_depends_on_it(tmp_path, clips, finished):
+def test_new_match(tmp_path, clips, finished):
+    """A new match makes only what depends on it."""
     data = tmp_path / "data"
     shutil.copytree(finished, data)
     clip(100.0, 130.0).write_csv(data / "inbox" / "third.csv")
@@ -80,7 +84,8 @@ def test_a_new_match_makes_only_what_depends_on_it(tmp_path, clips, finished):
     assert Store(data).manifest("knowledge", 2).parent == 1
 
 
-def test_other_settings_remake_only_their_stage_and_what_follows(tmp_path, finished):
+def test_other_settings(tmp_path, finished):
+    """Other settings remake only their stage and what follows."""
     data = tmp_path / "data"
     shutil.copytree(finished, data)
     report = run(data, settings=Settings(grams=GramSettings(alpha=0.99)))
@@ -92,7 +97,8 @@ def test_other_settings_remake_only_their_stage_and_what_follows(tmp_path, finis
     assert {s.noun: len(s.made) for s in report.stages}["behaviours"] == 4
 
 
-def test_a_bad_match_is_quarantined_and_the_others_finish(tmp_path, clips):
+def test_bad_match(tmp_path, clips):
+    """A bad match is quarantined, and the others finish."""
     fill(tmp_path, clips)
     (tmp_path / "inbox" / "broken.csv").write_text("this is not a match\n")
     report = run(tmp_path)
@@ -106,7 +112,8 @@ def test_a_bad_match_is_quarantined_and_the_others_finish(tmp_path, clips):
     (tmp_path / "inbox" / "broken.csv").unlink()
 
 
-def test_a_match_whose_log_is_damaged_later_steps_aside(tmp_path, finished):
+def test_damaged_log(tmp_path, finished):
+    """A match whose log is damaged later is quarantined when its log is read again."""
     data = tmp_path / "data"
     shutil.copytree(finished, data)
     shutil.rmtree(data / "inbox")
@@ -123,7 +130,8 @@ def test_a_match_whose_log_is_damaged_later_steps_aside(tmp_path, finished):
     assert store.manifest("knowledge", 2).details["matches"] == 1
 
 
-def test_a_disk_error_is_tried_again(tmp_path, clips, monkeypatch):
+def test_disk_error(tmp_path, clips, monkeypatch):
+    """After a disk error the work is tried again."""
     fill(tmp_path, clips)
     commit, failures = Store.commit, [2]
 
@@ -138,7 +146,8 @@ def test_a_disk_error_is_tried_again(tmp_path, clips, monkeypatch):
     assert failures == [0]
 
 
-def test_kill_9_in_the_middle_then_run_again_gives_the_same_bytes(tmp_path, clips, finished):
+def test_kill_and_run_again(tmp_path, clips, finished):
+    """A run after one that was killed in the middle gives the same bytes."""
     fill(tmp_path, clips)
     script = f"from pathlib import Path; from flows.run import run_flow; run_flow(Path({str(tmp_path)!r}))"
     from prefect.settings import PREFECT_API_URL
@@ -158,7 +167,8 @@ def test_kill_9_in_the_middle_then_run_again_gives_the_same_bytes(tmp_path, clip
     assert products(tmp_path) == products(finished)
 
 
-def test_two_flows_emit_knowledge_at_once_and_both_land(tmp_path, finished):
+def test_two_at_once(tmp_path, finished):
+    """Two processes that emit knowledge at once both get a version of their own."""
     data = tmp_path / "data"
     shutil.copytree(finished, data)
     script = (
@@ -181,7 +191,8 @@ def test_two_flows_emit_knowledge_at_once_and_both_land(tmp_path, finished):
         assert store.verify_version("knowledge", version) == []
 
 
-def test_importing_twice_gives_one_match(tmp_path, clips):
+def test_import_twice(tmp_path, clips):
+    """Importing a recording twice gives one match."""
     store = Store(tmp_path)
     file = clips / "early.parquet"
     receipt, new = import_recording(store, Recording(file=file))
@@ -194,7 +205,8 @@ def test_importing_twice_gives_one_match(tmp_path, clips):
     assert len(list(store.receipts("matches"))) == 1
 
 
-def test_a_log_from_another_machine_is_the_same_match(tmp_path, clips):
+def test_log_from_elsewhere(tmp_path, clips):
+    """A log from another machine is the same match."""
     there, here = Store(tmp_path / "there"), Store(tmp_path / "here")
     sent, _ = import_recording(there, Recording(file=clips / "early.parquet"))
     got, new = import_recording(here, Recording(file=there.root / sent.files["log"].path))
@@ -203,7 +215,8 @@ def test_a_log_from_another_machine_is_the_same_match(tmp_path, clips):
     assert got.files["log"].sha256 == sent.files["log"].sha256
 
 
-def test_a_damaged_log_is_replaced_by_the_whole_one(tmp_path, clips):
+def test_whole_after_damaged(tmp_path, clips):
+    """A damaged log is replaced by the whole one, and never the other way round."""
     there, here = Store(tmp_path / "there"), Store(tmp_path / "here")
     sent, _ = import_recording(there, Recording(file=clips / "early.parquet"))
     whole = there.root / sent.files["log"].path
@@ -219,7 +232,8 @@ def test_a_damaged_log_is_replaced_by_the_whole_one(tmp_path, clips):
     assert (third, new) == (second, False)
 
 
-def test_two_matches_of_one_id_are_not_mixed(tmp_path, clips):
+def test_one_id_twice(tmp_path, clips):
+    """Another match of the same id is refused."""
     store = Store(tmp_path)
     receipt, _ = import_recording(store, Recording(file=clips / "early.parquet"))
     log = log_format.read(store.read(receipt, "log"), where="log")
@@ -237,7 +251,8 @@ def test_two_matches_of_one_id_are_not_mixed(tmp_path, clips):
     assert store.receipt("matches", receipt.name) == receipt
 
 
-def test_the_inbox_pairs_maps_with_recordings(tmp_path):
+def test_inbox_maps(tmp_path):
+    """The inbox pairs maps with recordings."""
     folder = tmp_path / "inbox" / "league"
     folder.mkdir(parents=True)
     for name in ("a.csv", "a.csv.toml", "b.csv", ".hidden"):
@@ -247,11 +262,13 @@ def test_the_inbox_pairs_maps_with_recordings(tmp_path):
 
 
 def test_results_are_json(finished):
+    """The result of importing can be written as JSON."""
     report = matches_flow(finished)
     assert json.loads(json.dumps(report)) == report
 
 
-def test_training_again_with_other_settings_begins_anew(tmp_path, finished):
+def test_other_training(tmp_path, finished):
+    """Training with other settings begins anew and counts each match once."""
     data = tmp_path / "data"
     shutil.copytree(finished, data)
     assert flow_of("policies")(data) == {"version": 1, "new": False}
@@ -264,7 +281,8 @@ def test_training_again_with_other_settings_begins_anew(tmp_path, finished):
     assert not tables[0]["q"].equals(tables[1]["q"])
 
 
-def test_knowledge_has_only_pairs_that_were_seen(finished):
+def test_seen_pairs(finished):
+    """Policies have exactly the pairs of state and behaviour that were seen."""
     rows = catalog.query(catalog_path(Store(finished)), """
         select (select count(*) from policies) as pairs,
                (select count(*) from occasions) as occasions,
@@ -273,7 +291,7 @@ def test_knowledge_has_only_pairs_that_were_seen(finished):
     assert isinstance(rows, pl.DataFrame)
 
 
-def test_a_worker_can_load_the_flow_from_its_file(monkeypatch):
+def test_flow_from_file(monkeypatch):
     """Prefect runs a deployment's flow from its file, where annotations must be real types."""
     from prefect.flows import load_flow_from_entrypoint
 
@@ -283,7 +301,8 @@ def test_a_worker_can_load_the_flow_from_its_file(monkeypatch):
     assert parameters["settings"].policies.sweeps == 2
 
 
-def test_prefect_keeps_results_as_json_and_never_as_pickles():
+def test_no_pickles():
+    """Prefect keeps results as JSON and never as pickles."""
     from flows.paradigms import make_report, make_sweep, paradigms_flow
     from flows.run import run_flow
     from flows.season import play_game, season_flow

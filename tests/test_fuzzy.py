@@ -46,6 +46,7 @@ LOW, HIGH = Trapezoid(0, 0, 1, 3), Trapezoid(1, 3, fuzzy.FAR_OFF, fuzzy.FAR_OFF)
 class TestTerms:
     @pytest.mark.parametrize(("term", "domain"), ALL_TERMS)
     def test_fast_is_scikit_fuzzys(self, term, domain):
+        """The compiled membership equals scikit-fuzzy's."""
         rng = np.random.default_rng(0)
         corners = np.array([c for c in term if abs(c) < fuzzy.FAR_OFF])
         near = (corners[:, None] + np.array([-1e-3, -1e-9, 0, 1e-9, 1e-3])).ravel()
@@ -55,12 +56,14 @@ class TestTerms:
 
     @pytest.mark.parametrize("kind", list(Kind))
     def test_neighbours_sum_to_one(self, kind):
+        """The terms of a variable sum up to one everywhere."""
         for terms in fuzzy.terms(SCALES[kind]).values():
             corners = np.unique([c for term in terms.values() for c in term if abs(c) < fuzzy.FAR_OFF])
             x = np.linspace(corners[0], corners[-1], 5_001)
             np.testing.assert_allclose(sum(fuzzy.membership(term, x) for term in terms.values()), 1, atol=1e-9)
 
     def test_small_leagues_numbers(self):
+        """The small league's terms have the corners listed here."""
         terms = fuzzy.terms(SCALES[Kind.VSSS])
         expected = {
             "CONTACT": (0, 0, 0.070, 0.085), "CLOSE": (0.070, 0.085, 0.15, 0.25), "NEAR": (0.15, 0.25, 0.35, 0.55),
@@ -73,6 +76,7 @@ class TestTerms:
 
     @pytest.mark.parametrize("kind", list(Kind))
     def test_crossings_are_the_scales(self, kind):
+        """Terms of distance cross at the league's scales."""
         scales, terms = SCALES[kind], fuzzy.terms(SCALES[kind])[Variable.DISTANCE]
         crossings = [fuzzy.crossings(term) for term in terms.values()]
         ends = [scales.contact, scales.close, scales.near, scales.far]
@@ -80,10 +84,12 @@ class TestTerms:
         assert [rises for rises, _ in crossings] == pytest.approx([None, *ends])
 
     def test_unknown_stays_unknown(self):
+        """The membership of an unknown value is unknown."""
         assert isnan(fuzzy.membership(LOW, np.nan)[()])
         np.testing.assert_array_equal(fuzzy.membership(LOW, [[0.5, np.nan]]), [[1.0, np.nan]])
 
     def test_likeliest(self):
+        """The likeliest term of a value is the one that it belongs to most."""
         times = fuzzy.terms(SCALES[Kind.VSSS])[Variable.PLAYING_TIME]
         assert [fuzzy.likeliest(times, x) for x in (0.02, 0.2, 0.7, 9.0)] == ["INSTANT", "SHORT", "MEDIUM", "LONG"]
 
@@ -95,6 +101,7 @@ class TestConditions:
         return float(run(text, {name: [x] for name, x in values.items()}, self.TERMS, {"both": "x is LOW and y is LOW"})[0])
 
     def test_operators_are_zadehs(self):
+        """Conditions combine degrees by Zadeh's operators."""
         # x = 2.5 is LOW to 1/4 and HIGH to 3/4, y = 1.5 is LOW to 3/4 and HIGH to 1/4
         assert self.degrees("x is LOW and y is LOW", x=2.5, y=1.5) == 0.25
         assert self.degrees("x is LOW or y is LOW", x=2.5, y=1.5) == 0.75
@@ -109,6 +116,7 @@ class TestConditions:
         "x is LOW or y is LOW", "y is LOW or x is LOW", "not (x is LOW and y is HIGH) or y is LOW",
     ])
     def test_unknown_is_infectious(self, text):
+        """A condition with an unknown part is unknown."""
         assert isnan(self.degrees(text, x=np.nan, y=0.0))
         assert isnan(self.degrees(text, x=np.nan, y=9.0))
 
@@ -119,14 +127,17 @@ class TestConditions:
         ("x.y is LOW", "grammar"),
     ])
     def test_only_the_grammar(self, text, complaint):
+        """A text outside the grammar is refused with the reason."""
         with pytest.raises(BadSettings, match=complaint):
             parse(text, {"loop": "x is LOW or loop"})
 
     def test_unknown_signal(self):
+        """A condition on an unknown signal is refused."""
         with pytest.raises(BadSettings, match="ball_speeed is not a signal"):
             compile_conditions([parse("ball_speeed is LOW", {})], ["ball_speed"], lambda *_: fuzzy.lines(LOW))
 
-    def test_common_parts_are_computed_once(self):
+    def test_common_parts(self):
+        """Common parts of conditions are computed once."""
         one = compile_conditions([parse("x is LOW and y is HIGH", {})], ["x", "y"], lambda _, t: fuzzy.lines(self.TERMS[t]))
         two = compile_conditions(
             [parse("x is LOW and y is HIGH", {}), parse("not (x is LOW and y is HIGH)", {})], ["x", "y"],
@@ -136,11 +147,13 @@ class TestConditions:
 
     @given(st.lists(st.floats(-10, 10) | st.just(np.nan), min_size=1, max_size=40))
     def test_degrees_are_degrees(self, x):
+        """A degree is between 0 and 1, or unknown where its signal is."""
         found = run("not very(x is LOW) or x is HIGH", {"x": x}, self.TERMS)
         assert np.array_equal(np.isnan(found), np.isnan(x))
         assert ((found >= 0) & (found <= 1) | np.isnan(found)).all()
 
-    def test_every_rule_speaks_of_known_signals_and_terms(self):
+    def test_rules_compile(self):
+        """Every rule speaks of known signals and terms."""
         terms = fuzzy.terms(SCALES[Kind.VSSS])
         names = list(dict.fromkeys(signals.OWN + signals.OTHER))
         texts = [text for rule in RULES for text in (rule.initial, rule.final) if text]
@@ -155,6 +168,7 @@ class TestAngles:
 
     @given(DIRECTION, DIRECTION, DIRECTION, DIRECTION)
     def test_between(self, ax, ay, bx, by):
+        """The angle between two directions has no sign, and is unknown if one of them is zero."""
         found = signals.between(ax, ay, bx, by)
         if (ax == ay == 0) or (bx == by == 0):
             assert isnan(found)
@@ -163,13 +177,15 @@ class TestAngles:
             assert 0 <= found <= pi
 
     @given(st.floats(1e-3, 1e3))
-    def test_diagonal_is_exactly_half_parallel(self, along):
+    def test_diagonal(self, along):
+        """A diagonal is parallel to exactly one half."""
         # 45 degrees is where PARALLEL ends: rounding must not decide whether it holds
         parallel = fuzzy.terms(SCALES[Kind.VSSS])[Variable.ORIENTATION]["PARALLEL"]
         turn = signals.between(1.0, 0.0, along, -along)
         assert abs(run("x is T", {"x": [turn]}, {"T": parallel})[0] - 0.5) < ROUNDING
 
     def test_well_known_angles(self):
+        """Well-known angles are exact up to rounding."""
         for degrees in range(0, 181, 15):
             turn = np.deg2rad(degrees)
             assert signals.between(1.0, 0.0, np.cos(turn), np.sin(turn)) == pytest.approx(turn, abs=2e-16 * 8)

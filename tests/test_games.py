@@ -83,6 +83,7 @@ def three_agent_climbing():
 class TestMatrixGames:
     @pytest.mark.parametrize("k", [0, -1, -100])
     def test_penalty(self, k):
+        """The penalty game has three equilibria, of which two are optimal."""
         # The diagonal holds 10, 2, 10, each the only greatest number of its row and column, whatever
         # k <= 0. Off it an agent gains at once: from (0, 1), (1, 0), (1, 2), (2, 1), which pay 0, one
         # agent's step leads to 10 or 2; from (0, 2) and (2, 0), which pay k <= 0, to 10. With k = 0, too,
@@ -94,14 +95,16 @@ class TestMatrixGames:
         assert named(game, game.success[0]) == {(0, 0), (2, 2)}
 
     @pytest.mark.parametrize("k", [1e-6, 11, math.nan, -math.inf])
-    def test_a_penalty_that_is_none_is_refused(self, k):
+    def test_bad_penalty(self, k):
+        """A k above 0 or not finite is refused."""
         with pytest.raises(BadSettings, match="k cannot be"):
             penalty(k)
 
     @pytest.mark.parametrize(
         "game", [climbing(), partially_stochastic_climbing(), fully_stochastic_climbing()], ids=lambda g: g.name
     )
-    def test_climbing_and_its_stochastic_variants_are_one_game_in_the_mean(self, game):
+    def test_climbing(self, game):
+        """Climbing and its stochastic variants are one game in the mean."""
         # (0, 0) = 11 and (1, 1) = 7 are the greatest of their row and column. (2, 2) = 5 is not: the
         # first agent climbs to (1, 2) = 6, from there the second to (1, 1).
         assert game.expected[0, :, 0].reshape(3, 3).tolist() == [[11, -30, 0], [-30, 7, 6], [0, 0, 5]]
@@ -112,7 +115,8 @@ class TestMatrixGames:
         assert game.following.tolist() == [[0] * 9]
         assert game.own.tolist() == [[0], [0]]
 
-    def test_the_stochastic_variants_pay_one_of_two_rewards(self):
+    def test_stochastic_rewards(self):
+        """A stochastic variant pays both agents the same one of two rewards."""
         partly = partially_stochastic_climbing()
         paid = {j: set(partly.rewards[0, j, :, 0]) for j in range(9)}
         assert paid.pop(partly.joint((1, 1))) == {14, 0}
@@ -124,7 +128,8 @@ class TestMatrixGames:
         for game in (partly, fully):  # both agents always see the same outcome
             assert (game.rewards[..., 0] == game.rewards[..., 1]).all()
 
-    def test_what_the_paper_says_of_total_rewards_in_climbing_is_true_of_the_first_agent_only(self):
+    def test_total_rewards(self):
+        """What the paper says of total rewards in climbing is true of the first agent only."""
         # "action a2 has the maximum total reward for agent A and action b1 for agent B" (section 5).
         # Rows (a): 11-30+0 = -19, -30+7+6 = -17, 0+0+5 = 5. Columns (b): 11-30+0 = -19, -30+7+0 = -23,
         # 0+6+5 = 11. So a2 has the greatest total and so has b2; b1 has the smallest of B's.
@@ -134,6 +139,7 @@ class TestMatrixGames:
         assert table.sum(axis=0).tolist() == [-19, -23, 11]
 
     def test_three_agents_climb(self):
+        """Climbing for three agents has three equilibria, of which one is optimal."""
         # (0, 0, 0) = 11 is the greatest of all. From (1, 1, 1) = 7 an agent's step leads to -30, 6 or 0.
         # From (2, 2, 2) = 5 the first agent steps to (1, 2, 2) = 6; there it would lose (0 and 5), and
         # the second and the third find -30, or 6 again at (1, 1, 2) and (1, 2, 1): a weak equilibrium.
@@ -158,11 +164,13 @@ class TestMatrixGames:
         ],
     )
     def test_equilibria_of_textbook_games(self, payoff, stable, best):
+        """Textbook games have their known equilibria."""
         game = matrix_game("textbook", payoff, individual=True)
         assert named(game, pure_equilibria(game)) == stable
         assert named(game, game.success[0]) == best
 
-    def test_means_that_differ_by_rounding_only_are_equal(self):
+    def test_rounding(self):
+        """Means that differ by rounding only are equal."""
         # added in another order, .1, .2 and .3 have another sum; without tolerance one of the two would win
         payoff = [[0.1, 0.2, 0.3], [0.3, 0.2, 0.1]]
         assert np.mean(payoff[0]) != np.mean(payoff[1])
@@ -170,7 +178,8 @@ class TestMatrixGames:
         assert game.success.tolist() == [[True, True]]
         assert value_iteration(game, 0.5).best.tolist() == [[True, True]]
 
-    def test_the_last_axes_are_what_they_are_said_to_be(self):
+    def test_last_axes(self):
+        """The last axes of a payoff are what the caller says: agents, outcomes or both."""
         cube = np.arange(8.0).reshape(2, 2, 2)
         assert matrix_game("three agents", cube).rewards.shape == (1, 8, 1, 3)
         drawn = matrix_game("two outcomes", cube, outcomes=True)
@@ -191,15 +200,18 @@ class TestMatrixGames:
             (np.zeros(2), {"outcomes": True}),
         ],
     )
-    def test_payoffs_of_another_shape_are_refused(self, payoff, axes):
+    def test_payoff_shape(self, payoff, axes):
+        """Payoffs of another shape are refused."""
         with pytest.raises(SchemaMismatch, match=r"payoff of shape .* is not \[.*\]\. Give every agent"):
             matrix_game("misshapen", payoff, **axes)
 
-    def test_payoffs_that_are_not_finite_are_refused(self):
+    def test_infinite_payoff(self):
+        """Payoffs that are not finite are refused."""
         with pytest.raises(SchemaMismatch, match="rewards is not float64 or not finite"):
             matrix_game("infinite", [[1, math.inf], [0, 0]])
 
-    def test_the_game_has_payoffs_of_its_own(self):
+    def test_own_payoffs(self):
+        """A game does not change with the array that it was made from."""
         payoff = np.ones((2, 2, 2))
         game = matrix_game("copied", payoff, individual=True)
         payoff[...] = -1
@@ -207,7 +219,8 @@ class TestMatrixGames:
 
     @settings(max_examples=200)
     @given(tables())
-    def test_equilibria_are_those_of_the_inequality(self, table):
+    def test_equilibria(self, table):
+        """Equilibria are those of the inequality, and the optimal ones are best for every agent."""
         game = matrix_game("any", table, individual=True)
         stable = literal_equilibria(table)
         assert named(game, pure_equilibria(game)) == stable
@@ -218,7 +231,8 @@ class TestMatrixGames:
 
     @settings(max_examples=200)
     @given(tables(), st.data())
-    def test_other_names_for_agents_and_actions_are_other_names_for_equilibria(self, table, data):
+    def test_renaming(self, table, data):
+        """Other names for agents and actions are other names for equilibria."""
         agents, actions = table.shape[-1], table.shape[0]
         order = data.draw(st.permutations(range(agents)))
         renamed = np.transpose(table, (*order, agents))[..., list(order)]
@@ -237,26 +251,30 @@ class TestMatrixGames:
 
     @settings(max_examples=200)
     @given(tables())
-    def test_where_all_receive_the_same_the_greatest_rewards_are_optimal(self, table):
+    def test_common_payoff(self, table):
+        """Where all agents receive the same, the greatest rewards are optimal."""
         payoff = table[..., 0]
         game = matrix_game("common", payoff)
         assert game.success[0].tolist() == (payoff == payoff.max()).ravel().tolist()
 
 
 class TestGame:
-    def test_the_first_agents_action_is_the_most_significant_digit(self):
+    def test_joint_digits(self):
+        """The first agent's action is the most significant digit of a joint action."""
         game = three_agent_climbing()
         assert game.joint((1, 2, 0)) == 1 * 9 + 2 * 3 + 0
         assert game.choices[:, 15].tolist() == [1, 2, 0]
         assert [game.joint(choice) for choice in game.choices.T] == list(range(27))
 
     @pytest.mark.parametrize("actions", [(0,), (0, 0, 0), (0, 3), (-1, 0)])
-    def test_joint_actions_that_are_none_are_refused(self, actions):
+    def test_bad_joint_actions(self, actions):
+        """A joint action of unknown actions or of another number of agents is refused."""
         with pytest.raises(SchemaMismatch, match="is not one of 3 for each of 2 agents"):
             climbing().joint(actions)
 
     @pytest.mark.parametrize("game", [climbing(), grid_world(1)], ids=lambda g: g.name)
-    def test_nobody_can_change_a_game(self, game):
+    def test_read_only(self, game):
+        """Nobody can change a game."""
         for array in (game.following, game.rewards, game.ends, game.success, game.own):
             with pytest.raises(ValueError, match="read-only"):
                 array[...] = 0
@@ -279,7 +297,8 @@ class TestGame:
             ({"start": 1}, "start is no state"),
         ],
     )
-    def test_arrays_that_are_no_game_are_refused(self, wrong, says):
+    def test_bad_arrays(self, wrong, says):
+        """Arrays that are no game are refused."""
         good = {
             "name": "coin", "actions": 2, "following": np.zeros((1, 2), np.int64), "rewards": np.zeros((1, 2, 1, 1)),
             "ends": np.zeros((1, 2), np.bool_), "success": np.zeros((1, 2), np.bool_),
@@ -306,13 +325,15 @@ def step(game, first, second, *moves):
 
 
 class TestGridWorld:
-    def test_agents_start_in_the_corners_of_row_five(self):
+    def test_start(self):
+        """Agents start in the corners of row five."""
         game = grid_world(1)
         assert (game.states, game.agents, game.actions) == (625, 2, 4)
         assert positions(game.start) == ((5, 1), (5, 5))
         assert game.own[:, game.start].tolist() == [20, 24]  # 5 * 4 + 0 and 5 * 4 + 4
 
     def test_moves_and_walls(self):
+        """A move goes to the next cell, a wall stops it, and agents may share a cell."""
         game = grid_world(1, stay=True)
         nothing = [0, 0], False, False
         assert step(game, (5, 1), (5, 5), UP, LEFT) == (((4, 1), (5, 4)), *nothing)
@@ -322,6 +343,7 @@ class TestGridWorld:
         assert step(game, (2, 2), (4, 4), DOWN, STAY) == (((3, 2), (4, 4)), *nothing)
 
     def test_rewards(self):
+        """Meeting at (3, 3) pays 10 and at (1, 3) 5, and being alone at (3, 3) costs k."""
         both, alone = grid_world(7, stay=True), grid_world(7, punished="alone", stay=True)
         for game in (both, alone):
             assert step(game, (3, 2), (4, 3), RIGHT, UP) == (((3, 3), (3, 3)), [10, 10], True, True)
@@ -337,7 +359,8 @@ class TestGridWorld:
 
     @pytest.mark.slow
     @pytest.mark.parametrize(("punished", "stay"), READINGS)
-    def test_every_step_is_as_told(self, punished, stay):
+    def test_every_step(self, punished, stay):
+        """Every step of the grid leads and pays as the game is told."""
         k = 2.5
         game = grid_world(k, punished=punished, stay=stay)
         moves = {UP: (-1, 0), DOWN: (1, 0), LEFT: (0, -1), RIGHT: (0, 1)} | ({STAY: (0, 0)} if stay else {})
@@ -357,7 +380,8 @@ class TestGridWorld:
                 paid = [-k, -k] if punished == "both" else [-k * here for here in at_top]
             assert step(game, *positions(state), *pair) == (tuple(after), paid, max(paid) > 0, max(paid) == 10)
 
-    def test_positions_and_states_are_each_others_inverse(self):
+    def test_positions_and_states(self):
+        """Positions and states are each other's inverse."""
         assert [state_of(*positions(state)) for state in range(625)] == list(range(625))
         game = grid_world(0)
         for state in (0, 31, 624):
@@ -365,11 +389,13 @@ class TestGridWorld:
             assert game.own[:, state].tolist() == [5 * row + column - 6, 5 * other_row + other_column - 6]
 
     @pytest.mark.parametrize("wrong", [{"k": -1}, {"k": math.nan}, {"k": math.inf}, {"k": 1, "punished": "none"}])
-    def test_settings_out_of_bounds_are_refused(self, wrong):
+    def test_bad_settings(self, wrong):
+        """Settings out of bounds are refused."""
         with pytest.raises(BadSettings, match=r"(k|punished) cannot be"):
             grid_world(**wrong)
 
-    def test_places_off_the_board_are_refused(self):
+    def test_off_the_board(self):
+        """Places off the board are refused."""
         with pytest.raises(NotFound, match="no position \\(0, 1\\)"):
             state_of((0, 1), (1, 1))
         with pytest.raises(NotFound, match="no state 625"):
@@ -438,7 +464,8 @@ def idle(row, column):
 class TestPlanning:
     @pytest.mark.parametrize("k", [0, 1, 15])
     @pytest.mark.parametrize(("punished", "stay"), READINGS)
-    def test_the_best_play_is_ten_points_in_four_steps(self, k, punished, stay):
+    def test_best_play(self, k, punished, stay):
+        """The best play is ten points in four steps."""
         game = grid_world(k, punished=punished, stay=stay)
         plan = value_iteration(game, 0.9)
         # the fourth step is discounted three times
@@ -448,26 +475,30 @@ class TestPlanning:
         assert named(game, plan.best[game.start]) == {(UP, UP), (UP, LEFT), (RIGHT, UP), (RIGHT, LEFT)}
 
     @pytest.mark.parametrize(("stay", "steps"), [(False, 3), (True, 2)])
-    def test_who_cannot_stay_must_lose_a_step_at_a_wall(self, stay, steps):
+    def test_wait_at_wall(self, stay, steps):
+        """An agent that cannot stay must lose a step at a wall."""
         # From (3, 2) and (1, 3) the ways to (3, 3) are one and two steps: with STAY the first agent
         # waits once. Without, only a wall can change whether a way is odd or even: the second agent runs
         # against the upper one, the first goes aside and back, and both arrive in three.
         plan = value_iteration(grid_world(3, stay=stay), 0.9)
         assert plan.values[state_of((3, 2), (1, 3))] == pytest.approx(10 * 0.9 ** (steps - 1), abs=1e-9)
 
-    def test_without_discount_the_grid_still_has_values(self):
+    def test_no_discount(self):
+        """Without discount the grid still has values."""
         game = grid_world(15)
         plan = value_iteration(game, 1.0)
         assert plan.values.tolist() == [10.0] * 625  # from everywhere, as time costs nothing
         assert path_length(game, plan.best) == 4
         assert plan.best[game.start, game.joint((DOWN, DOWN))]  # wasting time is no loss
 
-    def test_repeated_climbing_is_worth_eleven_for_ever(self):
+    def test_repeated_climbing(self):
+        """Repeated climbing is worth eleven for ever."""
         plan = value_iteration(climbing(), 0.9)
         assert plan.values == pytest.approx([11 / (1 - 0.9)], abs=1e-9)
         assert plan.best.tolist() == climbing().success.tolist()
 
     def test_a_defectors_best_response(self):
+        """Defecting is the best response to one who cooperates for ever."""
         # the other cooperates for ever: defecting pays 5 + 5/2 + 5/4 + … = 10 instead of 6
         game = matrix_game("dilemma", [[(3, 3), (0, 5)], [(5, 0), (1, 1)]], individual=True)
         cooperating = np.array([game.joint((0, 0))])
@@ -479,7 +510,8 @@ class TestPlanning:
 
     @settings(max_examples=100)
     @given(small_games(), st.sampled_from([0.0, 0.3, 0.9]))
-    def test_values_are_those_of_the_best_of_all_policies(self, game, discount):
+    def test_values(self, game, discount):
+        """Values are those of the best of all policies."""
         every = [worth(game, policy, discount).mean(axis=0) for policy in policies(game)]
         plan = value_iteration(game, discount)
         np.testing.assert_allclose(plan.values, np.max(every, axis=0), rtol=0, atol=1e-8)
@@ -490,7 +522,8 @@ class TestPlanning:
 
     @settings(max_examples=100)
     @given(small_games(), st.sampled_from([0.0, 0.3, 0.9]), st.data())
-    def test_responses_are_the_best_of_all_policies_that_differ_in_the_agent_only(self, game, discount, data):
+    def test_responses(self, game, discount, data):
+        """A response is the best of all policies that differ in the agent only."""
         policy = data.draw(st.sampled_from(list(policies(game))))
         kept = evaluate(game, policy, discount)
         np.testing.assert_allclose(kept, worth(game, policy, discount)[:, game.start], rtol=0, atol=1e-8)
@@ -507,7 +540,8 @@ class TestPlanning:
 
     @settings(max_examples=100)
     @given(tables(), st.sampled_from([0.0, 0.5]))
-    def test_in_a_matrix_game_policies_are_equilibria_where_joint_actions_are(self, table, discount):
+    def test_matrix_policies(self, table, discount):
+        """In a matrix game policies are equilibria where joint actions are."""
         game = matrix_game("any", table, individual=True)
         found = [is_equilibrium(game, np.array([joint]), discount) for joint in range(game.following.shape[1])]
         assert found == pure_equilibria(game).tolist()
@@ -515,7 +549,8 @@ class TestPlanning:
     @pytest.mark.parametrize("k", [0, 15])
     @pytest.mark.parametrize("discount", [0.9, 1.0])
     @pytest.mark.parametrize(("punished", "stay"), READINGS)
-    def test_the_grid_has_equilibria_of_ten_points_and_of_five(self, k, discount, punished, stay):
+    def test_grid_equilibria(self, k, discount, punished, stay):
+        """The grid has equilibria of ten points and of five."""
         # "This game has several Nash equilibrium solutions, the policies that lead agents to obtain 5
         # points and 10 points" (section 5). To (1, 3) it is four rows and two columns: six steps. Who
         # deviates alone finds the other on (1, 3) and nowhere else, and never sooner.
@@ -526,14 +561,16 @@ class TestPlanning:
             assert value == pytest.approx([points * discount ** (steps - 1)] * 2, abs=1e-9)
             assert is_equilibrium(game, policy, discount)
 
-    def test_whoever_is_waited_for_gains_by_coming(self):
+    def test_gain_by_coming(self):
+        """An agent that is waited for gains by coming."""
         game = grid_world(5)
         policy = by_own_cell(game, idle, to_refuge)
         found = gains(game, policy, 0.9)
         assert found == pytest.approx([5 * 0.9**5, 0], abs=1e-9)
         assert not is_equilibrium(game, policy, 0.9)
 
-    def test_never_meeting_is_an_equilibrium_too(self):
+    def test_never_meeting(self):
+        """Never meeting is an equilibrium, too."""
         # the paper does not mention it: alone nobody can earn anything
         game = grid_world(5)
         policy = by_own_cell(game, idle, idle)
@@ -541,6 +578,7 @@ class TestPlanning:
         assert is_equilibrium(game, policy, 0.9)
 
     def test_paths(self):
+        """A path is the shortest to success among the allowed actions, or None."""
         game = grid_world(1)
 
         def only(policy):
@@ -560,7 +598,8 @@ class TestPlanning:
         assert path_length(game, np.ones((625, 16), np.bool_)) == 4
         assert path_length(climbing(), climbing().success) == 1
 
-    def test_without_discount_only_states_that_matter_need_a_worth(self):
+    def test_diverging_states(self):
+        """Without discount only the states that a policy passes need a worth."""
         # from (3, 3) and (3, 2) these policies pass (3, 3) in turns and pay for ever; from the start never
         game = grid_world(15)
         policy = by_own_cell(game, to_summit, to_summit)
@@ -568,7 +607,8 @@ class TestPlanning:
         with pytest.raises(BadSettings, match="do not converge"):
             evaluate(replace(game, start=state_of((3, 3), (3, 2))), policy, 1.0)
 
-    def test_what_does_not_converge_is_refused(self):
+    def test_no_convergence(self):
+        """Values that do not converge are refused."""
         with pytest.raises(BadSettings, match="do not converge within 100,000 sweeps at discount 1"):
             value_iteration(climbing(), 1.0)
 
@@ -577,19 +617,23 @@ class TestPlanning:
         [{"discount": -0.1}, {"discount": 1.1}, {"discount": math.nan}, {"tolerance": 0.0}, {"tolerance": math.inf},
          {"tolerance": math.nan}],
     )
-    def test_settings_out_of_bounds_are_refused(self, wrong):
+    def test_bad_settings(self, wrong):
+        """A discount or tolerance out of bounds is refused."""
         with pytest.raises(BadSettings, match=next(iter(wrong))):
             value_iteration(climbing(), **{"discount": 0.5} | wrong)
 
     @pytest.mark.parametrize("policy", [np.array([9]), np.array([-1]), np.array([0.0]), np.array([0, 0])])
-    def test_policies_that_are_none_are_refused(self, policy):
+    def test_bad_policies(self, policy):
+        """A policy of another shape or type, or of unknown actions, is refused."""
         with pytest.raises(SchemaMismatch, match="policy is not int64"):
             evaluate(climbing(), policy, 0.5)
 
-    def test_an_agent_that_is_not_there_is_refused(self):
+    def test_unknown_agent(self):
+        """An agent that is not there is refused."""
         with pytest.raises(NotFound, match="no agent 2"):
             best_response(climbing(), np.array([0]), 2, 0.5)
 
-    def test_allowed_actions_of_another_shape_are_refused(self):
+    def test_allowed_type(self):
+        """Allowed actions of another type are refused."""
         with pytest.raises(SchemaMismatch, match="allowed is not bool"):
             path_length(climbing(), np.ones((1, 9)))

@@ -67,11 +67,13 @@ BESIDE_THE_PATH = {(AWAY, 2): (0.4, 0.06)}
 
 
 @pytest.mark.parametrize("code", [21, 11, 1])
-def test_own_action_on_a_line_into_the_goal_is_direct(code):
+def test_direct(code):
+    """An own action on a line into the goal is direct."""
     assert verdict(shot(), ("home", 1, code, 1.9, 2.3)) == (1, "direct")
 
 
-def test_own_action_off_the_line_is_indirect():
+def test_off_the_line():
+    """An own action off a line into the goal is indirect."""
     assert verdict(shot(aside=0.19), KICK) == (1, "direct")
     assert verdict(shot(aside=0.3, turns_at=0.3), KICK) == (1, "indirect")
 
@@ -88,11 +90,13 @@ def test_own_action_off_the_line_is_indirect():
         [("home", 1, 21, 2.2, 2.6)],  # begun after it
     ],
 )
-def test_anything_else_by_the_scoring_team_is_indirect(done):
+def test_indirect(done):
+    """Any other last touch by the scoring team is indirect."""
     assert verdict(shot(), *done) == (1, "indirect")
 
 
-def test_a_ball_pushed_over_the_line_is_direct():
+def test_pushed_ball():
+    """A ball that is pushed over the line is direct."""
     t = np.arange(180) / 60
     x = 0.25 * t
     bodies = {"ball": np.stack((x, 0 * x), axis=1), (HOME, 1): np.stack((x - 0.06, 0 * x, 0 * x), axis=1)}
@@ -100,7 +104,8 @@ def test_a_ball_pushed_over_the_line_is_direct():
     assert verdict(log, ("home", 1, 11, 1.0, 2.9)) == (1, "direct")
 
 
-def test_a_ball_last_touched_behind_the_line_is_in_though_it_comes_back():
+def test_touch_behind_line():
+    """A ball last touched behind the line is in, even if it comes back."""
     t = np.arange(210) / 60
     x = np.where(t < 3.04, 0.25 * t, 0.76 - 0.1 * (t - 3.04))
     robot = np.where(t < 3.04, x - 0.06, 0.7 - (t - 3.04))
@@ -109,7 +114,8 @@ def test_a_ball_last_touched_behind_the_line_is_in_though_it_comes_back():
     assert verdict(log, ("home", 1, 11, 1.0, 3.2)) == (1, "direct")
 
 
-def test_the_line_does_not_reach_to_where_the_ball_was_put():
+def test_ball_put_elsewhere():
+    """A shot's line does not reach to where the ball was put."""
     log = shot()
     t = log.frames.t_ns / 1e9
     put = t > 2.05
@@ -119,7 +125,8 @@ def test_the_line_does_not_reach_to_where_the_ball_was_put():
     assert verdict(log, KICK) == (1, "direct")
 
 
-def test_the_nearest_of_two_that_touch_at_once_has_it():
+def test_nearest_of_two():
+    """Of two robots that touch the ball at once, the goal is the nearest one's."""
     log = shot(others={(HOME, 5): (-0.065, 0.0)})
     assert verdict(log) == (1, "indirect")
     log = shot(others={(HOME, 5): (-0.05, 0.0)})
@@ -129,18 +136,21 @@ def test_the_nearest_of_two_that_touch_at_once_has_it():
 # ---- rule 3: last touch by the defending team
 
 
-def test_a_deflected_shot_is_indirect_and_the_shooters():
+def test_deflected_shot():
+    """A deflected shot is indirect, and the goal is the shooter's."""
     assert verdict(shot(others=BESIDE_THE_PATH), KICK) == (1, "indirect")
     assert verdict(shot(others=BESIDE_THE_PATH)) == (1, "indirect")  # by its line alone
 
 
-def test_a_shot_beside_the_goal_that_the_adversary_turns_in_is_its_error():
+def test_turned_in():
+    """A shot beside the goal that an adversary turns in is the adversary's error."""
     log = shot(aside=0.4, turns_at=0.4, others={(AWAY, 2): (0.4, 0.25)})
     assert verdict(log) == (2, "error")
     assert verdict(log, KICK) == (2, "error")
 
 
-def test_a_kick_that_hits_the_adversary_is_indirect():
+def test_hit_adversary():
+    """A kick that hits an adversary on its way in is indirect."""
     log = shot(aside=0.4, turns_at=0.4, others={(AWAY, 2): (0.4, 0.25)})
     touches = np.hypot(log.frames.ball["x"] - 0.4, log.frames.ball["y"] - 0.25) < 0.0775
     arrives = log.frames.t_ns[touches][0] / 1e9  # where a hit ends, exclusive
@@ -150,7 +160,8 @@ def test_a_kick_that_hits_the_adversary_is_indirect():
     assert verdict(log, KICK, ("away", 2, 47, 2.0, arrives - 0.1)) == (2, "error")  # another hit
 
 
-def test_the_shots_line_ends_at_the_adversarys_touch():
+def test_line_to_touch():
+    """A shot's line ends at the adversary's touch."""
     # aside until away 2, close by, turns it: too soon for the whole of line_s
     log = shot(aside=0.4, turns_at=0.05, others={(AWAY, 2): (0.1, 0.05)})
     assert verdict(log) == (2, "error")
@@ -158,7 +169,8 @@ def test_the_shots_line_ends_at_the_adversarys_touch():
 
 
 @pytest.mark.parametrize(("dropped", "kind"), [(2, "indirect"), (3, "error")])
-def test_a_touch_goes_on_over_two_samples_without_contact(dropped, kind):
+def test_touch_over_gap(dropped, kind):
+    """A touch goes on over two samples without contact, but not over three."""
     log = shot(aside=0.4, turns_at=0.4, others={(AWAY, 2): (0.4, 0.25)})
     ball = log.frames.ball
     touching = np.flatnonzero(np.hypot(ball["x"] - 0.4, ball["y"] - 0.25) < 0.0775)
@@ -169,13 +181,15 @@ def test_a_touch_goes_on_over_two_samples_without_contact(dropped, kind):
     assert (robot, found) == (1 if kind == "indirect" else 2, kind)
 
 
-def test_a_shot_longer_ago_is_not_deflected_but_an_error():
+def test_old_shot():
+    """After a shot longer ago, the adversary's touch is an error."""
     log = shot(speed=0.3, others=BESIDE_THE_PATH)  # 0.4 m at 0.3 m/s
     assert verdict(log, KICK) == (2, "error")
     assert verdict(log, KICK, deflect_s=1.6, before_s=3.0) == (1, "indirect")
 
 
-def test_an_own_goal_without_the_scoring_team_is_an_error():
+def test_own_goal():
+    """An own goal without the scoring team is an error."""
     t = np.arange(180) / 60
     x = 0.25 * t
     bodies = {"ball": np.stack((x, 0 * x), axis=1), (AWAY, 3): np.stack((x - 0.06, 0 * x, 0 * x), axis=1)}
@@ -186,28 +200,33 @@ def test_an_own_goal_without_the_scoring_team_is_an_error():
 # ---- rule 4, and what does not count
 
 
-def test_with_no_touch_in_the_window_the_last_toucher_has_it():
+def test_no_recent_touch():
+    """If nobody touched the ball lately, the goal is the last toucher's."""
     log = shot(speed=0.3)
     assert verdict(log, KICK, before_s=0.5) == (1, "direct")
 
 
-def test_an_older_touch_does_not_count_while_there_is_a_newer_one():
+def test_older_touch():
+    """An older touch does not count while there is a newer one."""
     # 1.3 s before the keeper's touch: outside the window, and so not a shot
     log = shot(speed=0.3, others=BESIDE_THE_PATH)
     assert verdict(log, KICK, deflect_s=1.6, before_s=1.5) == (2, "error")
 
 
-def test_a_goal_that_nobody_touched_is_nobodys():
+def test_untouched_goal():
+    """A goal that nobody touched is nobody's."""
     t = np.arange(120) / 60
     log = make_log(t, {"ball": np.stack((t / 2, 0 * t), axis=1)}, referee=[(1.6, "goal", "home")])
     assert verdict(log) == (None, None)
 
 
-def test_a_goal_before_the_first_sample_is_nobodys():
+def test_goal_before_samples():
+    """A goal before the first sample is nobody's."""
     assert verdict(make_log([1.0, 1.1], {"ball": np.zeros((2, 2))}, referee=[(0.0, "goal", "away")])) == (None, None)
 
 
-def test_touches_before_the_restart_do_not_count():
+def test_touch_before_restart():
+    """Touches before the restart do not count."""
     t = np.arange(240) / 60
     ball = np.stack((np.where(t < 2, 0.0, 0.3 + (t - 2) * 0.3), 0 * t), axis=1)
     bodies = {"ball": ball, (HOME, 1): fixed(t, -0.06, 0)}
@@ -215,7 +234,8 @@ def test_touches_before_the_restart_do_not_count():
     assert verdict(log, KICK) == (None, None)
 
 
-def test_bodies_put_back_on_the_goals_frame_do_not_count():
+def test_bodies_put_back():
+    """Bodies that are put back on the goal's own frame touch nothing."""
     log = shot()
     goal = int(log.referee["t_ns"][-1])
     back = log.frames.t_ns >= goal
@@ -224,7 +244,8 @@ def test_bodies_put_back_on_the_goals_frame_do_not_count():
     assert verdict(log, KICK) == (1, "direct")
 
 
-def test_touches_while_play_is_stopped_do_not_count():
+def test_touch_while_stopped():
+    """Touches while play is stopped do not count."""
     log = shot(goal=4.0, others={(AWAY, 3): (1.2, 0.0)})  # the ball rolls on, into away 3
     assert verdict(log, KICK) == (3, "error")
     stop = make_log([], {}, referee=[(2.8, "stop", None)]).referee
@@ -232,13 +253,15 @@ def test_touches_while_play_is_stopped_do_not_count():
     assert verdict(stopped, KICK) == (1, "direct")
 
 
-def test_a_suspect_ball_touches_nobody():
+def test_suspect_ball():
+    """A suspect position of the ball touches nobody."""
     log = shot(others={(AWAY, 3): (-0.6, -0.5)})
     log.frames.ball["x"][150], log.frames.ball["y"][150] = -0.6, -0.5
     assert verdict(log, KICK) == (1, "direct")
 
 
-def test_a_goal_of_unknown_team_is_nobodys_and_each_goal_has_a_row():
+def test_unknown_team():
+    """Each goal has a row, and a goal of unknown team is nobody's."""
     log = shot()
     extra = [(2.7, "goal", None), (2.75, "goal", "away")]
     referee = pl.concat([log.referee, make_log([], {}, referee=extra).referee]).sort("t_ns")
@@ -262,7 +285,8 @@ def test_no_goals_no_rows():
         ({"aside": 0.4, "turns_at": 0.4, "others": {(AWAY, 2): (0.4, 0.25)}}, [KICK]),
     ],
 )
-def test_the_teams_are_treated_alike(scene, done):
+def test_teams_alike(scene, done):
+    """Both teams are treated alike."""
     log = shot(**scene)
     kinds = judge(log, *done).select("robot", "kind").rows()
     for body in (log.frames.ball, log.frames.robots):
@@ -281,7 +305,8 @@ def test_the_teams_are_treated_alike(scene, done):
 # ---- a recording
 
 
-def test_every_goal_of_the_recorded_match_was_made_by_somebody():
+def test_recorded_match():
+    """Every goal of the recorded match was made by somebody."""
     log = read(SAMPLE.read_bytes(), SAMPLE.name, match_id="sample")
     found = judge(log)
     assert found.group_by("team").len().sort("team")["len"].to_list() == [21, 4]
@@ -290,7 +315,8 @@ def test_every_goal_of_the_recorded_match_was_made_by_somebody():
     assert set(found["kind"]) == {"indirect", "error"}
 
 
-def test_every_goal_of_a_simulated_2d_match_was_made_by_somebody(recording):
+def test_simulated_2d_match(recording):
+    """Every goal of a simulated 2D match was made by somebody."""
     path = recording("rcssserver-3v3.rcg.gz")
     found = judge(read(path.read_bytes(), path.name, match_id="recorded"))
     assert found["team"].to_list() == ["away"] * 3

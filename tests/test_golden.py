@@ -17,6 +17,7 @@ PLAYED = ("paradigms/", "seasons/", "evaluations/", "report/", "executors/")
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.slow if name.startswith(PLAYED) else ()) for name in CASES])
 def test_golden(name):
+    """The chain makes of a known match what the golden says, to the last digit."""
     before, now = (HERE / name).read_text(encoding="utf-8"), CASES[name]()
     said = complaint(name, before, now) or "`make golden`, and review the diff"
     changes = list(difflib.unified_diff(
@@ -29,7 +30,8 @@ def test_no_golden_is_orphaned():
 
 
 @pytest.mark.slow
-def test_every_stage_has_a_golden_that_names_its_version():
+def test_stage_goldens():
+    """Every stage has a golden that names its version."""
     named = {noun for make in CASES.values() for noun in make().versions}
     assert named == {*STAGES, "arena"}
 
@@ -45,7 +47,8 @@ MADE = Golden("1,2", {"grams": 3}, {"alpha": 0.5}, inputs="ab")
     ({"text": "1,3", "settings": {"alpha": 0.6}}, False),
     ({}, False),
 ])
-def test_a_changed_golden_says_which_version_to_raise(other, complained):
+def test_version_to_raise(other, complained):
+    """Output that changes under equal versions, inputs and settings says which version to raise."""
     said = complaint("grams/x.txt", str(MADE), dataclasses.replace(MADE, **other))
     wanted = "Raise the version of grams from 3 to 4 in flows/stages.py, then `make golden`"
     assert (said or "").endswith(wanted) == complained

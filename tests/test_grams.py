@@ -28,34 +28,40 @@ def table_of(match, n):
 
 
 class TestValue:
-    def test_of_each_side_is_alpha_to_the_ticks_until_the_next_goal(self):
+    def test_alpha_to_the_ticks(self):
+        """A value is alpha to the ticks until the next goal, negative if it is against."""
         table = situations(consecutive([1, 11, 21, 46], each=1.0), consecutive([1, 11], team="away", each=1.0))
         valued = value(table, goals((2.0, "home"), (4.0, "away")), HALF)
         # home starts at 0, 1 (goal for at 2), 2 (after that goal: against at 4), 3
         assert valued["value"].to_list() == [0.25, 0.5, -0.25, -0.5, -0.25, -0.5]
 
-    def test_is_zero_when_no_goal_follows(self):
+    def test_no_goal_follows(self):
+        """A value is zero if no goal follows."""
         table = situations(consecutive([1, 11, 21], each=1.0))
         assert value(table, goals((1.0, "home")), HALF)["value"].to_list() == [0.5, 0.0, 0.0]
         assert value(table, goals(), HALF)["value"].to_list() == [0.0, 0.0, 0.0]
 
-    def test_only_the_next_goal_counts_in_whatever_order_they_are_given(self):
+    def test_next_goal(self):
+        """Only the next goal counts, in whatever order goals are given."""
         table = situations(consecutive([1], each=1.0))
         assert value(table, goals((3.0, "away"), (1.0, "home")), HALF)["value"].item() == 0.5
 
-    def test_is_zero_before_a_goal_of_unknown_team_and_never_reaches_over_it(self):
+    def test_goal_of_unknown_team(self):
+        """A value is zero before a goal of unknown team and never reaches over it."""
         table = situations(consecutive([1, 11, 21, 46], each=1.0), consecutive([1, 11, 21], team="away", each=1.0))
         valued = value(table, goals((1.0, "away"), (2.0, None), (4.0, "home")), HALF)
         # the goals that follow: away's at 1; nobody knows whose at 2; home's at 4
         assert valued["value"].to_list() == [-0.5, 0.0, 0.25, 0.5, 0.5, 0.0, -0.25]
 
-    def test_takes_parts_of_a_tick_as_they_are(self):
+    def test_part_of_tick(self):
+        """A part of a tick counts as a part."""
         table = situations(consecutive([1], each=1.0))
         assert value(table, goals((0.5, "home")), HALF)["value"].item() == pytest.approx(0.5**0.5, abs=1e-12)
 
     @given(matches)
     @settings(max_examples=50, deadline=None)
-    def test_changes_its_sign_when_the_teams_are_swapped(self, match):
+    def test_teams_swapped(self, match):
+        """A value changes its sign if the goals' teams are swapped, and none if all teams are."""
         home, away, scored = match
         other = {"home": "away", "away": "home"}
         one = value(situations(consecutive(home), consecutive(away, team="away")), goals(*scored), HALF)
@@ -69,12 +75,14 @@ class TestValue:
 
 
 class TestWindows:
-    def test_are_all_runs_in_order(self):
+    def test_all_runs(self):
+        """Windows are all runs of n situations in order."""
         found = windows(situations(consecutive([1, 11, 21, 46, 184])), 4, None, 0.2)
         assert found.first.tolist() == [0, 1]
         assert codes_of(found.key, 4).tolist() == [[1, 11, 21, 46], [11, 21, 46, 184]]
 
-    def test_never_bridge_a_hole_a_robot_a_team_or_a_segment(self):
+    def test_no_bridges(self):
+        """Windows never bridge a hole, a robot, a team or a segment."""
         table = situations(
             consecutive([1, 11, None, 21]), consecutive([44], robot=2), consecutive([45], team="away"),
             consecutive([46], start=2.0, segment=1),
@@ -82,36 +90,42 @@ class TestWindows:
         assert table["code"].to_list() == [1, 11, 21, 46, 44, 45]
         assert codes_of(windows(table, 2, None, 0.2).key, 2).tolist() == [[1, 11]]
 
-    def test_reach_over_a_hole_that_is_shorter_than_the_gap(self):
+    def test_short_hole(self):
+        """Windows reach over a hole that is shorter than the gap."""
         table = situations(consecutive([1], each=1.0), consecutive([11], start=1.19, each=1.0))
         assert len(windows(table, 2, None, 0.2).first) == 1
         assert len(windows(table, 2, None, 0.19).first) == 0
 
-    def test_never_use_what_is_taken_nor_reach_over_it(self):
+    def test_taken(self):
+        """Windows never use what is taken, nor reach over it."""
         table = situations(consecutive([1, 11, 21, 46]))
         taken = np.array([False, True, False, False])
         assert codes_of(windows(table, 2, taken, 0.2).key, 2).tolist() == [[21, 46]]
 
     @given(st.lists(st.integers(0, 30), min_size=1, max_size=5), st.integers(1, 4))
     @settings(max_examples=50, deadline=None)
-    def test_of_a_run_of_m_are_m_less_n_plus_one(self, lengths, n):
+    def test_number_of_windows(self, lengths, n):
+        """A run of m situations has m - n + 1 windows."""
         table = situations(*(consecutive([1] * m, start=100.0 * i, segment=i) for i, m in enumerate(lengths)))
         assert len(windows(table, n, None, 0.2).first) == sum(max(0, m - n + 1) for m in lengths)
 
-    def test_of_situations_out_of_order_are_refused(self):
+    def test_out_of_order(self):
+        """Situations out of order are refused."""
         table = situations(consecutive([1, 11, 21])).reverse()
         with pytest.raises(SchemaMismatch, match="out of order"):
             windows(table, 2, None, 0.2)
 
     @given(st.integers(0, 2), st.lists(st.integers(1, 194), min_size=1, max_size=4))
-    def test_keys_keep_role_and_codes(self, role, gram):
+    def test_keys(self, role, gram):
+        """Keys keep the role and the codes."""
         key = keys_of(np.array([role]), np.array([gram], dtype=np.int16))
         assert (role_of(key).item(), lengths_of(key).item(), codes_of(key, len(gram)).tolist()) == (
             role, len(gram), [gram])
 
 
 class TestGrams:
-    def test_count_and_value_the_distinct_runs_by_team_and_role(self):
+    def test_count_and_value(self):
+        """Grams count and value the distinct runs by team and role."""
         table = situations(consecutive([1, 11, 1, 11], each=1.0), consecutive([1, 11], team="away", role="s", each=1.0))
         found = grams(value(table, goals((4.0, "home")), HALF), 2, None, HALF)
         Grams.validate(found)
@@ -122,11 +136,13 @@ class TestGrams:
             ("away", "striker", [1, 11], 1, -3 / 32, (3 / 32) ** 2),
         ]
 
-    def test_have_the_role_that_is_held_when_they_start(self):
+    def test_role_at_start(self):
+        """A gram has the role that is held when it starts."""
         table = situations(consecutive([1, 11, 21], role="gms"))
         assert grams(value(table, goals(), HALF), 2, None, HALF)["role"].to_list() == ["goalkeeper", "midfield"]
 
-    def test_of_no_situations_are_none(self):
+    def test_no_situations(self):
+        """No situations have no grams."""
         assert grams(value(situations(), goals(), HALF), 4, None, HALF).is_empty()
         assert Grams.is_valid(grams(value(situations(), goals(), HALF), 4, None, HALF))
 
@@ -134,6 +150,7 @@ class TestGrams:
     @given(matches, st.integers(1, 4))
     @settings(max_examples=50, deadline=None)
     def test_hold_every_window_once(self, match, n):
+        """Grams hold every window once."""
         home, away, scored = match
         table = situations(consecutive(home), consecutive(away, team="away", role="s"))
         valued = value(table, goals(*scored), HALF)
@@ -149,7 +166,8 @@ class TestMerge:
     @pytest.mark.slow
     @given(st.lists(matches, max_size=4), st.integers(1, 4), st.randoms(use_true_random=False))
     @settings(max_examples=40, deadline=None)
-    def test_gives_the_same_in_any_order_and_for_any_split(self, found, n, random):
+    def test_any_order(self, found, n, random):
+        """A merge gives the same in any order and for any split."""
         tables = [table_of(match, n) for match in found]
         whole = merge(tables)
         rows = [table[i : i + 1] for table in tables for i in range(table.height)]
@@ -159,52 +177,61 @@ class TestMerge:
         assert_frame_equal(merge([merge(rows[cut:]), merge(rows[:cut])]), whole, check_exact=True)
         assert whole["count"].sum() == sum(table["count"].sum() for table in tables)
 
-    def test_adds_over_teams_and_matches_and_sorts(self):
+    def test_sum_and_order(self):
+        """A merge adds over teams and matches, and sorts."""
         table = situations(consecutive([21, 1, 21]), consecutive([1, 21], team="away"))
         one = grams(value(table, goals((8.0, "home")), HALF), 1, None, HALF)
         total = merge(iter([one, one]))
         assert total.select("role", "codes", "n", "count").rows() == [
             ("midfield", [1], 1, 4), ("midfield", [21], 1, 6)]
 
-    def test_takes_grams_of_several_lengths(self):
+    def test_several_lengths(self):
+        """A merge takes grams of several lengths."""
         valued = value(situations(consecutive([21, 1, 21], role="gms")), goals(), HALF)
         total = merge([grams(valued, n, None, HALF) for n in (3, 1, 2)])
         assert total["n"].to_list() == [1, 1, 1, 2, 2, 3]
         assert total.filter(n=2)["codes"].to_list() == [[21, 1], [1, 21]]
 
-    def test_adds_up_what_it_holds_back_when_it_is_much(self, monkeypatch):
+    def test_small_buffer(self, monkeypatch):
+        """A merge gives the same however little it holds back."""
         tables = [table_of(([1, 11, 21], [1], [(3, "home")]), 1) for _ in range(9)]
         whole = merge(tables)
         monkeypatch.setattr("pipeline.grams.count._BUFFERED_ROWS", 2)
         assert_frame_equal(merge(iter(tables)), whole, check_exact=True)
 
     def test_of_nothing_is_empty(self):
+        """A merge of nothing is empty."""
         assert merge([]).is_empty()
 
 
 class TestCover:
-    def test_takes_all_members_of_all_instances_overlapping_or_not(self):
+    def test_overlaps(self):
+        """A cover takes all members of all instances, overlapping or not."""
         table = situations(consecutive([1, 11, 1, 11, 1, 194]))
         taken = cover(table, patterns(("m", [1, 11, 1])), HALF)
         assert taken.tolist() == [True] * 5 + [False]
 
-    def test_needs_the_role_at_the_start(self):
+    def test_role_at_start(self):
+        """A pattern covers only what starts in its role."""
         table = situations(consecutive([1, 11, 1, 11], role="mmss"))
         assert cover(table, patterns(("s", [1, 11])), HALF).tolist() == [False, False, True, True]
 
-    def test_applies_the_longest_first_and_shorter_ones_to_the_rest(self):
+    def test_longest_first(self):
+        """The longest patterns are applied first, and shorter ones to the rest."""
         table = situations(consecutive([1, 11, 21, 46, 11, 21]))
         both = patterns(("m", [11, 21]), ("m", [1, 11, 21, 46]))
         assert cover(table, both, HALF).all()
         # 46 was used up, so 46-11 no longer occurs
         assert cover(table, patterns(("m", [46, 11]), ("m", [1, 11, 21, 46])), HALF).sum() == 4
 
-    def test_of_no_patterns_is_nothing(self):
+    def test_no_patterns(self):
+        """No patterns cover nothing."""
         assert not cover(situations(consecutive([1, 11])), patterns(), HALF).any()
 
     @given(sequence, st.lists(st.lists(codes, min_size=1, max_size=4), max_size=6, unique_by=tuple))
     @settings(max_examples=60, deadline=None)
-    def test_of_all_rounds_at_once_is_that_of_one_round_after_the_other(self, codes_, found):
+    def test_all_rounds(self, codes_, found):
+        """The cover of all rounds at once is that of one round after the other."""
         table = situations(consecutive(codes_))
         step = np.zeros(table.height, dtype=bool)
         for n in (4, 3, 2, 1):
@@ -216,6 +243,7 @@ class TestCover:
         assert cover(table, patterns(*(("m", gram) for gram in found)), HALF).tolist() == step.tolist()
 
 
-def test_a_tick_is_thirty_a_second_by_default_and_half_a_value_lasts_eleven_and_a_half_seconds():
+def test_default_half_life():
+    """By default a value is halved in eleven and a half seconds."""
     table = situations(consecutive([1], each=1.0))
     assert value(table, goals((11.54, "home")), GramSettings())["value"].item() == pytest.approx(0.5, abs=1e-3)

@@ -91,7 +91,8 @@ def version(store, manifest) -> tuple[pl.DataFrame, pl.DataFrame]:
 
 
 class TestGroups:
-    def test_make_behaviours_of_their_match_alone(self, store):
+    def test_match_alone(self, store):
+        """A group makes behaviours of its match alone."""
         name = recording_of(store)
         learn(store, group(name))
         assert [r.name for r in store.receipts("behaviours")] == sorted(f"{name}.n{n}" for n in LENGTHS)
@@ -101,7 +102,8 @@ class TestGroups:
         assert found.height > 0
         assert_frame_equal(found, whole)
 
-    def test_that_are_refused_leave_out_their_match_only(self, store):
+    def test_refused_group(self, store):
+        """A group that is refused leaves out its match only."""
         name = recording_of(store)
         for match in (name, PLAYED):
             learn(store, group(match))
@@ -114,14 +116,16 @@ class TestGroups:
         assert catalog.query(catalog_path(store), rows)["match_id"].to_list() == [PLAYED]
         assert set(catalog.query(catalog_path(store), "select distinct match_id from grams")["match_id"]) == {name, PLAYED}
 
-    def test_of_the_whole_store_are_refused_without_blaming_a_match(self, store):
+    def test_refused_store(self, store):
+        """If behaviours of the whole store are refused, no match is blamed."""
         learn(store, group(PLAYED))
         store.quarantine("behaviours", "n3", ValueError("no"))
         assert len(scope_of(store, SETTINGS).matches) == 2
 
 
 @pytest.mark.parametrize("share_of", ["groups", "situations"])
-def test_behaviours_are_of_the_teams_that_are_learned_from(store, share_of):
+def test_learned_teams(store, share_of):
+    """Behaviours are of the teams that are learned from."""
     away = SETTINGS.behaviours.model_copy(update={"teams": ("away",), "share_of": share_of, "value_over": -1.0})
     scope = group(recording_of(store))
     (name,) = scope.matches
@@ -138,7 +142,8 @@ def test_behaviours_are_of_the_teams_that_are_learned_from(store, share_of):
 
 
 class TestDecisions:
-    def test_of_a_team_that_logged_them_are_those_with_values_computed_anew(self, store):
+    def test_logged_decisions(self, store):
+        """A team's decisions are those that it logged, with values computed anew."""
         learn(store, group(PLAYED))
         found = table(store, "decisions", PLAYED, "decisions", Decisions)
         own, others = found.filter("chosen"), found.filter(~pl.col("chosen"))
@@ -152,7 +157,8 @@ class TestDecisions:
         assert others["team"].unique().to_list() == ["away"]
         assert store.receipt("decisions", PLAYED).details == {"decisions": found.height, "chosen": own.height}
 
-    def test_of_others_are_what_they_were_without_it(self, store):
+    def test_other_team(self, store):
+        """The other team's decisions are what they are without a log."""
         name = recording_of(store)
         for match in (name, PLAYED):
             learn(store, group(match))
@@ -163,7 +169,8 @@ class TestDecisions:
 
 
 class TestAddingUp:
-    def test_is_the_knowledge_before_and_what_is_new(self, store):
+    def test_new_match(self, store):
+        """A version is the knowledge before and what is new."""
         name = recording_of(store)
         learn(store, group(name))
         first, new = emit(store, ADDS_UP, group(name))
@@ -183,7 +190,8 @@ class TestAddingUp:
         by_the_state_key = version(store, second)[1].filter(pl.col("key") == "full36")
         assert second.details["occasions"] == by_the_state_key.height
 
-    def test_never_adds_the_same_match_again(self, store):
+    def test_same_match(self, store):
+        """The same match is never added again."""
         scopes = [group(recording_of(store)), group(PLAYED)]
         for scope in scopes:
             learn(store, scope)
@@ -192,7 +200,8 @@ class TestAddingUp:
             assert emit(store, ADDS_UP, scope) == (store.manifest("knowledge", number), False)
         assert store.versions("knowledge") == [1, 2]
 
-    def test_refuses_a_match_that_was_made_otherwise(self, store):
+    def test_other_settings(self, store):
+        """A match that is known already is refused under other settings."""
         scopes = [group(recording_of(store)), group(PLAYED)]
         for scope in scopes:
             learn(store, scope)
@@ -202,7 +211,8 @@ class TestAddingUp:
             emit(store, other, scopes[0])
         assert store.versions("knowledge") == [1, 2]
 
-    def test_is_off_unless_it_is_asked_for(self, store):
+    def test_off_by_default(self, store):
+        """Knowledge does not add up unless it is asked for."""
         scopes = [group(recording_of(store)), group(PLAYED)]
         for scope in scopes:
             learn(store, scope)

@@ -27,7 +27,8 @@ from schemas import Quality, Referee
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_a_real_recording_becomes_a_sound_match(name: str) -> None:
+def test_real_recording(name: str) -> None:
+    """A real recording becomes a sound match."""
     match = imported(name)
     frames, info = match.frames, match.info
     Referee.validate(match.referee)
@@ -60,9 +61,10 @@ def test_a_real_recording_becomes_a_sound_match(name: str) -> None:
         (INSPER, "finalmente", "final", (0, 0)),
     ],
 )
-def test_teams_and_goals_are_those_of_the_match(
+def test_teams_and_goals(
     name: str, home: str, away: str, score: tuple[int, int]
 ) -> None:
+    """Teams and goals are those of the match."""
     match = imported(name)
     assert (match.info.home, match.info.away) == (home, away)
     assert match.referee.select("score_home", "score_away").row(-1) == score
@@ -71,7 +73,8 @@ def test_teams_and_goals_are_those_of_the_match(
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_importing_again_gives_the_same_match(name: str) -> None:
+def test_import_again(name: str) -> None:
+    """Importing again gives the same match, whatever folder the file is in."""
     assert same(imported(name), imported.__wrapped__(name))
     assert imported(name).info.match_id == open_source(recording(name), "renamed/" + name).match_id
 
@@ -106,7 +109,8 @@ CSV = b"frame,t,team,player,x,y\n0,0.0,ball,,0,0\n0,0.0,a,1,0.1,0\n0,0.0,b,1,-0.
         (b"\xef\xbb\xbf" + CSV, "tracking-csv"),
     ],
 )
-def test_the_format_is_told_from_the_content(head: bytes, is_a: str) -> None:
+def test_format_by_content(head: bytes, is_a: str) -> None:
+    """The format is told from the content, whatever the file's name."""
     assert open_source(head, "liar.txt").format == is_a
     assert open_source(gzip.compress(head), "liar.mcap").format == is_a
 
@@ -151,7 +155,8 @@ def test_inflate() -> None:
         source.inflate(packed[:11], "a.gz")
 
 
-def test_a_decompression_bomb_is_refused() -> None:
+def test_decompression_bomb() -> None:
+    """A decompression bomb is refused."""
     bomb = gzip.compress(bytes(100 << 20), compresslevel=1)
     with pytest.raises(BadRecording, match=r"^bomb\.gz: unpacks to more than"):
         source.inflate(bomb, "bomb.gz", ratio=100)
@@ -176,11 +181,13 @@ def test_a_decompression_bomb_is_refused() -> None:
     ],
 )
 def test_hostile_names_become_safe(name: str, slug: str) -> None:
+    """A hostile file name becomes a safe match id."""
     assert open_source(b"data", name).match_id == f"{slug}-3a6eb0790f39"
 
 
 @given(st.text(max_size=80), st.binary(max_size=40))
-def test_every_name_makes_a_valid_identity(name: str, data: bytes) -> None:
+def test_valid_identity(name: str, data: bytes) -> None:
+    """Every file name makes a valid match id."""
     assert re.fullmatch(r"[a-z0-9][a-z0-9-]{0,63}", open_source(b"x" + data, name).match_id)
 
 
@@ -283,8 +290,8 @@ def test_hopeless_gzip(tmp_path: Path) -> None:
     assert store.quarantined() == []
 
 
-def test_users_are_told_of_every_reader() -> None:
-    """README's table of formats has the rows that READERS gives, and no other."""
+def test_table_of_readers() -> None:
+    """README's table of formats has the rows of READERS and no other, and a refusal names them all."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     table = readme.partition("| recording | what is read |\n|---|---|\n")[2].partition("\n\n")[0]
     assert table.splitlines() == [f"| {reader.title} | {reader.about} |" for reader in READERS]

@@ -26,7 +26,7 @@ from pipeline.trajectories.derive import trajectories
 from schemas import Decisions, Goals
 
 
-def test_positions_that_are_not_numbers() -> None:
+def test_not_numbers() -> None:
     """A position or heading that is not a number is missing, and a flaw says so."""
     match = read(
         f"{HEADER}\n{FRAME}1,10.1,ball,,inf,0,\n1,10.1,reds,1,NaN,0,0\n1,10.1,reds,2,,,\n1,10.1,greens,1,0.6,0,inf\n"
@@ -44,13 +44,15 @@ def test_positions_that_are_not_numbers() -> None:
     assert (row["start_ns"], row["end_ns"]) == (100_000_000, 100_000_001)
 
 
-def test_rows_that_belong_to_no_body_are_counted() -> None:
+def test_rows_of_no_body() -> None:
+    """Rows that belong to no body are left out and counted."""
     match = read(f"{HEADER}\n{FRAME}0,10,reds,,0,0,0\n0,,reds,1,0,0,0\nx,10,reds,1,0,0,0\n0,10,,1,0,0,0\n")
     assert flaws(match) == [("skipped", 3, None, None), ("skipped", 1, None, None)]
     assert match.frames.counts().tolist() == [3]
 
 
-def test_a_cut_csv_is_kept_and_marked() -> None:
+def test_cut_csv() -> None:
+    """A cut CSV is kept and marked."""
     match = read(f"{HEADER}\n{FRAME}1,10.1,reds,1,0.")
     assert len(match.frames) == 1
     assert not match.info.complete
@@ -108,7 +110,8 @@ def test_refusal_of_other_tables(data: bytes, says: str) -> None:
     assert refusal.value.next_step
 
 
-def test_a_misspelt_column_is_asked_after() -> None:
+def test_misspelt_column() -> None:
+    """For a misspelt column the refusal asks after the right one."""
     with pytest.raises(BadRecording, match=r"player \(did you mean players\?\)"):
         read("frame,t,team,players,x,y\n0,0,a,1,0,0\n")
 
@@ -124,7 +127,8 @@ def test_a_misspelt_column_is_asked_after() -> None:
         ("[pitch]\nlength = -1\n", "pitch.length"),
     ],
 )
-def test_a_map_that_does_not_fit_is_refused(toml: str, says: str) -> None:
+def test_bad_map(toml: str, says: str) -> None:
+    """A map with keys or values that do not exist is refused."""
     with pytest.raises(BadSettings, match=says):
         load_map(toml, "camera.toml")
 
@@ -137,12 +141,13 @@ def test_a_map_that_does_not_fit_is_refused(toml: str, says: str) -> None:
         ("[teams]\nhome = 'reds'\naway = 'grens'\n", "no team 'grens'; it has greens, reds"),
     ],
 )
-def test_a_map_that_is_not_of_this_file_is_refused(toml: str, says: str) -> None:
+def test_map_of_other_file(toml: str, says: str) -> None:
+    """A map that names what the file does not have is refused."""
     with pytest.raises(BadRecording, match=says):
         read(f"{HEADER}\n{FRAME}", load_map(toml))
 
 
-def test_other_teams_are_left_out() -> None:
+def test_other_teams() -> None:
     """If a map names home and away, rows of other teams are left out and counted."""
     mapping = load_map("[teams]\nhome = 'reds'\naway = 'greens'\n")
     match = read(parquet(pl.concat([PLAIN, PLAIN.with_columns(team=pl.lit("umpires"))])), mapping)
@@ -159,7 +164,7 @@ def test_other_teams_are_left_out() -> None:
         ("away = 'reds'", ("(not recorded)", "reds"), 1),
     ],
 )
-def test_team_that_was_not_recorded(
+def test_missing_team(
     toml: str, teams: tuple[str, str], side: int
 ) -> None:
     """A table with one team is read if a map names it; the other team has no rows."""
@@ -173,13 +178,14 @@ def test_team_that_was_not_recorded(
 
 
 @pytest.mark.parametrize("teams", ["home = 'purple'", "home = 'purple'\naway = 'yellow'"])
-def test_one_team_that_the_map_does_not_name(teams: str) -> None:
+def test_unnamed_team(teams: str) -> None:
     """A table with one team is refused if the map names another."""
     with pytest.raises(BadRecording, match="no team 'purple'; it has reds"):
         read(parquet(PLAIN.filter(pl.col("team") != "greens")), load_map(f"[teams]\n{teams}\n"))
 
 
-def test_a_match_of_one_team_goes_through_all_stages() -> None:
+def test_match_of_one_team() -> None:
+    """A match of one team goes through all stages."""
     table = pl.read_parquet(recording(RSIM)).filter(pl.col("team") != "yellow", pl.col("t") < 60)
     match = read(parquet(table), load_map("[teams]\nhome = 'blue'\nhome_attacks = 'right'\n"))
     pitch = match.info.pitch
@@ -217,7 +223,7 @@ def test_random_damage(at: int, junk: bytes) -> None:
 
 
 def test_events_of_the_sample() -> None:
-    """The facts of data/samples/README.md."""
+    """The sample has the events and times that data/samples/README.md tells."""
     match = imported(RSIM)
     counts = dict(match.referee["event"].cast(pl.String).value_counts().iter_rows())
     assert counts == {"goal": 25, "kick-off": 27, "fault": 6, "half": 1}
@@ -226,7 +232,8 @@ def test_events_of_the_sample() -> None:
     assert (np.diff(match.frames.t_ns) == 25_000_000).all()
 
 
-def test_a_heading_that_is_no_number_is_told() -> None:
+def test_heading_not_a_number() -> None:
+    """A heading that is no number is taken for missing, and a flaw says so."""
     text = "frame,t,team,player,x,y,heading\n" + "".join(
         f"{i},{i / 10},{team},{player},0.1,0.1,{'abc' if i == 3 and team == 'a' else 0.5 if player else ''}\n"
         for i in range(6) for team, player in (("a", 1), ("b", 1), ("ball", ""))

@@ -64,8 +64,8 @@ def test_no_change_of_sides(first: float, seed: int) -> None:
     assert attacks(found) == [first]
 
 
-def test_a_spell_of_pressure_is_no_change_of_sides() -> None:
-    """For a fifth of the match all of home stands in away's half; its goalkeeper stays."""
+def test_spell_of_pressure() -> None:
+    """A fifth of the match with all of home but the goalkeeper in away's half changes no sides."""
     match = frames([1.0] * 1000, np.random.default_rng(3), spread=0.05)
     late = np.repeat(np.arange(1000) >= 800, 6)
     pressing = late & (match.robots["team"] == 0) & (match.robots["id"] > 0)
@@ -94,8 +94,8 @@ def test_known_first_period() -> None:
     assert [flaw.start_ns for flaw in flaws] == [500 * STEP]
 
 
-def test_votes_are_weighted_by_time() -> None:
-    """Forty samples of one direction last longer than eighty quick ones of the other."""
+def test_votes_by_time() -> None:
+    """Votes are weighted by time: forty slow samples outweigh eighty quick ones."""
     match = frames([1.0] * 40 + [-1.0] * 80, np.random.default_rng(0), spread=0.0)
     match.t_ns[:40] = np.arange(40) * 400_000_000
     match.t_ns[40:] = 40 * 400_000_000 + np.arange(80) * 10_000_000
@@ -104,15 +104,16 @@ def test_votes_are_weighted_by_time() -> None:
     assert attacks(directions.infer_periods(match, [])) == [1]
 
 
-def test_half_times_outside_the_match_do_not_matter() -> None:
+def test_half_time_outside() -> None:
+    """Half-times outside the match do not matter."""
     match = frames([1.0] * 100, np.random.default_rng(0))
     found = directions.infer_periods(match, [-5, 0, 10**12])
     assert len(found.periods) == 1
 
 
 @pytest.mark.parametrize("hidden", [False, True])
-def test_the_real_change_of_sides_is_found(hidden: bool) -> None:
-    """rc-robosim: the last sample of the first half is at 299.975 s."""
+def test_real_change_of_sides(hidden: bool) -> None:
+    """The sample's change of sides is found at 300 s, with and without the half-time state."""
     match = imported(RSIM)
     if hidden:
         table = pl.read_parquet(recording(RSIM)).with_columns(

@@ -91,22 +91,24 @@ def without_name(log: MatchLog) -> MatchLog:
 
 
 @pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.name)
-def test_every_reader_has_a_synthetic_recording(reader: Reader) -> None:
+def test_readers(reader: Reader) -> None:
+    """Every reader has a synthetic recording."""
     assert recordings(reader), (
         f"the reader {reader.name} has no synthetic recording: in tests/recordings/make.py write the sketch in "
         f"its format as FILES['{reader.name}/NAME'], run it, and commit tests/recordings/{reader.name}/NAME"
     )
 
 
-def test_recordings_and_readers_belong_together() -> None:
+def test_recordings() -> None:
+    """Every recording has a maker and a reader."""
     files = {path.relative_to(FOLDER).as_posix() for path in FOLDER.glob("*/*") if "__pycache__" not in path.parts}
     assert files == set(FILES)
     assert {name.split("/")[0] for name in FILES} <= {reader.name for reader in READERS}
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_recording_is_what_its_maker_writes(name: str) -> None:
-    """Equal bytes, or where a library's version changes the bytes (Parquet, MCAP) an equal match."""
+def test_made_recording(name: str) -> None:
+    """A recording has the bytes that its maker writes or, as Parquet or MCAP, makes an equal match."""
     path = FOLDER / name
     made = FILES[name]()
     if path.suffix in (".parquet", ".mcap"):
@@ -125,7 +127,8 @@ def test_detection(path: Path) -> None:
 
 
 @each_recording
-def test_match_is_sound_and_complete(path: Path) -> None:
+def test_sound_match(path: Path) -> None:
+    """A whole recording makes a sound and complete match."""
     log = read(path)
     assert_sound(log)
     assert log.info.complete, log.info.incomplete_reason

@@ -49,7 +49,8 @@ def events(match: MatchLog) -> list[tuple[object, ...]]:
 
 
 @pytest.mark.parametrize("version", [4, 5, 6])
-def test_server_axes_and_cycles_become_ours(version: int) -> None:
+def test_axes_and_cycles(version: int) -> None:
+    """The server's axes, speeds and cycles become ours."""
     line = show(7, "1.5 -20 0.25 -0.5", version, left="-10.5 4 0.1 0.2 30 -45")
     match = read(log(line, version=version))
     assert match.frames.ball.tolist() == [(1.5, 20.0, 2.5, 5.0)]
@@ -67,12 +68,13 @@ def test_server_axes_and_cycles_become_ours(version: int) -> None:
     assert match.info.settings == {"version": version, "step_ms": 100}
 
 
-def test_a_player_who_is_not_on_the_pitch_is_not_there() -> None:
+def test_absent_player() -> None:
+    """A player who is not on the pitch is not in the match."""
     match = read(log(show(1), show(2).replace("(l 1) 0 0x9", "(l 1) 0 0x80000")))
     assert match.frames.counts().tolist() == [2, 1]  # 2 is not connected, 1 was sent off
 
 
-def test_time_of_repeated_and_missing_cycles() -> None:
+def test_cycles() -> None:
     """Time goes on while the cycle number repeats, and over missing lines."""
     match = read(log(show(5), show(6), show(6), show(6), show(9), show(10)))
     assert match.frames.number.tolist() == [5, 6, 6, 6, 9, 10]
@@ -81,7 +83,8 @@ def test_time_of_repeated_and_missing_cycles() -> None:
     assert (stopped.frames.t_ns // 100_000_000).tolist() == [0, 1, 3]
 
 
-def test_the_course_of_a_match() -> None:
+def test_course() -> None:
+    """The play modes of a log become the course of a match."""
     match = read(log(
         PARAMS,
         "(playmode 0 before_kick_off)", "(team 0 Left null 0 0)", show(0),
@@ -127,13 +130,13 @@ def test_the_course_of_a_match() -> None:
     assert match.quality.is_empty()
 
 
-def test_half_time_without_a_pause() -> None:
+def test_half_time() -> None:
     """Without a pause, the kick-off after the last cycle of the half is half-time."""
     match = read(log(PARAMS, show(9), "(playmode 11 kick_off_r)", show(11)))
     assert [row[1] for row in events(match)] == ["half", "kick-off"]
 
 
-def test_log_of_the_second_half() -> None:
+def test_second_half() -> None:
     """A log that begins in the second half has no half-time event and keeps its score."""
     match = read(log(
         PARAMS, "(team 15 A B 2 1)", show(15), "(playmode 16 goal_l)", "(team 16 A B 3 1)", show(16),
@@ -142,7 +145,7 @@ def test_log_of_the_second_half() -> None:
     assert [(row[1], row[3], row[4]) for row in events(match)] == [("goal", 3, 1), ("kick-off", 3, 1)]
 
 
-def test_goal_told_by_the_score() -> None:
+def test_goal_by_score() -> None:
     """A goal counts once, also if only the score tells of it."""
     only_score = read(log("(team 0 A B 0 0)", show(1), "(team 2 A B 1 0)", show(2)))
     assert events(only_score) == [(1, "goal", "home", 1, 0, "team")]
@@ -152,7 +155,8 @@ def test_goal_told_by_the_score() -> None:
     assert [row[1] for row in events(score_first)] == ["goal"]
 
 
-def test_a_cut_log_is_kept_and_marked() -> None:
+def test_cut_log() -> None:
+    """A cut log is kept and marked."""
     whole = log("(playmode 0 kick_off_l)", show(1), show(2), show(3))
     match = read(whole)
     assert not match.info.complete
@@ -170,7 +174,8 @@ def test_a_cut_log_is_kept_and_marked() -> None:
     assert filled.info.incomplete_reason == "the log is cut off"
 
 
-def test_a_cut_gzip_is_kept_and_marked() -> None:
+def test_cut_gzip() -> None:
+    """A cut gzip stream is kept and marked."""
     lines = [show(i, f"{i * 0.37 % 50:.4f} {i * 0.11 % 30:.4f} 0.1 0.2") for i in range(2000)]
     packed = gzip.compress(log(*lines, "(playmode 2000 time_over)"))
     match = read(packed[: len(packed) // 2])
@@ -191,7 +196,8 @@ def test_a_cut_gzip_is_kept_and_marked() -> None:
         "(server_param (goal_width",
     ],
 )
-def test_a_malformed_line_is_skipped_and_counted(broken: str) -> None:
+def test_malformed_line(broken: str) -> None:
+    """A malformed line is skipped and counted, and its time is not lost."""
     match = read(log(show(1), broken, show(3), broken, show(5), "(playmode 6 time_over)"))
     assert match.frames.number.tolist() == [1, 3, 5]
     assert (match.frames.t_ns // 100_000_000).tolist() == [0, 2, 4]  # its time is not lost
@@ -209,7 +215,8 @@ def test_a_malformed_line_is_skipped_and_counted(broken: str) -> None:
         (b"<xml/>", "does not begin with ULG4"),
     ],
 )
-def test_what_is_no_text_log_is_refused(data: bytes, says: str) -> None:
+def test_no_text_log(data: bytes, says: str) -> None:
+    """A file that is no text log is refused with the reason."""
     with pytest.raises(BadRecording, match=says):
         read(data)
 
@@ -227,7 +234,8 @@ def test_random_damage(at: int, junk: bytes) -> None:
     assert 1 <= len(match.frames) <= 2
 
 
-def test_unknown_numbers_of_cycles_do_not_run_away() -> None:
+def test_wild_cycles() -> None:
+    """Cycle numbers that leap do not make time run away."""
     match = read(log(*(show(cycle) for cycle in (0, 999_999_999, 3, 999_999_999))))
     assert (match.frames.t_ns // 100_000_000).tolist() == [0, 1, 2, 3]
 
@@ -235,7 +243,8 @@ def test_unknown_numbers_of_cycles_do_not_run_away() -> None:
 @pytest.mark.parametrize(
     ("name", "version", "count"), [(RCSS, 6, 2149), (INSPER, 5, 332)]
 )
-def test_real_logs_are_read_whole(name: str, version: int, count: int) -> None:
+def test_real_logs(name: str, version: int, count: int) -> None:
+    """Real logs are read whole."""
     match = imported(name)
     assert len(match.frames) == count
     assert match.info.settings["version"] == version

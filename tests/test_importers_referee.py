@@ -28,7 +28,7 @@ def test_events_of_states() -> None:
     ]
 
 
-def test_the_score_says_what_a_goal_is() -> None:
+def test_score_over_states() -> None:
     """A goal in the states that does not count is a stop; one that is taken back becomes one."""
     match = read(course(
         ("play", 0, 0), ("goal_a", 0, 0), ("play", 2, 0), ("stop", 1, 0), ("kickoff_b", 1, 0)
@@ -42,7 +42,8 @@ def test_the_score_says_what_a_goal_is() -> None:
     ]
 
 
-def test_without_scores_goals_are_those_of_the_states() -> None:
+def test_goals_of_states() -> None:
+    """Without scores, goals are those of the states."""
     match = read(course(("kickoff_a",), ("goal_b+kickoff_a",), ("goal_a",), ("kickoff_b",), columns="game_state"))
     assert events(match) == [
         (0, "kick-off", "home", 0, 0), (1, "goal", "away", 0, 1), (1, "kick-off", "home", 0, 1),
@@ -58,7 +59,7 @@ def test_without_scores_goals_are_those_of_the_states() -> None:
         ((("goal+kickoff_b",),), "home"),  # on the goal's own frame
     ],
 )
-def test_goal_attributed_by_the_next_kick_off(
+def test_goal_by_kick_off(
     after: tuple[tuple[object, ...], ...], team: str
 ) -> None:
     """If a state names no scoring team, the team that does not kick off next has scored."""
@@ -76,7 +77,7 @@ def test_goal_attributed_by_the_next_kick_off(
         ("half+kickoff_a",), ("end", "kickoff_a"), ("goal_b", "kickoff_a"),
     ],
 )
-def test_goal_of_an_unknown_team(after: tuple[str, ...]) -> None:
+def test_unknown_team(after: tuple[str, ...]) -> None:
     """If no source names the scoring team, the goal's team is null, and so is the score from then on."""
     first = () if after[:1] == ("goal+kickoff",) else ("goal",)
     states = ("kickoff", "play", *first, *after)
@@ -96,7 +97,7 @@ def test_unexplained_kick_off() -> None:
     ]
 
 
-def test_goal_without_a_rise_of_the_score() -> None:
+def test_no_rise_of_score() -> None:
     """If the table has a score, a goal state at which the score does not rise is a stop."""
     match = read(course(("play", 0, 0), ("goal", 0, 0), ("kickoff_a", 0, 0), ("goal", 1, 0), ("kickoff_b", 1, 0)))
     assert [row[1:] for row in events(match)] == [
@@ -116,13 +117,14 @@ def test_goals_from_kick_offs() -> None:
     ]
 
 
-def test_a_score_that_nobody_tells_stays_unknown() -> None:
+def test_unknown_score() -> None:
+    """A score that nobody tells stays unknown."""
     assert events(read(course(("play",), ("freeball",), columns="game_state"))) == [
         (0, "play", None, None, None), (1, "fault", None, None, None)
     ]
 
 
-def test_restart_by_the_ball_at_the_centre() -> None:
+def test_ball_at_centre() -> None:
     """If no state ever stops play, the ball at the centre restarts it after a goal."""
     csv = course(*[(0, 0)] * 2, *[(1, 0)] * 4, columns="score_home,score_away")
     match = read(csv.replace("4,4,ball,,0.3,0", "4,4,ball,,0.01,0.02"))
@@ -142,7 +144,7 @@ def test_unknown_state() -> None:
     assert flaws(named) == []
 
 
-def test_segment_that_changes_in_play() -> None:
+def test_segment_in_play() -> None:
     """A segment that changes in play without a gap is a fault."""
     def rows(*segments: tuple[float, str, str]) -> str:
         return "frame,t,team,player,x,y,segment,game_state\n" + "".join(

@@ -22,7 +22,8 @@ MAPS = Path(__file__).parents[1] / "data" / "samples" / "maps"
 # --- forms --------------------------------------------------------------------------------------
 
 
-def test_the_plain_form_is_read_as_it_is() -> None:
+def test_plain_form() -> None:
+    """The plain form is read as it is, and what is guessed is told."""
     match = read(f"{HEADER}\n{FRAME}1,10.025,ball,,0.5,-0.25,\n1,10.025,greens,1,0.6,0.3,0\n")
     assert (match.info.home, match.info.away) == ("greens", "reds")
     assert match.frames.number.tolist() == [0, 1]
@@ -75,6 +76,7 @@ def test_shipped_map() -> None:
     ],
 )
 def test_axes_are_turned(axes: dict[str, str], expected: tuple[float, ...]) -> None:
+    """The axes that a map names are turned into ours."""
     mapping = TrackingMap.model_validate({"axes": axes})
     match = read(
         "frame,t,team,player,x,y,heading,vx,vy,omega\n0,0,a,1,0.5,-0.25,1,2,3,4\n0,0,b,1,-0.6,0,,,,\n", mapping
@@ -84,7 +86,8 @@ def test_axes_are_turned(axes: dict[str, str], expected: tuple[float, ...]) -> N
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("s", 1e9), ("ms", 1e6), ("us", 1e3), ("ns", 1.0)])
-def test_times_of_day_keep_their_nanoseconds(unit: str, factor: float) -> None:
+def test_nanoseconds(unit: str, factor: float) -> None:
+    """Times of day keep their nanoseconds in every unit."""
     start = 1_763_000_000_123_456_789
     step = max(int(factor // 100), 7)
     exact = [(start + i * step) if unit == "ns" else i * step / factor for i in range(3)]
@@ -102,20 +105,23 @@ def test_irregular_sampling_is_kept(steps: list[float], start: float) -> None:
     assert np.abs(match.frames.t_ns / 1e9 - (times - start)).max() < 1e-6
 
 
-def test_parquet_and_csv_of_one_table_are_one_match() -> None:
+def test_parquet_and_csv() -> None:
+    """Parquet, CSV and gzipped CSV of one table are one match."""
     table = pl.read_csv(f"{HEADER}\n{FRAME}".encode())
     assert read(parquet(table)).frames.robots.tobytes() == read(f"{HEADER}\n{FRAME}").frames.robots.tobytes()
     packed = gzip.compress(f"{HEADER}\n{FRAME}".encode())
     assert read(packed).frames.robots.tobytes() == read(f"{HEADER}\n{FRAME}").frames.robots.tobytes()
 
 
-def test_without_frame_numbers_times_are_counted() -> None:
+def test_no_frame_numbers() -> None:
+    """Without frame numbers the times are counted."""
     match = read("t,team,player,x,y\n5,a,1,0.7,0\n5,b,1,-0.7,0\n6,a,1,0.7,0\n6,b,1,-0.7,0\n")
     assert match.frames.number.tolist() == [0, 1]
     assert match.frames.counts().tolist() == [2, 2]
 
 
-def test_names_of_players_are_numbered_and_told() -> None:
+def test_names_of_players() -> None:
+    """Names of players are numbered, and the numbers are told."""
     match = read(
         "frame,t,team,player,x,y\n0,0,a,zoe,0.1,0\n0,0,a,ann,0.7,0\n0,0,b,7,-0.2,0\n0,0,b,30000,-0.6,0\n"
     )
@@ -153,7 +159,7 @@ def test_falling_order_of_time() -> None:
     assert (row["start_ns"], row["end_ns"]) == (0, int(rising.frames.t_ns[-1]) + 1)
 
 
-def test_almost_falling_order_of_time() -> None:
+def test_almost_falling() -> None:
     """A table whose times fall except for one frame is kept as recorded."""
     lines = [f"{i},{i},{team},1,{x},0\n" for i in (3, 2, 0, 1) for team, x in (("a", 0.7), ("b", -0.7))]
     match = read("frame,t,team,player,x,y\n" + "".join(lines))
@@ -161,7 +167,8 @@ def test_almost_falling_order_of_time() -> None:
     assert flaws(match) == []
 
 
-def test_a_clock_that_counts_down_is_refused() -> None:
+def test_countdown() -> None:
+    """A clock that counts down is refused."""
     lines = [f"{i},{600 - i},{team},1,{x},0\n" for i in range(5) for team, x in (("a", 0.7), ("b", -0.7))]
     with pytest.raises(BadRecording, match=r"times that fall while its frame numbers rise\. If t counts down"):
         read("frame,t,team,player,x,y\n" + "".join(lines))
@@ -222,7 +229,8 @@ def test_inference_of_home() -> None:
     assert read(in_goal).info.home == "blue"  # amber stands at +x, where the ball went in
 
 
-def test_the_map_names_home_whatever_the_evidence() -> None:
+def test_home_by_map() -> None:
+    """The map decides which team is home, whatever the evidence."""
     mapping = load_map("[teams]\nhome = 'amber'\n")
     match = read(course(("play", 0, 0), ("goal_b", 1, 0)), mapping)
     assert (match.info.home, match.info.away) == ("amber", "blue")
@@ -242,7 +250,8 @@ def test_inference_of_the_pitch(scale: float, kind: Kind, length: float) -> None
     assert (match.info.pitch.kind, match.info.pitch.length) == (kind, length)
 
 
-def test_a_pitch_that_is_given_is_not_guessed() -> None:
+def test_given_pitch() -> None:
+    """A pitch that the map gives is not guessed."""
     mapping = load_map("[pitch]\nkind = 'ssl'\nlength = 6.05\nwidth = 4.05\n")
     match = read(f"{HEADER}\n{FRAME}", mapping)
     assert (match.info.pitch.kind, match.info.pitch.length, match.info.pitch.width) == (Kind.SSL, 6.05, 4.05)

@@ -28,13 +28,15 @@ def among(rows, share, rate):
     return Influence(*(column.copy() for column in columns), share=np.array(share, float), rate=rate)
 
 
-def test_praise_fades_and_protest_grows_with_repetition():
+def test_praise_and_protest():
+    """Praise fades and protest grows with repetition."""
     assert opinion(0.5, 0.25) == 0.375
     assert opinion(-0.5, 0.25) == -0.125
     assert opinion(0.0, 0.25) == 0.0
 
 
-def test_three_decisions_worked_by_hand():
+def test_three_decisions():
+    """Three decisions are influenced and learned from as worked by hand."""
     # robot 0 decides on pair 0 at 0 s (to 2 s) and on pair 1 at 2 s, where the goal is at 4 s; its
     # mate decides on pair 2 at 1 s, for which the goal is 3 s off. gamma 1, alpha 1/2, no traces.
     data = Transitions(
@@ -56,6 +58,7 @@ def test_three_decisions_worked_by_hand():
 
 
 def test_who_judges_whom():
+    """A robot judges the team-mates' decisions that begin during its own."""
     rows = [
         (1, 0, 0, 0), (1, 1, 0, 1),  # at once: each judges the other by what it decides now
         (1, 2, 5, UNKNOWN), (1, 2, 3, 2),  # robot 2 is at pair 2 from 3 on, also while at what it does not know
@@ -67,7 +70,8 @@ def test_who_judges_whom():
     assert swayed.tolist() == [2.0, 1.0, 0.0, 1.0 + 2.0, 2.0 + 4.0, 0.0]
 
 
-def test_who_was_cut_has_no_opinion():
+def test_cut_decision():
+    """A robot whose decision was cut off has no opinion."""
     rows = [(1, 0, 0, 0), (1, 0, 2, 1), (1, 1, 3, 2)]
     assert among(rows, np.zeros(PAIRS), rate=1.0)(np.array([1.0, np.nan, 1.0])).tolist() == [0.0, 0.0, 0.0]
 
@@ -149,7 +153,8 @@ rules = st.fixed_dictionaries({
 
 @settings(max_examples=200, deadline=None)
 @given(values, teams(), shares, st.floats(0, 2), rules)
-def test_equals_the_equations_read_literally(q, made, share, rate, rule):
+def test_literal_equations(q, made, share, rate, rule):
+    """Learning with influence equals the equations read literally."""
     rows, where = made
     influence = among([(*place, row[0]) for place, row in zip(where, rows, strict=True)], share, rate)
     learned = sarsa_lambda(q, batch(rows), influence=influence, **rule)
@@ -158,7 +163,8 @@ def test_equals_the_equations_read_literally(q, made, share, rate, rule):
 
 @settings(deadline=None)
 @given(values, teams(), shares, rules)
-def test_without_influence_it_is_sarsa_exactly(q, made, share, rule):
+def test_no_influence(q, made, share, rule):
+    """Without influence learning is Sarsa exactly."""
     rows, where = made
     influence = among([(*place, row[0]) for place, row in zip(where, rows, strict=True)], share, 0.0)
     swayed, alone = sarsa_lambda(q, batch(rows), influence=influence, **rule), sarsa_lambda(q, batch(rows), **rule)
@@ -168,7 +174,8 @@ def test_without_influence_it_is_sarsa_exactly(q, made, share, rule):
 
 @settings(deadline=None)
 @given(teams(), st.randoms(use_true_random=False))
-def test_the_order_of_rows_does_not_matter(made, random):
+def test_order_of_rows(made, random):
+    """The order of rows does not matter."""
     rows, where = made
     error = dict(zip(where, [random.uniform(-1, 1) for _ in where], strict=True))
     pair = {place: row[0] for place, row in zip(where, rows, strict=True)}
@@ -193,13 +200,15 @@ def test_the_order_of_rows_does_not_matter(made, random):
         ({"share": np.full(PAIRS, math.nan)}, r"share is not in \[0, 1\]"),
     ],
 )
-def test_arrays_that_cannot_be_are_refused(wrong, says):
+def test_bad_arrays(wrong, says):
+    """Arrays that do not fit are refused with the name of the wrong one."""
     good = {name: np.zeros(2, np.int64) for name in ("team_episode", "robot", "t_ns", "pair")} | {"share": np.zeros(PAIRS)}
     with pytest.raises(SchemaMismatch, match=says):
         Influence(**(good | wrong), rate=0.1)
 
 
 @pytest.mark.parametrize("rate", [-0.1, math.nan, math.inf])
-def test_a_rate_out_of_bounds_is_refused(rate):
+def test_bad_rate(rate):
+    """A rate out of bounds is refused."""
     with pytest.raises(BadSettings, match="influence cannot be"):
         among([], [], rate)

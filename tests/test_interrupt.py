@@ -78,7 +78,7 @@ def assert_stopped(command, presses=1):
 @pytest.mark.parametrize("presses", [1, 2])
 @pytest.mark.parametrize("moment", ["a task runs", "a file is written"])
 def test_a_flow_stops(derby, tmp_path, moment, presses):
-    """Ctrl-C in a task that never ends, and between a file and its receipt."""
+    """Ctrl-C stops a flow in a task that never ends, and between a file and its receipt."""
     with terminal("import", derby, "--data", tmp_path / "data", before=MOMENTS[moment]) as command:
         command.until("moment")
         assert_stopped(command, presses)
@@ -86,14 +86,15 @@ def test_a_flow_stops(derby, tmp_path, moment, presses):
 
 
 @pytest.mark.usefixtures("alone")
-def test_a_flow_stops_while_prefect_starts(derby, tmp_path):
+def test_stop_while_starting(derby, tmp_path):
+    """Ctrl-C stops a flow while Prefect starts."""
     with terminal("import", derby, "--data", tmp_path / "data") as command:
         command.until("starting")
         time.sleep(1.0)
         assert_stopped(command)
 
 
-def test_a_command_stops_while_it_is_loaded(tmp_path):
+def test_stop_while_loading(tmp_path):
     """Ctrl-C is heard before anything slow is loaded."""
     with terminal("kb", "list", "--data", tmp_path, before=MOMENTS["it is loaded"]) as command:
         command.until("moment")
@@ -108,6 +109,7 @@ def test_a_deaf_command_stops(finished):
 
 
 def test_a_query_stops(finished):
+    """Ctrl-C stops a query."""
     forever = "select count(*) from range(100000) a, range(100000) b, range(1000) c where ? is not null"
     told = """
 from pipeline.store import catalog
@@ -123,8 +125,8 @@ catalog.query = query
         assert_stopped(command)
 
 
-def test_what_ignores_ctrl_c_goes_on(finished):
-    """A shell starts what it runs in the background with SIGINT ignored."""
+def test_ignored_ctrl_c(finished):
+    """A command that was started with SIGINT ignored goes on, as a shell's background jobs do."""
     ignoring = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); print('deaf', flush=True)"
     with terminal("kb", "list", "--json", "--data", finished, before=ignoring) as command:
         command.until("deaf")
@@ -134,7 +136,8 @@ def test_what_ignores_ctrl_c_goes_on(finished):
 
 @pytest.mark.usefixtures("alone")
 @pytest.mark.parametrize("seconds", [0.0, 1.5, 4.0])
-def test_no_process_outlives_a_killed_command(derby, tmp_path, seconds):
+def test_killed_command(derby, tmp_path, seconds):
+    """No process outlives a command that is killed."""
     with terminal("import", derby, "--data", tmp_path / "data", before=MOMENTS["a task runs"]) as command:
         command.until("starting")
         time.sleep(seconds)
@@ -144,7 +147,8 @@ def test_no_process_outlives_a_killed_command(derby, tmp_path, seconds):
 
 
 @pytest.mark.usefixtures("alone")
-def test_no_process_outlives_a_command_that_ends_well(derby, tmp_path):
+def test_finished_command(derby, tmp_path):
+    """No process outlives a command that ends well."""
     with terminal("import", derby, "--data", tmp_path / "data") as command:
         assert command.end(300.0) == 0
         assert "derby-" in command.text

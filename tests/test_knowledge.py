@@ -30,7 +30,8 @@ rows = st.lists(st.tuples(st.integers(0, 3), st.sampled_from(NAMES), st.floats(-
 
 
 class TestOccasions:
-    def test_count_behaviours_by_state_and_moves_randomly_as_code_194(self):
+    def test_counts_by_state(self):
+        """Occasions count behaviours by state, and moving randomly as code 194."""
         found = occasions([
             decisions((5, "striker-046", 0.5), (5, None, 0.75), (2, "striker-046", -0.25)),
             decisions((5, "striker-046", 0.25), (5, "striker-001-011", 0.5)),
@@ -45,20 +46,23 @@ class TestOccasions:
 
     @given(rows, st.randoms(use_true_random=False))
     @settings(max_examples=40, deadline=None)
-    def test_are_the_same_in_any_order_and_for_any_split(self, found, random):
+    def test_any_order(self, found, random):
+        """Occasions are the same in any order and for any split."""
         whole = occasions([decisions(*found)], 1)
         random.shuffle(found)
         cut = random.randint(0, len(found))
         assert_frame_equal(occasions(iter([decisions(*found[:cut]), decisions(*found[cut:])]), 1), whole,
                            check_exact=True)
 
-    def test_add_up_what_they_hold_back_when_it_is_much(self, monkeypatch):
+    def test_small_buffer(self, monkeypatch):
+        """Occasions are the same however little is held back."""
         tables = [decisions((i % 3, "striker-046", 0.1)) for i in range(20)]
         whole = occasions(tables, 1)
         monkeypatch.setattr("pipeline.knowledge._BUFFERED_ROWS", 2)
         assert_frame_equal(occasions(tables, 1), whole, check_exact=True)
 
-    def test_begin_with_the_greatest_value_of_their_state_and_role(self):
+    def test_initial_values(self):
+        """A pair begins with the greatest value of its state and role, or the optimistic one above it."""
         seen = decisions((5, "striker-046", 0.5), (5, "striker-001-011", -0.25), (2, "striker-046", -0.5))
         initial = ["state", "behaviour_id", "initial"]
         assert occasions([seen], 1).select(initial).rows() == [
@@ -67,9 +71,11 @@ class TestOccasions:
         assert hopeful["initial"].to_list() == [0.75, 0.75, 0.75]
 
     def test_of_nothing_are_none(self):
+        """No decisions give no occasions."""
         assert Occasions.is_valid(occasions([], 1))
 
-    def test_are_kept_by_every_key_from_fine_to_coarse(self):
+    def test_every_key(self):
+        """Occasions are kept by every key, from fine to coarse."""
         near, far = np.zeros((2, 36), dtype=np.uint8)
         near[0] = far[0] = 1  # the own goalkeeper's distance to the ball: another robot's, for a striker
         far[2] = 1  # the own striker's
@@ -87,7 +93,8 @@ class TestOccasions:
                                KnowledgeSettings(state_key="self9"))
         assert goalkeeper["count"].to_list() == [1, 2], "the same states, seen from another slot"
 
-    def test_are_of_the_teams_that_are_learned_from(self):
+    def test_learned_teams(self):
+        """Occasions are of the teams that are learned from."""
         both = [decisions((5, "striker-046", 0.5)), decisions((5, "striker-011", 0.25), team="away")]
         away = occasions(both, 1, KnowledgeSettings(teams=("away",)))
         assert_frame_equal(away, occasions(both[1:], 1))
@@ -99,14 +106,16 @@ class TestOccasions:
         ("chosen", [(5, "striker-046", 1, 0.5), (5, "striker-194", 1, 0.75),
                     (6, "striker-046", 1, -0.25), (6, "striker-194", 0, None)]),
     ])
-    def test_a_state_in_which_a_player_decided_adds_what_the_settings_say(self, own, expected):
+    def test_own_decisions(self, own, expected):
+        """A state in which a player of ours decided adds what the settings say."""
         rows = [(5, "striker-046", 0.5), (5, None, 0.75), (6, "striker-046", -0.25), (6, "striker-011", 0.5)]
         found = occasions([decisions(*rows, chosen=True)], 1, KnowledgeSettings(own=own, teams=("away",)),
                           known=pl.Series(["striker-046"]))
         Occasions.validate(found)
         assert found.select("state", "behaviour_id", "count", "value").rows() == expected
 
-    def test_what_nobody_was_seen_to_begin_has_no_value_and_does_not_raise_the_others(self):
+    def test_unseen_behaviour(self):
+        """A behaviour that nobody was seen to begin has no value and does not raise the others."""
         found = occasions([decisions((6, "striker-046", -0.25), chosen=True)], 1,
                           KnowledgeSettings(own="chosen", optimistic=-1.0))
         assert found.select("behaviour_id", "value", "initial").rows() == [
@@ -121,7 +130,8 @@ class TestMerging:
 
     @given(MATCHES, st.sampled_from(["nothing", "moves randomly", "chosen"]), st.floats(-1.0, 1.0))
     @settings(max_examples=40, deadline=None)
-    def test_occasions_match_by_match_are_those_of_all_matches(self, matches, own, optimistic):
+    def test_occasions_in_steps(self, matches, own, optimistic):
+        """Occasions merged match by match are those of all matches."""
         chosen = KnowledgeSettings(own=own, optimistic=optimistic, backoff=("self6", "role0"))
         tables = [decisions(*found, chosen=by_player) for found, by_player in matches]
         whole = occasions(tables, 9, chosen)
@@ -145,6 +155,7 @@ class TestMerging:
         return Behaviours.validate(table.sort("n", "role", "codes", descending=[True, False, False]))
 
     def test_behaviours_are_pooled(self):
+        """A behaviour of two versions has the support, mean and spread of both together."""
         before = self.version(("striker-046", [0.5, 0.5]), ("striker-001-011", [0.25]))
         after = self.version(("striker-046", [-0.25, 0.25]), ("striker-011", [0.75]), neuron=4)
         found = merge_behaviours([before, after], 2)
@@ -157,7 +168,8 @@ class TestMerging:
     @pytest.mark.slow
     @given(st.lists(st.lists(st.floats(-0.99, 0.99), min_size=1, max_size=40), min_size=2, max_size=5))
     @settings(max_examples=60, deadline=None)
-    def test_behaviours_in_steps_are_those_at_once(self, parts):
+    def test_behaviours_in_steps(self, parts):
+        """Behaviours merged in steps are those merged at once."""
         whole = self.version(("striker-046", [value for part in parts for value in part]))
         versions = [self.version(("striker-046", part)) for part in parts]
         steps = versions[0]
@@ -169,13 +181,15 @@ class TestMerging:
 
 
 class TestBehaviours:
-    def test_are_the_patterns_of_all_rounds_longest_first(self):
+    def test_longest_first(self):
+        """Behaviours are the patterns of all rounds, the longest first."""
         found = behaviours([patterns(("m", [46]), ("g", [1])), patterns(("s", [1, 11]))], version=2)
         Behaviours.validate(found)
         assert found["behaviour_id"].to_list() == ["striker-001-011", "goalkeeper-001", "midfield-046"]
         assert found["version"].unique().to_list() == [2]
 
-    def test_of_no_patterns_are_none(self):
+    def test_no_patterns(self):
+        """No patterns give no behaviours."""
         assert Behaviours.is_valid(behaviours([], 1))
 
 
@@ -185,7 +199,8 @@ class TestDiff:
     SEEN_BEFORE = occasions([decisions((1, "striker-046", 0.1), (1, "striker-001-011", 0.1))], 1)
     SEEN_AFTER = occasions([decisions((1, "striker-001-011", 0.1), (2, "striker-001-011", 0.1))], 2)
 
-    def test_tells_what_was_added_removed_and_changed(self):
+    def test_changes(self):
+        """A diff tells what was added, removed and changed."""
         found = diff(self.BEFORE, self.AFTER, self.SEEN_BEFORE, self.SEEN_AFTER).behaviours
         assert found.rows() == [
             ("goalkeeper-001", "added", "goalkeeper", 1, None, 3, None, 0.3, None, 0),
@@ -193,7 +208,8 @@ class TestDiff:
             ("striker-046", "removed", "striker", 1, 3, None, 0.2, None, 1, None),
         ]
 
-    def test_counts_behaviours_states_and_pairs_of_each_role(self):
+    def test_counts_by_role(self):
+        """A diff counts behaviours, states and pairs of each role."""
         found = diff(self.BEFORE, self.AFTER, self.SEEN_BEFORE, self.SEEN_AFTER).roles
         assert found.rows(named=True) == [
             {"role": role, "behaviours_before": b0, "states_before": s0, "pairs_before": p0,
@@ -202,7 +218,8 @@ class TestDiff:
                 ("goalkeeper", 0, 0, 0, 1, 0, 0), ("midfield", 1, 0, 0, 1, 0, 0), ("striker", 2, 1, 2, 1, 2, 2)]
         ]
 
-    def test_counts_an_occasion_once_by_however_many_keys_it_is_kept(self):
+    def test_counts_once(self):
+        """A diff counts an occasion once, by however many keys it is kept."""
         tables = [decisions((1, "striker-001-011", 0.1), (2, "striker-001-011", 0.1))]
         more = occasions(tables, 2, KnowledgeSettings(backoff=("self9", "role0")))
         assert more.height > self.SEEN_AFTER.height
@@ -210,6 +227,7 @@ class TestDiff:
         assert_frame_equal(found.behaviours, plain.behaviours)
         assert_frame_equal(found.roles, plain.roles)
 
-    def test_of_a_version_and_itself_is_nothing(self):
+    def test_same_version(self):
+        """A version does not differ from itself."""
         found = diff(self.BEFORE, self.BEFORE, self.SEEN_BEFORE, self.SEEN_BEFORE)
         assert found.behaviours.is_empty()

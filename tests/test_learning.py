@@ -37,7 +37,8 @@ def assert_q(memory, *rows):
 # -- three steps on paper ---------------------------------------------------------------------------------
 
 
-def test_iq_three_steps_by_hand():
+def test_iq_by_hand():
+    """IQ learns from three steps what was worked by hand."""
     settings = IQ(step_size=0.5, discount=0.5)
     # 1. both see 0, do (0, 1), get (4, -4), see 1:  q1(0,0) = .5*(4 + .5*0 - 0) = 2, q2(0,1) = -2
     # 2. see 1, do (1, 1), get 8, see 0:             q1(1,1) = .5*(8 + .5*max(2, 0)) = 4.5
@@ -59,7 +60,8 @@ def test_iq_three_steps_by_hand():
 
 
 @pytest.mark.parametrize("settings", [IQ(initial=12.0), JAQ(initial=12.0), IVQ(initial=12.0)])
-def test_values_start_where_they_are_told(settings):
+def test_initial_values(settings):
+    """Values start where the settings say."""
     assert values(settings, learn(settings, []), 1) == [12, 12]
 
 
@@ -69,7 +71,8 @@ JAQ_STEPS = repeated(((0, 1), (8, 8)), ((1, 1), (-4, -4)), ((0, 0), (2, 2)))
 JAQ_Q = [2, 4, 0, -1]
 
 
-def test_jaq_three_steps_by_hand():
+def test_jaq_by_hand():
+    """JAQ learns from three steps what was worked by hand."""
     settings = JAQ(step_size=0.5, discount=0.5)
     memory = learn(settings, JAQ_STEPS)
     assert_q(memory, JAQ_Q, JAQ_Q)
@@ -80,7 +83,8 @@ def test_jaq_three_steps_by_hand():
     assert values(settings, memory, 1) == pytest.approx([4 / 3, 7 / 3], abs=1e-12)
 
 
-def test_jaq_with_beliefs_that_forget_by_hand():
+def test_jaq_recency_by_hand():
+    """JAQ with beliefs that forget expects what was worked by hand."""
     settings = JAQ(step_size=0.5, discount=0.5, recency=0.5)
     memory = learn(settings, JAQ_STEPS)
     assert_q(memory, JAQ_Q, JAQ_Q)
@@ -91,14 +95,16 @@ def test_jaq_with_beliefs_that_forget_by_hand():
     assert values(settings, memory, 1) == [1.375, 2.4375]
 
 
-def test_jaq_before_anybody_was_seen_believes_in_all_actions_alike():
+def test_jaq_first_beliefs():
+    """Before anybody was seen JAQ believes in all actions alike."""
     settings = JAQ()
     memory = learn(settings, [])
     memory.q[0, 0] = [1, 2, 4, 8]
     assert values(settings, memory, 0) == [1.5, 6]
 
 
-def test_jaq_expected_values_of_three_agents_by_hand():
+def test_jaq_three_agents():
+    """JAQ's expected values with three agents are those worked by hand."""
     # what the middle agent expects: over the first, believed in where it stands (observation 1) to do
     # 1/4, 3/4, and the third (observation 0): 1/8, 7/8. q is 1 to 8 in the order 000, 001, 010, ..., 111
     settings = JAQ()
@@ -115,7 +121,8 @@ def test_jaq_expected_values_of_three_agents_by_hand():
 IVQ_STEPS = repeated(((0, 1), (4, -2)), ((0, 0), (2, 6)), ((1, 0), (-4, -1)))
 
 
-def test_ivq_as_printed_three_steps_by_hand():
+def test_ivq_by_hand():
+    """IVQ as printed learns from three steps what was worked by hand."""
     # learning rate, discount and influence .5; RV counts the next value wholly (equation 6)
     # 1. TD = RV = 4, -2. Both did for the first time what they always did: Pe = 1, 1
     #    OP2(1) = -2*1, OP1(2) = 4*(1-1) = 0
@@ -177,19 +184,22 @@ def test_ivq_as_printed_three_steps_by_hand():
     #    OP1(2) = -31/96*2/3 = -31/144;                 q2(0) = 3.25 + .5*(-2.625 - 31/288)
     ({"order": "in turn"}, [2.125, -149 / 96], [1.9375 - 31 / 576, -1]),
 ], ids=["outside", "opinions discounted", "opinions of the reward", "present not counted", "by recency", "in turn"])
-def test_every_reading_of_ivq_three_steps_by_hand(reading, first, second):
+def test_ivq_readings_by_hand(reading, first, second):
+    """Every reading of IVQ learns from three steps what was worked by hand."""
     settings = IVQ(step_size=0.5, discount=0.5, influence=0.5, **reading)
     assert_q(learn(settings, IVQ_STEPS), first, second)
 
 
-def test_what_was_never_seen_counts_nothing_where_only_earlier_visits_count():
+def test_ivq_never_seen():
+    """If only earlier visits count, an action that was never seen counts nothing."""
     # by recency, too: without it the occurrence index would be what it starts from, 1/2
     settings = IVQ(step_size=0.5, influence=0.5, present=False, recency=0.5)
     # RV1 = 4, OP1(2) = 4*(1 - 0): q2(1) = .5*(-2 + .5*4) = 0; OP2(1) = -2*0: q1(0) = .5*4
     assert_q(learn(settings, IVQ_STEPS[:1]), [2, 0], [0, 0])
 
 
-def test_nothing_follows_in_an_opinion_at_the_end_of_an_episode():
+def test_ivq_end_of_episode():
+    """At the end of an episode nothing that follows counts in an opinion."""
     # 1. as printed: 1.5, -1. 2. ends: TD1 = RV1 = 2 - 1.5 = .5, TD2 = RV2 = 6; OP2(1) = 0, OP1(2) = .25
     # q1(0) = 1.5 + .25; q2(0) = .5*(6 + .125)
     ends = (*IVQ_STEPS[1][:3], 0.0, ints(0, 0))
@@ -197,7 +207,8 @@ def test_nothing_follows_in_an_opinion_at_the_end_of_an_episode():
     assert_q(learn(settings, [IVQ_STEPS[0], ends]), [1.75, 0], [3.0625, -1])
 
 
-def test_ivq_three_agents_three_steps_by_hand():
+def test_ivq_three_agents():
+    """IVQ with three agents learns from three steps what was worked by hand."""
     # learning rate and influence .5, discount 0 (but RV counts the next value wholly)
     # 1. TD = RV = 2, -4, 6; Pe = 1, 1, 1: only the second's opinion is not 0, -4
     #    q1(0) = .5*(2 - 2) = 0;  q2(0) = -2;  q3(1) = .5*(6 - 2) = 2
@@ -222,13 +233,15 @@ def all_values(settings, memory):
 
 
 @given(play=plays(), bracket=st.sampled_from(["inside", "outside"]), order=st.sampled_from(["simultaneous", "in turn"]))
-def test_without_influence_ivq_is_iq(play, bracket, order):
+def test_ivq_no_influence(play, bracket, order):
+    """Without influence IVQ is IQ."""
     swayed = IVQ(discount=0.9, influence=0.0, bracket=bracket, order=order)
     assert learned(swayed, play).q.tobytes() == learned(IQ(discount=0.9, order=order), play).q.tobytes()
 
 
 @given(play=plays())
-def test_jaq_agents_who_receive_the_same_learn_the_same(play):
+def test_jaq_same_rewards(play):
+    """JAQ agents that receive the same learn the same."""
     alike = [(s * 0, a, np.full(AGENTS, r[0]), *rest[:1], rest[1] * 0) for s, a, r, *rest in play]
     q = learned(JAQ(discount=0.9), alike).q
     assert q[1].tobytes() == q[0].tobytes()
@@ -242,7 +255,8 @@ def close(actual, expected):
 @pytest.mark.slow
 @pytest.mark.parametrize("rule", PAPER)
 @given(play=plays(), to=st.permutations(range(ACTIONS)))
-def test_relabelling_actions_relabels_what_is_learned(rule, play, to):
+def test_relabelled_actions(rule, play, to):
+    """Relabelling actions relabels what is learned."""
     to, settings = np.array(to), rule(discount=0.9)  # action a is now called to[a]
     plain, other = learned(settings, play), learned(settings, [(s, to[a], *rest) for s, a, *rest in play])
     axes = plain.q.ndim + (AGENTS - 1 if settings.JOINT else 0)
@@ -258,7 +272,8 @@ def test_relabelling_actions_relabels_what_is_learned(rule, play, to):
 @pytest.mark.slow
 @pytest.mark.parametrize("rule", PAPER)
 @given(play=plays(), order=st.permutations(range(AGENTS)))
-def test_relabelling_agents_relabels_what_is_learned(rule, play, order):
+def test_relabelled_agents(rule, play, order):
+    """Relabelling agents relabels what is learned."""
     order, settings = np.array(order), rule(discount=0.9)  # the i-th agent is now the one that was order[i]
     renamed = [(s[order], a[order], r[order], continues, s_t[order]) for s, a, r, continues, s_t in play]
     plain, other = learned(settings, play), learned(settings, renamed)
@@ -276,7 +291,8 @@ def test_relabelling_agents_relabels_what_is_learned(rule, play, order):
 
 @pytest.mark.parametrize("rule", [JAQ, IVQ])
 @given(play=plays())
-def test_occurrence_is_the_share_of_visits(rule, play):
+def test_occurrence(rule, play):
+    """An action's occurrence is its share of the visits."""
     memory = learned(rule(), play)
     for i, s in np.ndindex(AGENTS, OBSERVATIONS):
         done = [int(a[i]) for seen, a, *_ in play if seen[i] == s]
@@ -287,7 +303,8 @@ def test_occurrence_is_the_share_of_visits(rule, play):
 
 @pytest.mark.parametrize("rule", [JAQ, IVQ])
 @given(play=plays(), recency=st.floats(0.01, 0.99))
-def test_recent_choices_count_more_by_a_constant_factor(rule, play, recency):
+def test_recency(rule, play, recency):
+    """Recent choices count more by a constant factor."""
     memory = learned(rule(recency=recency), play)
     for i, s in np.ndindex(AGENTS, OBSERVATIONS):
         done = [int(a[i]) for seen, a, *_ in play if seen[i] == s]
@@ -298,7 +315,8 @@ def test_recent_choices_count_more_by_a_constant_factor(rule, play, recency):
 
 
 @given(play=plays(), q=vectors(st.floats(-30, 30), np.float64, ACTIONS**AGENTS))
-def test_jaqs_expected_value_lies_between_the_least_and_the_greatest_joint_value(play, q):
+def test_jaq_bounds(play, q):
+    """JAQ's expected value lies between the least and the greatest joint value."""
     settings = JAQ()
     memory: Memory = learned(settings, play)
     memory.q[:] = q

@@ -126,7 +126,8 @@ def lone_moments(draw):
 # -- three steps on paper ---------------------------------------------------------------------------------
 
 
-def test_hysteretic_three_steps_by_hand():
+def test_hysteretic_by_hand():
+    """The hysteretic learner learns from three steps what was worked by hand."""
     learner = Hysteretic(step_size=0.5, decrease=0.1, discount=0.5)
     steps = one_state(((0, 0), 10), ((0, 1), -30), ((0, 0), 10), agents=2)
     # 1. both: 10 + .5*0 - 0 = 10;                       q1 = [5, 0], q2 = [5, 0]
@@ -139,7 +140,8 @@ def test_hysteretic_three_steps_by_hand():
     assert values(hysteretic, learner, memory, 1).tolist() == memory.q[1, 0].tolist()
 
 
-def test_fmq_three_steps_by_hand_for_three_agents():
+def test_fmq_by_hand():
+    """FMQ with three agents learns from three steps what was worked by hand."""
     learner = FMQ(step_size=0.5, weight=2.0)
     steps = one_state(((0, 0, 1), 8), ((0, 1, 1), -4), ((0, 1, 0), -4), agents=3)
     # q (discount 0, so the error is r - q), then the greatest reward, how often it came, how often taken:
@@ -159,13 +161,15 @@ def test_fmq_three_steps_by_hand_for_three_agents():
     )
 
 
-def test_a_greater_reward_starts_fmqs_count_anew():
+def test_fmq_greater_reward():
+    """A greater reward starts FMQ's count anew."""
     # 5 came twice in two, then 6 once in three
     memory = learn(fmq, FMQ(), one_state(((0, 0), 5), ((0, 0), 5), ((0, 0), 6), agents=2), agents=2)
     assert memory.aux[0, 0, 0].tolist() == [6, 1, 3]
 
 
-def test_lenient_three_steps_by_hand():
+def test_lenient_by_hand():
+    """The lenient learner learns from three steps what was worked by hand."""
     # leniency ln 2: at temperature 2, 1, .5 an error below 0 is forgiven with probability
     # 1 - 2**-2 = .75, 1 - 2**-1 = .5, 1 - 2**-.5 = .29
     learner = Lenient(step_size=0.5, leniency=math.log(2), temperature=2.0, cooling=0.5)
@@ -180,7 +184,8 @@ def test_lenient_three_steps_by_hand():
     assert memory.q[:, 0].tolist() == [[-4, 0, 0], [-4, 0, 0]]
 
 
-def test_distributed_three_steps_by_hand_in_the_penalty_game():
+def test_distributed_by_hand():
+    """The distributed learner learns in the penalty game what was worked by hand."""
     learner = Distributed()
     steps = one_state(((2, 2), 10), ((0, 0), 10), ((0, 2), -100), agents=2)
     # 1. q[2] = 10 is the greatest: both keep to 2. 2. q[0] = 10 ties: both still keep to 2, or one of
@@ -191,7 +196,8 @@ def test_distributed_three_steps_by_hand_in_the_penalty_game():
     assert [greedy(distributed, learner, memory, i) for i in range(2)] == [2, 2]
 
 
-def test_distributed_explores_tied_actions_alike_and_settles_on_the_one_kept():
+def test_distributed_ties():
+    """The distributed learner explores tied actions alike and settles on the one kept."""
     learner = Distributed()
     memory = learn(distributed, learner, one_state(((2, 2), 10), ((0, 0), 10), agents=2), agents=2)
     out = values(distributed, learner, memory, 0)
@@ -201,20 +207,23 @@ def test_distributed_explores_tied_actions_alike_and_settles_on_the_one_kept():
     np.testing.assert_allclose(explored, [0.1, 0.1, 0.8], rtol=0, atol=1e-12)
 
 
-def test_distributed_keeps_to_nothing_before_anything_rose():
+def test_distributed_no_rise():
+    """The distributed learner keeps to no action before a value rose."""
     memory = learn(distributed, Distributed(), one_state(((0, 1), 0), ((2, 2), -5), agents=2), agents=2)
     assert not memory.aux[..., KEPT].any()
     assert values(distributed, Distributed(), memory, 0).tolist() == [0, 0, 0]
 
 
-def test_distributed_moves_by_its_step_size():
+def test_distributed_step_size():
+    """The distributed learner moves up by its step size, and never down."""
     # 0 + .5 * (10 - 0) = 5, 5 + .5 * (10 - 5) = 7.5; the 4 that follows is below
     steps = one_state(((0, 0), 10), ((0, 0), 10), ((0, 0), 4), agents=2)
     memory = learn(distributed, Distributed(step_size=0.5), steps, agents=2)
     assert memory.q[:, 0, 0].tolist() == [7.5, 7.5]
 
 
-def test_wolf_phc_three_steps_by_hand():
+def test_wolf_phc_by_hand():
+    """WoLF-PHC learns from three steps what was worked by hand."""
     learner = WoLFPHC(step_size=0.5, winning=0.06, losing=0.24)
     steps = one_state(((0, 1), 6), ((1, 1), 30), ((1, 1), -12), agents=2)
     # the first agent; policy and mean start at 1/3 each
@@ -241,7 +250,8 @@ def test_wolf_phc_three_steps_by_hand():
     )
 
 
-def test_wolf_phc_takes_no_more_than_there_is():
+def test_wolf_phc_limit():
+    """WoLF-PHC takes no more probability from an action than it has."""
     # step .9 asks .45 of each, they have 1/3; then they have nothing left to give
     learner = WoLFPHC(winning=0.9, losing=0.9)
     steps = one_state(((0, 0), 1), ((0, 0), 1), agents=2)
@@ -249,7 +259,8 @@ def test_wolf_phc_takes_no_more_than_there_is():
     np.testing.assert_allclose(memory.aux[:, 0, :, POLICY], [[1, 0, 0]] * 2, rtol=0, atol=1e-15)
 
 
-def test_wolf_phc_without_news_stays_undecided():
+def test_wolf_phc_no_news():
+    """WoLF-PHC without news stays undecided."""
     memory = learn(wolf_phc, WoLFPHC(), one_state(((0, 1), 0), ((2, 1), 0), agents=2), agents=2)
     assert values(wolf_phc, WoLFPHC(), memory, 0).tolist() == [1 / 3] * 3
 
@@ -261,7 +272,8 @@ def test_wolf_phc_without_news_stays_undecided():
 @every_peer
 @settings(deadline=None)
 @given(moment=lone_moments())
-def test_with_one_agent_it_is_q_learning(rule, learner, moment):
+def test_one_agent_learns(rule, learner, moment):
+    """With one agent every peer learns as Q-learning does."""
     params = learner(discount=0.9).params(1)
     memory, *step, u_t = moment
     given = (memory, params, 0, Transition(*step), u_t)
@@ -271,7 +283,8 @@ def test_with_one_agent_it_is_q_learning(rule, learner, moment):
 @pytest.mark.parametrize(("rule", "learner"), PEERS[:3], ids=NAMES[1:4])
 @settings(deadline=None)
 @given(moment=lone_moments())
-def test_with_one_agent_it_chooses_as_q_learning(rule, learner, moment):
+def test_one_agent_chooses(rule, learner, moment):
+    """With one agent the peer chooses as Q-learning does."""
     memory, *_, s_t, _ = moment
     assert values(rule, learner(), memory, 0, s_t[0]).tolist() == memory.q[0, s_t[0]].tolist()
 
@@ -285,7 +298,8 @@ def test_with_one_agent_it_chooses_as_q_learning(rule, learner, moment):
 )
 @settings(deadline=None)
 @given(play=plays)
-def test_with_its_knob_at_nought_a_team_learns_as_iq(rule, neutral, play):
+def test_neutral_setting(rule, neutral, play):
+    """With the peer's own setting neutral, a team learns as IQ does."""
     learned = learn(rule, neutral, play, agents=AGENTS, observations=OBSERVATIONS)
     alone = learn(iq, IQ(discount=0.9), play, agents=AGENTS, observations=OBSERVATIONS)
     assert learned.q.tobytes() == alone.q.tobytes()
@@ -309,7 +323,8 @@ def test_distributed_values_never_fall(play, step_size):
     game=st.lists(st.sampled_from([-1.7, 0.0, 0.2, 0.4, 0.9, 1.7]), min_size=27, max_size=27),
     play=st.lists(joint_actions, max_size=40),
 )
-def test_distributed_agents_agree_on_the_joint_action_that_was_best_first(game, play):
+def test_distributed_agreement(game, play):
+    """Distributed agents agree on the joint action that was best first."""
     # whatever ties with it later, and however x + (r - x) was rounded: all saw the greatest value rise at once
     payoff = np.array(game).reshape((ACTIONS,) * AGENTS)
     won = [payoff[tuple(joint)] for joint in play]
@@ -321,7 +336,8 @@ def test_distributed_agents_agree_on_the_joint_action_that_was_best_first(game, 
         assert [greedy(distributed, learner, memory, i) for i in range(AGENTS)] == best_first
 
 
-def test_distributed_does_not_take_rounding_for_news():
+def test_distributed_rounding():
+    """The distributed learner does not take rounding for news."""
     # .2 + (.9 - .2) falls short of .9: when another action then brings .9 from 0, nothing rose
     assert 0.2 + (0.9 - 0.2) < 0.9
     steps = one_state(((0, 0), 0.2), ((0, 1), 0.9), ((2, 2), 0.9), agents=2)
@@ -331,7 +347,8 @@ def test_distributed_does_not_take_rounding_for_news():
 
 @settings(deadline=None)
 @given(play=plays, winning=st.floats(0.001, 1), ratio=st.floats(1, 4))
-def test_wolf_phcs_policy_stays_a_distribution(play, winning, ratio):
+def test_wolf_phc_distribution(play, winning, ratio):
+    """WoLF-PHC's policy and its mean stay distributions."""
     learner = WoLFPHC(winning=winning, losing=min(1.0, winning * ratio), discount=0.9)
     memory = learn(wolf_phc, learner, play, agents=AGENTS, observations=OBSERVATIONS)
     for plane in (POLICY, MEAN):
@@ -342,7 +359,8 @@ def test_wolf_phcs_policy_stays_a_distribution(play, winning, ratio):
 
 @settings(deadline=None)
 @given(temperature=st.floats(0, 5), leniency=st.floats(0, 3))
-def test_a_lenient_agent_forgives_as_often_as_it_says(temperature, leniency):
+def test_lenient_forgiveness(temperature, leniency):
+    """A lenient agent forgives as often as its settings say, and never good news."""
     learner = Lenient(temperature=temperature, leniency=leniency)
     memory, params, still = memory_of(learner, 2, 1, ACTIONS), learner.params(2), ints(0, 0)
     coins = (np.arange(500) + 0.5) / 500
@@ -358,7 +376,8 @@ def test_a_lenient_agent_forgives_as_often_as_it_says(temperature, leniency):
 @every_peer
 @settings(deadline=None)
 @given(play=plays, to=st.permutations(range(ACTIONS)))
-def test_relabelling_actions_relabels_what_is_learned(rule, learner, play, to):
+def test_relabelled_actions(rule, learner, play, to):
+    """Relabelling actions relabels what is learned."""
     # action a is now called to[a]
     to = np.array(to)
     renamed = [(to[actions], *rest) for actions, *rest in play]
@@ -376,7 +395,8 @@ def test_relabelling_actions_relabels_what_is_learned(rule, learner, play, to):
 @every_peer
 @settings(deadline=None)
 @given(play=plays, order=st.permutations(range(AGENTS)))
-def test_relabelling_agents_relabels_what_is_learned(rule, learner, play, order):
+def test_relabelled_agents(rule, learner, play, order):
+    """Relabelling agents relabels what is learned."""
     # the i-th agent is now the one that was order[i]
     order = np.array(order)
     renamed = [tuple(of_agents[order] for of_agents in step) for step in play]
@@ -396,6 +416,7 @@ def test_relabelling_agents_relabels_what_is_learned(rule, learner, play, order)
      (lambda: Lenient(cooling=1.1), "less than or equal to 1"),
      (lambda: Distributed(step_size=0.0), "greater than 0")],
 )
-def test_settings_that_contradict_the_rule_are_refused(settings_of, says):
+def test_bad_settings(settings_of, says):
+    """Settings that contradict the rule are refused."""
     with pytest.raises(ValidationError, match=says):
         settings_of()

@@ -34,7 +34,8 @@ def recorded(tmp_path, capsys):
     return run
 
 
-def test_nothing_said_is_the_usual():
+def test_defaults():
+    """An empty file gives the default settings."""
     assert settings("") == MatchSettings()
 
 
@@ -44,7 +45,8 @@ def test_nothing_said_is_the_usual():
     ("[pitch]\nlength = 2.2\nwidth = 1.8", PITCHES[Kind.VSSS].model_copy(update={"length": 2.2, "width": 1.8})),
     ('[pitch]\nkind = "ssl"\nlength = 9.0', PITCHES[Kind.SSL].model_copy(update={"length": 9.0})),
 ])
-def test_a_pitch_is_named_by_its_league_or_by_numbers(text, pitch):
+def test_pitch(text, pitch):
+    """A pitch is named by its league, by numbers, or by both."""
     assert settings(text) == MatchSettings(pitch=pitch)
 
 
@@ -57,13 +59,15 @@ def test_a_pitch_is_named_by_its_league_or_by_numbers(text, pitch):
     ("robots = 0", "robots: input should be greater than or equal to 1"),
     ("[camera]\nrobot_unseen = 1.0", r"camera\.robot_unseen: input should be less than 1"),
 ])
-def test_what_does_not_fit_is_one_line(text, words):
+def test_bad_settings(text, words):
+    """A setting that does not fit is one line of error."""
     with pytest.raises(BadSettings, match=f"^here: {words}.*It has robots and tables pitch, physics, referee, camera") as error:
         settings(text)
     assert "\n" not in str(error.value)
 
 
-def test_a_whole_match_of_six_a_side_on_the_pitch_of_another_league(recorded):
+def test_six_a_side(recorded):
+    """A whole match of six a side can be played on the pitch of another league."""
     text = 'robots = 6\n[pitch]\nkind = "ssl"\n[physics]\nwheel_speed = 3.0\n[referee]\nduration_s = 20.0'
     (row,), (match,) = recorded(text, "--away", "human-like")
     assert match.info.pitch == PITCHES[Kind.SSL]
@@ -78,7 +82,8 @@ def test_a_whole_match_of_six_a_side_on_the_pitch_of_another_league(recorded):
     assert 2.0 < speed.max() < 4.0  # as fast as they were told that they can be
 
 
-def test_a_whole_match_through_a_camera(recorded):
+def test_through_a_camera(recorded):
+    """A whole match can be played through a camera, and its log has what the camera saw."""
     text = "[referee]\nduration_s = 20.0\n[camera]\nposition_noise = 0.003\nrobot_unseen = 0.05\nball_unseen = 0.1"
     (row,), (match,) = recorded(text)
     (_,), (clear,) = recorded("[referee]\nduration_s = 20.0")
@@ -93,13 +98,15 @@ def test_a_whole_match_through_a_camera(recorded):
     assert jitter == pytest.approx(0.6745 * 0.003 * 6**0.5, rel=0.15)
 
 
-def test_options_go_before_the_file(recorded):
+def test_options_before_file(recorded):
+    """Options go before the file."""
     rows, logs = recorded("robots = 5\n[referee]\nduration_s = 90.0", "--robots", "2", "--minutes", "0.05", "--matches", "2")
     assert [row["duration_s"] for row in rows] == [3.0, 3.0]
     assert all(len(match.frames.robots) == 4 * len(match.frames) for match in logs)
 
 
-def test_matches_are_measured_by_the_same_settings(tmp_path, capsys):
+def test_evaluation_settings(tmp_path, capsys):
+    """An evaluation is played by the same settings file."""
     (tmp_path / "match.toml").write_text('robots = 2\n[pitch]\nkind = "ssl"\n[referee]\nduration_s = 3.0')
     words = ["evaluate", "--policy", "static", "--against", "human-like", "--matches", "2", "--jobs", "1", "--json",
              "--data", str(tmp_path / "data")]

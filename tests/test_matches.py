@@ -138,7 +138,8 @@ def flipped(data: bytes, bit: int) -> bytes:
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
-def test_what_is_written_is_read_back(data):
+def test_round_trip(data):
+    """A log that is written is read back the same."""
     counts = data.draw(st.lists(st.integers(0, 23), max_size=40))
     # times repeat and go back, as recorders let them
     times = data.draw(st.lists(st.integers(0, 2**62), min_size=len(counts), max_size=len(counts)))
@@ -159,14 +160,16 @@ def test_what_is_written_is_read_back(data):
     Decisions.validate(back.decisions)
 
 
-def test_the_same_log_gives_the_same_bytes_whatever_lies_in_the_padding():
+def test_same_bytes():
+    """The same log gives the same bytes, whatever lies in the padding."""
     log = match()
     dirty = Frames(log.frames.number, log.frames.t_ns, log.frames.ball, log.frames.offsets, log.frames.robots.copy())
     dirty.robots.view(np.uint8)[1::ROBOT_DTYPE.itemsize] = 0xAB
     assert written(log) == written(MatchLog(INFO, dirty, log.referee, log.decisions))
 
 
-def test_flaws_found_by_an_importer_travel_with_the_log():
+def test_flaws_of_importer():
+    """Flaws that an importer found travel with the log."""
     quality = pl.DataFrame(
         [(INFO.match_id, "gap", 5, 9, "home", 3, 2, "no samples"), (INFO.match_id, "skipped", None, None, None, None, 1, None)],
         schema=Quality.dtypes(), orient="row",
@@ -177,12 +180,14 @@ def test_flaws_found_by_an_importer_travel_with_the_log():
     assert back.info.complete
 
 
-def test_an_empty_log_is_a_log():
+def test_empty_log():
+    """A log without frames is read back the same."""
     log = MatchLog(INFO, frames_of([]))
     assert same(matches.read(written(log), where="a.mcap"), log)
 
 
-def test_a_log_that_was_salvaged_stays_incomplete_when_it_is_written_again():
+def test_salvaged_log():
+    """A log that was salvaged stays incomplete when it is written again."""
     info = INFO.model_copy(update={"complete": False, "incomplete_reason": "chunk 3 of 9 is gone"})
     log = match()
     assert matches.read(written(MatchLog(info, log.frames)), where="a.mcap").info == info
@@ -191,7 +196,8 @@ def test_a_log_that_was_salvaged_stays_incomplete_when_it_is_written_again():
 # --- mcap's own tools ------------------------------------------------------------------------
 
 
-def test_mcap_reads_our_file_and_finds_every_checksum_right():
+def test_checksums():
+    """The mcap library reads our file and finds every checksum right."""
     data = written(match(), chunk_bytes=SMALL)
     kinds = [type(r).__name__ for r in StreamReader(io.BytesIO(data), validate_crcs=True).records]
     assert kinds[:2] == ["Header", "Metadata"]  # a file cut off anywhere still says what it is
@@ -199,7 +205,8 @@ def test_mcap_reads_our_file_and_finds_every_checksum_right():
     assert all(chunk.uncompressed_crc for chunk in records(data, Chunk))
 
 
-def test_mcap_ros2_decodes_our_messages():
+def test_ros2_decoder():
+    """The mcap-ros2 library decodes our messages."""
     log = match()
     reader = make_reader(io.BytesIO(written(log, chunk_bytes=SMALL)), True, [DecoderFactory()])
     decoded = {topic.name: [] for topic in TOPICS.values()}
@@ -223,7 +230,8 @@ def test_mcap_ros2_decodes_our_messages():
     )  # fmt: skip
 
 
-def test_mcap_finds_messages_by_time_through_our_indexes():
+def test_indexes():
+    """The mcap library finds messages by time through our indexes."""
     log = match([6] * 200)
     reader = make_reader(io.BytesIO(written(log, chunk_bytes=SMALL)), True)
     found = [m.log_time for _, _, m in reader.iter_messages("/frame", starting_at=10**9, ending_before=2 * 10**9)]
@@ -280,7 +288,8 @@ def foreign(
 
 @pytest.mark.parametrize("compression", list(CompressionType))
 @pytest.mark.parametrize("chunked", [True, False])
-def test_we_read_what_other_programs_write_on_our_definitions(compression, chunked):
+def test_foreign_log(compression, chunked):
+    """A log that another program writes on our definitions is read."""
     log = match()
     data = foreign(log, epoch=1_700_000_000 * 10**9, chunked=chunked, compression=compression)
     with pytest.raises(DamagedLog, match="does not say which match it is"):
@@ -290,7 +299,8 @@ def test_we_read_what_other_programs_write_on_our_definitions(compression, chunk
     assert back.quality.is_empty()
 
 
-def test_we_read_the_ros2_writers_files():
+def test_ros2_writer():
+    """A log that the ROS 2 writer writes is read."""
     log = match()
     stream = io.BytesIO()
     writer = Ros2Writer(stream, chunk_size=SMALL)
@@ -338,7 +348,8 @@ NO_ROBOTS = ENCAPSULATION + struct.pack("<I4fI", 7, 1, 2, 3, 4, 0)
         (bytes(4) + NO_ROBOTS[4:], "big-endian"),
     ],
 )
-def test_malformed_messages_are_counted_and_left_out(payload, why):
+def test_malformed_messages(payload, why):
+    """Malformed messages are counted and left out."""
     text = TOPICS[FRAME].definition()
     back = matches.read(with_messages(("/frame", "cdr", text, NO_ROBOTS), ("/frame", "cdr", text, payload)), where="a")
     assert back.frames.number.tolist() == [7], why
@@ -346,7 +357,8 @@ def test_malformed_messages_are_counted_and_left_out(payload, why):
     assert back.info.complete  # the file is as its writer meant it
 
 
-def test_channels_that_are_not_the_logs_are_counted_and_left_out():
+def test_other_channels():
+    """Channels that are not the log's are counted and left out."""
     text = TOPICS[FRAME].definition()
     data = with_messages(
         ("/frame", "cdr", text, NO_ROBOTS), ("/rosout", "cdr", "string data", b"abc"), ("/rosout", "", "", b"abc"),
@@ -359,7 +371,8 @@ def test_channels_that_are_not_the_logs_are_counted_and_left_out():
 
 
 @pytest.mark.parametrize("event", ["penalty", "goal"])
-def test_an_event_that_does_not_fit_the_table_is_left_out_with_a_note(event):
+def test_unfit_event(event):
+    """An event that does not fit the table is left out, and a flaw says so."""
     text = event.encode() + b"\0"
     score = -2 if event == "goal" else 0
     payload = ENCAPSULATION + struct.pack("<hhI", score, 0, len(text)) + text
@@ -384,7 +397,8 @@ def one_by_one(recorder: matches.Recorder, frames: Frames) -> None:
         ))  # fmt: skip
 
 
-def test_a_match_may_be_recorded_while_it_is_played():
+def test_live_recording():
+    """A match may be recorded while it is played."""
     log = match()
     stream = io.BytesIO()
     final = INFO.model_copy(update={"away": "Panthers"})
@@ -397,7 +411,8 @@ def test_a_match_may_be_recorded_while_it_is_played():
     assert same(matches.read(stream.getvalue(), where="a.mcap"), MatchLog(final, log.frames, log.referee, log.decisions))
 
 
-def test_a_killed_recorder_loses_at_most_one_chunk():
+def test_killed_recorder():
+    """A killed recorder loses at most one chunk."""
     log = match([6] * 100)
     stream = io.BytesIO()
     one_by_one(matches.Recorder(stream, INFO, chunk_bytes=SMALL), log.frames)  # never closed
@@ -408,7 +423,8 @@ def test_a_killed_recorder_loses_at_most_one_chunk():
     assert back.quality["flaw"].to_list() == ["truncated"]
 
 
-def test_an_exception_leaves_the_log_unfinished_and_a_quiet_end_finishes_it():
+def test_recorder_exception():
+    """An exception leaves the log unfinished, and a quiet end finishes it."""
     stream = io.BytesIO()
 
     def crash_while_playing():
@@ -426,14 +442,16 @@ def test_an_exception_leaves_the_log_unfinished_and_a_quiet_end_finishes_it():
     assert matches.read(stream.getvalue(), where="a.mcap").info.complete
 
 
-def test_what_cannot_be_logged_is_refused():
+def test_unfit_log():
+    """A negative time or score is refused."""
     with pytest.raises(BadRecording, match="before time zero"):
         written(MatchLog(INFO, frames_of([1, 1], t_ns=[0, -1])))
     with pytest.raises(SchemaMismatch, match="score_home"):
         written(MatchLog(INFO, frames_of([1]), referee_of((0, "goal", None, -5, None, None))))
 
 
-def test_a_stream_that_refuses_is_not_hidden():
+def test_full_disk():
+    """An error of the stream is not hidden."""
     class Full(io.BytesIO):
         def write(self, data):
             if self.tell() > 3000:
@@ -447,7 +465,8 @@ def test_a_stream_that_refuses_is_not_hidden():
 # --- damage ------------------------------------------------------------------------------------
 
 
-def test_a_damaged_chunk_is_reported_and_the_others_are_kept():
+def test_damaged_chunk():
+    """A damaged chunk is reported, and the others are kept."""
     log = match([6] * 100, decisions=0)
     data = written(log, chunk_bytes=SMALL)
     indexes = chunk_indexes(data)
@@ -466,7 +485,8 @@ def test_a_damaged_chunk_is_reported_and_the_others_are_kept():
     assert "final.mcap: chunk 4" in row["note"]
 
 
-def test_a_wrong_length_of_a_chunk_loses_nothing_as_the_index_knows_better():
+def test_chunk_length():
+    """A wrong length of a chunk loses nothing, as the index knows better."""
     log = match([6] * 100)
     data = written(log, chunk_bytes=SMALL)
     for index in chunk_indexes(data)[::5]:
@@ -478,7 +498,8 @@ def test_a_wrong_length_of_a_chunk_loses_nothing_as_the_index_knows_better():
 
 
 @pytest.mark.slow
-def test_no_single_flipped_bit_passes_unnoticed():
+def test_flipped_bits():
+    """No single flipped bit passes unnoticed."""
     log = match([3, 3, 2, 3] * 10, decisions=6)
     data = written(log, chunk_bytes=SMALL)
     whole = set(rows_of(log.frames))
@@ -506,7 +527,8 @@ def test_no_single_flipped_bit_passes_unnoticed():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("chunked", [True, False])
-def test_garbage_that_no_checksum_covers_is_read_or_refused_but_never_crashes(chunked):
+def test_unchecked_garbage(chunked):
+    """Garbage that no checksum covers is read or refused, and never crashes the reader."""
     data = foreign(match([2, 1] * 6, decisions=4), chunked=chunked, crcs=False)
     rng = np.random.default_rng(2)
     refused = 0
@@ -526,7 +548,8 @@ def test_garbage_that_no_checksum_covers_is_read_or_refused_but_never_crashes(ch
 
 @settings(max_examples=60, deadline=None)
 @given(share=st.floats(0, 1, exclude_max=True))
-def test_every_whole_chunk_of_a_truncated_file_is_salvaged(share):
+def test_truncated_file(share):
+    """Every whole chunk of a truncated file is salvaged."""
     log = MatchLog(INFO, frames_of([6, 5] * 30))
     data = written(log, chunk_bytes=SMALL)
     end = int(share * len(data))
@@ -549,7 +572,8 @@ def copies_of_metadata(data: bytes) -> list[int]:
     return places
 
 
-def test_one_damaged_copy_of_the_metadata_is_named_and_the_other_serves():
+def test_damaged_metadata():
+    """One damaged copy of the metadata is named, and the other serves."""
     log = match()
     data = written(log)
     for place in copies_of_metadata(data):
@@ -560,7 +584,8 @@ def test_one_damaged_copy_of_the_metadata_is_named_and_the_other_serves():
         assert_same_frames(back.frames, log.frames)
 
 
-def test_without_a_sound_copy_the_user_is_asked_which_match_it_is():
+def test_no_sound_metadata():
+    """Without a sound copy of the metadata the user is asked which match it is."""
     data = written(match())
     for place in copies_of_metadata(data):
         data = flipped(data, 8 * place)
@@ -578,7 +603,8 @@ def test_without_a_sound_copy_the_user_is_asked_which_match_it_is():
         ({"format": 3}, r"the field format of its metadata is not usable: .*\(it is '3'\)"),
     ],
 )
-def test_metadata_that_cannot_be_used_are_refused_by_the_name_of_the_field(change, says):
+def test_bad_metadata_field(change, says):
+    """Metadata that cannot be used are refused with the name of the field."""
     texts = description.describe(INFO, Quality.empty())
     texts["info"] = json.dumps(json.loads(texts["info"]) | change)
     with pytest.raises(DamagedLog, match=rf"^a\.mcap: {says}") as error:
@@ -587,7 +613,8 @@ def test_metadata_that_cannot_be_used_are_refused_by_the_name_of_the_field(chang
 
 
 @pytest.mark.parametrize("quality", ["[{}", "3", '[{"flaw": "of tomorrow"}]'])
-def test_flaws_of_another_version_are_refused(quality):
+def test_flaws_of_other_version(quality):
+    """Flaws of another version are refused."""
     texts = description.describe(INFO, Quality.empty()) | {"quality": quality}
     with pytest.raises(DamagedLog, match=r"^a\.mcap: its metadata's list of flaws .* Read it with the version"):
         description.parse(texts, where="a.mcap")
@@ -600,20 +627,23 @@ def test_flaws_of_another_version_are_refused(quality):
         ({"quality": "[]"}, "its metadata do not describe the match"),
     ],
 )
-def test_info_that_is_no_json_or_not_there_is_refused(texts, says):
+def test_bad_info(texts, says):
+    """Info that is no JSON or not there is refused."""
     with pytest.raises(DamagedLog, match=rf"^a\.mcap: {says}"):
         description.parse(texts, where="a.mcap")
 
 
 @pytest.mark.parametrize("data", [b"", b"PAR1", b"\x89MCAP0\r", bytes(5000), b"\x89MCAP0\r\n", b"\x89MCAP0\r\n" * 2])
-def test_what_is_no_log_is_refused_in_one_line(data):
+def test_no_log(data):
+    """A file that is no log is refused in one line."""
     with pytest.raises(DamagedLog) as error:
         matches.read(data, where="a.mcap")
     assert str(error.value).startswith("a.mcap: ")
     assert "\n" not in str(error.value)
 
 
-def test_a_log_without_a_single_readable_frame_is_refused():
+def test_no_readable_frame():
+    """A log without a single readable frame is refused."""
     data = written(match([6] * 8))  # one chunk
     index, = chunk_indexes(data)
     with pytest.raises(DamagedLog, match="none of its frames can be read"):
@@ -647,7 +677,8 @@ BOMB = zstandard.ZstdCompressor(level=3).compress(bytes(256 << 20))
         ("zstd", zstandard.compress(bytes(range(100))), 100, "whole records"),
     ],
 )  # fmt: skip
-def test_a_chunk_that_is_not_what_it_declares_is_never_unpacked(compression, blob, size, why):
+def test_false_chunk(compression, blob, size, why):
+    """A chunk that is not what it declares is reported and costs little memory."""
     data = with_chunk(compression, blob, size)
     tracemalloc.start()
     back = matches.read(data, where="a.mcap")
@@ -659,13 +690,15 @@ def test_a_chunk_that_is_not_what_it_declares_is_never_unpacked(compression, blo
     assert back.quality.filter(flaw="damaged chunk").select("start_ns", "end_ns").rows() == [(5, 10)]
 
 
-def test_many_chunks_that_are_small_on_their_own_are_a_bomb_together(monkeypatch):
+def test_bomb_of_chunks(monkeypatch):
+    """Many chunks that are small on their own are refused as a bomb together."""
     monkeypatch.setattr(reader, "MAX_LOG_BYTES", 10 * SMALL)
     with pytest.raises(DamagedLog, match="declares more than"):
         matches.read(written(match([6] * 200), chunk_bytes=SMALL), where="a.mcap")
 
 
-def test_a_chunk_without_a_crc_is_read_as_the_format_allows():
+def test_chunk_without_crc():
+    """A chunk without a CRC is read, and one with a wrong CRC is not."""
     content = io.BytesIO(written(MatchLog(INFO, frames_of([2]))))
     chunk = records(content.getvalue(), Chunk)[0]
     raw = zstandard.decompress(chunk.data)
@@ -674,14 +707,16 @@ def test_a_chunk_without_a_crc_is_read_as_the_format_allows():
     assert len(matches.read(bad, where="a.mcap").frames) == 1
 
 
-def test_walking_records_stops_at_a_length_that_leads_out_of_the_file():
+def test_record_length():
+    """Walking records stops at a length that leads out of the file."""
     for length in (2**63, 2**64 - 1, 10**15, 5):
         content = as_array(struct.pack("<BQ", 5, 4) + bytes(4) + struct.pack("<BQ", 5, length) + bytes(4))
         found, end = walk(content, 0, len(content))
         assert (len(found.opcodes), end) == (1, 13)
 
 
-def test_mcap_message_records_are_laid_out_as_mcap_lays_them_out():
+def test_message_layout():
+    """Message records are laid out as the mcap library lays them out."""
     frames = frames_of([2])
     builder = RecordBuilder()
     encode = serialize_dynamic("pitchlore/msg/Frame", TOPICS[FRAME].definition())["pitchlore/msg/Frame"]
@@ -693,7 +728,8 @@ def test_mcap_message_records_are_laid_out_as_mcap_lays_them_out():
 # --- the table ---------------------------------------------------------------------------------
 
 
-def test_the_row_of_a_match():
+def test_row():
+    """The row of a match has its names, time, rate, score and pitch."""
     frames = frames_of([0, 3, 4, 2], t_ns=[0, 20_000_000, 20_000_000, 60_000_000])
     frames.robots["team"] = [0, 0, 1, 1, 1, 1, 0, 0, 1]
     referee = referee_of(
@@ -720,13 +756,15 @@ def test_the_row_of_a_match():
         ([(10, "stop", None, None, None, None)], (0, 0)),
     ],
 )
-def test_the_score_after_a_goal_of_unknown_team_is_null_until_it_is_told(events, score):
+def test_goal_of_unknown_team(events, score):
+    """The score after a goal of unknown team is null until it is told."""
     referee = referee_of((0, "kick-off", None, 0, 0, None), *events)
     row, = Matches.validate(matches.row(MatchLog(INFO, frames_of([2, 2]), referee))).rows(named=True)
     assert (row["score_home"], row["score_away"]) == score
 
 
-def test_what_is_not_known_of_a_match_is_null():
+def test_unknown_facts():
+    """Facts of a match that are not known are null."""
     info = INFO.model_copy(update={"started_at": None})
     row, = Matches.validate(matches.row(MatchLog(info, frames_of([])))).rows(named=True)
     assert [row[name] for name in ("started_at", "hz", "score_home", "score_away")] == [None] * 4

@@ -60,8 +60,8 @@ def beside(one, other):
 
 
 @pytest.mark.parametrize("teams", LIKE_SOCCER, ids=lambda teams: "-".join(map(str, teams)))
-def test_played_matches_have_the_mix_of_a_recorded_one(sample, teams):
-    """Of the same league: the sample was played by others' teams in others' physics."""
+def test_mix(sample, teams):
+    """Played matches have about the mix of situations of the sample, which others played."""
     mixed = played(*teams)
     both = beside(mixed, sample)
     assert distance(mixed, sample) < FAR, both
@@ -70,11 +70,13 @@ def test_played_matches_have_the_mix_of_a_recorded_one(sample, teams):
     assert odd.is_empty(), odd
 
 
-def test_a_mix_tells_soccer_from_moving_about(sample):
+def test_random_team(sample):
+    """The mix tells soccer from moving about."""
     assert distance(played("static", "random", 1), sample) > FAR
 
 
 @pytest.mark.parametrize("name", [SSL, RCSS, INSPER])
-def test_what_is_common_in_other_leagues_happens_here_too(name):
+def test_other_leagues(name):
+    """Situations that are common in other leagues happen in played matches, too."""
     common = {code for code, share in mix(imported(name)).items() if share >= COMMON}
     assert common <= set().union(*(played(*teams) for teams in LIKE_SOCCER))

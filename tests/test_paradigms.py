@@ -112,7 +112,8 @@ def literal_memory(played, game, settings):
 
 @pytest.mark.parametrize("game", GAMES)
 @pytest.mark.parametrize("learner", LEARNERS)
-def test_runs_equal_the_literal_loop(learner, game):
+def test_literal_loop(learner, game):
+    """Runs equal the literal loop, one by one."""
     (settings, selection), (compiled, plain) = LEARNERS[learner], GAMES[game]
     for order, tick in (("simultaneous", "step"), ("in turn", "episode")):
         settings = settings.model_copy(update={"order": order})
@@ -137,7 +138,8 @@ def test_runs_equal_the_literal_loop(learner, game):
 
 
 @pytest.mark.slow
-def test_a_long_run_equals_the_literal_loop():
+def test_long_run():
+    """A long run equals the literal loop."""
     training = Training(16 * 0.999 ** np.arange(7_000))
     for settings in (IQ(), IVQ(bracket="outside", discount=0.9, opinion_discount=None), JAQ()):
         played = play(matrix.climbing(), settings, training, runner.Testing(), runs=range(2), seeds=SEEDS)
@@ -146,7 +148,8 @@ def test_a_long_run_equals_the_literal_loop():
             assert played.last[run] == matrix.climbing().joint(expected.last)
 
 
-def test_an_episode_that_is_broken_off_has_not_ended():
+def test_broken_off_episode():
+    """An episode that is broken off has not ended."""
     # every step of the grid is an episode, broken off: what follows is still counted
     discounting = IQ(initial=1.0, discount=0.5, step_size=1.0)
     training = quick_training(ticks=3, tick="episode", episode_steps=1)
@@ -160,7 +163,8 @@ def test_an_episode_that_is_broken_off_has_not_ended():
 
 
 @pytest.mark.parametrize("learner", ["IQ", "lenient"])
-def test_a_run_is_the_same_in_whatever_company(learner):
+def test_company(learner):
+    """A run is the same, whatever runs and workers are beside it."""
     settings, _ = LEARNERS[learner]
     game, training, testing = matrix.fully_stochastic_climbing(), quick_training(), runner.Testing(5, 1, 1.0)
     together = play(game, settings, training, testing, runs=range(23), seeds=SEEDS)
@@ -170,12 +174,14 @@ def test_a_run_is_the_same_in_whatever_company(learner):
         same(apart, Runs(*(column[list(runs)] for column in together)))
 
 
-def test_no_runs_are_no_trouble():
+def test_no_runs():
+    """No runs give empty columns."""
     played = play(matrix.climbing(), IQ(), quick_training(), runner.Testing(), runs=range(0), seeds=SEEDS)
     assert [len(column) for column in played] == [0, 0, 0, 0]
 
 
-def test_the_same_seeds_make_the_same_runs_and_others_others():
+def test_seeds():
+    """The same seeds make the same runs, and other seeds others."""
     def q(seeds, run):
         return learn(matrix.climbing(), IQ(), quick_training(50), run=run, seeds=seeds).q.tobytes()
 
@@ -184,7 +190,8 @@ def test_the_same_seeds_make_the_same_runs_and_others_others():
     assert len({q(seeds, run) for seeds, run in every}) == len(every)
 
 
-def test_learning_leaves_the_game_as_it_was():
+def test_game_unchanged():
+    """Learning leaves the game as it was."""
     game = matrix.climbing()
     before = game.rewards.copy()
     play(game, IQ(), quick_training(), runner.Testing(), runs=range(2), seeds=SEEDS)
@@ -201,7 +208,8 @@ def hot(ticks):
     return Training(np.full(ticks, 1e12))
 
 
-def test_a_run_that_diverges_is_no_success_although_the_argmax_of_nothing_is_the_optimum():
+def test_diverged_run():
+    """A run that diverges counts as no success, even where action 0 is the optimum."""
     training = hot(200)
     played = play(matrix.climbing(), EXPLODING, training, runner.Testing(), runs=range(20), seeds=SEEDS)
     assert played.diverged.all()
@@ -212,13 +220,15 @@ def test_a_run_that_diverges_is_no_success_although_the_argmax_of_nothing_is_the
     assert expected.diverged
 
 
-def test_a_diverged_runs_memory_is_kept_within_bounds():
+def test_diverged_memory():
+    """A diverged run's memory stays finite."""
     memory = learn(matrix.climbing(), EXPLODING, hot(200), run=0, seeds=SEEDS)
     assert np.isfinite(memory.q).all()
     assert np.abs(memory.q).max() > 1e6
 
 
-def test_only_those_runs_that_diverge_are_marked():
+def test_marked_runs():
+    """Only those runs that diverge are marked."""
     # so few steps that some have and some have not
     training = hot(12)
     runs = range(40)
@@ -230,7 +240,8 @@ def test_only_those_runs_that_diverge_are_marked():
 
 
 @pytest.mark.parametrize("rule", [rule.settings for rule in RULES], ids=lambda rule: rule.__name__)
-def test_values_that_are_all_equal_are_judged_by_chance(rule):
+def test_equal_values(rule):
+    """Between values that are all equal, chance decides."""
     pays_nothing = replace(matrix.matrix_game("nothing", np.zeros((3, 3))), success=np.arange(9)[np.newaxis] == 0)
     runs = 1_800
     played = play(pays_nothing, rule(), quick_training(5), runner.Testing(), runs=range(runs), seeds=SEEDS)
@@ -258,7 +269,8 @@ def climbing_curve(**fields):
     (0.5, 16.0, 0.125, 8),  # 16 * .5**7 is the floor itself, not below it
     (0.5, 16.0, 20.0, 1),  # at least one
 ])
-def test_training_ends_when_the_temperature_is_below_the_floor(decay, temperature, floor, ticks):
+def test_training_end(decay, temperature, floor, ticks):
+    """Training ends when the temperature is below the floor."""
     curve = climbing_curve(temperature=temperature, floor=floor)
     assert curve.ticks(decay) == ticks
     assert temperature * decay**ticks < floor
@@ -278,7 +290,8 @@ def spied(monkeypatch):
     return calls
 
 
-def test_a_curve_trains_at_the_papers_temperatures_and_tests_greedily(monkeypatch):
+def test_curve(monkeypatch):
+    """A curve trains at the paper's temperatures and tests greedily."""
     calls = spied(monkeypatch)
     climbing_curve().play(None, 0.99, runs=5, seed=3)
     [(game, settings, training, testing, runs, seeds)] = calls
@@ -289,7 +302,8 @@ def test_a_curve_trains_at_the_papers_temperatures_and_tests_greedily(monkeypatc
     assert testing == runner.Testing(tests=1, steps=1, temperature=0.0)
 
 
-def test_a_curve_may_explore_and_test_otherwise(monkeypatch):
+def test_other_exploration(monkeypatch):
+    """A curve may explore and test otherwise."""
     calls = spied(monkeypatch)
     explored = climbing_curve(exploration=Exploration(selection="epsilon-greedy", start=1.0, end=0.01))
     explored.play(None, 0.99, runs=1, seed=0)
@@ -304,7 +318,8 @@ def test_a_curve_may_explore_and_test_otherwise(monkeypatch):
     {"selection": "boltzmann", "start": 0.0, "end": 0.1}, {"selection": "boltzmann", "start": 1.0, "end": 0.0},
     {"selection": "epsilon-greedy", "start": 16.0, "end": 0.01}, {"selection": "mixed", "start": 0.1, "end": 2.0},
 ])
-def test_exploration_that_cannot_be_is_refused(fields):
+def test_bad_exploration(fields):
+    """Exploration with values out of bounds is refused."""
     with pytest.raises(ValidationError):
         Exploration(**fields)
 
@@ -313,18 +328,21 @@ def test_exploration_that_cannot_be_is_refused(fields):
     ("penalty", -7.0, -7.0), ("grid", 7.0, -7.0), ("climbing", None, -30.0),
     ("partially stochastic climbing", None, -30.0), ("fully stochastic climbing", None, -65.0),
 ])
-def test_a_curve_plays_the_game_of_its_name(monkeypatch, game, k, says):
+def test_game_of_curve(monkeypatch, game, k, says):
+    """A curve plays the game of its name, with its penalty."""
     calls = spied(monkeypatch)
     climbing_curve(game=game, ks=() if k is None else (k,)).play(k, 0.99, runs=1, seed=0)
     assert (calls[0][0].name, calls[0][0].rewards.min()) == (game, says)
 
 
-def test_a_curve_in_an_unknown_game_is_refused():
+def test_unknown_game():
+    """A curve in an unknown game is refused."""
     with pytest.raises(ValidationError, match="there is no game 'chess': name one of penalty, climbing,"):
         climbing_curve(game="chess")
 
 
-def test_a_point_is_a_row_of_the_schema_and_says_what_was_played(monkeypatch):
+def test_point(monkeypatch):
+    """A point is a row of the schema and says what was played."""
     seen = []
     monkeypatch.setattr(curves, "play", lambda *what, **how: seen.append(play(*what, **how)) or seen[-1])
     row = Paradigms.validate(climbing_curve().play(None, 0.99, runs=40, seed=3)).row(0, named=True)
@@ -338,7 +356,8 @@ def test_a_point_is_a_row_of_the_schema_and_says_what_was_played(monkeypatch):
     assert row["diverged"] == 0
 
 
-def test_a_point_of_the_grid_has_a_path_and_no_equilibrium():
+def test_grid_point():
+    """A point of the grid has a path and no equilibrium."""
     curve = climbing_curve(
         figure=6, game="grid", learner="IL-B", rule=IQ(discount=0.9), ks=(0.0,), temperature=1.0, decays=(0.999,),
         tests=20, test_steps=100)
@@ -348,14 +367,16 @@ def test_a_point_of_the_grid_has_a_path_and_no_equilibrium():
     assert 4 <= row["path_low"] <= row["path_length"] <= row["path_high"]
 
 
-def test_a_point_whose_runs_all_diverged_is_a_row_of_the_schema_without_success():
+def test_diverged_point():
+    """A point whose runs all diverged is a row of the schema without success."""
     exploding = climbing_curve(rule=EXPLODING, temperature=1e12, floor=1e11)
     row = Paradigms.validate(exploding.play(None, 0.99, runs=5, seed=0)).row(0, named=True)
     assert (row["diverged"], row["p_optimal"], row["p_equilibrium"], row["path_length"]) == (5, 0, 0, None)
 
 
 @pytest.mark.slow
-def test_no_two_points_of_the_study_share_random_numbers(monkeypatch):
+def test_random_numbers(monkeypatch):
+    """No two points of the study share random numbers."""
     calls = spied(monkeypatch)
     points = 0
     for sweep in sweeps(Design(sensitivity=True)):
@@ -374,7 +395,8 @@ def test_no_two_points_of_the_study_share_random_numbers(monkeypatch):
 @pytest.mark.parametrize("design", [
     Design(), Design(quick=True), Design(sensitivity=True), Design(figures=(5,), runs=2000, sensitivity=True, seed=9),
 ], ids=["all", "quick", "sensitivity", "one"])
-def test_sweeps_have_names_of_their_own_that_any_disk_takes(design):
+def test_names_of_sweeps(design):
+    """Sweeps have names of their own that any disk takes."""
     made = sweeps(design)
     names = [sweep.name for sweep in made]
     assert len(set(names)) == len(names)
@@ -388,19 +410,22 @@ def test_sweeps_have_names_of_their_own_that_any_disk_takes(design):
     assert len(set(described)) == len(described)  # a point is played once
 
 
-def test_designs_of_other_runs_seeds_or_speed_do_not_share_sweeps():
+def test_sweeps_of_designs():
+    """Designs of other runs, seeds or speed do not share sweeps."""
     designs = [Design(), Design(quick=True), Design(runs=2000), Design(seed=1)]
     names = [{sweep.name for sweep in sweeps(design)} for design in designs]
     assert all(a.isdisjoint(b) for a, b in itertools.combinations(names, 2))
 
 
-def test_the_papers_runs_unless_told_otherwise():
+def test_default_runs():
+    """A design has the paper's runs and figures, unless others are wanted."""
     assert {(s.curves[0].figure, s.runs) for s in sweeps(Design())} == {(4, 100), (5, 100), (6, 3)}
     assert {s.runs for s in sweeps(Design(runs=50))} == {50}
     assert {s.curves[0].figure for s in sweeps(Design(figures=(6,)))} == {6}
 
 
-def test_quick_designs_play_a_few_points_of_every_curve_of_the_paper_s_games():
+def test_quick_design():
+    """A quick design plays a few points of every curve of the paper's games."""
     def points(design):
         found = {}
         for curve in (curve for sweep in sweeps(design) for curve in sweep.curves):
@@ -419,7 +444,8 @@ def test_quick_designs_play_a_few_points_of_every_curve_of_the_paper_s_games():
             assert {min(ks), max(ks)} <= {k for k, _ in few}
 
 
-def test_the_papers_learners_and_five_peers_are_in_every_matrix_game():
+def test_learners():
+    """The paper's learners and five peers are in every matrix game."""
     learners = {}
     for sweep in sweeps(Design(figures=(4, 5))):
         learners.setdefault(sweep.curves[0].game, set()).add(sweep.curves[0].learner)
@@ -428,7 +454,8 @@ def test_the_papers_learners_and_five_peers_are_in_every_matrix_game():
     assert all(names == {"IQ", "JAQ", "IVQ"} | five for names in learners.values())
 
 
-def test_informative_readings_are_those_changed_in_one_thing_and_the_best():
+def test_informative_readings():
+    """Informative readings are those that change one thing, and the best."""
     rows = [
         point(5, "IVQ", 0.1, study="sensitivity"),
         point(5, "IVQ", 0.2, study="sensitivity", reading="influence outside"),
@@ -450,7 +477,8 @@ def test_informative_readings_are_those_changed_in_one_thing_and_the_best():
 
 
 @pytest.mark.parametrize("learner", ["hysteretic", "distributed"])
-def test_peers_solve_the_climbing_game(learner):
+def test_peers_climb(learner):
+    """Hysteretic and distributed learners nearly always solve the climbing game."""
     [curve] = [c for s in sweeps(Design(figures=(5,))) for c in s.curves if (c.game, c.learner) == ("climbing", learner)]
     row = curve.play(None, 0.9997, runs=200, seed=0).row(0, named=True)
     assert row["p_optimal"] > 0.99
@@ -458,6 +486,7 @@ def test_peers_solve_the_climbing_game(learner):
 
 
 def test_independent_learners_seldom_do():
+    """Independent learners seldom solve the climbing game, but often reach an equilibrium."""
     row = climbing_curve().play(None, 0.9997, runs=200, seed=0).row(0, named=True)
     assert row["p_high"] < 0.15
     assert row["p_equilibrium"] > 0.5
