@@ -115,7 +115,7 @@ def _behaviours(store: Store, out: Console) -> None:
     best = known.sort(*SURE_AND_GOOD, descending=True).head(5)
     out.print()
     shown = best.select("role", spelt("codes").alias("what the robot does"), seen="support", worth="value")
-    print_frame(shown, title=f"The five behaviours that paid most, of {known.height} (1 is a goal at once)")
+    print_frame(shown, title=f"The five of {known.height} behaviours that paid most (worth 1: a goal follows at once)")
 
 
 def _question(store: Store, out: Console) -> None:

@@ -78,7 +78,7 @@ READERS: tuple[Reader, ...] = (
     Reader(
         "tracking-parquet", "tracking table in Parquet",
         "one row per body and sample: `frame, t, team, player, x, y`, optionally `heading, segment, "
-        "score_home, score_away, game_state`; with a map, other names, units, axes and teams",
+        "score_home, score_away, game_state`; a map allows other names, units, axes and teams",
         tracking_parquet.tells, tracking_parquet.read,
     ),
     Reader(
@@ -93,8 +93,8 @@ READERS: tuple[Reader, ...] = (
     ),
     Reader(
         "mcap", "MCAP log (.mcap)",
-        "our own logs (ROS 2 CDR, `schemas/*.msg`), also from another machine, truncated or damaged: what "
-        "is whole is salvaged",
+        "Pitchlore's own logs (ROS 2 CDR, `schemas/*.msg`) from any machine; the whole parts of a truncated or "
+        "damaged log",
         mcap_log.tells, mcap_log.read, ours=True,
     ),
 )
