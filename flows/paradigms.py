@@ -12,7 +12,7 @@ from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 from pipeline.store.work import Made, Work
 from pipeline.studies.paradigms.claims import PEAK, verdicts
-from pipeline.studies.paradigms.experiments import STOCHASTIC, Design, FigureNumber, Sweep, sweeps
+from pipeline.studies.paradigms.experiments import OTHER_GAMES, Design, FigureNumber, Sweep, sweeps
 from pipeline.studies.paradigms.readings import informative
 from pipeline.views.plots.paradigms import curves, sensitivity
 from pipeline.views.plots.style import png
@@ -77,7 +77,7 @@ def compute_report(store: Store, report: FigureReport) -> Made:
     drawn = points.filter(pl.col("study") == "figure")
     plots = {f"figure-{figure}": curves(drawn, figure, paper=PEAK)
              for figure in ((6, 7) if report.figure == 6 else (report.figure,))}
-    for game in sorted(set(drawn["game"]) & set(STOCHASTIC)):
+    for game in sorted(set(drawn["game"]) & set(OTHER_GAMES)):
         plots[f"figure-5-{game.split()[0]}"] = curves(drawn, 5, game=game)
     if points["study"].eq("sensitivity").any():
         plots["sensitivity"] = sensitivity(informative(points))

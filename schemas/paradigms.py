@@ -27,7 +27,7 @@ class Paradigms(Table):
         STUDIES, description="curve of a figure; sensitivity to one reading; confirmation on fresh seeds"
     )
     figure = dy.Int8(min=4, max=6, description="figure of the paper; 6 stands for Figures 6 and 7, of the same runs")
-    game = dy.String(description="penalty, climbing, grid, or a stochastic variant")
+    game = dy.String(description="penalty, climbing, grid, or a game that the paper does not have")
     learner = dy.String(description="learning rule: IQ, JAQ, IVQ, IL-A and IL-B (IQ on own and joint state), or a peer")
     reading = dy.String(description="reading of the points that the text leaves open, or the peer's settings")
     k = dy.Float64(nullable=True, description="penalty as written in the game's figure; null where there is none")

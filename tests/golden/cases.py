@@ -182,14 +182,15 @@ def telling() -> Golden:
 def paradigms() -> Golden:
     """A few points of every figure, and what they say of the paper's claims."""
     design = Design(quick=True)
+    every = sweeps(design)
     points = pl.concat(
         curve.play(k, decay, runs=sweep.runs, seed=sweep.seed)
-        for sweep in sweeps(design) for curve in sweep.curves for k, decay in curve.points()
+        for sweep in every for curve in sweep.curves for k, decay in curve.points()
     )
     shown = points.select("figure", "learner", "reading", "k", "decay", "steps", "runs", "p_optimal", "p_low",
                           "p_high", "p_equilibrium", "path_length", "diverged")
     return Golden(_csv(shown, verdicts(points).drop("quantity")), _versions("paradigms"),
-                  design.model_dump(mode="json"))
+                  design.model_dump(mode="json"), inputs=_digest(*(sweep.model_dump_json() for sweep in every)))
 
 
 def match() -> Golden:

@@ -47,9 +47,9 @@ FRESH = 1_000
 PENALTIES = (0.0, -1.0, -2.0, -5.0, -10.0, -20.0, -30.0, -50.0, -100.0)
 PENALTY_DECAYS = (0.998, 0.999, 0.9999)
 CLIMBING_DECAYS = (0.99, 0.995, 0.998, 0.999, 0.9995, 0.9997, 0.9998, 0.9999)
-#: Beyond the paper: Kapetanakis and Kudenko's variants of the climbing game.
-STOCHASTIC = ("partially stochastic climbing", "fully stochastic climbing")
-STOCHASTIC_DECAYS = (0.998, 0.999, 0.9997)
+#: Games beyond the paper, each in a plot of its own: Kapetanakis and Kudenko's variants of the climbing game.
+OTHER_GAMES = ("partially stochastic climbing", "fully stochastic climbing")
+OTHER_DECAYS = (0.998, 0.999, 0.9997)
 QUICK_DECAYS: dict[FigureNumber, tuple[float, ...]] = {
     4: (0.998,), 5: (0.99, 0.998, 0.9997), 6: (0.99, 0.995)}
 GRID_PENALTIES = tuple(float(k) for k in range(16))
@@ -110,7 +110,7 @@ def sweeps(design: Design) -> list[Sweep]:
         curves = list(FIGURES[figure]())
         if design.quick:
             curves = [_thinned(curve) for curve in curves
-                      if set(curve.decays) & set(QUICK_DECAYS[figure]) and curve.game not in STOCHASTIC]
+                      if set(curve.decays) & set(QUICK_DECAYS[figure]) and curve.game not in OTHER_GAMES]
         found += _gathered(curves, design.runs_of(figure), design.seed, "-quick" if design.quick else "")
     if design.sensitivity:
         tried = [curve for figure in design.figures for curve in _tried(figure)]
@@ -143,12 +143,12 @@ def _penalty() -> Iterator[Curve]:
 
 
 def _climbing() -> Iterator[Curve]:
-    """Curves of Figure 5, and of the stochastic variants, which the paper does not have."""
+    """Curves of Figure 5, and of games that the paper does not have."""
     common: dict[str, Any] = {"figure": 5, "game": "climbing", "decays": CLIMBING_DECAYS}
     yield from _matrix(common, influence=0.1)
     yield from _alike(BEST, {"step_size": 1.0, "discount": 0.9}, 0.1, common)
-    for game in STOCHASTIC:
-        yield from _matrix({"figure": 5, "game": game, "decays": STOCHASTIC_DECAYS}, influence=0.1)
+    for game in OTHER_GAMES:
+        yield from _matrix({"figure": 5, "game": game, "decays": OTHER_DECAYS}, influence=0.1)
 
 
 def _alike(
