@@ -47,7 +47,7 @@ def trials():
 
 
 def limit(code):
-    return 0.4 if code == BY_CHANCE else 1.0
+    return executors.LIMIT_S[code]
 
 
 class TestExecutors:
@@ -64,7 +64,7 @@ class TestExecutors:
         over = np.array([over for _, over in tracks])
         assert lasted.max() <= limit(code) + 1e-9
         if code == BY_CHANCE:
-            assert lasted[over] == pytest.approx(0.4)
+            assert lasted[over] == pytest.approx(limit(code))
         else:
             assert np.mean(over & (lasted < limit(code) - 1e-9)) >= AT_LEAST.get(code, 0.7)
 

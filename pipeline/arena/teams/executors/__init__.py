@@ -17,7 +17,7 @@ endings         when it is over; of each code the condition in words
 """
 
 from pipeline.arena.teams.executors.acting import act
-from pipeline.arena.teams.executors.actions import ACTION, CODES
+from pipeline.arena.teams.executors.actions import ACTION, CODES, LIMIT_S
 from pipeline.arena.teams.executors.beginnings import start
 
-__all__ = ["ACTION", "CODES", "act", "start"]
+__all__ = ["ACTION", "CODES", "LIMIT_S", "act", "start"]
