@@ -107,7 +107,7 @@ COMMANDS = (
     ),
     Command(
         "situations", "situations:situations",
-        "Print the rules of the 31 situations, or their fuzzy terms.",
+        "Print the rules of all situations, or their fuzzy terms.",
         "pitchlore situations --terms --kind ssl",
     ),
     Command(

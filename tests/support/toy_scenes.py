@@ -177,7 +177,7 @@ def perform(scene, roles, code, seed=0):
     forward = bodies[1:, VX] * np.cos(bodies[1:, THETA]) + bodies[1:, VY] * np.sin(bodies[1:, THETA])
     speeds = np.stack([forward, forward], axis=1)
     executors.start(code, 1, bodies, roles, M, chance, memory)
-    for _ in range(round(1.0 / FRAME_S) + 1):
+    for _ in range(round(executors.LIMIT_S[code] / FRAME_S) + 1):
         over = executors.act(1, bodies, M, memory, wheels[:ROBOTS])
         assert np.abs(wheels).max() <= M.top + 1e-12
         track.append(bodies.copy())
