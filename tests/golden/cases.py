@@ -144,7 +144,7 @@ def chain(noun: str) -> Golden:
         "\n\n".join(f"{name} {schema.tag()}, {table.height} rows\n{_csv(_shown(table, schema))}"
                     for (name, schema), table in tables.items()),
         {noun: stage.version}, {} if stage.compute is None else stage.settings(Settings()).model_dump(mode="json"),
-        inputs=_digest(*(chain(source).content for source in sources)) if sources else "",
+        inputs=_digest(*(schema.tag() for schema in stage.schemas), *(chain(source).content for source in sources)),
         content=_digest(*map(_csv, tables.values())),
     )
 
