@@ -115,7 +115,8 @@ def _behaviours(store: Store, out: Console) -> None:
     best = known.sort(*SURE_AND_GOOD, descending=True).head(5)
     out.print()
     shown = best.select("role", spelt("codes").alias("what the robot does"), seen="support", worth="value")
-    print_frame(shown, title=f"The five of {known.height} behaviours that paid most (worth 1: a goal follows at once)")
+    title = f"The five of {known.height} behaviours that paid most (worth 1: a goal follows at once)"
+    print_frame(shown, title=title)
 
 
 def _question(store: Store, out: Console) -> None:
