@@ -123,7 +123,7 @@ class TestMeaning:
         slower = {"ball": stands(0, 0.5), "home-1": goes((0, 0, 0, 0), (4.2, 0, 0, pi / 2))}
         assert 57 not in found_by(film(slower, 4.2))["code"]
 
-    def test_slow_sampling_still_completes(self):
+    def test_slow_sampling(self):
         """A situation completes even if its limit is shorter than the sampling interval."""
         # at 2.5 Hz every limit of 044 and 046 is shorter than the sampling interval
         table = film({"ball": stands(0.4, 0), "home-1": goes((0, -0.5, 0, 0), (2, 0.34, 0, 0))}, 2.4, hz=2.5)
