@@ -483,7 +483,7 @@ def test_serve_needs_a_server_and_a_schedule(call, tmp_path, monkeypatch):
     with temporary_settings(restore_defaults={PREFECT_API_URL}):
         code, _, err = call("serve", "--data", tmp_path)
     assert code == 1
-    assert "no Prefect server is there. Start one with `pitchlore server start`" in err
+    assert "there is no Prefect server. Start one with `pitchlore server start`" in err
     with temporary_settings({PREFECT_API_URL: "http://127.0.0.1:1/api"}):
         code, _, err = call("serve", "--cron", "bad", "--data", tmp_path)
     assert code == 1

@@ -174,7 +174,7 @@ def test_a_season_that_is_over_goes_on_when_more_games_are_asked_for(played, tmp
 def test_but_not_if_exploration_changes_up_to_the_last(tmp_path):
     own = season(lines=("explore_last = 0.0",))
     play(tmp_path, own, (1,))
-    with pytest.raises(BadSettings, match=r"it was to have 3 games, and cannot have 4, for how much it explores"):
+    with pytest.raises(BadSettings, match=r"it was begun with 3 games and cannot have 4, because its exploration"):
         loop.done(Store(tmp_path), longer(own, 4))
 
 

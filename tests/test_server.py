@@ -95,7 +95,7 @@ def test_a_server_that_died_is_said_to_have(uvicorn, data):
     pid = json.loads(call("server", "start", "--json", "--data", data)[1])["pid"]
     os.kill(pid, signal.SIGKILL)
     code, out, _ = call("server", "status", "--data", data)
-    assert (code, out) == (1, f"has died (process {pid}); its log is {Keeper(data).log}\n")
+    assert (code, out) == (1, f"the server has died (process {pid}); its log is {Keeper(data).log}\n")
     code, out, _ = call("server", "start", "--json", "--data", data)
     assert (code, json.loads(out)["new"]) == (0, True)
     assert json.loads(out)["pid"] != pid
@@ -204,7 +204,7 @@ def test_an_address_where_nobody_is_is_one_line(data, words, monkeypatch):
     code, out, err = call(*words, "--data", data)
     assert (code, out) == (1, "")
     assert err.splitlines()[-1].startswith("pitchlore: http://127.0.0.1:1/api: no Prefect server answers (")
-    assert err.endswith("). Start it, or mend or unset PREFECT_API_URL.\n")
+    assert err.endswith("). Start it, or correct or unset PREFECT_API_URL.\n")
     assert "Traceback" not in err
 
 

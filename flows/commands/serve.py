@@ -1,4 +1,4 @@
-"""The command serve: runs on a schedule."""
+"""The command serve: call run on a schedule."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NAME = "pitchlore"
 
 
 def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Common = DEFAULTS) -> None:
-    """Stay, and run everything new on a schedule, until Ctrl-C.
+    """Call ``run`` on a schedule, until Ctrl-C.
 
     Args:
         cron: Schedule: minute, hour, day of month, month, day of week.
@@ -23,7 +23,7 @@ def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Comm
     """
     store, chosen = common.store, common.settings(settings)
     if not there_is_one(store.root, warn):
-        raise BadSettings("no Prefect server is there", where=str(store.root),
+        raise BadSettings("there is no Prefect server", where=str(store.root),
                           next_step="Start one with `pitchlore server start`, or name one in PREFECT_API_URL")
     from prefect.client.schemas.schedules import CronSchedule  # noqa: PLC0415 (Prefect takes seconds to load)
     from prefect.settings import PREFECT_API_URL  # noqa: PLC0415
