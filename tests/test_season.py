@@ -187,7 +187,7 @@ def test_no_more_games(tmp_path):
     """A season whose exploration changes up to its last game cannot have more games."""
     own = season(lines=("explore_last = 0.0",))
     play(tmp_path, own, (1,))
-    with pytest.raises(BadSettings, match=r"it was to have 3 games, and cannot have 4, for how much it explores"):
+    with pytest.raises(BadSettings, match=r"it was begun with 3 games and cannot have 4, because its exploration"):
         loop.done(Store(tmp_path), longer(own, 4))
 
 

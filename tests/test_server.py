@@ -96,7 +96,7 @@ def test_dead_server(uvicorn, data):
     pid = json.loads(call("server", "start", "--json", "--data", data)[1])["pid"]
     os.kill(pid, signal.SIGKILL)
     code, out, _ = call("server", "status", "--data", data)
-    assert (code, out) == (1, f"has died (process {pid}); its log is {Keeper(data).log}\n")
+    assert (code, out) == (1, f"the server has died (process {pid}); its log is {Keeper(data).log}\n")
     code, out, _ = call("server", "start", "--json", "--data", data)
     assert (code, json.loads(out)["new"]) == (0, True)
     assert json.loads(out)["pid"] != pid
@@ -209,7 +209,7 @@ def test_nobody_at_address(data, words, monkeypatch):
     code, out, err = call(*words, "--data", data)
     assert (code, out) == (1, "")
     assert err.splitlines()[-1].startswith("pitchlore: http://127.0.0.1:1/api: no Prefect server answers (")
-    assert err.endswith("). Start it, or mend or unset PREFECT_API_URL.\n")
+    assert err.endswith("). Start it, or correct or unset PREFECT_API_URL.\n")
     assert "Traceback" not in err
 
 

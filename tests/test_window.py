@@ -390,5 +390,5 @@ def test_without_pygame(monkeypatch, capsys, tmp_path):
     monkeypatch.setitem(sys.modules, "pygame", None)
     code, out, error = call(capsys, "--data", tmp_path)
     assert (code, out) == (1, "")
-    assert error == ("pitchlore: play: its window needs pygame, which is not installed. "
-                     "Install it: python -m pip install pygame-ce.\n")
+    assert error == ("pitchlore: play: its window needs pygame-ce, which is not installed. "
+                     "Install the extra pitchlore[play].\n")
