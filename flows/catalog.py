@@ -1,4 +1,4 @@
-"""The catalogue over what receipts and manifests vouch for."""
+"""The catalogue: views over the files that receipts and manifests name."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ def match_of(output: str) -> str:
 
 
 def forget_match(store: Store, match: str, keep: Iterable[str] = ()) -> int:
-    """Remove a match and what was made of it, the last first; how many outputs.
+    """Remove a match and the outputs made from it, the last stage first. Returns their number.
 
     Args:
-        store: where they are.
-        match: its id.
+        store: holds them.
+        match: id of the match.
         keep: nouns whose outputs stay.
     """
     removed = 0
@@ -34,15 +34,15 @@ def forget_match(store: Store, match: str, keep: Iterable[str] = ()) -> int:
 
 
 def catalog_path(store: Store) -> Path:
-    """Where the catalogue is."""
+    """Path of the catalogue."""
     return store.root / "catalog.duckdb"
 
 
 def sources(store: Store) -> dict[str, list[tuple[Path, FileRecord]]]:
-    """Public table to its files: by receipts and manifests, never by what lies in a folder.
+    """Files of each public table, as receipts and manifests name them; folders are never listed.
 
-    A match that is not there any more has no rows; one in quarantine has none of the stage that
-    refused it, nor of those after it, for they would be of other settings than the others' rows.
+    A removed match has no rows. A match in quarantine has no rows of the stage that refused it or of later
+    stages: such rows would come from other settings than those of the other matches.
     """
     names = {schema.tag(): name for name, schema in PUBLIC.items()}
     files: dict[str, list[tuple[Path, FileRecord]]] = {}
@@ -71,8 +71,8 @@ def sources(store: Store) -> dict[str, list[tuple[Path, FileRecord]]]:
 def refresh(store: Store) -> tuple[Path, list[Path]]:
     """Build the catalogue aside and move it into place, if it is not up to date.
 
-    A file that is new to it, or was touched since, is checked against its SHA-256; one that is lost
-    or damaged is left out, so that the others can be asked.
+    New files, and files that were touched since, are checked against their SHA-256. A lost or damaged
+    file is left out, so that the others can be queried.
 
     Returns:
         The catalogue's path, and the files that were left out.

@@ -46,7 +46,7 @@ class Command(NamedTuple):
 #: Commands that are asked for by two words.
 GROUPS = {
     "kb": "List, show, compare and verify the versions of the knowledge.",
-    "server": "Keep a Prefect server for the data folder, which later commands find and use.",
+    "server": "Keep a Prefect server for the data folder. Later commands find and use it.",
 }
 
 COMMANDS = (
@@ -57,7 +57,7 @@ COMMANDS = (
     ),
     Command(
         "demo", "demo:demo",
-        "Take a recording and three played matches through every stage, and show what came out.",
+        "Take a recording and three played matches through every stage, and show the results.",
         "pitchlore demo derby.csv",
     ),
     Command(
@@ -72,7 +72,7 @@ COMMANDS = (
     ),
     Command(
         "evaluate", "evaluate:evaluate_team",
-        "Measure a team by many matches, in pairs of one seed with sides swapped; intervals are 95 %.",
+        "Measure a team by many matches: pairs of one seed with sides swapped, and 95 % intervals.",
         "pitchlore evaluate --policy best-static-1 --against static --matches 200",
     ),
     Command(
@@ -82,7 +82,7 @@ COMMANDS = (
     ),
     Command(
         "run", "run:run",
-        "Make everything new: import the inbox, run every stage, emit knowledge, train a policy.",
+        "Bring everything up to date: import the inbox, run every stage, emit knowledge, train a policy.",
         "pitchlore run --settings club.toml",
     ),
     Command(
@@ -92,17 +92,17 @@ COMMANDS = (
     ),
     Command(
         "serve", "serve:serve",
-        "Stay, and `run` on a schedule; needs `pitchlore server start` or PREFECT_API_URL.",
+        "Call `run` on a schedule, until Ctrl-C; needs `pitchlore server start` or PREFECT_API_URL.",
         'pitchlore serve --cron "0 6 * * 1"',
     ),
     Command(
         "sql", "sql:sql",
-        "Ask the catalogue in SQL (DuckDB's), read-only.",
+        "Query the catalogue in DuckDB's SQL, read-only.",
         'pitchlore sql "select name, count(*) n from situations group by all order by n desc"',
     ),
     Command(
         "notebooks", "notebooks:notebooks",
-        "Copy the notebooks that come along into a folder, and open them in JupyterLab.",
+        "Copy Pitchlore's notebooks into a folder, and open them in JupyterLab.",
         "pitchlore notebooks --data league",
     ),
     Command(
@@ -112,7 +112,7 @@ COMMANDS = (
     ),
     Command(
         "paradigms", "paradigms:paradigms",
-        "Play the paper's three games with its learners and others, and judge its claims.",
+        "Play the paper's three games with its learners and with others, and judge its claims.",
         "pitchlore paradigms --figure 5 --runs 2000",
     ),
     Command(
@@ -122,17 +122,17 @@ COMMANDS = (
     ),
     Command(
         "quarantine", "quarantine:quarantine",
-        "List what is in quarantine: what could not be used, in which stage, and why.",
+        "List the quarantine: recordings and matches that a stage refused, and the reasons.",
         "pitchlore quarantine --clear",
     ),
     Command(
         "forget", "forget:forget",
-        "Remove a match and all that was made from it. Knowledge and policies keep what they learned.",
+        "Remove a match and everything made from it. Knowledge and policies keep what they learned from it.",
         "pitchlore forget derby-1f2e3d4c5b6a",
     ),
     Command(
         "prune", "prune:prune",
-        "Remove files of earlier settings or code to which nothing refers any more.",
+        "Remove superseded files: those that no receipt names any more.",
         "pitchlore prune",
     ),
     Command(
@@ -232,13 +232,13 @@ def _call(words: list[str], *, debug: bool) -> None:
 
 
 def _unforeseen(error: Exception) -> str:
-    """One line on an error that is not ours; a value that no settings take was given by whoever called."""
+    """One line on an error that is not ours. A value that settings refuse came from the user."""
     from pydantic import ValidationError  # noqa: PLC0415 (only what fails waits for it)
 
     from pipeline.settings import unfit  # noqa: PLC0415
 
     if isinstance(error, ValidationError):
-        return str(unfit(error, error.title, "Mend the option or the file that says so"))
+        return str(unfit(error, error.title, "Mend the option or the file that gives it"))
     return f"Unexpected {in_one_line(error)}. Run again with --debug and report what it says."
 
 

@@ -16,12 +16,12 @@ def make_match(data: Path, name: str, recording: Recording) -> tuple[str, bool]:
 
 
 def import_all(store: Store, recordings: list[Recording] | None = None) -> StageReport:
-    """Import files, a task each; those whose match is already there count as kept.
+    """Import files, one task each. A file whose match is already stored counts as kept.
 
     Args:
-        store: where to.
-        recordings: what to import; None takes the :func:`inbox`, and throws away what is left of matches
-            that were killed before anything of them was logged.
+        store: receives the matches.
+        recordings: files to import. None takes the :func:`inbox`, and removes the logs of matches that were
+            killed before anything was logged.
     """
     notes = []
     if recordings is None:

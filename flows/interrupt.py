@@ -1,8 +1,8 @@
-"""Ctrl-C: whatever a command is doing, it stops within seconds, says what is kept, and exits with 130.
+"""Ctrl-C stops any command within seconds; the command says what is kept, and exits with 130.
 
-Python runs a signal's handler in the main thread only, and only between two steps of Python; Prefect,
-compiled code and threads that are waited for can each hold that up for minutes. Everything that is
-written is written whole or not at all, so that the process may be ended at any moment.
+Python runs a signal's handler in the main thread only, and only between two steps of Python. Prefect,
+compiled code and threads that are waited for can each delay that for minutes. Every file is written
+whole or not at all, so the process may end at any moment.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ _ending = Lock()
 def interruptible() -> Iterator[None]:
     """End the process with one line and exit code 130 when Ctrl-C is pressed while the body runs.
 
-    The body gets KeyboardInterrupt and :data:`GRACE_S` to clear up; a second Ctrl-C ends it at once. Where
-    Ctrl-C is ignored, as in what a shell's `&` starts, or in another thread than the main one, nothing
-    changes.
+    The body gets KeyboardInterrupt and has :data:`GRACE_S` to clear up; a second Ctrl-C ends it at once.
+    Nothing changes in a thread other than the main one, or if Ctrl-C is ignored, as in a command that a
+    shell starts with `&`.
     """
     if current_thread() is not main_thread() or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         yield

@@ -1,4 +1,4 @@
-"""The noun knowledge: what a version is made from and how, and its lineage."""
+"""The noun knowledge: inputs, computation and lineage of its versions."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ _PARENT = "parent"
 def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) -> Plan:
     """The inputs of the next version: behaviours, decisions, and the parent if versions accumulate.
 
-    A version that accumulates is made from the one before as well: its key covers that one's tables.
-    Work that was added once, by whatever version, is not added again.
+    A version that accumulates is also made from the version before it, so its key covers the tables of
+    that version. Work that any version has added is not added again.
 
     Raises:
-        NotFound: if there is no match to know anything from.
-        BadSettings: if a match would be added that an earlier version holds, made from other files or
-            by other settings.
+        NotFound: if there is no match to learn from.
+        BadSettings: if an earlier version already holds one of the matches, made from other files or with
+            other settings.
     """
     if not scope.matches:
-        raise NotFound("there is no match to know anything from", where=str(store.root),
+        raise NotFound("there is no match to learn from", where=str(store.root),
                        next_step="Import recordings and run the stages first")
     receipts: dict[str, list[Receipt]] = {
         "behaviours": [need(store, "behaviours", scope.round(n)) for n in scope.lengths],
@@ -50,7 +50,7 @@ def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) 
 
 
 def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
-    """The behaviours and occasions of a version, and the maps that the behaviours were found with."""
+    """The behaviours and occasions of a version, and the maps that selected the behaviours."""
     from pipeline.knowledge import (  # noqa: PLC0415 (see flows.stages)
         behaviours,
         merge_behaviours,
@@ -81,7 +81,7 @@ def lineage(store: Store, knowledge: Manifest | None) -> Iterator[Manifest]:
     """A version of the knowledge and those that it adds to, the newest first.
 
     Raises:
-        NotFound: if one of them is gone.
+        NotFound: if one of these versions is missing.
     """
     while knowledge is not None:
         yield knowledge
@@ -96,7 +96,7 @@ def matches_of(knowledge: Manifest) -> list[str]:
 
 
 def _of_parent(before: Manifest | None) -> dict[str, str]:
-    """The tables of the version before among the inputs of one that accumulates."""
+    """The tables of the version before, among the inputs of a version that accumulates."""
     if before is None:
         return {}
     return {f"{_PARENT}/{role}": before.files[role].sha256 for role in ("behaviours", "occasions")}
@@ -105,7 +105,7 @@ def _of_parent(before: Manifest | None) -> dict[str, str]:
 def _added(
     store: Store, inputs: dict[str, str], settings: KnowledgeSettings, stage: Stage, seed: int
 ) -> Manifest | None:
-    """The version by which these very inputs were added, None if there is none."""
+    """The version that added exactly these inputs, None if there is none."""
     for manifest in reversed(store.manifests("knowledge")):
         parent = {label: sha for label, sha in manifest.inputs.items() if label.startswith(f"{_PARENT}/")}
         if manifest.key == stage.work(stage.noun, settings, inputs | parent, seed=seed).key:
@@ -126,7 +126,7 @@ def _refuse_twice(store: Store, before: Manifest, scope: Scope) -> None:
 
 
 def _counts(known: pl.DataFrame, occurred: pl.DataFrame, *, matches: int) -> dict[str, object]:
-    """Counts for people; states and occasions are those of the state key."""
+    """Counts for people. States and occasions are those of ``state_key``."""
     from pipeline.knowledge import finest  # noqa: PLC0415 (see flows.stages)
 
     occurred = finest(occurred)

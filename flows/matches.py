@@ -62,12 +62,12 @@ def with_map(file: Path) -> Recording:
 def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]:
     """Receipt of a recording's match, imported if need be, and whether it is new.
 
-    The same content under another name, gzipped or not, or as the log that we made of it, is the match
-    that is already there. It is imported again only if its files are damaged or lost, or if it was
-    imported by other code or with another map.
+    The same content is the same match: under another name, gzipped or not, or as the log that we made from
+    it. A match is imported again only if its files are damaged or lost, if its stage has another version,
+    or if the map is another.
 
     Raises:
-        BadRecording, DamagedLog: if no match can be made of it; it goes into quarantine under its match
+        BadRecording, DamagedLog: if the recording gives no match. It goes into quarantine under its match
             id, or under the slug of its name if it cannot be opened.
         BadSettings: if the map cannot be used.
         NotFound: if the file or the map cannot be read.
@@ -108,7 +108,7 @@ def _work(name: str, sha256: str, settings: dict[str, object]) -> Work:
 
 
 def _stands(store: Store, receipt: Receipt, sha256: str, settings: dict[str, object]) -> bool:
-    """Whether a match need not be made anew from this content."""
+    """Whether the stored match of this content is up to date."""
     return receipt.key == _work(receipt.name, sha256, settings).key and store.intact(receipt)
 
 
@@ -120,7 +120,7 @@ def _mapping(store: Store, path: Path | None) -> TrackingMap:
 
 
 def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, object]) -> tuple[Receipt, bool]:
-    """Commit a match, unless it is there already; its receipt, and whether it is new.
+    """Commit a match, unless the store has it. Returns its receipt, and whether it is new.
 
     If a match of the same id was made from another recording, the complete one of the two stays. The noun
     is locked meanwhile: if two threads import the same content, the second finds the match of the first.
@@ -145,7 +145,7 @@ def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, obje
             return there, False
         if not same_source and there.details["complete"]:
             raise BadRecording(
-                f"another match is here as {name} already", where=match.info.source,
+                f"another match is here, with the same id {name}", where=match.info.source,
                 next_step="Give one of the two logs another match id",
             )
     return keep(store, match, data, _work(name, sha256, settings)), True
@@ -178,7 +178,7 @@ def keep(store: Store, match: MatchLog, data: bytes, work: Work) -> Receipt:
 def all_here(store: Store, recordings: Sequence[Recording]) -> StageReport | None:
     """The report of an import that finds every recording imported already, None if there is work.
 
-    A recording that cannot be read is work: importing it says why.
+    An unreadable recording counts as work: its import reports the reason.
     """
     for recording in recordings:
         there = _here(store, recording)
@@ -189,7 +189,7 @@ def all_here(store: Store, recordings: Sequence[Recording]) -> StageReport | Non
 
 
 def _here(store: Store, recording: Recording) -> Receipt | None:
-    """The match that was made of a recording, None if there is none, or if it has to be made anew."""
+    """The stored match of a recording, None if there is none or if it has to be made anew."""
     try:
         source = open_source(store.foreign(recording.file), recording.file.name)
         settings = _mapping(store, recording.mapping).settings()
@@ -204,7 +204,7 @@ def _here(store: Store, recording: Recording) -> Receipt | None:
 
 
 def useless(store: Store) -> list[Path]:
-    """The logs of matches that were killed before anything of them was logged; each is removed."""
+    """Remove and return the logs of matches that were killed before anything was logged."""
     return [file for file in store.abandoned(PLAYING) if store.discard(file, _nothing_logged)]
 
 

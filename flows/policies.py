@@ -1,4 +1,4 @@
-"""The noun policies: what a version is trained on and from, and how."""
+"""The noun policies: decisions, parent and training of its versions."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _DECISIONS = "decisions/"
 def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
     """The inputs of the next policy: the newest knowledge, its decisions, and the policy before.
 
-    No match is learned from twice. A parent is trained on those matches only that none of its line has
-    learned from. Where there are none, or where a match that it learned from was made anew since,
+    A line of policies learns from each match once: training from the parent takes only matches that no
+    policy of the line has learned from. If there are none, or if a match of the line was made anew since,
     training begins anew from the knowledge, on all matches.
 
     Raises:
@@ -59,17 +59,17 @@ def compute(inputs: Inputs, settings: PolicySettings) -> Made:
 def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) -> list[Receipt]:
     """The receipts of the decisions that a version of the knowledge was made from, oldest first.
 
-    A version that accumulates names only what it added to its parent: its matches are newer than
-    the parent's. Those of one version are as old as the order of their ids says.
+    A version that accumulates names only the matches that it added to its parent's. They count as newer
+    than those of the parent. Within one version the order is that of the ids.
 
     Args:
-        store: where the versions and the decisions are.
+        store: holds the versions and the decisions.
         knowledge: the version.
-        last_matches: only so many of the newest; None: all.
+        last_matches: number of newest matches to take; None: all.
 
     Raises:
-        NotFound: if they have been made anew since (then the knowledge is out of date), or a
-            version that the knowledge builds on is gone.
+        NotFound: if decisions were made anew since, so that the knowledge is out of date, or if a version
+            that the knowledge builds on is missing.
     """
     newest_first: dict[str, Receipt] = {}
     for version in lineage(store, knowledge):
@@ -91,7 +91,10 @@ def _held(store: Store, knowledge: Manifest, match: str) -> Receipt:
 
 
 def _unlearned(store: Store, parent: Manifest, decisions: list[Receipt]) -> list[Receipt]:
-    """The decisions that no policy of a line has learned from; none if one learned from others of a match."""
+    """The decisions that no policy of a line has learned from.
+
+    None of them, if a policy learned from other decisions of one of the matches.
+    """
     learned: dict[str, str] = {}
     policy: Manifest | None = parent
     while policy is not None:

@@ -1,4 +1,4 @@
-"""Progress and reports of stages: what is being made, what was made, what could not be."""
+"""Progress and reports of stages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Matches that are played: logged while they go on, committed when they are over."""
+"""Played matches: logged during play, committed at the end."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -20,10 +20,10 @@ from pipeline.store.work import Work
 def record(
     store: Store, recipe: Recipe, policies: Mapping[str, pl.DataFrame] | None = None
 ) -> tuple[Receipt, bool]:
-    """Play a match, unless it is there; its receipt, and whether it is new.
+    """Play a match, unless the store has it. Returns its receipt, and whether it is new.
 
     Args:
-        store: where it is kept.
+        store: keeps the match.
         recipe: of the match.
         policies: rows of schema Policies by the label that the recipe's teams name.
 
@@ -44,13 +44,13 @@ def record(
 
 @contextmanager
 def recording(store: Store, match: Match) -> Iterator[Callable[[], None]]:
-    """Log a match while it is played; it is committed when the body ends, as what its log then says.
+    """Log a match while it is played; when the body ends, commit the match as its log says.
 
-    If the process is killed, what was logged stays in ``playing/``, and if the body raises, all that was
-    played; the next run of the stages takes it from there.
+    If the process is killed, the logged part stays in ``playing/``. If the body raises, all that was played
+    stays there. The next run of the stages takes the log from there.
 
     Yields:
-        What logs all that was played since it was last called; no kill of the process takes that back.
+        A function that logs all that was played since its last call. A kill of the process loses none of it.
     """
     recipe = match.recipe
     with store.growing(PLAYING, f"{recipe.match_id}.mcap") as (path, stream):

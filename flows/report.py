@@ -64,10 +64,10 @@ class Measurements(NamedTuple):
 def measurements(store: Store, seasons: Sequence[Receipt]) -> Measurements:
     """Pairs of matches that measure the seasons' apprentices.
 
-    A pair counts if the team plays the policy that the season's last game has left (by its SHA-256), as
-    `pitchlore evaluate` has it play when no option says otherwise, in matches like the season's
-    games. All pairs of an apprentice are of one version of the arena: that of the season's
-    games, or if it has none, the present one.
+    A pair counts under three conditions. The team plays the policy that the season's last game left (by its
+    SHA-256). It plays with the defaults of `pitchlore evaluate`. The matches have the settings of the
+    season's games. All pairs of an apprentice are of one version of the arena: that of the season's games,
+    or the present one if that version has no pairs.
     """
     played: dict[str, list[Receipt]] = {season.name: [] for season in seasons}
     for receipt in store.receipts("evaluations"):
@@ -149,7 +149,7 @@ class Sources(NamedTuple):
     apprentices: list[Apprentice]
 
     def digests(self) -> dict[str, str]:
-        """SHA-256 of all that it is made from, by label."""
+        """SHA-256 of all inputs of the report, by label."""
         found: dict[str, str] = {}
         for receipt in (*self.seasons, *self.measurements.counted):
             found |= receipt.digests()
@@ -159,7 +159,7 @@ class Sources(NamedTuple):
 
 
 def sources(store: Store) -> Sources:
-    """Inputs of a report that a store has.
+    """Inputs that a store has for the report.
 
     Raises:
         NotFound: if no season has been played.
@@ -279,9 +279,9 @@ class Written(NamedTuple):
 
 
 def write_report(store: Store) -> Written:
-    """Report on the present seasons, evaluations and policies; it is made only if one of them has changed.
+    """Report on the present seasons, evaluations and policies, unless none of them has changed.
 
-    It is no flow: the work takes a few seconds and needs no server.
+    This is no flow: the work takes a few seconds and needs no server.
 
     Raises:
         NotFound: if no season has been played.

@@ -1,4 +1,4 @@
-"""The flow that chains all stages, for all that is new."""
+"""The flow of a run: import new recordings, and bring every stage up to date."""
 
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from pipeline.settings import Settings
 def run_flow(
     data: Path, recordings: list[Recording] | None = None, settings: Settings = Settings(), train: bool = True
 ) -> dict[str, Any]:
-    """Import what is new in the inbox (or ``recordings``) and bring every stage up to date."""
+    """Import the new recordings of the inbox (or ``recordings``), and bring every stage up to date."""
     store = data_folder(data)
     report = RunReport(stages=[import_all(store, recordings)])
     report.stage("matches").failed |= store.unreadable("matches")

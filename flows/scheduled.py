@@ -1,4 +1,4 @@
-"""The flow that a schedule runs: a line says what it did, its state whether all went well."""
+"""The flow that a schedule runs. It prints one line on the outcome; its state tells success."""
 
 from datetime import datetime
 from pathlib import Path
@@ -19,7 +19,7 @@ QUARANTINED = "Quarantined"
 
 @our_flow(name="run")
 def scheduled_run(data: Path, settings: Settings = Settings(), train: bool = True) -> State[dict[str, Any]]:
-    """Import what is new in the inbox and bring every stage up to date.
+    """Import the new recordings of the inbox, and bring every stage up to date.
 
     Args:
         data: the data folder.
@@ -27,8 +27,8 @@ def scheduled_run(data: Path, settings: Settings = Settings(), train: bool = Tru
         train: whether to train a policy when the knowledge is new.
 
     Returns:
-        Completed; Failed with the name Quarantined if something could not be taken, as the exit code of
-        `pitchlore run` says it too. The rest was made in either case.
+        Completed; or Failed with the name Quarantined, if something went into quarantine (`pitchlore run`
+        then exits with 1). Everything else is made in either case.
     """
     report = RunReport.model_validate(run_flow.fn(data, None, settings, train))
     line = said_of(report)

@@ -39,15 +39,15 @@ _KEPT = ("decisions",)
 
 
 def store_of(data: Path, season: Season) -> Store:
-    """Where a season's matches, knowledge and policies are."""
+    """The store of a season's matches, knowledge and policies."""
     return Store(data / NOUN / season.id)
 
 
 def done(store: Store, season: Season) -> Receipt | None:
-    """What the games that are done came to, None if none is; how many says ``details["games"]``.
+    """The receipt of the games that are done, None if none is; ``details["games"]`` is their number.
 
     Raises:
-        BadSettings: if they were played with other settings, or by other code.
+        BadSettings: if they were played with other settings, or by another version of the stages.
     """
     receipt = store.receipt(NOUN, season.id)
     if receipt is None or receipt.key == _work(season).key:
@@ -55,8 +55,8 @@ def done(store: Store, season: Season) -> Receipt | None:
     why = "was begun with other settings or by another version of pitchlore"
     begun = receipt.settings.get("settings", {}).get("games")
     if not season.grows and begun not in (None, season.settings.games):
-        why += (f"; it was to have {begun} games, and cannot have {season.settings.games},"
-                " for how much it explores depends on that (explore is not explore_last)")
+        why += (f"; it was begun with {begun} games and cannot have {season.settings.games},"
+                " because its exploration depends on their number (explore is not explore_last)")
     raise BadSettings(
         why, where=season.id,
         next_step=f"Take another seed, or remove {store.root / NOUN}/{season.id}* to play it anew",
@@ -64,7 +64,7 @@ def done(store: Store, season: Season) -> Receipt | None:
 
 
 def play(data: Path, season: Season, game: int) -> list[str]:
-    """Play the matches of a game that are not there yet; their ids, the counted one first."""
+    """Play the missing matches of a game. Returns the ids of all its matches, the counted one first."""
     own, before = store_of(data, season), done(Store(data), season)
     own.sweep()
     label, known = None, {}
@@ -97,15 +97,15 @@ def learn(data: Path, season: Season, game: int, matches: list[str], discard: bo
 def _commit(
     data: Path, season: Season, number: int, match: str, known: Manifest, policy: Manifest
 ) -> Receipt:
-    """Add a game's rows to those of the games before; with which policy the next is played, too.
+    """Add a game's rows to those of the games before, and record the policy for the next game.
 
     Args:
         data: the data folder.
-        season: of the game.
-        number: of the game.
-        match: the one that is counted.
+        season: season of the game.
+        number: number of the game.
+        match: the counted match.
         known: the knowledge after the game.
-        policy: trained after the game.
+        policy: the policy after the game.
     """
     store, own = Store(data), store_of(data, season)
     before = done(store, season)
@@ -137,7 +137,7 @@ def _commit(
 
 
 def _decided(own: Store, match: str, key: Key) -> pl.DataFrame:
-    """The decisions of a match, their states by a key."""
+    """The decisions of a match, with their states by a key."""
     made = own.read_table(need(own, "decisions", match), "decisions", Decisions)
     states = project(made["state"].to_numpy(), key, made["role"].to_physical().to_numpy())
     return made.with_columns(state=pl.Series(states, dtype=pl.Int64))
@@ -149,7 +149,7 @@ def _so_far(store: Store, before: Receipt | None, schema: type[Table]) -> pl.Dat
 
 
 def _work(season: Season) -> Work:
-    """A season as a piece of work: it goes on only under the versions of the stages that it began under."""
+    """A season as a piece of work. It continues only under the versions of the stages that it began with."""
     versions = {noun: STAGES[noun].version for noun in (*STAGES.of_matches, *STAGES.versioned)}
     stage = STAGES[NOUN]
     return Work(
@@ -160,11 +160,11 @@ def _work(season: Season) -> Work:
 
 
 class Turn(NamedTuple):
-    """A game that is to be played next.
+    """A game to be played next.
 
     Attributes:
-        season: of the game.
-        game: its number.
+        season: season of the game.
+        game: number of the game.
     """
 
     season: Season
@@ -172,12 +172,12 @@ class Turn(NamedTuple):
 
     @property
     def label(self) -> str:
-        """What people call it."""
+        """Name of the game, for people."""
         return f"{self.season.id} game {self.game}"
 
     @property
     def left(self) -> int:
-        """How many games of the season are to be played, this one included."""
+        """Number of games of the season that are still to be played, this one included."""
         return self.season.settings.games - self.game + 1
 
     def following(self) -> "Turn | None":
@@ -186,13 +186,13 @@ class Turn(NamedTuple):
 
 
 def take(data: Path, turn: Turn, discard: bool) -> None:
-    """Play a game and learn from it; what of this was done already is not done again."""
+    """Play a game and learn from it; steps that are done already are not repeated."""
     learn(data, turn.season, turn.game, play(data, turn.season, turn.game), discard)
 
 
 @stage_task(name="game")
 def play_game(name: str, workers: Workers, data: Path, turn: Turn, discard: bool) -> None:
-    """Have a game played and learned from."""
+    """Play a game and learn from it, in a worker process."""
     workers.run(take, data, turn, discard)
 
 
@@ -200,16 +200,16 @@ def play_game(name: str, workers: Workers, data: Path, turn: Turn, discard: bool
 def season_flow(
     data: Path, seasons: list[Season], jobs: PositiveInt = 1, discard: bool = False
 ) -> dict[str, Any]:
-    """Play what is left of some seasons, ``jobs`` games at a time; a season's games follow each other.
+    """Play the remaining games of some seasons, ``jobs`` games at a time; a season's games follow each other.
 
-    Of the season that has most games left is played next, so that all processes have work to the end. A
-    season that fails stops at that game; the others go on.
+    The season with most games left is next, so that all processes have work to the end. A season that
+    fails stops at that game; the others continue.
 
     Args:
         data: the data folder.
-        seasons: what to play.
-        jobs: processes.
-        discard: forget the logs and tables of a game once it is learned from, all but its decisions.
+        seasons: seasons to play.
+        jobs: number of processes.
+        discard: delete the logs and tables of a game after learning from it, except its decisions.
     """
     store = data_folder(data)
     report = StageReport(noun=NOUN)
@@ -233,7 +233,7 @@ def season_flow(
 
 
 def _begin(store: Store, seasons: list[Season], report: StageReport) -> Iterator[Turn]:
-    """The first game that is to be played of each season that has one."""
+    """The next game of each season that has games left."""
     for season in {season.id: season for season in seasons}.values():
         try:
             before = done(store, season)
@@ -249,7 +249,7 @@ def _begin(store: Store, seasons: list[Season], report: StageReport) -> Iterator
 
 
 def _end(turn: Turn, result: object, report: StageReport) -> Turn | None:
-    """Take down how a game ended; the season's next, None if that is over or has failed."""
+    """Record the outcome of a game. Returns the season's next, None if the season is over or has failed."""
     if isinstance(result, PitchloreError):
         report.failed[turn.label] = str(result)
         return None

@@ -1,4 +1,4 @@
-"""Prefect servers that are started here: one that ends with this process, one that a data folder keeps."""
+"""Prefect servers that Pitchlore starts: one ends with its process, the other is kept for a data folder."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ class ServerFailed(PitchloreError):
 
 
 class Process:
-    """A server's process, started with this; the terminal's Ctrl-C does not reach it.
+    """The process of a server; the terminal's Ctrl-C does not reach it.
 
-    It ends with this process, however that ends, unless it is told to :meth:`stay`.
+    The server ends with this process, however this process ends, unless it is told to :meth:`stay`.
 
     Args:
-        environment: of the process.
-        port: on 127.0.0.1; 0 takes a free one.
-        log: where its errors are written, after what is there.
-        held: a file's descriptor that it holds open as long as it lives.
+        environment: variables of the server's process.
+        port: port on 127.0.0.1; 0 takes a free one.
+        log: file to which its errors are appended.
+        held: descriptor of a file that the server holds open as long as it lives.
 
     Raises:
         ServerFailed: if the port is taken, or the process ends at once.
@@ -66,7 +66,7 @@ class Process:
 
     @property
     def pid(self) -> int:
-        """Of the process."""
+        """Number of the process."""
         return self._process.pid
 
     @property
@@ -75,7 +75,7 @@ class Process:
         return f"http://127.0.0.1:{self.port}/api"
 
     def wait(self) -> None:
-        """Wait until it answers.
+        """Wait until the server answers.
 
         Raises:
             ServerFailed: if it ends before, or takes longer than :data:`START_S`.
@@ -90,7 +90,7 @@ class Process:
         self._hang_up()
 
     def stop(self) -> None:
-        """Tell the server to end, and wait for that; kill it after :data:`STOP_S`."""
+        """Tell the server to end and wait for its end; kill it after :data:`STOP_S`."""
         self._process.terminate()
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(STOP_S)
@@ -112,7 +112,7 @@ class Process:
 
         Raises:
             ServerFailed: if it ends before, or takes longer than :data:`START_S` since its start; it is
-                gone then.
+                killed then.
         """
         try:
             while b"\n" not in self._heard:
@@ -142,7 +142,7 @@ class Process:
                             next_step="Run again with --debug and report what it says")
 
     def _last_words(self) -> str:
-        """The last line of what it has logged."""
+        """The last line that the server has logged."""
         self._log.seek(self._begun)
         lines = self._log.read().decode(errors="replace").split("\n")
         return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
@@ -173,11 +173,11 @@ class Kept(BaseModel):
 
 
 class Seen(NamedTuple):
-    """What there is of a data folder's server.
+    """State of a data folder's server.
 
     Attributes:
         alive: whether it runs or is being started.
-        record: of the server that runs, or of one that has died; None before it answers.
+        record: record of the server that runs, or of one that has died; None before it answers.
     """
 
     alive: bool
@@ -187,8 +187,8 @@ class Seen(NamedTuple):
 class Keeper:
     """A data folder's server: started once, found by every command, stopped.
 
-    The server holds a lock on a file as long as it lives. A record without that lock is of a server that
-    has died, whatever process has its number by now.
+    The server holds a lock on a file as long as it lives. If nobody holds the lock, the recorded server has
+    died, even if another process has its number by now.
 
     Args:
         root: the data folder.
@@ -201,7 +201,7 @@ class Keeper:
         self._record = self.folder / "server.json"
 
     def look(self) -> Seen:
-        """What there is of the server; nothing is changed."""
+        """State of the server; nothing is changed."""
         alive = False
         with suppress(FileNotFoundError), self._lock.open("rb") as held:
             try:
@@ -215,7 +215,7 @@ class Keeper:
         return Seen(alive, record)
 
     def start(self, port: int = 0) -> tuple[Kept, bool]:
-        """Start the server, unless it runs; its record, and whether it was started now.
+        """Start the server, unless it runs. Returns its record, and whether it was started now.
 
         Args:
             port: on 127.0.0.1; 0 takes a free one.
@@ -244,15 +244,15 @@ class Keeper:
                 self._record.unlink(missing_ok=True)
 
     def stop(self) -> Kept | None:
-        """Stop the server, by force if need be; its record, None if none runs.
+        """Stop the server, by force if need be. Returns its record, None if none runs.
 
         Raises:
             ServerFailed: if it is just being started, or belongs to another user.
         """
         alive, record = self.look()
         if alive and record is None:
-            raise ServerFailed("another command is starting it", where=str(self.folder),
-                               next_step="Try again when that has ended")
+            raise ServerFailed("another command is starting the server", where=str(self.folder),
+                               next_step="Try again when that command has ended")
         if alive and record is not None:
             try:
                 os.kill(record.pid, signal.SIGTERM)
@@ -279,8 +279,8 @@ class Keeper:
             if alive and record is not None:
                 return record, None
             time.sleep(_POLL_S)
-        raise ServerFailed("another command starts it, and it does not answer", where=str(self.folder),
-                           next_step=f"See {self.log}")
+        raise ServerFailed("another command is starting the server, which does not answer",
+                           where=str(self.folder), next_step=f"See {self.log}")
 
     def _start(self, port: int, lock: int) -> tuple[Kept, Process]:
         self._record.unlink(missing_ok=True)
@@ -296,7 +296,7 @@ class Keeper:
 
     @contextmanager
     def _held(self) -> Iterator[int | None]:
-        """The lock, as long as the body runs and for any process that gets it; None if another has it."""
+        """The lock, held while the body runs and by processes that inherit it; None if another has it."""
         with self._lock.open("ab") as held:
             try:
                 fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -306,7 +306,7 @@ class Keeper:
                 yield held.fileno()
 
     def _environment(self) -> dict[str, str]:
-        """A Prefect of its own: nothing of the user's is read or changed."""
+        """Variables for a Prefect of its own, which reads and changes nothing of the user's."""
         own = {
             "PREFECT_HOME": str(self.folder), "PREFECT_UI_ENABLED": "true",
             "PREFECT_API_DATABASE_CONNECTION_URL": f"sqlite+aiosqlite:///{self.folder / 'prefect.db'}",

@@ -1,8 +1,8 @@
 """The process of a Prefect server on 127.0.0.1: ``python -m flows.server_process PORT``.
 
-It writes its port to standard output as soon as it has it, so that no other process can take it, and
-`ready` when it answers. It ends when its standard input does: with the process that started it, however
-that ends, on every system. If it is sent a line before, it stays.
+The process binds its port first, so that no other process can take it, and writes it to standard output.
+It writes `ready` when it answers. It ends when its standard input ends, that is with the process that
+started it, however that process ends. If it reads a line before, it stays.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def _say(word: str) -> None:
 
 
 def _end_with_input() -> None:
-    """End the process when standard input ends; the database survives that at any moment."""
+    """End the process when standard input ends. The database survives this at any moment."""
     if not os.read(0, 64):
         os._exit(0)
 

@@ -1,8 +1,8 @@
-"""Which Prefect server the flows of a command talk to.
+"""The Prefect server of a command's flows.
 
-The one that PREFECT_API_URL names in the environment; else the one that the data folder keeps (`pitchlore
-server start`); else the one that Prefect's settings name; else one that is started for this process and
-ends with it.
+It is the first of these: the one that PREFECT_API_URL names in the environment; the one that the data
+folder keeps (`pitchlore server start`); the one that Prefect's settings name; one that is started for this
+process and ends with it.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ def serving(root: Path, notice: Callable[[str], None]) -> Iterator[Callable[[], 
 
     Args:
         root: the data folder.
-        notice: is told, in a line, that the folder's server has died.
+        notice: called with one line if the folder's server has died.
 
     Yields:
-        A function that waits until the server answers; flows may run from then on. What takes long to
-        load, Prefect above all, is loaded before: the server starts meanwhile.
+        A function that waits until the server answers; then flows may run. Load slow modules, Prefect
+        above all, before calling it: the server starts meanwhile.
 
     Raises:
         ServerFailed: from that function, if the server does not start or answer.
@@ -69,7 +69,7 @@ def _kept(root: Path, notice: Callable[[str], None]) -> str | None:
 
 
 def _is_named() -> bool:
-    """Whether a server is named, as far as that is known without loading Prefect."""
+    """Whether a server is named, as far as can be told without loading Prefect."""
     return "PREFECT_API_URL" in os.environ or ("prefect" in sys.modules and _prefect_names_one())
 
 
@@ -81,7 +81,7 @@ def _prefect_names_one() -> bool:
 
 @cache
 def _own() -> Process:
-    """The server of this process; what Prefect still has to tell it is told before it ends."""
+    """The server of this process; before it ends, Prefect sends it all pending messages."""
     process = Process(os.environ | {
         "PREFECT_UI_ENABLED": "false", "PREFECT__SERVER_EPHEMERAL": "1", "PREFECT__SERVER_FINAL": "1"})
     atexit.register(process.stop)  # before Prefect is loaded: what it registers is called first
@@ -89,10 +89,10 @@ def _own() -> Process:
 
 
 def _check(url: str) -> None:
-    """Ask a server whether it is there.
+    """Check that a server answers.
 
     Raises:
-        ServerFailed: if nobody answers, or not as Prefect's API does.
+        ServerFailed: if nobody answers, or if the answer is not that of Prefect's API.
     """
     import httpx  # noqa: PLC0415 (Prefect brings it and has loaded it)
     from prefect.client.orchestration import get_client  # noqa: PLC0415
@@ -111,7 +111,7 @@ def _check(url: str) -> None:
         except (httpx.TransportError, httpx.InvalidURL) as error:
             raise ServerFailed(
                 f"no Prefect server answers ({' '.join(str(error).split()) or type(error).__name__})",
-                where=url, next_step="Start it, or mend or unset PREFECT_API_URL",
+                where=url, next_step="Start it, or correct or unset PREFECT_API_URL",
             ) from error
     if "json" not in answer.headers.get("content-type", "") or (answer.is_error and "/api" not in url):
         raise ServerFailed("is not the address of a Prefect API", where=url,

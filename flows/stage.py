@@ -1,4 +1,4 @@
-"""Stages: what each is made from, what of it is new, and how one output of it is made."""
+"""Stages: their inputs, their new outputs, and how one output is made."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from schemas import Table
 
 
 class Scope(BaseModel):
-    """The matches and gram lengths that a run is over.
+    """The matches and gram lengths of a run.
 
     Attributes:
-        matches: their ids, sorted.
-        lengths: of the grams, longest first.
-        group: None if behaviours are of the whole store; else the id of the group whose matches they
-            are of, so that learning from a new match costs the same however many there are.
+        matches: ids of the matches, sorted.
+        lengths: lengths of the grams, longest first.
+        group: None if behaviours are selected from all matches of the store; else the id of the group
+            they are selected from. With groups, learning from a new match always costs the same.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -36,7 +36,7 @@ class Scope(BaseModel):
     group: str | None = None
 
     def round(self, n: int) -> str:
-        """Name of the output of the round over grams of length ``n``: ``n4``, ``<group>.n4``."""
+        """Name of the output of the round for grams of length ``n``: ``n4``, ``<group>.n4``."""
         return f"n{n}" if self.group is None else f"{self.group}.n{n}"
 
 
@@ -45,8 +45,8 @@ class Output(NamedTuple):
 
     Attributes:
         name: unique in its noun.
-        match: that it is of, None if it is of all matches of the scope.
-        n: length of grams that it is of, None if it is of no single length.
+        match: its match, None if it is of all matches of the scope.
+        n: its length of grams, None if it has no single length.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Output(NamedTuple):
 
 
 class Per(Enum):
-    """The unit that a stage has one output for."""
+    """The unit for which a stage has one output."""
 
     MATCH = "match"
     GRAMS = "match and gram length"
@@ -65,7 +65,7 @@ class Per(Enum):
 
 
 class Longer(NamedTuple):
-    """An input of which only the outputs of greater gram lengths are read.
+    """An input that is read only for greater gram lengths.
 
     Attributes:
         noun: the stage.
@@ -75,13 +75,13 @@ class Longer(NamedTuple):
 
 
 class Inputs(Mapping[str, Sequence[Receipt]]):
-    """The outputs that one output is made from, by noun; tables are read when they are asked for.
+    """The inputs of one output, by noun; a table is read when it is asked for.
 
     Args:
-        store: they are in.
-        receipts: by noun, in order. A manifest stands for a version.
-        n: length of grams that the output is of, 0 if it is of no single length.
-        version: number of the version that is being made, 0 for what has no versions.
+        store: holds the inputs.
+        receipts: receipts by noun, in order. A manifest stands for a version.
+        n: length of grams of the output, 0 if it has no single length.
+        version: number of the version that is being made, 0 if the noun has no versions.
     """
 
     def __init__(
@@ -116,12 +116,12 @@ class Inputs(Mapping[str, Sequence[Receipt]]):
             yield self._store.read_table(receipt, schema.NAME, schema)
 
     def blob(self, noun: str, role: str) -> bytes | None:
-        """A file that is no table, of the only output of a noun; None if it has no such file."""
+        """A file other than a table, of the only output of a noun; None if there is none."""
         (found,) = self.blobs(noun, role)
         return found
 
     def blobs(self, noun: str, role: str) -> Iterator[bytes | None]:
-        """A file that is no table, of all outputs of a noun."""
+        """A file other than a table, of each output of a noun."""
         for receipt in self[noun]:
             yield self._store.read(receipt, role) if role in receipt.files else None
 
@@ -145,11 +145,11 @@ class Plan(NamedTuple):
     """The inputs of a version that may be made.
 
     Attributes:
-        receipts: by noun, for :class:`Inputs`.
+        receipts: receipts by noun, for :class:`Inputs`.
         inputs: label to SHA-256, for the key.
         parent: the version that it follows or is made from, None for the first.
-        standing: the version that holds this work already, None if it is to be looked for by its key.
-        seed: of the work.
+        standing: the version that already holds this work, None to look for it by the key.
+        seed: seed of the work.
     """
 
     receipts: Mapping[str, Sequence[Receipt]]
@@ -167,11 +167,11 @@ class Stage:
         noun: the stage.
         per: the unit that has one output.
         inputs: the nouns that it is made from, each once.
-        schemas: of the tables it makes.
-        version: raised when the stage makes other bytes of the same inputs; the goldens say when.
-        compute: inputs and settings in, tables out; None if a flow of its own makes the noun.
-        plan: of a versioned noun: store, scope, settings and stage in, the inputs of the next
-            version out.
+        schemas: schemas of the tables that it makes.
+        version: raised when the stage makes other bytes from the same inputs; the goldens say when.
+        compute: function from inputs and settings to tables; None if the noun has a flow of its own.
+        plan: for a versioned noun, the function from store, scope, settings and stage to the inputs of
+            the next version.
     """
 
     noun: str
@@ -201,7 +201,7 @@ class Stage:
     def outputs(
         self, scope: Scope, matches: Sequence[str] | None = None, lengths: Sequence[int] | None = None
     ) -> list[Output]:
-        """The outputs of this stage over a scope, or over some of its matches and lengths."""
+        """The outputs of this stage for a scope, or for some of its matches and lengths."""
         matches = scope.matches if matches is None else matches
         lengths = scope.lengths if lengths is None else lengths
         match self.per:
@@ -219,8 +219,8 @@ class Wave(NamedTuple):
     """Outputs that can be made at once.
 
     Attributes:
-        stage: that makes them.
-        lengths: of grams that they are of; None if the stage has no lengths.
+        stage: the stage that makes them.
+        lengths: their lengths of grams; None if the stage has no lengths.
     """
 
     stage: Stage
@@ -243,7 +243,7 @@ class Chain(Mapping[str, Stage]):
         return len(self._stages)
 
     def nouns(self, *per: Per) -> tuple[str, ...]:
-        """The nouns that have an output for each of these units, in order; all if none is named."""
+        """The nouns with one output for each of these units, in order; all nouns if no unit is named."""
         return tuple(noun for noun, stage in self.items() if not per or stage.per in per)
 
     @property
@@ -262,7 +262,7 @@ class Chain(Mapping[str, Stage]):
         return tuple(noun for noun in self if noun not in self.versioned)
 
     def waves(self, scope: Scope) -> Iterator[Wave]:
-        """The stages that are computed from matches, in order; those of gram lengths take turns."""
+        """The stages that are computed from matches, in order; stages with gram lengths take turns."""
         together: list[Stage] = []
         for noun in self.of_matches:
             stage = self[noun]
@@ -286,7 +286,7 @@ class Chain(Mapping[str, Stage]):
     def sources(self, store: Store, stage: Stage, output: Output, scope: Scope) -> dict[str, list[Receipt]]:
         """The receipts that an output is made from, by noun.
 
-        Of each input those outputs are taken that share the output's match and length, where both have one.
+        An input's outputs are taken if they have the same match and length, as far as both have one.
 
         Raises:
             NotFound: if one of them has not been made.
@@ -314,14 +314,14 @@ class Chain(Mapping[str, Stage]):
         return stage.work(output.name, settings, digests(receipts)), Inputs(store, receipts, n=output.n or 0)
 
     def done(self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope) -> bool:
-        """Whether an output is there, made from these very inputs with these settings."""
+        """Whether the store has an output that was made from the same inputs with the same settings."""
         try:
             return store.holding(self.work(store, stage, output, settings, scope)[0]) is not None
         except (NotFound, CorruptFile):
             return False
 
     def perform(self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope) -> bool:
-        """Make and commit an output; whether its bytes are new.
+        """Make and commit an output. Returns whether its bytes are new.
 
         Raises:
             Exception: as :func:`refusing`.
@@ -335,16 +335,16 @@ class Chain(Mapping[str, Stage]):
     def make(
         self, store: Store, settings: Settings, scope: Scope, nouns: Container[str] | None = None
     ) -> None:
-        """Make all that is new of a scope, one output after the other, in this thread.
+        """Make all new outputs of a scope, one after the other, in this thread.
 
         Args:
-            store: where to.
-            settings: of all stages.
+            store: receives the outputs.
+            settings: settings of all stages.
             scope: matches and lengths.
-            nouns: only these; None: all.
+            nouns: the nouns to make; None: all.
 
         Raises:
-            Exception: as :func:`refusing`; the first that is raised ends it.
+            Exception: as :func:`refusing`; the first error ends the work.
         """
         for stage, lengths in self.waves(scope):
             if nouns is not None and stage.noun not in nouns:
@@ -356,17 +356,17 @@ class Chain(Mapping[str, Stage]):
 
 
 class refusing:  # noqa: N801 (a context manager is used like a function)
-    """Put an output in quarantine if its making fails, take it out if it succeeds.
+    """Put an output in quarantine if the body fails, and take it out if the body succeeds.
 
-    What may succeed when it is tried again, or lacks an input, is not put there.
+    An error that may vanish when tried again, or a missing input, puts nothing in quarantine.
 
     Args:
-        store: of the output.
+        store: store of the output.
         noun: the stage.
-        name: of the output.
+        name: name of the output.
 
     Raises:
-        Exception: whatever the making raised.
+        Exception: whatever the body raised.
     """
 
     def __init__(self, store: Store, noun: str, name: str) -> None:
@@ -384,10 +384,10 @@ class refusing:  # noqa: N801 (a context manager is used like a function)
 
 
 def emit(store: Store, stage: Stage, settings: BaseModel, scope: Scope) -> tuple[Manifest, bool]:
-    """Make the next version of a noun, unless one stands that holds the same; and whether it is new.
+    """Make the next version of a noun, unless a version holds the same. Returns it, and whether it is new.
 
-    The noun is locked meanwhile: two runs at once make one version, and nothing comes between a version
-    and its parent. If the same inputs give the tables of the newest version again, no version is minted.
+    The noun is locked meanwhile: two runs at once make one version, and no version comes between another
+    and its parent. If the work gives the tables of the newest version again, no version is made.
 
     Raises:
         Exception: whatever planning or computing raised.
@@ -410,7 +410,7 @@ def emit(store: Store, stage: Stage, settings: BaseModel, scope: Scope) -> tuple
 
 
 def _holds(store: Store, version: Manifest, work: Work, made: Made) -> bool:
-    """Whether a version is of the same inputs and has the same tables, but for the version's own number."""
+    """Whether a version has the same inputs and the same tables, except for its own number."""
     return version.inputs == dict(work.inputs) and all(
         store.read_table(version, schema.NAME, schema).drop("version").equals(table.drop("version"))
         for table, schema in made.tables

@@ -1,8 +1,8 @@
-"""The chain of stages as data: what each is made from, its version, and how it is computed.
+"""The chain of stages as data: each stage's inputs, version and computation.
 
-Everything that goes through the stages goes through :data:`STAGES`: runs, seasons, the catalogue, forget,
-prune, verify, the goldens and the tests. A new stage is one entry here. The code of a stage is loaded when
-it is computed: commands that only look at tables go through this list, too.
+Runs, seasons, the catalogue, forget, prune, verify, the goldens and the tests iterate :data:`STAGES`. A new
+stage is one entry here. The code of a stage is loaded when it is computed, because commands that only look
+at tables iterate this list, too.
 """
 
 from __future__ import annotations

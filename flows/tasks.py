@@ -1,4 +1,4 @@
-"""Stages under Prefect: one task an output, one flow a noun."""
+"""Stages under Prefect: one task for each output, one flow for each noun."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ _DESCRIBE = {"knowledge": knowledge.describe, "policies": policies.describe}
 
 
 def may_succeed_later(_task: Task[Any, Any], _run: TaskRun, state: State[Any]) -> bool:
-    """Whether a failed task is worth trying again: only when its error says so."""
+    """Whether to try a failed task again: only if its error is transient."""
     error = state.result(raise_on_failure=False)
     return bool(getattr(error, "transient", False))
 
 
 def stage_task(*, name: str) -> Callable[[Callable[P, R]], Task[P, R]]:
-    """A task that makes one output; tried again only where that may help, nothing cached or pickled."""
+    """A task that makes one output. It retries transient errors only, and caches and pickles nothing."""
 
     def decorate(function: Callable[P, R]) -> Task[P, R]:
         return Task(
@@ -54,11 +54,11 @@ def stage_task(*, name: str) -> Callable[[Callable[P, R]], Task[P, R]]:
 
 
 def our_flow(*, name: str, threads: int | None = WORKERS) -> Callable[[Callable[P, R]], Flow[P, R]]:
-    """A flow of ours: its result is JSON, its tasks share a few threads.
+    """A flow of ours: its result is JSON, and its tasks share a few threads.
 
     Args:
-        name: of the flow.
-        threads: None: a task has a thread as soon as it is submitted.
+        name: name of the flow.
+        threads: number of threads; None: each task gets a thread when it is submitted.
     """
 
     def decorate(function: Callable[P, R]) -> Flow[P, R]:
@@ -72,19 +72,19 @@ def our_flow(*, name: str, threads: int | None = WORKERS) -> Callable[[Callable[
 
 @stage_task(name="make")
 def make_output(data: Path, name: str, stage: str, output: Output, settings: BaseModel, scope: Scope) -> bool:
-    """Make one output of a stage; whether its bytes are new."""
+    """Make one output of a stage. Returns whether its bytes are new."""
     return STAGES.perform(Store(data), STAGES[stage], output, settings, scope)
 
 
 @stage_task(name="version")
 def make_version(data: Path, name: str, settings: BaseModel, scope: Scope) -> tuple[int, bool]:
-    """Make the next version of a noun unless one stands; its number, and whether it is new."""
+    """Make the next version of a noun unless one holds the same. Returns number, and whether it is new."""
     manifest, new = emit(Store(data), STAGES[name], settings, scope)
     return manifest.version, new
 
 
 def run_tasks(job: Task[..., Any], noun: str, work: Mapping[str, Mapping[str, Any]]) -> StageReport:
-    """Run one task a piece of work (label to arguments); failures are reported, the others finish.
+    """Run one task for each piece of work (label to arguments). Failures are reported; the others finish.
 
     A task that returns False has made the same bytes again.
     """
@@ -105,7 +105,7 @@ def run_tasks(job: Task[..., Any], noun: str, work: Mapping[str, Mapping[str, An
 
 
 class Runner:
-    """The stages of one store as tasks of the flow that runs."""
+    """Makes the stages of one store, as tasks of the running flow."""
 
     def __init__(self, store: Store) -> None:
         self.store = store
@@ -113,7 +113,7 @@ class Runner:
     def perform(
         self, stage: Stage, outputs: Sequence[Output], settings: Settings, scope: Scope
     ) -> StageReport:
-        """Make some outputs of a stage, a task each."""
+        """Make some outputs of a stage, one task each."""
         own, job = stage.settings(settings), _named(make_output, stage)
         return run_tasks(job, stage.noun, {
             output.name: {"data": self.store.root, "name": output.name, "stage": stage.noun, "output": output,
@@ -122,7 +122,7 @@ class Runner:
         })
 
     def emit(self, stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool]:
-        """Make the next version of a noun unless one stands, and show it as an artifact."""
+        """Make the next version of a noun unless one holds the same, and show it as an artifact."""
         listener.get().begin(stage.noun, 1)
         version, new = _named(make_version, stage)(
             self.store.root, stage.noun, stage.settings(settings), scope)
@@ -143,7 +143,7 @@ def _named(job: Task[P, R], stage: Stage) -> Task[P, R]:
 
 @cache
 def flow_of(noun: str) -> Flow[..., dict[str, object]]:
-    """The flow that makes what is new of one stage, for all matches that no stage has in quarantine.
+    """The flow that makes the new outputs of one stage, for all matches that are not in quarantine.
 
     Args:
         noun: of a stage that is computed from others.
@@ -167,17 +167,17 @@ def flow_of(noun: str) -> Flow[..., dict[str, object]]:
 
 
 def conclude(store: Store, report: StageReport) -> dict[str, object]:
-    """Bring the catalogue up to date and show the report as an artifact of the flow run; its result."""
+    """Bring the catalogue up to date, and show the report as an artifact. Returns the flow's result."""
     refresh(store)
     create_markdown_artifact(report.markdown(), key=report.noun, description="what the flow made")
     return report.model_dump()
 
 
 def data_folder(data: Path) -> Store:
-    """The store of a run, with what killed runs left lying about swept up.
+    """The store of a run, without the leftovers of killed runs.
 
     Raises:
-        BadSettings: if what is there is not a folder.
+        BadSettings: if the path is not a folder.
     """
     if data.exists() and not data.is_dir():
         raise BadSettings("is not a folder", where=str(data), next_step="Name the data folder with --data")

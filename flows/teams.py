@@ -1,4 +1,4 @@
-"""Teams by the words that people name them with, and the policies that learned ones play."""
+"""Teams by the words that people call them, and the policies of learned teams."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ def entrant(
     store: Store, word: str, policies: dict[str, pl.DataFrame], *, explore: float | None = None,
     lcb_weight: float | None = None, min_visits: int | None = None,
 ) -> Entrant:
-    """The team that a word names; a policy that it plays is put into ``policies``.
+    """The team that a word names; its policy, if it has one, is added to ``policies``.
 
     Args:
-        store: where policies and seasons are.
+        store: holds policies and seasons.
         word: the name of a scripted team; learned for the newest policy, learned:3 or just 3 for a
             version; the id of a season for its apprentice, see :func:`apprentice`.
-        policies: rows of schema Policies by label.
-        explore: of a learned team, see ``TeamSettings``; None for 0.
-        lcb_weight: likewise; None for that of the season, else 0.
-        min_visits: likewise.
+        policies: rows of schema Policies by label; the team's policy is added.
+        explore: for a learned team, see ``TeamSettings``; None means 0.
+        lcb_weight: for a learned team; None means the season's, else 0.
+        min_visits: for a learned team; None means the season's, else 0.
 
     Raises:
-        BadSettings: if no team is called so.
-        NotFound: if there is no such policy, or the season has none yet.
+        BadSettings: if the word names no team.
+        NotFound: if the policy does not exist, or if the season has none yet.
     """
     if word in SCRIPTED:
         return Entrant(name=word, settings=TeamSettings.model_validate({"kind": word}))
@@ -58,9 +58,9 @@ class Player(NamedTuple):
     """A learned team, and its policy.
 
     Attributes:
-        team: as it enters.
-        store: where the policy is.
-        manifest: of the policy.
+        team: the team as it enters.
+        store: holds the policy.
+        manifest: manifest of the policy.
     """
 
     team: Entrant
@@ -69,15 +69,15 @@ class Player(NamedTuple):
 
 
 def apprentice(store: Store, season: str) -> Player:
-    """The newest policy of a season as a team: it plays as in the counted matches, without exploration.
+    """The newest policy of a season as a team. It plays as in the counted matches, without exploration.
 
     Args:
-        store: that the season belongs to.
-        season: its id, which is the team's name.
+        store: store that the season belongs to.
+        season: id of the season, which is the team's name.
 
     Raises:
-        BadSettings: if there is no such season, or it was begun by a version whose settings were others.
-        NotFound: if none of its games is done, or its own store is gone.
+        BadSettings: if there is no such season, or if this version cannot read its settings.
+        NotFound: if none of its games is done, or if its own store is missing.
     """
     receipt = store.receipt(_SEASONS, season) if SAFE_NAME.match(season) else None
     if receipt is None:
@@ -113,7 +113,7 @@ def policy(store: Store, version: int | None = None) -> Manifest:
     """A version of the policy; the newest by default.
 
     Raises:
-        NotFound: if there is none.
+        NotFound: if the store has no such policy.
     """
     manifest = store.latest("policies") if version is None else store.manifest("policies", version)
     if manifest is None:

@@ -1,4 +1,4 @@
-"""Bringing all stages up to date: which outputs are to be made, in which order, and who drops out."""
+"""Bring all stages up to date: the outputs to make, their order, and the matches that drop out."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Emit = Callable[[Stage, Settings, Scope], tuple[int, bool]]
 
 
 class NewWork(Exception):
-    """There is something to make."""
+    """Raised when there is something to make."""
 
 
 def scope_of(store: Store, settings: Settings) -> Scope:
@@ -34,12 +34,12 @@ def scope_of(store: Store, settings: Settings) -> Scope:
 def bring_up_to_date(
     store: Store, settings: Settings, report: RunReport, perform: Perform, emit: Emit, *, train: bool = True
 ) -> None:
-    """Make all that is new, stage by stage; a match that fails drops out, and the others go on.
+    """Make all new outputs, stage by stage. A match that fails drops out, and the others continue.
 
     Args:
         store: the data folder.
-        settings: of all stages.
-        report: on what was imported; what the stages did is added.
+        settings: settings of all stages.
+        report: report on the import; the reports of the stages are added.
         perform: makes outputs.
         emit: makes versions.
         train: whether to make a policy.
@@ -63,7 +63,7 @@ def bring_up_to_date(
 
 
 def nothing_new(store: Store, settings: Settings, *, train: bool = True) -> RunReport | None:
-    """The report of a run that finds nothing to import and nothing to make, None if there is something."""
+    """The report of a run without work, None if there is something to import or to make."""
     imported = None if store.abandoned(PLAYING) else all_here(store, inbox(store))
     if imported is None:
         return None
@@ -93,7 +93,7 @@ def bring(
     store: Store, stage: Stage, outputs: Sequence[Output], settings: Settings, scope: Scope,
     report: RunReport, perform: Perform,
 ) -> list[Output]:
-    """Make what is new of some outputs of a stage, add to the report, and return those that failed."""
+    """Make the new ones among some outputs of a stage, add to the report, and return the failed ones."""
     own = stage.settings(settings)
     todo = [output for output in outputs if not STAGES.done(store, stage, output, own, scope)]
     for output in set(outputs).difference(todo):

@@ -1,4 +1,4 @@
-"""Processes that work for this one."""
+"""Worker processes of a command."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ R = TypeVar("R")
 
 
 def cores() -> int:
-    """How many processes can work at once here."""
+    """Number of processes that can work at once on this machine."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class Workers:
-    """So many processes, each of which does one piece of work at a time; with one it is done in place.
+    """A number of processes that do one piece of work at a time; with one job, work is done in this process.
 
-    They share the cores: polars, which would take all of them in each, takes its part. A process that is
-    killed takes only its own work with it, and another is started for the next. All end
-    with the process that started them, however that ends: none is left to write what a new run writes.
+    The processes share the cores: in each, polars takes only its part of them. If a process is killed, only
+    its own work is lost, and another process is started for the next. All end with the process that started
+    them, however it ends: no process is left that could write files of a new run.
 
     Args:
-        jobs: how many, at least 1.
+        jobs: number of processes, at least 1.
     """
 
     def __init__(self, jobs: int) -> None:
@@ -55,12 +55,12 @@ class Workers:
                 process.shutdown(wait=False, cancel_futures=True)
 
     def run(self, work: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
-        """Have work done, when there is a process for it; threads may ask at once.
+        """Do a piece of work as soon as a process is free; several threads may call this at once.
 
         Args:
-            work: a function of a module; it and what it takes and gives go from process to process.
-            arguments: of it.
-            named: likewise.
+            work: a function of a module; the function, its arguments and its result must be picklable.
+            arguments: positional arguments of the function.
+            named: named arguments of the function.
 
         Raises:
             WorkerLost: if the process was killed.
@@ -75,19 +75,19 @@ class Workers:
             process = _process()
             raise WorkerLost(
                 "a process that worked for this command was killed, perhaps for lack of memory",
-                next_step="Run the command again with fewer --jobs; what was over by then is kept",
+                next_step="Run the command again with fewer --jobs; finished work is kept",
             ) from error
         finally:
             self._free.put(process)
 
 
 def _process() -> ProcessPoolExecutor:
-    """One process, started when there is work for it."""
+    """A pool of one process, which starts with its first work."""
     return ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_end_with_parent)
 
 
 def _end_with_parent() -> None:
-    """End this process when the one that started it ends, even if that is killed; not with Ctrl-C."""
+    """End this process when its parent ends, even if the parent is killed; ignore Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     assert parent is not None

@@ -25,7 +25,8 @@ def played(tmp_path_factory, prefect_server) -> tuple[Path, dict[str, object]]:
     return data, paradigms_flow(data, QUICK)
 
 
-def test_points_and_verdicts_are_tables_of_the_catalogue(played):
+def test_catalogue_tables(played):
+    """The points and verdicts are tables of the catalogue."""
     data, report = played
     assert report["failed"] == {}
     catalogue = data / "catalog.duckdb"
@@ -37,7 +38,8 @@ def test_points_and_verdicts_are_tables_of_the_catalogue(played):
     assert claims["figure"].to_list() == [4, 5]
 
 
-def test_a_report_has_the_plots_of_its_figure(played):
+def test_report_plot(played):
+    """A report holds its verdicts and the plot of its figure."""
     data, _ = played
     store = Store(data)
     receipt = store.receipt("paradigms", reports(QUICK)[1].name)
@@ -45,14 +47,16 @@ def test_a_report_has_the_plots_of_its_figure(played):
     assert store.read(receipt, "figure-5").startswith(b"\x89PNG")
 
 
-def test_what_is_there_is_not_played_again(played):
+def test_second_run(played):
+    """A second run plays nothing again."""
     data, first = played
     again = paradigms_flow(data, QUICK)
     assert again["made"] == []
     assert again["kept"] == len(first["made"])
 
 
-def test_two_folders_hold_the_same_bytes(played, tmp_path):
+def test_same_bytes(played, tmp_path):
+    """Two folders hold the same tables and plots, byte for byte."""
     data, _ = played
     paradigms_flow(tmp_path, QUICK)
     for path in sorted((data / "paradigms").iterdir()):
@@ -60,7 +64,8 @@ def test_two_folders_hold_the_same_bytes(played, tmp_path):
             assert (tmp_path / "paradigms" / path.name).read_bytes() == path.read_bytes(), path.name
 
 
-def test_other_seeds_play_other_runs_beside_the_first(played):
+def test_other_seed(played):
+    """Another seed plays other runs, which are kept beside the first."""
     data, _ = played
     other = QUICK.model_copy(update={"seed": 7, "figures": (5,)})
     paradigms_flow(data, other)
@@ -70,7 +75,8 @@ def test_other_seeds_play_other_runs_beside_the_first(played):
     assert first["p_optimal"].to_list() != second["p_optimal"].to_list()
 
 
-def test_a_sweep_that_fails_is_reported_and_the_others_stand(tmp_path, prefect_server, monkeypatch):
+def test_failing_sweep(tmp_path, prefect_server, monkeypatch):
+    """A sweep that fails is reported, and the others stand."""
     from pipeline.studies.paradigms import curves
 
     def broken(k):
@@ -87,7 +93,8 @@ def test_a_sweep_that_fails_is_reported_and_the_others_stand(tmp_path, prefect_s
     assert {record.noun for record in Store(tmp_path).quarantined()} == {"paradigms"}
 
 
-def test_the_command_prints_numbers_verdicts_and_where_the_plots_are(played, capsys):
+def test_command_output(played, capsys):
+    """The command prints numbers, verdicts and where the plot is, of the figure asked for alone."""
     data, _ = played
     with pytest.raises(SystemExit) as stopped:
         main(["paradigms", "--figure", "5", "--runs", "4", "--quick", "--data", str(data)])
@@ -100,7 +107,8 @@ def test_the_command_prints_numbers_verdicts_and_where_the_plots_are(played, cap
     assert "penalty" not in out
 
 
-def test_json_holds_every_point_and_verdict(played, capsys):
+def test_json(played, capsys):
+    """The JSON holds every point and every verdict."""
     data, _ = played
     with pytest.raises(SystemExit):
         main(["paradigms", "--figure", "5", "--runs", "4", "--quick", "--json", "--data", str(data)])
@@ -113,7 +121,8 @@ def test_json_holds_every_point_and_verdict(played, capsys):
     assert len(figure["verdicts"]) == table.height
 
 
-def test_export_writes_small_readable_files(played, tmp_path, capsys):
+def test_export(played, tmp_path, capsys):
+    """An export writes points, verdicts, plot and settings of a figure, each into its own file."""
     data, _ = played
     with pytest.raises(SystemExit):
         main(["paradigms", "--figure", "4", "--runs", "4", "--quick", "--export", str(tmp_path),
@@ -131,7 +140,8 @@ def test_export_writes_small_readable_files(played, tmp_path, capsys):
 @pytest.mark.parametrize(("words", "what"), [
     (["--figure", "8"], "figure"), (["--runs", "0"], "runs"), (["--seed", "-1"], "seed"),
 ])
-def test_arguments_that_make_no_sense_are_refused(words, what, tmp_path, capsys):
+def test_bad_arguments(words, what, tmp_path, capsys):
+    """Arguments that make no sense are refused by name."""
     with pytest.raises(SystemExit) as stopped:
         main(["paradigms", *words, "--data", str(tmp_path)])
     assert stopped.value.code != 0
@@ -139,12 +149,14 @@ def test_arguments_that_make_no_sense_are_refused(words, what, tmp_path, capsys)
     assert what in said.out + said.err
 
 
-def test_the_paper_s_own_numbers_of_runs():
+def test_paper_runs():
+    """Unless told otherwise, a design has the paper's numbers of runs."""
     assert [Design().runs_of(figure) for figure in (4, 5, 6)] == [100, 100, 3]
     assert Design(runs=2_000).runs_of(6) == 2_000
 
 
-def test_the_confirmation_is_of_seeds_that_chose_nothing():
+def test_confirmation_seeds():
+    """The confirmation shares no seed with the studies that chose its settings."""
     every = experiments.sweeps(Design(sensitivity=True))
     seeds = {study: {sweep.seed for sweep in every if sweep.curves[0].study == study}
              for study in ("figure", "sensitivity", "confirmation")}

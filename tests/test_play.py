@@ -22,7 +22,6 @@ from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.bodies import BALL
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE
-from pipeline.state import encode
 
 MINUTE = 3600
 
@@ -40,7 +39,8 @@ def short():
     return log.read(logged(recipe()), where="here")
 
 
-def test_a_match_has_a_frame_each_sixtieth_and_one_at_the_final_whistle(short):
+def test_frame_times(short):
+    """A match has a frame each sixtieth of a second and one at the final whistle."""
     assert len(short.frames) == 20 * 60 + 1
     assert short.frames.t_ns[0] == 0
     assert short.frames.t_ns[60] == 1_000_000_000
@@ -48,7 +48,8 @@ def test_a_match_has_a_frame_each_sixtieth_and_one_at_the_final_whistle(short):
     assert (short.frames.counts() == 6).all()
 
 
-def test_it_begins_with_a_kick_off_and_ends_with_the_end(short):
+def test_first_and_last_event(short):
+    """A match begins with a kick-off, has one half-time and ends with the end."""
     events = short.referee["event"].to_list()
     assert events[0] == "kick-off"
     assert events[-1] == "end"
@@ -56,13 +57,15 @@ def test_it_begins_with_a_kick_off_and_ends_with_the_end(short):
     assert [p.home_attacks for p in short.info.periods] == [1, -1]
 
 
-def test_the_score_counts_the_goals(short):
+def test_score(short):
+    """The score counts the goals."""
     goals = short.referee.filter(pl.col("event") == "goal")
     for team in ("home", "away"):
         assert short.referee[f"score_{team}"][-1] == goals.filter(pl.col("team") == team).height
 
 
-def test_robots_stand_from_the_whistle_to_the_restart():
+def test_rest_after_goal():
+    """After a goal the robots stand, and play restarts half a second later."""
     played = match(recipe("static", "random", seconds=60.0))
     played.advance(MINUTE + 1)
     part = played.take()
@@ -73,7 +76,8 @@ def test_robots_stand_from_the_whistle_to_the_restart():
     assert again - goal == 500_000_000
 
 
-def test_the_same_recipe_gives_the_same_bytes():
+def test_same_recipe():
+    """The same recipe gives the same bytes."""
     assert logged(recipe(seed=5)) == logged(recipe(seed=5))
 
 
@@ -89,7 +93,8 @@ print(receipt.files["log"].path)
 
 
 @pytest.mark.slow
-def test_the_same_recipe_gives_the_same_bytes_in_another_process_and_place(tmp_path):
+def test_same_recipe_elsewhere(tmp_path):
+    """The same recipe gives the same bytes in another process and another folder."""
     processes = []
     for number in ("1", "2"):
         (tmp_path / number).mkdir()
@@ -106,33 +111,37 @@ def test_the_same_recipe_gives_the_same_bytes_in_another_process_and_place(tmp_p
     assert len(played.decisions) > 60
 
 
-def test_how_often_it_is_handed_over_changes_nothing_that_is_read():
+def test_part_length():
+    """How many frames are handed over at once changes nothing that is read."""
     one, other = (log.read(logged(recipe(seed=5), part=part), where="here") for part in (1000, 7))
     assert one.frames.robots.tobytes() == other.frames.robots.tobytes()
     assert one.referee.equals(other.referee)
 
 
-def test_another_seed_is_another_match():
+def test_other_seed():
+    """Another seed gives another match with another id."""
     assert logged(recipe(seed=5)) != logged(recipe(seed=6))
     assert recipe(seed=5).match_id != recipe(seed=6).match_id
 
 
-def test_what_a_team_leaves_to_chance_does_not_hang_on_the_other():
-    """Home moves randomly in the same way until away touches it or the ball."""
+def test_separate_chance():
+    """A team's random moves do not depend on the other team, until that touches it or the ball."""
     one, other = (match(recipe("random", away, seconds=1.0)) for away in ("static", "human-like"))
     one.advance(12)
     other.advance(12)
     assert (one.bodies[1:4] == other.bodies[1:4]).all()
 
 
-def test_a_lead_counts_from_the_start():
+def test_lead():
+    """A lead counts from the start."""
     played = match(recipe(seconds=1.0, score=(7, 0)))
     played.advance(100)
     assert played.score == (7, 0)
     assert played.take().referee["score_home"].to_list()[0] == 7
 
 
-def test_a_camera_spoils_what_players_and_the_log_see():
+def test_camera():
+    """A camera hides robots and the ball from the players and from the log."""
     there = match(recipe(seconds=5.0))
     seen = match(recipe(seconds=5.0, camera=CameraSettings(robot_unseen=0.2, ball_unseen=0.1)))
     there.advance(301)
@@ -144,7 +153,8 @@ def test_a_camera_spoils_what_players_and_the_log_see():
     assert (there.bodies != seen.bodies).any()
 
 
-def test_who_leaves_early_ends_the_match_there():
+def test_leaving_early():
+    """Leaving early ends the match there, and the log says so."""
     played = match(recipe(seconds=60.0))
     played.advance(100)
     played.leave()
@@ -154,7 +164,8 @@ def test_who_leaves_early_ends_the_match_there():
     assert part.referee.tail(1).select("event", "note").row(0) == ("end", "left early")
 
 
-def test_a_match_without_a_log_is_the_same_match():
+def test_no_log():
+    """A match without a log is played as one with a log."""
     one, other = match(recipe(seed=3)), match(recipe(seed=3), logged=False)
     one.advance(600)
     other.advance(600)
@@ -164,7 +175,8 @@ def test_a_match_without_a_log_is_the_same_match():
 
 @settings(max_examples=5, deadline=None)
 @given(robots=st.integers(1, 5), seed=st.integers(0, 1000))
-def test_any_number_of_robots_play(robots, seed):
+def test_robot_counts(robots, seed):
+    """Any number of robots from one to five a team can play."""
     played = match(recipe("static", "human-like", seed=seed, seconds=3.0, robots=robots))
     played.advance(1000)
     assert played.over
@@ -172,7 +184,8 @@ def test_any_number_of_robots_play(robots, seed):
     assert (played.take().frames.counts() == 2 * robots).all()
 
 
-def test_a_person_does_not_play_by_itself():
+def test_person():
+    """A person has no controller, and the error names the command that lets one play."""
     of = recipe("human")
     with pytest.raises(BadSettings, match="pitchlore play"):
         controller_of(of.home, of, 0)
@@ -187,7 +200,8 @@ def decided(of, known, frames=601):
     return played.take().decisions
 
 
-def test_who_knows_nothing_moves_randomly():
+def test_no_knowledge():
+    """A learned team that knows nothing moves randomly."""
     made = decided(recipe("learned", "static", seconds=10.0), None)
     assert made["behaviour_id"].null_count() == made.height > 60
     assert made["random"].all()
@@ -197,7 +211,8 @@ def test_who_knows_nothing_moves_randomly():
     assert ((made["end_ns"] - made["t_ns"]) <= 400_000_001).all()
 
 
-def test_the_best_behaviour_is_taken_and_named():
+def test_best_behaviour():
+    """The best behaviour is taken, and the decision names it."""
     roles = ("goalkeeper", "midfield", "striker")
     known = policy(*((role, 0, codes, q) for role in roles for codes, q in (("046-044-021", 0.5), ("194", 0.1))))
     made = decided(recipe("learned", "static", seconds=10.0), known)
@@ -205,7 +220,8 @@ def test_the_best_behaviour_is_taken_and_named():
     assert not made["random"].any()
 
 
-def test_ties_are_broken_by_chance():
+def test_ties():
+    """Ties are broken by chance."""
     known = policy(*((role, 0, codes, 0.5) for role in ("goalkeeper", "midfield", "striker")
                      for codes in ("184", "057", "078")))
     made = decided(recipe("learned", "static", seconds=20.0), known, 1201)
@@ -214,7 +230,8 @@ def test_ties_are_broken_by_chance():
     assert shares["proportion"].min() > 0.1
 
 
-def test_exploration_takes_any_behaviour_of_the_state():
+def test_exploration():
+    """Exploration takes any behaviour that is known in the state."""
     known = policy(*((role, 0, codes, q) for role in ("goalkeeper", "midfield", "striker")
                      for codes, q in (("184", 0.5), ("057", 0.1))))
     of = recipe("learned", "static", seconds=20.0)
@@ -227,7 +244,8 @@ def test_exploration_takes_any_behaviour_of_the_state():
 ALL = ("goalkeeper", "midfield", "striker")
 
 
-def test_who_doubts_draws_what_it_believes_at_each_restart_and_holds_on_to_it_while_play_is_on():
+def test_posterior_draws():
+    """A team in doubt draws its values at each restart and keeps them while play is on."""
     known = policy(*((role, 0, codes, 0.5) for role in ALL for codes in ("184", "057", "078")))
     of = recipe("learned", "static", seconds=120.0)
     of = of.model_copy(update={"home": TeamSettings(kind="learned", posterior_std=1.0)})
@@ -238,7 +256,8 @@ def test_who_doubts_draws_what_it_believes_at_each_restart_and_holds_on_to_it_wh
     assert not made["random"].any()
 
 
-def test_what_is_well_known_is_doubted_less():
+def test_evidence():
+    """The more evidence a value has, the less it is doubted."""
     # the worse one is believed to be the better one where N(.2, 1 + 1 / 9) > 0: 57 %; and 0 % once it is known
     kicks = ((1.0, 0.35, 0.65), (1e6, 0.0, 0.0))
     for evidence, least, most in kicks:
@@ -251,7 +270,8 @@ def test_what_is_well_known_is_doubted_less():
         assert least <= first["worse"].mean() <= most
 
 
-def test_the_cautious_prefer_what_they_know():
+def test_caution():
+    """A cautious team prefers a well-known behaviour to a better one that it hardly knows."""
     known = policy(*((role, 0, codes, q, n) for role in ALL
                      for codes, q, n in (("184", 0.5, 1.0), ("057", 0.1, 100.0))))
     for lcb_weight, codes in ((0.0, "184"), (0.4, "184"), (0.5, "057")):  # .5 - c against .1 - c / 10
@@ -260,7 +280,8 @@ def test_the_cautious_prefer_what_they_know():
         assert set(decided(of, known)["behaviour_id"]) == {f"{role}-{codes}" for role in ALL}
 
 
-def test_a_finer_key_goes_first_and_a_coarser_one_is_the_fallback():
+def test_key_order():
+    """A finer key goes first, and a coarser one is the fallback."""
     of = recipe("learned", "static", seconds=10.0)
     first = decided(of, None, 1).filter(pl.col("robot") == 1)
     assert first.height == 0  # the episode is not over
@@ -276,7 +297,8 @@ def test_a_finer_key_goes_first_and_a_coarser_one_is_the_fallback():
     assert (made["behaviour_id"].str.ends_with("057")).mean() > 0.9
 
 
-def test_decisions_of_an_episode_follow_each_other_and_the_last_is_paid():
+def test_episode_decisions():
+    """The decisions of an episode follow each other, and only the last can have a reward."""
     made = decided(recipe("learned", "static", seconds=60.0), None, MINUTE + 1)
     for _, own in made.group_by("robot", "episode"):
         rows = own.sort("t_ns")
@@ -286,8 +308,8 @@ def test_decisions_of_an_episode_follow_each_other_and_the_last_is_paid():
     assert made["reward"].min() == -1.0  # static scores within a minute
 
 
-def test_states_are_those_of_the_bodies():
-    """The state that a robot logs is that of the 36 elements of the frame it decided at."""
+def test_states():
+    """Robots of a team that decide at the same time log the same state."""
     of = recipe("learned", "static", seconds=5.0)
     made = decided(of, None, 301)
     assert made["state"].min() >= 0
@@ -295,13 +317,13 @@ def test_states_are_those_of_the_bodies():
     assert (same["state"] == 1).all()  # all robots of a team see the same
 
 
-def test_the_log_holds_no_garbage_beside_its_fields():
+def test_log_fields():
+    """The frames of a match have the fields of the log and no others."""
     taken = match(recipe(seconds=1.0))
     taken.advance(10)
     frames = taken.take().frames
     assert frames.ball.dtype == BALL_DTYPE
     assert frames.robots.dtype == ROBOT_DTYPE
-    assert encode(np.zeros((1, 36), dtype=np.uint8), "full36")[0] == 0
 
 
 @pytest.mark.parametrize(("ball", "robots", "pair"), [
@@ -312,8 +334,11 @@ def test_the_log_holds_no_garbage_beside_its_fields():
     ((0.52, 0.162), [(-0.7, 0.145, -1.571), (-0.248, 0.04, -1.69), (0.484, -0.087, -1.345),
                      (0.702, 0.047, 1.54), (0.494, -0.008, -1.35), (0.537, -0.166, 1.231)], (3, 5)),
 ])  # fmt: skip
-def test_static_robots_that_touch_come_apart(ball, robots, pair):
-    """Home plays, the other team stands; robots of 7.5 cm whose middles are 11 cm apart cannot touch."""
+def test_touching_robots(ball, robots, pair):
+    """Static robots that touch come apart within 2.5 s.
+
+    Home plays, the other team stands; robots of 7.5 cm whose middles are 11 cm apart cannot touch.
+    """
     of = recipe()
     arena, controller = Arena(of.pitch, of.robots, of.physics), controller_of(of.home, of, 0)
     bodies, wheels = np.zeros_like(arena.bodies), np.zeros((2 * of.robots, 2))

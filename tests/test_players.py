@@ -52,6 +52,7 @@ def jobs(memory):
 
 class TestMeasures:
     def test_by_hand(self):
+        """The measures of a robot on the VSSS pitch are those worked out by hand."""
         m = Measures.of(VSSS, top=1.2, axle=0.071, acceleration=6.0, frame_s=1 / 60)
         assert (m.goal_x, m.half_width, m.half_goal) == (0.75, 0.65, 0.2)
         assert (m.area_depth, m.area_half_width) == pytest.approx((0.15, 0.35))
@@ -59,13 +60,15 @@ class TestMeasures:
         assert m.gain == pytest.approx(math.sqrt(2 * 6.0 / 0.071 / math.pi))
         assert m.arrival == pytest.approx(math.sqrt(6.0 / 0.1))
 
-    def test_a_slow_clock_makes_patient(self):
+    def test_slow_clock(self):
+        """A slow clock makes a robot patient: it limits the gains."""
         m = Measures.of(VSSS, top=1.2, axle=0.071, acceleration=1000.0, frame_s=0.1)
         assert m.gain == m.arrival == pytest.approx(2.5)
 
     @pytest.mark.parametrize("name", ["top", "axle", "acceleration", "frame_s"])
     @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
     def test_refuses(self, name, value):
+        """A measure that is not positive and finite is refused by name."""
         given = {"top": 1.2, "axle": 0.07, "acceleration": 6.0, "frame_s": 0.02} | {name: value}
         with pytest.raises(BadSettings, match=name):
             Measures.of(VSSS, **given)
@@ -73,6 +76,7 @@ class TestMeasures:
 
 class TestSplitMix:
     def test_splitmix64(self):
+        """The generator gives the first numbers of its authors' reference."""
         # the first numbers of the authors' reference for this seed
         one = np.array([1234567], dtype=np.uint64)
         assert [int(bits(one)) for _ in range(3)] == [
@@ -80,6 +84,7 @@ class TestSplitMix:
         ]
 
     def test_distributions(self):
+        """Uniform numbers fill [0, 1), and normal ones have mean 0 and deviation 1."""
         one = splitmix()
         flat = np.array([uniform(one) for _ in range(20_000)])
         bell = np.array([normal(one) for _ in range(20_000)])
@@ -91,7 +96,8 @@ class TestSplitMix:
 
 class TestRoles:
     @given(views())
-    def test_as_the_trajectories_have_them(self, view):
+    def test_trajectory_roles(self, view):
+        """Players assign the roles that the trajectories have."""
         view = view.astype(np.float32).astype(np.float64)  # tables hold float32
         count = len(view) // 2
         roles = np.empty(2 * count, dtype=np.int64)
@@ -106,6 +112,7 @@ class TestRoles:
 
 class TestSteering:
     def test_wheels(self):
+        """At the limit of the wheels the turn is kept and the speed gives way."""
         wheels = np.zeros((1, 2))
         set_wheels(0.5, 2.0, 1, M, wheels)
         assert wheels[0].tolist() == pytest.approx([0.5 - 0.071, 0.5 + 0.071])
@@ -118,7 +125,8 @@ class TestSteering:
         (FRONT, 1.0, 1, False), (FRONT, -1.0, 0, True), (EITHER, -1.0, -1, False), (BACK, -1.0, -1, False),
         (BACK, 1.0, 0, True),
     ])
-    def test_which_end_goes_first(self, end, dx, forward, turns):
+    def test_leading_end(self, end, dx, forward, turns):
+        """The end that is asked for goes first, and the robot turns where that end points away."""
         wheels = np.zeros((3, 2))
         steer(view_of((0.0, 0.0, 0.0)), 1, dx, 1e-9, 0.5, end, M, wheels)
         assert wheels[0].mean() == pytest.approx(0.5 * forward, abs=1e-6)
@@ -127,6 +135,7 @@ class TestSteering:
     @given(st.floats(-0.6, 0.6), st.floats(-0.5, 0.5), st.floats(-3.1, 3.1))
     @settings(max_examples=25)
     def test_gets_there_and_stays(self, x, y, theta):
+        """A robot gets to where it is driven and stays there."""
         bodies, speeds, wheels = view_of((0.0, 0.0, theta), ball=(-0.7, -0.6, 0, 0)), np.zeros((6, 2)), np.zeros((6, 2))
         for _ in range(150):
             drive_to(bodies, 1, x, y, 1.0, EITHER, M, wheels)
@@ -136,7 +145,8 @@ class TestSteering:
 
     @given(st.floats(0.1, 0.9), st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi))
     @settings(max_examples=40)
-    def test_the_field_arrives_from_behind(self, distance, bearing, course):
+    def test_pose_field(self, distance, bearing, course):
+        """The field leads to the place, and arrives there within 15 degrees of the course."""
         x, y, ux, uy = distance * math.cos(bearing), distance * math.sin(bearing), math.cos(course), math.sin(course)
         closest, heads = math.inf, 0.0
         for _ in range(2000):
@@ -150,7 +160,8 @@ class TestSteering:
         assert closest < 0.0235  # a ball's radius; the robot is wider
         assert heads > math.cos(math.radians(15))
 
-    def test_passes_others_on_the_side_on_which_it_is_led(self):
+    def test_passing_others(self):
+        """A robot bends its course round another in its way, on the side where it would pass it anyway."""
         view = view_of((0.0, 0.0, 0.0), (0.1, -0.01, 0.0))
         dx, dy = around(view, 1, 1.0, 0.0, 1.0, M)
         assert dy > 0.3
@@ -159,6 +170,7 @@ class TestSteering:
         assert around(view, 1, -1.0, 0.0, 1.0, M) == (-1.0, 0.0)
 
     def test_slides_along_walls(self):
+        """A robot at a wall drives along it instead of into it."""
         view = view_of((0.0, 0.61, 0.0))
         assert along_walls(view, 1, 1.0, 1.0, M) == (1.0, 0.0)
         assert along_walls(view, 1, 1.0, -1.0, M) == (1.0, -1.0)
@@ -169,9 +181,11 @@ class TestBall:
         (0.06, 0.0, True), (0.055, 0.03, True), (0.04, 0.04, False), (-0.06, 0.0, False), (0.2, 0.0, False),
     ])
     def test_who_has_it(self, x, y, has):
+        """A robot has the ball if that is close before its front."""
         assert has_ball(view_of((0.0, 0.0, 0.0), ball=(x, y, 0, 0)), 1, M) == has
 
     def test_comes_and_passes_beside(self):
+        """Of a ball that comes are told its speed, its course and how far aside it passes."""
         # rolls to -x at 0.5 m/s, 5 cm to the left of a robot that looks at it
         ball = coming(view_of((0.0, 0.0, 0.0), ball=(0.4, 0.05, -0.5, 0)), 1, M)
         assert ball == pytest.approx((True, 0.5, -1.0, 0.0, 0.05))
@@ -179,10 +193,12 @@ class TestBall:
 
     @pytest.mark.parametrize("speed", [0.5, -0.01, 0.0])
     def test_does_not_come(self, speed):
+        """A ball that rolls away, or hardly rolls, does not come."""
         view = view_of((0.0, 0.0, 0.0), ball=(0.4, 0.05, speed, 0))
         assert coming(view, 1, M) == (False, 0.0, 0.0, 0.0, 0.0)
 
     def test_where_it_will_be(self):
+        """The ball is foreseen at most half a second ahead and within the walls."""
         # 0.24 m are 0.2 s at 1.2 m/s; 1.2 m would be a second, of which half counts; and walls stop it
         assert soon(view_of((0.0, 0.0, 0.0), ball=(0.24, 0.0, 0.5, -0.5)), 1, M) == pytest.approx((0.34, -0.1))
         assert soon(view_of((-0.6, 0.0, 0.0), ball=(0.6, 0.0, 0.2, 0.0)), 1, M) == pytest.approx((0.7, 0.0))
@@ -190,6 +206,7 @@ class TestBall:
 
     @pytest.mark.parametrize("y", [0.06, -0.06])
     def test_spins_the_ball_forward(self, y):
+        """A robot beside the ball turns so that its rim drives the ball forward."""
         wheels = np.zeros((3, 2))
         spin(view_of((0.0, 0.0, 0.0), ball=(0.0, y, 0, 0)), 1, 1.0, 0.0, M, wheels)
         omega = wheels[0, 1] - wheels[0, 0]
@@ -201,11 +218,13 @@ class TestGoalkeeping:
         ((-0.2, 0.3, -0.5, -0.2), 0.1),  # 0.5 m in a second, 0.2 m to the right
         ((-0.2, 0.3, 0.5, -0.2), 0.3), ((-0.2, 0.3, -0.01, -0.2), 0.3), ((-0.74, 0.3, -0.5, -0.2), 0.3),
     ])
-    def test_where_the_ball_will_cross(self, ball, y):
+    def test_crossing(self, ball, y):
+        """A ball that comes crosses the line where its course leads; any other is taken where it is."""
         assert crossing(view_of(ball=ball), -0.7, M) == pytest.approx(y)
 
     @pytest.mark.parametrize("limit", [0.05, 0.20])
-    def test_stands_there_within_its_limit(self, limit):
+    def test_keep_line(self, limit):
+        """The keeper stands on its line, as near to the ball as its limit lets it."""
         bodies, speeds = view_of((-0.60, -0.3, 0.5), ball=(0.2, 0.6, 0, 0)), np.zeros((6, 2))
         wheels = np.zeros((6, 2))
         for _ in range(120):
@@ -216,7 +235,12 @@ class TestGoalkeeping:
 
 
 def match(home, away, seed, seconds=60.0):
-    """Goals of home and away in the toy world, kick-offs after goals and where the ball has rested for 5 s."""
+    """Goals of home and away in the toy world."""
+    return played(home, away, seed, seconds)[0]
+
+
+def played(home, away, seed, seconds):
+    """Goals of home and away, and where all are in the end: kick-offs after goals and where the ball rests for 5 s."""
     rng = np.random.default_rng(seed)
     scripts = (TEAMS[home].script, TEAMS[away].script)
     teams = [(script.play, script.new_memory(ROBOTS, M, rng, People()), seeded(rng)) for script in scripts]
@@ -232,13 +256,14 @@ def match(home, away, seed, seconds=60.0):
             goals[goal < 0] += 1
         if goal or rest > 5 / FRAME_S:
             bodies, rest = kick_off(ROBOTS, rng), 0
-    return goals
+    return goals, bodies
 
 
 class TestTeams:
     @given(views(), st.sampled_from(SCRIPTED), st.sampled_from(list(Kind)), st.integers(0, 9))
     @settings(max_examples=200)
-    def test_within_the_limit_whatever_happens(self, view, team, kind, seed):
+    def test_wheel_limit(self, view, team, kind, seed):
+        """No team drives its wheels beyond their limit, whatever it sees."""
         rng = np.random.default_rng(seed)
         m = Measures.of(PITCHES[kind], top=2.0, axle=0.1, acceleration=5.0, frame_s=0.05)
         count = len(view) // 2
@@ -250,27 +275,34 @@ class TestTeams:
             view[BALL, :2] += rng.normal(0, 0.05, 2)
 
     @pytest.mark.parametrize("team", SCRIPTED)
-    def test_the_same_dice_play_the_same(self, team):
-        assert match(team, "static", 3, 10.0) == match(team, "static", 3, 10.0)
+    def test_same_seed(self, team):
+        """The same seed leads all bodies to the same places, another seed to others."""
+        first, again, other = (played(team, "static", seed, 10.0)[1] for seed in (3, 3, 4))
+        assert np.array_equal(first, again)
+        assert not np.array_equal(first, other)
 
     def test_static_beats_random(self):
+        """Static beats random in every match, with more than ten times its goals."""
         goals = np.array([match("static", "random", seed) for seed in range(3)]
                          + [match("random", "static", seed)[::-1] for seed in range(3, 6)])
         assert (goals[:, 0] > goals[:, 1]).all()
         assert goals[:, 0].sum() > 10 * goals[:, 1].sum()
 
-    def test_static_is_nobody_s_master(self):
+    def test_static_against_itself(self):
+        """Static against static favours neither side."""
         goals = np.array([match("static", "static", seed, 90.0) for seed in range(8)])
         assert goals.sum() > 5
         assert abs(goals[:, 0].sum() - goals[:, 1].sum()) <= 4 * math.sqrt(goals.sum())
 
-    def test_people_beat_random_and_lose_to_static(self):
+    def test_human_like_strength(self):
+        """Human-like teams beat random and lose to static."""
         people = np.array([match("human-like", "random", seed) for seed in range(4)]).sum(axis=0)
         machine = np.array([match("human-like", "static", seed) for seed in range(4)]).sum(axis=0)
         assert people[0] > people[1]
         assert machine[0] < machine[1]
 
-    def test_random_holds_its_wheels_for_two_fifths_of_a_second(self):
+    def test_random_hold(self):
+        """A random robot holds its wheels for two fifths of a second."""
         memory = np.zeros(3, dtype=executors.ACTION)
         view, wheels, chance = view_of(), np.zeros((3, 2)), splitmix()
         seen = []
@@ -289,10 +321,12 @@ class TestStatic:
 
     @given(views(count=3, ties=False))
     @settings(max_examples=200)
-    def test_a_mirror_swaps_the_wheels(self, view):
+    def test_mirror(self, view):
+        """In the mirror a robot's wheels are swapped."""
         assert self.wheels(mirrored(view))[:, ::-1] == pytest.approx(self.wheels(view), abs=1e-9)
 
-    def test_roles_change_hands_with_hysteresis(self):
+    def test_role_hysteresis(self):
+        """A role changes hands only when another robot is clearly nearer."""
         memory = nobody(3)
         ball = (0.2, 0.0, 0, 0)
         self.wheels(view_of((-0.7, 0.0, 0.0), (-0.1, 0.1, 0.0), (-0.2, -0.1, 0.0), ball=ball), memory)
@@ -308,11 +342,13 @@ class TestStatic:
         ((0.0, 0.15, -0.8, 0.0), 1), ((0.0, -0.15, -0.8, 0.0), -1),
         ((0.0, -0.15, -0.7, 0.28), 1),  # crosses x = -0.7 at y = +0.13
     ])
-    def test_the_keeper_goes_where_the_ball_will_cross(self, ball, sign):
+    def test_keeper_meets_ball(self, ball, sign):
+        """The keeper goes to where the ball will cross its line."""
         wheels = self.wheels(view_of((-0.70, 0.0, math.pi / 2), (0.3, 0.4, 0.0), (0.3, -0.4, 0.0), ball=ball))
         assert sign * wheels[0].mean() > 0.3
 
-    def test_the_keeper_stays_between_the_posts(self):
+    def test_keeper_between_posts(self):
+        """The keeper goes no further than the post, though the ball is beyond it."""
         bodies, speeds = view_of((-0.70, 0.0, 0.0), (0.3, 0.4, 0.0), (0.3, -0.4, 0.0), ball=(-0.3, 0.6, 0, 0)), np.zeros((6, 2))
         wheels, memory = np.zeros((6, 2)), nobody(3)
         for _ in range(90):
@@ -321,7 +357,8 @@ class TestStatic:
             step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
         assert bodies[1, [X, Y]] == pytest.approx([-0.70, 0.20], abs=0.015)
 
-    def test_nobody_but_the_keeper_waits_in_the_goal_area(self):
+    def test_own_goal_area(self):
+        """No robot but the keeper enters its own goal area."""
         bodies, speeds = view_of((-0.70, 0.0, 0.0), (-0.3, 0.4, 0.0), (-0.2, -0.1, 0.0), ball=(-0.70, 0.3, 0, 0)), np.zeros((6, 2))
         wheels, memory = np.zeros((6, 2)), nobody(3)
         for _ in range(240):
@@ -332,7 +369,8 @@ class TestStatic:
                 assert not static.in_area(*bodies[robot, [X, Y]], 0.0, M)
             step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
 
-    def test_shoots_and_never_at_its_own_goal(self):
+    def test_shooting(self):
+        """A static team scores in at least 7 of 20 scenes and never in its own goal."""
         rng, scored = np.random.default_rng(0), 0
         for _ in range(20):
             places = rng.uniform([-0.4, -0.5, -3.0, -0.3, -0.4], [0.4, 0.4, 3.0, 0.5, 0.4])
@@ -348,7 +386,8 @@ class TestStatic:
         assert scored >= 7
 
     @pytest.mark.parametrize("creeps", [(0.0, 0.0, 0.0), (0.09, 0.0, 0.0), (-0.05, 0.08, 0.5)])
-    def test_backs_off_when_it_is_held(self, creeps):
+    def test_backing_off(self, creeps):
+        """A robot that is held backs off after 0.43 s."""
         # stands, or is pushed about by what it pushes at
         view = view_of((-0.70, 0.0, math.pi / 2), (0.0, 0.0, 0.0), (-0.4, -0.3, 0.0), ball=(0.5, 0.0, 0, 0))
         view[2, VX:] = creeps
@@ -359,7 +398,8 @@ class TestStatic:
         assert (drives[:first] > 0).all()
         assert (drives[first : first + 17] < 0).all()
 
-    def test_one_that_gets_on_does_not_back_off(self):
+    def test_no_backing_off(self):
+        """A robot that gets on does not back off."""
         view = view_of((-0.70, 0.0, math.pi / 2), (0.0, 0.0, 0.0), (-0.4, -0.3, 0.0), ball=(0.5, 0.0, 0, 0))
         view[2, VX] = 0.6
         memory = nobody(3)
@@ -375,6 +415,7 @@ class TestStatic:
         ((0.0, 0.0), (0.0, 0.0, 0.0), False), ((0.07, 0.07), (0.0, 0.0, 0.0), False),
     ])
     def test_who_is_held(self, wheels, motion, is_held):
+        """A robot is held if it moves far less than its wheels tell it to."""
         view = view_of((0.0, 0.0, 0.0))
         view[1, VX:] = motion
         assert held(view, 1, M, np.array([wheels] * 3)) == is_held
@@ -385,7 +426,8 @@ class TestStatic:
         (-0.55, 0.0), (-0.55, 0.3),  # before it: there is no room to get behind the ball
         (-0.728, 0.25), (-0.728, 0.3), (-0.728, 0.37),  # at the goal line
     ])
-    def test_somebody_plays_a_ball_about_the_goal_area(self, x, y):
+    def test_ball_at_goal_area(self, x, y):
+        """A ball in or about the goal area is played within 3 s, and not into the own goal."""
         bodies = view_of((-0.68, 0.19, -math.pi / 2), (-0.3, 0.1, 0.0), (-0.2, -0.3, 0.0), ball=(x, y, 0, 0))
         speeds, wheels, memory, goal, frame = np.zeros((6, 2)), np.zeros((6, 2)), nobody(3), 0, 0
         while goal == 0 and np.hypot(*(bodies[BALL, :2] - [x, y])) < 0.1:
@@ -398,6 +440,7 @@ class TestStatic:
 
 class TestHumanLike:
     def test_reacts_late(self):
+        """People react to what they see after their delay."""
         people = People(delay_s=(0.2, 0.2))
         runs = []
         for moves in (False, True):
@@ -414,12 +457,14 @@ class TestHumanLike:
         assert int(np.argmax(differs)) == 30 + 12
 
     def test_people_differ(self):
+        """People differ in tactic and wobble; their skill and pace keep to the ranges of the settings."""
         people = [human_like.new_memory(3, M, np.random.default_rng(seed), People())[1][0] for seed in range(60)]
         assert {int(p["tactic"]) for p in people} == {0, 1, 2}
         assert all(0.6 <= p["skill"] <= 1.0 and 0.3 <= p["pace"] <= 0.6 for p in people)
         assert np.std([p["wobble"] for p in people]) > 0.03
 
-    def test_one_is_driven_faster_than_the_others(self):
+    def test_driven_robot(self):
+        """A person drives one robot at the speed of its skill, and the others keep to its pace."""
         rng = np.random.default_rng(1)
         people = People(skill=(0.9, 0.9), pace=(0.3, 0.3), tactics=("chaser",))
         memory, chance, wheels = human_like.new_memory(3, M, rng, people), seeded(rng), np.zeros((3, 2))
@@ -434,5 +479,6 @@ class TestHumanLike:
         {"tactics": ()}, {"tactics": ("lazy",)}, {"wobble_rad": (0.0, math.nan)},
     ])
     def test_refuses(self, wrong):
+        """Settings of people that make no sense are refused by name."""
         with pytest.raises(ValidationError, match=next(iter(wrong))):
             People(**wrong)

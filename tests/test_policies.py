@@ -53,7 +53,8 @@ KICK, GUIDE = "striker-021", "striker-011"
 BLOCK = "goalkeeper-047"
 
 
-def test_a_goal_teaches_the_behaviours_that_led_to_it():
+def test_goal():
+    """A goal teaches the behaviours that led to it."""
     known = occasions(("striker", 5, GUIDE), ("striker", 7, KICK), ("striker", 7, GUIDE))
     match = decisions(
         ("striker", 5, GUIDE, 0.0, None, 0),
@@ -70,7 +71,8 @@ def test_a_goal_teaches_the_behaviours_that_led_to_it():
     assert report.tables["full36"]["goalkeeper"].first_error is None
 
 
-def test_more_sweeps_leave_less_error_and_count_visits_once():
+def test_sweeps():
+    """More sweeps leave less error and count visits once."""
     known = occasions(("striker", 5, GUIDE), ("striker", 7, KICK))
     match = decisions(("striker", 5, GUIDE, 0.0, None, 0), ("striker", 7, KICK, 1.0, "terminal", 0))
     table, report = train([match], known, None, PolicySettings(sweeps=50), 1, 1)
@@ -78,7 +80,8 @@ def test_more_sweeps_leave_less_error_and_count_visits_once():
     assert table["visits"].to_list() == [1, 1]
 
 
-def test_only_pairs_that_the_knowledge_holds_are_trained():
+def test_known_pairs():
+    """Only pairs that the knowledge holds are trained."""
     # the same behaviour in another state, and another behaviour in the state, are not in it
     match = decisions(
         ("striker", 7, KICK, 0.0, None, 0),
@@ -90,7 +93,8 @@ def test_only_pairs_that_the_knowledge_holds_are_trained():
     assert (report.decisions, report.transitions) == (3, 1)
 
 
-def test_a_new_behaviour_starts_with_the_best_value_of_its_state():
+def test_new_behaviour():
+    """A new behaviour starts with the parent's best value in its state, else with its occasion's."""
     known = occasions(
         ("striker", 7, KICK), ("striker", 7, GUIDE), ("striker", 7, "striker-046"), ("striker", 8, KICK),
         initial=0.125,
@@ -109,14 +113,16 @@ def test_a_new_behaviour_starts_with_the_best_value_of_its_state():
     assert (report.pairs, report.new_pairs) == (4, 2)
 
 
-def test_value_follows_a_robot_whose_role_changes():
+def test_role_change():
+    """Value follows a robot whose role changes."""
     known = occasions(("striker", 5, KICK), ("goalkeeper", 6, BLOCK))
     match = decisions(("goalkeeper", 6, BLOCK, 0.0, None, 0), ("striker", 5, KICK, 1.0, "terminal", 0))
     table, _ = train([match], known, None, PLAIN, 1, 1)
     assert values(table) == {("goalkeeper", 6, BLOCK): 1.0, ("striker", 5, KICK): 1.0}
 
 
-def test_a_random_move_is_the_behaviour_194_where_the_knowledge_holds_it():
+def test_random_moves():
+    """A random move is the behaviour 194 where the knowledge holds it."""
     known = occasions(("striker", 5, "striker-194"), ("striker", 7, KICK))
     match = decisions(
         ("striker", 5, None, 0.0, None, 0), ("striker", 6, None, 0.0, None, 0), ("striker", 7, KICK, 1.0, "terminal", 0),
@@ -126,7 +132,8 @@ def test_a_random_move_is_the_behaviour_194_where_the_knowledge_holds_it():
     assert report.transitions == 2
 
 
-def test_robots_episodes_and_matches_are_separate_sequences():
+def test_separate_sequences():
+    """Robots, episodes and matches are separate sequences."""
     known = occasions(("striker", 5, KICK), ("striker", 6, KICK), ("striker", 7, KICK), ("striker", 8, GUIDE))
     goal = ("striker", 8, GUIDE, 1.0, "terminal", 1)
     match = pl.concat([
@@ -142,20 +149,23 @@ def test_robots_episodes_and_matches_are_separate_sequences():
 
 
 def test_time_counts_in_seconds():
+    """The discount is that of a second, and fractions of a second count."""
     known = occasions(("striker", 5, KICK))
     match = decisions(("striker", 5, KICK, 1.0, "terminal", 0)).with_columns(end_ns=pl.lit(2 * SECOND + SECOND // 2))
     table, _ = train([match], known, None, PLAIN.model_copy(update={"discount": 0.9}), 1, 1)
     assert table["q"][0] == pytest.approx(0.9**2.5, abs=1e-15)
 
 
-def test_nothing_known_nothing_played():
+def test_nothing_known():
+    """Without knowledge and matches the policy is empty."""
     table, report = train([], Occasions.empty(), None, PolicySettings(), 1, 1)
     assert table.schema == Policies.empty().schema
     assert len(table) == 0
     assert (report.matches, report.pairs, report.decisions) == (0, 0, 0)
 
 
-def test_a_match_without_anything_known_changes_no_value():
+def test_unknown_match():
+    """A match without anything known changes no value."""
     parent = policy(("striker", 7, KICK, 0.5))
     match = decisions(("striker", 9, KICK, 1.0, "terminal", 0))
     table, _ = train([match, Decisions.empty()], occasions(("striker", 7, KICK)), parent, PLAIN, 2, 1)
@@ -173,7 +183,8 @@ plays = st.lists(
 
 @settings(max_examples=40, deadline=None)
 @given(plays, st.randoms(use_true_random=False))
-def test_order_of_rows_does_not_matter_and_runs_repeat(rows, random):
+def test_row_order(rows, random):
+    """Training again gives the same policy, whatever the order of rows."""
     match = decisions(*[(role, s, f"{role}-{code:03}", r, e, ep) for role, s, code, r, e, ep in rows])
     known = match.select("role", "state", "behaviour_id").unique()
     pairs = occasions(*random.sample(known.rows(), k=len(known) // 2))
@@ -190,8 +201,8 @@ def test_order_of_rows_does_not_matter_and_runs_repeat(rows, random):
 
 @settings(max_examples=40, deadline=None)
 @given(plays, st.randoms(use_true_random=False))
-def test_with_one_key_it_is_sarsa_over_the_pairs_and_nothing_else(rows, random):
-    """To the bit what the trainer was before it knew of keys: one Sarsa over all roles' pairs."""
+def test_one_key(rows, random):
+    """With one key, training is one Sarsa over all roles' pairs, to the bit."""
     rows = [(role, s, f"{role}-{code:03}", r, e, ep) for role, s, code, r, e, ep in rows]
     seen = sorted({row[:3] for row in rows})
     pairs = random.sample(seen, k=len(seen) // 2 + len(seen) % 2)
@@ -225,7 +236,8 @@ def coarse(key, role="striker"):
     return int(project(np.array([LOSING]), key, np.array([ROLES.index(role)]))[0])
 
 
-def test_each_key_is_a_learning_problem_of_its_own():
+def test_separate_keys():
+    """Each key is a learning problem of its own."""
     known = pl.concat([
         occasions(("striker", LOSING, GUIDE), ("striker", WINNING, KICK)),
         occasions(("striker", coarse("role0"), KICK), key="role0"),
@@ -250,7 +262,8 @@ def test_each_key_is_a_learning_problem_of_its_own():
     assert (report.pairs, report.decisions, report.transitions) == (3, 3, 4)
 
 
-def test_a_parents_values_stay_in_their_key():
+def test_parent_keys():
+    """A parent's values stay in their key."""
     known = pl.concat([occasions(("striker", 0, KICK)), occasions(("striker", 0, KICK), key="role0")])
     parent = policy(("striker", 0, KICK, 0.5), key="role0", visits=3)
     table, report = train([], known, parent, PLAIN, 2, 2)
@@ -258,7 +271,8 @@ def test_a_parents_values_stay_in_their_key():
     assert report.new_pairs == 1
 
 
-def test_visits_are_of_all_batches_it_has_learned_from():
+def test_visits():
+    """Visits count all batches that a policy has learned from, its parent's too."""
     known = occasions(("striker", 7, KICK), ("striker", 7, GUIDE))
     match = decisions(("striker", 7, KICK, 1.0, "terminal", 0))
     first, _ = train([match, match], known, None, PLAIN, 1, 1)
@@ -268,7 +282,8 @@ def test_visits_are_of_all_batches_it_has_learned_from():
     assert (report.new_pairs, report.pairs) == (2, 2)
 
 
-def test_the_evidence_of_a_value_is_the_episodes_it_is_the_mean_of():
+def test_evidence():
+    """The evidence of a value is the number of episodes it is the mean of, bounded by the step size."""
     known = occasions(("striker", 7, KICK), ("striker", 7, GUIDE))
     # two episodes, in the first of which it kicks twice
     match = decisions(
@@ -285,7 +300,8 @@ def test_the_evidence_of_a_value_is_the_episodes_it_is_the_mean_of():
     assert third["visits"].to_list() == [0, 9]
 
 
-def test_a_mean_of_what_it_started_from_and_what_came_of_it():
+def test_average_steps():
+    """An averaged value is the mean of what it started from and of what came of it."""
     known = occasions(("striker", 7, KICK), value=0.5)
     match = decisions(("striker", 7, KICK, 1.0, "terminal", 0), ("striker", 7, KICK, -1.0, "terminal", 1))
     rule = PLAIN.model_copy(update={
@@ -294,7 +310,8 @@ def test_a_mean_of_what_it_started_from_and_what_came_of_it():
     assert table["q"].to_list() == pytest.approx([(2 * 0.5 + 1 - 1) / 4])
 
 
-def test_without_a_parent_values_start_from_what_the_knowledge_says():
+def test_no_parent():
+    """Without a parent, values start from what the knowledge says."""
     known = occasions(("striker", 7, KICK), initial=0.75, value=0.25)
     parent = policy(("striker", 7, KICK, -0.5), ("striker", 7, GUIDE, 0.5))
     starts = {
@@ -307,7 +324,8 @@ def test_without_a_parent_values_start_from_what_the_knowledge_says():
     }
 
 
-def test_a_new_pair_may_start_from_its_own_outcomes():
+def test_outcome_start():
+    """A new pair may start from its own outcomes, or optimistically where it has none."""
     known = occasions(("striker", 7, KICK), ("striker", 7, GUIDE), initial=0.75, value=-0.25)
     parent = policy(("striker", 7, KICK, 0.5))
     table, _ = train([], known, parent, PolicySettings(new_pairs="outcome"), 2, 2)
@@ -318,7 +336,8 @@ def test_a_new_pair_may_start_from_its_own_outcomes():
 
 
 @pytest.mark.parametrize(("source", "learned"), [("chosen", (1.0, 0.0)), ("seen", (0.0, -1.0)), ("both", (1.0, -1.0))])
-def test_what_was_chosen_and_what_was_seen_are_told_apart(source, learned):
+def test_learning_sources(source, learned):
+    """What was chosen and what was seen are told apart."""
     known = occasions(("striker", 5, KICK), ("striker", 7, GUIDE))
     # the same robot in the same episode: the two must not follow each other
     match = pl.concat([
@@ -332,7 +351,8 @@ def test_what_was_chosen_and_what_was_seen_are_told_apart(source, learned):
     assert report.decisions == {"chosen": 2, "seen": 1, "both": 3}[source]
 
 
-def test_team_mates_sway_each_other_and_nobody_else():
+def test_influence():
+    """Team-mates sway each other in an episode, and nobody else."""
     known = occasions(("striker", 5, KICK), ("striker", 5, GUIDE), ("goalkeeper", 6, BLOCK), ("midfield", 8, "midfield-046"))
     keeper = decisions(("goalkeeper", 6, BLOCK, 1.0, "terminal", 0), robot=10)  # its RV is +1, under way at 0 s
     striker = decisions(("striker", 5, KICK, 0.0, None, 0), ("striker", 5, GUIDE, 0.0, "terminal", 0), robot=3)
@@ -354,7 +374,8 @@ def test_team_mates_sway_each_other_and_nobody_else():
 
 @settings(max_examples=20, deadline=None)
 @given(st.lists(plays, min_size=1, max_size=3))
-def test_influence_of_nothing_is_sarsa_exactly(robots):
+def test_no_influence(robots):
+    """The influence rule without influence is Sarsa exactly."""
     match = pl.concat([
         decisions(*[(role, s, f"{role}-{code:03}", r, e, ep) for role, s, code, r, e, ep in rows], robot=robot)
         for robot, rows in enumerate(robots)
@@ -365,7 +386,8 @@ def test_influence_of_nothing_is_sarsa_exactly(robots):
     assert alone.equals(swayed)
 
 
-def test_two_versions_at_once_are_refused():
+def test_two_versions():
+    """Two versions at once, of the knowledge or of the parent, are refused."""
     known = occasions(("striker", 7, KICK))
     with pytest.raises(SchemaMismatch, match=r"^occasions: names a pair .* twice"):
         train([], pl.concat([known, known]), None, PLAIN, 1, 1)
@@ -378,13 +400,15 @@ def test_two_versions_at_once_are_refused():
     ("wrong", "says"),
     [({"end_ns": -1}, "elapsed\\[0\\] is negative"), ({"reward": float("nan")}, "reward\\[0\\] is not finite")],
 )
-def test_decisions_that_cannot_be_are_refused(wrong, says):
+def test_bad_decisions(wrong, says):
+    """Decisions that cannot be are refused by column and row."""
     match = decisions(("striker", 7, KICK, 0.0, "terminal", 0)).with_columns(**{k: pl.lit(v) for k, v in wrong.items()})
     with pytest.raises(SchemaMismatch, match=says):
         train([match], occasions(("striker", 7, KICK)), None, PLAIN, 1, 1)
 
 
-def test_values_that_explode_stop_the_training():
+def test_exploding_values():
+    """Values that explode stop the training."""
     steps = PolicySettings(step_size=1.0, discount=1.0, trace_decay=1.0, traces="accumulating", sweeps=200)
     rows = [("striker", 7, KICK, 1.0, None, 0)] * 999 + [("striker", 7, KICK, 1.0, "terminal", 0)]
     with pytest.raises(BadSettings, match="beyond all bounds"):

@@ -60,20 +60,23 @@ def season(store):
     return know(store, play(store, "c"), accumulate=True)
 
 
-def test_a_version_that_accumulates_is_of_its_parents_matches_too(store, season):
+def test_accumulated_matches(store, season):
+    """A version that accumulates is of its parents' matches too."""
     assert names(store, season) == ["a", "b", "z", "c"]
     assert names(store, store.manifest("knowledge", 2)) == ["a", "b", "z"]
     assert [names(store, season, last) for last in (1, 2, 3, 9)] == [["c"], ["z", "c"], ["b", "z", "c"], ["a", "b", "z", "c"]]
 
 
-def test_a_version_of_its_own_matches_alone_says_nothing_of_others(store):
+def test_own_matches(store):
+    """A version that does not accumulate is of its own matches alone."""
     know(store, play(store, "a"), accumulate=False)
     assert names(store, know(store, play(store, "b"), play(store, "c"), accumulate=False)) == ["b", "c"]
     # what begins to accumulate adds to all that its parent is made of, and no more
     assert names(store, know(store, play(store, "d"), accumulate=True)) == ["b", "c", "d"]
 
 
-def test_decisions_made_anew_put_the_knowledge_out_of_date(store, season):
+def test_newer_decisions(store, season):
+    """Decisions made anew put the knowledge out of date."""
     play(store, "b", reward=-1.0)
     with pytest.raises(NotFound, match="decisions of b are newer than knowledge 1"):
         batch(store, season)
@@ -92,14 +95,16 @@ def visits(store, policy):
 SETTINGS = PolicySettings(step_size=1.0, discount=1.0, sweeps=1, last_matches=2)
 
 
-def test_training_is_on_the_last_matches(store, season):
+def test_last_matches(store, season):
+    """Training is on the last matches, and once."""
     first, new = learn(store, SETTINGS)
     assert (new, first.details["matches"], first.details["decisions"], first.parent) == (True, 2, 2, None)
     assert matches(first) == {"c", "z"}
     assert learn(store, SETTINGS) == (first, False)
 
 
-def test_a_parent_goes_on_with_the_matches_that_it_has_not_learned_from(store, season):
+def test_going_on(store, season):
+    """A policy goes on from its parent with the matches that this has not learned from."""
     first, _ = learn(store, SETTINGS)
     second, new = learn(store, SETTINGS.model_copy(update={"last_matches": None}))
     assert (new, second.details["matches"], second.parent) == (True, 2, 1)
@@ -111,13 +116,15 @@ def test_a_parent_goes_on_with_the_matches_that_it_has_not_learned_from(store, s
     assert learn(store, SETTINGS.model_copy(update={"last_matches": None})) == (third, False)
 
 
-def test_training_begins_anew_where_a_parent_has_learned_from_all(store, season):
+def test_nothing_left(store, season):
+    """Training begins anew where the parent has learned from all matches."""
     learn(store, SETTINGS)
     anew, new = learn(store, SETTINGS.model_copy(update={"step_size": 0.5}))
     assert (new, anew.details["matches"], anew.parent, visits(store, anew)) == (True, 2, None, [2])
 
 
-def test_training_begins_anew_where_a_match_was_made_anew(store):
+def test_match_made_anew(store):
+    """Training begins anew where a match was made anew."""
     know(store, play(store, "a"), accumulate=False)
     learn(store, SETTINGS)
     know(store, play(store, "a", reward=-1.0), play(store, "b"), accumulate=False)
@@ -125,7 +132,8 @@ def test_training_begins_anew_where_a_match_was_made_anew(store):
     assert (new, anew.details["matches"], anew.parent, visits(store, anew)) == (True, 2, None, [2])
 
 
-def test_training_without_a_parent_begins_anew(store, season):
+def test_no_parent(store, season):
+    """Training without a parent begins anew."""
     learn(store, SETTINGS)
     anew, new = learn(store, SETTINGS.model_copy(update={"parent": False, "step_size": 0.5}))
     assert (new, anew.parent, visits(store, anew)) == (True, None, [2])

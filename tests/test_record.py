@@ -48,7 +48,8 @@ def killed(tmp_path_factory):
     return data
 
 
-def test_kill_9_while_a_match_is_played_and_the_next_run_takes_what_was_played(killed, prefect_server):
+def test_killed_match(killed, prefect_server):
+    """The next run takes what was played of a match that was killed, frame for frame."""
     store = Store(killed)
     assert not list(store.receipts("matches"))
     with pytest.raises(SystemExit) as left:
@@ -107,7 +108,8 @@ def head(data, recipe):
     return path, path.read_bytes()
 
 
-def test_kill_9_early_or_late_loses_nothing_that_was_logged_and_leaves_no_trouble(tmp_path, capsys, prefect_server):
+def test_killed_early_or_late(tmp_path, capsys, prefect_server):
+    """A kill before the first chunk or at the commit loses nothing logged and leaves no trouble."""
     pytest.importorskip("pygame")
     folders = os.pathsep.join([str(Path(__file__).parent), *sys.path])
     here = {**os.environ, "PYTHONPATH": folders, "SDL_VIDEODRIVER": "dummy"}
@@ -144,8 +146,11 @@ def test_kill_9_early_or_late_loses_nothing_that_was_logged_and_leaves_no_troubl
     assert store.receipt("situations", mine.name) is not None
 
 
-def test_what_was_logged_is_in_the_file_at_once(tmp_path):
-    """The bytes that the system has are those that a killed process leaves."""
+def test_logged_at_once(tmp_path):
+    """What was logged is in the file at once.
+
+    The bytes that the system has are those that a killed process leaves.
+    """
     played = match(short(1))
     with recording(Store(tmp_path), played) as log_it:
         for seconds in (1, 2):
@@ -155,7 +160,8 @@ def test_what_was_logged_is_in_the_file_at_once(tmp_path):
             assert len(matches.read(log.read_bytes(), where="killed here").frames) == 60 * seconds
 
 
-def test_a_match_that_breaks_off_is_logged_to_its_last_frame(tmp_path):
+def test_interrupted_match(tmp_path):
+    """A match that breaks off is logged to its last frame."""
     played = match(short(1))
 
     def interrupted():
@@ -169,7 +175,8 @@ def test_a_match_that_breaks_off_is_logged_to_its_last_frame(tmp_path):
     assert len(matches.read(log.read_bytes(), where="broken off").frames) == 17
 
 
-def test_a_log_without_a_frame_is_removed_unless_somebody_writes_it(tmp_path):
+def test_empty_log(tmp_path):
+    """A log without a frame is removed, unless somebody writes it or it is none of ours."""
     store = Store(tmp_path)
     path, whole = head(tmp_path, short(1))
     with store.growing(PLAYING, path.name):

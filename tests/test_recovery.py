@@ -34,7 +34,8 @@ def matches_known(data) -> int:
     return Store(data).latest("knowledge").details["matches"]
 
 
-def test_a_match_that_was_mended_counts_again(data):
+def test_mended_match(data):
+    """A match that was mended counts again."""
     store = Store(data)
     receipt = next(iter(store.receipts("trajectories")))
     path = data / receipt.files["trajectories"].path
@@ -51,7 +52,8 @@ def test_a_match_that_was_mended_counts_again(data):
     assert run(data).made == 0
 
 
-def test_a_failure_in_every_match_emits_nothing_and_loses_nothing(tmp_path, clips, finished, monkeypatch):
+def test_failure_everywhere(tmp_path, clips, finished, monkeypatch):
+    """A failure in every match emits nothing and loses nothing."""
     fill(tmp_path, clips)
 
     def broken(*_args, **_kwargs):
@@ -68,7 +70,8 @@ def test_a_failure_in_every_match_emits_nothing_and_loses_nothing(tmp_path, clip
         assert made == wanted
 
 
-def test_rounds_are_those_of_the_settings(tmp_path, clips):
+def test_rounds(tmp_path, clips):
+    """The lengths of behaviours are those of the rounds in the settings."""
     fill(tmp_path, clips)
     two = Settings(behaviours=BehaviourSettings(rounds=(
         RoundSettings(n=3, rows=3, columns=4, activation=0.08),
@@ -83,14 +86,16 @@ def test_rounds_are_those_of_the_settings(tmp_path, clips):
     assert (report.failures, report.knowledge) == ({}, 2)
 
 
-def test_settings_that_select_nothing_still_finish(data):
+def test_nothing_selected(data):
+    """A run whose settings select nothing still finishes."""
     nothing = Settings(behaviours=BehaviourSettings(value_over=1.0))
     report = run(data, settings=nothing)
     assert report.failures == {}
     assert Store(data).latest("knowledge").details["behaviours"] == 0
 
 
-def test_copies_imported_at_once_are_one_match(tmp_path):
+def test_copies(tmp_path):
+    """Copies imported at once are one match."""
     folder = tmp_path / "same"
     folder.mkdir()
     clip(0.0, 5.0).write_csv(folder / "copy0.csv")
@@ -110,7 +115,8 @@ def test_copies_imported_at_once_are_one_match(tmp_path):
 
 
 @pytest.mark.parametrize("harm", ["lost", "damaged"])
-def test_a_match_whose_log_is_gone_can_be_imported_again(tmp_path, clips, harm):
+def test_lost_log(tmp_path, clips, harm):
+    """A match whose log is lost or damaged can be imported again."""
     store = Store(tmp_path)
     recording = Recording(file=clips / "early.parquet")
     receipt, _ = import_recording(store, recording)
@@ -130,7 +136,8 @@ def raised(monkeypatch, noun):
     monkeypatch.setattr(STAGES, "_stages", stages)
 
 
-def test_another_version_imports_anew_under_the_same_name(tmp_path, clips, monkeypatch):
+def test_other_version(tmp_path, clips, monkeypatch):
+    """Another version of the stage imports a match anew, under the same name."""
     store = Store(tmp_path)
     file = clips / "early.parquet"
     receipt, _ = import_recording(store, Recording(file=file))
@@ -143,7 +150,8 @@ def test_another_version_imports_anew_under_the_same_name(tmp_path, clips, monke
     assert again.key != receipt.key
 
 
-def test_an_unreadable_receipt_is_made_anew(data, finished):
+def test_unreadable_receipt(data, finished):
+    """An unreadable receipt is made anew."""
     store = Store(data)
     receipt = next(iter(store.receipts("situations")))
     path = data / "situations" / f"{receipt.name}.receipt.json"
@@ -157,7 +165,8 @@ def test_an_unreadable_receipt_is_made_anew(data, finished):
     assert report.knowledge == 1
 
 
-def test_an_unreadable_match_or_version_is_named_and_the_others_go_on(data):
+def test_unreadable_match(data):
+    """An unreadable match or version is named, and the others go on."""
     store = Store(data)
     name = next(iter(store.receipts("matches"))).name
     (data / "matches" / f"{name}.receipt.json").write_text("{")
@@ -169,7 +178,8 @@ def test_an_unreadable_match_or_version_is_named_and_the_others_go_on(data):
     assert catalog.query(catalog_path(store), "select distinct version from behaviours")["version"].to_list() == [2]
 
 
-def test_a_match_that_is_removed_has_no_rows(data):
+def test_removed_match(data):
+    """A match that is removed has no rows."""
     store = Store(data)
     name = next(iter(store.receipts("matches"))).name
     assert store.forget("matches", name)
@@ -181,7 +191,8 @@ def test_a_match_that_is_removed_has_no_rows(data):
     assert matches_known(data) == 1
 
 
-def test_lost_files_are_left_out_of_the_catalogue_and_named(data):
+def test_lost_files(data):
+    """Lost files are left out of the catalogue and named, and the next run makes them again."""
     store = Store(data)
     receipt = next(iter(store.receipts("situations")))
     path = data / receipt.files["situations"].path
@@ -192,7 +203,8 @@ def test_lost_files_are_left_out_of_the_catalogue_and_named(data):
     assert refresh(store)[1] == []
 
 
-def test_pruning_removes_what_no_receipt_names(data):
+def test_pruning(data):
+    """Pruning removes the files that no receipt names, and no rows."""
     store = Store(data)
     assert store.prune("situations") == []
     run(data, settings=Settings(situations=SituationSettings(fire_at=0.55)))
@@ -201,7 +213,8 @@ def test_pruning_removes_what_no_receipt_names(data):
     assert catalog.query(catalog_path(store), "select count(*) from situations").item() == before
 
 
-def test_every_noun_has_a_flow_of_its_own(data):
+def test_noun_flows(data):
+    """Every noun has a flow of its own that makes what is missing."""
     store = Store(data)
     for noun in ("trajectories", "situations", "goals", "decisions"):
         store.forget(noun, next(iter(store.receipts(noun))).name)
@@ -216,7 +229,8 @@ def test_every_noun_has_a_flow_of_its_own(data):
     assert catalog.query(catalog_path(store), "select count(distinct match_id) from decisions").item() == 2
 
 
-def test_a_stage_before_its_turn_says_so_and_blames_no_match(tmp_path, clips):
+def test_stage_too_early(tmp_path, clips):
+    """A stage before its turn says what to run first and blames no match."""
     store = Store(tmp_path)
     import_recording(store, Recording(file=clips / "early.parquet"))
     (why,) = flow_of("situations")(tmp_path)["failed"].values()
@@ -224,14 +238,16 @@ def test_a_stage_before_its_turn_says_so_and_blames_no_match(tmp_path, clips):
     assert store.quarantined() == []
 
 
-def test_a_policy_of_another_state_key_lends_no_value(data):
+def test_other_state_key(data):
+    """A policy of another state key lends no value."""
     report = run(data, settings=Settings(knowledge=KnowledgeSettings(state_key="ego19")))
     assert (report.failures, report.policy) == ({}, 2)
     (roles,) = Store(data).manifest("policies", 2).details["tables"].values()
     assert all(counts["new_pairs"] == counts["pairs"] for counts in roles.values())
 
 
-def test_an_unreadable_log_of_ours_is_quarantined_with_one_line(tmp_path):
+def test_unreadable_log(tmp_path):
+    """An unreadable log of ours is quarantined with one line."""
     file = tmp_path / "cut.mcap"
     file.write_bytes(b"\x89MCAP0\r\n" + b"\x01" * 30)
     store = Store(tmp_path / "data")
@@ -245,7 +261,8 @@ def flaws(store: Store) -> dict[str, dict[str, int]]:
     return {receipt.name: receipt.details["flaws"] for receipt in store.receipts("matches")}
 
 
-def test_a_corrected_map_replaces_the_match_that_it_was_read_with(tmp_path):
+def test_corrected_map(tmp_path):
+    """A corrected map replaces the match that was read with the wrong one."""
     file = tmp_path / "derby.csv"
     clip(0.0, 10.0).with_columns(pl.col("x", "y") * 100).write_csv(file)
     maps = tmp_path / "derby.csv.toml"
@@ -274,7 +291,8 @@ def test_plausibility_checks(tmp_path):
     assert flaws(store)[receipt.name]["scorer unknown"] == 2
 
 
-def test_a_map_can_name_a_whole_state(tmp_path):
+def test_whole_state(tmp_path):
+    """A map can say what a whole state means."""
     store = Store(tmp_path / "data")
     file = tmp_path / "odd.csv"
     clip(0.0, 5.0).drop("score_home", "score_away").with_columns(

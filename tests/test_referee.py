@@ -100,7 +100,8 @@ def first(bodies, state, laws=LAWS, most=1000):
 @pytest.mark.parametrize("half", [0, 1])
 @pytest.mark.parametrize("end", [-1, 1])
 @pytest.mark.parametrize("side", [-1, 1])
-def test_a_goal_is_the_whole_ball_past_the_line_between_the_posts(half, end, side):
+def test_goal_line(half, end, side):
+    """A goal is the whole ball past the line between the posts."""
     line = 0.75 + 0.02135
     for x, y, goal in (
         (line + EPS, 0.0, True), (line, 0.0, False), (0.76, 0.0, False),
@@ -116,14 +117,16 @@ def test_a_goal_is_the_whole_ball_past_the_line_between_the_posts(half, end, sid
             assert state["team"] == 1 - scorer
 
 
-def test_an_own_goal_counts_for_the_adversary():
+def test_own_goal():
+    """An own goal counts for the adversary."""
     state = in_play()
     pushed = scene(ball=(-0.8, 0.0), home=((-0.74, 0.0), ASIDE, ASIDE))
     assert calls([pushed], state=state) == [(1, GOAL)]
     assert told(GOAL, state, LAWS)[0][1:5] == ("goal", "away", 0, 1)
 
 
-def test_after_a_goal_play_rests_and_nothing_is_judged_until_the_kick_off():
+def test_pause_after_goal():
+    """After a goal play rests, and nothing is judged until the kick-off."""
     state = in_play()
     inside = scene(ball=(0.8, 0.0), speed=0.0, home=((0.7, 0.1), (0.7, -0.1), ASIDE))
     assert calls([inside] * 31, state=state) == [(1, GOAL), (31, KICK_OFF)]  # 0.5 s are 30 frames
@@ -131,12 +134,14 @@ def test_after_a_goal_play_rests_and_nothing_is_judged_until_the_kick_off():
     assert state["home_goals"] == 2
 
 
-def test_without_a_pause_play_restarts_at_the_next_frame():
+def test_no_pause():
+    """Without a pause play restarts at the next frame."""
     laws = Laws.of(VSSS, RefereeSettings(pause_s=0.0), 60.0)
     assert calls([scene(ball=(0.8, 0.0))] * 2, laws, in_play(laws=laws)) == [(1, GOAL), (2, KICK_OFF)]
 
 
-def test_a_score_to_start_from_is_kept():
+def test_starting_score():
+    """Goals are added to the score that a match starts from."""
     state = begin(AWAY, (5, 2))
     calls([scene(), scene(ball=(-0.8, 0.0))], state=state)
     assert score(state) == [5, 3]
@@ -145,7 +150,8 @@ def test_a_score_to_start_from_is_kept():
 # ---- the stuck ball
 
 
-def test_a_ball_is_stuck_when_it_was_slow_for_five_seconds():
+def test_stuck_ball():
+    """A ball is stuck when it was slow for five seconds."""
     slow = scene(speed=0.0999)
     state = in_play()
     assert calls([slow] * 300, state=state) == []  # 299 intervals
@@ -157,7 +163,8 @@ def test_a_ball_is_stuck_when_it_was_slow_for_five_seconds():
     assert calls([slow], state=state) == [(632, FOUL)]
 
 
-def test_one_fast_sample_starts_the_count_anew():
+def test_fast_sample():
+    """One fast sample starts the count of the stuck ball anew."""
     state = in_play()
     slow, fast = scene(speed=0.0), scene(speed=0.10)  # not slower than 0.10 m/s
     assert calls([slow] * 300 + [fast] + [slow] * 300, state=state) == []
@@ -167,7 +174,8 @@ def test_one_fast_sample_starts_the_count_anew():
 
 @pytest.mark.parametrize(("x", "y"), [(-0.2, -0.3), (0.2, -0.3), (-0.2, 0.3), (0.2, 0.3)])
 @pytest.mark.parametrize("half", [0, 1])
-def test_a_free_ball_is_in_the_quarter_where_the_ball_was(x, y, half):
+def test_free_ball_quarter(x, y, half):
+    """A free ball is in the quarter where the ball was."""
     state = in_play(half)
     assert first(scene(ball=(x, y), speed=0.0), state) == (301, FOUL)
     assert told(FOUL, state, LAWS)[0][1:] == ("stop", None, 0, 0, "free ball")
@@ -195,7 +203,8 @@ def crowd(end, attackers, defenders, half=0, ball=(0.65, -0.2), speed=1.0):
 @pytest.mark.parametrize("half", [0, 1])
 @pytest.mark.parametrize("end", [-1, 1])
 @pytest.mark.parametrize(("attackers", "defenders", "due"), [(2, 1, GOAL_KICK), (1, 2, PENALTY)])
-def test_too_many_in_a_goal_area_for_three_seconds(half, end, attackers, defenders, due):
+def test_crowd(half, end, attackers, defenders, due):
+    """Two of a team in a goal area for three seconds are a foul: a goal kick or a penalty."""
     state = in_play(half)
     begun = int(state["frame"])
     bodies = crowd(end, attackers, defenders, half)
@@ -216,24 +225,28 @@ def test_too_many_in_a_goal_area_for_three_seconds(half, end, attackers, defende
     ids=["one each", "goalkeeper", "ball on the line", "ball beside", "ball elsewhere", "ball unseen",
          "robots on the lines"],
 )
-def test_what_is_no_crowd(bodies):
+def test_no_crowd(bodies):
+    """A crowd needs the ball and two of a team inside the area; on its line is outside."""
     assert first(bodies, in_play()) is None
 
 
-def test_a_crowd_counts_anew_when_the_ball_or_a_robot_was_out_for_one_frame():
+def test_interrupted_crowd():
+    """A crowd counts anew when the ball or a robot was out for one frame."""
     both = crowd(1, 2, 0)
     for out in (crowd(1, 2, 0, ball=(0.59, 0.0)), crowd(1, 1, 0), crowd(-1, 2, 0)):
         assert calls([both] * 180 + [out] + [both] * 180, state=in_play()) == []
         assert calls([both] * 180 + [out] + [both] * 181, state=in_play()) == [(362, FOUL)]
 
 
-def test_a_crowd_counts_anew_after_the_restart():
+def test_crowd_after_restart():
+    """A crowd counts anew after the restart."""
     both = crowd(1, 2, 0)
     found = calls([both] * (180 + 30 + 182), state=in_play())
     assert found == [(181, FOUL), (211, GOAL_KICK), (392, FOUL)]
 
 
-def test_of_two_crowds_the_older_is_whistled_and_else_the_attackers():
+def test_two_crowds():
+    """Of two crowds the older is whistled, and of equally old ones the attackers'."""
     for before, due in ((crowd(1, 0, 2), PENALTY), (crowd(1, 2, 0), GOAL_KICK), (crowd(1, 0, 0), GOAL_KICK)):
         state = in_play()
         calls([before], state=state)
@@ -249,7 +262,8 @@ NEAR, FAR = 0.1125 - EPS, 0.1125 + EPS
     ("attacker", "defender", "due"),
     [(NEAR, NEAR, GOAL_KICK), (NEAR, FAR, PENALTY), (FAR, NEAR, PENALTY), (FAR, FAR, PENALTY)],
 )
-def test_a_stalemate_in_a_goal_area(end, attacker, defender, due):
+def test_stalemate(end, attacker, defender, due):
+    """A ball stuck in a goal area is a goal kick if both teams are near it, else a penalty."""
     ball = (end * 0.65, 0.1)
     near = [[(ball[0], ball[1] + sign * d), ASIDE, ASIDE] for sign, d in ((1, attacker), (-1, defender))]
     home, away = near if end > 0 else near[::-1]
@@ -263,7 +277,8 @@ def test_a_stalemate_in_a_goal_area(end, attacker, defender, due):
 @pytest.mark.parametrize(
     ("off", "attackers", "defenders"), [("penalty", 0, 2), ("goal_kick", 2, 0)], ids=["penalty", "goal kick"]
 )
-def test_what_is_off_is_no_foul_and_a_stalemate_becomes_a_free_ball(off, attackers, defenders):
+def test_switched_off_fouls(off, attackers, defenders):
+    """A foul that is switched off is not called, and its stalemate becomes a free ball."""
     laws = Laws.of(VSSS, RefereeSettings(**{off: False}), 60.0)
     assert first(crowd(1, attackers, defenders), in_play(laws=laws), laws) is None
     assert first(crowd(1, defenders, attackers), in_play(laws=laws), laws) == (181, FOUL)
@@ -274,14 +289,16 @@ def test_what_is_off_is_no_foul_and_a_stalemate_becomes_a_free_ball(off, attacke
         assert (state["due"] == FREE_BALL) == (would == off)
 
 
-def test_a_stuck_ball_outside_is_a_free_ball_whoever_is_near():
+def test_stuck_outside():
+    """A ball stuck outside the goal areas is a free ball, whoever is near."""
     state = in_play()
     at = [(0.3, 0.1), ASIDE, ASIDE]
     assert first(scene((0.3, 0.1), 0.0, at, at), state) == (301, FOUL)
     assert state["due"] == FREE_BALL
 
 
-def test_a_ball_at_rest_in_the_goal_mouth_is_in_the_area_still():
+def test_goal_mouth():
+    """A ball at rest in the goal mouth is still in the goal area."""
     state = in_play()
     assert first(scene(ball=(0.76, 0.0), speed=0.0), state) == (301, FOUL)
     assert state["due"] == PENALTY
@@ -290,7 +307,8 @@ def test_a_ball_at_rest_in_the_goal_mouth_is_in_the_area_still():
 # ---- the clock
 
 
-def test_eight_minutes_are_28800_frames_with_the_half_in_the_middle():
+def test_clock():
+    """Eight minutes are 28,800 frames with the half in the middle."""
     state = begin(AWAY)
     moving = scene()
     assert calls([moving] * 28_805, state=state) == [(0, KICK_OFF), (14_400, HALF), (28_800, END)]
@@ -301,7 +319,8 @@ def test_eight_minutes_are_28800_frames_with_the_half_in_the_middle():
     ]
 
 
-def test_the_second_half_is_kicked_off_by_the_other_team():
+def test_second_half():
+    """The second half is kicked off by the other team."""
     for opener in (HOME, AWAY):
         state = begin(opener)
         calls([scene()], state=state)
@@ -316,7 +335,8 @@ def test_the_second_half_is_kicked_off_by_the_other_team():
         ]
 
 
-def test_the_whistle_ends_play_and_rests():
+def test_whistle():
+    """The whistle for a half or the end ends play, and ends the rest after a goal."""
     short = Laws.of(VSSS, RefereeSettings(duration_s=2.0), 60.0)
     moving, goal = scene(), scene(ball=(0.8, 0.0))
     assert calls([moving] * 119 + [goal] * 3, short) == [(0, KICK_OFF), (60, HALF), (119, GOAL), (120, END)]
@@ -325,7 +345,8 @@ def test_the_whistle_ends_play_and_rests():
     assert calls([moving] * 50 + [goal] + [moving] * 69, short) == [(0, KICK_OFF), (50, GOAL), (60, HALF)]
 
 
-def test_after_the_end_the_state_stays():
+def test_after_the_end():
+    """After the end the state stays as it is."""
     short = Laws.of(VSSS, RefereeSettings(duration_s=1.0), 60.0)
     state = begin()
     calls([scene()] * 61, short, state)
@@ -336,7 +357,8 @@ def test_after_the_end_the_state_stays():
 
 
 @given(st.integers(1, 400), st.integers(1, 5), st.sampled_from([25.0, 59.94, 60.0, 100.0]))
-def test_halves_are_whole_frames_and_as_told_to_the_description(frames, halves, hz):
+def test_halves(frames, halves, hz):
+    """Halves are whole frames, and begin and end as the match's description says."""
     if frames < halves:
         return
     laws = Laws.of(VSSS, RefereeSettings(duration_s=frames / hz, halves=halves), hz)
@@ -369,6 +391,7 @@ def wild_frames(seed, frames, robots):
 @given(st.integers(0, 2**32), st.integers(1, 11), st.sampled_from([HOME, AWAY]))
 @settings(max_examples=40)
 def test_of_any_match(seed, robots, opener):
+    """In any match the calls, restarts, scores and events agree with each other."""
     state, rows, found = begin(opener), [], []
     before = [0, 0]
     for bodies in wild_frames(seed, 10 * SHORT.duration, robots):
@@ -404,7 +427,8 @@ def test_of_any_match(seed, robots, opener):
 
 @given(st.integers(0, 2**32), st.integers(1, 6), st.integers(0, 1800))
 @settings(max_examples=30)
-def test_a_saved_state_goes_on_as_if_nothing_had_happened(seed, robots, at):
+def test_saved_state(seed, robots, at):
+    """A saved state goes on as if nothing had happened."""
     frames = list(wild_frames(seed, SHORT.duration, robots))
     whole = calls(frames, SHORT)
     state = begin()
@@ -415,7 +439,8 @@ def test_a_saved_state_goes_on_as_if_nothing_had_happened(seed, robots, at):
 
 @given(st.integers(0, 2**32), st.integers(1, 6))
 @settings(max_examples=30)
-def test_both_teams_are_judged_alike(seed, robots):
+def test_fairness(seed, robots):
+    """Both teams are judged alike."""
     state, turned = begin(HOME), begin(AWAY)
     other = np.zeros((1 + 2 * robots, 6))
     for bodies in wild_frames(seed, 1000, robots):
@@ -447,6 +472,7 @@ def put(call, laws=LAWS, *, robots=3, team=HOME, quarter=0, half=0, seed=0):
 )
 @settings(max_examples=300)
 def test_every_restart_is_legal(call, kind, robots, team, quarter, half, scatter, seed):
+    """Every restart puts the bodies at rest, apart and where the rules allow."""
     pitch, scales = PITCHES[kind], SCALES[kind]
     laws = Laws.of(pitch, RefereeSettings(scatter=scatter), 60.0)
     marks = laws.marks
@@ -495,7 +521,8 @@ def test_every_restart_is_legal(call, kind, robots, team, quarter, half, scatter
 
 @pytest.mark.parametrize("call", RESTARTS)
 @pytest.mark.parametrize("robots", [1, 3, 5])
-def test_restarts_are_mirrored_for_teams_and_halves(call, robots):
+def test_mirrored_restarts(call, robots):
+    """Restarts are mirrored for teams and halves."""
     for team in (HOME, AWAY):
         for half in (0, 1):
             same = team == HOME and half == 0
@@ -512,21 +539,24 @@ def test_restarts_are_mirrored_for_teams_and_halves(call, robots):
             assert same or not np.allclose(bodies, reference)
 
 
-def test_half_a_turn_leaves_no_negative_zeros():
+def test_negative_zeros():
+    """Half a turn leaves no negative zeros."""
     # the same bytes whichever way a team plays
     for call in RESTARTS:
         bodies = put(call, team=AWAY)
         assert not np.signbit(bodies[bodies == 0]).any()
 
 
-def test_a_new_half_is_kicked_off():
+def test_new_half():
+    """A new half places the bodies as a kick-off does."""
     assert put(HALF, team=AWAY, half=1, seed=3).tolist() == put(KICK_OFF, team=AWAY, half=1, seed=3).tolist()
 
 
 EXACT = Laws.of(VSSS, RefereeSettings(scatter=0.0), 60.0)
 
 
-def test_the_places_are_the_leagues():
+def test_league_places():
+    """Without scatter the places at restarts are the league's."""
     kick_off = put(KICK_OFF, EXACT)
     assert kick_off[[0, 1, 3, 4], :3].round(6).tolist() == [
         [0, 0, 0], [-0.675, 0, 1.570796], [-0.1125, 0, 0], [0.675, 0, -1.570796]
@@ -545,12 +575,14 @@ def test_the_places_are_the_leagues():
     assert np.hypot(*(goal_kick[1, :2] - goal_kick[0, :2])) == pytest.approx(0.1125)
 
 
-def test_goal_kicks_are_on_either_side_by_chance():
+def test_goal_kick_side():
+    """Goal kicks are on either side by chance."""
     sides = Counter(float(np.sign(put(GOAL_KICK, seed=seed)[BALL, Y])) for seed in range(200))
     assert min(sides[-1.0], sides[1.0]) > 70
 
 
-def test_restarts_differ_by_seed_and_only_by_seed():
+def test_scatter():
+    """Restarts differ by seed and only by seed, within the bounds of the scatter."""
     assert put(KICK_OFF, seed=1).tolist() == put(KICK_OFF, seed=1).tolist()
     places = np.array([put(KICK_OFF, seed=seed) for seed in range(300)])[:, :, :3]
     places[:, :, THETA] = np.angle(np.exp(1j * (places[:, :, THETA] - places[0, :, THETA])))
@@ -564,14 +596,16 @@ def test_restarts_differ_by_seed_and_only_by_seed():
 # ---- pitches
 
 
-def test_marks_are_the_leagues_on_its_pitch():
+def test_league_marks():
+    """The marks are the league's on its pitch."""
     assert Marks.of(VSSS) == pytest.approx(
         Marks(goal_x=0.75, side_y=0.65, goal_line=0.77135, post=0.2, area_x=0.6, area_y=0.35, mark_x=0.375,
               mark_y=0.4, circle=0.2, corner=0.07, near=0.1125, robot=0.0375)
     )
 
 
-def test_marks_scale_with_the_pitch():
+def test_scaled_marks():
+    """The marks scale with the pitch, and what depends on the robots does not."""
     twice = VSSS.model_copy(update={"length": 3.0, "width": 2.6, "goal_width": 0.8})
     small, large = Marks.of(VSSS), Marks.of(twice)
     for name in ("area_x", "area_y", "mark_x", "mark_y", "circle", "corner", "post"):
@@ -580,14 +614,16 @@ def test_marks_scale_with_the_pitch():
 
 
 @pytest.mark.parametrize("kind", list(Kind))
-def test_speeds_scale_with_the_kind(kind):
+def test_scaled_speeds(kind):
+    """The speed below which a ball is stuck scales with the kind of pitch."""
     laws = Laws.of(PITCHES[kind], RefereeSettings(), 60.0)
     limit = 0.1 * SCALES[kind].speed
     assert first(scene(speed=0.99 * limit), in_play(laws=laws), laws) == (301, FOUL)
     assert first(scene(speed=limit), in_play(laws=laws), laws) is None
 
 
-def test_pitches_and_settings_that_cannot_be_played_are_refused():
+def test_unplayable():
+    """Pitches and settings that cannot be played are refused."""
     with pytest.raises(BadSettings, match="is ever wholly in a goal"):
         Laws.of(VSSS.model_copy(update={"goal_depth": 0.04}), RefereeSettings(), 60.0)
     with pytest.raises(BadSettings, match=r"are too small for robots of .* Make it at least 1\.\d+ by 1\.2 m"):
@@ -634,7 +670,8 @@ def played():
     return replace(log, info=info, referee=table(info.match_id, rows)), found
 
 
-def test_a_played_match_gives_the_same_tables_as_an_imported_one():
+def test_played_match():
+    """A played match is read and derived as an imported one is, to the tables expected of it."""
     log, found = played()
     assert found == [
         (0, KICK_OFF), (47, GOAL), (77, KICK_OFF), (378, FOUL), (408, FREE_BALL), (600, HALF), (647, GOAL),

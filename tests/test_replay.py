@@ -68,7 +68,7 @@ def make(played=STILL, done=None, goals=None, referee=None, pitch=VSSS, about=No
 
 
 def decode(html):
-    """The page's facts and samples, by the format that pipeline/replay.py documents."""
+    """The page's facts and samples, by the format that pipeline/views/replay documents."""
     (payload,) = re.findall(r'<script type="application/octet-stream" id="payload">([A-Za-z0-9+/=]*)</script>', html)
     raw = zlib.decompress(base64.b64decode(payload, validate=True))
     (length,) = struct.unpack_from("<I", raw)
@@ -123,7 +123,8 @@ recorded = st.dictionaries(
 
 @settings(max_examples=60, deadline=None)
 @given(recorded, st.sampled_from(Kind))
-def test_every_body_is_where_it_was_and_missing_where_it_was_missing(rows, kind):
+def test_bodies(rows, kind):
+    """Every body is where it was, and missing where it was missing."""
     table = trajectories([
         (t, *body, x, y, None if body[0] == "ball" else theta, 0, suspect)
         for (t, body), (x, y, theta, suspect) in rows.items()
@@ -143,16 +144,19 @@ def test_every_body_is_where_it_was_and_missing_where_it_was_missing(rows, kind)
 
 
 @pytest.mark.parametrize(("kind", "quantum"), [(Kind.VSSS, 0.001), (Kind.SSL, 0.001), (Kind.SIM2D, 0.005)])
-def test_positions_are_as_fine_as_a_screen_can_show(kind, quantum):
+def test_quantum(kind, quantum):
+    """Positions are kept to 1 mm, and to 5 mm on the large pitch of the 2D simulation."""
     assert decode(make(pitch=PITCHES[kind]))["quantum"] == quantum
 
 
-def test_a_jump_across_the_whole_range_survives():
+def test_jump():
+    """A jump across the whole range survives."""
     table = trajectories([(0, "ball", None, -32.0, 0.0, None), (50, "ball", None, 32.0, 0.0, None), (100, "ball", None, -32.0, 1.0, None)])
     assert [x for x, *_ in bodies(decode(make(table))).values()] == pytest.approx([-32.0, 32.0, -32.0])
 
 
-def test_the_first_sample_of_each_slot_is_shown_when_it_was_recorded():
+def test_slots():
+    """The first sample of each slot is shown at the time it was recorded."""
     table = trajectories([(t, "ball", None, t / 1000, 0.0, None) for t in (0, 12, 49, 51, 60, 99, 100, 140, 151)])
     facts = decode(make(table, hz=20))
     assert facts["time"].tolist() == [0, 51, 100, 151]
@@ -160,7 +164,8 @@ def test_the_first_sample_of_each_slot_is_shown_when_it_was_recorded():
     assert decode(make(table, hz=1000))["samples"] == 9
 
 
-def test_gaps_and_restarts_are_not_bridged():
+def test_gaps():
+    """Gaps and restarts are not bridged."""
     table = trajectories([
         (0, "ball", None, 0.0, 0.0, None, 0), (50, "ball", None, 0.0, 0.0, None, 0),
         (100, "ball", None, 0.1, 0.0, None, 1),  # another stretch of play
@@ -172,12 +177,14 @@ def test_gaps_and_restarts_are_not_bridged():
     assert facts["play"] == [[0, 50], [100, 100]]
 
 
-def test_a_human_like_team_is_said_to_stand_in_for_people():
+def test_human_like_note():
+    """The page says that a human-like team stands in for people."""
     assert "stands in for people" in decode(make(about=match(home="human-like")))["note"]
     assert decode(make())["note"] is None
 
 
-def test_situations_goals_scores_and_restarts_are_on_the_page():
+def test_facts():
+    """Situations, goals, scores and restarts are on the page."""
     done = situations([
         ("home", 1, 21, "Robot kicks the ball", 0, 400, 0.756, "ball"),
         ("home", 1, 194, "Robot moves randomly", 400, 900, None, None),
@@ -200,7 +207,8 @@ def test_situations_goals_scores_and_restarts_are_on_the_page():
     assert facts["events"] == [[900, "goal", "home", None], [950, "kick-off", "away", "kickoff_y"]]
 
 
-def test_a_goal_of_unknown_team_is_on_the_page_in_grey():
+def test_unknown_scorer():
+    """A goal of an unknown team is on the page, marked as unknown."""
     goals = pl.DataFrame(
         [("m-1", 400 * MS, None, None, None), ("m-1", 900 * MS, "home", 1, "direct")], schema=Goals.dtypes(), orient="row"
     )
@@ -216,7 +224,8 @@ def test_a_goal_of_unknown_team_is_on_the_page_in_grey():
     assert ".chip.unknown {" in html
 
 
-def test_every_code_of_the_paper_has_one_family():
+def test_families():
+    """Every code of the paper has one family, and every family a colour in light and in dark."""
     codes = [1, 11, 21, 22, 23, 33, 34, 44, 45, 46, 47, 57, 67, 68, 78, 88, 98, 108, 118, 128, 138, 139, 140,
              150, 151, 152, 162, 163, 173, 174, 184, 194]
     for code in codes:
@@ -226,7 +235,8 @@ def test_every_code_of_the_paper_has_one_family():
 
 
 @pytest.mark.parametrize("place", ["home", "away", "incomplete_reason", "name", "target", "note"])
-def test_data_never_becomes_markup(place):
+def test_markup_in_data(place):
+    """Data never becomes markup."""
     plain = make(about=match(home="H", away="A", incomplete_reason="x"))
     about = {"home": "H", "away": "A", "incomplete_reason": "x"}
     done, referee = None, None
@@ -243,22 +253,26 @@ def test_data_never_becomes_markup(place):
     assert json.dumps(NASTY)[1:-1] in json.dumps(decode(html), default=str)  # as it was, but as data
 
 
-def test_team_names_are_in_the_title():
+def test_title():
+    """Team names are in the title, escaped."""
     assert "<title>A &amp; B – &lt;i&gt; · Pitchlore replay</title>" in make(about=match(home="A & B", away="<i>"))
 
 
-def test_the_page_asks_the_network_for_nothing():
+def test_no_network():
+    """The page asks the network for nothing."""
     html = make()
     assert "default-src 'none'" in html
     assert "://" not in html
     assert not re.search(r"<(link|img|iframe|base)\b|\bsrc=|@import|fetch\(|XMLHttpRequest|WebSocket|import\(", html)
 
 
-def test_the_script_reads_the_mask_as_it_was_written():
+def test_mask():
+    """The script reads the mask as it was written."""
     assert f"const SEEN = {SEEN}, SUSPECT = {SUSPECT}, HEADED = {HEADED};" in make()
 
 
-def test_the_markup_has_every_part_that_the_script_asks_for():
+def test_markup_parts():
+    """The markup has every part that the script asks for."""
     html = make()
     asked = set(re.findall(r'\$\("([\w-]+)"\)', html))
     asked |= {"goal-back", "goal-on", "frame-back", "frame-on", "labels", "skip", "whole", "help"}
@@ -266,23 +280,27 @@ def test_the_markup_has_every_part_that_the_script_asks_for():
     assert [name for name in asked if f'id="{name}"' not in html] == []
 
 
-def test_the_same_tables_give_the_same_page_in_any_order_of_rows():
+def test_row_order():
+    """The same tables give the same page in any order of rows."""
     table = trajectories([(t, team, 1, t / 1000, 0.0, 1.0) for t in range(0, 1000, 50) for team in ("home", "away")])
     assert make(table) == make(table.sample(fraction=1.0, shuffle=True, seed=1))
 
 
-def test_nothing_to_show_is_said():
+def test_nothing_to_show():
+    """A match without trajectories is refused by its name."""
     with pytest.raises(NotFound, match=r"^m-1: has no trajectories\. Run"):
         make(Trajectories.empty())
 
 
 @pytest.mark.parametrize("hz", [0, -1, float("nan"), 1e6])
-def test_a_rate_that_cannot_be_is_refused(hz):
+def test_bad_rate(hz):
+    """A rate that cannot be is refused."""
     with pytest.raises(BadSettings, match="hz cannot be"):
         make(hz=hz)
 
 
-def test_ten_minutes_of_a_real_match_fit_in_a_megabyte():
+def test_page_size():
+    """Ten minutes of a real match fit in a megabyte, to the millimetre."""
     raw = pl.read_parquet(SAMPLE)
     table = raw.select(
         match_id=pl.lit("m-1"), frame=pl.col("frame").cast(pl.UInt32),

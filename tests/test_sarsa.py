@@ -98,7 +98,8 @@ rules = st.fixed_dictionaries({
 })
 
 
-def test_three_decisions_worked_by_hand():
+def test_by_hand():
+    """Three decisions give the values worked out by hand."""
     # gamma a second .5, so decisions of 1, 2, 1 s discount by .5, .25, .5; a goal ends the episode
     rows = [(0, 1, 0, CONTINUES), (1, 2, 0, CONTINUES), (2, 1, 1, TERMINAL)]
     learned = sarsa_lambda(
@@ -113,7 +114,8 @@ def test_three_decisions_worked_by_hand():
     assert learned.q == pytest.approx([0.048, 0.27, 0.65], abs=1e-15)
 
 
-def test_a_pair_seen_again_is_set_or_added_to():
+def test_trace_kinds():
+    """The trace of a pair seen again is set to one or added to."""
     rows = [(0, 0, 0, CONTINUES), (0, 0, 1, TERMINAL)]
     rule = {"step_size": 1.0, "discount": 1.0, "trace_decay": 0.5}
     # first delta 0; second delta 1, its trace 1 when replaced, .5 + 1 when accumulated
@@ -123,7 +125,8 @@ def test_a_pair_seen_again_is_set_or_added_to():
 
 @settings(max_examples=300, deadline=None)
 @given(values, decisions(), rules)
-def test_equals_the_textbooks_algorithm(q, rows, rule):
+def test_textbook(q, rows, rule):
+    """Values and errors equal those of the textbook's algorithm."""
     learned = sarsa_lambda(q, batch(rows), **rule)
     expected, errors = reference(q, rows, **rule)
     np.testing.assert_allclose(learned.q, expected, rtol=0, atol=1e-12)
@@ -133,7 +136,8 @@ def test_equals_the_textbooks_algorithm(q, rows, rule):
 
 @settings(deadline=None)
 @given(values, decisions(least=0), rules)
-def test_without_traces_it_is_one_step_sarsa(q, rows, rule):
+def test_no_traces(q, rows, rule):
+    """Without traces it is one-step Sarsa."""
     rule |= {"trace_decay": 0.0, "sweeps": 1, "steps": "constant"}
     expected = q.copy()
     for t, (pair, elapsed, reward, ends) in enumerate(rows):
@@ -150,7 +154,8 @@ def test_without_traces_it_is_one_step_sarsa(q, rows, rule):
     values, st.permutations(range(PAIRS)), st.lists(st.floats(-1, 1), min_size=PAIRS, max_size=PAIRS),
     st.floats(0.01, 1), st.sampled_from(["replacing", "accumulating"]),
 )
-def test_with_full_traces_an_episode_without_repeats_is_monte_carlo(q, order, rewards, step_size, traces):
+def test_full_traces(q, order, rewards, step_size, traces):
+    """With full traces, an episode without repeats is Monte Carlo."""
     # the TD errors telescope exactly when no pair is visited twice: Q + alpha (return - Q)
     rows = [(pair, 1.0, reward, CONTINUES) for pair, reward in zip(order, rewards, strict=True)]
     rows[-1] = (*rows[-1][:3], TERMINAL)
@@ -162,14 +167,16 @@ def test_with_full_traces_an_episode_without_repeats_is_monte_carlo(q, order, re
     np.testing.assert_allclose(learned.q, expected, rtol=0, atol=1e-12)
 
 
-def test_values_can_be_the_mean_of_all_that_came_of_a_behaviour():
+def test_average_steps():
+    """A value can be the mean of all that came of a behaviour."""
     # what the pair was worth before counts for two visits: (2 * .5 + 1 - 1 + 0 + 1) / 6
     rows = [(0, 1.0, reward, TERMINAL) for reward in (1, -1, 0, 1)]
     rule = {"step_size": 1e-9, "discount": 1.0, "trace_decay": 1.0, "steps": "average"}
     assert sarsa_lambda(np.array([0.5]), batch(rows), **rule, seen=np.array([2.0])).q[0] == pytest.approx(2 / 6)
 
 
-def test_a_mean_goes_on_where_it_was_left_and_follows_as_fast_as_it_is_told_to():
+def test_continued_mean():
+    """A mean goes on where it was left, and its steps are never smaller than the step size."""
     rows = [(0, 1.0, 1, TERMINAL)] * 3
     rule = {"discount": 1.0, "trace_decay": 1.0, "steps": "average"}
     slow = sarsa_lambda(np.zeros(1), batch(rows), step_size=1e-9, seen=np.array([97.0]), **rule)
@@ -178,7 +185,8 @@ def test_a_mean_goes_on_where_it_was_left_and_follows_as_fast_as_it_is_told_to()
     assert fast.q[0] == 1 - 0.5**3
 
 
-def test_a_pair_is_seen_once_in_an_episode_if_its_trace_is_replaced_and_at_each_visit_if_added_to():
+def test_visit_counts():
+    """A pair counts once an episode where traces are replaced, and at each visit where they add up."""
     rows = [(0, 1, 0, CONTINUES), (1, 1, 0, CONTINUES), (0, 1, 1, TERMINAL), (0, 1, 0, TERMINAL)]
     rule = {"step_size": 0.1, "discount": 0.9, "trace_decay": 0.9, "sweeps": 2}
     for traces, seen in (("replacing", [2, 1]), ("accumulating", [3, 1])):
@@ -190,12 +198,14 @@ def test_a_pair_is_seen_once_in_an_episode_if_its_trace_is_replaced_and_at_each_
     (np.array([-1.0]), "seen\\[0\\] is negative or not finite"),
     (np.array([math.inf]), "seen\\[0\\] is negative or not finite"),
 ])
-def test_visits_that_cannot_be_are_refused(seen, says):
+def test_bad_visits(seen, says):
+    """Visits that cannot be are refused."""
     with pytest.raises(SchemaMismatch, match=says):
         sarsa_lambda(np.zeros(1), batch([GOOD]), step_size=0.1, discount=0.9, trace_decay=0.9, seen=seen)
 
 
-def test_a_goal_is_worth_its_discounted_time_to_every_decision_before_it():
+def test_discounted_goal():
+    """Every decision before a goal learns the goal discounted by the time until it."""
     rows = [(0, 2.0, 0, CONTINUES), (1, 0.5, 0, CONTINUES), (2, 1.5, 1, TERMINAL)]
     learned = sarsa_lambda(np.zeros(3), batch(rows), step_size=0.5, discount=0.9, trace_decay=0.0, sweeps=200)
     assert learned.q == pytest.approx([0.9**4.0, 0.9**2.0, 0.9**1.5], abs=1e-12)
@@ -204,7 +214,8 @@ def test_a_goal_is_worth_its_discounted_time_to_every_decision_before_it():
 
 @settings(deadline=None)
 @given(values, decisions(), rules)
-def test_an_unknown_decision_only_prolongs_the_one_before(q, rows, rule):
+def test_unknown_decision(q, rows, rule):
+    """An unknown decision only prolongs the one before."""
     merged = []
     for pair, elapsed, reward, ends in rows:
         starts = not merged or merged[-1][3] != CONTINUES
@@ -217,14 +228,16 @@ def test_an_unknown_decision_only_prolongs_the_one_before(q, rows, rule):
     )
 
 
-def test_a_goal_scored_by_an_unknown_decision_goes_to_the_known_one_before():
+def test_unknown_scorer():
+    """A goal scored by an unknown decision goes to the known one before."""
     rows = [(UNKNOWN, 1, -1, CONTINUES), (0, 1, 0, CONTINUES), (UNKNOWN, 2, 1, TERMINAL)]
     learned = sarsa_lambda(np.zeros(1), batch(rows), step_size=1.0, discount=0.5, trace_decay=1.0)
     assert learned.q[0] == 0.5**3
     assert np.isnan(learned.first_errors[[0, 2]]).all()
 
 
-def test_a_cut_recording_teaches_nothing_about_its_last_decision():
+def test_cut_recording():
+    """A cut recording teaches nothing about its last decision."""
     rows = [(0, 1, 0, CONTINUES), (1, 1, 1, TRUNCATED)]
     learned = sarsa_lambda(np.array([0.0, 0.5]), batch(rows), step_size=1.0, discount=1.0, trace_decay=1.0)
     assert learned.q.tolist() == [0.5, 0.5]
@@ -233,7 +246,8 @@ def test_a_cut_recording_teaches_nothing_about_its_last_decision():
 
 @settings(deadline=None)
 @given(values, decisions(), decisions(), rules)
-def test_episodes_share_values_but_never_traces(q, first, second, rule):
+def test_separate_episodes(q, first, second, rule):
+    """Episodes share values but never traces."""
     rule |= {"sweeps": 1}
     together = sarsa_lambda(q, batch(first + second), **rule).q
     halfway = sarsa_lambda(q, batch(first), **rule)
@@ -243,7 +257,8 @@ def test_episodes_share_values_but_never_traces(q, first, second, rule):
 
 @settings(deadline=None)
 @given(values, decisions(), rules)
-def test_repeats_to_the_bit_and_leaves_its_inputs_alone(q, rows, rule):
+def test_repeatability(q, rows, rule):
+    """Learning repeats to the bit and leaves its inputs and unvisited pairs alone."""
     data, before = batch(rows), q.copy()
     once, again = sarsa_lambda(q, data, **rule), sarsa_lambda(q, data, **rule)
     assert [a.tobytes() for a in once] == [a.tobytes() for a in again]
@@ -252,7 +267,8 @@ def test_repeats_to_the_bit_and_leaves_its_inputs_alone(q, rows, rule):
     assert once.q[unvisited].tobytes() == q[unvisited].tobytes()
 
 
-def test_a_trace_below_the_floor_is_dropped():
+def test_trace_floor():
+    """A trace below the floor is dropped."""
     # after one decision of 1 s the first pair's trace is gamma: just above, just below the floor
     rows = [(0, 1, 0, CONTINUES), (1, 0, 1, TERMINAL)]
     above, below = TRACE_FLOOR * 1.01, TRACE_FLOOR * 0.99
@@ -261,11 +277,13 @@ def test_a_trace_below_the_floor_is_dropped():
     assert sarsa_lambda(np.zeros(2), batch(rows), discount=below, **rule).q[0] == 0.0
 
 
-def test_td_error_is_outcome_minus_expectation():
+def test_td_error():
+    """A TD error is outcome minus expectation."""
     assert td_error(0.25, 1.0, 0.5, 0.5) == 1.0
 
 
-def test_an_empty_batch_changes_nothing():
+def test_empty_batch():
+    """An empty batch changes nothing."""
     learned = sarsa_lambda(np.ones(2), batch([]), step_size=0.1, discount=0.9, trace_decay=0.9, sweeps=2)
     assert learned.q.tolist() == [1.0, 1.0]
     assert learned.last_errors.shape == (0,)
@@ -287,12 +305,14 @@ GOOD = (0, 1.0, 0.0, TERMINAL)
         ((0, 1.0, 0.0, CONTINUES), "lets the last row continue"),
     ],
 )
-def test_a_row_that_cannot_be_learned_from_is_refused_by_name(row, says):
+def test_bad_rows(row, says):
+    """A row that cannot be learned from is refused, and the error names it."""
     with pytest.raises(SchemaMismatch, match=says):
         batch([GOOD, row])
 
 
-def test_arrays_of_the_wrong_length_or_type_are_refused():
+def test_bad_arrays():
+    """Arrays of the wrong length or type are refused."""
     good = batch([GOOD])
     with pytest.raises(SchemaMismatch, match="reward is not \\[T\\]"):
         Transitions(good.pair, good.elapsed, np.zeros(2), good.ends)
@@ -301,12 +321,14 @@ def test_arrays_of_the_wrong_length_or_type_are_refused():
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_values_that_are_not_finite_are_refused(bad):
+def test_bad_values(bad):
+    """Values that are not finite are refused."""
     with pytest.raises(SchemaMismatch, match="q\\[1\\] is not finite"):
         sarsa_lambda(np.array([0.0, bad]), batch([GOOD]), step_size=0.1, discount=0.9, trace_decay=0.9)
 
 
-def test_a_pair_beyond_the_values_is_refused():
+def test_pair_out_of_range():
+    """A pair beyond the values is refused."""
     with pytest.raises(SchemaMismatch, match="pair\\[0\\] is not below the 1 action values"):
         sarsa_lambda(np.zeros(1), batch([(1, 1, 0, TERMINAL)]), step_size=0.1, discount=0.9, trace_decay=0.9)
 
@@ -316,13 +338,15 @@ def test_a_pair_beyond_the_values_is_refused():
     [{"step_size": 0.0}, {"step_size": math.nan}, {"discount": 0.0}, {"discount": 1.1}, {"trace_decay": -0.1},
      {"trace_decay": math.nan}, {"traces": "dutch"}, {"sweeps": 0}],
 )
-def test_settings_out_of_bounds_are_refused(wrong):
+def test_bad_settings(wrong):
+    """Settings out of bounds are refused by name."""
     rule = {"step_size": 0.1, "discount": 0.9, "trace_decay": 0.9} | wrong
     with pytest.raises(BadSettings, match=next(iter(wrong))):
         sarsa_lambda(np.zeros(1), batch([GOOD]), **rule)
 
 
-def test_values_that_explode_are_reported_not_returned():
+def test_exploding_values():
+    """Values that explode are reported, not returned."""
     # a pair seen 1,000 times has an accumulated trace of 1,000: the last step overshoots as often
     rows = [(0, 0.0, 1.0, CONTINUES)] * 999 + [(0, 0.0, 1.0, TERMINAL)]
     with pytest.raises(BadSettings, match="grew beyond all bounds"):

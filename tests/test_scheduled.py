@@ -15,8 +15,11 @@ from pipeline.store import Store
 
 
 @pytest.mark.usefixtures("prefect_server")
-def test_a_run_says_in_one_line_and_in_its_state_what_it_did(tmp_path, capsys):
-    """Completed with what was made, then with nothing new; Failed, named Quarantined, if something was refused."""
+def test_run_states(tmp_path, capsys):
+    """A run says in one line and in its state what it did.
+
+    Completed with what was made, then with nothing new; Failed, named Quarantined, if something was refused.
+    """
     from flows.scheduled import scheduled_run
 
     (tmp_path / "inbox").mkdir()
@@ -56,7 +59,8 @@ def test_serve_alone(tmp_path, monkeypatch):
     assert Keeper(tmp_path).look() == (False, None)
 
 
-def test_a_worker_can_load_the_flow_that_prefect_yaml_names(monkeypatch):
+def test_deployment(monkeypatch):
+    """A worker can load the flow that prefect.yaml names."""
     from prefect.flows import load_flow_from_entrypoint
 
     (deployment,) = yaml.safe_load((ROOT / "prefect.yaml").read_text())["deployments"]

@@ -42,18 +42,21 @@ def rows(data, own=None, table="games"):
     return store.read_table(receipt, table, Games if table == "games" else Growth)
 
 
-def test_each_game_has_a_row_and_a_row_a_role(played):
+def test_rows(played):
+    """Each game has a row of its own and a row of growth for each role."""
     assert rows(played)["game"].to_list() == [1, 2, 3]
     assert rows(played, table="growth").height == 9
 
 
-def test_the_first_game_is_played_knowing_nothing(played):
+def test_first_game(played):
+    """The first game is played knowing nothing."""
     first = rows(played).row(0, named=True)
     assert first["policy_version"] is None
     assert first["other_actions"] == 0 < first["actions"]
 
 
-def test_each_game_is_played_with_what_was_learned_from_the_one_before(played):
+def test_next_game(played):
+    """Each game is played with what was learned from the one before."""
     own = loop.store_of(played, season())
     games = rows(played)
     for before, after in zip(games.rows(named=True), games.rows(named=True)[1:], strict=False):
@@ -61,7 +64,8 @@ def test_each_game_is_played_with_what_was_learned_from_the_one_before(played):
         assert policy.details["knowledge_version"] == before["knowledge_version"]
 
 
-def test_its_apprentice_is_a_team_that_plays_the_last_policy_as_the_counted_match_does_but_tries_nothing(tmp_path):
+def test_apprentice(tmp_path):
+    """The apprentice plays the last policy as in the counted match, but tries nothing."""
     own = season(lines=("lcb_weight = 0.5", "min_visits = 2", "posterior_std = 0.1"))
     (tmp_path / "seasons" / own.id).mkdir(parents=True)
     with pytest.raises(NotFound, match="short-static-1: has no policy yet: none of its games is done"):
@@ -86,11 +90,13 @@ def test_its_apprentice_is_a_team_that_plays_the_last_policy_as_the_counted_matc
     assert receipt.settings["home"]["policy"] == label
 
 
-def test_the_lead_comes_when_the_settings_say(played):
+def test_lead(played):
+    """The lead comes when the settings say."""
     assert rows(played)["lead"].to_list() == [0, 0, 100]
 
 
-def test_the_knowledge_is_of_the_adversary_and_states_of_both(played):
+def test_knowledge(played):
+    """The knowledge holds the adversary's behaviours and the states of both teams."""
     own = loop.store_of(played, season())
     known = own.read_table(own.latest("knowledge"), "occasions", Occasions)
     at_random = pl.col("behaviour_id").str.contains(r"^\w+-194$")
@@ -100,14 +106,16 @@ def test_the_knowledge_is_of_the_adversary_and_states_of_both(played):
     assert learned.height == known.height
 
 
-def test_knowledge_and_states_only_grow(played):
+def test_growth(played):
+    """Knowledge and states only grow."""
     growth = rows(played, table="growth").sort("role", "game")
     for _, role in growth.group_by("role"):
         for column in ("states", "behaviours", "pairs"):
             assert role[column].is_sorted()
 
 
-def test_the_same_season_is_the_same_season(played, tmp_path):
+def test_same_season(played, tmp_path):
+    """A season played again gives the same tables."""
     play(tmp_path, season(), (1, 2))
     for table in ("games", "growth"):
         again = rows(tmp_path, table=table)
@@ -115,7 +123,8 @@ def test_the_same_season_is_the_same_season(played, tmp_path):
 
 
 @pytest.mark.parametrize("stop_before", ["_commit", "knowledge", "policies"])
-def test_a_game_that_was_stopped_anywhere_is_gone_on_with(played, tmp_path, monkeypatch, stop_before):
+def test_stopped_game(played, tmp_path, monkeypatch, stop_before):
+    """A game that was stopped anywhere is gone on with, to the same tables."""
     play(tmp_path, season(), (1,))
     matches = loop.play(tmp_path, season(), 2)
     emit = loop.emit
@@ -135,7 +144,8 @@ def test_a_game_that_was_stopped_anywhere_is_gone_on_with(played, tmp_path, monk
     assert rows(tmp_path).equals(rows(played).filter(pl.col("game") <= 2))
 
 
-def test_a_season_is_not_gone_on_with_by_other_settings(played):
+def test_other_settings(played):
+    """A season cannot be gone on with by other settings."""
     other = season()
     other = other.model_copy(update={"settings": other.settings.model_copy(update={"explore": 0.9})})
     with pytest.raises(BadSettings, match="other settings"):
@@ -146,7 +156,8 @@ def test_a_season_is_not_gone_on_with_by_other_settings(played):
     ("explore = 0.1 ", "explore = 0.2 ", False),
     ("explore = 0.1 ", "explore = 0.1 # said otherwise\n", True),
 ])
-def test_nor_when_the_file_that_comes_along_has_changed_in_what_it_says(played, monkeypatch, was, now, same):
+def test_changed_base(played, monkeypatch, was, now, same):
+    """A season goes on only while the file it is based on says the same; comments may change."""
     text = settings._text("paper")
     assert text.count(was) == 1
     monkeypatch.setattr(settings, "_text", {"paper": text.replace(was, now)}.__getitem__)
@@ -161,7 +172,8 @@ def longer(own, games):
     return own.model_copy(update={"settings": own.settings.model_copy(update={"games": games, "opponents": ("random",)})})
 
 
-def test_a_season_that_is_over_goes_on_when_more_games_are_asked_for(played, tmp_path):
+def test_more_games(played, tmp_path):
+    """A season that is over goes on when more games are asked for."""
     own = season()
     play(tmp_path, longer(own, 2), (1, 2))
     assert loop.done(Store(tmp_path), own).details["games"] == 2
@@ -171,14 +183,16 @@ def test_a_season_that_is_over_goes_on_when_more_games_are_asked_for(played, tmp
     assert loop.done(Store(tmp_path), longer(own, 2)).details["games"] == 3
 
 
-def test_but_not_if_exploration_changes_up_to_the_last(tmp_path):
+def test_no_more_games(tmp_path):
+    """A season whose exploration changes up to its last game cannot have more games."""
     own = season(lines=("explore_last = 0.0",))
     play(tmp_path, own, (1,))
-    with pytest.raises(BadSettings, match=r"it was to have 3 games, and cannot have 4, for how much it explores"):
+    with pytest.raises(BadSettings, match=r"it was begun with 3 games and cannot have 4, because its exploration"):
         loop.done(Store(tmp_path), longer(own, 4))
 
 
-def test_a_season_on_another_pitch_through_a_camera(tmp_path):
+def test_pitch_and_camera(tmp_path):
+    """A season can be played on another pitch and through a camera."""
     own = season(lines=("robots = 2", "[pitch]", 'kind = "ssl"', "length = 9.0", "[camera]", "robot_unseen = 0.2"))
     play(tmp_path, own, (1, 2))
     here = loop.store_of(tmp_path, own)
@@ -190,7 +204,8 @@ def test_a_season_on_another_pitch_through_a_camera(tmp_path):
         assert len(seen.robots) / len(seen) == pytest.approx(0.8 * 4, abs=0.1)
 
 
-def test_what_is_not_needed_any_more_can_be_forgotten(tmp_path):
+def test_discarding(tmp_path):
+    """What is not needed any more can be forgotten, and the season goes on."""
     loop.learn(tmp_path, season(), 1, loop.play(tmp_path, season(), 1), discard=True)
     own = loop.store_of(tmp_path, season())
     assert not list(own.receipts("matches"))
@@ -200,7 +215,8 @@ def test_what_is_not_needed_any_more_can_be_forgotten(tmp_path):
     assert rows(tmp_path).height == 2
 
 
-def test_practice_is_learned_from_and_not_counted(tmp_path):
+def test_practice(tmp_path):
+    """Practice is learned from and not counted."""
     own = season(lines=["practice = 1"])
     matches = loop.play(tmp_path, own, 1)
     loop.learn(tmp_path, own, 1, matches, discard=False)
@@ -214,13 +230,15 @@ def test_practice_is_learned_from_and_not_counted(tmp_path):
 # --- settings --------------------------------------------------------------------------------------
 
 
-def test_all_settings_that_come_along_are_read():
+def test_settings_read():
+    """All settings that come along can be read."""
     assert {"paper", "best"} <= set(names())
     for name in names():
         assert isinstance(named(name), SeasonSettings)
 
 
-def test_the_papers_settings_say_what_the_paper_says():
+def test_paper_settings():
+    """The paper's settings say what the paper says."""
     paper = named("paper")
     assert paper.games == 35
     assert paper.opponents == ("static", "human-like")
@@ -259,24 +277,28 @@ def flat(settings, path=""):
             yield f"{path}{name}", value
 
 
-def test_all_that_come_along_are_the_two_and_their_ablations():
+def test_settings_names():
+    """The settings that come along are the paper's, the best ones and their ablations."""
     assert set(names()) == {"paper", "best", *ABLATIONS}
 
 
 @pytest.mark.parametrize("ablation", ABLATIONS)
-def test_an_ablation_changes_one_thing(ablation):
+def test_ablation(ablation):
+    """An ablation changes the settings that are listed for it and no others."""
     base = dict(flat(named(ablation.split("-")[0]).model_dump()))
     changed = {name for name, value in flat(named(ablation).model_dump()) if value != base[name]}
     assert changed == ABLATIONS[ablation]
 
 
-def test_exploration_changes_evenly():
+def test_exploration():
+    """Exploration changes evenly from the first game to the last."""
     own = parse("games = 5\nexplore = 0.4\nexplore_last = 0.0", where="here")
     of = Season(name="x", opponent="static", seed=0, settings=own)
     assert [of.recipes(game, None)[0].home.explore for game in (1, 3, 5)] == pytest.approx([0.4, 0.2, 0.0])
 
 
-def test_no_two_matches_of_any_seasons_share_a_seed():
+def test_match_seeds():
+    """No two matches share a seed, in one season or in two."""
     own = named("paper").model_copy(update={"practice": 2})
     seeds = [recipe.seed for seed in (1, 2) for game in (1, 2, 35)
              for recipe in Season(name="x", opponent="static", seed=seed, settings=own).recipes(game, None)]
@@ -291,6 +313,7 @@ def test_no_two_matches_of_any_seasons_share_a_seed():
     ('base = "nobody"', NotFound, "nobody"),
     ("games = ", BadSettings, "TOML"),
 ])
-def test_bad_settings_are_told_in_one_line(text, error, words):
+def test_bad_settings(text, error, words):
+    """Bad settings are refused, and the error says what is wrong."""
     with pytest.raises(error, match=words):
         parse(text, where="club.toml")

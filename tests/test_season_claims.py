@@ -53,11 +53,13 @@ def claim(found, text, opponent=None, quantity=""):
     (STATIC, mean(OTHER, 1, 10), 0.0), (STATIC, mean(OTHER, 11, 20), 3.61), (STATIC, mean(OTHER, 21, 35), 3.04),
     (STATIC, mean(OTHER, 11, 35), 3.27), (STATIC, slope(OTHER, 11, 35), 0.02), (STATIC, overall_other(1, 35), 2.38),
 ])
-def test_what_is_known_of_the_papers_table(opponent, measure, value):
+def test_paper_table(opponent, measure, value):
+    """Measures of the paper's own table have the values known of it."""
     assert printed(measure, opponent) == pytest.approx(value, abs=0.0051)
 
 
-def test_the_paper_denies_itself_in_what_its_table_does_not_bear_out():
+def test_contradictory_claims():
+    """Claims that the paper's own table does not bear out are contradictory."""
     found = verdicts(Games.empty(), Growth.empty(), NONE)
     denied = found.filter(pl.col("verdict") == "contradictory")
     assert denied["quantity"].to_list() == [
@@ -68,13 +70,15 @@ def test_the_paper_denies_itself_in_what_its_table_does_not_bear_out():
     assert found["measured"].null_count() == found.height == len(CLAIMS)
 
 
-def test_its_own_table_never_stands_against_an_about():
+def test_about():
+    """The paper's own table never denies a claim that says "about"."""
     about = verdicts(Games.empty(), Growth.empty(), NONE).filter(pl.col("stated").str.starts_with("about"))
     assert about.height == 9
     assert (about["verdict"] == "not judged").all()
 
 
-def test_measures_of_a_phase_need_all_its_games():
+def test_missing_games():
+    """Measures of a phase need all its games."""
     games, growth = tables(season(last=12, without=(4,), other=lambda g: float(g)))
     (one,) = seasons_of(games, growth, NONE)["paper", STATIC]
     assert mean(OTHER, 5, 12)(one) == pytest.approx(8.5)
@@ -85,7 +89,8 @@ def test_measures_of_a_phase_need_all_its_games():
     assert math.isnan(mean(OTHER, 5, 13)(one))
 
 
-def test_a_game_without_decisions_says_nothing_of_shares():
+def test_no_decisions():
+    """A game without decisions says nothing of shares."""
     games, growth = season(other=lambda g: 10.0, last=3)
     games = games.with_columns(pl.when(pl.col("game") == 2).then(0).otherwise(pl.col(c)).alias(c).cast(pl.Int64)
                                for c in ("actions", "random_actions", "other_actions"))
@@ -93,7 +98,8 @@ def test_a_game_without_decisions_says_nothing_of_shares():
     assert slope(OTHER, 1, 3)(SeasonTables(games, growth, NONE)) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_steps_and_growth_without_training():
+def test_steps_and_growth():
+    """The least step may fall, and growth without training adds up over all roles."""
     games, growth = tables(season(last=4, states=lambda g: (5, 9, 7, 12)[g - 1], behaviours=lambda g: 2 * g,
                                   knowledge=lambda g: (1, 2, 2, 3)[g - 1]))
     (one,) = seasons_of(games, growth, NONE)["paper", STATIC]
@@ -101,7 +107,8 @@ def test_steps_and_growth_without_training():
     assert grown_without_training("behaviours", 1, 4)(one) == 3 * 2  # game 3, all three roles
 
 
-def test_the_interval_of_seasons_is_students_or_wilsons():
+def test_intervals():
+    """The interval of a mean over seasons is Student's, and that of a count of seasons Wilson's."""
     estimate, n = pooled([4.0, 5.0, 4.5, 7.0, math.nan], "mean")
     assert (estimate.value, n) == (5.125, 4)
     # s = 1.315, t(3) = 3.182
@@ -111,7 +118,8 @@ def test_the_interval_of_seasons_is_students_or_wilsons():
     assert pooled([math.nan], "mean") == pooled([], "mean")
 
 
-def test_a_rate_is_as_uncertain_as_its_few_trials_and_as_its_few_seasons_make_it():
+def test_rate_interval():
+    """A rate is as uncertain as its few trials and its few seasons make it, within 0 and 1."""
     # no season differs: the trials alone make it uncertain
     estimate, _ = pooled([1.0] * 5, "rate", 25)
     assert (estimate.low, estimate.high) == (pytest.approx(125 / (125 + 3.841459), abs=1e-6), 1.0)
@@ -130,12 +138,14 @@ def test_a_rate_is_as_uncertain_as_its_few_trials_and_as_its_few_seasons_make_it
     ("mean", [0.0, 2.0], (-11.706205, 13.706205)), ("count", [0.0, 2.0], (0.0, 13.706205)),
     ("percent", [98.0, 100.0], (99 - 12.706205, 100.0)), ("share", [0.0, 1.0], (0.0, 1.0)),
 ])
-def test_an_interval_ends_where_the_quantity_does(pooling, values, ends):
+def test_interval_ends(pooling, values, ends):
+    """An interval ends where the quantity does."""
     estimate, _ = pooled(values, pooling)
     assert (estimate.low, estimate.high) == pytest.approx(ends, abs=1e-5)
 
 
-def test_no_interval_of_shares_on_the_page_leaves_what_can_be():
+def test_share_intervals():
+    """No interval of shares on the page goes below zero."""
     games, _ = tables(season("paper", STATIC, 0, last=12), season("paper", STATIC, 1, last=12, other=lambda g: 4.0))
     assert compared(games)["other_low"].to_list() == [0.0]
     assert beside_table_3(games, "paper")["low"].drop_nulls().to_list() == [0.0] * 12
@@ -143,13 +153,15 @@ def test_no_interval_of_shares_on_the_page_leaves_what_can_be():
     assert claim(found, "nothing evolves")["low"] == 0.0
 
 
-def test_one_season_is_measured_without_an_interval_and_not_verdicts():
+def test_one_season():
+    """One season is measured without an interval and not judged."""
     found = verdicts(*tables(season("paper", STATIC, other=evolving(0))), NONE)
     row = claim(found, "nothing evolves")
     assert (row["measured"], row["low"], row["high"], row["seasons"], row["verdict"]) == (0.0, None, None, 1, "not judged")
 
 
-def test_most_of_what_the_paper_says_is_reproduced_where_it_holds():
+def test_paper_claims():
+    """Most of what the paper says is reproduced where it holds."""
     found = verdicts(*world(), apprentices())
     assert list(found.schema.items()) == list(Claims.dtypes().items())
     assert claim(found, "nothing evolves")["verdict"] == "reproduced"
@@ -169,7 +181,8 @@ def test_most_of_what_the_paper_says_is_reproduced_where_it_holds():
     assert (row["verdict"], row["measured"] > 0) == ("contradictory", True)
 
 
-def test_what_could_not_be_otherwise_is_no_evidence():
+def test_by_construction():
+    """What could not be otherwise holds by construction and is no evidence."""
     found = verdicts(*world(), apprentices())
     by_construction = found.filter(pl.col("verdict") == "by construction")
     assert by_construction["claim"].unique(maintain_order=True).to_list() == [
@@ -182,7 +195,8 @@ def test_what_could_not_be_otherwise_is_no_evidence():
     assert claim(verdicts(*tables(*forgetful[:4]), NONE), "only during training", STATIC)["verdict"] == "not judged"
 
 
-def test_our_aims_are_of_evaluations_after_the_last_game():
+def test_aims():
+    """Our aims are judged by evaluations after the last game."""
     found = verdicts(*world(), apprentices(late=lambda s: s))
     row = claim(found, "The best apprentice beats")
     # goal differences 2, 3, 2, 3, 2
@@ -197,17 +211,20 @@ def test_our_aims_are_of_evaluations_after_the_last_game():
     assert claim(verdicts(*world(), many), "It wins against the random team")["verdict"] == "reached"
 
 
-def test_a_season_that_has_not_ended_was_not_measured_after_its_last_game():
+def test_unfinished_season():
+    """The apprentice of a season that has not ended is not counted as one after its last game."""
     games, growth = (table.filter((pl.col("season") != "best-static-s1") | (pl.col("game") < 35)) for table in world())
     assert claim(verdicts(games, growth, apprentices()), "The best apprentice beats")["seasons"] == 4
 
 
-def test_evaluations_of_teams_without_a_season_say_nothing():
+def test_foreign_evaluations():
+    """Evaluations of teams without a season say nothing."""
     rows = pl.concat([apprentices(), evaluation("best-static-s77", goals=lambda _: (0, 9)), evaluation("v3", goals=lambda _: (0, 9))])
     assert verdicts(*world(), rows).equals(verdicts(*world(), apprentices()))
 
 
-def test_the_ablations_must_break_what_the_score_explains():
+def test_ablation_claims():
+    """A claim is reproduced by an ablation only where that breaks what the score explains."""
     games, growth = (pl.concat(parts) for parts in zip(world(), *ablations(), strict=True))
     found = verdicts(games, growth, NONE).filter(pl.col("item") == "ablation")
     assert found["verdict"].to_list() == ["reproduced"] * 5
@@ -218,26 +235,30 @@ def test_the_ablations_must_break_what_the_score_explains():
     assert found["verdict"].to_list() == ["contradicted", "not judged", "not reproduced", "not judged", "not reproduced"]
 
 
-def test_a_season_that_breaks_off_is_left_out_of_what_it_does_not_have():
+def test_broken_off_season():
+    """A season that breaks off is left out of what it does not have."""
     full = [season("paper", STATIC, s, other=evolving(s)) for s in range(5)]
     found = verdicts(*tables(*full, season("paper", STATIC, 5, last=15, other=evolving(5))), NONE)
     assert claim(found, "nothing evolves")["seasons"] == 6
     assert claim(found, "from game 11 on", quantity="11 to 20")["seasons"] == 5
 
 
-def test_the_same_season_twice_counts_once():
+def test_duplicate_season():
+    """The same season twice counts once."""
     again = season("paper", STATIC, 0, other=evolving(0), last=20, name="again")
     found = verdicts(*tables(season("paper", STATIC, 0, other=evolving(0)), again), NONE)
     assert claim(found, "nothing evolves")["seasons"] == 1
 
 
-def test_verdicts_do_not_depend_on_the_order_of_rows():
+def test_row_order():
+    """Verdicts do not depend on the order of rows."""
     games, growth = world()
     shuffled = verdicts(*(table.sample(fraction=1.0, shuffle=True, seed=1) for table in (games, growth, apprentices())))
     assert shuffled.equals(verdicts(games, growth, apprentices()))
 
 
-def test_curves_are_means_over_seasons_with_their_interval():
+def test_curves():
+    """Curves are means over seasons with their interval."""
     games, growth = tables(*(season("paper", STATIC, s, last=2, goals=lambda g, s=s: (s, 0)) for s in (1, 2, 6)))
     found = curves(games, {"for": pl.col("goals_for"), "sum": pl.col("goals_for").cum_sum()})
     assert found.select("what", "game", "seasons", "mean").rows() == [
@@ -248,7 +269,8 @@ def test_curves_are_means_over_seasons_with_their_interval():
     assert one.select("role", "game", "mean", "low").rows()[:2] == [("goalkeeper", 1, 100.0, None), ("goalkeeper", 2, 200.0, None)]
 
 
-def test_table_3_beside_the_papers_with_what_is_missing_left_open():
+def test_beside_table_3():
+    """Table 3 stands beside the paper's, with what is missing left open."""
     games, _ = tables(season("paper", STATIC, 0, last=37, other=evolving(0)))
     found = beside_table_3(games, "paper")
     assert found.filter(pl.col("opponent") == HUMAN).select("seasons", "pct").unique().rows() == [(0, None)]
@@ -259,7 +281,8 @@ def test_table_3_beside_the_papers_with_what_is_missing_left_open():
     assert found.height == 35 + 37
 
 
-def test_settings_are_compared_over_the_last_ten_games():
+def test_compared():
+    """Settings are compared over the last ten games."""
     games, _ = tables(*(season("best", STATIC, s, last=12, goals=lambda g: (2, 1) if g > 2 else (0, 9)) for s in (0, 1)))
     (row,) = compared(games).iter_rows(named=True)
     assert (row["seasons"], row["games"], row["difference"], row["won"], row["lost"]) == (2, 12, 1.0, 1.0, 0.0)
@@ -267,7 +290,8 @@ def test_settings_are_compared_over_the_last_ten_games():
     assert compared(Games.empty()).height == 0
 
 
-def test_a_change_is_measured_over_the_last_games_that_all_have():
+def test_ablated():
+    """A change is measured over the last games that all seasons have."""
     seasons = [season("best", STATIC, s, last=14, goals=lambda g, s=s: (s, 0) if g < 13 else (9, 0)) for s in (1, 2, 3)]
     seasons += [season("best-exact", STATIC, s, last=12, goals=lambda g, s=s: (s, 5)) for s in (1, 2)]
     seasons += [season("best-exact", RANDOM, 1, last=12), season("best-new", STATIC, 1, last=2), season("bester", STATIC, 1)]
@@ -282,7 +306,8 @@ def test_a_change_is_measured_over_the_last_games_that_all_have():
     assert ablated(Games.empty(), ("best",)).height == 0
 
 
-def test_apprentices_are_measured_by_opponent():
+def test_measured():
+    """Apprentices are measured by opponent."""
     games, _ = tables(*(season("best", STATIC, s) for s in range(3)), season("best", HUMAN, 0))
     found = measured(games, pl.concat([apprentices(3, late=lambda s: 2), evaluation("best-human-like-s0", pairs=4)]))
     columns = ("settings", "opponent", "games", "against", "seasons", "matches")
@@ -295,7 +320,8 @@ def test_apprentices_are_measured_by_opponent():
     assert measured(games, NONE).height == 0
 
 
-def test_goals_and_leads_are_summed_up():
+def test_goals_and_leads():
+    """Goals are summed up by their kind, and leads by the game from which they hold."""
     games, _ = tables(season("paper", STATIC, 4, goals=lambda g: (3, 1), lead=lambda g: 5 if g >= 11 else 0))
     (row,) = attributed(games).iter_rows(named=True)
     assert [row[k] for k in ("goals_for", "direct", "indirect", "error", "unknown", "unknown_against")] == [3, 1, 2, 0, 0, 0]
@@ -304,5 +330,6 @@ def test_goals_and_leads_are_summed_up():
     assert table3.CHANGE == 11
 
 
-def test_rising_and_evolving_are_what_they_say():
+def test_rising_and_evolving():
+    """The shares made for these tests rise from game 2 on, or are there from game 11 on."""
     assert [rising(0)(1), rising(0)(2), evolving(0)(10), evolving(0)(11)] == [0.0, 0.2, 0.0, 3.0]

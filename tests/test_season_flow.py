@@ -42,7 +42,8 @@ def together(tmp_path_factory, prefect_server):
     return data
 
 
-def test_seasons_played_at_once_are_whole_and_not_played_again(together):
+def test_seasons_at_once(together):
+    """Seasons played at once are whole, and a second run plays none of them again."""
     store = Store(together)
     matches = []
     for seed in (1, 2):
@@ -56,7 +57,8 @@ def test_seasons_played_at_once_are_whole_and_not_played_again(together):
     assert (again.made, again.kept, again.failed) == ([], 2, {})
 
 
-def test_as_many_are_played_at_once_as_there_are_jobs(tmp_path, monkeypatch):
+def test_jobs(tmp_path, monkeypatch):
+    """As many seasons are played at once as there are jobs."""
     met = Barrier(3, timeout=60)
 
     class Meeting(loop.Workers):
@@ -69,7 +71,8 @@ def test_as_many_are_played_at_once_as_there_are_jobs(tmp_path, monkeypatch):
     assert (len(report.made), report.failed) == (6, {})
 
 
-def test_a_season_that_fails_stops_alone_and_says_why(tmp_path, monkeypatch):
+def test_failed_season(tmp_path, monkeypatch):
+    """A season that fails stops alone and says why."""
     Store(tmp_path).commit(Work("seasons", season(3).id, {}, version=1), Made())
     tried = []
 
@@ -96,7 +99,8 @@ def test_a_season_that_fails_stops_alone_and_says_why(tmp_path, monkeypatch):
         (4, 1), (1, 1), (2, 1), (4, 2), (2, 2), (4, 3), (2, 3), (4, 4))]
 
 
-def test_a_season_that_was_killed_in_the_middle_of_a_game_ends_as_one_that_was_not(together, tmp_path):
+def test_killed_season(together, tmp_path):
+    """A season that was killed during a game goes on to the same tables as one that was not."""
     from prefect.settings import PREFECT_API_URL
 
     (tmp_path / "short.toml").write_text(SHORT)

@@ -60,27 +60,31 @@ def row(**more):
     return game_row(GAME, match(), PLAYED, made, situations=900, lead=5, key="full36", **more).row(0, named=True)
 
 
-def test_only_what_the_apprentice_chose_counts_and_194_is_random_however_it_is_written():
+def test_actions():
+    """Only what the apprentice chose counts, and 194 is random however it is written."""
     found = row()
     assert (found["actions"], found["random_actions"], found["other_actions"]) == (4, 3, 1)
     assert (found["season"], found["game"], found["opponent"], found["duration_s"]) == ("paper-static-3", 2, "static", 480.0)
     assert found["policy_version"] is None
 
 
-def test_goals_are_those_played_without_the_lead_by_kind():
+def test_goals_by_kind():
+    """Goals are counted by kind, and the lead at the start is not among them."""
     found = row()
     assert (found["lead"], found["goals_for"], found["goals_against"]) == (5, 3, 1)
     assert [found[kind] for kind in ("direct", "indirect", "error")] == [1, 0, 1]  # one of unknown kind
     assert [found[f"{kind}_against"] for kind in ("direct", "indirect", "error")] == [0, 1, 0]
 
 
-def test_known_states_are_those_with_more_than_194_by_the_finest_key_and_the_own_role():
+def test_known_states():
+    """A state is known if the own role knows more than 194 there by the finest key."""
     # state 5 of the striker (two decisions of four); 6 has 194 alone, the midfield knows nothing
     assert row(known=KNOWN)["known_states"] == 0.5
     assert row()["known_states"] == 0.0  # the first game
 
 
-def test_a_game_without_decisions_is_a_row_of_zeros():
+def test_no_decisions():
+    """A game without decisions is a row of zeros."""
     empty = game_row(GAME, match(), decisions(), goals(), situations=0, key="full36", known=KNOWN)
     assert empty.select("actions", "known_states", "goals_for").row(0) == (0, 0.0, 0)
 
@@ -90,7 +94,8 @@ def test_two_matches_are_refused():
         game_row(GAME, match(2), PLAYED, goals(), situations=0, key="full36")
 
 
-def test_growth_counts_states_seen_played_and_together():
+def test_growth():
+    """Growth counts the states that were seen, those that were played, and both together."""
     earlier = decisions(("home", "striker", 5, None, True), ("home", "striker", 9, None, True))
     played = states_played(states_played(StatesPlayed.empty(), earlier), PLAYED)
     grown = growth_rows(GAME, PLAYED, played, KNOWN, behaviours(KICK, RANDOM, "goalkeeper-057"), key="full36")
@@ -106,7 +111,8 @@ def test_growth_counts_states_seen_played_and_together():
     assert (by_role["midfield"]["states"], by_role["midfield"]["behaviours"]) == (1, 0)
 
 
-def test_the_papers_table_is_whole_and_its_one_slip_is_known():
+def test_table_3():
+    """The paper's Table 3 is whole, and its one slip is known."""
     printed = table3.printed()
     assert printed["game"].to_list() == list(range(1, 36))
     for column in ("humans", "static"):

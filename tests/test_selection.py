@@ -61,12 +61,14 @@ def test_boltzmann_by_hand():
     ([7], 0.0, [1]),
     ([0.0, -0.0], 0.0, [1, 1]),
 ])
-def test_boltzmann_is_safe_at_all_temperatures(values, temperature, expected):
+def test_boltzmann_extremes(values, temperature, expected):
+    """Boltzmann weights are exact at extreme temperatures and values."""
     assert weights(ActionSelection.BOLTZMANN, values, temperature) == expected
 
 
 @given(values=vectors, temperature=temperatures)
-def test_boltzmann_weighs_the_greatest_as_1_and_less_what_is_worth_less(values, temperature):
+def test_boltzmann_order(values, temperature):
+    """The greatest value weighs 1, and a smaller value never weighs more than a greater one."""
     out = weights(ActionSelection.BOLTZMANN, values, temperature)
     for value, weight in zip(values, out, strict=True):
         assert 0 <= weight <= 1
@@ -77,7 +79,8 @@ def test_boltzmann_weighs_the_greatest_as_1_and_less_what_is_worth_less(values, 
 
 
 @given(values=st.lists(st.floats(-30, 30), min_size=1, max_size=6), temperature=st.floats(0.5, 100))
-def test_boltzmann_is_the_printed_softmax(values, temperature):
+def test_boltzmann_softmax(values, temperature):
+    """Boltzmann's probabilities are the softmax as it is printed."""
     powers = [math.exp(value / temperature) for value in values]
     expected = [power / sum(powers) for power in powers]
     assert probabilities(ActionSelection.BOLTZMANN, values, temperature) == pytest.approx(expected, rel=1e-10)
@@ -100,7 +103,8 @@ def test_mixed_by_hand():
 
 
 @given(values=vectors, epsilon=st.floats(0, 1))
-def test_epsilon_greedy_weights_are_probabilities(values, epsilon):
+def test_epsilon_greedy_sum(values, epsilon):
+    """Epsilon-greedy weights are probabilities: none is negative, and their sum is 1."""
     out = weights(ActionSelection.EPSILON_GREEDY, values, epsilon)
     assert min(out) >= 0
     assert sum(out) == pytest.approx(1, abs=1e-12)
@@ -109,7 +113,8 @@ def test_epsilon_greedy_weights_are_probabilities(values, epsilon):
 @pytest.mark.parametrize(("selection", "function"), [
     (ActionSelection.BOLTZMANN, boltzmann), (ActionSelection.EPSILON_GREEDY, epsilon_greedy), (ActionSelection.MIXED, mixed),
 ])
-def test_a_selection_is_the_function_of_its_name(selection, function):
+def test_selection_names(selection, function):
+    """A selection is the function of its name."""
     values, out = np.array([0.2, 0.5, 0.3]), np.empty(3)
     function(values, 0.4, out)
     assert weights(selection, values, 0.4) == out.tolist()
@@ -124,12 +129,14 @@ def test_a_selection_is_the_function_of_its_name(selection, function):
 @example(chances=[0.1, 0.2, 0.7, 0.0], u=ALMOST_ONE)
 @example(chances=[5e-324, 0.0], u=ALMOST_ONE)
 @example(chances=[1.0, 5e-324, 0.0], u=ALMOST_ONE)
-def test_what_weighs_nothing_is_never_chosen(chances, u):
+def test_zero_weight(chances, u):
+    """An action that weighs nothing is never chosen."""
     assert chances[sample(np.array(chances), u)] > 0
 
 
 @given(values=vectors, temperature=temperatures, u=st.one_of(unit, st.sampled_from([0.0, ALMOST_ONE])))
-def test_greedy_is_among_the_greatest_and_any_temperature_can_be_sampled(values, temperature, u):
+def test_sampled_boltzmann(values, temperature, u):
+    """Any temperature can be sampled, and at 0 the sample is one of the greatest."""
     out = np.empty(len(values))
     boltzmann(np.array(values), temperature, out)
     assert out[sample(out, u)] > 0
@@ -143,12 +150,14 @@ def test_greedy_is_among_the_greatest_and_any_temperature_can_be_sampled(values,
     ([0, 1e-300, 1e-300], [0, 500, 500]),
     ([3e300, 1e300], [750, 250]),
 ])
-def test_actions_are_chosen_in_proportion_to_their_weights(chances, expected):
+def test_proportions(chances, expected):
+    """Actions are chosen in proportion to their weights."""
     middles = (np.arange(1000) + 0.5) / 1000
     chosen = [sample(np.array(chances, np.float64), u) for u in middles]
     assert np.bincount(chosen, minlength=len(chances)).tolist() == expected
     assert chosen == sorted(chosen)
 
 
-def test_every_action_takes_its_share_of_the_unit_interval_without_the_upper_end():
+def test_shares():
+    """Each action takes its share of the unit interval without the upper end."""
     assert [sample(np.array([1.0, 1.0, 2.0]), u) for u in (0.0, 0.24, 0.25, 0.49, 0.5, ALMOST_ONE)] == [0, 0, 1, 1, 2, 2]

@@ -70,8 +70,8 @@ def call(*words: object) -> tuple[int, str, str]:
     return process.returncode, out, err
 
 
-def test_two_starts_at_once_start_one(uvicorn, data):
-    """And status, a third start and stop find it."""
+def test_two_starts(uvicorn, data):
+    """Two starts at once start one server, which status, a third start and stop find."""
     uvicorn(UVICORN)
     with begin("server", "start", "--json", "--data", data) as one, begin("server", "start", "--json", "--data", data) as two:
         told = [json.loads(process.communicate(timeout=300)[0]) for process in (one, two)]
@@ -90,19 +90,20 @@ def test_two_starts_at_once_start_one(uvicorn, data):
     assert left[:1] in ("", "Z"), "it has ended, whether or not its exit was asked for"
 
 
-def test_a_server_that_died_is_said_to_have(uvicorn, data):
+def test_dead_server(uvicorn, data):
+    """A server that died is said to have died, and the next start brings another."""
     uvicorn(UVICORN)
     pid = json.loads(call("server", "start", "--json", "--data", data)[1])["pid"]
     os.kill(pid, signal.SIGKILL)
     code, out, _ = call("server", "status", "--data", data)
-    assert (code, out) == (1, f"has died (process {pid}); its log is {Keeper(data).log}\n")
+    assert (code, out) == (1, f"the server has died (process {pid}); its log is {Keeper(data).log}\n")
     code, out, _ = call("server", "start", "--json", "--data", data)
     assert (code, json.loads(out)["new"]) == (0, True)
     assert json.loads(out)["pid"] != pid
 
 
-def test_a_stale_record_harms_nobody(data):
-    """Its number may be another process's by now: this one's, here."""
+def test_stale_record(data):
+    """A stale record harms no process that has its number by now: this one, here."""
     keeper = Keeper(data)
     keeper.folder.mkdir()
     (keeper.folder / "server.json").write_bytes(pretty(Kept(pid=os.getpid(), port=1)))
@@ -111,7 +112,8 @@ def test_a_stale_record_harms_nobody(data):
     assert keeper.look() == (False, None)
 
 
-def test_a_port_that_is_taken_is_one_line(data):
+def test_taken_port(data):
+    """A port that is taken is told in one line."""
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         code, out, err = call("server", "start", "--port", port, "--data", data)
@@ -119,7 +121,8 @@ def test_a_port_that_is_taken_is_one_line(data):
     assert err == f"pitchlore: --port: port {port} of 127.0.0.1 is taken. Name another port, or none: then a free one is taken.\n"
 
 
-def test_a_server_that_does_not_start_says_why(uvicorn, data):
+def test_failing_start(uvicorn, data):
+    """A server that does not start says why."""
     uvicorn("raise RuntimeError('out of cheese')")
     code, out, err = call("server", "start", "--data", data)
     assert (code, out, err.count("\n")) == (1, "", 1)
@@ -130,7 +133,8 @@ def test_a_server_that_does_not_start_says_why(uvicorn, data):
 
 
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
-def test_a_start_that_is_stopped_leaves_no_server(uvicorn, data, end):
+def test_stopped_start(uvicorn, data, end):
+    """A start that is stopped leaves no server."""
     uvicorn("import time; time.sleep(600)")
     with terminal("server", "start", "--data", data, before="print('begun', flush=True)") as command:
         command.until("begun")
@@ -143,8 +147,8 @@ def test_a_start_that_is_stopped_leaves_no_server(uvicorn, data, end):
 
 
 @pytest.mark.usefixtures("prefect_server")
-def test_flows_talk_to_the_folder_s_server(data, monkeypatch):
-    """A real one; and when it has died, to another, which is said."""
+def test_server_of_the_folder(data, monkeypatch):
+    """Flows talk to the data folder's server, and when it has died to another, which is said."""
     from prefect.settings import PREFECT_API_URL
 
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
@@ -198,17 +202,19 @@ def something_new(data):
 
 
 @pytest.mark.parametrize("words", [("import", "x.csv"), ("run",), ("train",), ("serve",)])
-def test_an_address_where_nobody_is_is_one_line(data, words, monkeypatch):
+def test_nobody_at_address(data, words, monkeypatch):
+    """An address where no server answers is told in one line, without a traceback."""
     something_new(data)
     monkeypatch.setenv("PREFECT_API_URL", "http://127.0.0.1:1/api")
     code, out, err = call(*words, "--data", data)
     assert (code, out) == (1, "")
     assert err.splitlines()[-1].startswith("pitchlore: http://127.0.0.1:1/api: no Prefect server answers (")
-    assert err.endswith("). Start it, or mend or unset PREFECT_API_URL.\n")
+    assert err.endswith("). Start it, or correct or unset PREFECT_API_URL.\n")
     assert "Traceback" not in err
 
 
-def test_an_address_without_api_is_one_line(data, pages, monkeypatch):
+def test_address_without_api(data, pages, monkeypatch):
+    """An address without Prefect's API is told in one line that names the address to set."""
     something_new(data)
     monkeypatch.setenv("PREFECT_API_URL", pages)
     code, out, err = call("run", "--data", data)

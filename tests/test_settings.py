@@ -8,7 +8,8 @@ from pipeline.errors import BadSettings
 from pipeline.settings import RoundSettings, Settings, parse_settings
 
 
-def test_what_is_not_said_is_the_default():
+def test_defaults():
+    """A setting that is not given has its default."""
     assert parse_settings(b"", where="s.toml") == Settings()
     said = parse_settings(b"[policies]\nsweeps = 3\n[knowledge]\nstate_key = 'ego19'", where="s.toml")
     assert said.policies.sweeps == 3
@@ -25,7 +26,8 @@ def test_what_is_not_said_is_the_default():
     (b"[policies\n", "is not TOML (Expected ']'"),
     (b"\xff\xfe", "is not TOML ('utf-8' codec"),
 ])
-def test_an_error_is_one_line_that_names_file_and_key(text, said):
+def test_errors(text, said):
+    """An error is one line that names the file and the key."""
     with pytest.raises(BadSettings) as caught:
         parse_settings(text, where="club.toml")
     assert str(caught.value).startswith(f"club.toml: {said}")
@@ -33,7 +35,8 @@ def test_an_error_is_one_line_that_names_file_and_key(text, said):
 
 
 @pytest.mark.parametrize("backoff", [[], ["full35"], ["team19", "self9", "role0"]])
-def test_keys_to_back_off_to_get_coarser(backoff):
+def test_backoff(backoff):
+    """The keys to back off to are taken in order if each is coarser than the one before."""
     said = parse_settings(f"[knowledge]\nbackoff = {backoff}".encode(), where="s.toml")
     assert said.knowledge.state_keys == ("full36", *backoff)
 
@@ -42,7 +45,8 @@ def test_keys_to_back_off_to_get_coarser(backoff):
     ("self9", ["team19"]), ("team19", ["ego19"]), ("full36", ["self6", "self9"]), ("full36", ["full36"]),
     ("full36", ["self9", "self9"]),
 ])
-def test_keys_to_back_off_to_that_do_not_are_refused(state_key, backoff):
+def test_backoff_refused(state_key, backoff):
+    """A key to back off to that is not coarser than the one before is refused."""
     text = f"[knowledge]\nstate_key = '{state_key}'\nbackoff = {backoff}"
     with pytest.raises(BadSettings, match=rf"knowledge: each key of backoff must be coarser .*{backoff[-1]}\)"):
         parse_settings(text.encode(), where="s.toml")
@@ -52,7 +56,8 @@ def test_keys_to_back_off_to_that_do_not_are_refused(state_key, backoff):
 @pytest.mark.parametrize(("teams", "why"), [
     ([], "at least 1 item"), (["away", "away"], r"a team is named twice \(it is: away, away\)"), (["us"], "teams.0: "),
 ])
-def test_teams_are_one_or_both(noun, teams, why):
+def test_teams(noun, teams, why):
+    """Teams are one or both, each named once."""
     with pytest.raises(BadSettings, match=why):
         parse_settings(f"[{noun}]\nteams = {teams}".encode(), where="s.toml")
     both = parse_settings(f"[{noun}]\nteams = ['away', 'home']".encode(), where="s.toml")
@@ -67,6 +72,7 @@ def rounds(*lengths: int) -> bytes:
 
 @pytest.mark.parametrize("lengths", [(4, 3, 2, 1), (3, 1), (2,)])
 def test_rounds_fall(lengths):
+    """Rounds are taken if their n falls from one to the next."""
     chosen = parse_settings(rounds(*lengths), where="s.toml").behaviours.rounds
     assert chosen == tuple(RoundSettings(n=n, rows=2, columns=2, activation=0.1) for n in lengths)
 
@@ -74,6 +80,7 @@ def test_rounds_fall(lengths):
 @pytest.mark.parametrize(("lengths", "found"), [
     ((), "none"), ((1, 2), "1, 2"), ((3, 3), "3, 3"), ((4, 2, 3), "4, 2, 3"),
 ])
-def test_rounds_that_do_not_fall_are_refused(lengths, found):
+def test_rounds_refused(lengths, found):
+    """Rounds are refused if their n does not fall, or if there are none."""
     with pytest.raises(BadSettings, match=rf"behaviours\.rounds: there must be a round, and n must fall .*{found}\)"):
         parse_settings(rounds(*lengths), where="s.toml")

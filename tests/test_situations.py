@@ -48,6 +48,7 @@ def check(table: pl.DataFrame, code: int, target: str | None, start_s: float, en
 class TestScenes:
     @pytest.mark.parametrize("name", SCENES)
     def test_scene(self, name):
+        """Each scene has exactly one situation of its code, at its time and with its target."""
         bodies, seconds, code, target, start_s, end_s = SCENES[name]
         check(film(bodies, seconds), code, target, start_s, end_s)
 
@@ -55,6 +56,7 @@ class TestScenes:
         ("goalkeeper", 138, 150), ("midfield", 139, 151), ("striker", 140, 152),
     ])
     def test_opponent_by_its_role(self, role, approaches, leaves):
+        """Whether an opponent is approached or left, the code tells its role."""
         roles = {"away-4": role}
         check(film({"home-1": TO, "away-4": THERE}, 1.0, roles=roles), approaches, "away-4", 0.0, 0.7)
         check(film({"home-1": FRO, "away-4": THERE}, 1.0, roles=roles), leaves, "away-4", 0.0, 0.7)
@@ -63,20 +65,24 @@ class TestScenes:
         ("goalkeeper", "midfield", 162, 173), ("midfield", "striker", 162, 173), ("striker", "goalkeeper", 162, 173),
         ("goalkeeper", "striker", 163, 174), ("midfield", "goalkeeper", 163, 174), ("striker", "midfield", 163, 174),
     ])
-    def test_teammate_by_the_circle_of_roles(self, mine, theirs, approaches, leaves):
+    def test_teammate_by_role(self, mine, theirs, approaches, leaves):
+        """A teammate's code tells whether its role is one or two further in the circle of roles."""
         roles = {"home-1": mine, "home-2": theirs}
         check(film({"home-1": TO, "home-2": THERE}, 1.0, roles=roles), approaches, "home-2", 0.0, 0.7)
         check(film({"home-1": FRO, "home-2": THERE}, 1.0, roles=roles), leaves, "home-2", 0.0, 0.7)
 
-    def test_teammate_of_the_same_role_is_nobody(self):
+    def test_equal_roles(self):
+        """A teammate of the same role is nobody to approach."""
         roles = {"home-1": "midfield", "home-2": "midfield"}
         assert found_by(film({"home-1": TO, "home-2": THERE}, 1.0, roles=roles))["code"].unique().to_list() == [194]
 
-    def test_every_code_has_a_scene(self):
+    def test_codes_have_scenes(self):
+        """Every code of Table 1 has a scene."""
         shown = {scene[2] for scene in SCENES.values()} | {138, 139, 140, 150, 151, 152, 162, 163, 173, 174}
         assert shown == set(TABLE_1)
 
-    def test_possession_reads_reaches_with_guides_kicks(self):
+    def test_possession(self):
+        """Possession reads: reaches the ball, is with it, guides it, kicks it."""
         table = film({
             "ball": goes((0, 0, 0, 0), (0.5, 0, 0, 0), (1.1, 0.24, 0, 0), (1.6, 0.74, 0, 0)),
             "home-1": goes((0, -0.26, 0, 0), (0.5, -0.06, 0, 0), (1.1, 0.18, 0, 0), (1.6, 0.38, 0, 0)),
@@ -85,7 +91,8 @@ class TestScenes:
 
 
 class TestMeaning:
-    def test_role_is_the_one_at_the_start(self):
+    def test_role(self):
+        """The role of a situation is the one at its start."""
         table = film({"home-1": stands(0.1, 0.3)}, 1.0).with_columns(
             role=pl.when(pl.col("frame") < 10).then(pl.lit("striker")).otherwise(pl.lit("midfield")).cast(
                 pl.Enum(["goalkeeper", "midfield", "striker"])
@@ -93,13 +100,15 @@ class TestMeaning:
         )
         assert found_by(table)["role"].to_list() == ["striker"]
 
-    def test_long_rest_is_cut_evenly(self):
+    def test_long_rest(self):
+        """A long rest is cut into equal parts."""
         rows = found_by(film({"home-1": stands(0.1, 0.3)}, 5.0))
         lasts = (rows["end_ns"] - rows["start_ns"]) / 1e9
         assert rows["code"].to_list() == [184] * 3
         assert lasts.to_list() == pytest.approx([5 / 3] * 3, abs=SAMPLE_S)
 
-    def test_flicker_does_not_end_a_rest(self):
+    def test_flicker(self):
+        """A flicker does not end a rest; a longer jerk does."""
         table = film({"home-1": stands(0.1, 0.3)}, 1.0)
         jerk = table.with_columns(vx=pl.when(pl.col("frame").is_in([20, 21, 22])).then(0.3).otherwise("vx"))
         assert found_by(jerk)["code"].to_list() == [184]
@@ -107,34 +116,40 @@ class TestMeaning:
         assert found_by(jerk)["code"].to_list() == [194]  # neither rest is long enough
 
     def test_limit_passes(self):
+        """A turn that takes longer than its limit is no turn to the ball."""
         slow = {"ball": stands(0, 0.5), "home-1": goes((0, 0, 0, -pi / 2), (1, 0, 0, pi / 2))}
         assert 57 in found_by(film(slow, 1.0))["code"]
         # 36 to 24 degrees in more than half a second is no turn to the ball
         slower = {"ball": stands(0, 0.5), "home-1": goes((0, 0, 0, 0), (4.2, 0, 0, pi / 2))}
         assert 57 not in found_by(film(slower, 4.2))["code"]
 
-    def test_slow_sampling_still_completes(self):
+    def test_slow_sampling(self):
+        """A situation completes even if its limit is shorter than the sampling interval."""
         # at 2.5 Hz every limit of 044 and 046 is shorter than the sampling interval
         table = film({"ball": stands(0.4, 0), "home-1": goes((0, -0.5, 0, 0), (2, 0.34, 0, 0))}, 2.4, hz=2.5)
         assert {46, 44} <= set(found_by(table)["code"])
 
-    def test_away_sees_its_own_goal(self):
+    def test_own_goal_of_away(self):
+        """The own goal of the away team is at its end of the pitch."""
         table = film({"away-1": goes((0, -0.2, 0, 0), (1.2, 0.4, 0, 0))}, 1.2)
         assert found_by(table, team="away")["target"].to_list()[0] == "own-goal"
 
-    def test_sideways_driver_approaches_where_it_drives(self):
+    def test_sideways_driver(self):
+        """A robot that can drive sideways approaches what it drives to, not what it faces."""
         bodies = {"ball": stands(0, 3.0), "home-1": goes((0, 0, 1.0, 0), (1, 0, 2.0, 0))}
         codes = {kind: set(recognise(film(bodies, 1.0), PITCHES[kind], DEFAULT)["code"]) for kind in Kind}
         assert 46 in codes[Kind.SSL]
         assert 46 not in codes[Kind.SIM2D]
 
     def test_fire_at_decides(self):
+        """A situation weaker than `fire_at` is not found."""
         table = film(SCENES["reaches the ball"][0], 0.68)
         assert 44 not in recognise(table, VSSS, SituationSettings(fire_at=1.0))["code"]
 
 
 class TestMissing:
-    def test_no_ball_no_situation_with_it(self):
+    def test_no_ball(self):
+        """Without a ball there is no situation with it."""
         for name, (bodies, seconds, _, target, _, _) in SCENES.items():
             if target == "ball":
                 table = film(bodies, seconds).filter(pl.col("team") != "ball")
@@ -146,7 +161,8 @@ class TestMissing:
         suspect = table.with_columns(suspect=pl.col("team") == "ball")
         assert_frame_equal(found_by(suspect), found_by(table.filter(pl.col("team") != "ball")))
 
-    def test_unknown_is_not_fulfilled_under_not_either(self):
+    def test_unknown_heading(self):
+        """What is unknown fulfils neither a condition nor its opposite."""
         # without a heading the robot is neither facing the ball nor not facing it
         table = film(SCENES["is hit by the ball"][0], 0.88).with_columns(theta=pl.lit(None, pl.Float32))
         assert set(found_by(table)["code"]) == {184}
@@ -164,12 +180,14 @@ class TestMissing:
         assert found_by(gone)["code"].to_list() == [184]
 
     def test_contact_of_those_present(self):
+        """An absent robot does not make it unknown whether one that is present touches the ball."""
         # a second opponent that is not seen does not make it unknown whether one touches the ball
         bodies = SCENES["loses the ball"][0] | {"away-2": stands(-0.5, 0.5)}
         table = film(bodies, 1.2).filter((pl.col("robot") != 2) | (pl.col("frame") < 3) | pl.col("robot").is_null())
         assert 22 in found_by(table)["code"]
 
     def test_play_stopped(self):
+        """Situations end where play stops and begin again where it goes on."""
         table = film({"home-1": stands(0.1, 0.3)}, 3.0).with_columns(
             segment=pl.when(pl.col("frame").is_between(40, 79)).then(None).otherwise(pl.col("frame") // 80).cast(pl.Int32)
         )
@@ -179,6 +197,7 @@ class TestMissing:
         assert rows["segment"].to_list() == [0, 1]
 
     def test_nothing_at_all(self):
+        """Without rows, without play or without robots there are no situations."""
         empty = film({"home-1": stands(0, 0)}, 1.0).clear()
         assert recognise(empty, VSSS, DEFAULT).schema == Situations.empty().schema
         stopped = film({"home-1": stands(0, 0)}, 1.0).with_columns(segment=pl.lit(None, pl.Int32))
@@ -214,6 +233,7 @@ class TestLiteral:
         (RSIM, 290, 310, 25), (SSL, 113, 115, 10), (RCSS, 0, 30, 15), (INSPER, 5, 9, 15),
     ])
     def test_same_on_recordings(self, name, start_s, end_s, least_codes):
+        """Recordings have the situations that the literal reading of the rules finds."""
         log = imported(name)
         table, _ = trajectories(log, TrajectorySettings())
         clip = table.filter(pl.col("t_ns").is_between(start_s * 10**9, end_s * 10**9, closed="left"))
@@ -225,6 +245,7 @@ class TestLiteral:
     @settings(max_examples=40, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1), sideways=st.booleans())
     def test_same_on_walks(self, seed, sideways):
+        """Random walks have the situations that the literal reading of the rules finds."""
         pitch = VSSS.model_copy(update={"kind": Kind.SSL if sideways else Kind.VSSS})
         table = walk(seed, omnidirectional=sideways)
         assert_same(rows_of(table, pitch), recognise_literally(table, pitch, DEFAULT))
@@ -235,6 +256,7 @@ class TestLiteral:
         seconds=st.tuples(*[st.floats(0.01, 1.0)] * 5),
     )
     def test_same_under_any_settings(self, seed, fire_at, share, seconds):
+        """Under any settings the situations are those of the literal reading of the rules."""
         flicker, lull, longest, least, random = seconds
         options = SituationSettings(
             fire_at=fire_at, least_share=share, flicker_s=flicker, lull_s=lull, longest_s=longest,
@@ -248,6 +270,7 @@ class TestProperties:
     @settings(max_examples=40, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1))
     def test_one_sequence_a_robot(self, seed):
+        """A robot's situations follow each other without overlap, each begun within its segment."""
         table = walk(seed)
         situations = Situations.validate(recognise(table, VSSS, DEFAULT))
         assert situations.select("team", "robot", "start_ns").rows() == sorted(
@@ -269,7 +292,8 @@ class TestProperties:
 
     @settings(max_examples=20, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1))
-    def test_half_a_turn_swaps_the_teams(self, seed):
+    def test_half_turn(self, seed):
+        """Half a turn of the pitch with the teams swapped gives the same situations, swapped."""
         table = walk(seed)
         def swap(situations_or_table):
             team = pl.col("team").cast(pl.String).replace({"home": "away", "away": "home"})
@@ -294,7 +318,8 @@ class TestProperties:
 
     @settings(max_examples=20, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1), team=st.sampled_from(["home", "away"]))
-    def test_a_stranger_far_off_changes_nothing(self, seed, team):
+    def test_far_stranger(self, seed, team):
+        """A robot far off changes nothing for the others."""
         table = walk(seed)
         times = table.select("frame", "t_ns", "segment").unique("frame").sort("frame")
         stranger = times.with_columns(
@@ -316,7 +341,8 @@ class TestProperties:
 
     @settings(max_examples=20, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1))
-    def test_a_missing_robot_is_left_alone(self, seed):
+    def test_missing_robot(self, seed):
+        """No situation spans a long absence of its robot."""
         table = walk(seed)
         frames = table["frame"].max()
         gone = table.filter((pl.col("team") == "ball") | ~pl.col("frame").is_between(frames // 3, 2 * frames // 3))
@@ -332,6 +358,7 @@ class TestProperties:
             )
 
     def test_blocks_do_not_show(self, monkeypatch):
+        """The size of the blocks that are computed at once does not show in the situations."""
         table, _ = trajectories(imported(RSIM), TrajectorySettings())
         clip = table.filter(pl.col("t_ns") < 30 * 10**9)
         whole = recognise(clip, VSSS, DEFAULT)
@@ -348,17 +375,20 @@ class TestTables:
             code: priority for code, (_, priority) in TABLE_1.items()
         }
 
-    def test_only_lasting_rules_have_no_final_condition(self):
+    def test_final_conditions(self):
+        """All rules but the lasting ones have a final condition."""
         assert all(bool(rule.final) == (rule.start != Start.WHILE) for rule in RULES)
         assert all(rule.hold_s <= rule.limit_s for rule in RULES)
 
     @pytest.mark.parametrize("kind", list(Kind))
     def test_terms_have_crossings(self, kind):
+        """Every term has a value at which it rises or falls."""
         table = term_table(kind)
         assert set(table["variable"]) == {"distance", "orientation", "bearing", "playing time", "velocity"}
         assert table.select((pl.col("rises_at").is_not_null() | pl.col("falls_at").is_not_null()).all()).item()
 
     def test_priorities_are_the_papers(self, recording):
+        """Names and priorities are those of the paper's Table 1."""
         path = recording("README.md").parent.parent / "paper" / "table1_situations.csv"
         paper = pl.read_csv(path)
         assert {row["code"]: (row["name"], row["priority"]) for row in paper.iter_rows(named=True)}.items() <= TABLE_1.items()

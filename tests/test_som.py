@@ -31,7 +31,8 @@ def drawn(samples=3000, n=4, seed=1):
 
 @given(samples, st.randoms(use_true_random=False))
 @settings(max_examples=40, deadline=None)
-def test_counts_may_be_split_and_rows_shuffled(found, random):
+def test_split_counts(found, random):
+    """Counts may be split and rows shuffled without a change to the map."""
     whole = fit([row[:2] for row in found], [row[2] for row in found])
     split = [row[:2] for row in found for _ in range(row[2])]
     random.shuffle(split)
@@ -40,8 +41,8 @@ def test_counts_may_be_split_and_rows_shuffled(found, random):
     assert whole.quantisation_error == parts.quantisation_error
 
 
-def test_is_what_minisoms_batch_rule_makes_of_every_single_sample():
-    """One epoch at one sigma from the same weights, against MiniSom's own train_batch_offline."""
+def test_batch_rule():
+    """One epoch at one sigma gives what MiniSom's train_batch_offline makes of every single sample."""
     raw, distinct, counts = drawn(400)
     ours = fit(distinct, counts, epochs=1, sigma_end=1.5)
     theirs = MiniSom(3, 3, 4, sigma=1.5, learning_rate=1.0, random_seed=0)
@@ -52,7 +53,8 @@ def test_is_what_minisoms_batch_rule_makes_of_every_single_sample():
     assert np.allclose(ours.weights.reshape(3, 3, 4), theirs.get_weights(), atol=1e-9)
 
 
-def test_errors_are_minisoms_on_every_single_sample():
+def test_errors():
+    """Errors and winners are those of MiniSom on every single sample."""
     raw, distinct, counts = drawn(400)
     ours = fit(distinct, counts)
     theirs = MiniSom(3, 3, 4)
@@ -63,19 +65,21 @@ def test_errors_are_minisoms_on_every_single_sample():
     assert best_matching_units(ours, distinct).tolist() == winners
 
 
-def test_training_fits_the_samples_better_than_one_prototype_would():
+def test_training():
+    """A trained map fits the samples better than one prototype would."""
     _, distinct, counts = drawn()
     assert fit(distinct, counts).quantisation_error < 0.8 * fit(distinct, counts, 1, 1).quantisation_error
 
 
-def test_one_neuron_is_the_weighted_mean():
+def test_one_neuron():
+    """A single neuron is the weighted mean of the samples."""
     som = fit([[1, 11], [21, 11]], [3, 1], rows=1, columns=1)
     assert som.weights.tolist() == [[6.0, 11.0]]
     assert som.topographic_error == 0
 
 
-def test_families_of_the_papers_codes_share_a_neuron():
-    """138 to 140 are one family, 1 is another: two neurons tell them apart."""
+def test_code_families():
+    """Two neurons tell the family of the codes 138 to 140 apart from code 1."""
     som = fit([[1], [138], [139], [140]], [5, 5, 5, 5], rows=1, columns=2, sigma_end=0.1, epochs=20)
     units = best_matching_units(som, np.array([[1], [138], [139], [140]], dtype=np.int16))
     assert len(set(units[1:].tolist())) == 1
@@ -83,6 +87,7 @@ def test_families_of_the_papers_codes_share_a_neuron():
 
 
 def test_seed_decides():
+    """Equal seeds give equal weights, and another seed gives others."""
     _, distinct, counts = drawn()
     assert np.array_equal(fit(distinct, counts, seed=3).weights, fit(distinct, counts, seed=3).weights)
     assert not np.array_equal(fit(distinct, counts, seed=3).weights, fit(distinct, counts, seed=4).weights)
@@ -90,7 +95,8 @@ def test_seed_decides():
 
 @given(samples)
 @settings(max_examples=20, deadline=None)
-def test_bytes_can_be_read_back_and_are_the_same_each_time(found):
+def test_bytes(found):
+    """The bytes of maps are the same each time and can be read back."""
     maps = {2: fit([row[:2] for row in found], [row[2] for row in found], 2, 3), 1: fit([[1], [5]], [1, 2])}
     data = to_bytes(maps)
     assert to_bytes(dict(reversed(maps.items()))) == data
@@ -114,7 +120,8 @@ def test_damaged_bytes_are_refused(damage):
         from_bytes(damage(to_bytes({1: fit([[1], [5]], [1, 2])})))
 
 
-def test_a_flipped_byte_is_refused():
+def test_flipped_byte():
+    """A file with a flipped byte is refused."""
     data = bytearray(to_bytes({1: fit([[1], [5]], [1, 2])}))
     data[data.index(b"\x93NUMPY") + 140] ^= 0xFF
     with pytest.raises(CorruptFile):
@@ -128,19 +135,22 @@ def test_a_flipped_byte_is_refused():
     (np.array([[1.0, 2.0]]), np.array([0])),
     (np.array([[1.0, 2.0]]), np.array([1, 1])),
 ])
-def test_what_cannot_be_learned_from_is_refused(codes, counts):
+def test_bad_samples(codes, counts):
+    """Samples that cannot be learned from are refused."""
     with pytest.raises(BadSettings):
         train(codes, counts, 3, 3, epochs=1, seed=0, sigma_end=0.5)
 
 
-def test_distance_map_is_flat_where_all_neurons_are_alike_and_peaks_at_one_else():
+def test_distance_map():
+    """The distance map is flat if all neurons are alike, and peaks at one otherwise."""
     assert not fit([[7, 7]], [4]).distance_map().any()
     _, distinct, counts = drawn()
     assert fit(distinct, counts, 3, 4).distance_map().shape == (3, 4)
     assert fit(distinct, counts, 3, 4).distance_map().max() == 1.0
 
 
-def test_ties_go_to_the_lowest_neuron():
+def test_ties():
+    """A tie goes to the lowest neuron."""
     som = SelfOrganisingMap(1, 2, np.array([[0.0], [10.0]]), 0.0, 0.0)
     assert best_matching_units(som, np.array([[5], [6]], dtype=np.int16)).tolist() == [0, 1]
 
@@ -155,7 +165,8 @@ class _Payload:
         return (open, (str(self.path), "w"))
 
 
-def test_a_map_file_cannot_run_code(tmp_path):
+def test_pickled_code(tmp_path):
+    """A file of maps cannot run code."""
     trap = tmp_path / "trap"
     buffer = io.BytesIO()
     np.savez(buffer, weights_1=np.array([_Payload(trap)], dtype=object), errors_1=np.zeros(2))

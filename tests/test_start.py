@@ -40,7 +40,8 @@ TABLES = "polars pyarrow duckdb dataframely numpy"
     (("replay", "early", "--output", "page.html"), "prefect numba matplotlib pymunk scipy"),
     (("server", "status"), HEAVY),
 ])
-def test_a_command_loads_only_what_it_needs(finished, tmp_path, monkeypatch, words, packages):
+def test_loaded_packages(finished, tmp_path, monkeypatch, words, packages):
+    """A command loads none of the packages that it does not need."""
     monkeypatch.setenv("PITCHLORE_DATA", str(finished))
     told = subprocess.run([sys.executable, "-c", LOADED, *words, packages], cwd=tmp_path, text=True, check=True,
                           capture_output=True).stdout
@@ -67,8 +68,8 @@ LOOKING = [
 
 
 @pytest.mark.parametrize("words", LOOKING, ids=" ".join)
-def test_a_wrong_data_folder_is_said_to_be_one(call, tmp_path, words):
-    """And none is made of it: not where nothing is, not where others' files are, not in the place of a file."""
+def test_wrong_data_folder(call, tmp_path, words):
+    """A wrong data folder is said to be one, and none is made of it: no folder, others' files, a file."""
     gone, others, file = tmp_path / "gone", tmp_path / "others", tmp_path / "match.csv"
     (others / "holidays").mkdir(parents=True)
     (others / "holidays" / "sea.jpg").write_text("blue")
@@ -85,7 +86,8 @@ def test_a_wrong_data_folder_is_said_to_be_one(call, tmp_path, words):
 
 
 @pytest.mark.parametrize("words", [("situations",), ("sql", "--tables")])
-def test_what_needs_no_data_makes_no_folder(call, tmp_path, words):
+def test_no_data_needed(call, tmp_path, words):
+    """A command that needs no data makes no folder."""
     code, out, err = call(*words, "--data", tmp_path / "gone")
     assert (code, err) == (0, "")
     assert len(out) > 1000

@@ -57,13 +57,15 @@ def see(table, team=0, t=0.0, events=NOBODY, pitch=VSSS):
 
 
 class TestCounts:
-    def test_table_2_has_36_elements_and_this_many_states(self):
+    def test_table_2(self):
+        """Table 2 has 36 elements and 270,826,551,115,776 states."""
         assert len(TABLE) == 36
         assert size("full36") == 3**17 * 2**21 == 270_826_551_115_776
         assert size("full36") // 3 == 90_275_517_038_592
         assert size("full36") < 2**63
 
-    def test_no_choice_of_levels_gives_the_papers_count(self):
+    def test_papers_count(self):
+        """No choice of levels for the 36 elements gives the paper's number of states."""
         def exponent(prime, number=PAPER_STATES):
             return 0 if number % prime else 1 + exponent(prime, number // prime)
 
@@ -81,11 +83,13 @@ class TestCounts:
         assert np.prod(others) == 90_699_264 > PAPER_STATES
 
     @pytest.mark.parametrize("key", ["ego19", "team19"])
-    def test_both_short_keys_give_it_exactly(self, key):
+    def test_short_keys(self, key):
+        """Both keys of 19 elements give the paper's number of states exactly."""
         assert len(columns(key)) == 19
         assert size(key) == PAPER_STATES
 
-    def test_keys_are_ordered_from_fine_to_coarse_and_their_names_say_how_many_elements_they_keep(self):
+    def test_keys(self):
+        """Keys go from fine to coarse, and their names say how many elements they keep."""
         assert [int(key.lstrip("abcdefghijklmnopqrstuvwxyz")) for key in KEYS] == [len(columns(key)) for key in KEYS]
         assert {key: size(key) for key in KEYS} == {
             "full36": 270_826_551_115_776, "full35": 90_275_517_038_592, "ego19": PAPER_STATES, "team19": PAPER_STATES,
@@ -97,7 +101,8 @@ class TestCounts:
 class TestEncoding:
     @given(st.lists(st.tuples(*(st.integers(0, int(n) - 1) for n in LEVELS)), min_size=1, max_size=5))
     @settings(max_examples=60, deadline=None)
-    def test_of_all_elements_can_be_undone(self, rows):
+    def test_round_trip(self, rows):
+        """The encoding of all elements can be undone."""
         found = np.array(rows, dtype=np.uint8)
         states = encode(found, "full36")
         assert ((states >= 0) & (states < size("full36"))).all()
@@ -106,7 +111,8 @@ class TestEncoding:
     @pytest.mark.parametrize("key", KEYS)
     @given(st.data())
     @settings(max_examples=60, deadline=None)
-    def test_is_the_inverse_of_decoding(self, key, data):
+    def test_inverse(self, key, data):
+        """Encoding is the inverse of decoding, whatever the key."""
         state = data.draw(st.integers(0, size(key) - 1))
         slot = data.draw(st.integers(0, 2))
         found = np.zeros((1, 36), dtype=np.uint8)
@@ -116,11 +122,13 @@ class TestEncoding:
             found[0, column.element] = digit
         assert encode(found, key, slot=np.array([slot])).item() == state
 
-    def test_of_the_greatest_levels_is_the_last_state(self):
+    def test_last_state(self):
+        """The greatest levels make the last state."""
         assert encode((LEVELS - 1).astype(np.uint8)[None], "full36").item() == size("full36") - 1
 
     @pytest.mark.parametrize("key", ["ego19", "self9", "self6"])
-    def test_of_a_key_of_one_robot_needs_the_deciding_robot(self, key):
+    def test_deciding_robot(self, key):
+        """A key of one robot needs the slot of the robot that decides."""
         found = np.zeros((2, 36), dtype=np.uint8)
         found[:, BY_NAME["orientation of own striker to ball"]] = 2
         with pytest.raises(BadSettings, match=f"{key} needs the deciding robot's slot"):
@@ -145,7 +153,8 @@ class TestEncoding:
         ]),
         ("role0", []),
     ])
-    def test_of_a_midfield_depends_on_what_its_key_keeps_and_on_nothing_else(self, key, kept):
+    def test_kept_elements(self, key, kept):
+        """A midfield's state depends on the elements that its key keeps and on nothing else."""
         for name, element in BY_NAME.items():
             moved = np.zeros((2, 36), dtype=np.uint8)
             moved[1, element] = 1
@@ -155,7 +164,8 @@ class TestEncoding:
     @pytest.mark.parametrize("key", KEYS)
     @given(st.lists(st.tuples(st.integers(0, 2), *(st.integers(0, int(n) - 1) for n in LEVELS)), max_size=5))
     @settings(max_examples=30, deadline=None)
-    def test_by_every_key_is_a_projection_of_full36_and_the_same_one_at_a_time(self, key, rows):
+    def test_projection(self, key, rows):
+        """A state by any key is a projection of full36, and the same one at a time."""
         table = np.array(rows, dtype=np.uint8).reshape(-1, 37)
         slot, found = table[:, 0].astype(np.int64), np.ascontiguousarray(table[:, 1:])
         states = encode(found, key, slot)
@@ -164,7 +174,8 @@ class TestEncoding:
 
 
 class TestLevels:
-    def test_of_a_scene_seen_by_home(self):
+    def test_scene(self):
+        """Home sees all 36 levels of a scene as they are worked out by hand."""
         seen = see(bodies([0.0], ball=(0.0, 0.0, 0.3, 0.0), **SIX))
         assert seen == {
             "distance of own goalkeeper to ball": "far",  # 0.70
@@ -209,11 +220,13 @@ class TestLevels:
         (0.0, "front"), (pi / 4 - 0.01, "front"), (pi / 4 + 0.01, "side"), (-pi / 2, "side"),
         (3 * pi / 4 - 0.01, "side"), (3 * pi / 4 + 0.01, "back"), (pi, "back"),
     ])
-    def test_of_orientation_to_the_ball(self, heading, level):
+    def test_orientation_to_ball(self, heading, level):
+        """A robot faces the ball within 45 degrees, and has it behind beyond 135."""
         scene = SIX | {"home_2": (-0.3, 0.0, heading, "m")}
         assert see(bodies([0.0], ball=(0.0, 0.0), **scene))["orientation of own midfield to ball"] == level
 
-    def test_of_orientation_to_a_goal_widen_where_the_goal_is_near(self):
+    def test_orientation_to_goal(self):
+        """The angle within which a robot points at a goal widens as the goal gets near."""
         name = "orientation of own striker to its adversary's goal"
         far = SIX | {"home_3": (0.0, 0.0, pi / 5, "s")}
         near = SIX | {"home_3": (0.55, 0.0, pi / 5, "s")}  # 0.2 m before a mouth of 0.4 m: 45 degrees
@@ -224,14 +237,16 @@ class TestLevels:
         (-0.75, "very close", "far"), (-0.36, "very close", "far"), (-0.34, "close", "far"),
         (0.01, "far", "close"), (0.36, "far", "very close"),
     ])
-    def test_of_the_balls_distance_to_the_goals(self, x, own, adversary):
+    def test_ball_to_goals(self, x, own, adversary):
+        """The ball is very close to, close to or far from each goal."""
         seen = see(bodies([0.0], ball=(x, 0.0), **SIX))
         assert (seen["distance of ball to own goal"], seen["distance of ball to adversary's goal"]) == (
             own, adversary)
 
     @pytest.mark.parametrize(("degrees", "sector"), [(0, 0), (22, 0), (23, 45), (90, 90), (-90, 270), (-23, 315),
                                                     (180, 180), (-180, 180), (-22, 0)])
-    def test_of_the_balls_direction_are_sectors_about_the_way_to_the_adversarys_goal(self, degrees, sector):
+    def test_ball_direction(self, degrees, sector):
+        """The ball's direction is a sector of 45 degrees, counted from the adversary's goal."""
         velocity = (0.3 * np.cos(np.radians(degrees)), 0.3 * np.sin(np.radians(degrees)))
         table = bodies([0.0], ball=(0.0, 0.0, *velocity), **SIX)
         assert see(table)["ball direction"] == f"{sector} degrees"
@@ -239,10 +254,12 @@ class TestLevels:
 
     @pytest.mark.parametrize(("speed", "level"), [(0.0, "slow"), (0.09, "slow"), (0.11, "medium"), (0.59, "medium"),
                                                   (0.61, "fast")])
-    def test_of_the_balls_velocity(self, speed, level):
+    def test_ball_velocity(self, speed, level):
+        """The ball is of medium speed from 0.1 m/s and fast from 0.6 m/s."""
         assert see(bodies([0.0], ball=(0.0, 0.0, speed, 0.0), **SIX))["ball velocity"] == level
 
-    def test_scale_with_the_kind_of_match(self):
+    def test_scale(self):
+        """The bounds of levels scale with the kind of match."""
         assert BinEdges.of(VSSS)[2:4] == pytest.approx((0.40, 0.75))
         large = PITCHES[Kind.SIM2D]
         assert BinEdges.of(large)[2:4] == pytest.approx((28.0, 52.5))
@@ -252,7 +269,8 @@ class TestLevels:
 
 
 class TestDirection:
-    def test_is_held_while_the_ball_is_slow_and_is_the_first_level_before_it_moved(self):
+    def test_slow_ball(self):
+        """A slow ball keeps its last direction; before it has moved it has the first level."""
         table = bodies([0.0, 1.0, 2.0], ball=(0.0, 0.0), **SIX)
         ball = pl.col("team") == "ball"
         table = table.with_columns(
@@ -262,7 +280,8 @@ class TestDirection:
         assert [see(table, t=t)["ball direction"] for t in (0.0, 1.0, 2.0)] == [
             "0 degrees", "90 degrees", "90 degrees"]
 
-    def test_is_not_held_over_a_restart(self):
+    def test_restart(self):
+        """The ball's direction is not held over a restart."""
         table = bodies([0.0, 1.0], ball=(0.0, 0.0), **SIX).with_columns(
             vy=pl.when((pl.col("team") == "ball") & (pl.col("frame") == 0)).then(0.3).otherwise(pl.col("vy"))
             .cast(pl.Float32),
@@ -280,57 +299,67 @@ class TestScore:
         (0.5, "drawing", "drawing"), (1.0, "losing", "winning"), (2.5, "drawing", "drawing"),
         (3.0, "winning", "losing"),
     ])
-    def test_is_that_of_the_observing_team_and_counts_goals_where_it_is_not_logged(self, t, home, away):
+    def test_counted_goals(self, t, home, away):
+        """The score is that of the observing team, and counts goals if it is not logged."""
         table = bodies([0.5, 1.0, 2.5, 3.0], ball=(0.0, 0.0), **SIX)
         assert see(table, 0, t, self.EVENTS)["score"] == home
         assert see(table, 1, t, self.EVENTS)["score"] == away
 
-    def test_is_the_logged_one_where_there_is_one(self):
+    def test_logged_score(self):
+        """The score is the logged one if there is one."""
         table = bodies([0.0, 2.0], ball=(0.0, 0.0), **SIX)
         events = referee((0.0, "kick-off", "home", 0, 3), (1.0, "goal", "home", None, None))
         assert see(table, 0, 0.0, events)["score"] == "losing"
         assert see(table, 0, 2.0, events)["score"] == "losing"
 
-    def test_stays_where_it_was_after_a_goal_of_unknown_team(self):
+    def test_unknown_scorer(self):
+        """A goal of an unknown team leaves the score as it was."""
         table = bodies([1.5, 2.5, 3.5], ball=(0.0, 0.0), **SIX)
         events = referee((0.0, "kick-off", None, 0, 0), (1.0, "goal", "away", 0, 1), (2.0, "goal", None, None, None),
                          (3.0, "goal", "home", None, None))
         assert [see(table, 0, t, events)["score"] for t in (1.5, 2.5, 3.5)] == ["losing", "losing", "drawing"]
 
-    def test_is_the_logged_one_also_of_a_goal_of_unknown_team(self):
+    def test_logged_unknown_scorer(self):
+        """The score that is logged with a goal of an unknown team counts."""
         table = bodies([1.0], ball=(0.0, 0.0), **SIX)
         assert see(table, 0, 1.0, referee((0.5, "goal", None, 1, 0)))["score"] == "winning"
 
 
 class TestSituation:
     @pytest.mark.parametrize(("event", "level"), [("goal", "goal"), ("fault", "fault"), ("kick-off", "normal")])
-    def test_between_segments_is_that_of_the_last_event(self, event, level):
+    def test_between_segments(self, event, level):
+        """Between segments the game situation is that of the last event."""
         stopped = bodies([1.0], ball=(0.0, 0.0), **SIX).with_columns(segment=pl.lit(None, dtype=pl.Int32))
         assert see(stopped, t=1.0, events=referee((0.5, event, "home", None, None)))["game situation"] == level
 
-    def test_in_a_segment_is_normal_whatever_came_before(self):
+    def test_in_segment(self):
+        """In a segment the game situation is normal, whatever came before."""
         table = bodies([1.0], ball=(0.0, 0.0), **SIX)
         assert see(table, t=1.0, events=referee((0.5, "goal", "home", None, None)))["game situation"] == "normal"
 
 
 class TestSlots:
-    def test_of_a_role_that_several_hold_go_to_the_one_nearest_to_the_ball(self):
+    def test_shared_role(self):
+        """If several hold a role, its slot goes to the one nearest to the ball."""
         scene = SIX | {"home_4": (-0.05, 0.0, 0.0, "m")}
         assert see(bodies([0.0], ball=(0.0, 0.0), **scene))["distance of own midfield to ball"] == "too close"
 
-    def test_of_a_role_that_nobody_holds_go_to_the_nearest_in_rank(self):
+    def test_vacant_role(self):
+        """If nobody holds a role, its slot goes to the robot nearest in rank."""
         scene = {name: place for name, place in SIX.items() if name not in ("home_3", "away_2", "away_3")}
         seen = see(bodies([0.0], ball=(0.0, 0.0), **scene))
         assert seen["distance of own striker to ball"] == seen["distance of own midfield to ball"] == "near"
         assert seen["distance of adversary's striker to ball"] == "far"
 
-    def test_without_any_adversary_there_is_no_state(self):
+    def test_no_adversary(self):
+        """Without any adversary there is no state."""
         own = {name: place for name, place in SIX.items() if name.startswith("home")}
         assert see(bodies([0.0], ball=(0.0, 0.0), **own)) is None
 
 
 class TestMissing:
-    def test_ball_or_speed_or_heading_or_sample_leaves_the_state_unknown(self):
+    def test_unknown_state(self):
+        """Without ball, speed, heading or sample the state is unknown."""
         whole = bodies([0.0], ball=(0.0, 0.0), **SIX)
         ball = pl.col("team") == "ball"
         assert see(whole) is not None
@@ -340,12 +369,14 @@ class TestMissing:
         assert see(whole.with_columns(suspect=ball)) is None
         assert see(whole.with_columns(theta=pl.lit(None, dtype=pl.Float32))) is None
 
-    def test_suspect_robot_is_as_if_it_were_not_there(self):
+    def test_suspect_robot(self):
+        """A suspect robot counts as absent."""
         whole = bodies([0.0], ball=(0.0, 0.0), **SIX)
         gone = pl.col("robot") == 3
         assert see(whole.with_columns(suspect=gone.fill_null(value=False))) == see(whole.filter(gone.not_() | gone.is_null()))
 
-    def test_everything_gives_no_states(self):
+    def test_everything(self):
+        """A table without rows gives no state."""
         table = bodies([], ball=(0.0, 0.0))
         assert see(table) is None
 
@@ -365,7 +396,7 @@ def scenes(draw):
 @pytest.mark.slow
 @given(scenes())
 @settings(max_examples=80, deadline=None)
-def test_both_teams_see_the_same_but_for_the_slots(scene):
+def test_both_views(scene):
     """The away team's view has the two sides' slots and goals swapped, and the ball going the other way."""
     found, known = elements(bodies([0.0], **scene), NOBODY, VSSS, np.array([0, 1]), np.zeros(2, dtype=np.int64))
     assert known.all()
@@ -380,7 +411,8 @@ def test_both_teams_see_the_same_but_for_the_slots(scene):
 
 @given(scenes())
 @settings(max_examples=40, deadline=None)
-def test_a_match_with_the_teams_exchanged_and_turned_is_seen_the_same(scene):
+def test_exchanged_teams(scene):
+    """A match that is turned and has its teams exchanged is seen the same."""
     other = {"home": "away", "away": "home"}
     turned = {}
     for name, place in scene.items():
@@ -399,7 +431,8 @@ def test_a_match_with_the_teams_exchanged_and_turned_is_seen_the_same(scene):
     assert one[1][exact].tolist() == two[0][exact].tolist()
 
 
-def test_one_moment_can_be_looked_at_without_tables():
+def test_one_moment():
+    """One moment has the same state without tables as with them."""
     names = [name for name in SIX if name.startswith(("home", "away"))]
     robots = np.array([SIX[name][:3] for name in names])
     sides = np.array([SIDES.index(name[:4]) for name in names])

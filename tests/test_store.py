@@ -97,7 +97,8 @@ def failing_at(monkeypatch: pytest.MonkeyPatch, step: int, error: Callable[[], B
         yield calls
 
 
-def test_the_same_work_is_kept_and_other_settings_are_not(tmp_path):
+def test_held_work(tmp_path):
+    """The store holds the same work, and no work of other settings or another name."""
     store = Store(tmp_path)
     receipt = put(store, 1)
     assert store.holding(work(1)) == receipt
@@ -109,13 +110,15 @@ def test_the_same_work_is_kept_and_other_settings_are_not(tmp_path):
     {"version": 2}, {"inputs": {"a": "1"}}, {"seed": 1}, {"schemas": ()}, {"through": {"arena": 1}},
     {"deciding": {}},
 ])
-def test_a_key_names_the_work(other):
+def test_work_key(other):
+    """Equal work has an equal key, and work that differs in anything that decides it another."""
     assert work(1).key == work(1).key
     assert work(1, **other).key != work(1).key
     assert work(1, deciding={"robot": 1}).key == work(1).key
 
 
-def test_the_same_bytes_made_by_other_work_change_no_file(tmp_path):
+def test_same_bytes(tmp_path):
+    """Other work that makes the same bytes changes no file but the receipt."""
     store = Store(tmp_path)
     first = put(store, 1)
     before = {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*") if p.is_file()}
@@ -126,7 +129,8 @@ def test_the_same_bytes_made_by_other_work_change_no_file(tmp_path):
     assert changed == {"m-1.receipt.json"}
 
 
-def test_the_same_work_of_other_code_keeps_its_receipt(tmp_path, monkeypatch):
+def test_other_code(tmp_path, monkeypatch):
+    """The same work done by other code keeps its receipt."""
     store = Store(tmp_path)
     first = put(store, 1)
     monkeypatch.setattr("pipeline.store.outputs.software", lambda: "pitchlore 9.9+00000000")
@@ -134,7 +138,8 @@ def test_the_same_work_of_other_code_keeps_its_receipt(tmp_path, monkeypatch):
     assert put(store, 2).software == "pitchlore 9.9+00000000"
 
 
-def test_a_damaged_file_is_written_again(tmp_path):
+def test_damaged_file(tmp_path):
+    """A damaged file is written again."""
     store = Store(tmp_path)
     receipt = put(store, 1)
     path = tmp_path / receipt.files["goals"].path
@@ -143,7 +148,8 @@ def test_a_damaged_file_is_written_again(tmp_path):
     assert store.intact(receipt)
 
 
-def test_what_a_version_was_found_to_hold_is_remembered(tmp_path):
+def test_confirmed_version(tmp_path):
+    """What a version was found to hold is remembered as long as it is the newest."""
     store = Store(tmp_path)
     put_version(store, 1)
     later = Work("knowledge", "knowledge", {"robot": 1}, version=2)
@@ -154,14 +160,16 @@ def test_what_a_version_was_found_to_hold_is_remembered(tmp_path):
     assert store.standing(later) is None, "it is not the newest any more"
 
 
-def test_a_lost_file_is_made_again(tmp_path):
+def test_lost_file(tmp_path):
+    """Work that has lost a file is not held, so that it is done again."""
     store = Store(tmp_path)
     receipt = put(store, 1)
     (tmp_path / receipt.files["goals"].path).unlink()
     assert store.holding(work(1)) is None
 
 
-def test_the_same_work_gives_the_same_bytes(tmp_path):
+def test_repeated_work(tmp_path):
+    """The same work gives the same bytes."""
     for name in ("a", "b"):
         put(Store(tmp_path / name), 4)
         put_version(Store(tmp_path / name), 4)
@@ -172,7 +180,8 @@ def test_the_same_work_gives_the_same_bytes(tmp_path):
 
 
 @pytest.mark.parametrize("error", [lambda: OSError(errno.ENOSPC, "No space left on device"), Crash])
-def test_a_crash_or_full_disk_at_any_step_leaves_the_last_good_output(tmp_path, monkeypatch, error):
+def test_crash(tmp_path, monkeypatch, error):
+    """A crash or full disk at any step leaves a whole output, the old one or the new one."""
     store = Store(tmp_path)
     put(store, 1)
     with failing_at(monkeypatch, 0, error) as calls:
@@ -192,7 +201,8 @@ def test_a_crash_or_full_disk_at_any_step_leaves_the_last_good_output(tmp_path, 
 
 
 @pytest.mark.parametrize("error", [lambda: OSError(errno.ENOSPC, "No space left on device"), Crash])
-def test_a_crash_at_any_step_of_a_version_leaves_the_last_good_version(tmp_path, monkeypatch, error):
+def test_crash_of_version(tmp_path, monkeypatch, error):
+    """A crash or full disk at any step of a version leaves only whole versions."""
     store = Store(tmp_path)
     put_version(store, 1)
     with failing_at(monkeypatch, 0, error) as calls:
@@ -208,7 +218,8 @@ def test_a_crash_at_any_step_of_a_version_leaves_the_last_good_version(tmp_path,
     assert put_version(store, 3) == len(store.versions("knowledge"))
 
 
-def test_a_full_disk_is_reported_in_one_line_and_worth_a_retry(tmp_path, monkeypatch):
+def test_full_disk(tmp_path, monkeypatch):
+    """A full disk is told with the next step, and is worth a retry."""
     with (
         pytest.raises(StorageFailed, match=r"cannot be written \(No space left on device\)\. Free space") as caught,
         failing_at(monkeypatch, 1, lambda: OSError(errno.ENOSPC, "No space left on device")),
@@ -217,7 +228,8 @@ def test_a_full_disk_is_reported_in_one_line_and_worth_a_retry(tmp_path, monkeyp
     assert caught.value.transient
 
 
-def test_kill_9_while_writing_keeps_the_old_file_and_the_rest_is_swept(tmp_path):
+def test_killed_writer(tmp_path):
+    """A writer that is killed leaves the old file, and what it had begun is swept."""
     store = Store(tmp_path)
     put(store, 1)
     script = textwrap.dedent("""
@@ -238,7 +250,8 @@ def test_kill_9_while_writing_keeps_the_old_file_and_the_rest_is_swept(tmp_path)
     assert not list(tmp_path.rglob(".*.tmp"))
 
 
-def test_sweep_leaves_what_a_living_process_writes(tmp_path):
+def test_sweep(tmp_path):
+    """A sweep leaves what a living process is writing."""
     store = Store(tmp_path)
     with store.aside(tmp_path / "goals" / "x.parquet") as temporary:
         temporary.write_bytes(b"work")
@@ -247,7 +260,8 @@ def test_sweep_leaves_what_a_living_process_writes(tmp_path):
 
 
 @pytest.mark.parametrize("where", [0.2, 0.5, 0.9])
-def test_a_flipped_bit_is_refused(tmp_path, where):
+def test_flipped_bit(tmp_path, where):
+    """A table with a flipped bit is refused."""
     store = Store(tmp_path)
     receipt = put(store, 1)
     path = tmp_path / receipt.files["goals"].path
@@ -258,7 +272,8 @@ def test_a_flipped_bit_is_refused(tmp_path, where):
         store.read_table(receipt, "goals", Goals)
 
 
-def test_verify_names_every_damaged_missing_and_foreign_file(tmp_path):
+def test_verify(tmp_path):
+    """Verify names every damaged, missing and foreign file."""
     store = Store(tmp_path)
     version = put_version(store, 2)
     assert store.verify_version("knowledge", version) == []
@@ -275,14 +290,16 @@ def test_verify_names_every_damaged_missing_and_foreign_file(tmp_path):
         store.read_table(store.manifest("knowledge", version), "goals", Goals)
 
 
-def test_a_broken_manifest_is_named(tmp_path):
+def test_broken_manifest(tmp_path):
+    """A broken manifest is named."""
     store = Store(tmp_path)
     version = put_version(store, 2)
     (store.version_folder("knowledge", version) / "manifest.json").write_text("{")
     assert "not a readable manifest" in store.verify_version("knowledge", version)[0]
 
 
-def test_versions_count_up_and_name_their_parent(tmp_path):
+def test_versions(tmp_path):
+    """Versions count up and name their parent."""
     store = Store(tmp_path)
     assert [put_version(store, r) for r in (1, 2, 3)] == [1, 2, 3]
     assert [store.manifest("knowledge", v).parent for v in (1, 2, 3)] == [None, 1, 2]
@@ -291,7 +308,8 @@ def test_versions_count_up_and_name_their_parent(tmp_path):
 
 
 @pytest.mark.slow
-def test_two_emitters_at_once_both_land(tmp_path):
+def test_emitters_at_once(tmp_path):
+    """Versions that several processes make at once all land, and all are whole."""
     script = textwrap.dedent("""
         import sys
         sys.path.insert(0, sys.argv[3])
@@ -317,7 +335,8 @@ def test_two_emitters_at_once_both_land(tmp_path):
     assert sorted(robots) == [3] * 5 + [4] * 5 + [5] * 5
 
 
-def test_a_number_claimed_by_a_killed_process_is_free_again(tmp_path):
+def test_claim_of_killed(tmp_path):
+    """A number claimed by a killed process is free again."""
     script = textwrap.dedent("""
         import os, signal, sys
         from pathlib import Path
@@ -330,7 +349,8 @@ def test_a_number_claimed_by_a_killed_process_is_free_again(tmp_path):
     assert put_version(Store(tmp_path), 1) == 1
 
 
-def test_a_number_held_by_another_is_skipped(tmp_path):
+def test_held_number(tmp_path):
+    """A number held by another claim is skipped."""
     store = Store(tmp_path)
     with store.claim("knowledge") as first, store.claim("knowledge") as second:
         assert (first, second) == (1, 2)
@@ -346,14 +366,16 @@ def test_a_number_held_by_another_is_skipped(tmp_path):
         (goals().with_columns(t_ns=pl.lit(None, dtype=pl.Int64)), r"t_ns\|nullability \(3 rows\)"),
     ],
 )
-def test_a_table_that_breaks_its_schema_is_not_written(tmp_path, frame, said):
+def test_broken_schema(tmp_path, frame, said):
+    """A table that breaks its schema is not written."""
     store = Store(tmp_path)
     with pytest.raises(SchemaMismatch, match=said):
         store.commit(work(1), Made([(frame, Goals)]))
     assert not list(tmp_path.rglob("*.parquet"))
 
 
-def test_a_file_of_another_schema_version_is_refused(tmp_path):
+def test_foreign_table(tmp_path):
+    """A file of another schema version, of unknown origin or of another format is refused."""
     path = tmp_path / "old.parquet"
     goals().write_parquet(path, metadata={SCHEMA_KEY: "goals/0"})
     with pytest.raises(SchemaMismatch, match="holds table goals/0, not goals/1"):
@@ -365,11 +387,13 @@ def test_a_file_of_another_schema_version_is_refused(tmp_path):
         from_parquet(b"nonsense", Goals, where="x")
 
 
-def test_what_is_written_is_read(tmp_path):
+def test_round_trip(tmp_path):
+    """A table is read as it was written."""
     assert from_parquet(to_parquet(goals(), Goals, where="x"), Goals, where="x").equals(goals())
 
 
-def test_quarantine_records_the_reason_and_can_be_released(tmp_path):
+def test_quarantine(tmp_path):
+    """Quarantine records the reason, and releases what it is asked to."""
     store = Store(tmp_path)
     store.quarantine("situations", "m-1", SchemaMismatch("is odd", where="row 3", next_step="Mend it"))
     (record,) = store.quarantined()
@@ -380,7 +404,8 @@ def test_quarantine_records_the_reason_and_can_be_released(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["../m", "a/b", "", "M 1", "a\x00b", ".hidden", "x" * 200])
-def test_a_hostile_name_never_becomes_a_path(tmp_path, name):
+def test_hostile_names(tmp_path, name):
+    """A hostile name never becomes a path."""
     with pytest.raises(BadSettings, match="not a safe file name"):
         Store(tmp_path / "data").commit(work(1, name), Made())
     assert not (tmp_path / "data").exists()
@@ -391,7 +416,8 @@ def test_a_hostile_name_never_becomes_a_path(tmp_path, name):
     (Trajectories, "x"), (Trajectories, "vx"), (Situations, "strength"), (Grams, "value_sum"),
     (Patterns, "value"), (Decisions, "reward"), (Occasions, "value"), (Policies, "q"), (Matches, "hz"),
 ])
-def test_nan_and_infinity_never_get_into_a_table(schema, column, value):
+def test_nan_and_infinity(schema, column, value):
+    """NaN and infinity never get into a table."""
     row = schema.sample(1, generator=dy.random.Generator(seed=1))
     to_parquet(row, schema, where="x")
     bad = row.with_columns(pl.lit(value, dtype=schema.dtypes()[column]).alias(column))

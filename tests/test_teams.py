@@ -102,7 +102,7 @@ def filmed(name, seed, *, beside):
 
 
 @every_team
-def test_remembers_nothing_of_another_team(name):
+def test_no_shared_memory(name):
     """Two teams of one kind share no memory and no chances."""
     assert filmed(name, 3, beside=True).tobytes() == filmed(name, 3, beside=False).tobytes()
 
@@ -132,8 +132,8 @@ def test_help_names_the_teams(command, capsys):
     assert set(OPPONENTS if command == "season" else SCRIPTED) <= set(said)
 
 
-def test_an_unknown_team_is_told_the_others(tmp_path):
-    """Whoever names no team reads which there are."""
+def test_unknown_team(tmp_path):
+    """An unknown team is refused with the names of the teams that there are."""
     with pytest.raises(BadSettings, match=f"Name {', '.join(SCRIPTED)}, learned"):
         entrant(Store(tmp_path), "nobody", {})
     with pytest.raises(ValueError, match=", ".join(f"'{name}'" for name in list(TEAMS)[:-1])):
@@ -147,7 +147,7 @@ def test_an_unknown_team_is_told_the_others(tmp_path):
     ({"kind": "learned", "policy": "v1 x", "explore": 0.1, "posterior_std": 1.0, "lcb_weight": 0.7, "min_visits": 3},
      "static", "learned-static-1-c3133bd07f9a"),
 ])
-def test_ids_are_those_of_the_first_release(home, away, match_id):
-    """The id of a match outlives a renamed setting: these were read before doubt, caution and trust were."""
+def test_first_release_ids(home, away, match_id):
+    """Match ids are those of the first release, though doubt, caution and trust have been renamed."""
     of = Recipe(home=TeamSettings(**home), away=TeamSettings(kind=away), seed=1)
     assert of.match_id == match_id

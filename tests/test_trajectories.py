@@ -44,7 +44,8 @@ def at_60hz(seconds):
 # ---- velocities
 
 
-def test_constant_velocity_is_exact_with_irregular_samples():
+def test_constant_velocity():
+    """A constant velocity is exact even with irregular samples."""
     t = np.cumsum(np.random.default_rng(1).uniform(0.002, 0.03, 200))
     t -= t[0]
     table, quality = run(make_log(t, {"ball": np.stack((0.3 * t - 0.4, 0.1 - 0.07 * t), axis=1)}))
@@ -53,7 +54,8 @@ def test_constant_velocity_is_exact_with_irregular_samples():
     assert quality.is_empty()
 
 
-def test_a_parabola_has_its_derivative_at_the_centre_and_lags_a_quarter_window_at_the_edge():
+def test_parabola():
+    """A parabola has its derivative at the centre and lags a quarter window at the edge."""
     t = np.arange(41) * 0.025  # the window of 0.1 s holds 5 samples
     table, _ = run(make_log(t, {"ball": np.stack((0.5 * t**2, 0 * t), axis=1)}))
     vx = table["vx"].to_numpy()
@@ -63,14 +65,16 @@ def test_a_parabola_has_its_derivative_at_the_centre_and_lags_a_quarter_window_a
     assert vx[-1] == pytest.approx(t[-1] - 0.025, abs=1e-5)
 
 
-def test_slow_sampling_still_gets_three_samples():
+def test_slow_sampling():
+    """A velocity is that of three samples even if sampling is slow."""
     t = np.arange(10) * 0.1
     table, _ = run(make_log(t, {"ball": np.stack((0.5 * t**2, 0 * t), axis=1)}, kind=Kind.SIM2D))
     assert np.allclose(table["vx"].to_numpy()[1:-1], t[1:-1], atol=1e-5)
     assert table["vx"][0] == pytest.approx(0.1, abs=1e-5)  # three at the edge, too: of their middle
 
 
-def test_times_rounded_to_nanoseconds_do_not_change_the_window():
+def test_rounded_times():
+    """Times rounded to nanoseconds do not change the window."""
     k = np.arange(60)
     t_ns = ns(k / 60) + k % 2  # three steps are 50 ms, the window's half, and a nanosecond more or less
     t = k / 60 - 0.5
@@ -79,7 +83,8 @@ def test_times_rounded_to_nanoseconds_do_not_change_the_window():
     assert np.allclose((vx - 3 * t**2)[3:-3], 7 / 60**2, atol=1e-5)
 
 
-def test_noise_gain_is_as_documented():
+def test_noise_gain():
+    """Noise in places shows in velocities with the gain that is documented."""
     t = at_60hz(200)
     x = np.random.default_rng(2).normal(0, 0.001, len(t))
     table, _ = run(make_log(t, {"ball": np.stack((x, x), axis=1)}))
@@ -88,7 +93,8 @@ def test_noise_gain_is_as_documented():
     assert table["vx"].std() == pytest.approx(expected, rel=0.05)
 
 
-def test_turning_through_pi_has_a_constant_rate():
+def test_turning_through_pi():
+    """A turn through pi has a constant rate."""
     t = at_60hz(4)
     theta = np.angle(np.exp(1j * (3.0 * t)))  # wraps twice
     table, _ = run(make_log(t, {(HOME, 4): np.stack((0 * t, 0 * t, theta), axis=1)}))
@@ -96,7 +102,8 @@ def test_turning_through_pi_has_a_constant_rate():
     assert table["theta"].is_between(-math.pi, math.pi + 1e-6).all()
 
 
-def test_unknown_headings_are_null_and_do_not_stop_velocities():
+def test_unknown_headings():
+    """Unknown headings are null and do not stop velocities."""
     t = at_60hz(1)
     theta = np.where((t > 0.3) & (t < 0.4), np.nan, 0.5 * t)
     table, _ = run(make_log(t, {(HOME, 0): np.stack((0.2 * t, 0 * t, theta), axis=1)}))
@@ -107,7 +114,8 @@ def test_unknown_headings_are_null_and_do_not_stop_velocities():
 
 
 @pytest.mark.parametrize(("missing", "spanned"), [(4, True), (20, False)])
-def test_a_short_hole_is_spanned_and_a_long_one_is_not(missing, spanned):
+def test_holes(missing, spanned):
+    """A velocity spans a short hole and no long one."""
     t = at_60hz(2)
     path = np.stack((np.where(t < 1, 0.0, 0.5 * (t - 1)), 0 * t, 0 * t), axis=1)  # stands, then drives
     path[60 : 60 + missing] = np.nan
@@ -122,7 +130,8 @@ def test_a_short_hole_is_spanned_and_a_long_one_is_not(missing, spanned):
         assert after == pytest.approx(0.5, abs=1e-4)
 
 
-def test_one_sample_alone_has_no_velocity():
+def test_one_sample():
+    """A sample alone has no velocity."""
     table, _ = run(make_log([0.0, 1.0, 2.0], {"ball": still(3)}))
     assert table["vx"].null_count() == 3
     assert table["segment"].to_list() == [0, 1, 2]
@@ -131,7 +140,8 @@ def test_one_sample_alone_has_no_velocity():
 # ---- order of samples
 
 
-def test_nothing_is_flagged_in_a_clean_log_and_bodies_are_sorted():
+def test_clean_log():
+    """Nothing is flagged in a clean log, and its bodies are sorted."""
     t = at_60hz(1)
     bodies = {(AWAY, 0): still(60, 0.5), (HOME, 7): still(60), "ball": still(60), (HOME, 2): still(60, -0.3)}
     table, quality = run(make_log(t, bodies))
@@ -142,7 +152,8 @@ def test_nothing_is_flagged_in_a_clean_log_and_bodies_are_sorted():
         assert rows["frame"].to_list() == list(range(60))
 
 
-def test_a_duplicate_time_keeps_the_first_and_says_so():
+def test_duplicate_time():
+    """Of two frames with one time the first is kept, and the flaw is noted."""
     x = np.array([0.0, 0.01, 0.5, 0.02])
     table, quality = run(make_log([0.0, 0.02, 0.02, 0.04], {"ball": np.stack((x, 0 * x), axis=1)}))
     assert table["x"].to_list() == pytest.approx([0.0, 0.01, 0.02])
@@ -152,7 +163,8 @@ def test_a_duplicate_time_keeps_the_first_and_says_so():
     ]
 
 
-def test_late_samples_are_sorted_back_and_say_so():
+def test_late_samples():
+    """Late samples are sorted back, and the flaw is noted."""
     t = at_60hz(1)
     x = 0.2 * t
     shuffled = np.arange(60)
@@ -166,7 +178,8 @@ def test_late_samples_are_sorted_back_and_say_so():
     ]
 
 
-def test_a_clock_that_jumps_back_is_left_out_until_it_catches_up():
+def test_clock_jump_back():
+    """Frames of a clock that jumps back are left out until it catches up."""
     t = np.concatenate((at_60hz(10), at_60hz(12)[240:]))  # back from 10 s to 4 s, then on to 12 s
     table, quality = run(make_log(t, {"ball": still(len(t))}))
     assert table["t_ns"].to_list() == ns(at_60hz(12)).tolist()
@@ -176,7 +189,8 @@ def test_a_clock_that_jumps_back_is_left_out_until_it_catches_up():
 
 
 @pytest.mark.parametrize("at", [0, 30])
-def test_one_wild_time_does_not_cost_the_rest_of_the_match(at):
+def test_wild_time(at):
+    """One wild time does not cost the rest of the match."""
     t = at_60hz(5)
     t[at] = 86_400
     table, quality = run(make_log(t, {"ball": still(len(t))}))
@@ -184,7 +198,8 @@ def test_one_wild_time_does_not_cost_the_rest_of_the_match(at):
     assert quality.select("flaw", "count").rows() == [("clock leap ahead", 1)]
 
 
-def test_a_clock_that_jumps_back_over_a_gap_and_further_is_left_out():
+def test_jump_back_over_gap():
+    """Frames of a clock that jumps back over a gap and further are left out until it catches up."""
     before, after, again = at_60hz(10), 20 + at_60hz(1), 5 + at_60hz(25)
     t = np.concatenate((before, after, again))
     table, quality = run(make_log(t, {"ball": still(len(t))}))
@@ -197,7 +212,8 @@ def test_a_clock_that_jumps_back_over_a_gap_and_further_is_left_out():
     st.lists(st.integers(0, 3_000_000_000), min_size=1, max_size=60),
     st.sampled_from([0, 1_000_000, 500_000_000]),
 )
-def test_every_frame_is_kept_or_accounted_for(times, reorder_ns):
+def test_frames_accounted_for(times, reorder_ns):
+    """Every frame is kept or counted in a flaw."""
     t = np.array(times, dtype=np.int64)
     kept, flaws = order_samples(t, reorder_ns)
     assert len(kept) >= 1
@@ -208,7 +224,8 @@ def test_every_frame_is_kept_or_accounted_for(times, reorder_ns):
 # ---- segments
 
 
-def test_a_goal_ends_its_segment_and_play_stops_until_the_kick_off():
+def test_goal():
+    """A goal ends its segment, and play stops until the kick-off."""
     t = np.arange(100) * 0.1
     events = [
         (0, "kick-off", "home"), (3, "goal", "home"), (5, "kick-off", "away"),
@@ -224,14 +241,16 @@ def test_a_goal_ends_its_segment_and_play_stops_until_the_kick_off():
     assert segment[90:] == [None] * 10
 
 
-def test_a_goal_with_its_restart_at_once_begins_the_next_segment():
+def test_restart_at_once():
+    """A goal with its restart at once begins the next segment."""
     t = np.arange(20) * 0.1
     # the restart may be noted first
     log = make_log(t, {"ball": still(20)}, kind=Kind.SIM2D, referee=[(1, "kick-off", "away"), (1, "goal", "home")])
     assert run(log)[0]["segment"].to_list() == [0] * 10 + [1] * 10
 
 
-def test_velocities_do_not_reach_over_a_restart():
+def test_velocity_at_restart():
+    """Velocities do not reach over a restart."""
     t = at_60hz(2)
     x = np.where(t < 1, 0.4 * t, 0.0)  # put back at 1 s
     events = [(1, "goal", "home"), (1, "kick-off", "away")]
@@ -241,26 +260,30 @@ def test_velocities_do_not_reach_over_a_restart():
     assert quality.is_empty()
 
 
-def test_before_a_first_kick_off_play_is_not_on_but_before_a_first_goal_it_is():
+def test_before_first_event():
+    """Play is on before a first goal, and not before a first kick-off."""
     t = np.arange(20) * 0.1
     for event, expected in (("kick-off", [None] * 10 + [0] * 10), ("goal", [0] * 10 + [None] * 10)):
         table, _ = run(make_log(t, {"ball": still(20)}, referee=[(1, event, "home")]))
         assert table["segment"].to_list() == expected
 
 
-def test_play_that_goes_on_does_not_cut_and_a_fault_does():
+def test_fault():
+    """A fault cuts a segment, and play that goes on does not."""
     t = np.arange(30) * 0.1
     log = make_log(t, {"ball": still(30)}, referee=[(0, "kick-off", None), (1, "play", None), (2, "fault", "home")])
     assert run(log)[0]["segment"].to_list() == [0] * 20 + [1] * 10
 
 
-def test_a_change_of_period_cuts_though_the_referee_says_nothing():
+def test_change_of_period():
+    """A change of period cuts a segment, even if the referee says nothing."""
     t = np.arange(20) * 0.1
     table, _ = run(make_log(t, {"ball": still(20)}, periods=[(0, 1, 1), (1, 2, 1)]))
     assert table["segment"].to_list() == [0] * 10 + [1] * 10
 
 
-def test_a_gap_cuts_and_is_flagged():
+def test_gap():
+    """A gap cuts a segment and is flagged."""
     t = np.concatenate((at_60hz(1), at_60hz(1) + 3))
     table, quality = run(make_log(t, {"ball": still(120)}))
     assert table["segment"].to_list() == [0] * 60 + [1] * 60
@@ -270,7 +293,8 @@ def test_a_gap_cuts_and_is_flagged():
 # ---- turning, roles
 
 
-def test_the_second_half_is_turned():
+def test_second_half():
+    """A second half played the other way is turned."""
     t = at_60hz(2)
     bodies = {
         "ball": still(120, 0.3, 0.2), (HOME, 1): still(120, 0.1, -0.4, 0.5), (AWAY, 1): still(120, 0.6, 0.0, -math.pi)
@@ -290,7 +314,8 @@ def test_the_second_half_is_turned():
 @pytest.mark.parametrize(
     ("robots", "midfield", "strikers"), [(1, 0, 0), (2, 0, 1), (3, 1, 1), (5, 2, 2), (11, 5, 5)]
 )
-def test_roles_by_distance_to_the_own_goal(robots, midfield, strikers):
+def test_roles(robots, midfield, strikers):
+    """Roles go by the distance to the own goal."""
     expected = ["goalkeeper"] + ["midfield"] * midfield + ["striker"] * strikers
     bodies = {(HOME, i): still(3, -0.7 + 0.1 * i) for i in range(robots)}
     bodies |= {(AWAY, i): still(3, 0.7 - 0.1 * i) for i in range(robots)}
@@ -299,7 +324,8 @@ def test_roles_by_distance_to_the_own_goal(robots, midfield, strikers):
         assert of(table.filter(pl.col("frame") == 1), team)["role"].to_list() == expected
 
 
-def test_ties_go_to_the_lower_number_and_the_absent_do_not_count():
+def test_role_ties():
+    """A tie for a role goes to the lower number, and the absent do not count."""
     bodies = {(HOME, 9): still(2, -0.2, 0.3), (HOME, 4): still(2, -0.2, -0.3), (HOME, 5): np.array([[-0.7, 0, 0], [np.nan] * 3])}
     table, _ = run(make_log([0, 0.02], bodies))
     roles = {(f, r): role for f, r, role in table.select("frame", "robot", "role").rows()}
@@ -312,7 +338,8 @@ def test_ties_go_to_the_lower_number_and_the_absent_do_not_count():
 
 
 @pytest.mark.parametrize("key", ["ball", (HOME, 3)])
-def test_an_outlier_is_suspect_and_its_neighbours_velocities_are_as_if_it_were_not_there(key):
+def test_outlier(key):
+    """An outlier is suspect, and its neighbours' velocities are as if it were not there."""
     t = at_60hz(2)
     path = np.stack((0.3 * t, 0.1 * t, 0 * t), axis=1)
     path[60, :2] += 0.6
@@ -330,7 +357,8 @@ def test_an_outlier_is_suspect_and_its_neighbours_velocities_are_as_if_it_were_n
     ]
 
 
-def test_a_ball_that_keeps_to_its_new_place_was_put_there():
+def test_ball_put_elsewhere():
+    """A ball that keeps to its new place was put there: the segment is cut, no sample is suspect."""
     t = at_60hz(2)
     x = np.where(t < 1, -0.5 + 0.1 * t, 0.5)
     table, quality = run(make_log(t, {"ball": np.stack((x, 0 * x), axis=1), (HOME, 0): still(120)}))
@@ -342,7 +370,8 @@ def test_a_ball_that_keeps_to_its_new_place_was_put_there():
     assert "put elsewhere" in quality["note"].item()
 
 
-def test_a_robot_that_was_put_elsewhere_does_not_cut_the_segment():
+def test_robot_put_elsewhere():
+    """A robot that was put elsewhere does not cut the segment."""
     t = at_60hz(2)
     x = np.where(t < 1, -0.5, 0.5)
     table, _ = run(make_log(t, {(AWAY, 2): np.stack((x, 0 * x, 0 * x), axis=1), "ball": still(120)}))
@@ -352,7 +381,8 @@ def test_a_robot_that_was_put_elsewhere_does_not_cut_the_segment():
     assert np.abs(robot["vx"]).max() == 0.0
 
 
-def test_a_visit_elsewhere_shorter_than_acceptance_stays_suspect():
+def test_short_visit():
+    """A visit elsewhere too short to be accepted stays suspect."""
     t = at_60hz(2)
     x = np.where((t >= 1) & (t < 1.2), 0.6, -0.4)
     table, quality = run(make_log(t, {"ball": np.stack((x, 0 * x), axis=1)}))
@@ -361,7 +391,8 @@ def test_a_visit_elsewhere_shorter_than_acceptance_stays_suspect():
     assert quality.select("flaw", "count").rows() == [("ball jump", 12)]
 
 
-def test_a_wrong_first_sample_is_the_suspect_one():
+def test_wrong_first_sample():
+    """A wrong first sample is suspect, and those after it are not."""
     t = at_60hz(1)
     x = np.where(t == 0, 0.7, -0.4)
     table, _ = run(make_log(t, {"ball": np.stack((x, 0 * x), axis=1)}))
@@ -369,7 +400,8 @@ def test_a_wrong_first_sample_is_the_suspect_one():
     assert table["segment"].to_list() == [0] * 60
 
 
-def test_a_wrong_first_sample_after_a_gap_is_the_suspect_one():
+def test_wrong_sample_after_gap():
+    """A wrong first sample after a gap is suspect, and those after it are not."""
     t = np.concatenate((at_60hz(1), 2 + at_60hz(1)))
     x = np.where(t == 2, 0.7, -0.4)
     table, _ = run(make_log(t, {"ball": np.stack((x, 0 * x), axis=1)}))
@@ -377,7 +409,8 @@ def test_a_wrong_first_sample_after_a_gap_is_the_suspect_one():
     assert table["segment"].max() == 1
 
 
-def test_what_was_near_in_the_segment_before_is_not_a_wrong_first_sample():
+def test_near_segment_before():
+    """A first sample that was near in the segment before is not a wrong one."""
     t = at_60hz(2)
     x = np.where(t < 1.02, -0.4, 0.4)  # put elsewhere two samples after the fault
     bodies = {(HOME, 0): np.stack((x, 0 * x, 0 * x), axis=1), "ball": still(120)}
@@ -389,7 +422,8 @@ def test_what_was_near_in_the_segment_before_is_not_a_wrong_first_sample():
 # ---- what is not there
 
 
-def test_a_lost_ball_has_no_rows_and_is_flagged():
+def test_lost_ball():
+    """A lost ball has no rows and is flagged."""
     t = at_60hz(3)
     ball = still(180)
     ball[60:120] = np.nan
@@ -401,7 +435,8 @@ def test_a_lost_ball_has_no_rows_and_is_flagged():
     ]
 
 
-def test_what_is_not_a_number_is_left_out_and_flagged():
+def test_not_a_number():
+    """A place that is not a number is left out and flagged."""
     t = at_60hz(1)
     robot, ball = still(60), still(60)
     robot[7, 1], ball[9, 0] = np.nan, np.inf
@@ -412,7 +447,8 @@ def test_what_is_not_a_number_is_left_out_and_flagged():
     ]
 
 
-def test_a_robot_twice_in_a_frame_counts_once():
+def test_robot_twice():
+    """A robot twice in a frame counts once."""
     log = make_log([0, 0.02], {(HOME, 1): still(2, -0.7), (HOME, 2): still(2, 0.1)})
     twice = log.frames.robots.copy()
     twice["id"][3] = 1
@@ -423,7 +459,8 @@ def test_a_robot_twice_in_a_frame_counts_once():
 
 
 @pytest.mark.parametrize(("field", "value"), [("team", 2), ("id", 40_000)])
-def test_a_robot_that_cannot_be_is_refused(field, value):
+def test_impossible_robot(field, value):
+    """A robot of no possible team or number is refused."""
     log = make_log([0.0], {(HOME, 1): still(1)})
     log.frames.robots[field] = value
     with pytest.raises(DamagedLog, match="made-by-hand"):
@@ -456,7 +493,8 @@ def logs(draw):
 @pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(logs())
-def test_turning_the_whole_log_changes_nothing(log):
+def test_turned_log(log):
+    """A whole log played the other way has the same trajectories, marked as turned."""
     t_ns, bodies, events = log
     turned = {
         key: np.stack((-path[:, 0], -path[:, 1], np.angle(np.exp(1j * (path[:, 2] + np.pi)))), axis=1)
@@ -477,7 +515,8 @@ def test_turning_the_whole_log_changes_nothing(log):
 @pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(logs())
-def test_every_body_with_a_place_has_a_row_and_no_other(log):
+def test_rows_of_bodies(log):
+    """Every body with a place has a row in its frame, and no other has one."""
     t_ns, bodies, events = log
     table, _ = run(make_log(None, bodies, t_ns=t_ns, referee=events))
     assert table.height == sum(int(np.isfinite(path[:, :2]).all(axis=1).sum()) for path in bodies.values())
@@ -487,7 +526,8 @@ def test_every_body_with_a_place_has_a_row_and_no_other(log):
 @pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(logs(), st.integers(0, 2**32 - 1))
-def test_velocities_do_not_depend_on_other_segments(log, seed):
+def test_other_segments(log, seed):
+    """Velocities do not depend on other segments."""
     t_ns, bodies, _ = log
     half = len(t_ns) // 2
     event = [(t_ns[half] / 1e9, "fault", None)]
@@ -509,7 +549,8 @@ def sample():
     return read(SAMPLE.read_bytes(), SAMPLE.name, match_id="sample")
 
 
-def test_the_sample_match_is_clean(sample):
+def test_sample_match(sample):
+    """The sample match is clean: no flaw, no suspect sample, no impossible speed."""
     table, quality = run(sample)
     assert table.height == 24_000 * 7
     assert quality.is_empty()
@@ -524,7 +565,8 @@ def test_the_sample_match_is_clean(sample):
     assert dict(goalkeepers.rows())["away"] > 0.3
 
 
-def test_the_order_of_robots_in_a_frame_does_not_matter(sample):
+def test_order_of_robots(sample):
+    """The order of robots in a frame does not matter."""
     frames = sample.frames
     cut = int(frames.offsets[500])
     short = Frames(frames.number[:500], frames.t_ns[:500], frames.ball[:500], frames.offsets[:501], frames.robots[:cut])
@@ -532,8 +574,8 @@ def test_the_order_of_robots_in_a_frame_does_not_matter(sample):
     assert_frame_equal(run(MatchLog(sample.info, short))[0], run(MatchLog(sample.info, backwards))[0])
 
 
-def test_real_robots_flags_are_right(recording):
-    """Looked at by eye: one run of outliers, one ball and one robot put elsewhere (see DECISIONS.md)."""
+def test_real_robots(recording):
+    """Flags of real robots are those found by eye: outliers, a ball and a robot moved (see DECISIONS.md)."""
     path = recording("ssl-2025-robocin-tigers-345s.parquet")
     log = read(path.read_bytes(), path.name, match_id="recorded")
     table, quality = run(replace(log, referee=log.referee.clear()))  # all of it as play
@@ -546,7 +588,8 @@ def test_real_robots_flags_are_right(recording):
     assert max(fastest["home"], fastest["away"]) < 5
 
 
-def test_a_simulated_2d_match_stops_at_its_goals_and_players_are_put_back_after(recording):
+def test_sim2d_goals(recording):
+    """A simulated 2D match stops at its goals, and players are put back after them."""
     path = recording("rcssserver-3v3.rcg.gz")
     table, quality = run(read(path.read_bytes(), path.name, match_id="recorded"))
     stops = table.group_by("segment").agg(pl.col("t_ns").max()).drop_nulls("segment").sort("segment")

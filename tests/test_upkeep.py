@@ -22,7 +22,8 @@ def call(*words: object) -> int:
     return int(stop.value.code or 0)
 
 
-def test_quarantine_is_listed_with_its_reason_and_can_be_cleared(data, capsys):
+def test_quarantine(data, capsys):
+    """Quarantine is listed with its reasons and can be cleared."""
     assert call("quarantine", "--data", data) == 0
     assert "nothing is in quarantine" in capsys.readouterr().out
     Store(data).quarantine("goals", "m-1", BadRecording("is odd", where="row 3", next_step="Mend it"))
@@ -32,7 +33,8 @@ def test_quarantine_is_listed_with_its_reason_and_can_be_cleared(data, capsys):
     assert Store(data).quarantined() == []
 
 
-def test_forget_removes_a_match_and_all_that_was_made_of_it(data, capsys):
+def test_forget(data, capsys):
+    """Forget removes a match and all outputs of it; the knowledge stays."""
     store = Store(data)
     name, other = (receipt.name for receipt in store.receipts("matches"))
     assert call("forget", name, "--data", data) == 0
@@ -44,8 +46,8 @@ def test_forget_removes_a_match_and_all_that_was_made_of_it(data, capsys):
     assert "there is no such match" in capsys.readouterr().err
 
 
-def test_forget_takes_the_beginning_of_an_id(data, capsys):
-    """As replay does; and refuses to choose."""
+def test_forget_by_beginning(data, capsys):
+    """Forget takes the beginning of an id, as replay does, and refuses to choose."""
     store = Store(data)
     name, other = (receipt.name for receipt in store.receipts("matches"))
     assert call("forget", "", "--data", data) == 1
@@ -55,7 +57,8 @@ def test_forget_takes_the_beginning_of_an_id(data, capsys):
     assert [receipt.name for receipt in store.receipts("matches")] == [other]
 
 
-def test_prune_removes_nothing_that_a_receipt_names(data, capsys):
+def test_prune(data, capsys):
+    """Prune removes superseded files and nothing that a receipt names."""
     before = {path: path.read_bytes() for path in data.rglob("*") if path.is_file()}
     stray = data / "goals" / "early-000000000000-0123456789ab.goals.parquet"
     stray.write_bytes(b"old")

@@ -119,7 +119,7 @@ def test_away_from_the_checkout(installed):
     assert all(Path(path).is_relative_to(installed.bin.parent) for path in found)
 
 
-def test_compiled_functions_are_kept_where_one_can_write(monkeypatch, tmp_path):
+def test_numba_cache(monkeypatch, tmp_path):
     """numba's cache lies beside the code, or in the user's cache where the code is read-only."""
     code = Path(pipeline.__file__).parent
     assert pipeline._cache() == code / "__pycache__"

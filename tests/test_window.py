@@ -63,6 +63,7 @@ class TestKeys:
         (["UP", "w"], DriveCommand(forward=1)), (["UP", "DOWN"], DriveCommand()),
     ])
     def test_held(self, codes, command):
+        """A key drives as long as it is held."""
         controls = Controls()
         events = [key(getattr(pygame, f"K_{code}")) for code in codes]
         assert controls.listen(events).command == command
@@ -70,6 +71,7 @@ class TestKeys:
         assert controls.listen([key(event.key, down=False) for event in events]).command == DriveCommand()
 
     def test_once(self):
+        """A key that switches, pauses or leaves acts once when it is pressed."""
         controls = Controls()
         assert controls.listen([key(pygame.K_TAB)]).switch == "next"
         assert controls.listen([]).switch is None  # though it is held
@@ -86,7 +88,8 @@ class TestKeys:
     def test_a_closed_window_leaves(self):
         assert Controls().listen([pygame.event.Event(pygame.QUIT)]).leave
 
-    def test_who_looks_away_lets_go_and_pauses(self):
+    def test_lost_focus(self):
+        """A window that loses the focus lets go of the keys and pauses."""
         asked = Controls().listen([key(pygame.K_UP), pygame.event.Event(pygame.WINDOWFOCUSLOST)])
         assert asked.command == DriveCommand()
         assert asked.paused
@@ -94,6 +97,7 @@ class TestKeys:
 
 class TestPads:
     def test_stick(self):
+        """The stick drives in proportion, but for a dead zone."""
         controls = Controls()
         x, y = pygame.CONTROLLER_AXIS_LEFTX, pygame.CONTROLLER_AXIS_LEFTY
         forward, turn, _ = controls.listen([stick(y, -0.5), stick(x, 0.25)]).command  # up, right
@@ -103,6 +107,7 @@ class TestPads:
         assert controls.listen([full]).command.forward == 1
 
     def test_buttons(self):
+        """The buttons boost, switch, drive, pause and leave."""
         controls = Controls()
         asked = controls.listen([button(pygame.CONTROLLER_BUTTON_A), button(pygame.CONTROLLER_BUTTON_X)])
         assert (asked.command, asked.switch) == (DriveCommand(boost=True), "next")
@@ -111,7 +116,8 @@ class TestPads:
         assert controls.listen([button(pygame.CONTROLLER_BUTTON_START)]).paused
         assert controls.listen([button(pygame.CONTROLLER_BUTTON_BACK)]).leave
 
-    def test_unplugged_it_lets_go_and_pauses_but_keys_stay(self):
+    def test_unplugged(self):
+        """An unplugged pad lets go and pauses, but keys stay held."""
         controls = Controls()
         controls.listen([stick(pygame.CONTROLLER_AXIS_LEFTX, 1.0), button(pygame.CONTROLLER_BUTTON_A),
                          key(pygame.K_UP)])
@@ -137,7 +143,8 @@ class TestPainting:
         hits = np.argwhere(np.abs(picture - np.array(colour)).sum(axis=2) < 30)
         return hits.mean(axis=0) if len(hits) else None, len(hits)
 
-    def test_bodies_are_where_they_are(self):
+    def test_bodies(self):
+        """Bodies are painted where they are."""
         bodies = np.zeros((3, 6))
         bodies[0, :2], bodies[1, :2], bodies[2, :2] = (0.0, 0.45), (-0.5, -0.3), (0.5, -0.3)
         picture = self.paint(bodies)[:, 84:500]  # between head and foot
@@ -148,7 +155,8 @@ class TestPainting:
         assert (x + 100, y + 260) == pytest.approx((300 - 0.5 * scale, 208 + 0.3 * scale), abs=4)
         assert count > 100
 
-    def test_goals_are_of_those_who_keep_them(self):
+    def test_goals(self):
+        """A goal has the colour of the team that keeps it."""
         first, second = self.paint(home_attacks=1), self.paint(home_attacks=-1)
         blue = (63, 158, 230)
         assert self.where(first[:60, 150:430], blue)[1] > 50
@@ -156,6 +164,7 @@ class TestPainting:
         assert self.where(first[540:, 150:430], blue)[1] == 0
 
     def test_what_changes_is_seen(self):
+        """A change of robot, message, score, clock or heading is seen in the picture."""
         plain = self.paint()
         for change in ({"driven": 2}, {"driven": 5}, {"message": "Pause"}, {"score": (1, 0)}, {"clock_s": 61.0}):
             assert (self.paint(**change) != plain).any(), change
@@ -167,7 +176,8 @@ class TestPainting:
 
 
 class TestWindow:
-    def test_never_faster_than_the_clock(self):
+    def test_clock(self):
+        """The match never goes faster than the clock, and catches up by few frames at once."""
         with Window(VSSS, ("you", "static"), 250.0) as window:
             start = time.perf_counter()
             frames = sum(window.due() for _ in range(50))
@@ -230,7 +240,8 @@ def watched(monkeypatch):
 
 
 class TestPlay:
-    def test_a_second_at_the_keys(self, monkeypatch, capsys, tmp_path):
+    def test_at_the_keys(self, monkeypatch, capsys, tmp_path):
+        """What a person does at the keys is in the log of the match."""
         switches = {60: [key(pygame.K_UP, down=False), key(pygame.K_TAB)], 61: [key(pygame.K_SPACE)]}
         script(monkeypatch, {1: [key(pygame.K_TAB)], 2: [key(pygame.K_UP)], 40: [key(pygame.K_RIGHT)],
                              50: [key(pygame.K_RIGHT, down=False)], **switches,
@@ -259,7 +270,8 @@ class TestPlay:
         assert end["t_ns"] == match.frames.t_ns[-1]
         assert not list((tmp_path / "playing").glob("*.mcap"))
 
-    def test_a_second_at_the_pad(self, monkeypatch, capsys, tmp_path):
+    def test_at_the_pad(self, monkeypatch, capsys, tmp_path):
+        """What a person does at the pad is in the log of the match."""
         opened = []
 
         class Pad:
@@ -294,7 +306,8 @@ class TestPlay:
         row = store.read_table(receipt, "matches", Matches).row(0, named=True)
         assert row["incomplete_reason"].startswith("left after 1.3")  # 90 frames, of which 10 were a pause
 
-    def test_the_log_can_be_imported_elsewhere(self, monkeypatch, capsys, tmp_path):
+    def test_log_elsewhere(self, monkeypatch, capsys, tmp_path):
+        """The log of a match can be imported into another data folder."""
         from flows.matches import Recording, import_recording
 
         script(monkeypatch, {1: [key(pygame.K_UP)], 30: [key(pygame.K_ESCAPE)]})
@@ -309,7 +322,8 @@ class TestPlay:
         assert again.frames.robots.tobytes() == match.frames.robots.tobytes()
         assert again.info == match.info
 
-    def test_to_the_final_whistle_as_away_with_a_pause(self, monkeypatch, capsys, tmp_path):
+    def test_final_whistle(self, monkeypatch, capsys, tmp_path):
+        """A person can play as away to the final whistle, and a pause takes nothing off the match."""
         script(monkeypatch, {1: [key(pygame.K_UP)], 20: [key(pygame.K_p)], 50: [key(pygame.K_p)]})
         report, _, _, match = played(
             capsys, tmp_path, "--as", "away", "--against", "random", "--minutes", "0.02")
@@ -321,7 +335,8 @@ class TestPlay:
         moved = [np.hypot(*(path(match, AWAY, n)[-1] - path(match, AWAY, n)[0])[:2]) for n in (1, 2, 3)]
         assert max(moved) > 0.1
 
-    def test_no_match_is_played_over_another(self, monkeypatch, capsys, tmp_path):
+    def test_seed_again(self, monkeypatch, capsys, tmp_path):
+        """No match is played over another with the same seed."""
         script(monkeypatch, {frame: [key(pygame.K_ESCAPE)] for frame in (5, 10, 15)})
         ids = [played(capsys, tmp_path)[0]["match_id"] for _ in range(2)]
         assert ids[0] != ids[1]
@@ -329,7 +344,8 @@ class TestPlay:
         assert code == 1
         assert "has been played with seed 1. Give another --seed, or none." in error
 
-    def test_what_breaks_it_leaves_the_log_for_the_next_run(self, monkeypatch, capsys, tmp_path):
+    def test_broken_off(self, monkeypatch, capsys, tmp_path):
+        """An error that breaks the match off leaves its log for the next run."""
         from flows.matches import inbox
 
         def due(_):
@@ -341,12 +357,14 @@ class TestPlay:
         assert "the screen is gone" in error
         assert [r.file.name.startswith("human-static-1-") for r in inbox(Store(tmp_path))] == [True]
 
-    def test_who_knows_no_such_team(self, capsys, tmp_path):
+    def test_unknown_team(self, capsys, tmp_path):
+        """An unknown opponent is refused."""
         code, _, error = call(capsys, "--against", "brazil", "--data", tmp_path)
         assert code == 1
         assert "'brazil' is no team" in error
 
     def test_without_a_screen(self, monkeypatch, capsys, tmp_path):
+        """Without a screen, play says in one line that no window can be opened."""
         monkeypatch.setenv("SDL_VIDEODRIVER", "none-such")
         code, _, error = call(capsys, "--data", tmp_path)
         assert code == 1
@@ -354,7 +372,8 @@ class TestPlay:
         assert error.count("\n") == 1
         assert not (tmp_path / "matches").exists()
 
-    def test_where_sdl_would_paint_for_nobody(self, monkeypatch, capsys, tmp_path):
+    def test_offscreen(self, monkeypatch, capsys, tmp_path):
+        """Without a display, play refuses to let SDL paint for nobody."""
         for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
             monkeypatch.delenv(name, raising=False)
         monkeypatch.setattr(pygame.display, "get_driver", lambda: "offscreen")
@@ -365,10 +384,11 @@ class TestPlay:
 
 
 def test_without_pygame(monkeypatch, capsys, tmp_path):
+    """Without pygame, play says in one line how to install it."""
     for module in [name for name in sys.modules if name.startswith("pipeline.arena.window")]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, "pygame", None)
     code, out, error = call(capsys, "--data", tmp_path)
     assert (code, out) == (1, "")
-    assert error == ("pitchlore: play: its window needs pygame, which is not installed. "
-                     "Install it: python -m pip install pygame-ce.\n")
+    assert error == ("pitchlore: play: its window needs pygame-ce, which is not installed. "
+                     "Install the extra pitchlore[play].\n")

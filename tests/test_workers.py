@@ -41,7 +41,8 @@ def wait(file):
     time.sleep(60)
 
 
-def test_with_one_job_all_is_done_in_place():
+def test_one_job():
+    """With one job all work is done in this process."""
     with Workers(1) as workers:
         assert workers.run(number, add=1) == os.getpid() + 1
         with pytest.raises(ValueError, match="no"):
@@ -49,7 +50,8 @@ def test_with_one_job_all_is_done_in_place():
         assert workers.run(number) == os.getpid()
 
 
-def test_a_killed_process_takes_only_its_own_work_with_it(tmp_path):
+def test_killed_process(tmp_path):
+    """A killed process takes only its own work with it."""
     with Workers(2) as workers, ThreadPoolExecutor(2) as threads:
         slow = threads.submit(workers.run, time.sleep, 2)
         with pytest.raises(WorkerLost, match=r"was killed.*--jobs"):
@@ -67,7 +69,8 @@ def test_processes_share_the_cores(monkeypatch):
         assert workers.run(threads_of_polars) == 2
 
 
-def test_processes_end_with_the_one_that_started_them_even_if_that_is_killed(tmp_path):
+def test_killed_parent(tmp_path):
+    """Processes end with the one that started them, even if that is killed."""
     script = ("import sys; from flows.workers import Workers; from test_workers import wait\n"
               f"if __name__ == '__main__': Workers(2).run(wait, {str(tmp_path / 'pid')!r})")
     (tmp_path / "main.py").write_text(script)

@@ -88,7 +88,8 @@ def outside(points, pitch=VSSS):
 
 
 class TestBall:
-    def test_loses_speed_at_a_constant_rate_and_stops_after_v2_over_2a(self):
+    def test_rolling(self):
+        """A ball loses speed at a constant rate and stops after v²/2a."""
         track = played(alone(ball=(-0.7, 0.3, 0, 0.8, 0)), 180)[:, BALL]
         seconds = np.arange(1, 181) / 60
         np.testing.assert_allclose(track[:, VX], np.maximum(0.8 - 0.34 * seconds, 0), rtol=0, atol=1e-12)
@@ -98,7 +99,8 @@ class TestBall:
 
     @given(st.floats(0.5, 6.0), st.floats(-1.0, 1.0), st.floats(0.0, 1.0))
     @settings(max_examples=25, deadline=None)
-    def test_leaves_a_wall_with_the_restitution_of_its_speed_and_keeps_what_is_along_it(self, speed, angle, bounce):
+    def test_wall(self, speed, angle, bounce):
+        """A ball leaves a wall with the restitution of its speed across it and keeps that along it."""
         vx, vy = speed * math.sin(angle), speed * math.cos(angle)
         arena = alone(ball=(0, 0.615, 0, vx, vy), wall_restitution=bounce, **ICE)
         track = played(arena, 6)[:, BALL]
@@ -106,7 +108,8 @@ class TestBall:
         assert track[-1, VX] == pytest.approx(vx, abs=1e-9)
         assert track[-1, OMEGA] == 0
 
-    def test_struck_head_on_takes_the_momentum_that_the_robot_loses(self):
+    def test_head_on(self):
+        """A ball struck head on takes the momentum that the robot loses."""
         physics = PhysicsSettings(**ICE)
         arena = alone(ball=(0.1, 0.0), robot=(0, 0, 0, 1.0, 0, 0), **ICE)
         after = played(arena, 20)[-1]
@@ -116,28 +119,32 @@ class TestBall:
         total = physics.ball_mass * after[BALL, VX] + physics.robot_mass * after[1, VX]
         assert total == pytest.approx(physics.robot_mass * 1.0, abs=1e-7)
 
-    def test_that_is_fast_does_not_pass_through_a_robot(self):
+    def test_fast(self):
+        """A fast ball does not pass through a robot."""
         for speed in (1.0, 3.0, 6.0):
             arena = alone(ball=(-0.6, 0.01, 0, speed, 0), robot=(0, 0, 0.2, 0, 0, 0))
             track = played(arena, 60)
             ahead = (track[:, BALL, X] > track[:, 1, X]) & (np.abs(track[:, BALL, Y] - track[:, 1, Y]) < HALF)
             assert not ahead.any(), speed
 
-    def test_into_the_goal_is_stopped_by_its_back_and_stays_between_its_sides(self):
+    def test_in_the_goal(self):
+        """A ball in the goal is stopped by its back and stays between its sides."""
         track = played(alone(ball=(0.4, 0.1, 0, 3.0, 0.5)), 240)[:, BALL]
         assert track[:, X].max() > 0.75 + BALL_RADIUS
         assert track[:, X].max() <= 0.85
         past = track[track[:, X] > 0.75]
         assert np.abs(past[:, Y]).max() <= 0.2
 
-    def test_does_not_get_into_the_cut_corners(self):
+    def test_cut_corners(self):
+        """A ball does not get into the cut corners."""
         track = played(alone(ball=(0.3, 0.3, 0, 1.8, 1.6), robot=(-0.5, -0.5)), 120)[:, BALL]
         assert track[:, X].max() > 0.6
         assert (track[:, X] + track[:, Y]).max() < 0.75 + 0.65 - 0.07
 
 
 class TestRobot:
-    def test_drives_a_circle_of_radius_v_over_omega(self):
+    def test_circle(self):
+        """A robot drives a circle of radius v over omega."""
         # v = (0.258 + 0.542) / 2 = 0.4, omega = 0.284 / 0.071 = 4: radius 0.1, a turn in pi / 2 s
         robot = (0, 0, 0, 0.4, 0, 4.0)
         track = played(alone(robot=robot), round(60 * math.pi / 2), wheels=(0.258, 0.542))[:, 1]
@@ -151,23 +158,27 @@ class TestRobot:
         ("physics", "rate"),
         [({}, 6.0), ({"wheel_acceleration": 100.0}, 0.8 * GRAVITY), ({"wheel_acceleration": 2.5}, 2.5)],
     )
-    def test_stops_within_v2_over_2a_by_its_motors_or_by_the_floor_whichever_is_weaker(self, physics, rate):
+    def test_braking(self, physics, rate):
+        """A robot stops within v²/2a, by its motors or by the floor, whichever is weaker."""
         track = played(alone(robot=(-0.5, 0, 0, 1.0, 0, 0), **physics), 60)[:, 1]
         assert 0 <= track[-1, X] + 0.5 - 1 / (2 * rate) < 1.0 * STEP_S / 2 + 1e-4
         assert np.hypot(*track[-1, VX : VY + 1]) < 1e-12
 
-    def test_reaches_its_top_speed_and_no_more(self):
+    def test_top_speed(self):
+        """A robot reaches its top speed and no more."""
         track = played(alone(robot=(-0.6, 0, 0, 0, 0, 0)), 30, wheels=(9.0, 9.0))[:, 1]
         assert track[5, VX] == pytest.approx(6.0 * 6 / 60, abs=1e-9)
         assert track[-1, VX] == pytest.approx(1.2, abs=1e-9)
 
-    def test_pushed_sideways_slides_only_as_far_as_its_grip_lets_it(self):
+    def test_sideways_push(self):
+        """A robot pushed sideways slides only as far as its grip lets it."""
         track = played(alone(robot=(0, 0, 0, 0, 1.0, 0)), 30)[:, 1]
         np.testing.assert_allclose(track[:5, VY], 1 - GRAVITY * np.arange(1, 6) / 60, atol=1e-9)
         assert 0 <= track[-1, Y] - 1 / (2 * GRAVITY) < 1.0 * STEP_S / 2 + 1e-4
         np.testing.assert_allclose(track[:, THETA], 0, atol=1e-12)
 
-    def test_pushed_by_another_robot_yields_no_more_than_traction_explains(self):
+    def test_push(self):
+        """A robot pushed by another yields no more than traction explains."""
         arena = alone(ball=(-0.6, 0.5), robot=(-0.3, 0.0, 0, 0.8, 0, 0))
         bodies = arena.bodies.copy()
         bodies[2] = (-0.1, 0.0, math.pi / 2, 0, 0, 0)  # stands across, wheels still
@@ -179,7 +190,8 @@ class TestRobot:
         assert 0 < track[-1, 2, VX] <= 0.8 * GRAVITY * STEP_S + 1e-6
         assert track[:, 2, VX].max() > 0.3
 
-    def test_turned_too_hard_slides_out_of_its_circle(self):
+    def test_hard_turn(self):
+        """A robot turned too hard slides out of its circle."""
         # v = 0.8, omega = 8 asks for 6.4 m/s² where the floor gives 0.3 g = 2.94
         physics = {"sideways_grip": 0.3}
         track = played(alone(robot=(0, -0.2, 0, 0.8, 0, 8.0), **physics), 24, wheels=(0.516, 1.084))[:, 1]
@@ -188,7 +200,8 @@ class TestRobot:
         assert np.ptp(course) < 0.75 * np.ptp(np.unwrap(track[:, THETA]))
         assert change.max() < 9.0  # within the ellipse of 0.8 g along and 0.3 g across
 
-    def test_two_against_each_other_stand(self):
+    def test_standoff(self):
+        """Two robots that push against each other stand."""
         arena = alone(robot=(-0.2, 0, 0, 0, 0, 0))
         bodies = arena.bodies.copy()
         bodies[2] = (0.2, 0, math.pi, 0, 0, 0)
@@ -211,7 +224,7 @@ class TestEnergy:
             assert np.diff(joules).max() < 1e-9 * joules[0]
             assert joules[-1] < 0.9 * joules[0]
 
-    def test_comes_from_the_motors_alone(self):
+    def test_motors_alone(self):
         """Whatever wheels do, bodies that touch have no more than they were given by the floor.
 
         The solver starts from the impulses of the last step; where a contact has turned since, they are off, by
@@ -234,8 +247,11 @@ class TestEnergy:
         assert (gains > 1e-9).mean() < 1e-3
         assert (gains < -1e-3).mean() > 0.03  # they do touch
 
-    def test_never_grows_once_the_wheels_stand(self):
-        """As a match has them by default; it takes the motors up to half a second to stop the wheels."""
+    def test_standing_wheels(self):
+        """With the settings of a match, energy never grows once the wheels stand.
+
+        It takes the motors up to half a second to stop them.
+        """
         chosen = PhysicsSettings()
         for seed in range(40):
             arena = Arena(VSSS, 3, chosen)
@@ -247,7 +263,8 @@ class TestEnergy:
                 before = math.inf if arena._rims.any() else now
             assert not arena._rims.any()
 
-    def test_without_friction_and_loss_between_ball_and_walls_stays(self):
+    def test_no_loss(self):
+        """Without friction and loss between ball and walls energy stays."""
         arena = alone(ball=(0, 0.4, 0, 1.5, 0.7), wall_restitution=1.0, **ICE)
         track = played(arena, 60)[:, BALL]
         assert np.ptp(np.hypot(track[:, VX], track[:, VY])) < 1e-9
@@ -266,7 +283,8 @@ class TestMirror:
         np.testing.assert_allclose(here[:, :2], there[:, :2], rtol=0, atol=1e-4)
         assert np.hypot(*here[-1, BALL, :2] - (0.1, 0.02)) > 0.2
 
-    def test_turned_by_half_a_turn_with_the_teams_exchanged(self):
+    def test_half_turn(self):
+        """A match turned by half a turn with the teams exchanged goes the same way."""
         one, other = Arena(VSSS, 1), Arena(VSSS, 1)
         bodies = np.array([(0.0, 0, 0, 0, 0, 0), (-0.3, 0.02, 0.1, 0, 0, 0), (0.6, 0.4, 2.0, 0, 0, 0)])
         one.place(bodies)
@@ -285,7 +303,8 @@ class TestMirror:
 
 class TestBorders:
     @pytest.mark.parametrize("speed", [1.0, 2.0, 4.0, 8.0])
-    def test_nothing_leaves_at_any_speed(self, speed):
+    def test_any_speed(self, speed):
+        """Nothing leaves the pitch at any speed."""
         rng = np.random.default_rng(int(speed))
         for _ in range(10):
             arena = Arena(VSSS, 3)
@@ -297,7 +316,8 @@ class TestBorders:
             assert outside(track[..., :2]) < max(0, step - BALL_RADIUS)
             assert outside(track[30:, :, :2]) < 0
 
-    def test_a_ball_squeezed_by_all_six_stays_in(self):
+    def test_squeezed_ball(self):
+        """A ball squeezed by all six robots stays in."""
         corners = [(0.68, 0.6), (-0.68, -0.6), (0.0, 0.62), (0.83, 0.18)]
         for corner in corners:
             arena = Arena(VSSS, 3)
@@ -316,8 +336,11 @@ class TestBorders:
 
     @pytest.mark.slow
     @pytest.mark.parametrize(("kind", "matches"), [("random", 50), ("static", 15)])
-    def test_every_frame_of_real_matches(self, kind, matches):
-        """With referee, goals and restarts; `make world` has a thousand, and two hundred of static teams."""
+    def test_real_matches(self, kind, matches):
+        """No body is deep in a border in any frame of matches with referee, goals and restarts.
+
+        `make world` has a thousand, and two hundred of static teams.
+        """
         calls = Counter()
         for seed in range(1, matches + 1):
             seen = look(kind, 20.0, seed)
@@ -329,7 +352,8 @@ class TestBorders:
         assert calls["goal"] > 2
         assert calls["fault"] > 20 or kind == "static"
 
-    def test_the_look_at_a_frame_finds_what_is_outside(self):
+    def test_overlaps(self):
+        """The look at a frame finds how deep a body is in a border."""
         ball, robots = np.zeros(4, dtype=BALL_DTYPE), np.zeros(4, dtype=ROBOT_DTYPE)
         # off all; in a goal; 5 mm in the side; its middle on the face of a cut corner
         ball["x"], ball["y"] = (0, 0.76, 0.3, 0.715), (0, 0, 0.655, 0.615)
@@ -345,6 +369,7 @@ class TestBorders:
 
     @pytest.mark.parametrize(("kind", "robots"), [(Kind.SSL, 6), (Kind.SIM2D, 11), (Kind.VSSS, 5), (Kind.VSSS, 1)])
     def test_other_pitches_and_numbers(self, kind, robots):
+        """Nothing leaves other pitches, whatever the number of robots."""
         rng = np.random.default_rng(robots)
         arena = Arena(PITCHES[kind], robots)
         arena.place(random_bodies(rng, robots, PITCHES[kind], speed=3.0))
@@ -369,7 +394,8 @@ print(digest.hexdigest())
 
 class TestSameAgain:
     @pytest.mark.slow
-    def test_in_this_process_and_in_a_fresh_one(self):
+    def test_fresh_process(self):
+        """Equal commands give equal bytes in this process and in a fresh one."""
         digests = []
         for _ in range(2):
             arena, rng, digest = Arena(VSSS, 3), np.random.default_rng(7), hashlib.sha256()
@@ -381,7 +407,8 @@ class TestSameAgain:
         fresh = subprocess.run([sys.executable, "-c", FRESH], capture_output=True, text=True, check=True)
         assert digests == [fresh.stdout.strip()] * 2
 
-    def test_what_was_before_placing_does_not_matter(self):
+    def test_placing(self):
+        """What was before placing does not matter."""
         rng = np.random.default_rng(3)
         used, new = Arena(VSSS, 3), Arena(VSSS, 3)
         for wheels in random_wheels(rng, 240, 3):
@@ -393,7 +420,8 @@ class TestSameAgain:
             assert used.frame(wheels).tobytes() == new.frame(wheels).tobytes()
 
     @pytest.mark.parametrize("robots", [1, 3, 5])
-    def test_in_one_call_or_body_by_body(self, robots):
+    def test_batch(self, robots):
+        """Bodies that move in one call move as they do body by body."""
         rng = np.random.default_rng(robots)
         one, other = Arena(VSSS, robots), Arena(VSSS, robots, batch=False)
         for _ in range(3):
@@ -406,7 +434,8 @@ class TestSameAgain:
 
 
 class TestContract:
-    def test_the_ball_does_not_turn(self):
+    def test_ball_angle(self):
+        """The ball does not turn."""
         arena = Arena(VSSS, 3)
         bodies = arena.bodies.copy()
         bodies[BALL] = (0, 0, 1.0, 0.5, 0, 3.0)
@@ -415,7 +444,8 @@ class TestContract:
         for wheels in random_wheels(np.random.default_rng(5), 120, 3):
             assert not arena.frame(wheels)[BALL, [THETA, OMEGA]].any()
 
-    def test_bodies_are_one_array_and_begin_as_placed(self):
+    def test_one_array(self):
+        """Bodies are always the same array, and begin as placed."""
         arena = Arena(VSSS, 3)
         assert arena.frame(np.zeros((6, 2))) is arena.bodies
         bodies = random_bodies(np.random.default_rng(0), 3)
@@ -424,7 +454,8 @@ class TestContract:
         assert arena.bodies is held
         np.testing.assert_array_equal(held, bodies)
 
-    def test_at_first_teams_face_each_other_at_rest(self):
+    def test_first_places(self):
+        """At first the teams face each other at rest."""
         bodies = Arena(VSSS, 3).bodies
         np.testing.assert_allclose(bodies[1:4, X], -0.375)
         np.testing.assert_allclose(bodies[4:, X], 0.375)
@@ -434,7 +465,8 @@ class TestContract:
 
     @given(st.floats(-1e4, 1e4))
     @settings(deadline=None)
-    def test_angles_are_wrapped_into_half_a_turn_either_way(self, theta):
+    def test_wrapped_angles(self, theta):
+        """Angles are wrapped into half a turn either way."""
         state, bodies = np.zeros((3, 6)), np.zeros((3, 6))
         state[1, THETA] = theta
         publish(state, bodies)
@@ -442,13 +474,15 @@ class TestContract:
         assert math.sin(bodies[1, THETA] - theta) == pytest.approx(0, abs=1e-9)
         assert math.cos(bodies[1, THETA] - theta) == pytest.approx(1)
 
-    def test_minus_half_a_turn_is_half_a_turn(self):
+    def test_minus_half_turn(self):
+        """Minus half a turn is given as half a turn."""
         state, bodies = np.zeros((3, 6)), np.zeros((3, 6))
         state[1:, THETA] = -math.pi, math.pi
         publish(state, bodies)
         assert bodies[1:, THETA].tolist() == [math.pi, math.pi]
 
-    def test_placing_refuses_other_shapes_and_what_is_no_number(self):
+    def test_bad_places(self):
+        """Placing refuses another shape and what is no number."""
         arena = Arena(VSSS, 3)
         with pytest.raises(BadSettings, match=r"\(7, 6\), these have \(5, 6\)"):
             arena.place(np.zeros((5, 6)))
@@ -458,7 +492,8 @@ class TestContract:
             arena.place(bodies)
 
     @pytest.mark.parametrize("bad", [math.nan, math.inf])
-    def test_a_frame_refuses_a_command_that_is_no_number_and_moves_nothing(self, bad):
+    def test_bad_command(self, bad):
+        """A frame refuses a command that is no number, and moves nothing."""
         arena = Arena(VSSS, 3)
         before = arena.frame(np.full((6, 2), 0.5)).copy()
         wheels = np.full((6, 2), 0.5)
@@ -468,15 +503,18 @@ class TestContract:
         np.testing.assert_array_equal(arena.bodies, before)
 
     @pytest.mark.parametrize("shape", [(3, 2), (6, 1), (7, 2)])
-    def test_a_frame_refuses_commands_for_other_robots(self, shape):
+    def test_command_shape(self, shape):
+        """A frame refuses commands for more or fewer robots than it has."""
         with pytest.raises(BadSettings, match=r"shape \(6, 2\)"):
             Arena(VSSS, 3).frame(np.zeros(shape))
 
-    def test_there_must_be_a_robot_a_side(self):
+    def test_no_robots(self):
+        """An arena without a robot a side is refused."""
         with pytest.raises(BadSettings, match="robot a side"):
             Arena(VSSS, 0)
 
-    def test_walls_leave_the_pitch_and_its_goals_free(self):
+    def test_walls(self):
+        """The walls leave the pitch and its goals free."""
         free = np.array([(0, 0), (0.74, 0.57), (0.84, 0.19), (-0.84, -0.19), (0.67, 0.64)])
         solid = np.array([(0.76, 0.21), (0, 0.66), (0.86, 0), (0.72, 0.63), (-0.72, -0.63), (-0.72, 0.63)])
         assert all(outside(point) < 0 for point in free)

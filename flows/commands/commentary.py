@@ -1,4 +1,4 @@
-"""The command commentary: a match told in words."""
+"""The command commentary: tell a match in words."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def commentary(
     match: str, *, goals: Flag = False, json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
-    """Tell a match: goals and what led to them, chances, restarts, who has the ball; and its numbers.
+    """Tell a match in words: goals and how they came about, chances, restarts, possession, numbers.
 
     Args:
         match: Id of the match, or its beginning.
@@ -43,10 +43,10 @@ def commentary(
 
 
 def told_of(store: Store, match: str) -> Commentary:
-    """The commentary of a match that its id, or the beginning of it, names.
+    """The commentary of the match with this id or beginning of an id.
 
     Raises:
-        NotFound: if no or several matches are called so, or its stages have not run.
+        NotFound: if the id fits no match or several, or if the match's stages have not run.
     """
     log, made = chain_of(store, match, "trajectories", "situations", "goals")
     return tell(

@@ -18,7 +18,7 @@ _SIGNS = ("*/*.receipt.json", "*/*/manifest.json", "quarantine/*.json", "catalog
 _OTHERWISE = "Name the data folder with --data, or fill this one: `pitchlore import FILE`"
 
 
-#: An option that is there or not.
+#: An option without a value.
 Flag = Annotated[bool, Parameter(negative=(), show_default=False)]
 
 
@@ -40,7 +40,7 @@ class Common:
         """The store in the data folder, for a command that makes something; the folder may be new.
 
         Raises:
-            BadSettings: if something that is not a folder is there, or on the way there.
+            BadSettings: if the path, or a part of it, is not a folder.
         """
         there = next((path for path in (self.data, *self.data.parents) if path.exists()), None)
         if there is not None and not there.is_dir():
@@ -54,7 +54,7 @@ class Common:
 
         Raises:
             BadSettings: if it is not a folder.
-            NotFound: if there is none, or nothing in it is of a data folder.
+            NotFound: if it does not exist, or holds nothing of a data folder.
         """
         store = self.store
         if not self.data.exists():
@@ -65,7 +65,7 @@ class Common:
         return store
 
     def settings(self, path: Path | None) -> Settings:
-        """The defaults, with what a TOML file says on top.
+        """The defaults, overridden by a TOML file.
 
         Raises:
             NotFound: if the file cannot be read.

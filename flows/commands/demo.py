@@ -1,4 +1,4 @@
-"""The command demo: matches through every stage, and what came out of them."""
+"""The command demo: take matches through every stage, and show the results."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ from situations s where s.code in (21, 44, 47) group by all order by seen desc""
 
 
 def demo(*recordings: Path, common: Common = DEFAULTS) -> None:
-    """Take a recording and three played matches through every stage, and show what came out.
+    """Take a recording and three played matches through every stage, and show the results.
 
-    What is there already is not made again: the second time it takes some seconds.
+    Outputs that exist are not made again, so a second demo takes seconds.
 
     Args:
         recordings: Recordings to import (default the sample of a checkout).
@@ -65,7 +65,7 @@ def demo(*recordings: Path, common: Common = DEFAULTS) -> None:
 
 
 def _play(store: Store, home: str, seed: int) -> str:
-    """Play a match against the static team unless it is there; its id."""
+    """Play a match against the static team, unless it exists. Returns its id."""
     policies: dict[str, pl.DataFrame] = {}
     recipe = Recipe(
         home=entrant(store, home, policies).settings, away=TeamSettings(kind="static"), seed=seed,
@@ -75,7 +75,7 @@ def _play(store: Store, home: str, seed: int) -> str:
 
 
 def _season(store: Store) -> Season:
-    """Play what is left of a short season."""
+    """Play the remaining games of a short season."""
     usual = named("best-in-games")
     settings = usual.model_copy(update={
         "games": _GAMES, "referee": usual.referee.model_copy(update={"duration_s": _GAME_S})})
@@ -115,7 +115,8 @@ def _behaviours(store: Store, out: Console) -> None:
     best = known.sort(*SURE_AND_GOOD, descending=True).head(5)
     out.print()
     shown = best.select("role", spelt("codes").alias("what the robot does"), seen="support", worth="value")
-    print_frame(shown, title=f"The five of {known.height} behaviours that paid most (worth 1: a goal follows at once)")
+    title = f"The five of {known.height} behaviours that paid most (worth 1: a goal follows at once)"
+    print_frame(shown, title=title)
 
 
 def _question(store: Store, out: Console) -> None:

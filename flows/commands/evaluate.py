@@ -1,4 +1,4 @@
-"""The command evaluate: a team measured by many matches."""
+"""The command evaluate: measure a team by many matches."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from pipeline.studies.evaluations import Evaluation, EvaluationSummary, Measured
 from schemas import note_on
 from schemas.evaluations import minutes_of, word_of
 
-#: Options: who is measured, and by whom.
+#: Options: the team that is measured, and its opponent.
 WhoIsMeasured = Annotated[str, Parameter(help=f"Team to measure: {TEAM_WORDS}.")]
 Against = Annotated[str, Parameter(help=(
-    f"Opponent: {TEAM_WORDS}. A team against itself plays home in all matches, and each match has its own "
+    f"Opponent: {TEAM_WORDS}. If a team plays itself, its home side is measured, and each match has its own "
     "seed: this measures the arena."
 ))]  # fmt: skip
 
@@ -47,13 +47,13 @@ def evaluate_team(
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
-    """Measure a team: matches in pairs of one seed with sides swapped, and 95 % intervals over the pairs.
+    """Measure a team by pairs of matches with one seed and sides swapped; 95 % intervals are over the pairs.
 
     Args:
         policy: Team to measure.
         against: Opponent.
         matches: Number of matches, even. Matches that were played before are not played again.
-        seed: Seed of the first pair of matches; each pair that follows has the next.
+        seed: Seed of the first pair of matches; each later pair has the next seed.
         playing: How the matches are played.
         learners: How learned teams play.
         jobs: Number of processes that play (default: one per core).
@@ -87,22 +87,22 @@ def evaluate_team(
     print_frame(_table(summary), title=(
         f"{summary.team} against {summary.opponent}: {summary.matches} matches of {minutes:g} min,"
         f" {how.robots} a side on {how.pitch.length:g} by {how.pitch.width:g} m"))
-    console().print(f"{2 * played} matches played now, {summary.matches - 2 * played} were there;"
+    console().print(f"{2 * played} matches played now, {summary.matches - 2 * played} before;"
                     f" intervals are over {summary.pairs} pairs.")
     if evaluation.of_itself:
-        console().print("A team against itself: home's side of matches that have seeds of their own.")
+        console().print("A team against itself: its home side, in matches with seeds of their own.")
     print_stand_in(summary.team, summary.opponent)
     if export:
         console().print(f"{export}: {_stem(summary)} written", soft_wrap=True)
 
 
 def _plain(summary: EvaluationSummary) -> dict[str, object]:
-    """For programs: what is measured as an object of value, low and high."""
+    """The summary for programs; each measure is an object with value, low and high."""
     return {name: value._asdict() if isinstance(value, Measured) else value for name, value in summary}
 
 
 def _table(summary: EvaluationSummary) -> pl.DataFrame:
-    """For people: a row a quantity."""
+    """The summary for people, a row for each quantity."""
     rows = [
         ("wins", summary.win_rate, f"{summary.wins} of {summary.matches}"),
         ("draws", summary.draw_rate, f"{summary.draws} of {summary.matches}"),
@@ -127,9 +127,9 @@ def _export(
     store: Store, evaluation: Evaluation, seeds: range, command: str, rows: pl.DataFrame,
     summary: EvaluationSummary, folder: Path,
 ) -> None:
-    """Matches as CSV, the summary and what it is of as JSON: small and readable, to be kept in git.
+    """Write the matches as CSV, and the summary with its origin as JSON: small, readable, to be kept in git.
 
-    Nothing in them depends on when or by how many processes the matches were played.
+    The files do not depend on the time or on the number of processes.
     """
     said = {
         "command": command, "software": software(), "seeds": {"first": seeds[0], "last": seeds[-1]},
@@ -145,7 +145,7 @@ def _export(
 
 
 def _command(evaluation: Evaluation, seeds: range, options: Mapping[str, object]) -> str:
-    """What plays these matches again, in whatever data folder the teams are."""
+    """The command that plays these matches again, in any data folder that has the teams."""
     team, opponent = (word_of(side.name) for side in (evaluation.team, evaluation.opponent))
     words = {"policy": team, "against": opponent, "matches": 2 * len(seeds), "seed": seeds[0],
              "minutes": minutes_of(evaluation.referee.duration_s), **options}

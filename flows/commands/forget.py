@@ -1,4 +1,4 @@
-"""The command forget: a match removed with all that was made of it."""
+"""The command forget: remove a match and everything made from it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from flows.commands.printing import console
 
 
 def forget(match: str, *, common: Common = DEFAULTS) -> None:
-    """Remove a match and all that was made of it; knowledge and policies keep what they learned.
+    """Remove a match and everything made from it. Knowledge and policies keep what they learned from it.
 
     Args:
         match: Id of the match, or its beginning.

@@ -1,4 +1,4 @@
-"""The command import: recordings into logs."""
+"""The command import: import recordings as logs."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def import_files(
 
 
 def bring_in(store: Store, recordings: list[Recording]) -> StageReport:
-    """Import recordings; Prefect is started only if there is one that is not here yet."""
+    """Import recordings. Prefect starts only if one of them is new."""
     report = all_here(store, recordings)
     if report is None:
         with orchestrated(store) as begin:

@@ -1,4 +1,4 @@
-"""A match that a person names by the beginning of its id."""
+"""Find a match by the beginning of its id."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from pipeline.store.receipts import Receipt
 
 
 def chain_of(store: Store, match: str, *nouns: str) -> tuple[Receipt, dict[str, Receipt]]:
-    """The receipts of a match's log and of what was made of it.
+    """The receipts of a match's log and of the outputs made from it.
 
     Raises:
-        NotFound: if no or several matches are called so, or one of the nouns has not been made.
+        NotFound: if the id fits no match or several, or if one of the nouns has not been made.
     """
     log = find_match(store, match)
     made = {noun: receipt for noun in nouns if (receipt := store.receipt(noun, log.name)) is not None}
@@ -24,10 +24,11 @@ def chain_of(store: Store, match: str, *nouns: str) -> tuple[Receipt, dict[str, 
 
 
 def find_match(store: Store, match: str) -> Receipt:
-    """The receipt of the match that an id, or the beginning of one, names.
+    """The receipt of the match with this id or beginning of an id.
 
     Raises:
-        NotFound: if no or several matches are called so; a match of a season says where it is.
+        NotFound: if the id fits no match or several. If it fits a match of a season, the error names
+            the season's data folder.
     """
     receipts = list(store.receipts("matches"))
     found = _called(receipts, match)
@@ -45,6 +46,6 @@ def find_match(store: Store, match: str) -> Receipt:
 
 
 def _called(receipts: Iterable[Receipt], match: str) -> list[Receipt]:
-    """Those of that name, or else those whose names begin so."""
+    """The receipts with this name, or else those whose names begin with it."""
     every = list(receipts)
     return [r for r in every if r.name == match] or [r for r in every if r.name.startswith(match)]

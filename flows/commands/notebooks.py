@@ -1,4 +1,4 @@
-"""The command notebooks: copy the notebooks that come along and open them."""
+"""The command notebooks: copy Pitchlore's notebooks and open them."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ def notebooks(
     open_: Annotated[bool, Parameter(name="--open")] = True,
     common: Common = DEFAULTS,
 ) -> None:
-    """Copy the notebooks that come along into a folder, and open them in JupyterLab.
+    """Copy Pitchlore's notebooks into a folder, and open them in JupyterLab.
 
-    A notebook that is there already stays as it is.
+    A notebook that is already there is not overwritten.
 
     Args:
-        folder: The folder they are copied to.
-        open_: Whether to open them; needs pitchlore[notebooks].
+        folder: Folder that receives the notebooks.
+        open_: Open the notebooks in JupyterLab; needs pitchlore[notebooks].
         common: Options of every command.
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -42,7 +42,7 @@ def notebooks(
         return
     if find_spec("jupyterlab") is None:
         raise NotFound("JupyterLab is not installed",
-                       next_step="Install pitchlore[notebooks], or say --no-open to copy the notebooks only")
+                       next_step="Install pitchlore[notebooks], or add --no-open to copy the notebooks only")
     environment = os.environ | {"PITCHLORE_DATA": str(common.data.resolve())}
     command = [sys.executable, "-m", "jupyterlab", str(folder)]
     os.execve(sys.executable, command, environment)  # noqa: S606 (Jupyter takes over; Ctrl-C is its own)

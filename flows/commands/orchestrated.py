@@ -1,4 +1,4 @@
-"""What the commands that run flows share: a Prefect server, and progress bars."""
+"""A Prefect server and progress bars, for the commands that run flows."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def orchestrated(store: Store) -> Iterator[Callable[[], None]]:
     """Progress bars, and a Prefect server, for the flows that the body runs.
 
     Yields:
-        A function to call before the first flow; the body imports the flow before that, for Prefect takes
-        seconds to load and the server, if one has to be started, starts meanwhile.
+        A function to call before the first flow. The body imports the flow first: Prefect takes seconds to
+        load, and meanwhile the server starts, if one has to be started.
     """
     with bars() as progress, serving(store.root, warn) as ready:
 

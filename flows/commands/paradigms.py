@@ -45,13 +45,13 @@ def paradigms(
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
-    """Play the paper's three games with its learners and their peers, and judge its claims.
+    """Play the paper's three games with its learners and with others, and judge its claims.
 
     Args:
         figure: Figure of the paper; may be repeated (default: all). Figures 6 and 7 show the same runs.
-        runs: Number of independent trainings per point (default: as in the paper, 100, in the grid world 3).
-        quick: Play only a few points of each curve, with 20 runs: this takes seconds.
-        sensitivity: Also play every reading of what the paper leaves open, and confirm the best ones.
+        runs: Number of independent trainings per point (default: the paper's 100, and 3 in the grid world).
+        quick: Play only a few points of each curve, with 20 runs. This takes seconds.
+        sensitivity: Also play every reading of the paper's open details, and confirm the best ones.
         seed: Seed of the runs.
         export: Also write tables, plots and settings into this folder.
         json: Print points and verdicts as JSON.
@@ -86,7 +86,7 @@ def _verdicts(store: Store, report: FigureReport) -> pl.DataFrame:
 
 
 def _print(store: Store, report: FigureReport) -> None:
-    """What a person wants to know of a figure: the curves in few numbers, the claims, where the plots are."""
+    """Print a figure for people: its curves in few numbers, its claims, and the paths of its plots."""
     points = points_of(store, report).sort(pl.col("learner").cast(pl.Enum(LEARNERS)), maintain_order=True)
     name = "Figures 6 and 7" if report.figure == 6 else f"Figure {report.figure}"
     shown = points.filter(pl.col("study") == "figure")
@@ -107,7 +107,7 @@ def _print(store: Store, report: FigureReport) -> None:
 
 
 def _judged(verdicts: pl.DataFrame) -> pl.DataFrame:
-    """A row a claim and line-up, its decays side by side.
+    """A row for each claim and line-up, its decays side by side.
 
     Of the line-ups those where all learners are read alike, or only IVQ not as printed.
     """
@@ -154,7 +154,7 @@ def _means(curves: pl.DataFrame) -> pl.DataFrame:
 
 
 def _export(store: Store, report: FigureReport, design: Design, folder: Path) -> None:
-    """Tables as CSV, plots as PNG, settings as JSON: small and readable, to be kept in git."""
+    """Write tables as CSV, plots as PNG, settings as JSON: small, readable, to be kept in git."""
     receipt = need(store, "paradigms", report.name)
     runs = report.name.removeprefix(f"report-{report.figure}-").removesuffix("-s0")
     stem = f"figure-{report.figure}-{runs}"

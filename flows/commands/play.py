@@ -1,4 +1,4 @@
-"""The command with which a person plays: play."""
+"""The command play: a person plays a match."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ def play(
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
-    """Play a match yourself, at the keyboard or with a gamepad; it is logged like any other.
+    """Play a match yourself, with the keyboard or a gamepad. It is logged like any other match.
 
-    You drive one robot, the one with the ring; the others of your team play the rules of `static`.
-    Who leaves before the final whistle keeps the match so far.
+    You drive the robot with the ring. The other robots of your team follow the rules of `static`. If you
+    leave before the final whistle, the match so far is kept.
 
     Args:
         against: Your opponent.
@@ -88,7 +88,7 @@ def play(
 
 
 def _window() -> type[Window]:
-    """The window; it is loaded only here, for not everybody has pygame.
+    """The window. It is loaded only here, because not everybody has pygame-ce.
 
     Raises:
         NotFound: if pygame is not installed.
@@ -98,13 +98,13 @@ def _window() -> type[Window]:
     except ModuleNotFoundError as error:
         if error.name != "pygame":
             raise
-        raise NotFound("its window needs pygame, which is not installed", where="play",
-                       next_step="Install it: python -m pip install pygame-ce") from error
+        raise NotFound("its window needs pygame-ce, which is not installed", where="play",
+                       next_step="Install the extra pitchlore[play]") from error
     return Window
 
 
 def _unplayed(store: Store, recipe: Recipe, seed: int | None) -> Recipe:
-    """The recipe with a seed with which it has not been played: what people do no recipe repeats.
+    """The recipe with a seed that was not played yet; a recipe cannot repeat what a person did.
 
     Raises:
         BadSettings: if it has been played with the seed that was asked for.
@@ -124,7 +124,7 @@ def _unplayed(store: Store, recipe: Recipe, seed: int | None) -> Recipe:
 def _play(
     window: Window, match: Match, person: HumanController, team: int, log_it: Callable[[], None]
 ) -> None:
-    """The match, frame by frame as they are due, until the final whistle or until the person leaves."""
+    """Play the match in real time, until the final whistle or until the person leaves."""
     hz = match.laws.hz
     logged = 0
     while not match.over:

@@ -26,10 +26,10 @@ TEAM_WORDS = (
     f"{', '.join(SCRIPTED)}, learned (the newest policy), learned:3 or 3 (a version), or the id of a season "
     "(best-static-1) for its apprentice"
 )
-#: Option of a command: who plays.
+#: Option of a command: a team that plays.
 WhoPlays = Annotated[str, Parameter(help=f"Team: {TEAM_WORDS}.")]
 
-#: Of a match, unless a settings file or option says otherwise: the paper's games take about as long.
+#: Default length of a match, minutes; the paper's games take about as long.
 MINUTES = 8.0
 
 
@@ -39,11 +39,11 @@ class Playing:
     """How matches are played.
 
     Attributes:
-        settings: TOML file with `robots` and the tables pitch, physics, referee and camera, as far as they
-            differ from a VSSS match. `[pitch]` with `kind = "ssl"` sets another league's pitch only; its
+        settings: TOML file with `robots` and the tables pitch, physics, referee and camera: what differs
+            from a VSSS match. `[pitch]` with `kind = "ssl"` sets only the pitch of another league; its
             robots drive as in VSSS unless `[physics]` says otherwise.
-        minutes: Length of a match, minutes (default: as the settings say, else 8, in `play` 2).
-        robots: Robots per team (default: as the settings say, else 3).
+        minutes: Length of a match, minutes (default: from the settings, else 8, in `play` 2).
+        robots: Robots per team (default: from the settings, else 3).
     """
 
     settings: Path | None = None
@@ -51,11 +51,11 @@ class Playing:
     robots: PositiveInt | None = None
 
     def matches(self, store: Store, minutes: float = MINUTES) -> MatchSettings:
-        """The usual match, what the file says on top of it, and the options on top of that.
+        """The default match, overridden by the file, and the file by the options.
 
         Args:
-            store: that reads the file.
-            minutes: of a match, if neither says.
+            store: reads the file.
+            minutes: length of a match if neither file nor option gives it.
 
         Raises:
             NotFound: if the file cannot be read.
@@ -82,10 +82,11 @@ class Learners:
     """How learned teams play.
 
     Attributes:
-        explore: Chance that a learned team's robot tries any behaviour instead of the best (default 0).
-        lcb_weight: Standard errors that a learned team takes off each value, a lower confidence bound
-            (default as in its season, else 0).
-        min_visits: Visits that a state needs to be looked up by a finer key (default likewise).
+        explore: Probability that a learned team's robot tries any behaviour instead of the best (default 0).
+        lcb_weight: Standard errors that a learned team subtracts from each value, for a lower confidence
+            bound (default: as in its season, else 0).
+        min_visits: Visits of a state from which a learned team uses its finer key (default: as in its
+            season, else 0).
     """
 
     explore: NormFloat | None = None
@@ -97,14 +98,14 @@ class Learners:
 
         Raises:
             NotFound, BadSettings: see :func:`flows.teams.entrant`.
-            BadSettings: if none of them has learned anything, and yet it is said how learned teams play.
+            BadSettings: if options of learned teams are given and none of the teams is learned.
         """
         policies: dict[str, pl.DataFrame] = {}
         asked = asdict(self)
         teams = [entrant(store, word, policies, **asked) for word in words]
         said = ", ".join(f"--{name.replace('_', '-')}" for name, value in asked.items() if value is not None)
         if said and all(team.settings.kind != "learned" for team in teams):
-            raise BadSettings(f"of {' and '.join(words)} none is a learned team", where=said,
+            raise BadSettings(f"no learned team plays, only {' and '.join(words)}", where=said,
                               next_step="Leave it out, or name learned, learned:VERSION or a season's id")
         return teams, policies
 

@@ -19,20 +19,20 @@ from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
 from schemas import note_on
 
-#: What behaviours are ranked by for people: few instances say little about a value.
+#: Rank of behaviours for people: a value from few instances says little.
 SURE_AND_GOOD = (pl.col("value") * pl.col("support").sqrt(), "behaviour_id")
 
 
 def warn(line: str) -> None:
-    """Write a line to standard error that does not stop the command."""
+    """Write a warning to standard error; the command goes on."""
     print(f"pitchlore: {line}", file=sys.stderr)  # noqa: T201 (this is the command line)
 
 
 def print_json(value: object) -> None:
     """Write a value as JSON to standard output, for programs; all of it or nothing.
 
-    NaN and infinity are null, dates and times ISO 8601, bytes hexadecimal digits; decimals without
-    places, which are what DuckDB's sums of integers are, are integers.
+    NaN and infinity become null, dates and times ISO 8601, bytes hexadecimal digits. Decimals without
+    places become integers; DuckDB's sums of integers are such decimals.
     """
     text = json.dumps(_plain(value), indent=1, allow_nan=False)
     sys.stdout.write(f"{text}\n")
@@ -41,7 +41,7 @@ def print_json(value: object) -> None:
 def print_csv(frame: pl.DataFrame) -> None:
     """Write a table as comma-separated values with a header; all of it or nothing.
 
-    Lists and structs, which CSV does not have, are JSON; bytes are hexadecimal digits; null is empty.
+    Lists and structs become JSON, bytes hexadecimal digits, null the empty field.
     """
     flat = frame.with_columns(
         *(_nested_as_json(column) for column in frame if column.dtype.is_nested()),
@@ -56,7 +56,7 @@ def _nested_as_json(column: pl.Series) -> pl.Series:
 
 
 def _plain(value: object) -> object:
-    """The value in JSON's own types; one that has no rule here is left to json to refuse."""
+    """The value in JSON's own types. A value without a rule is unchanged, so json refuses it."""
     match value:
         case dict():
             return {str(key): _plain(item) for key, item in value.items()}
@@ -75,7 +75,7 @@ def _plain(value: object) -> object:
 
 
 def print_stand_in(*teams: str) -> None:
-    """Say what the human-like team is, if it is one of these."""
+    """Print the note on the human-like team, if it is one of these teams."""
     note = note_on(*teams)
     if note is not None:
         console().print(f"{note}.")
@@ -97,7 +97,7 @@ def print_frame(frame: pl.DataFrame, title: str = "") -> None:
 
 
 def spelt(codes: str) -> pl.Expr:
-    """What a behaviour's codes mean, for people: column ``reads``."""
+    """The meaning of a behaviour's codes, for people: column ``reads``."""
     names = {code: name.removeprefix("Robot ") for code, (name, _) in TABLE_1.items()}
     return pl.col(codes).list.eval(
         pl.element().replace_strict(names, return_dtype=pl.String)
@@ -113,7 +113,7 @@ def _cell(value: object) -> str:
 
 
 def print_training(store: Store) -> None:
-    """Write how the newest policy was trained, a row a table of values and role."""
+    """Print the training of the newest policy, a row for each key and role."""
     newest = store.latest("policies")
     assert newest is not None
     columns = ("pairs", "new_pairs", "decisions", "transitions", "first_error", "last_error")
@@ -126,7 +126,7 @@ def print_training(store: Store) -> None:
 
 
 class Bars:
-    """Progress bars, one a stage that has something to do; a :class:`flows.stage.Listener`."""
+    """Progress bars, one for each stage with work; a :class:`flows.progress.Listener`."""
 
     def __init__(self, progress: Progress) -> None:
         self.progress = progress

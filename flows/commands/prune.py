@@ -1,4 +1,4 @@
-"""The command prune: superseded files removed."""
+"""The command prune: remove superseded files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from flows.stages import STAGES
 
 
 def prune(*, common: Common = DEFAULTS) -> None:
-    """Remove the files of earlier settings or code that nothing refers to any more.
+    """Remove superseded files: those that no receipt names any more.
 
     Args:
         common: Options of every command.

@@ -1,4 +1,4 @@
-"""The command quarantine: what could not be taken."""
+"""The command quarantine: list refused recordings and matches."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from flows.commands.printing import console, print_frame, print_json
 def quarantine(
     *, clear: Flag = False, json: Json = False, common: Common = DEFAULTS
 ) -> None:
-    """List what could not be taken, by which stage and why.
+    """List recordings and matches that a stage refused, and the reasons.
 
     Args:
-        clear: Delete the records. The next run tries again, and records what still fails.
+        clear: Delete the records. The next run tries again, and records each new failure.
         json: Print JSON.
         common: Options of every command.
     """

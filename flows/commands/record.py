@@ -1,4 +1,4 @@
-"""Commands that play matches: record."""
+"""The command record: play matches between teams and log them."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def record_matches(
     Args:
         home: Home team.
         away: Away team.
-        seed: Seed of the first match; each match that follows has the next. A seed always gives the same
-            match.
+        seed: Seed of the first match; each later match has the next seed. The same teams, settings and
+            seed give the same match.
         matches: Number of matches.
         playing: How the matches are played.
         learners: How learned teams play.

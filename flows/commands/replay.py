@@ -23,12 +23,14 @@ def replay(
     gif: Path | None = None, start: Annotated[float, Parameter(name="--from")] = 0.0, seconds: float = 20.0,
     common: Common = DEFAULTS,
 ) -> None:
-    """Write a match as one web page: the pitch, the situations, the goals; no network needed. Or as a film.
+    """Write a match as one web page with pitch, situations and goals, or a part of it as a GIF.
+
+    The page needs no network.
 
     Args:
         match: Id of the match, or its beginning.
         output: File to write (default: replays/MATCH.html in the data folder).
-        hz: Samples of the page per second of play.
+        hz: Samples per second of play in the page.
         gif: Write an animation of a part of the match into this file instead.
         start: Start of the animation, seconds since the first sample.
         seconds: Length of the animation, seconds. It ends with the match at the latest.
@@ -59,19 +61,19 @@ def replay(
 def write_page(
     store: Store, match: str, output: Path | None = None, hz: float = 20.0
 ) -> tuple[Path, Receipt]:
-    """Write the replay page of a match that its id, or the beginning of it, names.
+    """Write the replay page of a match.
 
     Args:
-        store: that it is in.
-        match: its id, or the beginning of it.
-        output: where to; None: ``replays/MATCH.html`` in the data folder.
-        hz: pictures a second of play.
+        store: holds the match.
+        match: id of the match, or its beginning.
+        output: file to write; None: ``replays/MATCH.html`` in the data folder.
+        hz: samples per second of play.
 
     Returns:
         The page's path, and the receipt of the match's log.
 
     Raises:
-        NotFound: if no or several matches are called so, or its stages have not run.
+        NotFound: if the id fits no match or several, or if the match's stages have not run.
     """
     log, made = chain_of(store, match, "trajectories", "situations", "goals")
     text = page(

@@ -1,4 +1,4 @@
-"""The command report: what all seasons show, beside what the paper says of its own."""
+"""The command report: results of all seasons beside those of the paper."""
 
 from __future__ import annotations
 
@@ -45,16 +45,16 @@ def report(*, export: Path | None = None, json: Json = False, common: Common = D
                     title="settings beside each other (last games, 95 %)")
         if (changes := _changes(games)).height:
             print_frame(_intervals(changes, ("settings", "base", "opponent", "last")),
-                        title="what each change does (last games, less those of the base, 95 %)")
+                        title="effect of each change (last games minus those of the base, 95 %)")
         if evaluations.height:
             print_frame(_intervals(measured(games, evaluations), (
                 "settings", "opponent", "games", "against", "seasons", "matches")),
                 title="evaluations of the apprentices (95 %)")
         if prefer.height:
-            print_frame(side_by_side(prefer), title="what the best apprentices do")
+            print_frame(side_by_side(prefer), title="preferred behaviours of the best apprentices")
         if left_out:
-            console().print(f"{left_out} pairs of matches of apprentices are left out; the page says which.")
-        print_frame(_shown(claims), title="what is claimed, and what is seen")
+            console().print(f"{left_out} pairs of matches of apprentices are left out; the page says why.")
+        print_frame(_shown(claims), title="claims and measurements")
         if "not judged" in claims["verdict"]:
             console().print(f"not judged: fewer than {LEAST_SEASONS} seasons of {GAMES} games; the page says"
                             " what the other verdicts mean.")
@@ -90,7 +90,7 @@ def _shown(claims: pl.DataFrame) -> pl.DataFrame:
 def _export(
     store: Store, receipt: Receipt, tables: Mapping[str, pl.DataFrame], folder: Path
 ) -> None:
-    """Tables as CSV, plots as PNG, the report as Markdown: small and readable, to be kept in git."""
+    """Write tables as CSV, plots as PNG, the report as Markdown: small, readable, to be kept in git."""
     for name, table in tables.items():
         store.write_bytes(folder / f"{name}.csv", table.write_csv(float_precision=4).encode())
     for role, record in receipt.files.items():

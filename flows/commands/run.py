@@ -31,7 +31,7 @@ def run(
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
-    """Bring every stage up to date with what is new: the inbox, all matches, knowledge, policy.
+    """Bring everything up to date: import the inbox, run every stage, emit knowledge, train a policy.
 
     Args:
         settings: TOML file with the settings that differ from the defaults.
@@ -49,7 +49,7 @@ def run(
 
 
 def bring_up_to_date(store: Store, settings: Settings, *, train: bool = True) -> RunReport:
-    """Run all stages; Prefect is started only if there is something new."""
+    """Run all stages. Prefect starts only if something is new."""
     from flows.update import nothing_new  # noqa: PLC0415 (it loads numba, which --help does without)
 
     report = nothing_new(store, settings, train=train)
@@ -100,7 +100,7 @@ def _print_run(store: Store, report: RunReport) -> None:
 
 
 def _print_quarantine(store: Store, report: RunReport) -> None:
-    """What earlier runs could not take and this one did not try; what failed now has been said."""
+    """Print what is in quarantine from earlier runs. Failures of this run are already printed."""
     failures = report.failures
     refused = set(report.stage("matches").failed.values())  # there by file, in quarantine by match id
     left = [record for record in store.quarantined() if f"{record.noun} {record.name}" not in failures

@@ -1,4 +1,4 @@
-"""The command that plays seasons."""
+"""The command season: play, watch the opponent, learn, repeat."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from pipeline.studies.seasons.settings import Season, SeasonSettings, named, nam
 from schemas import Games, note_on
 from schemas.seasons import OPPONENTS, Opponent
 
-#: Option: who is played against.
+#: Option: the opponents.
 WhoIsPlayed = Annotated[tuple[Opponent, ...], Parameter(negative=(), show_default=False, help=(
-    f"Opponent: {', '.join(OPPONENTS)}; may be repeated (default: the opponents that the settings name; for "
-    "best static, for paper static and human-like, the columns of its Table 3)."
+    f"Opponent: {', '.join(OPPONENTS)}; may be repeated (default: those in the settings, which are static "
+    "for best, and static and human-like for paper)."
 ))]  # fmt: skip
 
 
@@ -40,15 +40,15 @@ def season(
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
-    """Play seasons: play, watch the adversary, learn, play again; what is done already is not played again.
+    """Play seasons: play, watch the opponent, learn, repeat. Games that are done are not played again.
 
     Args:
         settings: Named settings (paper, best, and the ablations of both) or a TOML file.
         opponent: Opponent.
-        seed: Seed of the first season; each season that follows has the next.
+        seed: Seed of the first season; each later season has the next seed.
         seasons: Number of seasons against each opponent.
-        games: Number of games in a season (default: as the settings say). A finished season goes on if more
-            games are asked for.
+        games: Number of games in a season (default: from the settings). With more games a finished season
+            continues, unless its settings change exploration from game to game.
         jobs: Number of games that are played at the same time, each in its own process.
         discard: Delete a game's logs and tables after learning from it.
         json: Print JSON.
@@ -77,12 +77,12 @@ def season(
         for what, why in report.failed.items():
             console().print(f"[bold red]stopped[/] {what}: ", end="")
             console().print(why, markup=False, soft_wrap=True)
-        console().print("pitchlore report writes the page on all seasons of the data folder")
+        console().print("`pitchlore report` writes the page on all seasons of the data folder")
     sys.exit(1 if report.failed else 0)
 
 
 def _settings(word: str, store: Store) -> tuple[str, SeasonSettings]:
-    """Settings by the name under which they come along, or from a file; and their name.
+    """The name of settings, and the settings: those in the package of this name, or a file's.
 
     Raises:
         NotFound: if there is neither.
@@ -92,11 +92,11 @@ def _settings(word: str, store: Store) -> tuple[str, SeasonSettings]:
         return word, named(word)
     path = Path(word)
     if not SAFE_NAME.match(path.stem):
-        raise BadSettings("its name cannot be that of a season", where=word,
+        raise BadSettings("its name cannot name a season", where=word,
                           next_step="Name the file in lower case letters, digits and hyphens")
     if path.stem in names():
-        raise BadSettings("has the name of settings that come along", where=word,
-                          next_step="Name the file otherwise, and say base = \"...\" in it")
+        raise BadSettings("has the name of settings in the package", where=word,
+                          next_step="Rename the file, and write base = \"...\" in it")
     return path.stem, parse(store.foreign(path), where=word)
 
 

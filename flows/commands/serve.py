@@ -1,4 +1,4 @@
-"""The command serve: runs on a schedule."""
+"""The command serve: call run on a schedule."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NAME = "pitchlore"
 
 
 def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Common = DEFAULTS) -> None:
-    """Stay, and run everything new on a schedule, until Ctrl-C.
+    """Call ``run`` on a schedule, until Ctrl-C.
 
     Without a Prefect server (see `pitchlore server start`), one runs as long as this does.
 

@@ -16,7 +16,7 @@ Port = Annotated[int, Parameter(validator=Number(gte=0, lte=65_535))]
 
 
 def start(*, port: Port = 0, json: Json = False, common: Common = DEFAULTS) -> None:
-    """Start the folder's server unless it runs, and print its address.
+    """Start the data folder's server unless it runs, and print its address.
 
     Args:
         port: Port on 127.0.0.1; 0 takes a free one.
@@ -32,7 +32,7 @@ def start(*, port: Port = 0, json: Json = False, common: Common = DEFAULTS) -> N
 
 
 def stop(*, common: Common = DEFAULTS) -> None:
-    """Stop the folder's server and wait until it has ended.
+    """Stop the data folder's server, and wait until it has ended.
 
     Args:
         common: Options of every command.
@@ -42,7 +42,7 @@ def stop(*, common: Common = DEFAULTS) -> None:
 
 
 def status(*, json: Json = False, common: Common = DEFAULTS) -> None:
-    """Print whether the folder's server runs; exit code 1 if it does not.
+    """Print whether the data folder's server runs; exit code 1 if it does not.
 
     Args:
         json: Print JSON.
@@ -57,9 +57,10 @@ def status(*, json: Json = False, common: Common = DEFAULTS) -> None:
     elif running and record:
         console().print(f"runs: {record.ui} (process {record.pid})", soft_wrap=True)
     elif alive:
-        console().print("is being started", soft_wrap=True)
+        console().print("a server is starting", soft_wrap=True)
     elif record:
-        console().print(f"has died (process {record.pid}); its log is {keeper.log}", soft_wrap=True)
+        console().print(f"the server has died (process {record.pid}); its log is {keeper.log}",
+                        soft_wrap=True)
     else:
         console().print("no server runs: `pitchlore server start` starts one", soft_wrap=True)
     sys.exit(0 if running else 1)

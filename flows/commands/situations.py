@@ -21,7 +21,7 @@ def situations(
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
-    """Print the rules of all situations, or the fuzzy terms they are made of.
+    """Print the rules of all situations, or their fuzzy terms.
 
     Args:
         kind: League whose distances and speeds are shown.

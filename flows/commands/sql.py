@@ -1,4 +1,4 @@
-"""The command sql: the catalogue asked in SQL."""
+"""The command sql: query the catalogue."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def sql(
     csv: Flag = False,
     common: Common = DEFAULTS,
 ) -> None:
-    """Ask the catalogue in SQL (DuckDB's), read-only.
+    """Query the catalogue in DuckDB's SQL, read-only.
 
     Args:
         query: One SQL statement. A terminal shows the first 1,000 rows of its answer.
@@ -66,7 +66,7 @@ def _columns() -> pl.DataFrame:
 
 
 def _answer(store: Store, query: str, parameters: Sequence[str]) -> pl.DataFrame:
-    """The rows of a query; files that had to be left out are said to be."""
+    """The rows of a query; a warning names damaged files that the catalogue leaves out."""
     path, left_out = refresh(store)
     for file in left_out:
         warn(f"{file}: is lost or damaged, its rows are left out. Run `pitchlore run` to make it anew.")

@@ -93,8 +93,8 @@ READERS: tuple[Reader, ...] = (
     ),
     Reader(
         "mcap", "MCAP log (.mcap)",
-        "Pitchlore's own logs (ROS 2 CDR, `schemas/*.msg`) from any machine; the whole parts of a truncated or "
-        "damaged log",
+        "Pitchlore's own logs (ROS 2 CDR, `schemas/*.msg`) from any machine; the whole parts of a truncated "
+        "or damaged log",
         mcap_log.tells, mcap_log.read, ours=True,
     ),
 )
