@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import polars as pl
 
-from flows.stage import Inputs, Plan, Scope, Stage, digests, need
+from flows.outputs import digests, need
+from flows.stage import Inputs, Plan, Scope, Stage
 from pipeline.errors import BadSettings, NotFound
 from pipeline.settings import KnowledgeSettings
 from pipeline.store import Store

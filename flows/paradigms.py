@@ -5,7 +5,7 @@ from pathlib import Path
 import polars as pl
 from pydantic import BaseModel
 
-from flows.stage import digests, need, refusing
+from flows.outputs import digests, need, refusing
 from flows.stages import STAGES
 from flows.tasks import conclude, data_folder, our_flow, run_tasks, stage_task
 from pipeline.store import Store

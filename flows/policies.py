@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from flows.knowledge import lineage, matches_of
-from flows.stage import Inputs, Plan, Scope, Stage, digests, need
+from flows.outputs import digests, need
+from flows.stage import Inputs, Plan, Scope, Stage
 from pipeline.errors import NotFound
 from pipeline.settings import PolicySettings
 from pipeline.store import Store

@@ -8,7 +8,7 @@ import polars as pl
 from pydantic import ValidationError
 
 from flows.catalog import refresh
-from flows.stage import refusing
+from flows.outputs import refusing
 from flows.stages import STAGES
 from flows.teams import Player, apprentice, labelled
 from pipeline import arena

@@ -15,12 +15,14 @@ from prefect.futures import PrefectFuture, as_completed
 from pydantic import PositiveInt
 
 from flows.catalog import forget_match, refresh
+from flows.outputs import match_names, need
 from flows.progress import StageReport, listener
 from flows.record import record
-from flows.stage import Scope, emit, match_names, need
+from flows.stage import Scope
 from flows.stages import STAGES
 from flows.tasks import data_folder, our_flow, stage_task
 from flows.teams import labelled
+from flows.versions import emit
 from flows.workers import Workers
 from pipeline import arena
 from pipeline.errors import BadSettings, PitchloreError, in_one_line

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import polars as pl
 
 from flows import knowledge, policies
-from flows.stage import Chain, Inputs, Longer, Per, Stage
+from flows.chain import Chain
+from flows.stage import Inputs, Longer, Per, Stage
 from pipeline.settings import (
     BehaviourSettings,
     GoalSettings,

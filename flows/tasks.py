@@ -18,9 +18,10 @@ from pydantic import BaseModel
 from flows import knowledge, policies
 from flows.catalog import refresh
 from flows.progress import RunReport, StageReport, listener
-from flows.stage import Output, Per, Scope, Stage, emit
+from flows.stage import Output, Per, Scope, Stage
 from flows.stages import STAGES
 from flows.update import bring, bring_up_to_date, scope_of
+from flows.versions import emit
 from pipeline.errors import BadSettings, in_one_line
 from pipeline.settings import Settings
 from pipeline.store import Store

@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 
 from flows.catalog import match_of
 from flows.matches import PLAYING, all_here, inbox
+from flows.outputs import match_names
 from flows.progress import RunReport, StageReport
-from flows.stage import Output, Scope, Stage, match_names
+from flows.stage import Output, Scope, Stage
 from flows.stages import STAGES
 from pipeline.settings import Settings
 from pipeline.store import Store

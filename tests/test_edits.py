@@ -14,10 +14,11 @@ from conftest import ROOT, clip
 from support import trees
 
 from flows import season as loop
+from flows.chain import Chain
 from flows.matches import Recording, import_recording
-from flows.stage import Chain, emit
 from flows.stages import STAGES
 from flows.update import nothing_new, scope_of
+from flows.versions import emit
 from pipeline.settings import Settings
 from pipeline.store import Store
 from pipeline.studies.seasons.settings import Season, parse
@@ -32,7 +33,7 @@ import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 from flows.matches import import_recording, inbox
-from flows.stage import emit
+from flows.versions import emit
 from flows.stages import STAGES
 from flows.update import nothing_new, scope_of
 from pipeline.settings import Settings

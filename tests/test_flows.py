@@ -172,7 +172,7 @@ def test_two_at_once(tmp_path, finished):
     data = tmp_path / "data"
     shutil.copytree(finished, data)
     script = (
-        "import sys; from pathlib import Path; from flows.stage import emit; from flows.stages import STAGES\n"
+        "import sys; from pathlib import Path; from flows.versions import emit; from flows.stages import STAGES\n"
         "from flows.update import scope_of\n"
         "from pipeline.settings import KnowledgeSettings, Settings; from pipeline.store import Store\n"
         "store = Store(Path(sys.argv[1])); scope = scope_of(store, Settings())\n"

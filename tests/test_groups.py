@@ -13,9 +13,9 @@ from polars.testing import assert_frame_equal
 from flows.catalog import catalog_path, refresh
 from flows.matches import Recording, import_recording
 from flows.stage import Scope
-from flows.stage import emit as emit_version
 from flows.stages import STAGES
 from flows.update import scope_of
+from flows.versions import emit as emit_version
 from pipeline import matches as log_format
 from pipeline.errors import BadSettings
 from pipeline.grams.count import merge

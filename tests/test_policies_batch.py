@@ -4,8 +4,9 @@ import polars as pl
 import pytest
 
 from flows.policies import batch
-from flows.stage import Scope, emit
+from flows.stage import Scope
 from flows.stages import STAGES
+from flows.versions import emit
 from pipeline.errors import NotFound
 from pipeline.settings import PolicySettings
 from pipeline.store import Store

@@ -15,9 +15,9 @@ from cyclopts.types import NonNegativeInt, PositiveInt
 from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import console, print_frame, print_json
+from flows.outputs import need
 from flows.paradigms import FigureReport, paradigms_flow, points_of, reports
 from flows.progress import StageReport
-from flows.stage import need
 from pipeline.store import Store
 from pipeline.studies.paradigms.claims import PEAK
 from pipeline.studies.paradigms.experiments import LEARNERS, Design, FigureNumber, sweeps

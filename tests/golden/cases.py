@@ -24,9 +24,10 @@ from support import executions, played, recordings
 from flows.evaluations import evaluate
 from flows.matches import Recording, import_recording
 from flows.report import write_report
-from flows.stage import Per, emit
+from flows.stage import Per
 from flows.stages import STAGES
 from flows.update import scope_of
+from flows.versions import emit
 from pipeline import arena, matches
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
