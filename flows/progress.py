@@ -50,6 +50,11 @@ class StageReport(BaseModel):
     failed: dict[str, str] = {}
     notes: list[str] = []
 
+    @property
+    def unchanged(self) -> int:
+        """Number of outputs whose bytes are what they were."""
+        return self.kept + len(self.same)
+
     def add(self, other: StageReport) -> None:
         """Add another report on the same stage."""
         self.made += other.made
@@ -60,8 +65,7 @@ class StageReport(BaseModel):
 
     def markdown(self) -> str:
         """The report as Markdown."""
-        there = self.kept + len(self.same)
-        lines = [f"{len(self.made)} made, {there} kept, {len(self.failed)} in quarantine", ""]
+        lines = [f"{len(self.made)} made, {self.unchanged} kept, {len(self.failed)} in quarantine", ""]
         lines += [f"- {name}" for name in self.made]
         lines += [f"- **{name}**: {why}" for name, why in self.failed.items()]
         return "\n".join([*lines, *(f"- {note}" for note in self.notes)])
@@ -105,7 +109,7 @@ class RunReport(BaseModel):
     def markdown(self) -> str:
         """The report as Markdown."""
         lines = ["| stage | made | kept | failed |", "|---|---|---|---|"]
-        lines += [f"| {s.noun} | {len(s.made)} | {s.kept + len(s.same)} | {len(s.failed)} |"
+        lines += [f"| {s.noun} | {len(s.made)} | {s.unchanged} | {len(s.failed)} |"
                   for s in self.stages]
         lines += [f"- **{what}**: {why}" for what, why in self.failures.items()]
         lines += [f"- {note}" for stage in self.stages for note in stage.notes]

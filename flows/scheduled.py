@@ -43,7 +43,7 @@ def said_of(report: RunReport) -> str:
     """One line on the outcome of a run."""
     if not report.made and not report.failures:
         return "nothing new"
-    line = f"{report.made} made, {sum(stage.kept for stage in report.stages)} kept"
+    line = f"{report.made} made, {sum(stage.unchanged for stage in report.stages)} kept"
     if report.policy_is_new:
         line += f", policy version {report.policy} is new"
     if report.failures:

@@ -401,6 +401,11 @@ def test_import_run_and_train(call, tmp_path):
     code, out, _ = call("run", "--data", data)
     assert code == 0
     assert "nothing was recomputed" in out
+    receipt = data / "grams" / f"{name}.n4.receipt.json"
+    receipt.write_text(receipt.read_text().replace('"key": "', '"key": "0'))  # as if of another version
+    code, out, _ = call("run", "--data", data)
+    assert code == 0
+    assert "Nothing new. Outputs made again, with the same bytes: 1." in out
     settings = tmp_path / "club.toml"
     settings.write_text("[policies]\nsweeps = 3\n")
     assert "policy version 2 trained" in call("train", "--settings", settings, "--data", data)[1]

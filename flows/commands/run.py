@@ -68,10 +68,12 @@ def _print_run(store: Store, report: RunReport) -> None:
     out = console()
     idle = not report.made and not report.failures
     if report.knowledge is not None and idle:
-        out.print("Nothing new: every receipt holds, nothing was recomputed.")
+        again = sum(len(stage.same) for stage in report.stages)
+        out.print(f"Nothing new. Outputs made again, with the same bytes: {again}." if again
+                  else "Nothing new: every receipt holds, nothing was recomputed.")
     elif not idle:
         print_frame(pl.DataFrame(
-            [{"stage": s.noun, "made": len(s.made), "kept": s.kept, "failed": len(s.failed)}
+            [{"stage": s.noun, "made": len(s.made), "kept": s.unchanged, "failed": len(s.failed)}
              for s in report.stages]
         ))
     for what, why in report.failures.items():
