@@ -1,4 +1,4 @@
-"""The teams that can play, an entry each: every list of teams, help text and plot is made from it."""
+"""The teams that can play, one entry each. Every list of teams, help text and plot is made from them."""
 
 from __future__ import annotations
 
@@ -58,12 +58,12 @@ class Team(NamedTuple):
 
     @property
     def opponent(self) -> bool:
-        """Whether seasons can be played against it: whether the tables of seasons have its name."""
+        """Whether seasons can be played against it, because the tables of seasons have its name."""
         return self.name in OPPONENTS
 
     @property
     def stands_in(self) -> bool:
-        """Whether it stands in for people, and ``schemas.STAND_IN`` is said beside its results."""
+        """Whether it stands in for people, so that its results carry the note ``schemas.STAND_IN``."""
         return self.name in STAND_INS
 
 
