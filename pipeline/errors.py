@@ -4,12 +4,12 @@ from __future__ import annotations
 
 
 class PitchloreError(Exception):
-    """A failure the user can act on.
+    """A failure that the user can act on.
 
     Args:
-        what: what is wrong, without a full stop.
-        where: the file, chunk, row or time it concerns.
-        next_step: what the user can do about it, as an imperative.
+        what: the problem, without a full stop.
+        where: the file, chunk, row or time with the problem.
+        next_step: the user's next step, as an imperative.
     """
 
     #: Whether the same call may succeed when it is simply tried again.
@@ -27,7 +27,7 @@ class PitchloreError(Exception):
 
 
 def in_one_line(error: BaseException) -> str:
-    """What an error says, in one line; an error that is not ours is named by its class."""
+    """The message of an error in one line; an error that is not ours is named by its class."""
     if isinstance(error, PitchloreError):
         return str(error)
     return f"{type(error).__name__}: {' '.join(str(error).split())}"

@@ -199,7 +199,7 @@ def _occasions(sums: pl.DataFrame, version: int, settings: KnowledgeSettings) ->
 
 
 def finest(seen: pl.DataFrame) -> pl.DataFrame:
-    """Occasions by the finest key only, so that each counts once."""
+    """Occasions by the finest key only, so each counts once."""
     return seen.filter(pl.col("key").to_physical() == pl.col("key").to_physical().min())
 
 

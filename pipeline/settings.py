@@ -1,7 +1,7 @@
-"""Every knob of every stage: one frozen model a stage, and one that holds them all.
+"""Settings of the stages: one frozen model for each stage, and one that holds them all.
 
-A stage's settings are written into its receipts; the same settings, seed and inputs give the
-same bytes. Units are in the names (``_s`` seconds, ``_ns`` nanoseconds, ``_m`` metres).
+A stage's settings are written into its receipts. The same settings, seed and inputs give the same bytes.
+Units are in the names (``_s`` seconds, ``_ns`` nanoseconds, ``_m`` metres).
 """
 
 from __future__ import annotations
@@ -51,12 +51,13 @@ class TrajectorySettings(Frozen):
     """How bodies are cleaned and velocities estimated.
 
     Attributes:
-        gap_s: a longer time between samples cuts the segment.
+        gap_s: longest time between samples of one segment.
         window_s: full width of the centred least-squares window for velocities.
-        window_samples: samples the window holds at least, however slow the sampling.
-        hole_s: a body missing for longer starts its velocity estimate anew.
-        jump_accept_s: a body that keeps to its new place for so long has been put there.
-        reorder_s: a sample that is late by more is a clock that jumped back.
+        window_samples: least number of samples in that window, at any sampling rate.
+        hole_s: longest absence of a body over which its velocity estimate continues.
+        jump_accept_s: time after which a body that stays at its new place counts as put there.
+        reorder_s: greatest delay of a sample that is sorted back; a later sample means that the clock
+            jumped back.
     """
 
     gap_s: float = Field(default=0.5, gt=0)
@@ -68,12 +69,12 @@ class TrajectorySettings(Frozen):
 
 
 class GoalSettings(Frozen):
-    """How goals are attributed (``pipeline.goals.attribute``); the paper gives no times, these are ours.
+    """How goals are attributed (``pipeline.goals.attribute``). The paper gives no times; these are ours.
 
     Attributes:
-        before_s: contacts so long before the goal are looked at first.
-        deflect_s: a shot is deflected by an adversary's touch at most so long after it.
-        line_s: the ball's straight line after a contact is taken from so long a stretch.
+        before_s: time before the goal whose contacts are considered first.
+        deflect_s: longest time from a shot to the adversary's touch that deflects it.
+        line_s: time after a contact from which the ball's straight line is taken.
     """
 
     before_s: float = Field(default=2.0, gt=0)
@@ -86,13 +87,13 @@ class SituationSettings(Frozen):
 
     Attributes:
         fire_at: a fuzzy condition holds from this degree on.
-        flicker_s: for so long may a lasting condition (with the ball, standing) fail, and a robot be
-            missing, without ending it. Neighbouring samples are connected however slow the sampling.
+        flicker_s: longest failure of a lasting condition (with the ball, standing), or absence of the
+            robot, that does not end it. Neighbouring samples are connected at any sampling rate.
         lull_s: the same for the motion that leads up to a situation.
-        longest_s: no situation lasts longer.
-        least_share: least part of an occurrence that those of higher priority must have left free.
-        random_least_s: a shorter gap between situations stays empty, a longer one is 194.
-        random_longest_s: a longer gap is more than one 194.
+        longest_s: longest duration of a situation.
+        least_share: least share of an occurrence that occurrences of higher priority must leave free.
+        random_least_s: least gap between situations that becomes 194; a shorter gap stays empty.
+        random_longest_s: longest duration of one 194; a longer gap becomes several.
     """
 
     fire_at: float = Field(default=0.5, gt=0, le=1)
@@ -110,8 +111,8 @@ class GramSettings(Frozen):
     Attributes:
         alpha: value of a situation that starts one tick before a goal.
         tick_s: the discrete time of the paper's exponent.
-        gap_s: situations that lie as far apart, or further, are not consecutive; shorter holes
-            are those that the recogniser drops.
+        gap_s: situations this far apart, or further, are not consecutive. Shorter holes are gaps that the
+            recogniser leaves empty.
     """
 
     alpha: float = Field(default=0.998, gt=0, lt=1)
@@ -124,8 +125,8 @@ class RoundSettings(Frozen):
 
     Attributes:
         n: length of the grams.
-        rows, columns: of the map.
-        activation: least share of ``BehaviourSettings.share_of`` that a neuron must be activated by.
+        rows, columns: size of the map, neurons.
+        activation: least activations of a kept neuron, as a share of ``BehaviourSettings.share_of``.
     """
 
     n: int = Field(ge=1, le=4)
@@ -138,21 +139,21 @@ class BehaviourSettings(Frozen):
     """How behaviours are selected (paper section 3.2.2).
 
     Attributes:
-        rounds: longest first, none twice, for a later round counts only what the earlier ones leave.
-            A map of at most 1 / activation neurons always has one that passes if the share is of the
-            groups: the busiest.
-        share_of: what a neuron's activations are a share of: the groups that the round is over
-            (each of its situations starts one, but the last few of a run), or all situations
-            recognised, those used up by longer behaviours included.
-        value_over: a group must be worth more than this.
-        support_at_least: a group must have been seen this often; the paper asks for no more than 1,
-            but what was seen once is worth only what the next goal happened to be.
-        keep_random: whether a group of nothing but "moves randomly" may become a behaviour;
-            every state offers that action anyway.
-        teams: whose grams and situations are counted.
+        rounds: rounds of the selection, the longest grams first, no length twice. A later round counts
+            only the situations that earlier rounds leave. With "groups" and at most 1 / activation
+            neurons, a map always keeps its busiest neuron.
+        share_of: base of ``activation``. "groups": all groups of the round; each situation starts one,
+            except the last few of a run. "situations": all situations recognised, also those that
+            longer behaviours have used up.
+        value_over: a behaviour's value must be greater than this.
+        support_at_least: least number of times that a behaviour was seen. The paper sets no limit, but
+            the value of a group that was seen once depends on the next goal alone.
+        keep_random: whether a group of nothing but "moves randomly" may become a behaviour; every state
+            offers that action anyway.
+        teams: teams whose grams and situations are counted.
         epochs: passes of the map's training over the distinct grams.
         sigma_end: spread of the map's last neighbourhood, neurons.
-        seed: of the map.
+        seed: seed of the map.
     """
 
     rounds: tuple[RoundSettings, ...] = (
@@ -184,16 +185,16 @@ class KnowledgeSettings(Frozen):
     """How occasions become knowledge.
 
     Attributes:
-        state_key: which elements of the state are kept (DECISIONS.md, "The paper contradicts itself").
-        backoff: keys by which the occasions are kept too, each coarser than the one before and than
-            ``state_key``: what a player may look at where it does not know the finer state.
+        state_key: elements of the state that are kept (DECISIONS.md, "The paper contradicts itself").
+        backoff: further keys by which occasions are kept, each coarser than the one before, the first
+            coarser than ``state_key``. A player uses them where it does not know the finer state.
         optimistic: least initial action value of a behaviour in a state.
-        teams: whose behaviours and occasions are learned by imitation, where they did not log what
-            they chose.
-        own: what a state adds in which a player decided: nothing; "moves randomly" (paper section 4:
-            "all the new states have the action moving randomly", and states grow while playing and
-            training, actions in training only); or the behaviour it "chose" too, if the knowledge holds it.
-        accumulate: whether a version adds to the one before, instead of being of its matches alone.
+        teams: teams whose behaviours and occasions are learned by imitation, if they logged no choices.
+        own: actions that a state gets because a player decided in it. "nothing": none. "moves randomly":
+            that action (paper section 4: "all the new states have the action moving randomly"; there,
+            states grow while playing and training, actions in training only). "chosen": also the chosen
+            behaviour, if the knowledge holds it.
+        accumulate: whether a version adds to the version before; otherwise it holds its matches alone.
     """
 
     state_key: Key = "full36"
@@ -215,33 +216,33 @@ class KnowledgeSettings(Frozen):
 
     @property
     def state_keys(self) -> tuple[Key, ...]:
-        """All keys, from fine to coarse (a model may have no ``keys``: it would look like a mapping)."""
+        """All keys, from fine to coarse. A model with ``keys`` would look like a mapping, hence the name."""
         return (self.state_key, *self.backoff)
 
 
 class PolicySettings(Frozen):
-    """Batch Sarsa(lambda) (paper section 4; values are ours, the paper gives none).
+    """Batch Sarsa(lambda): the decisions of a batch, its start values, and the rule.
 
-    Which decisions make a batch, what values it starts from, and the rule.
+    Source: paper section 4. The values are ours, because the paper gives none.
 
     Attributes:
-        learn_from: decisions that a player of ours chose, those that were seen in recordings, or both.
-        last_matches: of how many matches at most, the newest of the knowledge; None: of all.
-        parent: whether to start from the values of the newest policy, or anew from what the
-            knowledge says of each pair.
-        new_pairs: where a pair starts that the parent does not have: at the greatest value known
-            in its state (paper section 3.2.2), or at the mean value of its own outcomes.
-        rule: Sarsa(lambda) alone, or with the influence values of the robot's team-mates (paper
-            section 2.3.4) added to its TD error.
-        influence: beta of equation 4, of every team-mate over every other, inside the learning
-            rate's bracket as equation 7 is printed; the paper's own is 0.1. Not read by "sarsa".
-        steps: "constant", or "average": one over the episodes that a pair was seen in, so that a value is
-            the mean of what came of it (Sutton and Barto, 2nd edition, section 2.4).
-        step_size: alpha; of averages the least that it becomes: 0.01 follows the last 100 episodes.
-        start_evidence: how many episodes the value that a pair starts from is worth in averages.
-        discount: gamma a second of elapsed time (semi-Markov); 0.95 is 0.98 a decision of 0.4 s,
-            and close to the value of situations (0.998 a tick of 1/30 s is 0.942 a second).
-        trace_decay: lambda a decision.
+        learn_from: decisions to learn from. "chosen": logged by a player. "seen": read from the situations
+            of a match. "both": all.
+        last_matches: number of the newest matches of the knowledge to learn from; not given: all.
+        parent: whether values start from the newest policy; otherwise from the knowledge.
+        new_pairs: start of a pair that the parent does not have. "optimistic": the greatest value known in
+            its state (paper section 3.2.2). "outcome": the mean value of its own outcomes.
+        rule: "sarsa": Sarsa(lambda) alone. "influence": the influence values of the robot's team-mates
+            (paper section 2.3.4) are added to its TD error.
+        influence: beta of equation 4, the same between all team-mates, inside the learning rate's bracket
+            as equation 7 is printed. The paper's own is 0.1. "sarsa" does not read it.
+        steps: "constant", or "average": one over the number of episodes in which the pair was seen, so
+            that a value is the mean of its outcomes (Sutton and Barto, 2nd edition, section 2.4).
+        step_size: alpha. With "average" it is the least step: 0.01 follows the last 100 episodes.
+        start_evidence: number of episodes that a pair's start value counts for, with "average".
+        discount: gamma per second of elapsed time (semi-Markov). 0.95 is 0.98 per decision of 0.4 s, and
+            close to the value of situations (0.998 per tick of 1/30 s is 0.942 per second).
+        trace_decay: lambda per decision.
         traces: replacing or accumulating.
         sweeps: passes over the batch.
     """
@@ -262,7 +263,7 @@ class PolicySettings(Frozen):
 
 
 class Settings(Frozen):
-    """All settings of a run; a TOML file has one table a stage."""
+    """All settings of a run. A TOML file has one table for each stage."""
 
     trajectories: TrajectorySettings = TrajectorySettings()
     goals: GoalSettings = GoalSettings()
@@ -274,12 +275,12 @@ class Settings(Frozen):
 
     @property
     def decisions(self) -> GramSettings:
-        """What the decisions depend on: how situations are valued and follow each other."""
+        """The settings that decisions depend on: values and sequences of situations."""
         return self.grams
 
 
 def parse_settings(data: bytes, where: str) -> Settings:
-    """The defaults, with what a TOML file says on top.
+    """The defaults, overridden by a TOML file.
 
     Args:
         data: the file's bytes.
@@ -292,7 +293,7 @@ def parse_settings(data: bytes, where: str) -> Settings:
 
 
 def from_toml(model: type[M], data: bytes | str, where: str, keys: str) -> M:
-    """A model from TOML; ``keys`` is the step that tells which keys and values there are.
+    """A model from TOML; ``keys`` is the next step of an error, which says where keys and values are.
 
     Raises:
         BadSettings: if it is not TOML, or has a key or value that does not fit; names the first.
@@ -301,7 +302,7 @@ def from_toml(model: type[M], data: bytes | str, where: str, keys: str) -> M:
 
 
 def tables(data: bytes | str, where: str) -> dict[str, Any]:
-    """What a TOML file says.
+    """The tables of a TOML file.
 
     Raises:
         BadSettings: if it is not TOML.
@@ -315,7 +316,7 @@ def tables(data: bytes | str, where: str) -> dict[str, Any]:
 
 
 def fitted(model: type[M], values: dict[str, Any], where: str, keys: str) -> M:
-    """A model from what a file says; see :func:`from_toml`."""
+    """A model from the tables of a file; see :func:`from_toml`."""
     try:
         return model.model_validate(values)
     except ValidationError as error:
@@ -323,7 +324,7 @@ def fitted(model: type[M], values: dict[str, Any], where: str, keys: str) -> M:
 
 
 def unfit(error: ValidationError, where: str, next_step: str) -> BadSettings:
-    """The first thing that keeps values from being settings, as an error of ours."""
+    """The first problem of values that are no settings, as an error of ours."""
     first = error.errors()[0]
     key = ".".join(str(part) for part in first["loc"]) or "it"
     return BadSettings(
@@ -332,7 +333,7 @@ def unfit(error: ValidationError, where: str, next_step: str) -> BadSettings:
 
 
 def over(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
-    """Tables of which the one above hides what it says itself of the one below."""
+    """The table ``below``, with the keys of ``above`` in place of its own, in all subtables."""
     out = dict(below)
     for key, value in above.items():
         both = isinstance(value, dict) and isinstance(out.get(key), dict)

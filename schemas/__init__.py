@@ -1,4 +1,4 @@
-"""The contracts: one dataframely schema a public table, one `.msg` file a streamed message."""
+"""The contracts: a dataframely schema for each public table, a `.msg` file for each streamed message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Evaluations: what a team did in the matches that it was measured by."""
+"""Evaluations: results of a team in the matches that measure it."""
 
 from __future__ import annotations
 

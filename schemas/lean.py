@@ -1,7 +1,7 @@
-"""dataframely, loaded without sqlalchemy, which takes a third of the time in which `pitchlore sql` starts.
+"""dataframely, loaded without sqlalchemy, which would take a third of the start of `pitchlore sql`.
 
-dataframely can turn a schema into sqlalchemy's columns, and does without where sqlalchemy is not installed.
-None of our schemas is used so. Who needs sqlalchemy, as Prefect's server does, imports it as ever.
+dataframely imports sqlalchemy, if it is installed, to turn schemas into sqlalchemy's columns. Our schemas
+do not use that. Code that needs sqlalchemy, such as Prefect's server, imports it as usual.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ class Games(OfGame):
 
     @dy.rule()
     def goals_are_attributed_once(cls: Any) -> pl.Expr:  # noqa: N805
-        """No more goals are attributed than were made; some have no known kind."""
+        """At most as many goals are attributed as were made; some have no known kind."""
         return (pl.col("direct") + pl.col("indirect") + pl.col("error") <= pl.col("goals_for")) & (
             pl.col("direct_against") + pl.col("indirect_against") + pl.col("error_against") <= pl.col("goals_against"))
 

@@ -101,7 +101,7 @@ def test_read_only(tmp_path, sql):
     ("select 1; select 2", "2 statements were given, not one"),
     ("drop view goals; select 1", "2 statements were given, not one"),
     ("", "0 statements"),
-    ("select 1 as a, 2 as a", "column a is there twice"),
+    ("select 1 as a, 2 as a", "column a occurs twice"),
     ("select interval 1 day as x", "column x is of type INTERVAL"),
     ("select [{'a': interval 1 day}] as x", "column x is of type"),
     ("select map {'a': [interval 1 day]} as x", "column x is of type"),

@@ -624,9 +624,9 @@ def test_scaled_speeds(kind):
 
 def test_unplayable():
     """Pitches and settings that cannot be played are refused."""
-    with pytest.raises(BadSettings, match="is ever wholly in a goal"):
+    with pytest.raises(BadSettings, match="too shallow for a whole ball"):
         Laws.of(VSSS.model_copy(update={"goal_depth": 0.04}), RefereeSettings(), 60.0)
-    with pytest.raises(BadSettings, match=r"are too small for robots of .* Make it at least 1\.\d+ by 1\.2 m"):
+    with pytest.raises(BadSettings, match=r"is too small for robots of .* Make it at least 1\.\d+ by 1\.2 m"):
         Laws.of(VSSS.model_copy(update={"width": 1.0}), RefereeSettings(), 60.0)
     with pytest.raises(BadSettings, match="3 halves do not fit"):
         Laws.of(VSSS, RefereeSettings(duration_s=0.03, halves=3), 60.0)

@@ -1,7 +1,7 @@
 """Importers of recordings: bytes in, a :class:`~pipeline.matches.frame.MatchLog` out.
 
-``readers`` has the table of formats; it opens a recording (``source``) and hands it to the module of its
-format. Tables of positions share ``tracking``: the module of a file format only finds the columns, and
-``tracking`` makes a match of them, with a map where names, units, axes or teams are others. All readers
-share ``rows``, and ``plausibility`` checks what they return.
+``readers`` has the table of formats. It opens a recording (``source``) and passes it to the module of its
+format. Tables of positions share ``tracking``: the module of a file format finds the columns, and
+``tracking`` makes a match from them, with a map if names, units, axes or teams differ. All readers share
+``rows``, and ``plausibility`` checks their matches.
 """

@@ -109,7 +109,7 @@ SUPPORTED = f"Give one of these, plain or gzipped: {FORMATS}"
 
 
 def open_source(data: bytes, name: str) -> SourceFile:
-    """A recording, opened: inflated, hashed, its format told from its content and never from its name.
+    """A recording: inflated, hashed, its format detected from its content and never from its name.
 
     Args:
         data: the file's bytes, gzipped or not.

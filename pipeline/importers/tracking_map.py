@@ -18,7 +18,7 @@ class _Map(BaseModel):
 
 
 class Columns(_Map):
-    """The file's names of our columns; a column that is named here must be in the file.
+    """The file's names of our columns. A column that the map names must be in the file.
 
     ``vx`` and ``vy`` are lengths per second, ``omega`` is an angle per second in the sense of the heading.
     """
@@ -74,7 +74,7 @@ class Axes(_Map):
 
 
 class PitchMap(_Map):
-    """The pitch, metres; absent lengths are those of the kind, and an absent kind is inferred."""
+    """The pitch, metres. Absent lengths are those of the kind; an absent kind is inferred."""
 
     kind: Kind | None = None
     length: float | None = Field(default=None, gt=0)
@@ -84,11 +84,11 @@ class PitchMap(_Map):
 
 
 class Teams(_Map):
-    """The file's names of the teams and the ball; the home team is inferred if neither team is named.
+    """The file's names of the teams and the ball. If neither team is named, the home team is inferred.
 
     Attributes:
-        home, away: if both are given, rows of other teams are left out. One of them may be absent from
-            the table if the other is given: it was not recorded.
+        home, away: the file's name of this team. If both are given, rows of other teams are left out. If
+            the table has one team only, that team must be named here.
         ball: the ball's name.
         home_attacks: side that home attacks in the first period, on a pitch drawn as in ``Axes``.
     """
@@ -104,8 +104,8 @@ class TrackingMap(_Map):
 
     Attributes:
         columns, units, axes, pitch, teams: one TOML table each.
-        states: the file's words for states of the game: an event of schema Referee, or an event
-            and ``home`` or ``away`` (``DirectAlly = "fault home"``).
+        states: the file's words for states of the game. Each is an event of schema Referee, alone or with
+            ``home`` or ``away`` (``DirectAlly = "fault home"``).
     """
 
     columns: Columns = Columns()

@@ -1,9 +1,8 @@
 """Match logs as MCAP: the recorder and the reader, beside each other.
 
-The only door to mcap, and the only module that touches a log's bytes. Both sides move whole chunks
-between bytes and numpy arrays; no loop runs over messages. Every byte that is written is covered by
-a CRC, and every CRC is checked on reading. Damaged parts are reported and left out; whole parts are
-kept.
+This is the only package that imports mcap or touches a log's bytes. Both sides move whole chunks between
+bytes and numpy arrays; no loop runs over messages. A CRC covers every byte that is written, and every CRC
+is checked on reading. Damaged parts are reported and left out; whole parts are kept.
 
 ==============  ==============================================================
 recorder        writes the file: chunks as they fill, then the summary

@@ -130,7 +130,7 @@ class _TableInTraining(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def td_error(q_tm1: float, r_t: float, discount_t: float, q_t: float) -> float:
-    """TD error ``r_t + discount_t * q_t - q_tm1``: the outcome less the expectation.
+    """TD error ``r_t + discount_t * q_t - q_tm1``: the outcome minus the expectation.
 
     Args:
         q_tm1: action value of the pair decided on.

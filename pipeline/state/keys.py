@@ -1,10 +1,9 @@
-"""State keys: which elements of the state are kept, and states as integers.
+"""State keys: the elements of the state that a key keeps, and states as integers.
 
-``full36`` keeps all there is, so a state by any other key is a projection of it.
+``full36`` keeps all elements, so a state by any other key is a projection of it.
 
-The elements do not multiply to the 80,621,568 states that the paper counts, and cannot:
-that number is 2^12 3^9, while eleven elements have three levels. Two keys that keep fewer
-elements do give it exactly.
+The 36 elements cannot give the 80,621,568 states that the paper counts: that number is 2^12 3^9, while
+eleven elements have three levels. Two keys with fewer elements give it exactly.
 """
 
 from __future__ import annotations
@@ -187,7 +186,7 @@ def decode(states: I64, key: Key) -> U8:
 
 
 def project(states: I64, key: Key, slot: npt.NDArray[np.integer] | None = None) -> I64:
-    """The same states by a key that keeps less.
+    """The same states by a key that keeps fewer elements.
 
     Args:
         states: int64 [K], by ``full36``.

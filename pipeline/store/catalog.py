@@ -49,7 +49,7 @@ def build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
 
 
 def glance(file: Path) -> tuple[int, int] | None:
-    """Size and time of change [ns] of a file, None if it is not there."""
+    """Size and time of change [ns] of a file, None if it does not exist."""
     try:
         found = file.stat()
     except OSError:
@@ -58,9 +58,9 @@ def glance(file: Path) -> tuple[int, int] | None:
 
 
 def listing(path: Path) -> dict[tuple[str, str], tuple[int, int] | None]:
-    """What a catalogue lists: table and file to what the file looked like at a glance then.
+    """The files of a catalogue: table and path to the :func:`glance` at its making.
 
-    Empty if there is no catalogue, or none that can be read.
+    Empty if there is no readable catalogue.
     """
     if not path.exists():
         return {}
@@ -73,7 +73,7 @@ def listing(path: Path) -> dict[tuple[str, str], tuple[int, int] | None]:
 
 
 def query(path: Path, sql: str, parameters: Sequence[object] = ()) -> pl.DataFrame:
-    """Rows of a query, opened read-only; nothing but the catalogue's own files can be read.
+    """Rows of a read-only query, which can read the catalogue's own files only.
 
     Args:
         path: the catalogue.
@@ -114,7 +114,7 @@ def _rows(connection: duckdb.DuckDBPyConnection, sql: str, parameters: Sequence[
         return pl.DataFrame()
     twice = sorted({name for name in relation.columns if relation.columns.count(name) > 1})
     if twice:
-        raise BadQuery(f"column {twice[0]} is there twice",
+        raise BadQuery(f"column {twice[0]} occurs twice",
                        next_step="Give one of them another name with `as`")
     for name, dtype in zip(relation.columns, relation.types, strict=True):
         if _has_no_equal(dtype):
@@ -136,7 +136,7 @@ def _has_no_equal(dtype: Any) -> bool:
 
 
 def _interruptible(connection: duckdb.DuckDBPyConnection, work: Callable[[], T]) -> T:
-    """What ``work`` returns, done in a thread so that Ctrl-C reaches Python and stops DuckDB.
+    """The result of ``work``, done in a thread so that Ctrl-C reaches Python and stops DuckDB.
 
     On the main thread DuckDB looks for signals only between its own steps, which may be long.
     """
@@ -157,8 +157,8 @@ def _interruptible(connection: duckdb.DuckDBPyConnection, work: Callable[[], T])
 def _opened(path: Path) -> Iterator[duckdb.DuckDBPyConnection]:
     """The catalogue as it is on disk now.
 
-    Attached, not connected to: DuckDB gives a path that the process has open already the old
-    database, even when the file has been replaced since.
+    It is attached, not connected to. If the process has already connected to a path, DuckDB gives it the
+    old database, even after the file was replaced.
     """
     with duckdb.connect(":memory:") as connection:
         connection.execute(f"attach {_quote(str(path))} as catalog (read_only)")

@@ -1,4 +1,4 @@
-"""Files: written whole or not at all, read only as what was written."""
+"""Files: written whole or not at all, and checked when they are read."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Files:
 
     @contextmanager
     def growing(self, folder: str, name: str) -> Iterator[tuple[Path, BinaryIO]]:
-        """A file that grows while somebody works; it is theirs alone, and stays if they are killed.
+        """A file that grows while the body runs, locked against other processes. It stays after a kill.
 
         Raises:
             StorageFailed: if another process has it, or the disk refuses.
@@ -108,7 +108,7 @@ class Files:
         return False
 
     def sweep(self) -> int:
-        """Remove temporary files and staging folders of processes that are gone; how many."""
+        """Remove temporary files and staging folders of dead processes. Returns their number."""
         swept = 0
         for path in [*self.root.glob("*/.*.tmp"), *self.root.glob("*/.*.staging"), *self.root.glob(".*.tmp")]:
             owner = re.search(r"\.(\d+)-[0-9a-f]+\.(?:tmp|staging)$", path.name)
@@ -134,7 +134,7 @@ class Files:
 
     @contextmanager
     def locked(self, noun: str) -> Iterator[None]:
-        """Hold a noun against every other thread and process for a moment."""
+        """Lock a noun against every other thread and process while the body runs."""
         folder = self.root / noun
         folder.mkdir(parents=True, exist_ok=True)
         with (folder / ".lock").open("a") as held:
@@ -182,7 +182,7 @@ def read_model(path: Path, model: type[M]) -> M:
 
 
 def verified(folder: Path, files: Mapping[str, FileRecord], role: str, what: str) -> bytes:
-    """A file's bytes, checked against its record; ``what`` it belongs to is named in errors.
+    """A file's bytes, checked against its record; errors name ``what`` the file belongs to.
 
     Raises:
         NotFound: if there is no such record.

@@ -29,13 +29,13 @@ class Outputs(Reading):
         return read_model(path, Receipt) if path.exists() else None
 
     def receipts(self, noun: str) -> Iterator[Receipt]:
-        """All readable receipts of a noun, in order of name; see also :meth:`unreadable_receipts`."""
+        """All readable receipts of a noun, sorted by name; see also :meth:`unreadable_receipts`."""
         for path in sorted((self.root / noun).glob("*.receipt.json")):
             with suppress(CorruptFile):
                 yield read_model(path, Receipt)
 
     def unreadable_receipts(self, noun: str) -> dict[str, str]:
-        """Receipts that cannot be read: name of the output to what is wrong."""
+        """Problems of unreadable receipts, by name of the output."""
         found = {}
         for path in sorted((self.root / noun).glob("*.receipt.json")):
             try:
@@ -45,7 +45,7 @@ class Outputs(Reading):
         return found
 
     def holding(self, work: Work) -> Receipt | None:
-        """The receipt of an output if it stands for this very work and its files are there."""
+        """The receipt of an output, if it is of exactly this work and its files exist."""
         try:
             receipt = self.receipt(work.noun, work.name)
         except CorruptFile:
@@ -61,9 +61,9 @@ class Outputs(Reading):
     def commit(self, work: Work, made: Made) -> Receipt:
         """Write an output's files, then its receipt: the commit is the receipt's rename.
 
-        A file is named by the SHA-256 of its bytes. What is there already, whole, is not written again:
-        work that is done again with the same outcome changes no file, and nothing that follows it is done
-        again. A receipt of the same work and outcome stays as it is, with the software that made it first.
+        A file is named by the SHA-256 of its bytes. A whole file is not written again: if work is done again
+        with the same outcome, no file changes and no later stage runs. A receipt of the same work and
+        outcome stays as it is, with the software that made it first.
 
         Raises:
             SchemaMismatch: if a table breaks its schema; nothing is written then.
@@ -93,7 +93,7 @@ class Outputs(Reading):
         return None
 
     def forget(self, noun: str, name: str) -> bool:
-        """Remove an output, its receipt first; whether there was one."""
+        """Remove an output, its receipt first. Returns whether it existed."""
         path = self._receipt_path(noun, name)
         if not path.exists():
             return False
@@ -106,7 +106,7 @@ class Outputs(Reading):
         return True
 
     def prune(self, noun: str) -> list[Path]:
-        """Remove the files of a noun that no receipt names any more; which."""
+        """Remove the files of a noun that no receipt names any more. Returns their paths."""
         if self.unreadable_receipts(noun):
             return []
         named = {self.root / record.path
@@ -118,7 +118,7 @@ class Outputs(Reading):
         return left
 
     def verify_receipts(self, noun: str) -> list[str]:
-        """What is wrong with the files that a noun's receipts name, one line each."""
+        """Problems of the files that a noun's receipts name, one line each."""
         problems = []
         for path in sorted((self.root / noun).glob("*.receipt.json")):
             try:

@@ -1,4 +1,4 @@
-"""Quarantine: what a stage could not take, and why."""
+"""Quarantine: the matches and recordings that a stage refused, and the reasons."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pipeline.store.receipts import Quarantined
 
 
 class Quarantine(Files):
-    """Records of what was refused; nothing of it is touched."""
+    """Records of refused matches and recordings; the files themselves are not touched."""
 
     def quarantine(self, noun: str, name: str, error: Exception) -> Quarantined:
-        """Record why a stage could not take a match; nothing of the match is touched."""
+        """Record why a stage refused a match; the match's files are not touched."""
         record = Quarantined(noun=noun, name=name, error=type(error).__name__, reason=in_one_line(error))
         self.write_bytes(self._quarantine_path(noun, name), pretty(record))
         return record
 
     def release(self, noun: str, name: str) -> None:
-        """Forget a quarantine, because the stage took the match now."""
+        """Delete a record, because the stage now accepts the match."""
         self._quarantine_path(noun, name).unlink(missing_ok=True)
 
     def quarantined(self) -> list[Quarantined]:

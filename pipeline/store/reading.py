@@ -1,4 +1,4 @@
-"""Reading of what receipts and manifests vouch for: the same for outputs and versions."""
+"""Reading of the files that receipts and manifests name, for outputs and versions alike."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from schemas import Table
 
 
 class Reading(Files):
-    """A folder whose files are read only as what their receipt or manifest says they are."""
+    """A folder whose files are checked against their receipt or manifest when they are read."""
 
     def version_folder(self, noun: str, version: int) -> Path:
         """The folder of a version's files."""

@@ -1,4 +1,4 @@
-"""Receipts and manifests: the records that prove what was made, from what, and by which code."""
+"""Receipts and manifests: records of each output, its inputs, and the code that made it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def digest(data: bytes) -> str:
 
 @cache
 def software() -> str:
-    """Name, version and source hash of this code: provenance of what it writes, never part of a key."""
+    """Name, version and source hash of this code: provenance of its outputs, never part of a key."""
     sources = sorted(
         (f"{package}/{path.relative_to(root).as_posix()}", path)
         for package in ("pipeline", "schemas")
@@ -33,7 +33,7 @@ def software() -> str:
     return f"{RELEASE}+{code[:8]}"
 
 
-#: Name and version of this software: what a log or a report says it was written by.
+#: Name and version of this software, as logs and reports state their writer.
 RELEASE = f"pitchlore {__version__}"
 
 
@@ -44,8 +44,8 @@ class FileRecord(BaseModel):
         path: relative to the data folder (receipts) or the version's folder (manifests).
         sha256: of its bytes.
         size: in bytes.
-        table: ``name/version`` of its schema, None for what is not a table.
-        rows: of the table.
+        table: ``name/version`` of its schema, None if it is not a table.
+        rows: number of rows of the table.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -58,7 +58,7 @@ class FileRecord(BaseModel):
 
 
 class Receipt(BaseModel):
-    """Proof of one piece of work: what it was made from and what it is.
+    """Record of one piece of work: its inputs and its files.
 
     Attributes:
         noun: the stage.
@@ -92,7 +92,7 @@ class Receipt(BaseModel):
 
 
 class Manifest(Receipt):
-    """Proof of one immutable version. Paths are relative to the version's folder.
+    """Record of one immutable version. Paths are relative to the version's folder.
 
     Attributes:
         version: from 1.
@@ -104,7 +104,7 @@ class Manifest(Receipt):
 
 
 class Quarantined(BaseModel):
-    """A match that a stage could not take, and why.
+    """A match or recording that a stage refused, and the reason.
 
     Attributes:
         noun: the stage that refused it.
@@ -127,9 +127,9 @@ def canonical(value: object) -> bytes:
 
 
 def fingerprint(settings: BaseModel) -> str:
-    """SHA-256 in hex of all that settings say.
+    """SHA-256 in hex of settings as JSON.
 
-    Ids are made of it, so its JSON stays spelt with spaces, and a field that was renamed keeps its first
-    name here, as its ``serialization_alias``.
+    Ids are made of it. So its JSON keeps its spaces, and a renamed field keeps its first name here, as its
+    ``serialization_alias``.
     """
     return digest(json.dumps(settings.model_dump(mode="json", by_alias=True), sort_keys=True).encode())

@@ -1,4 +1,4 @@
-"""Tables as bytes: Parquet that carries its schema's name and version. No disk in here."""
+"""Tables as bytes: Parquet with its schema's name and version. No function here touches the disk."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ VERSION_FOLDER = re.compile(r"^v(\d{4,})$")
 
 
 class Confirmed(BaseModel):
-    """Work that was found to make what the newest version holds already.
+    """Work whose outcome equals the newest version.
 
     Attributes:
         key: of the work.
@@ -63,7 +63,7 @@ class Versions(Reading):
         return manifest
 
     def unreadable_versions(self, noun: str) -> dict[str, str]:
-        """Manifests that cannot be read: ``version N`` to what is wrong."""
+        """Problems of unreadable manifests, by ``version N``."""
         found = {}
         for version in self.versions(noun):
             try:
@@ -87,10 +87,10 @@ class Versions(Reading):
 
     @contextmanager
     def claim(self, noun: str) -> Iterator[int]:
-        """Hold the next free version number of a noun, against every other process.
+        """Hold the next free version number of a noun against every other process.
 
-        The number is claimed by the exclusive creation of a file and held by a lock on it, which
-        dies with its process: a number whose claimant was killed before it committed is free again.
+        The number is claimed by the exclusive creation of a file, and held by a lock on it that ends with
+        the process. If a process is killed before its commit, its number is free again.
         """
         folder = self.root / noun
         folder.mkdir(parents=True, exist_ok=True)
@@ -152,11 +152,11 @@ class Versions(Reading):
         return manifest
 
     def confirm(self, work: Work, version: int) -> None:
-        """Note that this work makes what a version holds already: it need not be done to know that."""
+        """Note that this work gives the content of an existing version, so that it is not done again."""
         self.write_bytes(self._confirmed(work.noun), pretty(Confirmed(key=work.key, version=version)))
 
     def standing(self, work: Work) -> Manifest | None:
-        """The newest version if it is of this work, or was found to be what this work makes; else None."""
+        """The newest version, if it is of this work or was confirmed for it; else None."""
         newest = self.latest(work.noun)
         if newest is None or newest.key == work.key:
             return newest
@@ -170,7 +170,7 @@ class Versions(Reading):
         return self.root / noun / "confirmed.json"
 
     def verify_version(self, noun: str, version: int) -> list[str]:
-        """What is wrong with a version's files, one line each; empty if nothing is."""
+        """Problems of a version's files, one line each; empty if there is none."""
         try:
             manifest = self.manifest(noun, version)
         except PitchloreError as error:

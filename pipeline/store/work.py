@@ -1,4 +1,4 @@
-"""A piece of work, the key that names it, and what it makes."""
+"""A piece of work: its key and its outcome."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from schemas import Table
 
 @dataclass(frozen=True)
 class Work:
-    """One piece of work: everything that its outcome depends on, and nothing else.
+    """One piece of work: exactly the things that its outcome depends on.
 
     Attributes:
         noun: the stage.
@@ -47,7 +47,7 @@ class Work:
 
     @cached_property
     def key(self) -> str:
-        """The 16 hex digits that stand for this work. The code is no part of it: ``version`` is."""
+        """16 hex digits that identify this work. They cover ``version``, not the code."""
         deciding = self.settings if self.deciding is None else self.deciding
         parts = [
             self.noun, self.name, dict(self.inputs), dict(deciding), self.seed,

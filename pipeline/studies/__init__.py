@@ -1,1 +1,1 @@
-"""Studies: seasons, paradigms, evaluations, and how their claims are judged."""
+"""Studies: seasons, paradigms, evaluations, and the verdicts on their claims."""

@@ -1,1 +1,1 @@
-"""Matches that are played: the recipe, the teams' controllers, and the loop of physics and referee."""
+"""Played matches: the recipe, the teams' controllers, and the loop of physics and referee."""

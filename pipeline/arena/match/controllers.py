@@ -24,10 +24,9 @@ from schemas import Policies
 
 
 class Controller(Protocol):
-    """Plays a team, whose view is turned so that its own goal is at -x.
+    """Plays a team. The team's view is turned so that its own goal is at -x.
 
-    Only ``think`` has to be written: by default a controller keeps no account of play and logs no
-    decisions.
+    A subclass needs only ``think``: by default a controller ignores the state of play and logs no decisions.
     """
 
     def restarted(self, frame: int, lead: int) -> None:

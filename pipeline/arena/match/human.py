@@ -36,9 +36,9 @@ class DriveCommand(NamedTuple):
 class HumanController(Controller):
     """Plays a team for a person.
 
-    The static rules share out their work among all robots: a person who drives the attacker attacks,
-    and the others keep the goal and support. No decisions are logged; the recogniser finds the
-    situations of a person as it finds those of anybody.
+    The static rules give a job to every robot, also to the driven one. If the person drives the attacker,
+    the other robots keep the goal and support. No decisions are logged; the recogniser finds a person's
+    situations like those of any team.
 
     Args:
         robots: N.
@@ -62,7 +62,7 @@ class HumanController(Controller):
         self.reward = 0.0
 
     def command(self, command: DriveCommand) -> None:
-        """Drive so from the next frame on, until another command comes."""
+        """Follow this command from the next frame on, until the next command."""
         self._command = command
 
     def switch(self, to: Literal["next", "nearest"]) -> None:

@@ -107,7 +107,7 @@ class Match:
         )  # fmt: skip
 
     def advance(self, frames: int = 1) -> bool:
-        """Play some frames, fewer if the match ends; whether it goes on."""
+        """Play some frames, fewer if the match ends. Returns whether the match goes on."""
         for _ in range(frames):
             if self.over:
                 break
@@ -115,7 +115,7 @@ class Match:
         return not self.over
 
     def leave(self) -> None:
-        """End the match at the frame that is next, before its time."""
+        """End the match early, at the next frame."""
         if self.over:
             return
         frame = self.frame
@@ -157,7 +157,7 @@ class Match:
         self._arena.frame(self._wheels)
 
     def _look(self) -> F64:
-        """The bodies as the camera sees them; what it does not see is NaN in the sample that is logged."""
+        """The bodies as the camera sees them; unseen bodies are NaN in the logged sample."""
         seen, visible = self._camera.see(self.bodies)
         if self._logged:
             sample = seen.copy()
@@ -216,7 +216,7 @@ def _frames(samples: F64, first: int, laws: Laws) -> Frames:
 
 
 def _rows(decided: Sequence[Decided], team: str, match_id: str, laws: Laws) -> pl.DataFrame:
-    """Decisions of a team as rows of schema Decisions; what they were worth the stage decisions finds."""
+    """Decisions of a team as rows of schema Decisions; the stage decisions adds their values."""
     rows = [
         {
             "match_id": match_id, "team": team, "robot": d.robot, "role": ROLES[d.role],

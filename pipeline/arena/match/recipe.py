@@ -1,4 +1,4 @@
-"""The recipe of a match: the same recipe, under the same code, plays the same match byte for byte."""
+"""The recipe of a match: with the same code, the same recipe plays the same match byte for byte."""
 
 from __future__ import annotations
 
@@ -19,22 +19,23 @@ from pipeline.store.receipts import fingerprint
 class TeamSettings(Frozen):
     """Settings of a team.
 
-    Three fields have a ``serialization_alias``: their first names, which ids of matches are made of.
+    Three fields keep their first names as ``serialization_alias``, because ids of matches are made of them.
 
     Attributes:
         kind: name of a team in ``pipeline.arena.teams.table.TEAMS``.
-        people: of a human-like team: the ranges that its person is drawn from.
-        policy: of a learned team: label and SHA-256 of the policy's table; None for a team that knows
-            nothing yet, and moves randomly.
-        explore: of a learned team: chance that a robot takes any behaviour that it knows for the state
-            instead of the best, in [0, 1].
-        posterior_std: of a learned team: standard deviation of a value known from one episode, goals; it
+        people: for a human-like team: the ranges that its person is drawn from.
+        policy: for a learned team: label and SHA-256 of the policy's table. None: the team knows nothing
+            yet and moves randomly.
+        explore: for a learned team: probability that a robot takes any behaviour that it knows for the
+            state instead of the best.
+        posterior_std: for a learned team: standard deviation of a value known from one episode, goals; it
             falls with the root of the evidence. At each restart the team draws a value for each action
-            from this posterior and plays by these until play stops: exploration that lasts (posterior
-            sampling: Strens 2000; Osband, Russo and Van Roy 2013).
-        lcb_weight: of a learned team: standard errors that are taken off each value, goals for a value known
-            from one episode (a lower confidence bound): of two like values it prefers the better known.
-        min_visits: of a learned team: visits that a state needs to be looked up by a finer key.
+            from this posterior, and plays by these values until play stops (posterior sampling: Strens
+            2000; Osband, Russo and Van Roy 2013).
+        lcb_weight: for a learned team: goals subtracted from a value known from one episode, falling with
+            the root of the evidence (a lower confidence bound). Of two equal values the team prefers the
+            one with more evidence.
+        min_visits: for a learned team: least visits of a state to be looked up by a finer key.
     """
 
     kind: TeamKind
@@ -47,15 +48,15 @@ class TeamSettings(Frozen):
 
 
 class MatchSettings(Frozen):
-    """Settings of matches that do not depend on the teams; in TOML ``robots`` and a table a field.
+    """Settings of matches that do not depend on the teams. In TOML: ``robots``, and a table for each field.
 
     Attributes:
-        robots: a side; as many as find room on the pitch.
-        pitch: where. Of the numbers that are not given, those of the league that ``kind`` names.
-        physics: of the arena; those of VSSS robots and their ball on whatever pitch. How large both are
-            goes by the pitch's kind.
+        robots: robots of each team; as many as find room on the pitch.
+        pitch: the pitch. Lengths that are not given are those of the league that ``kind`` names.
+        physics: physics of the arena, by default those of VSSS robots and their ball on every pitch. The
+            pitch's kind decides the sizes of robots and ball.
         referee: the laws, which scale with the pitch.
-        camera: through which teams and log see the match; the referee sees all. Off by default.
+        camera: the camera by which teams and log see the match; the referee sees all. Off by default.
     """
 
     robots: int = Field(default=3, ge=1)
@@ -73,16 +74,16 @@ class MatchSettings(Frozen):
         return pitch if usual is None else usual.model_dump() | pitch
 
     def of_match(self) -> dict[str, Any]:
-        """These settings by name, for other models that have them, too."""
+        """These settings by name, for other models that include them."""
         return {name: getattr(self, name) for name in MatchSettings.model_fields}
 
 
 def match_settings(said: dict[str, Any], where: str) -> MatchSettings:
-    """The default settings of matches, with those of a file on top.
+    """The default settings of matches, overridden by a file.
 
     Args:
         said: keys and tables of a TOML file.
-        where: they are from, for errors.
+        where: name of the file, for errors.
 
     Raises:
         BadSettings: if a key or value does not fit; names the first.
@@ -98,10 +99,10 @@ class Recipe(MatchSettings):
     """A match before it is played.
 
     Attributes:
-        home: attacks +x in the first half.
-        away: the other.
-        seed: decides all that is left to chance.
-        score: goals of home and away that count from the start.
+        home: the team that attacks +x in the first half.
+        away: the other team.
+        seed: seed of all random numbers.
+        score: goals of home and away at the start.
     """
 
     home: TeamSettings
@@ -111,5 +112,5 @@ class Recipe(MatchSettings):
 
     @property
     def match_id(self) -> str:
-        """Teams, seed, and a hash of everything."""
+        """Id of the match: teams, seed, and a hash of the whole recipe."""
         return f"{self.home.kind}-{self.away.kind}-{self.seed}-{fingerprint(self)[:12]}"

@@ -1,1 +1,1 @@
-"""The arena: bodies that move by the laws of physics, and the referee who watches them."""
+"""Physics of the arena, and the referee."""

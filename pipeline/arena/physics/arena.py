@@ -19,8 +19,8 @@ from pipeline.pitch import SCALES, Pitch
 class Arena:
     """N against N robots and a ball that move a frame at a time.
 
-    What happens after ``place`` depends on what was placed and commanded since, on nothing before it: the
-    same bodies and wheels give the same bytes, in this arena and in any other of the same settings.
+    After ``place``, motion depends only on the placed bodies and the commands since. The same bodies and
+    wheels give the same bytes in every arena with the same settings.
 
     Args:
         pitch: its walls, goals and, by its kind, the sizes of robots and ball.
@@ -41,7 +41,8 @@ class Arena:
     ) -> None:
         if robots < 1:
             raise BadSettings(
-                f"an arena needs a robot a side, not {robots}", where="robots", next_step="Ask for 1 or more"
+                f"an arena needs at least one robot a side, not {robots}", where="robots",
+                next_step="Ask for 1 or more",
             )
         self.pitch = pitch
         self.robots = robots
@@ -58,10 +59,10 @@ class Arena:
         self.place(self._line_up())
 
     def place(self, bodies: F64) -> None:
-        """Put all bodies where they shall be, moving as they shall move.
+        """Give all bodies new places and velocities.
 
-        Wheels turn as the robots move. Bodies that overlap are pushed apart in the frames that follow. The
-        ball has no THETA and OMEGA, they become 0.
+        Wheels turn as the robots move. Bodies that overlap are pushed apart in the next frames. The ball's
+        THETA and OMEGA become 0.
 
         Args:
             bodies: float64 [1 + 2 N, 6], copied.

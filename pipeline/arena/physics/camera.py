@@ -1,8 +1,8 @@
 """The camera above the pitch: it sees bodies late, with noise, and not in every frame.
 
-It spoils what is seen, as FIRASim's vision does (Gaussian noise, sending delay, vanishing; its
-``configwidget.cpp`` 8955749), and adds what the program behind a real camera has to do: velocities are
-estimated from the poses that were seen.
+Its errors are those of FIRASim's vision: Gaussian noise, sending delay, vanishing bodies (its
+``configwidget.cpp`` 8955749). Like the program behind a real camera, it estimates velocities from the
+poses that were seen.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ _DEVIATIONS = 6.0
 
 
 class CameraSettings(Frozen):
-    """Errors of the camera: none by default, which costs nothing. See also :data:`TYPICAL`.
+    """Errors of the camera: none by default, which takes no time. See also :data:`TYPICAL`.
 
     Attributes:
         position_noise: standard deviation of each coordinate of a position, metres.
-        heading_noise: of a robot's heading, radians.
-        latency_s: age of what is seen, seconds; rounded to whole frames.
-        robot_unseen: chance that a robot is not seen in a frame, each robot and frame by itself.
-        ball_unseen: the same of the ball.
-        smoothing_s: time constant of the filter that estimates velocities: what was seen so long ago
-            counts 1/e of what is seen now. With the noise of TYPICAL at 60 Hz a velocity is off by
-            1.7 cm/s (standard deviation) and a tenth of a second late; half of it, 4.6 cm/s and half as
-            late. Ours.
+        heading_noise: standard deviation of a robot's heading, radians.
+        latency_s: age of the picture, seconds; rounded to whole frames.
+        robot_unseen: probability that a robot is not seen in a frame, independent for each robot and frame.
+        ball_unseen: the same for the ball.
+        smoothing_s: time constant of the filter that estimates velocities: a sample of this age counts 1/e
+            of a new one. With the noise of TYPICAL at 60 Hz a velocity has an error of 1.7 cm/s (standard
+            deviation) and is a tenth of a second late. With half the time constant the error is 4.6 cm/s,
+            and the delay is half as long. Ours.
     """
 
     position_noise: float = Field(default=0.0, ge=0)
@@ -66,12 +66,12 @@ TYPICAL = CameraSettings(
 class Camera:
     """View of players and of the log, a frame at a time.
 
-    A camera that is off hands through what it is given. Any other one sees poses only. Velocities come
-    from a fading-memory filter of first degree on each coordinate (Brookner 1998, "Tracking and Kalman
-    Filtering Made Easy", section 1.2.6): where a body is seen ``k`` frames after it was seen last, with
-    ``theta = exp(-k / (hz smoothing_s))`` the filter's own place moves by ``1 - theta²`` of what it was
-    wrong by, and its velocity by ``(1 - theta)²`` of that a ``k / hz``. A body that is seen further away
-    than it can have driven or rolled was put there, and its velocity starts from 0, as all do.
+    A camera that is off passes its input on. Any other camera sees poses only. It estimates velocities by a
+    fading-memory filter of first degree on each coordinate (Brookner 1998, "Tracking and Kalman Filtering
+    Made Easy", section 1.2.6). Let a body be seen ``k`` frames after it was seen last, and
+    ``theta = exp(-k / (hz smoothing_s))``. The filter's position then moves by ``1 - theta²`` of its error,
+    and its velocity by ``(1 - theta)²`` of the error over ``k / hz``. A body that is seen further away than
+    it can have driven or rolled was put there, and its velocity starts from 0, as all do.
 
     What is random in a frame depends on ``rng`` and the frame's number alone, not on the settings.
 

@@ -1,11 +1,11 @@
 """Forces of the floor on bodies in one step: wheels push robots, and the ball loses speed as it rolls.
 
 A robot stands on two wheels on the axis through its centre, each with half its weight. A wheel's rim
-follows the commanded speed as fast as its motor can. Where rim and floor move differently, or the robot
-moves sideways, friction pushes with all it needs to end that, within the friction ellipse of the wheel:
-``(forward / (forward_grip load))² + (sideways / (sideways_grip load))² <= 1``. It answers motion, so what
-pushes a robot that stands moves it for one step before the floor holds it: pushed all the time, even by
-less than its grip, it creeps (at most 6.5 cm/s by one robot, in steps of 1/120 s).
+follows the commanded speed as fast as its motor can. If rim and floor move differently, or if the robot
+moves sideways, friction pushes as hard as needed to end that, within the friction ellipse of the wheel:
+``(forward / (forward_grip load))² + (sideways / (sideways_grip load))² <= 1``. Friction answers motion, so
+a push moves a standing robot for one step before the floor holds it. A robot that is pushed all the time,
+even by less than its grip, creeps (at most 6.5 cm/s by one robot, in steps of 1/120 s).
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def drive(bodies: F64, wheels: F64, rims: F64, of: F64, forces: F64) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gripped(along: float, across: float, most_along: float, most_across: float) -> tuple[float, float]:
-    """The force that a wheel would need, shortened to what its friction ellipse allows, newtons."""
+    """The force that a wheel needs, shortened to the limit of its friction ellipse, newtons."""
     square = (along / most_along) ** 2 + (across / most_across) ** 2
     part = 1 / math.sqrt(square) if square > 1.0 else 1.0
     return along * part, across * part
@@ -129,7 +129,7 @@ def publish(state: F64, bodies: F64) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def roll(bodies: F64, of: F64, rims: F64) -> None:
-    """Give rims the speeds with which the robots roll as they move, without slip.
+    """Give rims the speeds at which the moving robots roll without slip.
 
     Args:
         bodies: float64 [1 + 2 N, 6].

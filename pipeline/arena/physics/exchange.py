@@ -25,7 +25,7 @@ _SET = ffi.addressof(lib, "pmSpaceBodySetIteratorFuncBatched")
 
 
 class Exchange(Protocol):
-    """Arrays on this side of a space, one row a body in the order in which they were added.
+    """Arrays for the bodies of a space, one row for each body in the order of their addition.
 
     Attributes:
         state: float64 [at least bodies, 6], columns of ``pipeline.bodies``, THETA not wrapped.
@@ -36,7 +36,7 @@ class Exchange(Protocol):
     forces: F64
 
     def attach(self, space: pymunk.Space, bodies: Sequence[pymunk.Body]) -> None:
-        """Serve this space from now on, and take its state; it has the same number of bodies always."""
+        """Serve this space from now on, and take its state. It must have the same number of bodies."""
 
     def take(self) -> None:
         """Bring ``state`` up to date."""
@@ -48,8 +48,8 @@ class Exchange(Protocol):
 class ByBatch:
     """By pymunk's batch interface, which walks through all bodies of a space, its static one last.
 
-    Its functions pack their arguments anew at each call, which takes longer than the walk. Here they are
-    packed once, and the walk is asked for as those functions ask for it.
+    Its functions pack their arguments anew at each call, which takes longer than the walk. Here the
+    arguments are packed once, and the walk is called directly, as those functions call it.
     """
 
     def __init__(self, count: int) -> None:

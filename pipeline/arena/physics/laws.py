@@ -34,20 +34,20 @@ class RefereeSettings(Frozen):
     """Length of a match, and the calls of the referee.
 
     Attributes:
-        duration_s: of the whole match, its rests included: the clock never stops. The paper's games
+        duration_s: duration of the whole match, pauses included: the clock never stops. The paper's games
             take about eight minutes (section 6); the league plays two times five.
-        halves: equal parts; the teams change sides between them.
-        pause_s: how long play rests from a goal or a foul to the restart, at least one frame. Ours;
+        halves: number of equal parts; the teams change sides between them.
+        pause_s: pause of play from a goal or a foul to the restart, at least one frame. Ours;
             VSSReferee's 5 s are for hands that carry robots.
-        stuck_speed: a slower ball may be stuck, m/s on a VSSS pitch, elsewhere times the pitch's
+        stuck_speed: speed below which a ball may be stuck, m/s on a VSSS pitch; elsewhere times the pitch's
             ``Scales.speed`` (VSSReferee, ballMinSpeedForStuck).
-        stuck_s: a ball that is slow for so long is stuck (VSSReferee, stuckedBallTime).
-        crowd: so many robots of one team in a goal area are too many (FIRA: more than one).
-        crowd_s: for so long may there be too many while the ball is there, too (VSSReferee).
-        penalty: whether there are penalties. A stuck ball that would be one becomes a free ball.
-        goal_kick: whether there are goal kicks, likewise.
-        scatter: robots are put off their place by up to so many robot lengths along each axis, and off
-            their heading by up to so many radians, so that no two matches are alike. Ours.
+        stuck_s: time for which a stuck ball is slow (VSSReferee, stuckedBallTime).
+        crowd: least number of robots of one team in a goal area that is too many (FIRA: more than one).
+        crowd_s: longest time for which too many robots may be there together with the ball (VSSReferee).
+        penalty: whether there are penalties. Without them a stuck ball gives a free ball instead.
+        goal_kick: whether there are goal kicks. Without them a stuck ball gives a free ball instead.
+        scatter: greatest random offset of a robot at a restart, in robot lengths along each axis and in
+            radians of its heading, so that no two matches are alike. Ours.
     """
 
     duration_s: float = Field(default=480.0, gt=0)
@@ -65,8 +65,8 @@ class RefereeSettings(Frozen):
 class Marks(NamedTuple):
     """Marks of a pitch, metres from the centre.
 
-    Lengths along x are shares of the pitch's length, those along y of its width, and the width of
-    the goal area is a share of the goal's, so that a VSSS pitch has the numbers in brackets.
+    Lengths along x are shares of the pitch's length, lengths along y of its width. The width of the goal
+    area is a share of the goal's. A VSSS pitch has the numbers in brackets.
 
     Attributes:
         goal_x: the goal lines (0.75).
@@ -79,8 +79,8 @@ class Marks(NamedTuple):
         mark_y: the marks of free balls (0.40); those of penalties are at y = 0.
         circle: radius of the centre circle, and a robot's distance from a free ball (0.20).
         corner: what the corners are cut off by, along each side (0.07).
-        near: a robot so near to a stuck ball contests it: 1.5 robot lengths (0.1125); but no less
-            than contact, which reaches further where robots kick from afar (2D).
+        near: distance within which a robot contests a stuck ball: 1.5 robot lengths (0.1125), or the
+            contact distance if that is greater, as in 2D, where robots kick from afar.
         robot: half a robot's length.
     """
 
@@ -102,20 +102,20 @@ class Marks(NamedTuple):
         """The marks of a pitch.
 
         Raises:
-            BadSettings: if its goals are too shallow for a ball to be wholly in, or if it is too
-                small for its robots to be put where the laws want them.
+            BadSettings: if its goals are too shallow for a whole ball, or if it is too small for the
+                places that the laws give to robots.
         """
         scales = SCALES[pitch.kind]
         robot, ball = scales.robot_radius, scales.ball_radius
         if pitch.goal_depth <= 2 * ball:
             raise BadSettings(
-                f"no ball of {2 * ball:g} m is ever wholly in a goal {pitch.goal_depth:g} m deep",
+                f"a goal {pitch.goal_depth:g} m deep is too shallow for a whole ball of {2 * ball:g} m",
                 where="pitch", next_step="Make the goals deeper",
             )
         length, width = _LENGTH_IN_ROBOTS * 2 * robot, _WIDTH_IN_ROBOTS * 2 * robot
         if pitch.length < length or pitch.width < width:
             raise BadSettings(
-                f"{pitch.length:g} by {pitch.width:g} m are too small for robots of {2 * robot:g} m",
+                f"{pitch.length:g} by {pitch.width:g} m is too small for robots of {2 * robot:g} m",
                 where="pitch: length, width", next_step=f"Make it at least {length:.3g} by {width:.3g} m",
             )
         return cls(
@@ -136,5 +136,5 @@ class Marks(NamedTuple):
 
 
 def frames_of(seconds: float, hz: float) -> int:
-    """The least number of frames that take so long; what is a frame but for rounding is one."""
+    """The least number of frames that take at least this time; rounding errors do not add a frame."""
     return math.ceil(round(seconds * hz, 6))

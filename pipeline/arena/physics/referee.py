@@ -1,6 +1,6 @@
 """The referee: watches every frame, calls goals and fouls, keeps the time and the score.
 
-Its memory is one record of whole numbers; whoever keeps it can go on with the match. ::
+Its memory is one record of whole numbers, from which a match can be continued. ::
 
     laws = Laws.of(pitch, settings, hz)
     state = begin()
@@ -82,12 +82,12 @@ WORDS = {KICK_OFF: "kick-off", FREE_BALL: "free ball", PENALTY: "penalty", GOAL_
 
 @dataclass(frozen=True, slots=True)
 class Laws:
-    """The laws on a pitch that is seen so many times a second.
+    """The laws on a pitch, at a frame rate.
 
     Attributes:
-        settings: that the laws are made of.
+        settings: the settings that the laws are made from.
         hz: frames a second.
-        marks: of the pitch.
+        marks: marks of the pitch.
         limits: one record of :data:`LIMITS`, shape [], for :func:`watch`.
     """
 
@@ -125,7 +125,7 @@ class Laws:
         return int(self.limits["duration"])
 
     def t_ns(self, frame: int) -> int:
-        """When a frame is, nanoseconds after the first."""
+        """Time of a frame, nanoseconds after the first."""
         return round(frame * 1e9 / self.hz)
 
     def periods(self) -> tuple[Period, ...]:

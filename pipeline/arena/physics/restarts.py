@@ -1,8 +1,8 @@
 """Places of the bodies when play restarts.
 
-Everything is laid out as the team sees it that takes the restart: its own goal at -x, its adversary's
-at +x (at a free ball, which nobody takes, as home sees it). Of each team the first robot is the
-goalkeeper and the last one goes to the ball, or as near as it may; a lone robot does what matters more.
+Everything is laid out in the view of the team that takes the restart: its own goal at -x, its adversary's
+at +x. Nobody takes a free ball, so it is laid out in home's view. The first robot of each team is the
+goalkeeper, and the last one goes to the ball, or as near as it may. A lone robot does what matters more.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ CORNERS = {Kind.VSSS: 0.07}
 def walls(pitch: Pitch) -> list[Polygon]:
     """The solid parts around the pitch, corners counter-clockwise, metres.
 
-    They are a third of the pitch's length thick: nothing that hits one comes out on the other side.
+    They are a third of the pitch's length thick, so no body passes through one.
     Blocks beside each goal end at its posts, so the goal has sides; a block closes it ``goal_depth``
     behind the line.
     """
@@ -39,5 +39,5 @@ def _box(left: float, low: float, right: float, high: float) -> Polygon:
 
 
 def _turned(polygon: Polygon) -> Polygon:
-    """Half a turn about the centre: what one team meets the other meets too."""
+    """The same shapes after half a turn about the centre: both teams meet equal walls."""
     return [(-x, -y) for x, y in polygon]

@@ -1,8 +1,8 @@
 """A family of teams that stands in for people at joysticks; it is no model of anyone.
 
-A person drives one robot at a time, as well as a person can, and sees the others a reaction late; the
-rest of the team follows the static rules at a slower pace. Reaction, steadiness, skill, patience and
-tactics differ from person to person and are drawn anew for each game.
+The person drives one robot at a time, imperfectly, and sees the ball and the other team late by a reaction
+time. The rest of the team follows the static rules at a slower pace. Reaction, steadiness, skill, patience
+and tactics differ from person to person, and are drawn anew for each game.
 """
 
 from __future__ import annotations

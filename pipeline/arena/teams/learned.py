@@ -1,9 +1,10 @@
-"""The team that plays a policy: each robot by itself looks up the behaviour of its role in the state it sees.
+"""The team that plays a policy: each robot looks up the behaviour for its role in the state that it sees.
 
-A robot decides when play starts and whenever its behaviour is over. It looks for the state by the finest
-key that knows it, there takes the behaviour of the greatest value (ties at random), now and then any that
-the state offers. Where nothing is known it moves randomly, as the paper's learner does in new states
-(section 4). A behaviour is its codes in order; each lasts until its executor says that it is over.
+A robot decides when play starts and whenever its behaviour is over. It looks up the state by the finest
+key that knows it, and takes the behaviour of the greatest value, with ties broken at random. With
+probability ``explore`` it takes any behaviour of the state. If no key knows the state, it moves randomly,
+as the paper's learner does in new states (section 4). A behaviour is its codes in order; each lasts until
+its executor says that it is over.
 """
 
 from __future__ import annotations
@@ -85,7 +86,7 @@ def decide(
     view: F64, direction: float, lead: int, robots: Records, policy: Policy, packed: Records,
     splitmix: SplitMix, decisions: Records,
 ) -> int:  # fmt: skip
-    """Let the robots decide that have to.
+    """Decide for each robot whose behaviour is over.
 
     Args:
         view: float64 [1 + 2 N, 6], the team's.

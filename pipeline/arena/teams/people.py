@@ -25,18 +25,18 @@ Share = Annotated[tuple[_Part, _Part], AfterValidator(_ordered)]
 
 
 class People(Frozen):
-    """Ranges that a person is drawn from, evenly; each pair is the least and the most, both included.
+    """Ranges from which a person is drawn uniformly; each pair is the least and the greatest value, included.
 
-    All numbers are ours; a simple reaction to something seen takes people about a quarter of a second.
+    All numbers are ours. A simple reaction to something seen takes people about a quarter of a second.
 
     Attributes:
-        delay_s: how late the ball and the other team are seen, seconds.
+        delay_s: delay with which the ball and the other team are seen, seconds.
         wobble_rad: standard deviation of the direction of driving around the intended one, radians.
         wobble_s: correlation time of an error of direction, seconds.
         skill: share of the top speed that the driven robot uses.
         pace: share of the top speed that the others use.
-        switch_s: how long a robot is driven before another may be, seconds.
-        tactics: those that a game may have, each as likely.
+        switch_s: time for which a robot is driven before another may be, seconds.
+        tactics: possible tactics of a game, equally likely.
     """
 
     delay_s: Span = (0.15, 0.35)

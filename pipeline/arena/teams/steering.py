@@ -32,7 +32,7 @@ _HINDERED = 0.25
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def set_wheels(v: float, omega: float, robot: int, m: Measures, wheels: F64) -> None:
-    """Forward speed and turn rate; where both are too much for the wheels, the turn goes before."""
+    """Set forward speed and turn rate; if the wheels cannot do both, the turn has precedence."""
     spin = clamp(0.5 * omega * m.axle, m.top)
     v = clamp(v, m.top - abs(spin))
     wheels[robot - 1, 0] = v - spin
@@ -140,7 +140,7 @@ def _spiral(x: float, y: float, turning: float, smoothing: float) -> float:
 def around(
     view: F64, robot: int, dx: float, dy: float, reach: float, m: Measures
 ) -> tuple[float, float]:
-    """A direction bent round the robots that are in its way, each on the side on which it leads anyway.
+    """The direction, bent round each robot in its way, on the side that it already passes.
 
     Args:
         view: the team's.
@@ -177,7 +177,7 @@ def around(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def along_walls(view: F64, robot: int, dx: float, dy: float, m: Measures) -> tuple[float, float]:
-    """A direction without what leads into a wall that the robot is at; goal mouths count as walls."""
+    """The direction without its part into a wall that the robot touches; goal mouths count as walls."""
     margin = 1.15 * m.radius
     x, y = view[robot, X], view[robot, Y]
     if abs(x) > m.goal_x - margin and x * dx > 0.0:
@@ -189,7 +189,7 @@ def along_walls(view: F64, robot: int, dx: float, dy: float, m: Measures) -> tup
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def held(view: F64, robot: int, m: Measures, wheels: F64) -> bool:
-    """Whether a robot hardly moves as its wheels tell it to, as if something is in its way.
+    """Whether a robot hardly moves although its wheels turn, as if something is in its way.
 
     That is so if the floor passes under its wheels at less than ``_HINDERED`` of the speed that they are
     told, both wheels together (the projection on what they are told). Wheels that have to change their

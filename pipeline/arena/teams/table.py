@@ -1,4 +1,4 @@
-"""The teams that can play, an entry each: every list of teams, help text and plot is made from it."""
+"""The teams that can play, one entry each. Every list of teams, help text and plot is made from them."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Team(NamedTuple):
 
     @property
     def opponent(self) -> bool:
-        """Whether seasons can be played against it: whether the tables of seasons have its name."""
+        """Whether seasons can be played against it, because the tables of seasons have its name."""
         return self.name in OPPONENTS
 
 

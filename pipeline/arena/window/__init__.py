@@ -1,4 +1,4 @@
-"""The window in which a person plays; the only door to pygame, which the extra ``play`` brings.
+"""The window in which a person plays; the only package that imports pygame (extra ``play``).
 
 ==============  ==============================================================
 screen          the window: opened, listened to, painted, in time

@@ -81,7 +81,7 @@ class Window:
         pygame.display.flip()
 
     def due(self) -> int:
-        """Wait until the next frame of the match is due; how many are, 1 to :data:`MOST_DUE`."""
+        """Wait until the next frame is due. Returns the number of due frames, 1 to :data:`MOST_DUE`."""
         time.sleep(max(self._next_s - time.perf_counter(), 0.0))
         late_s = time.perf_counter() - self._next_s
         frames = 1 + int(late_s * self._hz)
@@ -99,7 +99,7 @@ class Window:
 
 
 def _find_display() -> None:
-    """Raises pygame.error if nobody could see a window, unless the environment asks for just that."""
+    """Raise pygame.error if there is no screen, unless the environment asks for a hidden window."""
     pygame.display.init()
     if pygame.display.get_driver() in _UNSEEN and "SDL_VIDEODRIVER" not in os.environ:
         raise pygame.error("there is no display")

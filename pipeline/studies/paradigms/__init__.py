@@ -1,1 +1,1 @@
-"""The paper's comparison of paradigms: learners played in games, and what their results show."""
+"""The paper's comparison of paradigms: learners in games, and the verdicts on their results."""

@@ -1,4 +1,4 @@
-"""The sensitivity table: curves for every reading of what the paper leaves open."""
+"""The sensitivity table: curves for every reading of the details that the paper leaves open."""
 
 from __future__ import annotations
 

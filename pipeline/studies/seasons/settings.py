@@ -33,12 +33,13 @@ class SeasonSettings(MatchSettings):
         practice: further matches beside each game, for learning only; the tables do not count them.
         explore: probability in the first game that a robot takes any behaviour that it knows for a state
             instead of the best.
-        explore_last: the same in the last game; between them it changes linearly. Practice matches explore as
-            much; see ``explore_counted`` for the game itself.
-        posterior_std: of the apprentice, see ``TeamSettings``: it draws values at each restart.
-        lcb_weight: of the apprentice, likewise, in the counted match of a game.
-        explore_counted: the counted match of a game explores, too, and draws values.
-        min_visits: visits that a state needs at least to be looked up by a finer key.
+        explore_last: the same in the last game; between them it changes linearly. Practice matches explore
+            as much; see ``explore_counted`` for the game itself.
+        posterior_std: standard deviation of a value known from one episode, goals. The apprentice draws its
+            values from this posterior at each restart.
+        lcb_weight: goals subtracted from a value known from one episode, in the counted match of a game.
+        explore_counted: whether the counted match of a game explores, too, and draws values.
+        min_visits: least visits of a state to be looked up by a finer key.
         pipeline: settings of all stages.
     """
 

@@ -133,8 +133,8 @@ def compared(games: pl.DataFrame) -> pl.DataFrame:
 def ablated(games: pl.DataFrame, bases: Sequence[str]) -> pl.DataFrame:
     """Effect of each ablation: the last ten games of its seasons minus those of its base.
 
-    The interval is Welch's. Seasons of the same seed share the chances of their first game and no more, so
-    pairs of them would give away half of the degrees of freedom for almost nothing.
+    The interval is Welch's. Seasons of the same seed share the random numbers of their first game only, so
+    pairing them would halve the degrees of freedom and gain almost nothing.
 
     Args:
         games: schema Games.

@@ -1,1 +1,1 @@
-"""Plots; the only door to matplotlib. Every function takes a table and returns a figure."""
+"""Plots; the only package that imports matplotlib. Every function takes a table and returns a figure."""

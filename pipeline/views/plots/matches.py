@@ -1,4 +1,4 @@
-"""What is seen in matches: the fuzzy terms of situations, and the behaviours found."""
+"""Plots of matches: the fuzzy terms of situations, and the behaviours found."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The replay as a film: some seconds of a match as one animated GIF, for places where no page can be opened.
+"""The replay as a film: some seconds of a match as one animated GIF, for places that cannot open a page.
 
 A GIF moves wherever a picture is shown. With flat colours of one palette it is smaller than the other
 formats that browsers and GitHub animate. 20 s of a VSSS match take 0.87 MB; as WebP 0.90 (quality 70)
