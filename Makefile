@@ -7,6 +7,8 @@ VERSION := $(if $(PYTHON),$(shell $(PYTHON) -c 'import platform; print(platform.
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready-$(VERSION)
+# A file's tests share fixtures, so they run on one worker, in the order of tests/conftest.py.
+TESTS := $(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 DEMO_DATA ?= data
 STUDY_DATA ?= data
 export PREFECT_SERVER_ANALYTICS_ENABLED := false
@@ -35,10 +37,10 @@ demo-learners: $(READY)  ## a quick look at section 5 of the paper: its learners
 	$(BIN)/pitchlore paradigms --quick --figure 5 --data $(DEMO_DATA)
 
 test: $(READY) lint  ## lint, types, import contracts, tests
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
+	$(TESTS)
 
 quick: $(READY)  ## the unit tests: fast, without a Prefect server
-	$(BIN)/python -m pytest -m unit --numprocesses auto --dist loadfile --no-loadscope-reorder
+	$(TESTS) -m unit
 
 lint: $(READY)  ## style, types, import contracts
 	$(BIN)/ruff check .

@@ -92,7 +92,7 @@ COMMANDS = (
     ),
     Command(
         "serve", "serve:serve",
-        "Call `run` on a schedule, until Ctrl-C; needs `pitchlore server start` or PREFECT_API_URL.",
+        "Call `run` on a schedule, until Ctrl-C; brings a Prefect server if there is none.",
         'pitchlore serve --cron "0 6 * * 1"',
     ),
     Command(

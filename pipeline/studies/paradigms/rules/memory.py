@@ -34,7 +34,7 @@ AUX = 3
 
 
 class Memory(NamedTuple):
-    """What the N agents of one run know; O observations, A actions, K = A, or A ** N for joint actions.
+    """Memory of the N agents of one run: O observations, A actions, K = A, or A ** N for joint actions.
 
     Attributes:
         q: float64 [N, O, K], action values.
