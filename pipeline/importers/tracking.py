@@ -155,7 +155,7 @@ def _teams(
         raise BadRecording(
             f"has {len(found)} teams besides {teams.ball!r}: {', '.join(found[:8]) or 'none'}", where=name,
             next_step="Name home, away and ball in a map's [teams] table" + (
-                "; if only this team was recorded, name it alone" if len(found) == 1 else ""
+                "; if the other team was not recorded, naming this one will do" if len(found) == 1 else ""
             ),
         )
     home = teams.home or next(team for team in left if team != teams.away)
