@@ -12,8 +12,9 @@ from pydantic import ValidationError
 from support.toy_pitch import FRAME_S, kick_off, step
 from support.toy_scenes import ROBOTS, VSSS, M, mirrored, splitmix, view_of, views
 
-from pipeline.arena.teams import executors, human_like, moving_randomly, static
+from pipeline.arena.teams import human_like, moving_randomly, static
 from pipeline.arena.teams.ball import coming, has_ball, soon, spin
+from pipeline.arena.teams.executors.actions import ACTION
 from pipeline.arena.teams.goalkeeping import crossing, keep_line
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.people import People
@@ -303,7 +304,7 @@ class TestTeams:
 
     def test_random_hold(self):
         """A random robot holds its wheels for two fifths of a second."""
-        memory = np.zeros(3, dtype=executors.ACTION)
+        memory = np.zeros(3, dtype=ACTION)
         view, wheels, chance = view_of(), np.zeros((3, 2)), splitmix()
         seen = []
         for _ in range(96):

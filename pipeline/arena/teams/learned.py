@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 
 from pipeline.arena.teams import executors
+from pipeline.arena.teams.executors.actions import ACTION
 from pipeline.arena.teams.geometry import speed_of
 from pipeline.arena.teams.policy_table import LONGEST, RANDOMLY, PolicyTable
 from pipeline.arena.teams.roles import I64, assign
@@ -26,7 +27,7 @@ from pipeline.state.table import ELEMENTS, U8
 
 #: What a robot remembers: its action; the row of its behaviour in the policy table, -1 if it has to decide;
 #: the place in the behaviour of the code that it executes.
-ROBOT = np.dtype([("action", executors.ACTION), ("behaviour", np.int64), ("place", np.int64)])
+ROBOT = np.dtype([("action", ACTION), ("behaviour", np.int64), ("place", np.int64)])
 #: A decision: the robot's number; index of its role; the state by all elements; the row of the behaviour in
 #: the policy table; 1 if it was chosen at random; the key whose values decided, -1 if none knew the state.
 DECISION = np.dtype(
