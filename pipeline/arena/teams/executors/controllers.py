@@ -179,11 +179,11 @@ def _go_behind(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _receive(view: F64, robot: int, m: Measures, wheels: F64) -> None:
     """045: face the ball and meet it on its way, slower than it comes."""
-    ball = coming(view, robot, m)
-    aside, off = ball.aside, abs(ball.aside)
-    if ball.comes and off > 0.5 * m.radius:
-        dx, dy = aside * ball.uy - off * ball.ux, -aside * ball.ux - off * ball.uy
-        steer(view, robot, dx, dy, min(m.top, 0.7 * ball.speed), FRONT, m, wheels)
+    speed, ux, uy, aside = coming(view, robot, m)
+    off = abs(aside)
+    if off > 0.5 * m.radius:
+        dx, dy = aside * uy - off * ux, -aside * ux - off * uy
+        steer(view, robot, dx, dy, min(m.top, 0.7 * speed), FRONT, m, wheels)
     else:
         dx, dy = offset(view, robot, BALL)
         face(view, robot, dx, dy, m, wheels)
@@ -192,15 +192,14 @@ def _receive(view: F64, robot: int, m: Measures, wheels: F64) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _block(view: F64, robot: int, m: Measures, wheels: F64) -> None:
     """047: stand with the side across the ball's way; a ball that does not come is met with the back."""
-    ball = coming(view, robot, m)
+    speed, ux, uy, aside = coming(view, robot, m)
     dx, dy = offset(view, robot, BALL)
-    if ball.comes:
-        ux, uy, off = ball.ux, ball.uy, abs(ball.aside)
+    if speed > 0.0:
+        off = abs(aside)
         if off < 0.25 * m.radius:
             steer(view, robot, uy, -ux, 0.0, EITHER, m, wheels)
         else:
-            speed = min(m.top, m.arrival * off)
-            steer(view, robot, ball.aside * uy, -ball.aside * ux, speed, EITHER, m, wheels)
+            steer(view, robot, aside * uy, -aside * ux, min(m.top, m.arrival * off), EITHER, m, wheels)
     elif dx * dx + dy * dy < m.close * m.close:
         steer(view, robot, dx, dy, m.top, BACK, m, wheels)
     else:
