@@ -1,6 +1,7 @@
 """The ball as a robot meets it: whether the robot has it, where it will be, and driving that moves it.
 
 All functions take a team's view, float64 [1 + 2 N, 6], and the row of one of its robots, 1 to N.
+Those that drive write the robot's row of ``wheels``, see :mod:`pipeline.arena.teams.steering`.
 """
 
 from __future__ import annotations
@@ -66,18 +67,10 @@ def coming(view: F64, robot: int, m: Measures) -> tuple[float, float, float, flo
 def push(
     view: F64, robot: int, tx: float, ty: float, speed: float, round_it: float, m: Measures, wheels: F64
 ) -> None:
-    """Push a ball that is in front so that it goes to a place.
+    """Push a ball that is in front at ``speed``, m/s, so that it goes to the place (tx, ty), metres.
 
-    Args:
-        view: the team's.
-        robot: its row.
-        tx: x of the place, metres.
-        ty: y of the place, metres.
-        speed: m/s.
-        round_it: how far behind the ball's middle it aims, in shares of the distance at which they touch;
-            the more, the quicker the ball is turned, and the sooner lost.
-        m: measures.
-        wheels: written.
+    The robot aims behind the ball's middle, by the share ``round_it`` of the distance at which they touch.
+    The more, the quicker the ball is turned, and the sooner lost.
     """
     ux, uy = unit(tx - view[BALL, X], ty - view[BALL, Y])
     dx, dy = offset(view, robot, BALL)

@@ -45,7 +45,10 @@ def control(
     view: F64, robot: int, verb: int, thing: int, dx: float, dy: float, m: Measures, own: Record, wheels: F64
 ) -> None:
     """Let the controller ``verb`` write the wheels of the robot; its aim is at (dx, dy) from the robot."""
-    if verb == actions.HOLD:
+    lost = verb in (actions.HOLD, actions.GUIDE) and not has_ball(view, robot, m)
+    if lost or verb == actions.REACH:
+        _reach(view, robot, m, wheels)
+    elif verb == actions.HOLD:
         _hold(view, robot, m, wheels)
     elif verb == actions.GUIDE:
         _guide(view, robot, m, wheels)
@@ -53,8 +56,6 @@ def control(
         _kick(view, robot, m, own, wheels)
     elif verb == actions.GIVE:
         _give(view, robot, own["other"], m, own, wheels)
-    elif verb == actions.REACH:
-        _reach(view, robot, m, wheels)
     elif verb == actions.RECEIVE:
         _receive(view, robot, m, wheels)
     elif verb == actions.BLOCK:
@@ -78,9 +79,6 @@ def control(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _hold(view: F64, robot: int, m: Measures, wheels: F64) -> None:
     """001: stay at the ball and slow it down."""
-    if not has_ball(view, robot, m):
-        _reach(view, robot, m, wheels)
-        return
     gap = distance(view, robot, BALL) - m.touch
     speed = 0.8 * along(view, robot, view[BALL, VX], view[BALL, VY]) + _GRIP * gap
     dx, dy = offset(view, robot, BALL)
@@ -92,9 +90,6 @@ def _hold(view: F64, robot: int, m: Measures, wheels: F64) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _guide(view: F64, robot: int, m: Measures, wheels: F64) -> None:
     """011: push the ball to the adversary's goal without letting it go."""
-    if not has_ball(view, robot, m):
-        _reach(view, robot, m, wheels)
-        return
     rolls = max(along(view, robot, view[BALL, VX], view[BALL, VY]), 0.0)
     push(view, robot, m.goal_x, 0.0, min(rolls + 2.0 * m.moving, 0.7 * m.top), 0.25, m, wheels)
 

@@ -52,14 +52,8 @@ def is_over(
 ) -> bool:
     """Whether an action's final condition holds after a frame; the table of the module says which.
 
-    Args:
-        view: the team's.
-        robot: its row.
-        verb: of the action.
-        dx: x of the vector from the robot to the action's aim, metres.
-        dy: y of it.
-        m: measures.
-        own: the robot's record of ``actions.ACTION``; ``lasted`` is written.
+    Its aim is at (dx, dy) from the robot, metres. ``lasted`` of ``own``, a record of ``actions.ACTION``, is
+    written.
     """
     away = math.hypot(dx, dy)
     if verb == actions.APPROACH:
@@ -82,7 +76,8 @@ def is_over(
     if verb == actions.HOLD:
         return _lasts(has, _GAINED_S, m, own)
     if verb == actions.GUIDE:
-        return _lasts(has and _with_ball(view, robot, m), _GUIDED_S, m, own)
+        both_move = speed_of(view, robot) > m.moving and speed_of(view, BALL) > m.moving
+        return _lasts(has and both_move and _heads_along(view, robot), _GUIDED_S, m, own)
     if not own["had_ball"] or touches(view, robot, m):
         return False
     if verb == actions.KICK:
@@ -98,13 +93,6 @@ def _lasts(holds: bool, seconds: float, m: Measures, own: Record) -> bool:
     """Whether a condition has held for so long."""
     own["lasted"] = own["lasted"] + 1 if holds else 0
     return bool((own["lasted"] - 0.5) * m.frame_s > seconds)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _with_ball(view: F64, robot: int, m: Measures) -> bool:
-    """Whether robot and ball move, and the robot heads where the ball rolls."""
-    both = speed_of(view, robot) > m.moving and speed_of(view, BALL) > m.moving
-    return both and _heads_along(view, robot)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
