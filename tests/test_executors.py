@@ -13,6 +13,7 @@ from support.executions import confusion
 from support.toy_pitch import FRAME_S, step
 from support.toy_scenes import (
     BY_CHANCE,
+    CODES,
     VSSS,
     M,
     filmed,
@@ -26,6 +27,7 @@ from support.toy_scenes import (
 )
 
 from pipeline.arena.teams import executors
+from pipeline.arena.teams.executors.actions import ACTION, LIMIT_S
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.roles import GOALKEEPER, MIDFIELD, STRIKER, assign
 from pipeline.pitch import PITCHES, Kind
@@ -47,15 +49,15 @@ def trials():
 
 
 def limit(code):
-    return executors.LIMIT_S[code]
+    return LIMIT_S[code]
 
 
 class TestExecutors:
     def test_all_of_table_1(self):
         """There is an executor for every situation of table 1."""
-        assert set(executors.CODES) == set(TABLE_1)
+        assert set(CODES) == set(TABLE_1)
 
-    @pytest.mark.parametrize("code", executors.CODES)
+    @pytest.mark.parametrize("code", CODES)
     def test_reaches_its_end(self, code):
         """An executor mostly reaches its final condition, and always ends in time."""
         tracks = trials()[code]
@@ -86,12 +88,12 @@ class TestExecutors:
         said = {segment: set() for segment in range(len(films))}
         for segment, code in mine.select("segment", "code").iter_rows():
             said[segment].add(code)
-        named = {code: [] for code in executors.CODES}
-        chance = {code: [] for code in executors.CODES}
+        named = {code: [] for code in CODES}
+        chance = {code: [] for code in CODES}
         for segment, label in enumerate(labels):
-            for code in executors.CODES:
+            for code in CODES:
                 (named if code == label else chance)[code].append(code in said[segment])
-        for code in executors.CODES:
+        for code in CODES:
             # giving the ball away ends with the ball on its way; random moves look like anything
             if code not in (22, 23, BY_CHANCE):
                 assert np.mean(named[code]) >= 0.5, code
@@ -101,16 +103,15 @@ class TestExecutors:
     def test_agreement_in_arena(self):
         """In the arena executors and recogniser agree far more often than by chance."""
         named = confusion()
-        codes = executors.CODES
-        last = np.array([named[code].last.get(code, 0) / named[code].count for code in codes])
+        last = np.array([named[code].last.get(code, 0) / named[code].count for code in CODES])
         # one guess in 32 codes would be right by chance
-        assert last.mean() > 10 / len(codes)
-        ever = np.array([[named[code].ever.get(said, 0) / named[code].count for said in codes] for code in codes])
-        others = (ever.sum(axis=0) - ever.diagonal()) / (len(codes) - 1)
+        assert last.mean() > 10 / len(CODES)
+        ever = np.array([[named[code].ever.get(said, 0) / named[code].count for said in CODES] for code in CODES])
+        others = (ever.sum(axis=0) - ever.diagonal()) / (len(CODES) - 1)
         assert ever.diagonal().mean() > 0.6
-        assert (ever.diagonal() > others).sum() >= len(codes) - 2
+        assert (ever.diagonal() > others).sum() >= len(CODES) - 2
 
-    @given(views(count=3, ties=False), st.sampled_from([c for c in executors.CODES if c != BY_CHANCE]))
+    @given(views(count=3, ties=False), st.sampled_from([c for c in CODES if c != BY_CHANCE]))
     @settings(max_examples=300)
     def test_mirror(self, view, code):
         """In the mirror an executor does the same with its wheels swapped."""
@@ -118,20 +119,20 @@ class TestExecutors:
         roles = roles_of(view[None])[0]
         over = []
         for out, seen in zip(wheels, (view, mirrored(view)), strict=True):
-            memory = np.zeros(1, dtype=executors.ACTION)[0]
+            memory = np.zeros(1, dtype=ACTION)[0]
             executors.start(code, 1, seen, roles, M, splitmix(), memory)
             over.append(executors.act(1, seen, M, memory, out))
         assert over[0] == over[1]
         assert wheels[1, 0, ::-1] == pytest.approx(wheels[0, 0], abs=1e-9)
 
-    @given(views(), st.sampled_from(executors.CODES), st.sampled_from(list(Kind)), st.integers(0, 9))
+    @given(views(), st.sampled_from(CODES), st.sampled_from(list(Kind)), st.integers(0, 9))
     @settings(max_examples=300)
     def test_time_and_speed_limits(self, view, code, kind, seed):
         """An executor always ends in time and never drives faster than it can."""
         m = Measures.of(PITCHES[kind], top=2.0, axle=0.1, acceleration=5.0, frame_s=0.05)
         roles = np.empty(len(view) - 1, dtype=np.int64)
         assign(view, m, roles)
-        memory, wheels = np.zeros(1, dtype=executors.ACTION)[0], np.zeros((len(view) // 2, 2))
+        memory, wheels = np.zeros(1, dtype=ACTION)[0], np.zeros((len(view) // 2, 2))
         executors.start(code, 1, view, roles, m, splitmix(seed), memory)
         frames = 1
         while not executors.act(1, view, m, memory, wheels):
@@ -150,13 +151,13 @@ class TestExecutors:
         })
         roles = roles_of(view[None])[0]
         assert roles.tolist() == [GOALKEEPER, MIDFIELD, STRIKER, STRIKER, MIDFIELD, GOALKEEPER]
-        memory = np.zeros(1, dtype=executors.ACTION)[0]
+        memory = np.zeros(1, dtype=ACTION)[0]
         executors.start(code, 1, view, roles, M, splitmix(), memory)
         assert memory["other"] == row
 
     def test_nobody_to_pass_to(self):
         """Without a team-mate a pass is over at once, and the robot stands."""
-        view, wheels, memory = view_of((0.0, 0.0, 0.0), count=1), np.ones((1, 2)), np.zeros(1, dtype=executors.ACTION)[0]
+        view, wheels, memory = view_of((0.0, 0.0, 0.0), count=1), np.ones((1, 2)), np.zeros(1, dtype=ACTION)[0]
         executors.start(23, 1, view, np.zeros(2, dtype=np.int64), M, splitmix(), memory)
         assert executors.act(1, view, M, memory, wheels)
         assert wheels.tolist() == [[0.0, 0.0]]
@@ -170,7 +171,7 @@ class TestExecutors:
 
 def scored(bodies, code, frames=120):
     """Whose goal the ball is in after the robot of row 1 did something: +1 the adversary's, -1 the own, 0 none."""
-    speeds, wheels, memory = np.zeros((6, 2)), np.zeros((6, 2)), np.zeros(1, dtype=executors.ACTION)[0]
+    speeds, wheels, memory = np.zeros((6, 2)), np.zeros((6, 2)), np.zeros(1, dtype=ACTION)[0]
     executors.start(code, 1, bodies, np.zeros(6, dtype=np.int64), M, splitmix(), memory)
     over = False
     for _ in range(frames):

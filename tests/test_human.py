@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from pipeline.arena.match.controllers import ScriptedController, controller_of, measures_of
+from pipeline.arena.match.controllers import ScriptedController, controller_of
 from pipeline.arena.match.human import DriveCommand, HumanController
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
@@ -16,12 +16,11 @@ from pipeline.bodies import BALL, THETA, X, Y, see
 
 RECIPE = Recipe(home=TeamSettings(kind="human"), away=TeamSettings(kind="static"), seed=3,
                 referee=RefereeSettings(duration_s=20))
-M = measures_of(RECIPE)
 TOP, AXLE = 1.2, 0.071
 
 
 def human():
-    return HumanController(3, M, np.random.default_rng(1))
+    return HumanController(RECIPE, np.random.default_rng(1))
 
 
 def view(ball=(0.0, 0.0)):
@@ -59,7 +58,7 @@ class TestDriving:
 
     def test_the_others_play_the_static_rules(self):
         mine = wheels_at(DriveCommand(forward=1), driven=2)
-        rules = ScriptedController(TeamSettings(kind="static"), 3, M, np.random.default_rng(1))
+        rules = ScriptedController(TeamSettings(kind="static"), RECIPE, np.random.default_rng(1))
         theirs = np.zeros((3, 2))
         for frame in range(2):
             rules.think(frame, view(), theirs)

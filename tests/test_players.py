@@ -12,8 +12,10 @@ from pydantic import ValidationError
 from support.toy_pitch import FRAME_S, kick_off, step
 from support.toy_scenes import ROBOTS, VSSS, M, mirrored, splitmix, view_of, views
 
-from pipeline.arena.teams import executors, human_like, moving_randomly, static
+from pipeline.arena.physics.settings import PhysicsSettings
+from pipeline.arena.teams import human_like, moving_randomly, static
 from pipeline.arena.teams.ball import coming, has_ball, soon, spin
+from pipeline.arena.teams.executors.actions import ACTION
 from pipeline.arena.teams.goalkeeping import crossing, keep_line
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.people import People
@@ -33,7 +35,6 @@ from pipeline.arena.teams.steering import (
 )
 from pipeline.arena.teams.table import SCRIPTED, TEAMS
 from pipeline.bodies import BALL, THETA, VX, VY, X, Y, see
-from pipeline.errors import BadSettings
 from pipeline.pitch import PITCHES, Kind
 from pipeline.trajectories import kinematics
 
@@ -65,13 +66,12 @@ class TestMeasures:
         m = Measures.of(VSSS, top=1.2, axle=0.071, acceleration=1000.0, frame_s=0.1)
         assert m.gain == m.arrival == pytest.approx(2.5)
 
-    @pytest.mark.parametrize("name", ["top", "axle", "acceleration", "frame_s"])
+    @pytest.mark.parametrize("name", ["wheel_speed", "axle", "wheel_acceleration", "hz"])
     @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
     def test_refuses(self, name, value):
-        """A measure that is not positive and finite is refused by name."""
-        given = {"top": 1.2, "axle": 0.07, "acceleration": 6.0, "frame_s": 0.02} | {name: value}
-        with pytest.raises(BadSettings, match=name):
-            Measures.of(VSSS, **given)
+        """A setting that measures are made from is refused by name if it is not positive and finite."""
+        with pytest.raises(ValidationError, match=name):
+            PhysicsSettings(**{name: value})
 
 
 class TestSplitMix:
@@ -187,15 +187,15 @@ class TestBall:
     def test_comes_and_passes_beside(self):
         """Of a ball that comes are told its speed, its course and how far aside it passes."""
         # rolls to -x at 0.5 m/s, 5 cm to the left of a robot that looks at it
-        ball = coming(view_of((0.0, 0.0, 0.0), ball=(0.4, 0.05, -0.5, 0)), 1, M)
-        assert ball == pytest.approx((True, 0.5, -1.0, 0.0, 0.05))
-        assert (ball.aside * ball.uy, -ball.aside * ball.ux) == pytest.approx((0.0, 0.05))
+        speed, ux, uy, aside = coming(view_of((0.0, 0.0, 0.0), ball=(0.4, 0.05, -0.5, 0)), 1, M)
+        assert (speed, ux, uy, aside) == pytest.approx((0.5, -1.0, 0.0, 0.05))
+        assert (aside * uy, -aside * ux) == pytest.approx((0.0, 0.05))
 
     @pytest.mark.parametrize("speed", [0.5, -0.01, 0.0])
     def test_does_not_come(self, speed):
         """A ball that rolls away, or hardly rolls, does not come."""
         view = view_of((0.0, 0.0, 0.0), ball=(0.4, 0.05, speed, 0))
-        assert coming(view, 1, M) == (False, 0.0, 0.0, 0.0, 0.0)
+        assert coming(view, 1, M) == (0.0, 0.0, 0.0, 0.0)
 
     def test_where_it_will_be(self):
         """The ball is foreseen at most half a second ahead and within the walls."""
@@ -303,7 +303,7 @@ class TestTeams:
 
     def test_random_hold(self):
         """A random robot holds its wheels for two fifths of a second."""
-        memory = np.zeros(3, dtype=executors.ACTION)
+        memory = np.zeros(3, dtype=ACTION)
         view, wheels, chance = view_of(), np.zeros((3, 2)), splitmix()
         seen = []
         for _ in range(96):

@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from studies.thousand import look
 from support.borders import BALL_MOST, ROBOT_MOST, ball_overlaps, robot_overlaps
+from support.by_attribute import body_by_body
 
 from pipeline.arena.physics.arena import Arena
 from pipeline.arena.physics.drive import publish
@@ -423,7 +424,7 @@ class TestSameAgain:
     def test_batch(self, robots):
         """Bodies that move in one call move as they do body by body."""
         rng = np.random.default_rng(robots)
-        one, other = Arena(VSSS, robots), Arena(VSSS, robots, batch=False)
+        one, other = Arena(VSSS, robots), body_by_body(VSSS, robots)
         for _ in range(3):
             bodies = random_bodies(rng, robots, speed=2.0)
             one.place(bodies)

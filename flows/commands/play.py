@@ -17,7 +17,7 @@ from flows.commands.printing import console, print_json, print_stand_in
 from flows.matches import PLAYING
 from flows.record import recording
 from flows.teams import entrant
-from pipeline.arena.match.controllers import controllers_of, measures_of
+from pipeline.arena.match.controllers import controllers_of
 from pipeline.arena.match.human import HumanController
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
@@ -69,7 +69,7 @@ def play(
     teams[team] = TeamSettings(kind="human")
     recipe = _unplayed(store, Recipe(**how, home=teams[HOME], away=teams[AWAY], seed=0), seed)
     rng = np.random.default_rng([recipe.seed, 1 + team])
-    person = HumanController(recipe.robots, measures_of(recipe), rng)
+    person = HumanController(recipe, rng)
     match = Match(recipe, controllers_of(recipe, policies, person=person))
     names = ("you", against) if team == HOME else (against, "you")
     with open_window(recipe.pitch, names, recipe.physics.hz) as window, recording(store, match) as log_it:

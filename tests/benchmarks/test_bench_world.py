@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.by_attribute import body_by_body
 
 from pipeline.arena.physics.arena import Arena
 from pipeline.bodies import VX
@@ -33,7 +34,7 @@ def test_ours(benchmark):
 
 @pytest.mark.benchmark(group=GROUP)
 def test_body_by_body(benchmark):
-    arena, wheels = Arena(VSSS, 3, batch=False), commands(FRAMES // 6)
+    arena, wheels = body_by_body(VSSS, 3), commands(FRAMES // 6)
     other = Arena(VSSS, 3)
     benchmark.extra_info.update(units=len(wheels), unit="frames")
     benchmark.pedantic(play, (arena, wheels), rounds=5)

@@ -8,10 +8,11 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from support.toy_scenes import BY_CHANCE, ROBOTS, VSSS, M, filmed, openings, splitmix
+from support.toy_scenes import BY_CHANCE, CODES, ROBOTS, VSSS, M, filmed, openings, splitmix
 
 from pipeline.arena.physics.arena import Arena
 from pipeline.arena.teams import executors
+from pipeline.arena.teams.executors.actions import ACTION
 from pipeline.bodies import BALL, X, Y
 from pipeline.settings import SituationSettings
 from pipeline.situations.recognise import recognise
@@ -50,7 +51,7 @@ def confusion() -> dict[int, Named]:
     mine = table.filter((table["team"] == "home") & (table["robot"] == 1)).sort("segment", "end_ns")
     for segment, code in mine.select("segment", "code").iter_rows():
         said[segment].append(code)
-    named = {code: Named(0, Counter(), Counter()) for code in executors.CODES}
+    named = {code: Named(0, Counter(), Counter()) for code in CODES}
     for label, codes in zip(labels, said, strict=True):
         before = named[label]
         before.ever.update(set(codes))
@@ -62,7 +63,7 @@ def confusion() -> dict[int, Named]:
 def film(arena: Arena, scene: np.ndarray, roles: np.ndarray, code: int, seed: int) -> np.ndarray:
     """The robot of row 1 executes a code in the arena while the others brake: bodies, [F, 7, 6]."""
     arena.place(scene)
-    wheels, memory, chance, track = np.zeros((2 * ROBOTS, 2)), np.zeros(1, dtype=executors.ACTION)[0], splitmix(seed), []
+    wheels, memory, chance, track = np.zeros((2 * ROBOTS, 2)), np.zeros(1, dtype=ACTION)[0], splitmix(seed), []
     bodies = arena.bodies
     executors.start(code, 1, bodies, roles, M, chance, memory)
     over = False

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from support.toy_pitch import ACCELERATION, AXLE, FRAME_S, step
 
 from pipeline.arena.teams import executors
+from pipeline.arena.teams.executors.actions import ACTION, LIMIT_S, VERB
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.roles import assign
 from pipeline.arena.teams.splitmix import seeded
@@ -26,6 +27,8 @@ ROBOTS = 3
 # Codes whose initial condition is to have the ball; the one whose wheels are drawn anew with every action.
 HAVING = (1, 11, 21, 22, 23, 33)
 BY_CHANCE = 194
+#: The codes that can be executed.
+CODES = tuple(np.flatnonzero(VERB >= 0).tolist())
 
 
 def view_of(*robots, ball=(0.0, 0.0, 0.0, 0.0), count=ROBOTS):
@@ -110,7 +113,7 @@ def may_begin(b, roles):
     its = np.stack([ball[:, X], ball[:, Y], rolls, np.cos(course), np.sin(course)])
     away = np.hypot(b[:, 1:, X] - ball[:, None, X], b[:, 1:, Y] - ball[:, None, Y])
     opponent, teammate = away[:, ROBOTS:].min(axis=1), away[:, 1:ROBOTS].min(axis=1)
-    begins = {code: np.zeros(k, dtype=bool) for code in executors.CODES}
+    begins = {code: np.zeros(k, dtype=bool) for code in CODES}
 
     def look(name, fill, codes_of):
         registers = np.empty((rules[name].program.registers, k))
@@ -173,11 +176,11 @@ def perform(scene, roles, code, seed=0):
         The bodies at each frame, [F, 7, 6], and whether the action was over, not the play by a goal.
     """
     bodies, track = scene.copy(), []
-    wheels, memory, chance = np.zeros((2 * ROBOTS, 2)), np.zeros(1, dtype=executors.ACTION)[0], splitmix(seed)
+    wheels, memory, chance = np.zeros((2 * ROBOTS, 2)), np.zeros(1, dtype=ACTION)[0], splitmix(seed)
     forward = bodies[1:, VX] * np.cos(bodies[1:, THETA]) + bodies[1:, VY] * np.sin(bodies[1:, THETA])
     speeds = np.stack([forward, forward], axis=1)
     executors.start(code, 1, bodies, roles, M, chance, memory)
-    for _ in range(round(executors.LIMIT_S[code] / FRAME_S) + 1):
+    for _ in range(round(LIMIT_S[code] / FRAME_S) + 1):
         over = executors.act(1, bodies, M, memory, wheels[:ROBOTS])
         assert np.abs(wheels).max() <= M.top + 1e-12
         track.append(bodies.copy())

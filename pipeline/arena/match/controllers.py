@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -12,13 +12,12 @@ import polars as pl
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.teams import learned
 from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.policy_table import PolicyTable, policy_table_of
+from pipeline.arena.teams.policy_table import policy_table_of
 from pipeline.arena.teams.splitmix import seeded
 from pipeline.arena.teams.table import TEAMS
 from pipeline.bodies import F64
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import AWAY, HOME
-from pipeline.pitch import Pitch
 from pipeline.state import BinEdges, radix
 from schemas import Policies
 
@@ -84,19 +83,17 @@ class ScriptedController(Controller):
 
     Args:
         settings: of the team, which has a script.
-        robots: N.
-        measures: of the pitch.
+        recipe: of the match.
         rng: decides what is left to chance.
     """
 
-    def __init__(
-        self, settings: TeamSettings, robots: int, measures: Measures, rng: np.random.Generator
-    ) -> None:
+    def __init__(self, settings: TeamSettings, recipe: Recipe, rng: np.random.Generator) -> None:
         script = TEAMS[settings.kind].script
         assert script is not None, settings.kind
+        measures = measures_of(recipe)
         self._play = script.play
         self._measures = measures.packed()
-        self._memory = script.new_memory(robots, measures, rng, settings.people)
+        self._memory = script.new_memory(recipe.robots, measures, rng, settings.people)
         self._splitmix = seeded(rng)
 
     def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
@@ -107,26 +104,24 @@ class LearnedController(Controller):
     """Plays a policy.
 
     Args:
-        table: the policy.
-        names: of its behaviours, see :func:`pipeline.arena.teams.policy_table.policy_table_of`.
+        policy: rows of schema Policies, of one version; none if it knows nothing.
         settings: how it explores.
-        robots: N.
-        pitch: of the match.
-        measures: of the pitch.
+        recipe: of the match.
         rng: decides what is left to chance.
     """
 
     def __init__(
-        self, table: PolicyTable, names: Sequence[str | None], settings: TeamSettings, robots: int,
-        pitch: Pitch, measures: Measures, rng: np.random.Generator,
+        self, policy: pl.DataFrame, settings: TeamSettings, recipe: Recipe, rng: np.random.Generator
     ) -> None:
-        self._known, self._names, self._settings = table, names, settings
-        sampled = table._replace(values=table.values.copy())
-        self._policy = learned.Policy(sampled, radix("full36"), BinEdges.of(pitch), settings.explore)
-        self._measures = measures.packed()
-        self._robots = learned.new_memory(robots)
+        self._known, self._names = policy_table_of(policy, settings.min_visits)
+        self._settings = settings
+        sampled = self._known._replace(values=self._known.values.copy())
+        edges = BinEdges.of(recipe.pitch)
+        self._policy = learned.Policy(sampled, radix("full36"), edges, settings.explore)
+        self._measures = measures_of(recipe).packed()
+        self._robots = np.zeros(recipe.robots, dtype=learned.ROBOT)
         self._splitmix = seeded(rng)
-        self._made = np.zeros(robots, dtype=learned.DECISION)
+        self._made = np.zeros(recipe.robots, dtype=learned.DECISION)
         self._due = True
         self._direction = math.nan
         self._lead = self._episode = 0
@@ -134,7 +129,7 @@ class LearnedController(Controller):
         self._over: list[Decided] = []
 
     def restarted(self, frame: int, lead: int) -> None:  # noqa: D102
-        learned.forget(self._robots)
+        self._robots["behaviour"] = -1
         own = self._settings
         learned.sample_values(
             self._known, own.posterior_std, own.lcb_weight, self._splitmix, self._policy.table.values
@@ -156,7 +151,7 @@ class LearnedController(Controller):
     def stopped(self, frame: int, reward: float) -> None:  # noqa: D102
         following: dict[int, int] = {}
         closed = []
-        for at, robot, role, state, chosen, random, _ in reversed(self._rows):
+        for at, robot, role, state, chosen, random in reversed(self._rows):
             last = robot not in following
             closed.append(Decided(
                 at, robot, role, state, self._names[chosen], bool(random), self._episode,
@@ -186,15 +181,12 @@ def controller_of(
     Raises:
         BadSettings: if a person has to play it.
     """
-    measures = measures_of(recipe)
     rng = np.random.default_rng([recipe.seed, 1 + team])
     if settings.kind == "learned":
-        known = Policies.empty() if policy is None else policy
-        table, names = policy_table_of(known, settings.min_visits)
-        return LearnedController(table, names, settings, recipe.robots, recipe.pitch, measures, rng)
+        return LearnedController(Policies.empty() if policy is None else policy, settings, recipe, rng)
     if settings.kind == "human":
         raise BadSettings("a person plays at the window", where="human", next_step="Use `pitchlore play`")
-    return ScriptedController(settings, recipe.robots, measures, rng)
+    return ScriptedController(settings, recipe, rng)
 
 
 def controllers_of(

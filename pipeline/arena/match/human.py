@@ -6,9 +6,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pipeline.arena.match.controllers import Controller, ScriptedController
-from pipeline.arena.match.recipe import TeamSettings
-from pipeline.arena.teams.measures import Measures
+from pipeline.arena.match.controllers import Controller, ScriptedController, measures_of
+from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.teams.steering import set_wheels
 from pipeline.bodies import BALL, F64, X, Y
 
@@ -41,8 +40,7 @@ class HumanController(Controller):
     situations like those of any team.
 
     Args:
-        robots: N.
-        measures: of the match.
+        recipe: of the match.
         rng: decides what the team leaves to chance.
 
     Attributes:
@@ -51,10 +49,10 @@ class HumanController(Controller):
         reward: at the last stop of play: +1 for an own goal scored, -1 for one conceded, else 0.
     """
 
-    def __init__(self, robots: int, measures: Measures, rng: np.random.Generator) -> None:
-        self._others = ScriptedController(TeamSettings(kind="static"), robots, measures, rng)
-        self._robots = robots
-        self._measures = measures
+    def __init__(self, recipe: Recipe, rng: np.random.Generator) -> None:
+        self._others = ScriptedController(TeamSettings(kind="static"), recipe, rng)
+        self._robots = recipe.robots
+        self._measures = measures_of(recipe)
         self._command = DriveCommand()
         self._to_nearest = True  # whoever is nearest to the ball begins
         self.driven = 1

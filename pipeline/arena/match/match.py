@@ -12,7 +12,7 @@ from pipeline.arena.match.controllers import Controller, Decided
 from pipeline.arena.match.recipe import Recipe
 from pipeline.arena.physics.arena import Arena
 from pipeline.arena.physics.camera import Camera
-from pipeline.arena.physics.laws import END, FREE_BALL, GOAL, GOAL_KICK, HALF, KICK_OFF, PENALTY, PLAY_ON
+from pipeline.arena.physics.laws import END, GOAL, HALF, KICK_OFF, PLAY_ON
 from pipeline.arena.physics.referee import Laws, RefereeEvent, begin, home_attacks, table, told, watch
 from pipeline.arena.physics.restarts import restart
 from pipeline.bodies import BALL, F64, OMEGA, THETA, VX, VY, X, Y, see
@@ -23,9 +23,6 @@ from schemas.decisions import ENDS
 
 #: Frames that a log gets at once.
 PART = 1024
-
-# At these play goes on, from new places.
-_RESTARTS = (KICK_OFF, FREE_BALL, PENALTY, GOAL_KICK, HALF)
 
 
 class Part(NamedTuple):
@@ -170,7 +167,7 @@ class Match:
         """Tell the log, the controllers and the arena what the referee has called."""
         events = told(call, self._state, self.laws)
         self._events += events
-        if call not in _RESTARTS:
+        if not KICK_OFF <= call <= HALF:
             self._stop(frame, events[0].team if call == GOAL else None)
             self.over = call == END
             return

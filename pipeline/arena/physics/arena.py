@@ -8,7 +8,7 @@ import numpy as np
 import pymunk
 
 from pipeline.arena.physics.drive import constants, drive, publish, roll
-from pipeline.arena.physics.exchange import ByAttribute, ByBatch, Exchange
+from pipeline.arena.physics.exchange import Exchange
 from pipeline.arena.physics.settings import PhysicsSettings
 from pipeline.arena.physics.walls import walls
 from pipeline.bodies import BALL, COLUMNS, F64, THETA, X, Y
@@ -26,7 +26,6 @@ class Arena:
         pitch: its walls, goals and, by its kind, the sizes of robots and ball.
         robots: N, robots a side.
         settings: physics.
-        batch: exchange state by ``pymunk.batch``, else body by body: the same bytes, slower.
 
     Attributes:
         bodies: float64 [1 + 2 N, 6] of ``pipeline.bodies``, the same array always; THETA in (-pi, pi].
@@ -36,9 +35,7 @@ class Arena:
         BadSettings: if there is not at least one robot a side.
     """
 
-    def __init__(
-        self, pitch: Pitch, robots: int, settings: PhysicsSettings | None = None, *, batch: bool = True
-    ) -> None:
+    def __init__(self, pitch: Pitch, robots: int, settings: PhysicsSettings | None = None) -> None:
         if robots < 1:
             raise BadSettings(
                 f"an arena needs at least one robot a side, not {robots}", where="robots",
@@ -48,7 +45,7 @@ class Arena:
         self.robots = robots
         self.settings = settings or PhysicsSettings()
         count = 1 + 2 * robots
-        self._exchange: Exchange = ByBatch(count) if batch else ByAttribute(count)
+        self._exchange = Exchange(count)
         self._box = (2 * SCALES[pitch.kind].robot_radius,) * 2
         self._moment = pymunk.moment_for_box(self.settings.robot_mass, self._box)
         self._constants = constants(self.settings, self._moment)
@@ -77,8 +74,8 @@ class Arena:
             )  # fmt: skip
         # A new space: the old one remembers contacts and the order of its index, which would make
         # the last bits of what follows depend on what was.
-        self._space, moving = self._build(bodies)
-        self._exchange.attach(self._space, moving)
+        self._space = self._build(bodies)
+        self._exchange.attach(self._space)
         publish(self._exchange.state, self.bodies)
         roll(self.bodies, self._constants, self._rims)
 
@@ -109,7 +106,7 @@ class Arena:
         publish(exchange.state, self.bodies)
         return self.bodies
 
-    def _build(self, bodies: F64) -> tuple[pymunk.Space, list[pymunk.Body]]:
+    def _build(self, bodies: F64) -> pymunk.Space:
         """A space with all bodies in it, in order."""
         settings, scales = self.settings, SCALES[self.pitch.kind]
         space = pymunk.Space()
@@ -119,7 +116,6 @@ class Arena:
         space.collision_persistence = 1
         space.collision_slop = settings.slop
         space.collision_bias = (1 - settings.stiffness) ** 60
-        moving = []
         for row, (x, y, theta, vx, vy, omega) in enumerate(bodies.tolist()):
             if row == BALL:
                 body = pymunk.Body(settings.ball_mass, math.inf)
@@ -132,12 +128,11 @@ class Arena:
                 body.angle, body.angular_velocity = theta, omega
             body.position, body.velocity = (x, y), (vx, vy)
             space.add(body, shape)
-            moving.append(body)
         for corners in walls(self.pitch):
             wall = pymunk.Poly(space.static_body, corners)
             wall.elasticity, wall.friction = settings.wall_restitution, math.sqrt(settings.friction)
             space.add(wall)
-        return space, moving
+        return space
 
     def _line_up(self) -> F64:
         bodies = np.zeros_like(self.bodies)

@@ -25,16 +25,16 @@ _DEVIATIONS = 6.0
 
 
 class CameraSettings(Frozen):
-    """Errors of the camera: none by default, which takes no time. See also :data:`TYPICAL`.
+    """Errors of the camera: none by default, which takes no time.
 
     Attributes:
-        position_noise: standard deviation of each coordinate of a position, metres.
-        heading_noise: standard deviation of a robot's heading, radians.
+        position_noise: standard deviation of each coordinate of a position, metres (FIRASim, grSim: 0.003).
+        heading_noise: standard deviation of a robot's heading, radians (FIRASim, grSim: 2 degrees).
         latency_s: age of the picture, seconds; rounded to whole frames.
         robot_unseen: probability that a robot is not seen in a frame, independent for each robot and frame.
         ball_unseen: the same for the ball.
         smoothing_s: time constant of the filter that estimates velocities: a sample of this age counts 1/e
-            of a new one. With the noise of TYPICAL at 60 Hz a velocity has an error of 1.7 cm/s (standard
+            of a new one. With a noise of 3 mm at 60 Hz a velocity has an error of 1.7 cm/s (standard
             deviation) and is a tenth of a second late. With half the time constant the error is 4.6 cm/s,
             and the delay is half as long. Ours.
     """
@@ -52,15 +52,6 @@ class CameraSettings(Frozen):
         return not any(
             (self.position_noise, self.heading_noise, self.latency_s, self.robot_unseen, self.ball_unseen)
         )
-
-
-#: A VSSS camera. The noise is what FIRASim and grSim have when it is switched on (3 mm, 2 degrees; a good
-#: one has 1 mm and half a degree); for the others they have switches but no numbers, these are ours: two
-#: frames at 60 Hz, one to take the image and one to work on it, and bodies that are rarely missed.
-TYPICAL = CameraSettings(
-    position_noise=0.003, heading_noise=math.radians(2.0), latency_s=2 / 60, robot_unseen=0.01,
-    ball_unseen=0.02,
-)  # fmt: skip
 
 
 class Camera:

@@ -1,16 +1,8 @@
 """The referee: watches every frame, calls goals and fouls, keeps the time and the score.
 
-Its memory is one record of whole numbers, from which a match can be continued. ::
-
-    laws = Laws.of(pitch, settings, hz)
-    state = begin()
-    for every frame, from the first one on:
-        call = watch(bodies, state, laws.limits)
-        if call:
-            events += told(call, state, laws)
-            if KICK_OFF <= call <= HALF:
-                restart(bodies, call, state, laws, rng)  # pipeline.arena.physics.restarts
-        log the bodies, and move them unless call is END
+Its memory is one record of whole numbers, from which a match can be continued. At each frame, from the
+first on, :func:`watch` looks at the bodies before they move. :func:`told` says a call in words, and
+:func:`pipeline.arena.physics.restarts.restart` puts the bodies at the calls from KICK_OFF to HALF.
 """
 
 from __future__ import annotations

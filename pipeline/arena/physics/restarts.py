@@ -80,15 +80,9 @@ def restart(bodies: F64, call: int, state: Record, laws: Laws, rng: np.random.Ge
 def _arrange(
     kind: int, quarter: int, marks: Marks, scatter: float, rng: np.random.Generator, out: F64
 ) -> bool:
-    """The places in the taker's view, its robots first; false if there is no room.
+    """Write the places into the zeros of ``out``, in the taker's view; false if there is no room.
 
-    Args:
-        kind: KICK_OFF, FREE_BALL, PENALTY or GOAL_KICK.
-        quarter: of a free ball, in this view, see ``quarter`` of ``referee.STATE``.
-        marks: of the pitch.
-        scatter: robot lengths, radians.
-        rng: draws one number, and three more a robot.
-        out: float64 [1 + 2 N, 6], zeros.
+    The quarter of a free ball is in this view, too. ``scatter`` is in robot lengths and radians.
     """
     robots = (out.shape[0] - 1) // 2
     placed = np.zeros(out.shape[0], dtype=np.bool_)
@@ -159,15 +153,8 @@ def _seek(
 ) -> bool:
     """Put a field player on the free place of the grid that is nearest to its wish; false if none is free.
 
-    Args:
-        out: the places so far.
-        placed: bool [1 + 2 N], which robots have theirs.
-        row: of the robot.
-        side_x: -1 or 1, the half it may be in.
-        wish_x: where it would like to be: how deep in that half,
-        wish_y: and how far to the left.
-        slack: by how much a robot may be put off along each axis.
-        marks: of the pitch.
+    It may be in the half at ``side_x``, -1 or 1. It would like to be ``wish_x`` deep in that half and
+    ``wish_y`` to the left. A robot may be put off by ``slack`` along each axis.
     """
     # robots are taken for the circles around their corners; `slack` may add up along both axes
     around = math.sqrt(2.0) * marks.robot

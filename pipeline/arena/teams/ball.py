@@ -1,12 +1,12 @@
 """The ball as a robot meets it: whether the robot has it, where it will be, and driving that moves it.
 
 All functions take a team's view, float64 [1 + 2 N, 6], and the row of one of its robots, 1 to N.
+Those that drive write the robot's row of ``wheels``, see :mod:`pipeline.arena.teams.steering`.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from numba import njit
 
@@ -46,52 +46,31 @@ def soon(view: F64, robot: int, m: Measures) -> tuple[float, float]:
     return clamp(x, m.goal_x), clamp(y, m.half_width)
 
 
-class Coming(NamedTuple):
-    """A ball as it rolls toward a robot.
-
-    Attributes:
-        comes: whether it does; if not, the rest is 0.
-        speed: m/s.
-        ux: x of its direction, which has length 1.
-        uy: y of its direction.
-        aside: its way passes the robot's middle at this many metres times (uy, -ux).
-    """
-
-    comes: bool
-    speed: float
-    ux: float
-    uy: float
-    aside: float
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
-def coming(view: F64, robot: int, m: Measures) -> Coming:
-    """Whether the ball rolls toward a robot, and where it will pass it."""
+def coming(view: F64, robot: int, m: Measures) -> tuple[float, float, float, float]:
+    """How the ball rolls toward a robot; all numbers are 0 if it does not.
+
+    Returns:
+        Its speed, m/s; x and y of its direction, (ux, uy) of length 1; and ``aside``: its way passes the
+        robot's middle at this many metres times (uy, -ux).
+    """
     dx, dy = offset(view, robot, BALL)
     vx, vy = view[BALL, VX], view[BALL, VY]
     speed = speed_of(view, BALL)
     if speed > m.moving and dx * vx + dy * vy < 0.0:
         ux, uy = vx / speed, vy / speed
-        return Coming(True, speed, ux, uy, dx * uy - dy * ux)
-    return Coming(False, 0.0, 0.0, 0.0, 0.0)
+        return speed, ux, uy, dx * uy - dy * ux
+    return 0.0, 0.0, 0.0, 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def push(
     view: F64, robot: int, tx: float, ty: float, speed: float, round_it: float, m: Measures, wheels: F64
 ) -> None:
-    """Push a ball that is in front so that it goes to a place.
+    """Push a ball that is in front at ``speed``, m/s, so that it goes to the place (tx, ty), metres.
 
-    Args:
-        view: the team's.
-        robot: its row.
-        tx: x of the place, metres.
-        ty: y of the place, metres.
-        speed: m/s.
-        round_it: how far behind the ball's middle it aims, in shares of the distance at which they touch;
-            the more, the quicker the ball is turned, and the sooner lost.
-        m: measures.
-        wheels: written.
+    The robot aims behind the ball's middle, by the share ``round_it`` of the distance at which they touch.
+    The more, the quicker the ball is turned, and the sooner lost.
     """
     ux, uy = unit(tx - view[BALL, X], ty - view[BALL, Y])
     dx, dy = offset(view, robot, BALL)

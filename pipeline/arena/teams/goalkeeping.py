@@ -1,4 +1,7 @@
-"""A goalkeeper that waits for the ball stands on its line where the ball will cross it."""
+"""A goalkeeper that waits for the ball stands on its line where the ball will cross it.
+
+View, robot and wheels are those of :mod:`pipeline.arena.teams.steering`.
+"""
 
 from __future__ import annotations
 
@@ -29,12 +32,7 @@ def crossing(view: F64, line: float, m: Measures) -> float:
 def keep_line(view: F64, robot: int, limit: float, m: Measures, wheels: F64) -> None:
     """Stand before the goal line, the side to the pitch, where the ball will cross.
 
-    Args:
-        view: float64 [1 + 2 N, 6], the team's.
-        robot: its row, 1 to N.
-        limit: it stands no further than this beside the goal's middle, metres, at least 0.
-        m: measures.
-        wheels: float64 [N, 2], written.
+    It stands no further than ``limit`` beside the goal's middle, metres, at least 0.
     """
     line = -m.goal_x + OFF_LINE * m.radius
     cross = clamp(crossing(view, line, m), limit)

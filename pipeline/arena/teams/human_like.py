@@ -97,16 +97,9 @@ def play(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _seen(view: F64, count: int, frame: int, ring: F64) -> F64:
-    """The view of the person: the own robots as they are (people feel what they do), the rest late.
+    """The view of the person: the own N robots as they are (people feel what they do), the rest late.
 
-    Args:
-        view: float64 [1 + 2 N, 6], as it is.
-        count: N.
-        frame: how many have been played.
-        ring: float64 [delay + 1, 1 + 2 N, 6], the last views; the view is put in.
-
-    Returns:
-        float64 [1 + 2 N, 6].
+    The view is put into ``ring``, the last ones; ``frame`` counts those that have been played.
     """
     ring[frame % len(ring)] = view
     seen: F64 = ring[(frame + 1) % len(ring) if frame + 1 >= len(ring) else 0].copy()

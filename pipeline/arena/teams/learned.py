@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 
 from pipeline.arena.teams import executors
+from pipeline.arena.teams.executors.actions import ACTION
 from pipeline.arena.teams.geometry import speed_of
 from pipeline.arena.teams.policy_table import LONGEST, RANDOMLY, PolicyTable
 from pipeline.arena.teams.roles import I64, assign
@@ -26,12 +27,11 @@ from pipeline.state.table import ELEMENTS, U8
 
 #: What a robot remembers: its action; the row of its behaviour in the policy table, -1 if it has to decide;
 #: the place in the behaviour of the code that it executes.
-ROBOT = np.dtype([("action", executors.ACTION), ("behaviour", np.int64), ("place", np.int64)])
+ROBOT = np.dtype([("action", ACTION), ("behaviour", np.int64), ("place", np.int64)])
 #: A decision: the robot's number; index of its role; the state by all elements; the row of the behaviour in
-#: the policy table; 1 if it was chosen at random; the key whose values decided, -1 if none knew the state.
-DECISION = np.dtype(
-    [(name, np.int64) for name in ("robot", "role", "state", "behaviour", "random", "key")]
-)
+#: the policy table; 1 if it was chosen at random.
+DECISION = np.dtype([(name, np.int64) for name in ("robot", "role", "state", "behaviour", "random")])
+
 
 class Policy(NamedTuple):
     """The knowledge and settings that a learned team decides by.
@@ -47,18 +47,6 @@ class Policy(NamedTuple):
     whole: Radix
     edges: BinEdges
     explore: float
-
-
-def new_memory(robots: int) -> Records:
-    """Records of :data:`ROBOT`, [N]: the memory before a match, in which everybody has to decide."""
-    memory = np.zeros(robots, dtype=ROBOT)
-    forget(memory)
-    return memory
-
-
-def forget(robots: Records) -> None:
-    """Make every robot decide anew: play has been restarted."""
-    robots["behaviour"] = -1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -92,7 +80,7 @@ def decide(
         view: float64 [1 + 2 N, 6], the team's.
         direction: of the ball's last motion, radians; NaN if it never moved.
         lead: own goals minus the adversary's.
-        robots: as :func:`new_memory` made them and the frames before left them.
+        robots: records of :data:`ROBOT`, [N], as the frames before left them.
         policy: the values, and how they are explored.
         packed: measures, ``Measures.packed()``.
         splitmix: draws ties and exploration.
@@ -119,14 +107,14 @@ def decide(
         if own["behaviour"] >= 0:
             continue
         role = roles[robot - 1]
-        behaviour, random, key = _choose(elements, role, policy, splitmix)
+        behaviour, random = _choose(elements, role, policy, splitmix)
         own["behaviour"], own["place"] = behaviour, 0
         code = policy.table.codes[behaviour, 0]
         executors.start(code, robot, view, roles, m, splitmix, own["action"])
         decision = decisions[made]
         decision["robot"], decision["role"] = robot, role
         decision["state"] = encode_one(elements, policy.whole)
-        decision["behaviour"], decision["random"], decision["key"] = behaviour, random, key
+        decision["behaviour"], decision["random"] = behaviour, random
         made += 1
     return made
 
@@ -168,8 +156,8 @@ def carry_on(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _choose(elements: U8, role: int, policy: Policy, splitmix: SplitMix) -> tuple[int, int, int]:
-    """Row of the behaviour, whether it was chosen at random, and by which key."""
+def _choose(elements: U8, role: int, policy: Policy, splitmix: SplitMix) -> tuple[int, int]:
+    """Row of the behaviour, and whether it was chosen at random."""
     table = policy.table
     for key in range(len(table.digits)):
         low, high = table.starts[key, role, 0], table.starts[key, role, 1]
@@ -179,7 +167,7 @@ def _choose(elements: U8, role: int, policy: Policy, splitmix: SplitMix) -> tupl
             continue
         first, last = table.first[at], table.first[at + 1]
         if uniform(splitmix) < policy.explore:
-            return table.actions[first + int(uniform(splitmix) * (last - first))], 1, key
+            return table.actions[first + int(uniform(splitmix) * (last - first))], 1
         best, ties = first, 0
         for i in range(first, last):
             if table.values[i] > table.values[best]:
@@ -188,5 +176,5 @@ def _choose(elements: U8, role: int, policy: Policy, splitmix: SplitMix) -> tupl
                 ties += 1
                 if uniform(splitmix) * ties < 1.0:
                     best = i
-        return table.actions[best], 0, key
-    return RANDOMLY, 1, -1
+        return table.actions[best], 0
+    return RANDOMLY, 1

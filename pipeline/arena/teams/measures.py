@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from pipeline.bodies import Records
-from pipeline.errors import BadSettings
 from pipeline.pitch import SCALES, Pitch
 
 #: A robot's half-length on the VSSS pitch, metres; lengths of tactics are stretched from there.
@@ -75,18 +74,11 @@ class Measures(NamedTuple):
 
         Args:
             pitch: where they play.
-            top: greatest speed of a wheel, m/s.
+            top: greatest speed of a wheel, m/s, more than 0 as all that follow.
             axle: between the wheels, metres.
             acceleration: greatest of a wheel, m/s².
             frame_s: between two calls of a player, seconds.
-
-        Raises:
-            BadSettings: if one of them is not positive and finite.
         """
-        given = {"top": top, "axle": axle, "acceleration": acceleration, "frame_s": frame_s}
-        for name, value in given.items():
-            if not (math.isfinite(value) and value > 0):
-                raise BadSettings(f"{name} cannot be {value}", where="players", next_step="Give more than 0")
         scales = SCALES[pitch.kind]
         quick = 0.25 / frame_s
         stretch = scales.robot_radius / _VSSS_RADIUS

@@ -7,6 +7,7 @@ from numba import njit
 from numpy.random import Generator
 
 from pipeline.arena.teams import executors
+from pipeline.arena.teams.executors.actions import ACTION
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.people import People
 from pipeline.arena.teams.roles import I64
@@ -19,8 +20,8 @@ _NO_ROLES: I64 = np.zeros(0, dtype=np.int64)
 
 
 def new_memory(robots: int, m: Measures, rng: Generator, people: People) -> tuple[Records]:
-    """Records of ``executors.ACTION``, [N]: the memory before a match; only ``robots``, N, counts."""
-    return (np.zeros(robots, dtype=executors.ACTION),)
+    """Records of ``ACTION``, [N]: the memory before a match; only ``robots``, N, counts."""
+    return (np.zeros(robots, dtype=ACTION),)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -79,7 +79,8 @@ def policy_table_of(policy: pl.DataFrame, min_visits: int = 0) -> tuple[PolicyTa
     if min_visits > 0 and len(keys) > 1:
         enough = pl.col("visits").sum().over("role", "key", "state") >= min_visits
         policy = policy.filter(enough | (pl.col("key").cast(pl.String) == keys[-1]))
-    names = [name for name in sorted(policy["behaviour_id"].unique()) if not _is_random(name)]
+    random = [f"{MOVES_RANDOMLY:03d}"]
+    names = [name for name in sorted(policy["behaviour_id"].unique()) if name.split("-")[1:] != random]
     codes = np.zeros((1 + len(names), LONGEST), dtype=np.int64)
     codes[RANDOMLY, 0] = MOVES_RANDOMLY
     for row, name in enumerate(names, start=1):
@@ -106,7 +107,3 @@ def policy_table_of(policy: pl.DataFrame, min_visits: int = 0) -> tuple[PolicyTa
         pairs["standard_error"].to_numpy().copy(),
     )  # fmt: skip
     return table, [None, *names]
-
-
-def _is_random(name: str) -> bool:
-    return name.split("-")[1:] == [f"{MOVES_RANDOMLY:03d}"]

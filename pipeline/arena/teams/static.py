@@ -3,7 +3,8 @@
 One robot keeps the goal, one attacks, the others support. The rules are those common to the public
 strategies of the league: a goalkeeper on its line who spins at the ball, an attacker led by a univector
 field to behind the ball, supporters between the ball and the own goal (rSoccer's deterministic_vss,
-UnBall 2012), roles that change hands with hysteresis.
+UnBall 2012), roles that change hands with hysteresis. View, robot and wheels are those of
+:mod:`pipeline.arena.teams.steering`.
 """
 
 from __future__ import annotations
@@ -157,14 +158,9 @@ def attack(view: F64, robot: int, m: Measures, wheels: F64) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def support(view: F64, robot: int, place: int, m: Measures, wheels: F64) -> None:
-    """Stay between the ball and the own goal, further off for each supporter before; spin at the ball.
+    """Stay between the ball and the own goal; spin at a ball that is at hand.
 
-    Args:
-        view: the team's.
-        robot: its row.
-        place: how many supporters come before it.
-        m: measures.
-        wheels: written.
+    A supporter is the further off, the more of them, ``place``, come before it.
     """
     bx, by = view[BALL, X], view[BALL, Y]
     if at_hand(view, robot, m):
@@ -255,12 +251,7 @@ def cramped(x: float, y: float, ux: float, uy: float, m: Measures) -> bool:
 def get_free(view: F64, robot: int, m: Measures, own: Record, wheels: F64) -> None:
     """Back off for a while if the wheels turn but the robot has been held for long.
 
-    Args:
-        view: float64 [1 + 2 N, 6], the team's.
-        robot: its row.
-        m: measures.
-        own: the robot's record of :data:`ROBOT`.
-        wheels: the wanted speeds; overwritten while the robot backs off.
+    The robot's wanted ``wheels`` are overwritten while it backs off. Its record ``own`` counts the frames.
     """
     left, right = wheels[robot - 1, 0], wheels[robot - 1, 1]
     if own["escaping"] > 0:

@@ -43,17 +43,10 @@ def set_wheels(v: float, omega: float, robot: int, m: Measures, wheels: F64) -> 
 def steer(
     view: F64, robot: int, dx: float, dy: float, speed: float, end: int, m: Measures, wheels: F64
 ) -> None:
-    """Drive in a direction, slower the further the robot has yet to turn.
+    """Drive in a direction, slower the further the robot has yet to turn; (0, 0) stops it.
 
-    Args:
-        view: the team's.
-        robot: its row.
-        dx: x of the direction, of any length.
-        dy: y of the direction; (0, 0) stops the robot.
-        speed: once it has turned, m/s, at least 0.
-        end: FRONT or BACK goes first, or EITHER, the one that is nearer to the direction.
-        m: measures.
-        wheels: written.
+    Its speed is ``speed`` once it has turned, m/s, at least 0. As ``end`` says, FRONT or BACK goes first, or
+    EITHER, the one that is nearer to the direction.
     """
     cos, sin = math.cos(view[robot, THETA]), math.sin(view[robot, THETA])
     ahead, across = cos * dx + sin * dy, cos * dy - sin * dx
@@ -90,23 +83,12 @@ def drive_to(
 def to_pose(
     x: float, y: float, gx: float, gy: float, ux: float, uy: float, m: Measures
 ) -> tuple[float, float]:
-    """The direction in which the univector field leads to a pose.
+    """The direction, of length 1 at most, in which the univector field leads from (x, y) to a pose.
 
-    The field winds round a circle on either side of the pose; behind the pose it is the mean of both. Ahead
-    of it the mean would lead straight back over what lies at the pose, so there it is the nearer one.
-    The field passes the pose within 2.2 cm on the VSSS pitch, within 15 degrees of its direction.
-
-    Args:
-        x: place of the robot, metres.
-        y: likewise.
-        gx: place of the pose, metres.
-        gy: likewise.
-        ux: direction of the pose, of length 1.
-        uy: likewise.
-        m: measures.
-
-    Returns:
-        A direction of length 1 at most.
+    The pose is at (gx, gy), metres, in the direction (ux, uy) of length 1. The field winds round a circle on
+    either side of the pose; behind the pose it is the mean of both. Ahead of it the mean would lead straight
+    back over what lies at the pose, so there it is the nearer one. The field passes the pose within 2.2 cm
+    on the VSSS pitch, within 15 degrees of its direction.
     """
     turning = _TURNING * m.radius
     ahead = (x - gx) * ux + (y - gy) * uy
@@ -142,16 +124,8 @@ def around(
 ) -> tuple[float, float]:
     """The direction, bent round each robot in its way, on the side that it already passes.
 
-    Args:
-        view: the team's.
-        robot: its row.
-        dx: x of the direction, of any length.
-        dy: y of the direction.
-        reach: robots further off than this, metres, are not in the way.
-        m: measures.
-
-    Returns:
-        A direction of length 1; (0, 0) stays as it is.
+    Robots further off than ``reach``, metres, are not in the way. The direction gets the length 1; (0, 0)
+    stays as it is.
     """
     length = math.sqrt(dx * dx + dy * dy)
     if length == 0.0:

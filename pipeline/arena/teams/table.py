@@ -11,7 +11,6 @@ from numpy.random import Generator
 from pipeline.arena.teams import human_like, moving_randomly, static
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.people import People
-from schemas.seasons import OPPONENTS
 
 #: The arrays that a team remembers a match in; their meaning is the team's business.
 Memory = tuple[npt.NDArray[Any], ...]
@@ -54,11 +53,6 @@ class Team(NamedTuple):
     colour: str
     dashes: str | tuple[int, tuple[float, ...]] = "solid"
     script: Script | None = None
-
-    @property
-    def opponent(self) -> bool:
-        """Whether seasons can be played against it, because the tables of seasons have its name."""
-        return self.name in OPPONENTS
 
 
 #: All teams by name. The colours are Okabe and Ito's.

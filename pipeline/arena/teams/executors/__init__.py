@@ -5,19 +5,117 @@ condition holds or its time is up.
 
 ==============  ==============================================================
 actions         controller, aim and time limit of each code; the memory of an action
-beginnings      ``start``: the aim, and the distance at which the action is over
-acting          ``act``: a frame of it, by the controller of its code
-with_ball       controllers of 001, 011, 021, 022 and 023
-to_ball         controllers of 044, 045 and 047
-to_things       controllers of 033, 034, 046, 088 to 174, but 108
+controllers     ``control``: a frame of an action, by the controller of its code
 endings         when it is over; of each code the condition in words
 ==============  ==============================================================
-
-067, 068, 184, 194 and to face something (057, 078, 108) are a line each in ``acting``.
 """
 
-from pipeline.arena.teams.executors.acting import act
-from pipeline.arena.teams.executors.actions import ACTION, CODES, LIMIT_S
-from pipeline.arena.teams.executors.beginnings import start
+from __future__ import annotations
 
-__all__ = ["ACTION", "CODES", "LIMIT_S", "act", "start"]
+import math
+
+import numpy as np
+from numba import njit
+
+from pipeline.arena.teams.ball import has_ball, touches
+from pipeline.arena.teams.executors import actions
+from pipeline.arena.teams.executors.controllers import control
+from pipeline.arena.teams.executors.endings import is_over
+from pipeline.arena.teams.geometry import distance, offset, unit
+from pipeline.arena.teams.measures import Measures
+from pipeline.arena.teams.roles import I64
+from pipeline.arena.teams.splitmix import SplitMix, uniform
+from pipeline.arena.teams.steering import set_wheels
+from pipeline.bodies import BALL, F64, Record
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def start(
+    code: int, robot: int, view: F64, roles: I64, m: Measures, splitmix: SplitMix, own: Record
+) -> None:
+    """Begin an action.
+
+    Args:
+        code: of Table 1.
+        robot: row of the robot in the view, 1 to N.
+        view: float64 [1 + 2 N, 6], the team's.
+        roles: int64 [2 N], of the robots of rows 1 to 2 N (:func:`pipeline.arena.teams.roles.assign`); they
+            decide whom codes 138 to 174 are done to. Of several the nearest is; if nobody has the role,
+            the nearest of the nearest role.
+        m: measures.
+        splitmix: draws the wheels of 194; other codes draw nothing.
+        own: the robot's record of ``actions.ACTION``, written.
+    """
+    verb, thing = actions.VERB[code], actions.THING[code]
+    own["code"], own["frames"], own["lasted"] = code, 0, 0
+    own["level"], own["left"], own["right"] = np.nan, 0.0, 0.0
+    own["other"] = _whom(view, robot, thing, actions.ROLE[code], roles)
+    own["had_ball"] = has_ball(view, robot, m)
+    if verb == actions.WANDER:
+        own["left"] = m.top * (2.0 * uniform(splitmix) - 1.0)
+        own["right"] = m.top * (2.0 * uniform(splitmix) - 1.0)
+    elif verb in (actions.APPROACH, actions.RECEDE):
+        dx, dy = actions.to_aim(view, robot, thing, own["other"], m)
+        away = math.hypot(dx, dy)
+        if verb == actions.RECEDE:
+            own["level"] = m.close if away < m.close else (m.near if away < m.near else np.nan)
+        elif away > m.far and thing < actions.OPPONENT:
+            own["level"] = m.far
+        else:
+            own["level"] = m.near if away > m.near else (m.close if away > m.close else m.contact)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def act(robot: int, view: F64, m: Measures, own: Record, wheels: F64) -> bool:
+    """Carry on an action for a frame.
+
+    Args:
+        robot: row of the robot in the view, 1 to N.
+        view: float64 [1 + 2 N, 6], the team's, at this frame.
+        m: measures.
+        own: the robot's record of ``actions.ACTION``, as :func:`start` and the frames since left it.
+        wheels: float64 [N, 2], the robot's row is written: its left and right wheel, m/s. They are good
+            for this frame also when the action is over.
+
+    Returns:
+        Whether the action is over: its final condition holds, its time is up after this frame, or the
+        robot that is its aim does not exist.
+    """
+    code = own["code"]
+    verb, thing = actions.VERB[code], actions.THING[code]
+    if thing >= actions.OPPONENT and own["other"] < 0:
+        set_wheels(0.0, 0.0, robot, m, wheels)
+        return True
+    if has_ball(view, robot, m) or (verb == actions.KICK and touches(view, robot, m)):
+        own["had_ball"] = True
+    dx, dy = actions.to_aim(view, robot, thing, own["other"], m)
+    control(view, robot, verb, thing, dx, dy, m, own, wheels)
+    over = is_over(view, robot, verb, dx, dy, m, own)
+    own["frames"] += 1
+    return over or (own["frames"] + 0.5) * m.frame_s >= actions.LIMIT_S[code]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _whom(view: F64, robot: int, thing: int, role: int, roles: I64) -> int:
+    """Row of the robot that an action is done to, -1 if none."""
+    if thing < actions.OPPONENT:
+        return -1
+    count = len(roles) // 2
+    first = 1 if thing == actions.TEAMMATE else count + 1
+    wanted = role
+    if thing == actions.TEAMMATE and role >= 0:
+        wanted = (roles[robot - 1] + role) % 3
+    bx, by = offset(view, robot, BALL)
+    ux, uy = unit(bx, by)
+    best, best_rank, best_cost = -1, 3, np.inf
+    for other in range(first, first + count):
+        if other == robot:
+            continue
+        if role < 0:
+            dx, dy = offset(view, BALL, other)
+            off, cost = 0, 2.0 * distance(view, other, BALL) - ux * dx - uy * dy
+        else:
+            off, cost = abs(roles[other - 1] - wanted), distance(view, other, robot)
+        if off < best_rank or (off == best_rank and cost < best_cost):
+            best, best_rank, best_cost = other, off, cost
+    return best

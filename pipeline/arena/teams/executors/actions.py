@@ -7,11 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from pipeline.arena.teams.geometry import offset
 from pipeline.arena.teams.measures import Measures
 from pipeline.bodies import BALL, F64, X, Y
 from schemas.situations import MOVES_RANDOMLY
 
-#: Controllers; ``acting`` calls them.
+#: Controllers; ``control`` calls them.
 HOLD, GUIDE, KICK, GIVE, LEAVE, RECEDE, REACH, RECEIVE = range(8)
 APPROACH, BLOCK, FACE, LEVEL_X, LEVEL_Y, STAND, WANDER = range(8, 15)
 #: Kinds of aims.
@@ -64,12 +65,9 @@ _ACTIONS: dict[int, Action] = {
     MOVES_RANDOMLY: Action(WANDER, limit_s=0.4),
 }
 
-#: The codes that can be executed: all of Table 1.
-CODES = tuple(_ACTIONS)
-
 #: The table by code for compiled functions, int64 [195] and float64 [195]; -1 and 0 of what is no code.
-VERB, THING, ROLE = np.full((3, max(CODES) + 1), -1, dtype=np.int64)
-LIMIT_S = np.zeros(max(CODES) + 1)
+VERB, THING, ROLE = np.full((3, max(_ACTIONS) + 1), -1, dtype=np.int64)
+LIMIT_S = np.zeros(max(_ACTIONS) + 1)
 for _code, _action in _ACTIONS.items():
     VERB[_code], THING[_code], ROLE[_code], LIMIT_S[_code] = _action
 
@@ -84,28 +82,10 @@ ACTION = np.dtype([
 GONE = -1
 
 
-class Aim(NamedTuple):
-    """The thing that an action is done to, as it is at a frame.
-
-    Attributes:
-        thing: its kind.
-        row: of the robot that it is, -1 if it is none.
-        x: where it is, metres.
-        y: where it is, metres.
-    """
-
-    thing: int
-    row: int
-    x: float
-    y: float
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
-def aim_of(view: F64, thing: int, other: int, m: Measures) -> Aim:
-    """The thing that an action is done to; an opponent or teammate is the robot of row ``other``."""
-    if thing == OWN_GOAL:
-        return Aim(thing, other, -m.goal_x, 0.0)
-    if thing == ADVERSARY_GOAL:
-        return Aim(thing, other, m.goal_x, 0.0)
-    row = max(other, BALL)
-    return Aim(thing, other, view[row, X], view[row, Y])
+def to_aim(view: F64, robot: int, thing: int, other: int, m: Measures) -> tuple[float, float]:
+    """The vector from a robot to its aim; an opponent or teammate is the robot of row ``other``."""
+    if thing < OWN_GOAL or thing > ADVERSARY_GOAL:
+        return offset(view, robot, max(other, BALL))
+    goal_x = -m.goal_x if thing == OWN_GOAL else m.goal_x
+    return goal_x - view[robot, X], 0.0 - view[robot, Y]

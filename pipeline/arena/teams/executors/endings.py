@@ -35,10 +35,10 @@ from numba import njit
 
 from pipeline.arena.teams.ball import COS_FACING, has_ball, touches
 from pipeline.arena.teams.executors import actions
-from pipeline.arena.teams.executors.actions import GONE, Aim
+from pipeline.arena.teams.executors.actions import GONE
 from pipeline.arena.teams.geometry import along, distance, offset, speed_of
 from pipeline.arena.teams.measures import Measures
-from pipeline.bodies import BALL, F64, VX, VY, Record, X, Y
+from pipeline.bodies import BALL, F64, VX, VY, Record
 
 # Durations of the conditions of 001, 011 and 184, seconds.
 _GAINED_S, _GUIDED_S, _STOOD_S = 0.15, 0.40, 0.50
@@ -47,18 +47,14 @@ _COS_VERY, _COS_PARALLEL = math.cos(math.radians(24)), math.cos(math.radians(45)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def is_over(view: F64, robot: int, verb: int, aim: Aim, m: Measures, own: Record) -> bool:
+def is_over(
+    view: F64, robot: int, verb: int, dx: float, dy: float, m: Measures, own: Record
+) -> bool:
     """Whether an action's final condition holds after a frame; the table of the module says which.
 
-    Args:
-        view: the team's.
-        robot: its row.
-        verb: of the action.
-        aim: of the action.
-        m: measures.
-        own: the robot's record of ``actions.ACTION``; ``lasted`` is written.
+    Its aim is at (dx, dy) from the robot, metres. ``lasted`` of ``own``, a record of ``actions.ACTION``, is
+    written.
     """
-    dx, dy = aim.x - view[robot, X], aim.y - view[robot, Y]
     away = math.hypot(dx, dy)
     if verb == actions.APPROACH:
         return bool(away < own["level"])
@@ -80,14 +76,15 @@ def is_over(view: F64, robot: int, verb: int, aim: Aim, m: Measures, own: Record
     if verb == actions.HOLD:
         return _lasts(has, _GAINED_S, m, own)
     if verb == actions.GUIDE:
-        return _lasts(has and _with_ball(view, robot, m), _GUIDED_S, m, own)
+        both_move = speed_of(view, robot) > m.moving and speed_of(view, BALL) > m.moving
+        return _lasts(has and both_move and _heads_along(view, robot), _GUIDED_S, m, own)
     if not own["had_ball"] or touches(view, robot, m):
         return False
     if verb == actions.KICK:
         return _kicked(view, robot, own["lasted"] == GONE, m)
     if verb == actions.GIVE:
         let_go = own["lasted"] == GONE and distance(view, robot, BALL) > m.close
-        return let_go or touches(view, aim.row, m)
+        return let_go or touches(view, own["other"], m)
     return verb == actions.LEAVE and _left(view, robot, m)
 
 
@@ -96,13 +93,6 @@ def _lasts(holds: bool, seconds: float, m: Measures, own: Record) -> bool:
     """Whether a condition has held for so long."""
     own["lasted"] = own["lasted"] + 1 if holds else 0
     return bool((own["lasted"] - 0.5) * m.frame_s > seconds)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _with_ball(view: F64, robot: int, m: Measures) -> bool:
-    """Whether robot and ball move, and the robot heads where the ball rolls."""
-    both = speed_of(view, robot) > m.moving and speed_of(view, BALL) > m.moving
-    return both and _heads_along(view, robot)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
