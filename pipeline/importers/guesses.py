@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from pipeline.importers.tracking_events import Course, changes, rises, tokens
 from pipeline.importers.tracking_map import PitchMap, TrackingMap
+from pipeline.matches.frame import F64
 from pipeline.pitch import PITCHES, Kind, Pitch
 
-F64 = npt.NDArray[np.float64]
 Evidence = Literal["goals in the states", "kick-offs", "the ball at the goals", "alphabet"]
 
 #: Longest half-length of each kind, metres. The limits lie between the pitches of 2.2 m (VSSS with five

@@ -10,9 +10,8 @@ from pipeline.errors import BadRecording
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking import match_of
 from pipeline.importers.tracking_map import Columns, TrackingMap
-from pipeline.importers.tracking_table import REQUIRED, RawTable, chosen
+from pipeline.importers.tracking_table import REQUIRED, chosen
 from pipeline.matches.frame import MatchLog
-from pipeline.matches.quality import Flaw
 
 
 def tells(head: bytes) -> bool:
@@ -37,19 +36,14 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
 
     A last line that has no end and too few fields is left out and flagged.
 
-    Args:
-        source: the file.
-        mapping: names, units, axes and teams.
-
     Raises:
         BadRecording: if the file is not such a table; the message says what it lacks.
     """
-    data, flaws = source.content, []
+    data, cut = source.content, None
     if _is_cut(data):
         data = data[: data.rindex(b"\n") + 1]
-        flaws.append(Flaw("truncated", "the incomplete last line was left out"))
-    raw = RawTable(_columns(data, mapping.columns, source.name), text=True, flaws=flaws)
-    return match_of(raw, source, mapping)
+        cut = "the incomplete last line was left out"
+    return match_of(_columns(data, mapping.columns, source.name), source, mapping, cut)
 
 
 def _columns(data: bytes, columns: Columns, name: str) -> pl.DataFrame:

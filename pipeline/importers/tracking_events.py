@@ -9,11 +9,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from pipeline.importers.rows import Event, other
 from pipeline.importers.tracking_map import TrackingMap
-from pipeline.matches.frame import I64
+from pipeline.matches.frame import F64, I64
 from pipeline.matches.quality import Flaw
 from schemas import SIDES, Side
 
@@ -71,8 +70,8 @@ class Course:
     states: Sequence[str | None] | None
     score: I64 | None
     segments: Sequence[str | None] | None
-    ball_x: npt.NDArray[np.float64]
-    ball_y: npt.NDArray[np.float64]
+    ball_x: F64
+    ball_y: F64
 
 
 def tokens(state: str, names: tuple[str, str], mapping: TrackingMap) -> list[Token]:

@@ -12,7 +12,7 @@ from pipeline.errors import BadRecording
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking import match_of
 from pipeline.importers.tracking_map import Columns, TrackingMap
-from pipeline.importers.tracking_table import RawTable, chosen
+from pipeline.importers.tracking_table import TEXT, chosen
 from pipeline.matches.frame import MatchLog
 
 _MAGIC = b"PAR1"
@@ -29,15 +29,10 @@ def tells(head: bytes) -> bool:
 def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     """Match of a tracking table in Parquet; see :func:`pipeline.importers.tracking.match_of`.
 
-    Args:
-        source: the file.
-        mapping: names, units, axes and teams.
-
     Raises:
         BadRecording: if the file is not such a table; the message says what it lacks.
     """
-    raw = RawTable(_columns(source.content, mapping.columns, source.name), text=False)
-    return match_of(raw, source, mapping)
+    return match_of(_columns(source.content, mapping.columns, source.name), source, mapping)
 
 
 def _columns(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
@@ -62,4 +57,10 @@ def _columns(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
             f"cannot be read as Parquet ({first})", where=name, next_step="Copy or write it again"
         ) from error
     assert isinstance(table, pl.DataFrame)
-    return table.select(pl.col(their).alias(our) for our, their in theirs.items())
+    named = table.select(pl.col(their).alias(our) for our, their in theirs.items())
+    for column, dtype in named.schema.items():
+        if column not in TEXT and not dtype.is_numeric() and dtype != pl.Null:
+            raise BadRecording(
+                f"column {column} is {dtype}, not numbers", where=name, next_step="Write it as numbers"
+            )
+    return named
