@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterator
-from types import TracebackType
-from typing import BinaryIO, Self
+from typing import BinaryIO
 
 import numpy as np
 import polars as pl
@@ -27,7 +26,7 @@ from mcap.writer import MCAP0_MAGIC
 from pipeline.errors import BadRecording
 from pipeline.matches import cdr
 from pipeline.matches.channels import DECISION, FRAME, REFEREE, TOPICS, declarations
-from pipeline.matches.chunks import ChunkBuffer, SealedChunk
+from pipeline.matches.chunks import Piece, seal
 from pipeline.matches.description import METADATA, describe
 from pipeline.matches.frame import I64, Frames, MatchInfo, MatchLog
 from pipeline.matches.messages import Messages, lay_out
@@ -37,10 +36,6 @@ from schemas import Decisions, Quality, Referee
 
 #: Bytes of a chunk's content; three a side fill it in about 20 s of a match.
 CHUNK_BYTES = 256 << 10
-#: Compression level of zstd. Positive levels also code the bodies' coordinates, which are nearly noise, by
-#: entropy. Files are then 4 to 6 % smaller; writing takes up to half as long again, and decompression two to
-#: three times as long (DECISIONS.md, "Chunk compression").
-LEVEL = -1
 
 _SLICE = 1024  # frames that `write` lays out at once: they stay in the cache
 
@@ -49,25 +44,24 @@ class Recorder:
     """Log of a match in progress.
 
     A chunk is written and handed to the system when it is full, and at each :meth:`flush`. Messages in no
-    chunk yet are lost with the process. As a context manager it closes the log unless an exception ends
-    it; a log that was not closed reads as truncated.
+    chunk yet are lost with the process. A log that was not closed reads as truncated.
 
     Args:
         stream: buffered, writable; nothing has been written to it yet.
         info: description of the match at its start.
-        chunk_bytes: a chunk is written when its uncompressed content would grow beyond this.
-        level: compression level of zstd.
+        chunk_bytes: a chunk is written when its uncompressed content would grow beyond this; only a single
+            message may be larger.
 
     Raises:
         OSError: from any method, if the stream refuses a write.
     """
 
-    def __init__(
-        self, stream: BinaryIO, info: MatchInfo, *, chunk_bytes: int = CHUNK_BYTES, level: int = LEVEL
-    ) -> None:
+    def __init__(self, stream: BinaryIO, info: MatchInfo, *, chunk_bytes: int = CHUNK_BYTES) -> None:
         self._stream = stream
         self._info = info
-        self._buffer = ChunkBuffer(chunk_bytes, level)
+        self._chunk_bytes = chunk_bytes
+        self._pending: list[Piece] = []
+        self._pending_bytes = 0
         self._written = self._crc = 0
         self._chunks: list[ChunkIndex] = []
         self._metadata: list[MetadataIndex] = []
@@ -114,8 +108,12 @@ class Recorder:
         The chunk is not synced, so a failing machine may still lose it. Small chunks cost room: chunks of a
         second (60 frames of six robots) make a log 2.2 % larger, chunks of 1,024 frames 0.02 %.
         """
-        for chunk in self._buffer.seal():
-            self._put_chunk(chunk)
+        if self._pending:
+            data, index = seal(self._pending, self._written)
+            self._pending, self._pending_bytes = [], 0
+            self._chunks.append(index)
+            self._put(data)
+            self._stream.flush()
 
     def close(self, *, info: MatchInfo | None = None, quality: pl.DataFrame | None = None) -> None:
         """Write pending messages, the description again, and the summary; the stream stays open.
@@ -138,15 +136,6 @@ class Recorder:
         self._put(self._summary())
         self._stream.flush()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if kind is None:
-            self.close()
-
     def _put(self, data: bytes) -> None:
         self._stream.write(data)
         self._crc = zlib.crc32(data, self._crc)
@@ -168,19 +157,19 @@ class Recorder:
             )
         content, starts = lay_out(messages)
         self._counts[channel] = self._counts.get(channel, 0) + len(messages)
-        for chunk in self._buffer.add(channel, t_ns, content, starts):
-            self._put_chunk(chunk)
-
-    def _put_chunk(self, chunk: SealedChunk) -> None:
-        self._chunks.append(ChunkIndex(
-            chunk_length=chunk.length, chunk_start_offset=self._written, compression="zstd",
-            compressed_size=chunk.stored, message_end_time=chunk.end_ns,
-            message_index_length=len(chunk.data) - chunk.length,
-            message_index_offsets={c: self._written + at for c, at in chunk.index_offsets.items()},
-            message_start_time=chunk.start_ns, uncompressed_size=chunk.size,
-        ))
-        self._put(chunk.data)
-        self._stream.flush()
+        first = 0
+        while first < len(messages):
+            room = self._chunk_bytes - self._pending_bytes
+            last = int(np.searchsorted(starts, starts[first] + room, side="right")) - 1
+            if last <= first and self._pending:
+                self.flush()
+                continue
+            last = max(last, first + 1)
+            start, end = int(starts[first]), int(starts[last])
+            places = starts[first:last] - start + self._pending_bytes
+            self._pending.append(Piece(channel, t_ns[first:last], places, content[start:end]))
+            self._pending_bytes += end - start
+            first = last
 
     def _summary(self) -> bytes:
         """The summary section, the footer and the closing magic."""
@@ -213,7 +202,7 @@ class Recorder:
         return section + encoded(footer) + MCAP0_MAGIC
 
 
-def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES, level: int = LEVEL) -> None:
+def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES) -> None:
     """Write a whole match; the same match gives the same bytes.
 
     Events and decisions are written beside the frames of their time, so that a part of the file is a
@@ -223,7 +212,6 @@ def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES, le
         log: the match; its rows of schema Quality are written, too.
         stream: buffered, writable; nothing has been written to it yet, and it stays open.
         chunk_bytes: see :class:`Recorder`.
-        level: compression level of zstd.
 
     Raises:
         BadRecording: if a sample or an event is before time zero.
@@ -239,7 +227,7 @@ def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES, le
         check(log.decisions, Decisions, where=log.info.match_id)
         decisions = log.decisions.sort("t_ns", maintain_order=True)
         events.append((DECISION, cdr.pack_decisions(decisions, DECISION)))
-    recorder = Recorder(stream, log.info, chunk_bytes=chunk_bytes, level=level)
+    recorder = Recorder(stream, log.info, chunk_bytes=chunk_bytes)
     done = dict.fromkeys(TOPICS, 0)
     for part in _slices(log.frames):
         recorder.frames(part)
