@@ -75,10 +75,8 @@ def guess_home(
     Returns:
         Index of home in ``names``, and the kind of evidence that decided.
     """
-    goals = [(index, side) for index, side, step in rises(course.score) if step > 0] if (
-        course.score is not None
-    ) else []
-    said = {index: tokens(state, names, mapping) for index, state in changes(course.states or ())}
+    goals = [(index, side) for index, side, step in rises(course.score) if step > 0]
+    said = {index: tokens(state, names, mapping) for index, state in changes(course.states)}
     by_goal = by_kick_off = by_ball = 0
     for at, (index, side) in enumerate(goals):
         # +1: the first team is home

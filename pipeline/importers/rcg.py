@@ -205,8 +205,7 @@ def _server(line: bytes) -> _Server:
 def _frames(record: _Record) -> Frames:
     """Samples in our axes and units."""
     per_second = 1000 / record.server.step_ms
-    t_ns = np.array(record.ticks, dtype=np.int64)
-    t_ns = t_ns * (record.server.step_ms * 1_000_000)
+    t_ns = np.array(record.ticks, dtype=np.int64) * (record.server.step_ms * 1_000_000)
     ball = np.array(record.balls, dtype="S").astype(np.float64)
     counts = np.array([len(players) for players in record.players], dtype=np.int64)
     frame_of: I64 = np.repeat(np.arange(len(counts), dtype=np.int64), counts)

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 from pipeline.errors import BadRecording
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking import match_of
-from pipeline.importers.tracking_map import Columns, TrackingMap
+from pipeline.importers.tracking_map import TrackingMap
 from pipeline.importers.tracking_table import TEXT, chosen
 from pipeline.matches.frame import MatchLog
 
@@ -32,21 +32,17 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     Raises:
         BadRecording: if the file is not such a table; the message says what it lacks.
     """
-    return match_of(_columns(source.content, mapping.columns, source.name), source, mapping)
-
-
-def _columns(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
     try:
         # the footer's promises are checked before anything is inflated
-        file = pq.ParquetFile(io.BytesIO(data))
+        file = pq.ParquetFile(io.BytesIO(source.content))
         meta = file.metadata
         size = sum(meta.row_group(i).total_byte_size for i in range(meta.num_row_groups))
         if meta.num_rows > _MAX_ROWS or size > _MAX_BYTES:
             raise BadRecording(
-                f"has {meta.num_rows} rows that unpack to {size >> 20} MiB", where=name,
+                f"has {meta.num_rows} rows that unpack to {size >> 20} MiB", where=source.name,
                 next_step="Split it into matches",
             )
-        theirs = chosen(file.schema_arrow.names, columns, name)
+        theirs = chosen(file.schema_arrow.names, mapping.columns, source.name)
         arrow = file.read(columns=list(theirs.values()))
         # polars takes text for valid UTF-8 and panics if it is not, in values and in metadata
         arrow.validate(full=True)
@@ -54,13 +50,13 @@ def _columns(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
     except (pa.ArrowException, OSError, ValueError, pl.exceptions.PolarsError) as error:
         first = str(error).partition("\n")[0][:120]
         raise BadRecording(
-            f"cannot be read as Parquet ({first})", where=name, next_step="Copy or write it again"
+            f"cannot be read as Parquet ({first})", where=source.name, next_step="Copy or write it again"
         ) from error
     assert isinstance(table, pl.DataFrame)
     named = table.select(pl.col(their).alias(our) for our, their in theirs.items())
     for column, dtype in named.schema.items():
         if column not in TEXT and not dtype.is_numeric() and dtype != pl.Null:
             raise BadRecording(
-                f"column {column} is {dtype}, not numbers", where=name, next_step="Write it as numbers"
+                f"column {column} is {dtype}, not numbers", where=source.name, next_step="Write it as numbers"
             )
-    return named
+    return match_of(named, source, mapping)

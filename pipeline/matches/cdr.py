@@ -180,14 +180,14 @@ def unpack_decisions(messages: Messages) -> tuple[pl.DataFrame, Bools]:
     names = {text: _text(text, len(text)) for text in set(texts)}  # few behaviours, many decisions
     mask &= np.array([names[text] is not None for text in texts], dtype=np.bool_)
     kept = heads[mask]
-    schema = {name: dtype for name, dtype in Decisions.dtypes().items() if name != "match_id"}
+    dtypes = Decisions.dtypes()
     codes = {"team": kept["team"], "role": kept["role"], "ends": kept["ends"] - np.uint8(1)}  # goes on: 255
     columns = {
         **{name: kept[name] for name in ("end_ns", "state", "reward", "value", "episode", "robot")},
-        **{name: pl.Series(code).replace(255, None).cat.to(schema[name]) for name, code in codes.items()},
+        **{name: pl.Series(code).replace(255, None).cat.to(dtypes[name]) for name, code in codes.items()},
         "t_ns": kept["log_time"],
         "random": kept["random"].astype(np.bool_),
         "chosen": np.ones(len(kept), dtype=np.bool_),
         "behaviour_id": pl.Series([names[texts[i]] or None for i in np.flatnonzero(mask)], dtype=pl.String),
     }
-    return pl.DataFrame(columns, schema_overrides=schema).select(*schema), mask
+    return pl.DataFrame(columns, schema_overrides=dtypes), mask

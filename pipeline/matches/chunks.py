@@ -37,7 +37,7 @@ class DamagedChunk(Exception):
     """A chunk that cannot be used, and why; the reader of the file reports it as a flaw."""
 
 
-class _ChunkHead(NamedTuple):
+class ChunkHead(NamedTuple):
     """Fixed part of a chunk record.
 
     Attributes:
@@ -54,9 +54,9 @@ class _ChunkHead(NamedTuple):
     name_bytes: int
 
     @classmethod
-    def of(cls, body: memoryview) -> _ChunkHead | None:
-        """Head of a chunk record; None if the record is too short."""
-        return cls(*_CHUNK_HEAD.unpack_from(body)) if len(body) >= _CHUNK_HEAD.size else None
+    def of(cls, body: memoryview) -> ChunkHead:
+        """Head of a chunk record; zeros if the record is too short."""
+        return cls(*_CHUNK_HEAD.unpack_from(body)) if len(body) >= _CHUNK_HEAD.size else cls(0, 0, 0, 0, 0)
 
 
 class Piece(NamedTuple):
@@ -108,18 +108,6 @@ def seal(pieces: Sequence[Piece], place: int) -> tuple[bytes, ChunkIndex]:
     )
 
 
-def chunk_span(body: memoryview) -> tuple[int, int]:
-    """First and last log time that a chunk declares, both included; 0 and 0 if it is too short."""
-    head = _ChunkHead.of(body)
-    return (head.start_ns, head.end_ns) if head else (0, 0)
-
-
-def chunk_size(body: memoryview) -> int:
-    """Bytes of content that a chunk declares; 0 if it declares more than ``MAX_CHUNK_BYTES``."""
-    head = _ChunkHead.of(body)
-    return head.size if head and head.size <= MAX_CHUNK_BYTES else 0
-
-
 def unseal(body: memoryview) -> tuple[U8, Records]:
     """Content of a chunk and the records in it, after all checks.
 
@@ -127,9 +115,9 @@ def unseal(body: memoryview) -> tuple[U8, Records]:
         DamagedChunk: if its size exceeds ``MAX_CHUNK_BYTES`` or differs from what it declares, its CRC
             does not hold, it does not decompress, or its content is not a sequence of whole records.
     """
-    head = _ChunkHead.of(body)
-    if head is None:
+    if len(body) < _CHUNK_HEAD.size:
         raise DamagedChunk("is too short")
+    head = ChunkHead.of(body)
     size, name_end = head.size, _CHUNK_HEAD.size + head.name_bytes
     blob = body[name_end + 8:]
     if name_end + 8 > len(body) or int.from_bytes(body[name_end:name_end + 8], "little") != len(blob):

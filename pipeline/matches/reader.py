@@ -19,7 +19,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import MCAP0_MAGIC
 
 from pipeline.errors import DamagedLog, NoFrames
-from pipeline.matches.chunks import DamagedChunk, chunk_size, chunk_span, unseal
+from pipeline.matches.chunks import MAX_CHUNK_BYTES, ChunkHead, DamagedChunk, unseal
 from pipeline.matches.description import METADATA, is_sound, parse
 from pipeline.matches.frame import MatchInfo, MatchLog
 from pipeline.matches.inbox import Inbox
@@ -215,7 +215,8 @@ class _Reading:
             bounds[body] = index.chunk_start_offset + index.chunk_length
             spans[body] = (index.message_start_time, index.message_end_time)
         chunks = {body: self._view[body:bounds[body]] for body in sorted(bounds)}
-        declared = sum(map(chunk_size, chunks.values()))
+        heads = {body: ChunkHead.of(chunk) for body, chunk in chunks.items()}
+        declared = sum(head.size for head in heads.values() if head.size <= MAX_CHUNK_BYTES)
         if declared > MAX_LOG_BYTES:
             raise self._error(f"declares more than {MAX_LOG_BYTES} bytes", "Split it if you trust it")
         self._inbox.reserve(declared + int(loose.lengths.sum()) + FRAMING_BYTES * len(loose.lengths))
@@ -225,7 +226,7 @@ class _Reading:
                     self._read_messages(*unseal(chunks[body]))
                 except DamagedChunk as damage:
                     note = f"chunk {number} of {len(chunks)} {damage}"
-                    span = spans.get(body, chunk_span(chunks[body]))
+                    span = spans.get(body, (heads[body].start_ns, heads[body].end_ns))
                     self._damaged(note, flaw="damaged chunk", span=span)
             if len(loose.bodies):
                 between = (loose.bodies > body) & (loose.bodies < after)

@@ -218,25 +218,24 @@ def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES) ->
         SchemaMismatch: if a table does not fit its schema.
         OSError: if the stream refuses a write.
     """
-    events: list[tuple[int, Messages]] = []
+    left: dict[int, Messages] = {}
     if len(log.referee):
         check(log.referee, Referee, where=log.info.match_id)
         referee = log.referee.sort("t_ns", maintain_order=True)
-        events.append((REFEREE, cdr.pack_referee(referee, REFEREE)))
+        left[REFEREE] = cdr.pack_referee(referee, REFEREE)
     if len(log.decisions):
         check(log.decisions, Decisions, where=log.info.match_id)
         decisions = log.decisions.sort("t_ns", maintain_order=True)
-        events.append((DECISION, cdr.pack_decisions(decisions, DECISION)))
+        left[DECISION] = cdr.pack_decisions(decisions, DECISION)
     recorder = Recorder(stream, log.info, chunk_bytes=chunk_bytes)
-    done = dict.fromkeys(TOPICS, 0)
     for part in _slices(log.frames):
         recorder.frames(part)
-        for channel, messages in events:
+        for channel, messages in left.items():
             upto = int(np.searchsorted(messages.heads["log_time"], part.t_ns.max(), side="right"))
-            recorder._append(channel, messages[done[channel]:upto])
-            done[channel] = max(done[channel], upto)
-    for channel, messages in events:
-        recorder._append(channel, messages[done[channel]:])
+            recorder._append(channel, messages[:upto])
+            left[channel] = messages[upto:]
+    for channel, messages in left.items():
+        recorder._append(channel, messages)
     recorder.close(quality=log.quality)
 
 
