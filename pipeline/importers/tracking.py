@@ -22,6 +22,8 @@ from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import Pitch
 from schemas import SIDES
 
+_METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+_RADIANS = {"rad": 1.0, "deg": np.pi / 180}
 #: Bound on positions, speeds and turn rates: m, m/s, rad/s. A larger value is not a number of a match.
 _FURTHEST = 1e6
 #: Highest number of a robot (schemas: Int16).
@@ -197,9 +199,8 @@ def _players(
 
 def _in_metres(table: pl.DataFrame, mapping: TrackingMap) -> pl.DataFrame:
     """Table with lengths in metres and angles in radians."""
-    angle = 1.0 if mapping.units.angle == "rad" else np.pi / 180
-    units = dict.fromkeys(("x", "y", "vx", "vy"), mapping.units.metres)
-    units |= dict.fromkeys(("heading", "omega"), angle)
+    units = dict.fromkeys(("x", "y", "vx", "vy"), _METRES[mapping.units.length])
+    units |= dict.fromkeys(("heading", "omega"), _RADIANS[mapping.units.angle])
     return table.with_columns(
         pl.col(name) * unit for name, unit in units.items() if name in table.columns and unit != 1.0
     )

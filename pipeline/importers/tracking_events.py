@@ -230,11 +230,8 @@ def _first_score(score: I64 | None) -> list[int | None] | None:
     """Score at the first frame that has it, for each team; None if the table has no score."""
     if score is None:
         return None
-    first: list[int | None] = []
-    for side in (0, 1):
-        known = score[score[:, side] >= 0, side]
-        first.append(int(known[0]) if len(known) else None)
-    return first
+    known = [goals[goals >= 0] for goals in score.T]
+    return [int(goals[0]) if len(goals) else None for goals in known]
 
 
 def _restart_tells(said: dict[int, list[Token]], index: int) -> Side | None:
@@ -258,13 +255,8 @@ def _goals_at(
 ) -> None:
     """Append the goals of a frame, by the score or the states; a goal that does not count is a stop.
 
-    Args:
-        referee: the log of events.
-        index: of the frame.
-        steps: team and change of its score.
-        known: the words of the frame's state.
-        scorer: team of a goal whose word names no team; None if unknown.
-        scores: whether the table has a score.
+    ``steps`` are teams and changes of their scores, ``known`` is the frame's state. ``scorer`` is the team of
+    a goal whose word names none. ``scores`` says whether the table has a score.
     """
     for token in known:
         if token.event != "goal" or any(step > 0 for _, step in steps):

@@ -21,7 +21,7 @@ _MAX_SPAN_NS = 86_400_000_000_000
 _ABSENT = ("", "null", "None", "NA")
 _NOTHING = (*_ABSENT, "nan", "NaN")
 
-_SECOND = 1_000_000_000
+_NANOSECONDS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}
 _MAP = "Name the columns in a map's [columns] table"
 
 
@@ -45,7 +45,7 @@ def typed(raw: pl.DataFrame, mapping: TrackingMap, name: str) -> tuple[pl.DataFr
     """
     flaws = []
     columns = [_typed(column, name) for column in raw if column.name != "t"]
-    columns.append(_times(raw["t"], mapping.units.nanoseconds, name))
+    columns.append(_times(raw["t"], _NANOSECONDS[mapping.units.time], name))
     table = pl.DataFrame(columns)
     if "frame" not in table.columns:
         table = table.with_columns((pl.col("t_ns").rank("dense").cast(pl.Int64) - 1).alias("frame"))
@@ -129,7 +129,7 @@ def _reals(column: pl.Series, name: str) -> pl.Series:
 
 def _times(column: pl.Series, unit: int, name: str) -> pl.Series:
     """Nanoseconds from the earliest sample, Int64; null where the time is absent."""
-    integral = column.dtype.is_integer() or (column.dtype == pl.String and unit < _SECOND)
+    integral = column.dtype.is_integer() or (column.dtype == pl.String and unit < _NANOSECONDS["s"])
     whole = column.cast(pl.Int64, strict=False) if integral else column
     if not whole.dtype.is_integer() or whole.null_count() > column.null_count():
         real = _reals(column, name)

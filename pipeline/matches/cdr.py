@@ -43,9 +43,6 @@ def _heads(head: np.dtype[np.void], channel: int, t_ns: I64) -> Heads:
     return heads
 
 
-# --- frames --------------------------------------------------------------------------------
-
-
 def pack_frames(frames: Frames, channel: int) -> Messages:
     """Messages of `schemas/Frame.msg` of samples."""
     heads = _heads(FRAME_HEAD, channel, frames.t_ns)
@@ -81,9 +78,6 @@ def _addressed(messages: Messages) -> Bools:
     heads = messages.heads
     fits: Bools = (heads["log_time"] >= 0) & (heads["encapsulation"] & 0xFFFF == LITTLE_ENDIAN_CDR)
     return fits
-
-
-# --- referee events ------------------------------------------------------------------------
 
 
 def pack_referee(referee: pl.DataFrame, channel: int) -> Messages:
@@ -147,9 +141,6 @@ def _text(data: bytes, length: int) -> str | None:
         return data[:-1].decode()
     except UnicodeDecodeError:
         return None
-
-
-# --- decisions -----------------------------------------------------------------------------
 
 
 def pack_decisions(decisions: pl.DataFrame, channel: int) -> Messages:

@@ -14,7 +14,6 @@ from mcap.records import (
     DataEnd,
     Footer,
     Header,
-    McapRecord,
     Metadata,
     MetadataIndex,
     Statistics,
@@ -180,16 +179,15 @@ class Recorder:
             message_start_time=min((c.message_start_time for c in self._chunks), default=0),
             metadata_count=len(self._metadata), schema_count=len(self._schemas),
         )
-        groups: tuple[tuple[Opcode, list[McapRecord]], ...] = (
-            (Opcode.SCHEMA, [*self._schemas]),
-            (Opcode.CHANNEL, [*self._channels]),
-            (Opcode.STATISTICS, [statistics]),
-            (Opcode.CHUNK_INDEX, [*self._chunks]),
-            (Opcode.METADATA_INDEX, [*self._metadata]),
-        )
+        groups = {
+            Opcode.SCHEMA: encoded(*self._schemas),
+            Opcode.CHANNEL: encoded(*self._channels),
+            Opcode.STATISTICS: encoded(statistics),
+            Opcode.CHUNK_INDEX: encoded(*self._chunks),
+            Opcode.METADATA_INDEX: encoded(*self._metadata),
+        }
         section, offsets = b"", []
-        for opcode, records in groups:
-            group = encoded(*records)
+        for opcode, group in groups.items():
             if group:
                 offsets.append(SummaryOffset(
                     group_opcode=opcode, group_start=self._written + len(section), group_length=len(group)
