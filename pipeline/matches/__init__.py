@@ -18,9 +18,8 @@ table           the row of a match in the table Matches
 ==============  ==============================================================
 """
 
-from pipeline.matches.chunks import LEVEL
 from pipeline.matches.reader import MAX_LOG_BYTES, read
-from pipeline.matches.recorder import CHUNK_BYTES, Recorder, write
+from pipeline.matches.recorder import CHUNK_BYTES, LEVEL, Recorder, write
 from pipeline.matches.table import row
 
 __all__ = ["CHUNK_BYTES", "LEVEL", "MAX_LOG_BYTES", "Recorder", "read", "row", "write"]

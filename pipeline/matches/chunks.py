@@ -23,10 +23,6 @@ from pipeline.matches.records import U8, Records, as_array, encoded, walk
 
 #: Most bytes of content; a chunk that declares more is not decompressed.
 MAX_CHUNK_BYTES = 64 << 20
-#: Compression level of zstd. Positive levels also code the bodies' coordinates, which are nearly noise, by
-#: entropy. Files are then 4 to 6 % smaller; writing takes up to half as long again, and decompression two to
-#: three times as long (DECISIONS.md, "Chunk compression").
-LEVEL = -1
 
 _CHUNK_HEAD = struct.Struct("<QQQII")
 _INDEX_HEAD = struct.Struct("<BQHI")  # opcode, bytes that follow, channel, bytes of its entries
@@ -75,16 +71,19 @@ class Piece(NamedTuple):
     content: U8
 
 
-def seal(pieces: Sequence[Piece], place: int) -> tuple[bytes, ChunkIndex]:
+def seal(
+    pieces: Sequence[Piece], compressor: zstandard.ZstdCompressor, place: int
+) -> tuple[bytes, ChunkIndex]:
     """Bytes of a chunk with the message indexes that follow it, and its entry in the chunk index.
 
     Args:
         pieces: the messages, at least one piece.
+        compressor: of the content.
         place: where the chunk starts in the file.
     """
     content = pieces[0].content if len(pieces) == 1 else np.concatenate([p.content for p in pieces])
     chunk = Chunk(
-        compression="zstd", data=zstandard.compress(content.data, LEVEL),
+        compression="zstd", data=compressor.compress(content.data),
         message_start_time=min(int(p.t_ns.min()) for p in pieces),
         message_end_time=max(int(p.t_ns.max()) for p in pieces),
         uncompressed_crc=zlib.crc32(content.data), uncompressed_size=len(content),
