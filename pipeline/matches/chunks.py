@@ -15,18 +15,17 @@ from typing import NamedTuple
 import lz4.frame  # type: ignore[import-untyped]
 import numpy as np
 import zstandard
+from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import Chunk, ChunkIndex
 
 from pipeline.matches.frame import I64
-from pipeline.matches.records import U8, Records, as_array, encoded, walk
+from pipeline.matches.records import U8, Records, as_array, walk
 
 #: Most bytes of content; a chunk that declares more is not decompressed.
 MAX_CHUNK_BYTES = 64 << 20
 
 _CHUNK_HEAD = struct.Struct("<QQQII")
-_INDEX_HEAD = struct.Struct("<BQHI")  # opcode, bytes that follow, channel, bytes of its entries
-_INDEX_BYTES = 6  # of the channel and the length of its entries
 
 
 class DamagedChunk(Exception):
@@ -88,20 +87,23 @@ def seal(
         message_end_time=max(int(p.t_ns.max()) for p in pieces),
         uncompressed_crc=zlib.crc32(content.data), uncompressed_size=len(content),
     )
-    parts = [encoded(chunk)]
-    length = at = len(parts[0])
-    index_offsets = {}
+    builder = RecordBuilder()
+    chunk.write(builder)
+    length, index_offsets = builder.count, {}
     for channel in sorted({piece.channel for piece in pieces}):
         own = [piece for piece in pieces if piece.channel == channel]
         columns = [np.concatenate([p.t_ns for p in own]), np.concatenate([p.starts for p in own])]
         entries = np.stack(columns, axis=1).astype("<u8").tobytes()
-        index_offsets[channel] = place + at
-        head = _INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, _INDEX_BYTES + len(entries), channel, len(entries))
-        parts += [head, entries]
-        at += len(head) + len(entries)
-    return b"".join(parts), ChunkIndex(
+        index_offsets[channel] = place + builder.count
+        builder.start_record(Opcode.MESSAGE_INDEX)
+        builder.write2(channel)
+        builder.write4(len(entries))
+        builder.write(entries)
+        builder.finish_record()  # type: ignore[no-untyped-call]
+    size = builder.count
+    return builder.end(), ChunkIndex(  # type: ignore[no-untyped-call]
         chunk_start_offset=place, chunk_length=length, message_index_offsets=index_offsets,
-        message_index_length=at - length, message_start_time=chunk.message_start_time,
+        message_index_length=size - length, message_start_time=chunk.message_start_time,
         message_end_time=chunk.message_end_time, compression=chunk.compression,
         compressed_size=len(chunk.data), uncompressed_size=chunk.uncompressed_size,
     )
