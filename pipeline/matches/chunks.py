@@ -89,7 +89,8 @@ def seal(
     )
     builder = RecordBuilder()
     chunk.write(builder)
-    length, index_offsets = builder.count, {}
+    length = builder.count
+    index_offsets = {}
     for channel in sorted({piece.channel for piece in pieces}):
         own = [piece for piece in pieces if piece.channel == channel]
         columns = [np.concatenate([p.t_ns for p in own]), np.concatenate([p.starts for p in own])]

@@ -136,8 +136,6 @@ class _Reading:
                 self._damaged(f"the {opcode.name.lower().replace('_', ' ')} record at byte {body} is damaged")
         return found
 
-    # what is around the messages
-
     def _summary(self) -> _SummarySection | None:
         """The summary; None if it is missing or damaged."""
         view, end = self._view, len(self._view) - len(MCAP0_MAGIC)
@@ -202,8 +200,6 @@ class _Reading:
             self._damaged("a copy of the metadata that describe the match is damaged")
         return parse(sound[-1], where=self._where) if sound else None
 
-    # the messages
-
     def _read_chunks(self, records: Records, summary: _SummarySection | None) -> None:
         """Read all chunks, and the messages between them, in the order of the file."""
         found = records.keep(records.opcodes == Opcode.CHUNK)
@@ -236,8 +232,6 @@ class _Reading:
         if (records.opcodes != Opcode.MESSAGE).any():
             self._declare(content.data, records)
         self._inbox.take(content, records)
-
-    # the match
 
     def _assemble(self, info: MatchInfo, carried: pl.DataFrame, *, foreign: bool) -> MatchLog:
         frames = self._inbox.frames()
