@@ -248,13 +248,14 @@ class TestInAMatch:
                         referee=RefereeSettings(duration_s=3, halves=1))
         match, stream = Match(recipe, (controller_of(team, recipe, 0), controller_of(team, recipe, 1))), io.BytesIO()
         truth = []
-        with log.Recorder(stream, match.info) as recorder:
-            while not match.over:
-                match.advance()
-                truth.append(match.bodies.copy())
-            part = match.take()
-            recorder.frames(part.frames)
-            recorder.referee(part.referee)
+        recorder = log.Recorder(stream, match.info)
+        while not match.over:
+            match.advance()
+            truth.append(match.bodies.copy())
+        part = match.take()
+        recorder.frames(part.frames)
+        recorder.referee(part.referee)
+        recorder.close()
         return log.read(stream.getvalue(), where="here"), np.array(truth), part
 
     def test_camera_off(self):

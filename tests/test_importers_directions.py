@@ -33,8 +33,9 @@ def frames(sides: list[float], rng: np.random.Generator, *, spread: float = 0.2)
     )
 
 
-def attacks(found: directions.Directions) -> list[int]:
-    return [period.home_attacks for period in found.periods]
+def attacks(match: Frames) -> list[int]:
+    periods, _ = directions.infer_periods(match, [])
+    return [period.home_attacks for period in periods]
 
 
 @settings(max_examples=40, deadline=None)
@@ -48,20 +49,20 @@ def test_change_of_sides(
     """A change of sides is found with and without the half-time event."""
     sides = [float(first)] * half + [-float(first)] * (1000 - half)
     match = frames(sides, np.random.default_rng(seed))
-    found = directions.infer_periods(match, [half * STEP] if tell else [])
-    assert attacks(found) == [first, -first]
-    assert all(period.inferred for period in found.periods)
-    assert abs(found.periods[0].end_ns - half * STEP) <= (0 if tell else 2 * STEP)
-    assert found.periods[1].start_ns == found.periods[0].end_ns
-    assert found.periods[1].end_ns == 999 * STEP + 1
+    (one, two), _ = directions.infer_periods(match, [half * STEP] if tell else [])
+    assert (one.home_attacks, two.home_attacks) == (first, -first)
+    assert one.inferred
+    assert two.inferred
+    assert abs(one.end_ns - half * STEP) <= (0 if tell else 2 * STEP)
+    assert two.start_ns == one.end_ns
+    assert two.end_ns == 999 * STEP + 1
 
 
 @settings(max_examples=40, deadline=None)
 @given(first=st.sampled_from([1.0, -1.0]), seed=st.integers(0, 2**16))
 def test_no_change_of_sides(first: float, seed: int) -> None:
     """A match without a change of sides has one period."""
-    found = directions.infer_periods(frames([first] * 500, np.random.default_rng(seed)), [])
-    assert attacks(found) == [first]
+    assert attacks(frames([first] * 500, np.random.default_rng(seed))) == [first]
 
 
 def test_spell_of_pressure() -> None:
@@ -70,7 +71,7 @@ def test_spell_of_pressure() -> None:
     late = np.repeat(np.arange(1000) >= 800, 6)
     pressing = late & (match.robots["team"] == 0) & (match.robots["id"] > 0)
     match.robots["x"][pressing] += 0.9
-    assert attacks(directions.infer_periods(match, [])) == [1]
+    assert attacks(match) == [1]
 
 
 @settings(max_examples=20, deadline=None)
@@ -78,9 +79,8 @@ def test_spell_of_pressure() -> None:
 def test_weak_votes(seed: int) -> None:
     """If the votes are too weak, home is taken to attack +x, and a flaw says so."""
     match = frames([0.0] * 1000, np.random.default_rng(seed))
-    found = directions.infer_periods(match, [])
-    flaws = directions.direction_flaws(found, match.t_ns)
-    assert attacks(found) == [1]
+    (period,), flaws = directions.infer_periods(match, [])
+    assert period.home_attacks == 1
     assert [(flaw.flaw, flaw.count, flaw.start_ns) for flaw in flaws] == [("direction unknown", 1000, 0)]
     assert "too weak" in str(flaws[0].note)
 
@@ -88,9 +88,8 @@ def test_weak_votes(seed: int) -> None:
 def test_known_first_period() -> None:
     """The direction of the first period is not inferred if it is given."""
     match = frames([1.0] * 500 + [-1.0] * 500, np.random.default_rng(0))
-    found = directions.infer_periods(match, [500 * STEP], first=-1)
-    assert [(p.home_attacks, p.inferred) for p in found.periods] == [(-1, False), (-1, True)]
-    flaws = directions.direction_flaws(found, match.t_ns)
+    periods, flaws = directions.infer_periods(match, [500 * STEP], first=-1)
+    assert [(p.home_attacks, p.inferred) for p in periods] == [(-1, False), (-1, True)]
     assert [flaw.start_ns for flaw in flaws] == [500 * STEP]
 
 
@@ -99,16 +98,16 @@ def test_votes_by_time() -> None:
     match = frames([1.0] * 40 + [-1.0] * 80, np.random.default_rng(0), spread=0.0)
     match.t_ns[:40] = np.arange(40) * 400_000_000
     match.t_ns[40:] = 40 * 400_000_000 + np.arange(80) * 10_000_000
-    assert attacks(directions.infer_periods(match, [])) == [1]
+    assert attacks(match) == [1]
     match.t_ns[-1] += 3_600_000_000_000  # an hour without samples is no hour of -x
-    assert attacks(directions.infer_periods(match, [])) == [1]
+    assert attacks(match) == [1]
 
 
 def test_half_time_outside() -> None:
     """Half-times outside the match do not matter."""
     match = frames([1.0] * 100, np.random.default_rng(0))
-    found = directions.infer_periods(match, [-5, 0, 10**12])
-    assert len(found.periods) == 1
+    periods, _ = directions.infer_periods(match, [-5, 0, 10**12])
+    assert len(periods) == 1
 
 
 @pytest.mark.parametrize("hidden", [False, True])

@@ -423,25 +423,6 @@ def test_killed_recorder():
     assert back.quality["flaw"].to_list() == ["truncated"]
 
 
-def test_recorder_exception():
-    """An exception leaves the log unfinished, and a quiet end finishes it."""
-    stream = io.BytesIO()
-
-    def crash_while_playing():
-        with matches.Recorder(stream, INFO, chunk_bytes=1) as recorder:
-            recorder.frames(frames_of([2, 2]))
-            raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        crash_while_playing()
-    back = matches.read(stream.getvalue(), where="a.mcap")
-    assert (len(back.frames), back.info.complete) == (1, False)
-    stream = io.BytesIO()
-    with matches.Recorder(stream, INFO) as recorder:
-        recorder.frames(frames_of([2]))
-    assert matches.read(stream.getvalue(), where="a.mcap").info.complete
-
-
 def test_unfit_log():
     """A negative time or score is refused."""
     with pytest.raises(BadRecording, match="before time zero"):

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
-from pipeline.matches.frame import AWAY, HOME, I64, Frames, Period
+from pipeline.matches.frame import AWAY, F64, HOME, Frames, Period
 from pipeline.matches.quality import Flaw
 
-F64 = npt.NDArray[np.float64]
 Sign = Literal[1, -1]
 
 #: Least strength of a period's vote; a weaker one may be chance.
@@ -25,19 +23,9 @@ LEAST_SHARE = 0.1
 _LONGEST_NS = 500_000_000
 
 
-class Directions(NamedTuple):
-    """Periods, and the strength of the evidence for their directions.
-
-    Attributes:
-        periods: consecutive, covering all samples.
-        votes: one per period, in [-1, 1]; positive if the robots' places say that home attacks +x.
-    """
-
-    periods: tuple[Period, ...]
-    votes: tuple[float, ...]
-
-
-def infer_periods(frames: Frames, boundaries: Sequence[int], first: Sign | None = None) -> Directions:
+def infer_periods(
+    frames: Frames, boundaries: Sequence[int], first: Sign | None = None
+) -> tuple[tuple[Period, ...], list[Flaw]]:
     """Periods with the direction in which home attacks, from where the robots stand.
 
     Each sample has three votes: which team's mean x is nearer to which goal, and which team has the
@@ -51,10 +39,11 @@ def infer_periods(frames: Frames, boundaries: Sequence[int], first: Sign | None 
         first: direction of the first period, +1 or -1; None: it is inferred.
 
     Returns:
-        The periods. Where the vote is weaker than ``WEAK`` the direction is +x.
+        The periods, consecutive and covering all samples, and a flaw for each inferred one. Where the vote
+        is weaker than ``WEAK`` the direction is +x.
     """
     if not len(frames):
-        return Directions((), ())
+        return (), []
     order = np.argsort(frames.t_ns, kind="stable")
     t_ns = frames.t_ns[order]
     vote = votes_of(frames)[order]
@@ -67,44 +56,28 @@ def infer_periods(frames: Frames, boundaries: Sequence[int], first: Sign | None 
         cuts = [] if change is None else [int(t_ns[change])]
     edges = [start, *cuts, end]
     periods = []
-    votes = []
+    flaws = []
     for index, (low, high) in enumerate(pairwise(edges)):
         inside = (t_ns >= low) & (t_ns < high)
         # a period between two half-times may have no sample
         strength = float(np.average(vote[inside], weights=weight[inside])) if inside.any() else 0.0
         known = first if index == 0 else None
         guess: Sign = -1 if strength <= -WEAK else 1
-        periods.append(
-            Period(start_ns=low, end_ns=high, home_attacks=known or guess, inferred=known is None)
-        )
-        votes.append(strength)
-    return Directions(tuple(periods), tuple(votes))
+        period = Period(start_ns=low, end_ns=high, home_attacks=known or guess, inferred=known is None)
+        periods.append(period)
+        if period.inferred:
+            flaws.append(_flaw(period, strength, int(inside.sum())))
+    return tuple(periods), flaws
 
 
-def direction_flaws(directions: Directions, t_ns: I64) -> list[Flaw]:
-    """Flaws of the inferred periods for the quality table, one per period.
-
-    Args:
-        directions: the periods and their votes.
-        t_ns: [F] times of the samples, ns.
-    """
-    flaws = []
-    for period, vote in zip(*directions, strict=True):
-        if not period.inferred:
-            continue
-        weak = abs(vote) < WEAK
-        count = int(((t_ns >= period.start_ns) & (t_ns < period.end_ns)).sum())
-        flaws.append(
-            Flaw(
-                "direction unknown" if weak else "direction inferred",
-                f"vote of the bodies {vote:+.2f}, " + (
-                    "too weak: home is taken to attack +x" if weak
-                    else f"so home attacks {'+x' if period.home_attacks > 0 else '-x'}"
-                ),
-                max(count, 1), period.start_ns, period.end_ns,
-            )
-        )
-    return flaws
+def _flaw(period: Period, vote: float, samples: int) -> Flaw:
+    """Flaw of an inferred period; ``vote`` is in [-1, 1], positive if home seems to attack +x."""
+    if abs(vote) < WEAK:
+        flaw, so = "direction unknown", "too weak: home is taken to attack +x"
+    else:
+        flaw, so = "direction inferred", f"so home attacks {'+x' if period.home_attacks > 0 else '-x'}"
+    note = f"vote of the bodies {vote:+.2f}, {so}"
+    return Flaw(flaw, note, max(samples, 1), period.start_ns, period.end_ns)
 
 
 def votes_of(frames: Frames) -> F64:

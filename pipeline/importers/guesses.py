@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from pipeline.importers.tracking_events import Course, changes, rises, tokens
 from pipeline.importers.tracking_map import PitchMap, TrackingMap
+from pipeline.matches.frame import F64
 from pipeline.pitch import PITCHES, Kind, Pitch
 
-F64 = npt.NDArray[np.float64]
 Evidence = Literal["goals in the states", "kick-offs", "the ball at the goals", "alphabet"]
 
 #: Longest half-length of each kind, metres. The limits lie between the pitches of 2.2 m (VSSS with five
@@ -76,10 +75,8 @@ def guess_home(
     Returns:
         Index of home in ``names``, and the kind of evidence that decided.
     """
-    goals = [(index, side) for index, side, step in rises(course.score) if step > 0] if (
-        course.score is not None
-    ) else []
-    said = {index: tokens(state, names, mapping) for index, state in changes(course.states or ())}
+    goals = [(index, side) for index, side, step in rises(course.score) if step > 0]
+    said = {index: tokens(state, names, mapping) for index, state in changes(course.states)}
     by_goal = by_kick_off = by_ball = 0
     for at, (index, side) in enumerate(goals):
         # +1: the first team is home

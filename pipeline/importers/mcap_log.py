@@ -25,10 +25,6 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
 
     The match keeps the identity that the log gives it, not that of the file.
 
-    Args:
-        source: the file.
-        mapping: not used; the log describes itself.
-
     Raises:
         DamagedLog, NoFrames: see ``pipeline.matches.read``.
     """

@@ -15,11 +15,7 @@ TOO_MANY = 0.2
 
 
 def plausibility_checks(log: MatchLog) -> list[Flaw]:
-    """Flaws of a whole match: robots off the pitch, no ball at all, goals without a scorer.
-
-    Args:
-        log: the match as a reader returned it.
-    """
+    """Flaws of a whole match: robots off the pitch, no ball at all, goals without a scorer."""
     found = []
     frames, pitch = log.frames, log.info.pitch
     x, y = np.abs(frames.robots["x"]), np.abs(frames.robots["y"])

@@ -13,14 +13,13 @@ from dataclasses import dataclass, field
 from itertools import chain
 
 import numpy as np
-import numpy.typing as npt
 
 from pipeline import __version__
 from pipeline.errors import BadRecording
 from pipeline.importers.rows import Event, pack, referee
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking_map import TrackingMap
-from pipeline.matches.frame import I64, Frames, MatchInfo, MatchLog, Period, wrap
+from pipeline.matches.frame import F64, I64, Frames, MatchInfo, MatchLog, Period, wrap
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import PITCHES, Kind
 from schemas import SIDES, Side
@@ -91,10 +90,6 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
 
     The log has one sample per cycle. While play is stopped the cycle number repeats, and time goes on
     by one cycle per line. Where lines are missing time goes on by the cycles that are missing.
-
-    Args:
-        source: the file.
-        mapping: not used; the log describes itself.
 
     Raises:
         BadRecording: if it is not a text log of version 4 or later, or has no whole show line.
@@ -210,8 +205,7 @@ def _server(line: bytes) -> _Server:
 def _frames(record: _Record) -> Frames:
     """Samples in our axes and units."""
     per_second = 1000 / record.server.step_ms
-    t_ns = np.array(record.ticks, dtype=np.int64)
-    t_ns = t_ns * (record.server.step_ms * 1_000_000)
+    t_ns = np.array(record.ticks, dtype=np.int64) * (record.server.step_ms * 1_000_000)
     ball = np.array(record.balls, dtype="S").astype(np.float64)
     counts = np.array([len(players) for players in record.players], dtype=np.int64)
     frame_of: I64 = np.repeat(np.arange(len(counts), dtype=np.int64), counts)
@@ -236,7 +230,7 @@ def _frames(record: _Record) -> Frames:
     )
 
 
-def _floats(column: tuple[bytes, ...]) -> npt.NDArray[np.float64]:
+def _floats(column: tuple[bytes, ...]) -> F64:
     return np.array(column, dtype="S").astype(np.float64)
 
 

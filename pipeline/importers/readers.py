@@ -6,50 +6,22 @@ all come from it. A new format is a module with two functions, ``tells`` and ``r
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from hashlib import sha256
-from typing import Protocol
 
 import polars as pl
 
 from pipeline.errors import BadRecording
 from pipeline.importers import mcap_log, rcg, tracking_csv, tracking_parquet
 from pipeline.importers.plausibility import plausibility_checks
-from pipeline.importers.source import SourceFile, inflate, match_id
+from pipeline.importers.source import SourceFile, inflate, slug
 from pipeline.importers.tracking_map import TrackingMap
 from pipeline.matches.frame import MatchLog
 from pipeline.matches.quality import quality_table
 
 #: Bytes of the content that ``tells`` is given, at most.
 HEAD_BYTES = 1 << 16
-
-
-class Tells(Protocol):
-    """Recognises a format by its first bytes."""
-
-    def __call__(self, head: bytes) -> bool:
-        """Whether the content is of the format.
-
-        Args:
-            head: the first ``HEAD_BYTES`` of the content, inflated; never empty.
-        """
-
-
-class Read(Protocol):
-    """Reads a recording of a format that ``tells`` has recognised."""
-
-    def __call__(self, source: SourceFile, mapping: TrackingMap) -> MatchLog:
-        """The match: time from the first sample, our axes and units, flaws in ``quality``.
-
-        Args:
-            source: the file. The match takes its ``match_id``, unless the format states one of its own.
-            mapping: names, units, axes and teams of a tracking table; a format that describes itself
-                does not use it.
-
-        Raises:
-            BadRecording: if no match can be made of it; the message is one line that begins with the
-                file's name. What is damaged in parts is read as far as it is whole and flagged.
-        """
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,16 +32,20 @@ class Reader:
         name: of the format, unique; also the folder of its synthetic recordings in ``tests/recordings``.
         title: what a user calls such a file.
         about: what is read of it, for README; Markdown, one line.
-        tells: recognises the format.
-        read: reads a recording.
+        tells: whether content is of the format, by its first ``HEAD_BYTES``, inflated and never empty.
+        read: match of a recording that ``tells`` has recognised: time from the first sample, our axes and
+            units, the file's ``match_id`` unless the format states one of its own. What is damaged in parts
+            is read as far as it is whole and flagged in ``quality``. If no match can be made of it, it raises
+            BadRecording, one line that begins with the file's name. A format that describes itself does not
+            use the map.
         ours: whether the format is our own log, which carries its quality rows: it is not checked again.
     """
 
     name: str
     title: str
     about: str
-    tells: Tells
-    read: Read
+    tells: Callable[[bytes], bool]
+    read: Callable[[SourceFile, TrackingMap], MatchLog]
     ours: bool = False
 
 
@@ -99,8 +75,6 @@ READERS: tuple[Reader, ...] = (
     ),
 )
 
-_BY_NAME = {reader.name: reader for reader in READERS}
-
 #: The formats' titles, for people.
 FORMATS = ", ".join(reader.title for reader in READERS)
 
@@ -122,7 +96,7 @@ def open_source(data: bytes, name: str) -> SourceFile:
     head = content[:HEAD_BYTES]
     found = next((reader.name for reader in READERS if reader.tells(head)), None) if head else None
     digest = sha256(content).hexdigest()
-    return SourceFile(name, content, damage, found, digest, match_id(name, digest))
+    return SourceFile(name, content, damage, found, digest, f"{slug(name)}-{digest[:12]}")
 
 
 def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
@@ -139,7 +113,7 @@ def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
     if source.format is None:
         what = "is not a recording of a known format" if source.content else "is empty"
         raise BadRecording(what, where=source.name, next_step=SUPPORTED)
-    reader = _BY_NAME[source.format]
+    reader = next(reader for reader in READERS if reader.name == source.format)
     log = reader.read(source, mapping)
     if reader.ours:
         return log

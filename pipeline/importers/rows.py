@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.matches.frame import BALL_DTYPE, I64, ROBOT_DTYPE, Frames
+from pipeline.matches.frame import BALL_DTYPE, F64, I64, ROBOT_DTYPE, Frames
 from schemas import Referee, Side
 
 #: A higher score is a damaged file, not a match.
@@ -42,7 +42,7 @@ def referee(match_id: str, events: Sequence[Event]) -> pl.DataFrame:
 def pack(
     number: npt.NDArray[np.uint32],
     t_ns: I64,
-    ball: dict[str, npt.NDArray[np.float64]],
+    ball: dict[str, F64],
     frame_of: I64,
     robots: dict[str, npt.NDArray[np.generic]],
 ) -> Frames:

@@ -6,7 +6,6 @@ import re
 import unicodedata
 import zlib
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 from pipeline.errors import BadRecording
 
@@ -41,20 +40,8 @@ class SourceFile:
     match_id: str
 
 
-class Inflated(NamedTuple):
-    """The bytes of a file, inflated.
-
-    Attributes:
-        data: the bytes.
-        damage: why some of them are missing, else None.
-    """
-
-    data: bytes
-    damage: str | None
-
-
-def inflate(data: bytes, name: str, *, limit: int = MAX_BYTES, ratio: int = MAX_RATIO) -> Inflated:
-    """Content of a file: gunzipped if it is gzipped, else as it is.
+def inflate(data: bytes, name: str) -> tuple[bytes, str | None]:
+    """Content of a file, and why bytes of it are missing (else None): gunzipped if it is gzipped.
 
     A cut or corrupt gzip stream is inflated up to the damage. Its checksum is not verified then, and
     the last bytes may be garbage; the readers skip or refuse those.
@@ -62,14 +49,13 @@ def inflate(data: bytes, name: str, *, limit: int = MAX_BYTES, ratio: int = MAX_
     Args:
         data: the file's bytes.
         name: the file's name, for messages.
-        limit: most bytes of content.
-        ratio: highest compression ratio of a content above 64 MiB.
 
     Raises:
-        BadRecording: if the content exceeds ``limit`` or ``ratio``, or if no byte can be inflated.
+        BadRecording: if no byte can be inflated, or if the content exceeds ``MAX_BYTES``, or 64 MiB and
+            ``MAX_RATIO``.
     """
     if not data.startswith(_GZIP):
-        return Inflated(data, None)
+        return data, None
     chunks: list[bytes] = []
     total = at = 0
     damage = None
@@ -84,7 +70,7 @@ def inflate(data: bytes, name: str, *, limit: int = MAX_BYTES, ratio: int = MAX_
                 break
             at += len(piece) - len(stream.unused_data)
             total += len(chunks[-1])
-            if total > limit or (total > _RATIO_MATTERS_FROM and total > ratio * len(data)):
+            if total > MAX_BYTES or (total > _RATIO_MATTERS_FROM and total > MAX_RATIO * len(data)):
                 raise BadRecording(
                     f"unpacks to more than {total >> 20} MiB from {len(data)} bytes", where=name,
                     next_step="Make sure that it is a recording of one match; unpack it yourself if it is",
@@ -95,21 +81,14 @@ def inflate(data: bytes, name: str, *, limit: int = MAX_BYTES, ratio: int = MAX_
         damage = "the gzip stream is followed by something else"
     if not total and damage is not None:
         raise BadRecording(damage, where=name, next_step="Copy or record it again")
-    return Inflated(b"".join(chunks), damage)
-
-
-def match_id(name: str, sha256: str) -> str:
-    """Identity of a match: ``<slug of the name>-<12 hex digits of its content's hash>``.
-
-    Args:
-        name: the file's name; directories and endings do not matter.
-        sha256: SHA-256 of the content in hex.
-    """
-    return f"{slug(name)}-{sha256[:12]}"
+    return b"".join(chunks), damage
 
 
 def slug(name: str) -> str:
-    """Stem of a file's name in at most 40 lower-case ASCII letters, digits and single inner hyphens."""
+    """Stem of a file's name in at most 40 lower-case ASCII letters, digits and single inner hyphens.
+
+    Folders and endings do not matter.
+    """
     base = re.split(r"[/\\]", name)[-1].strip()
     stem = re.sub(r"\.gz$", "", base, flags=re.IGNORECASE)
     stem = re.sub(r"(?<=.)\.[^.]*$", "", stem)

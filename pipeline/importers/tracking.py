@@ -10,20 +10,20 @@ import polars as pl
 
 from pipeline import __version__
 from pipeline.errors import BadRecording
-from pipeline.importers.directions import direction_flaws, infer_periods, votes_of
+from pipeline.importers.directions import infer_periods, votes_of
 from pipeline.importers.guesses import guess_home, guess_pitch
 from pipeline.importers.rows import pack, referee
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking_events import Course, referee_events
 from pipeline.importers.tracking_map import Teams, TrackingMap
-from pipeline.importers.tracking_table import RawTable, typed
-from pipeline.matches.frame import I64, Frames, MatchInfo, MatchLog, wrap
+from pipeline.importers.tracking_table import typed
+from pipeline.matches.frame import F64, I64, Frames, MatchInfo, MatchLog, wrap
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import Pitch
 from schemas import SIDES
 
-F64 = npt.NDArray[np.float64]
-
+_METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+_RADIANS = {"rad": 1.0, "deg": np.pi / 180}
 #: Bound on positions, speeds and turn rates: m, m/s, rad/s. A larger value is not a number of a match.
 _FURTHEST = 1e6
 #: Highest number of a robot (schemas: Int16).
@@ -42,7 +42,9 @@ _CENTRE = 0.05
 _NOT_RECORDED = "(not recorded)"
 
 
-def match_of(raw: RawTable, source: SourceFile, mapping: TrackingMap) -> MatchLog:
+def match_of(
+    raw: pl.DataFrame, source: SourceFile, mapping: TrackingMap, cut: str | None = None
+) -> MatchLog:
     """Match of a tracking table.
 
     The plain form, which is read without a map, has the columns ``frame``, ``t`` (seconds),
@@ -53,15 +55,19 @@ def match_of(raw: RawTable, source: SourceFile, mapping: TrackingMap) -> MatchLo
     A table may lack one of the teams if a map names the other.
 
     Args:
-        raw: the table as the file has it.
+        raw: the table as the file has it, with the columns under our names (see ``tracking_table.chosen``);
+            numbers may be text.
         source: the file; the table is not read from it again.
         mapping: how to read another form.
+        cut: why rows are missing at its end, else None.
 
     Raises:
         BadRecording: if it is no such table; the message says what it lacks.
     """
     name = source.name
-    table, flaws = typed(raw, mapping, name)
+    table, skipped = typed(raw, mapping, name)
+    flaws = [] if cut is None else [Flaw("truncated", cut)]
+    flaws += skipped
     names, table, unnamed = _teams(table, mapping.teams, name)
     flaws += unnamed
     table, numbers = _players(table, names, flaws)
@@ -89,21 +95,19 @@ def match_of(raw: RawTable, source: SourceFile, mapping: TrackingMap) -> MatchLo
         guessed["players"] = numbers
     events, unknown = referee_events(course, names, mapping, _CENTRE * pitch.length)
     attacks = mapping.teams.home_attacks
-    directions = infer_periods(
+    periods, inferred = infer_periods(
         frames, [event.t_ns for event in events if event.event == "half"],
         None if attacks is None else (1 if attacks == "right" else -1),
     )
-    flaws += _slow_sampling(frames, mapping) + _not_numbers(rows) + unknown
-    flaws += direction_flaws(directions, frames.t_ns)
+    flaws += _slow_sampling(frames, mapping) + _not_numbers(rows) + unknown + inferred
+    incomplete = source.damage or cut
     if source.damage is not None:
         flaws.append(Flaw("truncated", source.damage, start_ns=int(frames.t_ns.max())))
-    cut = next((flaw.note for flaw in flaws if flaw.flaw == "truncated"), None)
-    damage = source.damage or cut
     info = MatchInfo(
         match_id=source.match_id, source=name, format="tracking", home=names[0], away=names[1], pitch=pitch,
-        periods=directions.periods, settings={"map": mapping.settings(), "guessed": guessed},
-        software=f"pitchlore {__version__}", complete=damage is None,
-        incomplete_reason=damage,
+        periods=periods, settings={"map": mapping.settings(), "guessed": guessed},
+        software=f"pitchlore {__version__}", complete=incomplete is None,
+        incomplete_reason=incomplete,
     )
     return MatchLog(
         info=info, frames=frames, referee=referee(source.match_id, events),
@@ -195,9 +199,8 @@ def _players(
 
 def _in_metres(table: pl.DataFrame, mapping: TrackingMap) -> pl.DataFrame:
     """Table with lengths in metres and angles in radians."""
-    angle = 1.0 if mapping.units.angle == "rad" else np.pi / 180
-    units = dict.fromkeys(("x", "y", "vx", "vy"), mapping.units.metres)
-    units |= dict.fromkeys(("heading", "omega"), angle)
+    units = dict.fromkeys(("x", "y", "vx", "vy"), _METRES[mapping.units.length])
+    units |= dict.fromkeys(("heading", "omega"), _RADIANS[mapping.units.angle])
     return table.with_columns(
         pl.col(name) * unit for name, unit in units.items() if name in table.columns and unit != 1.0
     )

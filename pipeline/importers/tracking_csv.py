@@ -9,10 +9,9 @@ import polars as pl
 from pipeline.errors import BadRecording
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking import match_of
-from pipeline.importers.tracking_map import Columns, TrackingMap
-from pipeline.importers.tracking_table import REQUIRED, RawTable, chosen
+from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking_table import REQUIRED, chosen
 from pipeline.matches.frame import MatchLog
-from pipeline.matches.quality import Flaw
 
 
 def tells(head: bytes) -> bool:
@@ -37,41 +36,36 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
 
     A last line that has no end and too few fields is left out and flagged.
 
-    Args:
-        source: the file.
-        mapping: names, units, axes and teams.
-
     Raises:
         BadRecording: if the file is not such a table; the message says what it lacks.
     """
-    data, flaws = source.content, []
-    if _is_cut(data):
-        data = data[: data.rindex(b"\n") + 1]
-        flaws.append(Flaw("truncated", "the incomplete last line was left out"))
-    raw = RawTable(_columns(data, mapping.columns, source.name), text=True, flaws=flaws)
-    return match_of(raw, source, mapping)
-
-
-def _columns(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
-    header = data.partition(b"\n")[0].decode("utf-8-sig", "replace").rstrip("\r")
-    mark = _separator(header)
-    found = _fields(header, mark)
-    theirs = chosen(found, columns, name)
-    if not data.partition(b"\n")[2].strip():
-        raise BadRecording("has a header and no row", where=name, next_step="Copy or write it again")
+    header, _, rows = source.content.partition(b"\n")
+    line = header.decode("utf-8-sig", "replace").rstrip("\r")
+    mark = _separator(line)
+    last = rows[rows.rfind(b"\n") + 1 :]
+    cut = None
+    if last and last.count(mark.encode()) < line.count(mark):
+        rows = rows[: -len(last)]
+        cut = "the incomplete last line was left out"
+    found = _fields(line, mark)
+    theirs = chosen(found, mapping.columns, source.name)
+    if not rows.strip():
+        raise BadRecording("has a header and no row", where=source.name, next_step="Copy or write it again")
     try:
         # as text: a value that is no number is told apart from one that is not there
         table = pl.read_csv(
-            io.BytesIO(data), has_header=False, skip_rows=1, new_columns=found, separator=mark,
+            io.BytesIO(source.content[: len(header) + 1 + len(rows)]),
+            has_header=False, skip_rows=1, new_columns=found, separator=mark,
             infer_schema=False, encoding="utf8-lossy",
             columns=[found.index(their) for their in theirs.values()],
         )
     except pl.exceptions.PolarsError as error:
         first = str(error).partition("\n")[0][:120]
         raise BadRecording(
-            f"cannot be read as CSV ({first})", where=name, next_step="Mend or write it again"
+            f"cannot be read as CSV ({first})", where=source.name, next_step="Mend or write it again"
         ) from error
-    return table.select(pl.col(their).str.strip_chars().alias(our) for our, their in theirs.items())
+    named = table.select(pl.col(their).str.strip_chars().alias(our) for our, their in theirs.items())
+    return match_of(named, source, mapping, cut)
 
 
 def _separator(header: str) -> str:
@@ -81,14 +75,6 @@ def _separator(header: str) -> str:
 
 def _fields(line: str, mark: str) -> list[str]:
     return [field.strip(' "') for field in line.split(mark)]
-
-
-def _is_cut(csv: bytes) -> bool:
-    """Whether the last line has no end and fewer fields than the header."""
-    header, ended, rest = csv.partition(b"\n")
-    last = rest[rest.rfind(b"\n") + 1 :]
-    mark = _separator(header.decode("utf-8", "replace")).encode()
-    return bool(ended) and bool(last) and last.count(mark) < header.count(mark)
 
 
 def _is_number(text: str) -> bool:

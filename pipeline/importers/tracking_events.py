@@ -9,42 +9,35 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from pipeline.importers.rows import Event, other
 from pipeline.importers.tracking_map import TrackingMap
-from pipeline.matches.frame import I64
+from pipeline.matches.frame import F64, I64
 from pipeline.matches.quality import Flaw
 from schemas import SIDES, Side
 
 _STOPS = {"goal", "half", "end", "stop"}
+#: Longest time between two frames without a gap, ns.
+_GAP_NS = 500_000_000
 #: Events that name a team: it scores, or brings the ball back into play.
 _OF_A_TEAM = {"goal", "kick-off", "fault"}
 
 #: Words for states of the game, without their team: those of the plain form, of common simulators, and
 #: of the SSL's referee as the teams' software names them (in CamelCase).
-WORDS: dict[str, str] = {
-    **dict.fromkeys(("play", "playon", "gamerunning", "running", "normal", "gameon"), "play"),
-    **dict.fromkeys(("kickoff", "attackkickoff", "defendkickoff"), "kick-off"),
+_WORDS_OF = {
+    "play": "play playon gamerunning running normal gameon",
+    "kick-off": "kickoff attackkickoff defendkickoff",
     "goal": "goal",
-    **dict.fromkeys(
-        (
-            "freeball", "penalty", "penaltykick", "goalkick", "freekick", "kickin", "throwin", "corner",
-            "cornerkick", "dropball", "direct", "indirect", "directally", "directenemy", "indirectally",
-            "indirectenemy", "attackfreekick", "defendfreekick", "attackpenalty", "defendpenalty",
-        ),
-        "fault",
+    "fault": (
+        "freeball penalty penaltykick goalkick freekick kickin throwin corner cornerkick dropball direct "
+        "indirect directally directenemy indirectally indirectenemy attackfreekick defendfreekick "
+        "attackpenalty defendpenalty"
     ),
-    **dict.fromkeys(("half", "halftime"), "half"),
-    **dict.fromkeys(("end", "timeover", "fulltime", "gameover"), "end"),
-    **dict.fromkeys(
-        (
-            "stop", "halt", "pause", "timeout", "ballplacement", "ballplacementally",
-            "ballplacementenemy", "beforekickoff",
-        ),
-        "stop",
-    ),
+    "half": "half halftime",
+    "end": "end timeover fulltime gameover",
+    "stop": "stop halt pause timeout ballplacement ballplacementally ballplacementenemy beforekickoff",
 }
+WORDS = {word: event for event, words in _WORDS_OF.items() for word in words.split()}
 
 
 class Token(NamedTuple):
@@ -71,8 +64,8 @@ class Course:
     states: Sequence[str | None] | None
     score: I64 | None
     segments: Sequence[str | None] | None
-    ball_x: npt.NDArray[np.float64]
-    ball_y: npt.NDArray[np.float64]
+    ball_x: F64
+    ball_y: F64
 
 
 def tokens(state: str, names: tuple[str, str], mapping: TrackingMap) -> list[Token]:
@@ -113,17 +106,19 @@ def _team(prefix: str, names: tuple[str, str]) -> Side | None:
     return next((side for side in SIDES if side == start), None)
 
 
-def changes(states: Sequence[str | None]) -> Iterator[tuple[int, str]]:
+def changes(states: Sequence[str | None] | None) -> Iterator[tuple[int, str]]:
     """Index and state of each change of the state; absent states are skipped."""
     last: str | None = None
-    for index, state in enumerate(states):
+    for index, state in enumerate(states or ()):
         if state is not None and state != last:
             last = state
             yield index, state
 
 
-def rises(score: I64) -> Iterator[tuple[int, int, int]]:
-    """Index, side (0 home, 1 away) and step of each change of a score."""
+def rises(score: I64 | None) -> Iterator[tuple[int, int, int]]:
+    """Index, side (0 home, 1 away) and step of each change of a score; none without a score."""
+    if score is None:
+        return
     for side in (0, 1):
         known = np.flatnonzero(score[:, side] >= 0)
         steps = np.diff(score[known, side])
@@ -170,7 +165,7 @@ class _Referee:
 
 
 def referee_events(
-    course: Course, names: tuple[str, str], mapping: TrackingMap, centre: float, gap_ns: int = 500_000_000
+    course: Course, names: tuple[str, str], mapping: TrackingMap, centre: float
 ) -> tuple[list[Event], list[Flaw]]:
     """Referee events in order of time, and flaws of words that are not known.
 
@@ -188,9 +183,8 @@ def referee_events(
         names: of home and away.
         mapping: meaning of the words of states.
         centre: distance from the pitch's centre within which a ball was put back, metres.
-        gap_ns: longest time between two frames without a gap, ns.
     """
-    said = {index: tokens(state, names, mapping) for index, state in changes(course.states or ())}
+    said = {index: tokens(state, names, mapping) for index, state in changes(course.states)}
     words = Counter(token.event for known in said.values() for token in known)
     flaws = [
         Flaw("skipped", f"game_state {word!r} is not known and taken for a stop; name it in [states]", count)
@@ -199,17 +193,16 @@ def referee_events(
         ).items()
     ]
     goals: dict[int, list[tuple[Side, int]]] = {}
-    if course.score is not None:
-        for index, side, step in rises(course.score):
-            goals.setdefault(index, []).append((SIDES[side], step))
+    for index, side, step in rises(course.score):
+        goals.setdefault(index, []).append((SIDES[side], step))
     counted = bool(words["goal"] or words["kick-off"])
     referee = _Referee(course, _first_score(course.score) or ([0, 0] if counted else [None, None]))
     if not words.keys() - {"play"}:
         _without_states(referee, goals, centre)
         return referee.events, flaws
     cuts = {
-        index for index, _ in changes(course.segments or ())
-        if index and course.t_ns[index] - course.t_ns[index - 1] <= gap_ns
+        index for index, _ in changes(course.segments)
+        if index and course.t_ns[index] - course.t_ns[index - 1] <= _GAP_NS
     }
     infer = course.score is None and not words["goal"]
     kicked_off = False
@@ -237,11 +230,8 @@ def _first_score(score: I64 | None) -> list[int | None] | None:
     """Score at the first frame that has it, for each team; None if the table has no score."""
     if score is None:
         return None
-    first: list[int | None] = []
-    for side in (0, 1):
-        known = score[score[:, side] >= 0, side]
-        first.append(int(known[0]) if len(known) else None)
-    return first
+    known = [goals[goals >= 0] for goals in score.T]
+    return [int(goals[0]) if len(goals) else None for goals in known]
 
 
 def _restart_tells(said: dict[int, list[Token]], index: int) -> Side | None:
@@ -265,13 +255,8 @@ def _goals_at(
 ) -> None:
     """Append the goals of a frame, by the score or the states; a goal that does not count is a stop.
 
-    Args:
-        referee: the log of events.
-        index: of the frame.
-        steps: team and change of its score.
-        known: the words of the frame's state.
-        scorer: team of a goal whose word names no team; None if unknown.
-        scores: whether the table has a score.
+    ``steps`` are teams and changes of their scores, ``known`` is the frame's state. ``scorer`` is the team of
+    a goal whose word names none. ``scores`` says whether the table has a score.
     """
     for token in known:
         if token.event != "goal" or any(step > 0 for _, step in steps):

@@ -46,16 +46,6 @@ class Units(_Map):
     angle: Literal["rad", "deg"] = "rad"
     time: Literal["s", "ms", "us", "ns"] = "s"
 
-    @property
-    def metres(self) -> float:
-        """Metres in the unit of length."""
-        return {"m": 1.0, "cm": 0.01, "mm": 0.001}[self.length]
-
-    @property
-    def nanoseconds(self) -> int:
-        """Nanoseconds in the unit of time."""
-        return {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}[self.time]
-
 
 class Axes(_Map):
     """The file's axes, on a pitch drawn with our +x to the right and our +y up.

@@ -11,8 +11,8 @@ import pyarrow.parquet as pq
 from pipeline.errors import BadRecording
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking import match_of
-from pipeline.importers.tracking_map import Columns, TrackingMap
-from pipeline.importers.tracking_table import RawTable, chosen
+from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking_table import TEXT, chosen
 from pipeline.matches.frame import MatchLog
 
 _MAGIC = b"PAR1"
@@ -29,29 +29,20 @@ def tells(head: bytes) -> bool:
 def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     """Match of a tracking table in Parquet; see :func:`pipeline.importers.tracking.match_of`.
 
-    Args:
-        source: the file.
-        mapping: names, units, axes and teams.
-
     Raises:
         BadRecording: if the file is not such a table; the message says what it lacks.
     """
-    raw = RawTable(_columns(source.content, mapping.columns, source.name), text=False)
-    return match_of(raw, source, mapping)
-
-
-def _columns(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
     try:
         # the footer's promises are checked before anything is inflated
-        file = pq.ParquetFile(io.BytesIO(data))
+        file = pq.ParquetFile(io.BytesIO(source.content))
         meta = file.metadata
         size = sum(meta.row_group(i).total_byte_size for i in range(meta.num_row_groups))
         if meta.num_rows > _MAX_ROWS or size > _MAX_BYTES:
             raise BadRecording(
-                f"has {meta.num_rows} rows that unpack to {size >> 20} MiB", where=name,
+                f"has {meta.num_rows} rows that unpack to {size >> 20} MiB", where=source.name,
                 next_step="Split it into matches",
             )
-        theirs = chosen(file.schema_arrow.names, columns, name)
+        theirs = chosen(file.schema_arrow.names, mapping.columns, source.name)
         arrow = file.read(columns=list(theirs.values()))
         # polars takes text for valid UTF-8 and panics if it is not, in values and in metadata
         arrow.validate(full=True)
@@ -59,7 +50,13 @@ def _columns(data: bytes, columns: Columns, name: str) -> pl.DataFrame:
     except (pa.ArrowException, OSError, ValueError, pl.exceptions.PolarsError) as error:
         first = str(error).partition("\n")[0][:120]
         raise BadRecording(
-            f"cannot be read as Parquet ({first})", where=name, next_step="Copy or write it again"
+            f"cannot be read as Parquet ({first})", where=source.name, next_step="Copy or write it again"
         ) from error
     assert isinstance(table, pl.DataFrame)
-    return table.select(pl.col(their).alias(our) for our, their in theirs.items())
+    named = table.select(pl.col(their).alias(our) for our, their in theirs.items())
+    for column, dtype in named.schema.items():
+        if column not in TEXT and not dtype.is_numeric() and dtype != pl.Null:
+            raise BadRecording(
+                f"column {column} is {dtype}, not numbers", where=source.name, next_step="Write it as numbers"
+            )
+    return match_of(named, source, mapping)

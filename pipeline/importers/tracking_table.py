@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from difflib import get_close_matches
-from typing import NamedTuple
 
 import polars as pl
 
@@ -15,8 +13,7 @@ from pipeline.matches.quality import Flaw
 
 REQUIRED = ("t", "team", "player", "x", "y")
 _WHOLE = ("frame", "score_home", "score_away")
-_REAL = ("x", "y", "heading", "vx", "vy", "omega")
-_TEXT = ("team", "player", "game_state", "segment")
+TEXT = ("team", "player", "game_state", "segment")
 
 #: Longest match, one day; a longer one is a wrong unit of time.
 _MAX_SPAN_NS = 86_400_000_000_000
@@ -24,29 +21,16 @@ _MAX_SPAN_NS = 86_400_000_000_000
 _ABSENT = ("", "null", "None", "NA")
 _NOTHING = (*_ABSENT, "nan", "NaN")
 
-_SECOND = 1_000_000_000
+_NANOSECONDS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}
 _MAP = "Name the columns in a map's [columns] table"
 
 
-class RawTable(NamedTuple):
-    """A tracking table as its file has it, in the file's units, axes and order of rows.
-
-    Attributes:
-        table: one row per body and sample; the columns under our names (see :func:`chosen`).
-        text: whether all values are text that is yet to be parsed, as in a CSV.
-        flaws: what was wrong with the file.
-    """
-
-    table: pl.DataFrame
-    text: bool
-    flaws: Sequence[Flaw] = ()
-
-
-def typed(raw: RawTable, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame, list[Flaw]]:
+def typed(raw: pl.DataFrame, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame, list[Flaw]]:
     """A tracking table's columns with our types, in the file's units, axes and order of rows.
 
     Args:
-        raw: the table as the file has it.
+        raw: one row per body and sample; the columns under our names (see :func:`chosen`). Columns that are
+            not ``TEXT`` are numbers, or text that is yet to be parsed.
         mapping: for the unit of time.
         name: the file's name, for messages.
 
@@ -59,9 +43,9 @@ def typed(raw: RawTable, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame,
     Raises:
         BadRecording: if a column has a wrong type, or frames, scores or times cannot be a match's.
     """
-    flaws = list(raw.flaws)
-    columns = [_typed(raw.table, ours, name, text=raw.text) for ours in raw.table.columns if ours != "t"]
-    columns.append(_times(raw.table["t"], mapping.units.nanoseconds, name, text=raw.text))
+    flaws = []
+    columns = [_typed(column, name) for column in raw if column.name != "t"]
+    columns.append(_times(raw["t"], _NANOSECONDS[mapping.units.time], name))
     table = pl.DataFrame(columns)
     if "frame" not in table.columns:
         table = table.with_columns((pl.col("t_ns").rank("dense").cast(pl.Int64) - 1).alias("frame"))
@@ -105,15 +89,13 @@ def _meant(column: str, found: list[str]) -> str:
     return f" (did you mean {close[0]}?)" if close else ""
 
 
-def _typed(raw: pl.DataFrame, ours: str, name: str, *, text: bool) -> pl.Series:
+def _typed(column: pl.Series, name: str) -> pl.Series:
     """Column as whole numbers, reals or text, by its name."""
-    column = raw[ours]
-    if ours in _TEXT:
+    if column.name in TEXT:
         return _texts(column, name)
-    real = _reals(column, name, text=text)
-    if ours in _REAL:
+    real = _reals(column, name)
+    if column.name not in _WHOLE:
         return real
-    assert ours in _WHOLE, ours
     return real.set(~real.is_finite().fill_null(False), None).round().cast(pl.Int64, strict=False)
 
 
@@ -131,15 +113,10 @@ def _texts(column: pl.Series, name: str) -> pl.Series:
     return column.set(column.is_in(_NOTHING), None)
 
 
-def _reals(column: pl.Series, name: str, *, text: bool) -> pl.Series:
+def _reals(column: pl.Series, name: str) -> pl.Series:
     """Column as Float64; text that is not a number becomes NaN."""
-    if column.dtype.is_numeric() or column.dtype == pl.Null:
+    if column.dtype != pl.String:
         return column.cast(pl.Float64)
-    if not text:
-        raise BadRecording(
-            f"column {column.name} is {column.dtype}, not numbers", where=name,
-            next_step="Write it as numbers",
-        )
     given = column.set(column.is_in(_ABSENT), None)
     numbers = given.cast(pl.Float64, strict=False)
     wrong = given.is_not_null() & numbers.is_null()
@@ -150,12 +127,12 @@ def _reals(column: pl.Series, name: str, *, text: bool) -> pl.Series:
     return numbers.set(wrong, float("nan"))
 
 
-def _times(column: pl.Series, unit: int, name: str, *, text: bool) -> pl.Series:
+def _times(column: pl.Series, unit: int, name: str) -> pl.Series:
     """Nanoseconds from the earliest sample, Int64; null where the time is absent."""
-    integral = column.dtype.is_integer() or (text and unit < _SECOND)
+    integral = column.dtype.is_integer() or (column.dtype == pl.String and unit < _NANOSECONDS["s"])
     whole = column.cast(pl.Int64, strict=False) if integral else column
     if not whole.dtype.is_integer() or whole.null_count() > column.null_count():
-        real = _reals(column, name, text=text)
+        real = _reals(column, name)
         whole = real.set(~real.is_finite().fill_null(False), None)
     # the first time is subtracted before the multiplication: nanoseconds since 1970 do not fit a float
     since = whole - whole.min()

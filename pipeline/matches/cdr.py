@@ -43,9 +43,6 @@ def _heads(head: np.dtype[np.void], channel: int, t_ns: I64) -> Heads:
     return heads
 
 
-# --- frames --------------------------------------------------------------------------------
-
-
 def pack_frames(frames: Frames, channel: int) -> Messages:
     """Messages of `schemas/Frame.msg` of samples."""
     heads = _heads(FRAME_HEAD, channel, frames.t_ns)
@@ -81,9 +78,6 @@ def _addressed(messages: Messages) -> Bools:
     heads = messages.heads
     fits: Bools = (heads["log_time"] >= 0) & (heads["encapsulation"] & 0xFFFF == LITTLE_ENDIAN_CDR)
     return fits
-
-
-# --- referee events ------------------------------------------------------------------------
 
 
 def pack_referee(referee: pl.DataFrame, channel: int) -> Messages:
@@ -149,9 +143,6 @@ def _text(data: bytes, length: int) -> str | None:
         return None
 
 
-# --- decisions -----------------------------------------------------------------------------
-
-
 def pack_decisions(decisions: pl.DataFrame, channel: int) -> Messages:
     """Messages of `schemas/Decision.msg` of rows of schema Decisions, in order.
 
@@ -180,14 +171,14 @@ def unpack_decisions(messages: Messages) -> tuple[pl.DataFrame, Bools]:
     names = {text: _text(text, len(text)) for text in set(texts)}  # few behaviours, many decisions
     mask &= np.array([names[text] is not None for text in texts], dtype=np.bool_)
     kept = heads[mask]
-    schema = {name: dtype for name, dtype in Decisions.dtypes().items() if name != "match_id"}
+    dtypes = Decisions.dtypes()
     codes = {"team": kept["team"], "role": kept["role"], "ends": kept["ends"] - np.uint8(1)}  # goes on: 255
     columns = {
         **{name: kept[name] for name in ("end_ns", "state", "reward", "value", "episode", "robot")},
-        **{name: pl.Series(code).replace(255, None).cat.to(schema[name]) for name, code in codes.items()},
+        **{name: pl.Series(code).replace(255, None).cat.to(dtypes[name]) for name, code in codes.items()},
         "t_ns": kept["log_time"],
         "random": kept["random"].astype(np.bool_),
         "chosen": np.ones(len(kept), dtype=np.bool_),
         "behaviour_id": pl.Series([names[texts[i]] or None for i in np.flatnonzero(mask)], dtype=pl.String),
     }
-    return pl.DataFrame(columns, schema_overrides=schema).select(*schema), mask
+    return pl.DataFrame(columns, schema_overrides=dtypes), mask

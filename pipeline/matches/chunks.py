@@ -1,4 +1,4 @@
-"""MCAP's chunks as bytes: filled and sealed, opened and checked.
+"""MCAP's chunks as bytes: sealed, opened and checked.
 
 Sizes and checksums are verified before the bytes are used.
 
@@ -9,29 +9,30 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import lz4.frame  # type: ignore[import-untyped]
 import numpy as np
 import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import Chunk, ChunkIndex
 
 from pipeline.matches.frame import I64
-from pipeline.matches.records import CHUNK, FRAMING_BYTES, MESSAGE_INDEX, U8, Records, as_array, walk
+from pipeline.matches.records import U8, Records, as_array, walk
 
 #: Most bytes of content; a chunk that declares more is not decompressed.
 MAX_CHUNK_BYTES = 64 << 20
 
-_FRAMING = struct.Struct("<BQ")
 _CHUNK_HEAD = struct.Struct("<QQQII")
-_INDEX_HEAD = struct.Struct("<HI")  # channel, bytes that follow
 
 
 class DamagedChunk(Exception):
     """A chunk that cannot be used, and why; the reader of the file reports it as a flaw."""
 
 
-class _ChunkHead(NamedTuple):
+class ChunkHead(NamedTuple):
     """Fixed part of a chunk record.
 
     Attributes:
@@ -48,9 +49,9 @@ class _ChunkHead(NamedTuple):
     name_bytes: int
 
     @classmethod
-    def of(cls, body: memoryview) -> _ChunkHead | None:
-        """Head of a chunk record; None if the record is too short."""
-        return cls(*_CHUNK_HEAD.unpack_from(body)) if len(body) >= _CHUNK_HEAD.size else None
+    def of(cls, body: memoryview) -> ChunkHead:
+        """Head of a chunk record; zeros if the record is too short."""
+        return cls(*_CHUNK_HEAD.unpack_from(body)) if len(body) >= _CHUNK_HEAD.size else cls(0, 0, 0, 0, 0)
 
 
 class Piece(NamedTuple):
@@ -69,106 +70,44 @@ class Piece(NamedTuple):
     content: U8
 
 
-class SealedChunk(NamedTuple):
-    """A chunk with the message indexes that follow it, and its entry in the chunk index.
-
-    Attributes:
-        data: all their bytes.
-        length: length of the chunk record.
-        index_offsets: channel to where its message index starts in ``data``.
-        start_ns, end_ns: first and last log time, both included.
-        stored, size: bytes of the content, compressed and uncompressed.
-    """
-
-    data: bytes
-    length: int
-    index_offsets: dict[int, int]
-    start_ns: int
-    end_ns: int
-    stored: int
-    size: int
-
-
-class ChunkBuffer:
-    """The content of the chunk in progress.
+def seal(
+    pieces: Sequence[Piece], compressor: zstandard.ZstdCompressor, place: int
+) -> tuple[bytes, ChunkIndex]:
+    """Bytes of a chunk with the message indexes that follow it, and its entry in the chunk index.
 
     Args:
-        chunk_bytes: most bytes of content; only a single message may be larger.
-        level: compression level of zstd.
+        pieces: the messages, at least one piece.
+        compressor: of the content.
+        place: where the chunk starts in the file.
     """
-
-    def __init__(self, chunk_bytes: int, level: int) -> None:
-        self._capacity = chunk_bytes
-        self._compressor = zstandard.ZstdCompressor(level=level)
-        self._pieces: list[Piece] = []
-        self._size = 0
-
-    def add(self, channel: int, t_ns: I64, content: U8, starts: I64) -> Iterator[SealedChunk]:
-        """Add messages, and yield each chunk that becomes full.
-
-        Args:
-            channel: their channel's id.
-            t_ns: int64 [K], their log times.
-            content: uint8, their records, one after another.
-            starts: int64 [K + 1], start of each record, and the end of the last one.
-        """
-        first, count = 0, len(t_ns)
-        while first < count:
-            room = self._capacity - self._size
-            last = int(np.searchsorted(starts, starts[first] + room, side="right")) - 1
-            if last <= first and self._pieces:
-                yield from self.seal()
-                continue
-            last = max(last, first + 1)
-            start, end = int(starts[first]), int(starts[last])
-            self._pieces.append(Piece(
-                channel, t_ns[first:last], starts[first:last] - start + self._size, content[start:end]
-            ))
-            self._size += end - start
-            first = last
-
-    def seal(self) -> Iterator[SealedChunk]:
-        """Yield the chunk in progress, unless it is empty, and begin the next one."""
-        if self._pieces:
-            sealed = _seal(self._pieces, self._compressor)
-            self._pieces, self._size = [], 0
-            yield sealed
-
-
-def _seal(pieces: Sequence[Piece], compressor: zstandard.ZstdCompressor) -> SealedChunk:
-    """Chunk of at least one piece, compressed, with its CRC and message indexes."""
     content = pieces[0].content if len(pieces) == 1 else np.concatenate([p.content for p in pieces])
-    start, end = min(int(p.t_ns.min()) for p in pieces), max(int(p.t_ns.max()) for p in pieces)
-    blob = compressor.compress(content.data)
-    compression = b"zstd"
-    fixed = _ChunkHead(start, end, len(content), zlib.crc32(content.data), len(compression))
-    head = _CHUNK_HEAD.pack(*fixed) + compression + len(blob).to_bytes(8, "little")
-    parts = [_FRAMING.pack(CHUNK, len(head) + len(blob)), head, blob]
-    length = at = sum(map(len, parts))
+    chunk = Chunk(
+        compression="zstd", data=compressor.compress(content.data),
+        message_start_time=min(int(p.t_ns.min()) for p in pieces),
+        message_end_time=max(int(p.t_ns.max()) for p in pieces),
+        uncompressed_crc=zlib.crc32(content.data), uncompressed_size=len(content),
+    )
+    builder = RecordBuilder()
+    chunk.write(builder)
+    length = builder.count
     index_offsets = {}
     for channel in sorted({piece.channel for piece in pieces}):
         own = [piece for piece in pieces if piece.channel == channel]
         columns = [np.concatenate([p.t_ns for p in own]), np.concatenate([p.starts for p in own])]
         entries = np.stack(columns, axis=1).astype("<u8").tobytes()
-        index_offsets[channel] = at
-        parts += [
-            _FRAMING.pack(MESSAGE_INDEX, _INDEX_HEAD.size + len(entries)),
-            _INDEX_HEAD.pack(channel, len(entries)), entries,
-        ]
-        at += FRAMING_BYTES + _INDEX_HEAD.size + len(entries)
-    return SealedChunk(b"".join(parts), length, index_offsets, start, end, len(blob), len(content))
-
-
-def chunk_span(body: memoryview) -> tuple[int, int]:
-    """First and last log time that a chunk declares, both included; 0 and 0 if it is too short."""
-    head = _ChunkHead.of(body)
-    return (head.start_ns, head.end_ns) if head else (0, 0)
-
-
-def chunk_size(body: memoryview) -> int:
-    """Bytes of content that a chunk declares; 0 if it declares more than ``MAX_CHUNK_BYTES``."""
-    head = _ChunkHead.of(body)
-    return head.size if head and head.size <= MAX_CHUNK_BYTES else 0
+        index_offsets[channel] = place + builder.count
+        builder.start_record(Opcode.MESSAGE_INDEX)
+        builder.write2(channel)
+        builder.write4(len(entries))
+        builder.write(entries)
+        builder.finish_record()  # type: ignore[no-untyped-call]
+    size = builder.count
+    return builder.end(), ChunkIndex(  # type: ignore[no-untyped-call]
+        chunk_start_offset=place, chunk_length=length, message_index_offsets=index_offsets,
+        message_index_length=size - length, message_start_time=chunk.message_start_time,
+        message_end_time=chunk.message_end_time, compression=chunk.compression,
+        compressed_size=len(chunk.data), uncompressed_size=chunk.uncompressed_size,
+    )
 
 
 def unseal(body: memoryview) -> tuple[U8, Records]:
@@ -178,9 +117,9 @@ def unseal(body: memoryview) -> tuple[U8, Records]:
         DamagedChunk: if its size exceeds ``MAX_CHUNK_BYTES`` or differs from what it declares, its CRC
             does not hold, it does not decompress, or its content is not a sequence of whole records.
     """
-    head = _ChunkHead.of(body)
-    if head is None:
+    if len(body) < _CHUNK_HEAD.size:
         raise DamagedChunk("is too short")
+    head = ChunkHead.of(body)
     size, name_end = head.size, _CHUNK_HEAD.size + head.name_bytes
     blob = body[name_end + 8:]
     if name_end + 8 > len(body) or int.from_bytes(body[name_end:name_end + 8], "little") != len(blob):

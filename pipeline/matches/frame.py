@@ -20,6 +20,7 @@ from pipeline.pitch import Pitch
 from schemas import Decisions, Quality, Referee
 
 F32 = npt.NDArray[np.float32]
+F64 = npt.NDArray[np.float64]
 I64 = npt.NDArray[np.int64]
 A = TypeVar("A", np.float32, np.float64)
 

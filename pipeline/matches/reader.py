@@ -19,7 +19,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import MCAP0_MAGIC
 
 from pipeline.errors import DamagedLog, NoFrames
-from pipeline.matches.chunks import DamagedChunk, chunk_size, chunk_span, unseal
+from pipeline.matches.chunks import MAX_CHUNK_BYTES, ChunkHead, DamagedChunk, unseal
 from pipeline.matches.description import METADATA, is_sound, parse
 from pipeline.matches.frame import MatchInfo, MatchLog
 from pipeline.matches.inbox import Inbox
@@ -136,8 +136,6 @@ class _Reading:
                 self._damaged(f"the {opcode.name.lower().replace('_', ' ')} record at byte {body} is damaged")
         return found
 
-    # what is around the messages
-
     def _summary(self) -> _SummarySection | None:
         """The summary; None if it is missing or damaged."""
         view, end = self._view, len(self._view) - len(MCAP0_MAGIC)
@@ -202,8 +200,6 @@ class _Reading:
             self._damaged("a copy of the metadata that describe the match is damaged")
         return parse(sound[-1], where=self._where) if sound else None
 
-    # the messages
-
     def _read_chunks(self, records: Records, summary: _SummarySection | None) -> None:
         """Read all chunks, and the messages between them, in the order of the file."""
         found = records.keep(records.opcodes == Opcode.CHUNK)
@@ -215,7 +211,8 @@ class _Reading:
             bounds[body] = index.chunk_start_offset + index.chunk_length
             spans[body] = (index.message_start_time, index.message_end_time)
         chunks = {body: self._view[body:bounds[body]] for body in sorted(bounds)}
-        declared = sum(map(chunk_size, chunks.values()))
+        heads = {body: ChunkHead.of(chunk) for body, chunk in chunks.items()}
+        declared = sum(head.size for head in heads.values() if head.size <= MAX_CHUNK_BYTES)
         if declared > MAX_LOG_BYTES:
             raise self._error(f"declares more than {MAX_LOG_BYTES} bytes", "Split it if you trust it")
         self._inbox.reserve(declared + int(loose.lengths.sum()) + FRAMING_BYTES * len(loose.lengths))
@@ -225,7 +222,7 @@ class _Reading:
                     self._read_messages(*unseal(chunks[body]))
                 except DamagedChunk as damage:
                     note = f"chunk {number} of {len(chunks)} {damage}"
-                    span = spans.get(body, chunk_span(chunks[body]))
+                    span = spans.get(body, (heads[body].start_ns, heads[body].end_ns))
                     self._damaged(note, flaw="damaged chunk", span=span)
             if len(loose.bodies):
                 between = (loose.bodies > body) & (loose.bodies < after)
@@ -235,8 +232,6 @@ class _Reading:
         if (records.opcodes != Opcode.MESSAGE).any():
             self._declare(content.data, records)
         self._inbox.take(content, records)
-
-    # the match
 
     def _assemble(self, info: MatchInfo, carried: pl.DataFrame, *, foreign: bool) -> MatchLog:
         frames = self._inbox.frames()

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterator
-from types import TracebackType
-from typing import BinaryIO, Self
+from typing import BinaryIO
 
 import numpy as np
 import polars as pl
+import zstandard
 from mcap.opcode import Opcode
 from mcap.records import (
     ChunkIndex,
     DataEnd,
     Footer,
     Header,
-    McapRecord,
     Metadata,
     MetadataIndex,
     Statistics,
@@ -27,7 +26,7 @@ from mcap.writer import MCAP0_MAGIC
 from pipeline.errors import BadRecording
 from pipeline.matches import cdr
 from pipeline.matches.channels import DECISION, FRAME, REFEREE, TOPICS, declarations
-from pipeline.matches.chunks import ChunkBuffer, SealedChunk
+from pipeline.matches.chunks import Piece, seal
 from pipeline.matches.description import METADATA, describe
 from pipeline.matches.frame import I64, Frames, MatchInfo, MatchLog
 from pipeline.matches.messages import Messages, lay_out
@@ -49,25 +48,25 @@ class Recorder:
     """Log of a match in progress.
 
     A chunk is written and handed to the system when it is full, and at each :meth:`flush`. Messages in no
-    chunk yet are lost with the process. As a context manager it closes the log unless an exception ends
-    it; a log that was not closed reads as truncated.
+    chunk yet are lost with the process. A log that was not closed reads as truncated.
 
     Args:
         stream: buffered, writable; nothing has been written to it yet.
         info: description of the match at its start.
-        chunk_bytes: a chunk is written when its uncompressed content would grow beyond this.
-        level: compression level of zstd.
+        chunk_bytes: a chunk is written when its uncompressed content would grow beyond this; only a single
+            message may be larger.
 
     Raises:
         OSError: from any method, if the stream refuses a write.
     """
 
-    def __init__(
-        self, stream: BinaryIO, info: MatchInfo, *, chunk_bytes: int = CHUNK_BYTES, level: int = LEVEL
-    ) -> None:
+    def __init__(self, stream: BinaryIO, info: MatchInfo, *, chunk_bytes: int = CHUNK_BYTES) -> None:
         self._stream = stream
         self._info = info
-        self._buffer = ChunkBuffer(chunk_bytes, level)
+        self._chunk_bytes = chunk_bytes
+        self._compressor = zstandard.ZstdCompressor(level=LEVEL)
+        self._pending: list[Piece] = []
+        self._pending_bytes = 0
         self._written = self._crc = 0
         self._chunks: list[ChunkIndex] = []
         self._metadata: list[MetadataIndex] = []
@@ -114,8 +113,12 @@ class Recorder:
         The chunk is not synced, so a failing machine may still lose it. Small chunks cost room: chunks of a
         second (60 frames of six robots) make a log 2.2 % larger, chunks of 1,024 frames 0.02 %.
         """
-        for chunk in self._buffer.seal():
-            self._put_chunk(chunk)
+        if self._pending:
+            data, index = seal(self._pending, self._compressor, self._written)
+            self._pending, self._pending_bytes = [], 0
+            self._chunks.append(index)
+            self._put(data)
+            self._stream.flush()
 
     def close(self, *, info: MatchInfo | None = None, quality: pl.DataFrame | None = None) -> None:
         """Write pending messages, the description again, and the summary; the stream stays open.
@@ -138,15 +141,6 @@ class Recorder:
         self._put(self._summary())
         self._stream.flush()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if kind is None:
-            self.close()
-
     def _put(self, data: bytes) -> None:
         self._stream.write(data)
         self._crc = zlib.crc32(data, self._crc)
@@ -168,19 +162,19 @@ class Recorder:
             )
         content, starts = lay_out(messages)
         self._counts[channel] = self._counts.get(channel, 0) + len(messages)
-        for chunk in self._buffer.add(channel, t_ns, content, starts):
-            self._put_chunk(chunk)
-
-    def _put_chunk(self, chunk: SealedChunk) -> None:
-        self._chunks.append(ChunkIndex(
-            chunk_length=chunk.length, chunk_start_offset=self._written, compression="zstd",
-            compressed_size=chunk.stored, message_end_time=chunk.end_ns,
-            message_index_length=len(chunk.data) - chunk.length,
-            message_index_offsets={c: self._written + at for c, at in chunk.index_offsets.items()},
-            message_start_time=chunk.start_ns, uncompressed_size=chunk.size,
-        ))
-        self._put(chunk.data)
-        self._stream.flush()
+        first = 0
+        while first < len(messages):
+            room = self._chunk_bytes - self._pending_bytes
+            last = int(np.searchsorted(starts, starts[first] + room, side="right")) - 1
+            if last <= first and self._pending:
+                self.flush()
+                continue
+            last = max(last, first + 1)
+            start, end = int(starts[first]), int(starts[last])
+            places = starts[first:last] - start + self._pending_bytes
+            self._pending.append(Piece(channel, t_ns[first:last], places, content[start:end]))
+            self._pending_bytes += end - start
+            first = last
 
     def _summary(self) -> bytes:
         """The summary section, the footer and the closing magic."""
@@ -191,16 +185,15 @@ class Recorder:
             message_start_time=min((c.message_start_time for c in self._chunks), default=0),
             metadata_count=len(self._metadata), schema_count=len(self._schemas),
         )
-        groups: tuple[tuple[Opcode, list[McapRecord]], ...] = (
-            (Opcode.SCHEMA, [*self._schemas]),
-            (Opcode.CHANNEL, [*self._channels]),
-            (Opcode.STATISTICS, [statistics]),
-            (Opcode.CHUNK_INDEX, [*self._chunks]),
-            (Opcode.METADATA_INDEX, [*self._metadata]),
-        )
+        groups = {
+            Opcode.SCHEMA: encoded(*self._schemas),
+            Opcode.CHANNEL: encoded(*self._channels),
+            Opcode.STATISTICS: encoded(statistics),
+            Opcode.CHUNK_INDEX: encoded(*self._chunks),
+            Opcode.METADATA_INDEX: encoded(*self._metadata),
+        }
         section, offsets = b"", []
-        for opcode, records in groups:
-            group = encoded(*records)
+        for opcode, group in groups.items():
             if group:
                 offsets.append(SummaryOffset(
                     group_opcode=opcode, group_start=self._written + len(section), group_length=len(group)
@@ -213,7 +206,7 @@ class Recorder:
         return section + encoded(footer) + MCAP0_MAGIC
 
 
-def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES, level: int = LEVEL) -> None:
+def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES) -> None:
     """Write a whole match; the same match gives the same bytes.
 
     Events and decisions are written beside the frames of their time, so that a part of the file is a
@@ -223,32 +216,30 @@ def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES, le
         log: the match; its rows of schema Quality are written, too.
         stream: buffered, writable; nothing has been written to it yet, and it stays open.
         chunk_bytes: see :class:`Recorder`.
-        level: compression level of zstd.
 
     Raises:
         BadRecording: if a sample or an event is before time zero.
         SchemaMismatch: if a table does not fit its schema.
         OSError: if the stream refuses a write.
     """
-    events: list[tuple[int, Messages]] = []
+    left: dict[int, Messages] = {}
     if len(log.referee):
         check(log.referee, Referee, where=log.info.match_id)
         referee = log.referee.sort("t_ns", maintain_order=True)
-        events.append((REFEREE, cdr.pack_referee(referee, REFEREE)))
+        left[REFEREE] = cdr.pack_referee(referee, REFEREE)
     if len(log.decisions):
         check(log.decisions, Decisions, where=log.info.match_id)
         decisions = log.decisions.sort("t_ns", maintain_order=True)
-        events.append((DECISION, cdr.pack_decisions(decisions, DECISION)))
-    recorder = Recorder(stream, log.info, chunk_bytes=chunk_bytes, level=level)
-    done = dict.fromkeys(TOPICS, 0)
+        left[DECISION] = cdr.pack_decisions(decisions, DECISION)
+    recorder = Recorder(stream, log.info, chunk_bytes=chunk_bytes)
     for part in _slices(log.frames):
         recorder.frames(part)
-        for channel, messages in events:
+        for channel, messages in left.items():
             upto = int(np.searchsorted(messages.heads["log_time"], part.t_ns.max(), side="right"))
-            recorder._append(channel, messages[done[channel]:upto])
-            done[channel] = max(done[channel], upto)
-    for channel, messages in events:
-        recorder._append(channel, messages[done[channel]:])
+            recorder._append(channel, messages[:upto])
+            left[channel] = messages[upto:]
+    for channel, messages in left.items():
+        recorder._append(channel, messages)
     recorder.close(quality=log.quality)
 
 

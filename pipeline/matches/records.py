@@ -20,7 +20,7 @@ from pipeline.matches.frame import I64
 
 U8 = npt.NDArray[np.uint8]
 
-MESSAGE, CHUNK, MESSAGE_INDEX, DATA_END = 0x05, 0x06, 0x07, 0x0F
+MESSAGE, DATA_END = 0x05, 0x0F
 #: Opcode and length, before every record's body.
 FRAMING_BYTES = 9
 
@@ -76,41 +76,25 @@ def find_records(
         The records, the end of the last one, and the starts of damaged ones.
     """
     parts, damaged = [], []
-    ahead = [place for place in landmarks if start < place < stop]
+    ahead = np.array([place for place in landmarks if start < place < stop], dtype=np.int64)
     while True:
         records, end = walk(content, start, stop)
         starts = records.bodies - FRAMING_BYTES
         whole = len(starts)
-        run_over = [place for place in ahead if place < end and not _includes(starts, place)]
-        if run_over:  # the record that covers the landmark has a wrong length
-            resume = run_over[0]
-            whole = int(np.searchsorted(starts, resume)) - 1
-        else:
-            resume = next((place for place in ahead if place >= end), -1)
-            if resume >= 0 and whole and records.opcodes[-1] == DATA_END:  # no DataEnd: records follow
-                whole -= 1
+        missed = np.setdiff1d(ahead, starts)
+        if len(missed) and missed[0] < end:  # the record that covers the landmark has a wrong length
+            whole = int(np.searchsorted(starts, missed[0])) - 1
+        elif len(missed) and whole and records.opcodes[-1] == DATA_END:  # no DataEnd: records follow
+            whole -= 1
         parts.append(records.keep(slice(0, whole)))
-        if resume < 0:
+        if not len(missed):
             break
         damaged.append(int(starts[whole]) if whole < len(starts) else end)
-        start, ahead = resume, [place for place in ahead if place > resume]
-    return _join(parts), end, damaged
+        start, ahead = int(missed[0]), ahead[ahead > missed[0]]
+    return Records(*map(np.concatenate, zip(*parts, strict=True))), end, damaged
 
 
-def _join(parts: Sequence[Records]) -> Records:
-    return Records(
-        np.concatenate([part.opcodes for part in parts]),
-        np.concatenate([part.channels for part in parts]),
-        np.concatenate([part.bodies for part in parts]),
-        np.concatenate([part.lengths for part in parts]),
-    )
-
-
-def _includes(ascending: I64, value: int) -> bool:
-    at = int(np.searchsorted(ascending, value))
-    return at < len(ascending) and int(ascending[at]) == value
-
-
+@njit(cache=True, nogil=True)
 def walk(content: U8, start: int, stop: int) -> tuple[Records, int]:
     """Records in ``content[start:stop]``, up to and including a DataEnd.
 
@@ -118,12 +102,6 @@ def walk(content: U8, start: int, stop: int) -> tuple[Records, int]:
         The records, and the end of the last whole one. It is less than ``stop`` after a DataEnd, and
         before bytes that are no whole record.
     """
-    opcodes, channels, bodies, lengths, end = _walk(content, start, stop)
-    return Records(opcodes, channels, bodies, lengths), int(end)
-
-
-@njit(cache=True, nogil=True)
-def _walk(content: U8, start: int, stop: int) -> tuple[U8, I64, I64, I64, np.int64]:
     count, end = 0, np.int64(start)
     while end + FRAMING_BYTES <= stop:
         length = _uint64(content, end + 1)
@@ -144,7 +122,7 @@ def _walk(content: U8, start: int, stop: int) -> tuple[U8, I64, I64, I64, np.int
         if opcodes[k] == MESSAGE and lengths[k] >= 22:  # channel, sequence and two times
             channels[k] = np.int64(content[at + 9]) | (np.int64(content[at + 10]) << 8)
         at += FRAMING_BYTES + lengths[k]
-    return opcodes, channels, bodies, lengths, end
+    return Records(opcodes, channels, bodies, lengths), int(end)
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import UTC
-
 import numpy as np
 import polars as pl
 
@@ -24,9 +22,6 @@ def row(log: MatchLog) -> pl.DataFrame:
     most = max(
         int(np.bincount(samples[robots["team"] == team], minlength=1).max()) for team in (HOME, AWAY)
     )
-    started = info.started_at
-    if started is not None:
-        started = started.replace(tzinfo=UTC) if started.tzinfo is None else started.astimezone(UTC)
     told = log.referee.sort("t_ns", maintain_order=True)
     unsettling = (pl.col("event") == "goal") & pl.col("team").is_null()
     scores = {
@@ -38,7 +33,7 @@ def row(log: MatchLog) -> pl.DataFrame:
         "source": info.source,
         "home": info.home,
         "away": info.away,
-        "started_at": started,
+        "started_at": info.started_at,  # polars turns it into UTC, and takes a naive one for UTC
         "duration_s": int(frames.t_ns.max() - frames.t_ns.min()) / 1e9 if len(frames) else 0.0,
         "hz": 1e9 / float(np.median(steps)) if len(steps) else None,
         "robots_per_team": most,

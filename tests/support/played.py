@@ -51,14 +51,15 @@ def starting(recipe: Recipe, policy: pl.DataFrame | None = None, *, logged: bool
 def logged(recipe: Recipe, policy: pl.DataFrame | None = None, part: int = PART) -> bytes:
     """The log of a match, written in parts of so many frames."""
     played, stream = starting(recipe, policy), io.BytesIO()
-    with matches.Recorder(stream, played.info) as recorder:
-        goes_on = True
-        while goes_on:
-            goes_on = played.advance(part)
-            taken = played.take()
-            recorder.frames(taken.frames)
-            recorder.referee(taken.referee)
-            recorder.decisions(taken.decisions)
+    recorder = matches.Recorder(stream, played.info)
+    goes_on = True
+    while goes_on:
+        goes_on = played.advance(part)
+        taken = played.take()
+        recorder.frames(taken.frames)
+        recorder.referee(taken.referee)
+        recorder.decisions(taken.decisions)
+    recorder.close()
     return stream.getvalue()
 
 
