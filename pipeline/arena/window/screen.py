@@ -10,8 +10,7 @@ import pygame
 from pygame._sdl2 import controller
 
 from pipeline.arena.window.controls import HELP, Asked, Controls
-from pipeline.arena.window.painting import WindowPainter
-from pipeline.arena.window.picture import Picture
+from pipeline.arena.window.painting import Picture, WindowPainter
 from pipeline.errors import BadSettings
 from pipeline.pitch import Pitch
 
@@ -44,7 +43,6 @@ class Window:
     def __enter__(self) -> Self:
         try:
             _find_display()
-            pygame.font.init()
             controller.init()
             pygame.display.set_caption(f"Pitchlore: {self._names[0]} - {self._names[1]}")
             self._screen = pygame.display.set_mode(_fitting(SIZE), pygame.RESIZABLE)
@@ -77,7 +75,8 @@ class Window:
 
     def show(self, picture: Picture) -> None:
         """Paint a frame."""
-        self._painter.paint(self._screen, picture)
+        image = self._painter.paint(picture)
+        self._screen.blit(pygame.image.frombuffer(image.tobytes(), image.size, "RGB"), (0, 0))
         pygame.display.flip()
 
     def due(self) -> int:

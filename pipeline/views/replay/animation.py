@@ -7,17 +7,16 @@ or 0.93 (lossless), as APNG 2.8.
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import polars as pl
-from PIL import Image
 
+from pipeline import painting
 from pipeline.errors import BadSettings, NotFound
-from pipeline.pitch import Pitch
-from pipeline.views.replay.painting import FilmPainter, Point, Robot, Snapshot
+from pipeline.painting import Markings, Painter, Point, Robot, Snapshot, clock, gif
+from pipeline.pitch import Kind, Pitch
 
 #: GIF counts in hundredths of a second: 12.5 pictures a second.
 STEP_MS = 80
@@ -27,11 +26,18 @@ LONGEST_S = 120.0
 
 #: Ages up to which a body, the ball's trail and a goal are shown, seconds.
 _STALE_S, _TRAIL_S, _GOAL_S = 0.5, 0.7, 1.6
-#: Colours of the palette that all pictures share, and number of pictures that it is made from.
-_COLOURS, _LOOKED_AT = 96, 16
 #: Most robots a side whose situations are listed.
 _LISTED = 5
+#: Pixels: a line of the list, and the space above and below the list.
+_LINE, _FOOT = 16, 6
 _NS = 1_000_000_000
+
+#: As on the replay's page (``draw.js``).
+MARKINGS = {
+    Kind.VSSS: Markings(0.2, ((0.15, 0.7),), 0.07, ((0.375, 0.0), (0.375, 0.4), (0.375, -0.4))),
+    Kind.SSL: Markings(0.5, ((1.8, 3.6),), 0.0, ()),
+    Kind.SIM2D: Markings(9.15, ((16.5, 40.32), (5.5, 18.32)), 0.0, ((41.5, 0.0),)),
+}
 
 
 def animation(
@@ -64,11 +70,7 @@ def animation(
         name, length = match.select("match_id", "duration_s").row(0)
         raise NotFound(f"has nothing to show from {start_s:g} s on", where=str(name),
                        next_step=f"It is {length:.1f} s long; begin earlier")
-    lines = max(len({robot.number for m in shown for robot in m.robots if robot.team == team})
-                for team in ("home", "away"))
-    names = match.select("home", "away").row(0)
-    painter = FilmPainter(pitch, names, lines if lines <= _LISTED else 0, WIDTH)
-    return _gif([painter.paint(moment) for moment in shown])
+    return gif(list(_pictures(shown, pitch, match.select("home", "away").row(0))), STEP_MS)
 
 
 def seconds_shown(match: pl.DataFrame, start_s: float, seconds: float) -> float:
@@ -128,7 +130,7 @@ def _moments(
         goals = [team or "" for t_ns, event, team, _, _ in past
                  if event == "goal" and now - t_ns < _GOAL_S * _NS]
         yield Snapshot(
-            clock_s=now / _NS, score=scores[-1] if scores else first_score,
+            clock="goal!" if goals else clock(now / _NS), score=scores[-1] if scores else first_score,
             trail=_trail(samples[:last + 1], now) if seen else [],
             robots=[Robot(body.team, body.robot, (body.x, body.y), body.theta,
                           doing.get((body.team, body.robot), ""))
@@ -152,15 +154,29 @@ def _trail(samples: Sequence[Sequence[_Body]], now: int) -> list[Point]:
     return found[::-1]
 
 
-def _gif(pictures: Sequence[Image.Image]) -> bytes:
-    """The pictures as one GIF that repeats for ever, all with one palette."""
-    looked_at = pictures[::max(1, len(pictures) // _LOOKED_AT)]
-    width, height = pictures[0].size
-    together = Image.new("RGB", (width, height * len(looked_at)))
-    for place, picture in enumerate(looked_at):
-        together.paste(picture, (0, place * height))
-    palette = together.quantize(_COLOURS, Image.Quantize.MEDIANCUT)
-    first, *others = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
-    buffer = io.BytesIO()
-    first.save(buffer, "GIF", save_all=True, append_images=others, duration=STEP_MS, loop=0, optimize=True)
-    return buffer.getvalue()
+def _pictures(moments: Sequence[Snapshot], pitch: Pitch, names: tuple[str, str]) -> Iterator[painting.Canvas]:
+    """The moments, and under the pitch the situation of each robot."""
+    lines = max(len({robot.number for m in moments for robot in m.robots if robot.team == team})
+                for team in ("home", "away"))
+    lines = lines if lines <= _LISTED else 0
+    grass = pitch.width * (WIDTH - 2 * painting.MARGIN) / (pitch.length + 2 * pitch.goal_depth)
+    top = painting.HEAD + grass + _FOOT
+    size = (WIDTH, math.ceil(top + lines * _LINE + _FOOT))
+    painter = Painter(pitch, MARKINGS[pitch.kind], names, size, size[1] - painting.HEAD - grass,
+                      square=pitch.kind is Kind.VSSS)
+    for moment in moments:
+        picture = painter.paint(moment)
+        with painting.part(picture, (0, top), size) as brush:
+            for team, left in (("home", painting.MARGIN), ("away", (WIDTH + painting.MARGIN) / 2)):
+                mine = [robot for robot in moment.robots if robot.team == team]
+                for line, robot in enumerate(mine[:lines]):
+                    _list(brush, robot, left, top + (line + 0.5) * _LINE)
+        yield picture
+
+
+def _list(brush: painting.Brush, robot: Robot, left: float, middle: float) -> None:
+    """Number and situation of a robot."""
+    brush.box((left, middle - 6), (left + 14, middle + 6), painting.TEAMS[robot.team], radius=3)
+    brush.write(str(robot.number), (left + 7, middle), 9, painting.WHITE)
+    room = WIDTH / 2 - painting.MARGIN - 22
+    brush.write(robot.doing, (left + 19, middle), 10.5, painting.INK, "lm", room)
