@@ -3,7 +3,6 @@
 import os
 import time
 from contextlib import suppress
-from types import TracebackType
 from typing import Self
 
 import pygame
@@ -38,7 +37,6 @@ class Window:
         self._pitch, self._names, self._hz = pitch, names, hz
         self._controls = Controls()
         self._pads: list[controller.Controller] = []
-        self._next_s = 0.0
 
     def __enter__(self) -> Self:
         try:
@@ -56,9 +54,7 @@ class Window:
         self._next_s = time.perf_counter()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         self._pads.clear()
         pygame.quit()
 
