@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -163,19 +164,11 @@ def spells(touched: list[Touch], trajectories: pl.DataFrame) -> list[Spell]:
     """
     ends = trajectories.drop_nulls("segment").group_by("segment").agg(pl.col("t_ns").max())
     last_ns = dict(ends.iter_rows())
-    runs: list[list[Touch]] = []
-    for touch in touched:
-        if runs and (runs[-1][0].team, runs[-1][0].segment) == (touch.team, touch.segment):
-            runs[-1].append(touch)
-        else:
-            runs.append([touch])
+    runs = [tuple(run) for _, run in groupby(touched, lambda touch: (touch.team, touch.segment))]
     found = []
-    for i, run in enumerate(runs):
-        before = runs[i - 1] if i else None
-        after = runs[i + 1] if i + 1 < len(runs) else None
+    for before, run, after in zip((None, *runs), runs, (*runs[1:], None), strict=False):
         segment = run[0].segment
-        follows = after is not None and after[0].segment == segment
-        end_ns = after[0].start_ns if after is not None and follows else int(last_ns[segment])
-        lost_by = before[-1] if before is not None and before[-1].segment == segment else None
-        found.append(Spell(tuple(run), end_ns, lost_by))
+        end_ns = after[0].start_ns if after and after[0].segment == segment else int(last_ns[segment])
+        lost_by = before[-1] if before and before[-1].segment == segment else None
+        found.append(Spell(run, end_ns, lost_by))
     return found
