@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
 from textwrap import fill
-from typing import Any
+from typing import Any, NamedTuple
 
 import polars as pl
 from matplotlib.axes import Axes
@@ -35,30 +34,12 @@ _LINES: tuple[Dashes, ...] = ("solid", (0, (5, 2)), (0, (1.2, 1.2)), (0, (5, 2, 
 _THIN_LINES: tuple[Dashes, ...] = ((0, (3, 1.5)), (0, (1, 1.5)), (0, (3, 1.5, 1, 1.5)), (0, (8, 2)))
 
 
-@dataclass(frozen=True, slots=True)
-class _Look:
-    """Look of a learner under one reading."""
+class _Look(NamedTuple):
+    """Look of a learner under one reading: label, whether the paper has it, keywords for its line."""
 
     label: str
-    colour: str
-    marker: str
-    line: Dashes
-    hollow: bool
     prominent: bool
-
-    def handle(self) -> Line2D:
-        """Line without points, for legends."""
-        return Line2D([], [], label=self.label, **self.marks())
-
-    def marks(self) -> dict[str, Any]:
-        """Keywords for lines and error bars."""
-        return {
-            "color": self.colour, "marker": self.marker, "linestyle": self.line,
-            "linewidth": 1.8 if self.prominent else 1.0,
-            "markersize": (6 if self.prominent else 4.5) + (1.5 if self.marker == "*" else 0),
-            "markerfacecolor": "white" if self.hollow else self.colour,
-            "markeredgecolor": self.colour, "markeredgewidth": 1.2 if self.hollow else 0.6,
-        }
+    line: dict[str, Any]
 
 
 #: Look of each learner and reading.
@@ -76,7 +57,13 @@ def _looks(points: pl.DataFrame) -> _Looks:
         prominent = learner in _PAPERS
         lines = _LINES if prominent else _THIN_LINES
         label = fill(f"{learner}, {reading}", 62, subsequent_indent="  ", break_on_hyphens=False)
-        looks[learner, reading] = _Look(label, colour, marker, lines[rank % len(lines)], rank > 0, prominent)
+        looks[learner, reading] = _Look(label, prominent, {
+            "color": colour, "marker": marker, "linestyle": lines[rank % len(lines)],
+            "linewidth": 1.8 if prominent else 1.0,
+            "markersize": (6 if prominent else 4.5) + (1.5 if marker == "*" else 0),
+            "markerfacecolor": "white" if rank else colour,
+            "markeredgecolor": colour, "markeredgewidth": 1.2 if rank else 0.6,
+        })
     return looks
 
 
@@ -87,17 +74,14 @@ def _place(pair: tuple[str, str]) -> tuple[int, str, bool, str]:
     return known.index(learner) if learner in known else len(known), learner, reading != "printed", reading
 
 
-@dataclass(frozen=True, slots=True)
-class _Figure:
+class _Figure(NamedTuple):
     """A figure of the paper, in columns of schema Paradigms.
 
     Attributes:
-        game: name of the game.
         points: figure that the points are filed under.
         over: column of the horizontal axis, k or decay; the other one makes the panels.
         of: column of the vertical axis.
         ends: columns of its interval.
-        axes: titles of the axes.
     """
 
     game: str
@@ -126,7 +110,7 @@ _SHORTEST = 4
 
 
 def curves(
-    points: pl.DataFrame, figure: int, *, game: str | None = None, runs: int | None = None,
+    points: pl.DataFrame, figure: int, *, game: str | None = None,
     paper: tuple[float, float, float, float] | None = None,
 ) -> Figure:
     """The paper's Figure 4, 5, 6 or 7: a curve for each learner and reading, with 95 % intervals.
@@ -134,13 +118,13 @@ def curves(
     The paper's learners are on the left; the others are on the right, with thin broken lines. Figures over k
     have a row of panels for each decay. A learner has the same colour and marker in all figures. A reading
     has the same line in all figures of one table. Points are moved aside a little, so that none hides
-    another. Intervals of path lengths are cut off at the frame.
+    another. Intervals of path lengths are cut off at the frame. Only the points of the most trainings are
+    drawn.
 
     Args:
         points: schema Paradigms; those of the study ``figure`` are drawn.
         figure: 4, 5, 6 or 7.
         game: name of a game other than the paper's, filed under this figure.
-        runs: number of trainings of the points that are drawn (default: the greatest there is).
         paper: the paper's point of Figure 5 (ignored elsewhere): decay, probability, its interval.
 
     Raises:
@@ -150,7 +134,7 @@ def curves(
     game = game or kind.game
     known = points.filter(pl.col("study") == "figure")
     rows = known.filter((pl.col("figure") == kind.points) & (pl.col("game") == game))
-    runs = runs or max(rows["runs"].to_list(), default=0)
+    runs = max(rows["runs"], default=0)
     rows = rows.filter(pl.col("runs") == runs)
     if not len(rows):
         raise NotFound(f"there are no points of the {game} game to draw", where=f"Figure {figure}",
@@ -173,7 +157,7 @@ def curves(
         axes.set_xlabel(kind.axes[0])
         if kind.over == "decay":
             axes.tick_params(axis="x", rotation=60, labelsize=8)
-        handles: list[Any] = [look.handle() for look in group.values()]
+        handles: list[Any] = [Line2D([], [], label=look.label, **look.line) for look in group.values()]
         if paper is not None and figure == 5 and axes is grid[-1, 0]:
             handles.append(_draw_paper(axes, *paper))
         below = axes.transAxes + ScaledTranslation(0, -_BELOW[kind.over], drawn.dpi_scale_trans)
@@ -199,10 +183,6 @@ def _height(panels: int, groups: dict[str, _Looks]) -> float:
     return (1.5 if panels == 1 else 1.0) + 2.5 * max(panels, 1.5) + 0.16 * lines
 
 
-def _is(pair: tuple[str, str]) -> pl.Expr:
-    return (pl.col("learner") == pair[0]) & (pl.col("reading") == pair[1])
-
-
 def _abscissa(values: pl.Series, over: str) -> list[float]:
     """Horizontal positions: k itself; for a decay the steps in which the temperature falls to 1/e."""
     return [1 / max(1 - x, 1e-9) if over == "decay" else x for x in values]
@@ -212,19 +192,18 @@ def _draw_curves(axes: Axes, rows: pl.DataFrame, kind: _Figure, looks: _Looks, *
     """Draw one panel, about ``width`` points wide, without its scales."""
     step = _room(rows[kind.over], kind.over, width) / max(len(looks), 1)
     inches = axes.figure.dpi_scale_trans
-    for place, (pair, look) in enumerate(looks.items()):
-        curve = rows.filter(_is(pair)).drop_nulls(kind.over).sort(kind.over)
+    for place, ((learner, reading), look) in enumerate(looks.items()):
+        curve = rows.filter(learner=learner, reading=reading).drop_nulls(kind.over).sort(kind.over)
         x = _abscissa(curve[kind.over], kind.over)
         aside = min(step, 5.0) * (place - (len(looks) - 1) / 2) / 72
         where = axes.transData + ScaledTranslation(aside, 0, inches)
         value, low, high = (curve[name].cast(pl.Float64).fill_null(math.nan).to_numpy()
                             for name in (kind.of, *kind.ends))
         level = 4 if look.prominent else 3
-        axes.vlines(x, low, high, transform=where, color=look.colour, alpha=0.5, zorder=level - 2,
+        axes.vlines(x, low, high, transform=where, color=look.line["color"], alpha=0.5, zorder=level - 2,
                     linewidth=1.8 if look.prominent else 1.2)
-        axes.plot(x, value, transform=where, zorder=level, **look.marks())
-    axes.grid(axis="y", color="0.9", linewidth=0.6)
-    plain(axes)
+        axes.plot(x, value, transform=where, zorder=level, **look.line)
+    plain(axes, "y")
 
 
 def _room(values: pl.Series, over: str, width: float) -> float:
@@ -341,6 +320,5 @@ def _draw_forest(
                 title=f"{rows['game'][0]} game", alignment="left")
     axes.set_xlim(-0.03, 1.03)
     axes.set_xlabel("P(optimal), 95 % interval")
-    axes.grid(axis="x", color="0.9", linewidth=0.6)
     axes.tick_params(axis="y", length=0)
-    plain(axes, "left")
+    plain(axes, "x", "left")
