@@ -226,12 +226,7 @@ class Painter:
 
 
 class Brush(NamedTuple):
-    """Paints on an enlarged part of a canvas, in the canvas's own places and lengths.
-
-    Attributes:
-        draw: paints on the enlarged part.
-        corner: its left upper corner.
-    """
+    """Paints on an enlarged part of a canvas; places and lengths are the canvas's, pixels."""
 
     draw: ImageDraw.ImageDraw
     corner: tuple[int, int]

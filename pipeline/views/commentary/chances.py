@@ -44,11 +44,8 @@ def shots(
     team scores before another robot touches the ball. It is saved if a goalkeeper of the other team
     touches the ball next, blocked if another robot of that team does.
 
-    Args:
-        touched: from :func:`pipeline.views.commentary.touches.touches`.
-        goals: team and time of each, ns.
-        pitch: pitch of the match.
-        settings: settings of the commentary.
+    The touches are those of :func:`pipeline.views.commentary.touches.touches`; the goals are given by team
+    and time, ns.
     """
     scales = SCALES[pitch.kind]
     found: list[Shot] = []

@@ -80,26 +80,23 @@ class _Figure(NamedTuple):
     Attributes:
         points: figure that the points are filed under.
         over: column of the horizontal axis, k or decay; the other one makes the panels.
-        of: column of the vertical axis.
-        ends: columns of its interval.
+        of: columns of the vertical axis: the value, and the ends of its interval.
     """
 
     game: str
     points: int
     over: str
-    of: str
-    ends: tuple[str, str]
+    of: tuple[str, str, str]
     axes: tuple[str, str]
 
 
-_P = ("p_optimal", ("p_low", "p_high"))
-_PATH = ("path_length", ("path_low", "path_high"))
+_P = ("p_optimal", "p_low", "p_high")
+_PATH = ("path_length", "path_low", "path_high")
 _FIGURES = {
-    4: _Figure("penalty", 4, "k", *_P, ("penalty k", "P(optimal)")),
-    5: _Figure("climbing", 5, "decay", *_P,
-               ("temperature decay (log scale of 1 − decay)", "P(optimal)")),
-    6: _Figure("grid", 6, "k", *_P, ("penalty k", "P(reaching (3, 3))")),
-    7: _Figure("grid", 6, "k", *_PATH, ("penalty k", "steps to (3, 3), at best 4")),
+    4: _Figure("penalty", 4, "k", _P, ("penalty k", "P(optimal)")),
+    5: _Figure("climbing", 5, "decay", _P, ("temperature decay (log scale of 1 − decay)", "P(optimal)")),
+    6: _Figure("grid", 6, "k", _P, ("penalty k", "P(reaching (3, 3))")),
+    7: _Figure("grid", 6, "k", _PATH, ("penalty k", "steps to (3, 3), at best 4")),
 }
 
 #: Inches from the horizontal axis down to the legend, below the labels of k or of decays.
@@ -198,7 +195,7 @@ def _draw_curves(axes: Axes, rows: pl.DataFrame, kind: _Figure, looks: _Looks, *
         aside = min(step, 5.0) * (place - (len(looks) - 1) / 2) / 72
         where = axes.transData + ScaledTranslation(aside, 0, inches)
         value, low, high = (curve[name].cast(pl.Float64).fill_null(math.nan).to_numpy()
-                            for name in (kind.of, *kind.ends))
+                            for name in kind.of)
         level = 4 if look.prominent else 3
         axes.vlines(x, low, high, transform=where, color=look.line["color"], alpha=0.5, zorder=level - 2,
                     linewidth=1.8 if look.prominent else 1.2)
@@ -226,11 +223,11 @@ def _draw_paper(axes: Axes, decay: float, p: float, low: float, high: float) -> 
 
 def _scale(axes: Axes, rows: pl.DataFrame, kind: _Figure) -> None:
     """Set limits and ticks, which all panels share."""
-    if kind.of == "p_optimal":
+    if kind.of == _P:
         axes.set_ylim(-0.03, 1.03)
         axes.yaxis.set_major_locator(FixedLocator([0, 0.2, 0.4, 0.6, 0.8, 1]))
     else:
-        seen = [value for value in rows[kind.of] if value is not None]
+        seen = [value for value in rows[kind.of[0]] if value is not None]
         longest = max(seen, default=_SHORTEST)
         if longest > 5 * _SHORTEST:
             axes.set_yscale("log")
@@ -295,27 +292,25 @@ def _draw_forest(
     axes: Axes, rows: pl.DataFrame, height: dict[tuple[str, str | None], float], *, written: bool
 ) -> None:
     """Draw one panel: an interval for each point; settings differ in place and colour."""
-    settings = rows.select("decay", "k", "runs").unique().sort("decay", "k", "runs", nulls_last=False).rows()
+    by = ["decay", "k", "runs"]
+    settings = rows.sort(by, maintain_order=True).partition_by(by, as_dict=True)
     for (_, reading), y in height.items():
         if reading is None:
             axes.axhline(y - 0.5, color="0.85", linewidth=0.8)
-    for place, setting in enumerate(settings):
+    for place, ((decay, k, runs), points) in enumerate(settings.items()):
         colour = "#000000" if len(settings) == 1 else COLOURS[place % len(COLOURS)]
         marker = "os^Dv<>"[place % 7]
         shift = (place - (len(settings) - 1) / 2) * 0.6 / len(settings)
-        decay, k, runs = setting
         label = f"decay {decay:g}" + ("" if k is None else f", k = {k:g}") + f", {runs:,} trainings"
-        for row in rows.iter_rows(named=True):
-            if (row["decay"], row["k"], row["runs"]) == setting:
-                y = height[row["learner"], row["reading"]] - shift
-                axes.plot([row["p_low"], row["p_high"]], [y, y], color=colour, linewidth=1.6, alpha=0.6)
-                axes.plot([row["p_optimal"]], [y], color=colour, marker=marker, markersize=4.5, linestyle="",
-                          label=label)
-                label = "_"
-                if written and len(settings) == 1:
-                    text = f"{row['p_optimal']:.3f} [{row['p_low']:.3f}, {row['p_high']:.3f}]"
-                    axes.annotate(text, (1.02, y), xycoords=("axes fraction", "data"), fontsize=7.5,
-                                  va="center")
+        for row in points.iter_rows(named=True):
+            y = height[row["learner"], row["reading"]] - shift
+            axes.plot([row["p_low"], row["p_high"]], [y, y], color=colour, linewidth=1.6, alpha=0.6)
+            axes.plot([row["p_optimal"]], [y], color=colour, marker=marker, markersize=4.5, linestyle="",
+                      label=label)
+            label = "_"
+            if written and len(settings) == 1:
+                text = f"{row['p_optimal']:.3f} [{row['p_low']:.3f}, {row['p_high']:.3f}]"
+                axes.annotate(text, (1.02, y), xycoords=("axes fraction", "data"), fontsize=7.5, va="center")
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), frameon=False, fontsize=8, borderaxespad=0.2,
                 title=f"{rows['game'][0]} game", alignment="left")
     axes.set_xlim(-0.03, 1.03)

@@ -123,16 +123,14 @@ def ablations(curves: pl.DataFrame, base: str, change: int | None) -> Figure:
     columns = math.ceil(len(names) / math.ceil(len(names) / _ABREAST))
     panels: list[_Panel | None] = []
     for first in range(0, len(names), columns):
-        row = [*names[first:first + columns], *[None] * columns][:columns]
+        row = names[first:first + columns]
         for what, label in (("difference", "goal difference a game"), ("other", "other actions, %")):
             for name in row:
-                if name is None:
-                    panels.append(None)
-                    continue
                 drawn = curves.filter((pl.col("what") == what) & pl.col("settings").is_in([base, name]))
                 title = f"{name} ({_seasons(drawn.filter(pl.col('settings') == name))})"
                 panels.append(_Panel(title if what == "difference" else "", label if name == row[0] else "",
                                      drawn, "settings", base))
+            panels += [None] * (columns - len(row))
     figure = _drawn(panels, columns, height=_LOW, size=8.5)
     for kind, what in enumerate(("difference", "other")):
         alike = [axes for place, axes in enumerate(figure.axes) if place // columns % 2 == kind]
