@@ -117,17 +117,18 @@ class Painter:
         edge = _octagon(pitch.goal_x, pitch.width / 2, markings.corner)
         self._edge = [self.at(point) for point in edge]
         self.floor = Image.new("RGB", size, PAGE)
-        self._still: Snapshot | None = None
         self._paint_floor()
+        self._still: Snapshot | None = None
+        self._background = self.floor
 
     def paint(self, moment: Snapshot) -> Canvas:
         """The moment; the same bytes for the same moment."""
         still = moment._replace(trail=(), robots=())
         if still != self._still:
-            self._still = still
+            self._still, self._background = still, self.floor.copy()
             self._paint_goals(moment.home_attacks)
             self._paint_head(moment)
-        canvas = self.floor.copy()
+        canvas = self._background.copy()
         if moment.scorer in TEAMS:
             with part(canvas, *self._edge, reach=3) as brush:
                 brush.line([*self._edge, *self._edge[:2]], TEAMS[moment.scorer], 3)
@@ -172,7 +173,7 @@ class Painter:
         back = x + self._pitch.goal_depth
         for team, side in (("home", -home_attacks), ("away", home_attacks)):
             frame = [self.at((side * a, b)) for a, b in ((x, -post), (back, -post), (back, post), (x, post))]
-            with part(self.floor, *frame, reach=2 * self._line) as brush:
+            with part(self._background, *frame, reach=2 * self._line) as brush:
                 brush.polygon(frame, _mixed(PAGE, TEAMS[team], 0.3))
                 brush.line([frame[0], frame[-1]], _CHALK, 2 * self._line)
                 brush.line(frame, TEAMS[team], 2 * self._line)
@@ -214,9 +215,7 @@ class Painter:
         score = " : ".join("?" if goals is None else str(goals) for goals in moment.score)
         colour = TEAMS.get(moment.scorer or "", INK)
         quiet = MUTED if moment.scorer is None else colour
-        head = ((0, 0), (self._width, 46 * zoom))
-        with part(self.floor, *head) as brush:
-            brush.box(*head, PAGE)
+        with part(self._background, (0, 0), (self._width, 46 * zoom)) as brush:
             brush.write(score, (middle, 18 * zoom), 25 * zoom, colour)
             brush.write(moment.clock, (middle, 39 * zoom), 11 * zoom, quiet)
             sides = (("home", MARGIN * zoom, "lm"), ("away", self._width - MARGIN * zoom, "rm"))

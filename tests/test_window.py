@@ -171,6 +171,13 @@ class TestPainting:
         turned[3, 2] = math.pi / 2
         assert (self.paint(turned) != plain).any()
 
+    def test_nothing_stays(self):
+        """A picture is the same whatever was painted before it."""
+        painter, bodies = WindowPainter(VSSS, ("you", "static"), self.SIZE), np.zeros((7, 6))
+        first, _, _, again = (painter.paint(Picture(bodies, sign, (0, 0), seconds, 120.0, message=message)).tobytes()
+                              for sign, seconds, message in [(1, 0, ""), (-1, 1, "Pause"), (1, 2, ""), (1, 0, "")])
+        assert first == again
+
 
 class TestWindow:
     def test_clock(self):
