@@ -73,10 +73,9 @@ def test_points_and_intervals():
 
 
 def test_number_of_runs():
-    """The points of the most runs are drawn, unless others are wanted."""
+    """The points of the most runs are drawn."""
     points = table(over_decays("IQ", {0.99: 0.2}, runs=2000), over_decays("IQ", {0.99: 0.3}, runs=100))
     assert curves(points, 5).axes[0].lines[0].get_ydata().tolist() == [0.2]
-    assert curves(points, 5, runs=100).axes[0].lines[0].get_ydata().tolist() == [0.3]
 
 
 def test_looks():
@@ -176,7 +175,6 @@ def test_forest_of_games():
 
 def test_nothing_to_draw():
     """If there are no points to draw, the error says so."""
-    for draw in (lambda: curves(Paradigms.empty(), 4), lambda: curves(everything(), 5, runs=7),
-                 lambda: sensitivity(Paradigms.empty())):
+    for draw in (lambda: curves(Paradigms.empty(), 4), lambda: sensitivity(Paradigms.empty())):
         with pytest.raises(NotFound, match="there are no points"):
             draw()

@@ -25,8 +25,7 @@ pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the e
 
 from pipeline.arena.window import screen  # noqa: E402
 from pipeline.arena.window.controls import DEAD_ZONE, Controls  # noqa: E402
-from pipeline.arena.window.painting import WindowPainter  # noqa: E402
-from pipeline.arena.window.picture import Picture  # noqa: E402
+from pipeline.arena.window.painting import Picture, WindowPainter  # noqa: E402
 from pipeline.arena.window.screen import MOST_DUE, Window  # noqa: E402
 
 VSSS = PITCHES[Kind.VSSS]
@@ -129,14 +128,12 @@ class TestPainting:
     SIZE = (600, 540)
 
     def paint(self, bodies=None, **scene):
-        pygame.font.init()
-        surface = pygame.Surface(self.SIZE)
         if bodies is None:
             bodies = np.zeros((7, 6))
             bodies[1:, 0], bodies[0, 1] = [-0.6, -0.4, -0.2, 0.2, 0.4, 0.6], 0.4
         given = {"home_attacks": 1, "score": (0, 0), "clock_s": 0.0, "duration_s": 120.0} | scene
-        WindowPainter(VSSS, ("you", "static"), self.SIZE).paint(surface, Picture(bodies, **given))
-        return pygame.surfarray.array3d(surface).astype(int)
+        canvas = WindowPainter(VSSS, ("you", "static"), self.SIZE).paint(Picture(bodies, **given))
+        return np.asarray(canvas).swapaxes(0, 1).astype(int)
 
     def where(self, picture, colour):
         """Centre of the pixels of a colour, and how many there are."""
@@ -173,6 +170,13 @@ class TestPainting:
         turned[1:, 0], turned[0, 1] = [-0.6, -0.4, -0.2, 0.2, 0.4, 0.6], 0.4
         turned[3, 2] = math.pi / 2
         assert (self.paint(turned) != plain).any()
+
+    def test_nothing_stays(self):
+        """A picture is the same whatever was painted before it."""
+        painter, bodies = WindowPainter(VSSS, ("you", "static"), self.SIZE), np.zeros((7, 6))
+        first, _, _, again = (painter.paint(Picture(bodies, sign, (0, 0), seconds, 120.0, message=message)).tobytes()
+                              for sign, seconds, message in [(1, 0, ""), (-1, 1, "Pause"), (1, 2, ""), (1, 0, "")])
+        assert first == again
 
 
 class TestWindow:

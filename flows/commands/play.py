@@ -21,7 +21,7 @@ from pipeline.arena.match.controllers import controllers_of
 from pipeline.arena.match.human import HumanController
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.window.picture import Picture
+from pipeline.arena.window.painting import Picture
 from pipeline.errors import BadSettings, NotFound
 from pipeline.matches.frame import AWAY, HOME, home_attacks
 from pipeline.store import Store

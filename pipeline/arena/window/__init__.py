@@ -3,8 +3,7 @@
 ==============  ==============================================================
 screen          the window: opened, listened to, painted, in time
 controls        what keys, buttons and sticks ask for
-painting        draws a picture
-picture         the contents of the window at one frame; needs no pygame
+painting        what it shows at one frame, and a picture of it; needs no pygame
 ==============  ==============================================================
 """
 

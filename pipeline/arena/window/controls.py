@@ -1,7 +1,6 @@
 """Keys, buttons and sticks as requests of a person."""
 
 from collections.abc import Iterable
-from enum import Enum, auto
 from typing import Literal, NamedTuple
 
 import pygame
@@ -18,34 +17,22 @@ HELP = "   ".join((
 
 _STICK_MOST = 32767
 
+#: Meaning of a key or a button.
+Do = Literal["forward", "back", "left", "right", "boost", "next", "nearest", "pause", "leave"]
 
-class Do(Enum):
-    """Meaning of a key or a button."""
-
-    FORWARD = auto()
-    BACK = auto()
-    LEFT = auto()
-    RIGHT = auto()
-    BOOST = auto()
-    NEXT = auto()
-    NEAREST = auto()
-    PAUSE = auto()
-    LEAVE = auto()
-
-
-KEYS = {
-    pygame.K_UP: Do.FORWARD, pygame.K_w: Do.FORWARD, pygame.K_DOWN: Do.BACK, pygame.K_s: Do.BACK,
-    pygame.K_LEFT: Do.LEFT, pygame.K_a: Do.LEFT, pygame.K_RIGHT: Do.RIGHT, pygame.K_d: Do.RIGHT,
-    pygame.K_SPACE: Do.BOOST, pygame.K_TAB: Do.NEXT, pygame.K_e: Do.NEAREST,
-    pygame.K_p: Do.PAUSE, pygame.K_ESCAPE: Do.LEAVE,
+KEYS: dict[int, Do] = {
+    pygame.K_UP: "forward", pygame.K_w: "forward", pygame.K_DOWN: "back", pygame.K_s: "back",
+    pygame.K_LEFT: "left", pygame.K_a: "left", pygame.K_RIGHT: "right", pygame.K_d: "right",
+    pygame.K_SPACE: "boost", pygame.K_TAB: "next", pygame.K_e: "nearest",
+    pygame.K_p: "pause", pygame.K_ESCAPE: "leave",
 }  # fmt: skip
 #: By SDL's names, which are those of an Xbox pad and mean the same places on any other.
-BUTTONS = {
-    pygame.CONTROLLER_BUTTON_DPAD_UP: Do.FORWARD, pygame.CONTROLLER_BUTTON_DPAD_DOWN: Do.BACK,
-    pygame.CONTROLLER_BUTTON_DPAD_LEFT: Do.LEFT, pygame.CONTROLLER_BUTTON_DPAD_RIGHT: Do.RIGHT,
-    pygame.CONTROLLER_BUTTON_A: Do.BOOST, pygame.CONTROLLER_BUTTON_X: Do.NEXT,
-    pygame.CONTROLLER_BUTTON_RIGHTSHOULDER: Do.NEXT, pygame.CONTROLLER_BUTTON_B: Do.NEAREST,
-    pygame.CONTROLLER_BUTTON_START: Do.PAUSE, pygame.CONTROLLER_BUTTON_BACK: Do.LEAVE,
+BUTTONS: dict[int, Do] = {
+    pygame.CONTROLLER_BUTTON_DPAD_UP: "forward", pygame.CONTROLLER_BUTTON_DPAD_DOWN: "back",
+    pygame.CONTROLLER_BUTTON_DPAD_LEFT: "left", pygame.CONTROLLER_BUTTON_DPAD_RIGHT: "right",
+    pygame.CONTROLLER_BUTTON_A: "boost", pygame.CONTROLLER_BUTTON_X: "next",
+    pygame.CONTROLLER_BUTTON_RIGHTSHOULDER: "next", pygame.CONTROLLER_BUTTON_B: "nearest",
+    pygame.CONTROLLER_BUTTON_START: "pause", pygame.CONTROLLER_BUTTON_BACK: "leave",
 }  # fmt: skip
 
 
@@ -69,7 +56,7 @@ class Controls:
     """Keys, buttons and sticks as their events leave them, of all devices together."""
 
     def __init__(self) -> None:
-        self._held: set[tuple[int, int]] = set()
+        self._held: dict[tuple[int, int], Do] = {}
         self._stick = {pygame.CONTROLLER_AXIS_LEFTX: 0.0, pygame.CONTROLLER_AXIS_LEFTY: 0.0}
         self._switch: Literal["next", "nearest"] | None = None
         self._paused = self._leave = False
@@ -89,41 +76,38 @@ class Controls:
                 self._held.clear()
                 self._paused = True
             case pygame.KEYDOWN if event.key in KEYS:
-                self._held.add((pygame.KEYDOWN, event.key))
-                self._once(KEYS[event.key])
+                self._press((pygame.KEYDOWN, event.key), KEYS[event.key])
             case pygame.KEYUP:
-                self._held.discard((pygame.KEYDOWN, event.key))
+                self._held.pop((pygame.KEYDOWN, event.key), None)
             case pygame.CONTROLLERBUTTONDOWN if event.button in BUTTONS:
-                self._held.add((pygame.CONTROLLERBUTTONDOWN, event.button))
-                self._once(BUTTONS[event.button])
+                self._press((pygame.CONTROLLERBUTTONDOWN, event.button), BUTTONS[event.button])
             case pygame.CONTROLLERBUTTONUP:
-                self._held.discard((pygame.CONTROLLERBUTTONDOWN, event.button))
+                self._held.pop((pygame.CONTROLLERBUTTONDOWN, event.button), None)
             case pygame.CONTROLLERAXISMOTION if event.axis in self._stick:
                 part = max(event.value / _STICK_MOST, -1.0)
                 self._stick[event.axis] = part if abs(part) >= DEAD_ZONE else 0.0
             case pygame.CONTROLLERDEVICEREMOVED:
                 self._stick = dict.fromkeys(self._stick, 0.0)
-                self._held = {held for held in self._held if held[0] == pygame.KEYDOWN}
+                self._held = {held: do for held, do in self._held.items() if held[0] == pygame.KEYDOWN}
                 self._paused = True
 
-    def _once(self, what: Do) -> None:
-        """Act on a key that goes down; nothing more happens while it is held."""
-        match what:
-            case Do.NEXT:
-                self._switch = "next"
-            case Do.NEAREST:
-                self._switch = "nearest"
-            case Do.PAUSE:
+    def _press(self, held: tuple[int, int], do: Do) -> None:
+        """A key goes down: it is held from now on; what is done once is done."""
+        self._held[held] = do
+        match do:
+            case "next" | "nearest":
+                self._switch = do
+            case "pause":
                 self._paused = not self._paused
-            case Do.LEAVE:
+            case "leave":
                 self._leave = True
 
     def _command(self) -> DriveCommand:
-        doing = {(KEYS if device == pygame.KEYDOWN else BUTTONS)[code] for device, code in self._held}
-        forward = float(Do.FORWARD in doing) - float(Do.BACK in doing)
-        turn = float(Do.LEFT in doing) - float(Do.RIGHT in doing)
+        doing = self._held.values()
+        forward = float("forward" in doing) - float("back" in doing)
+        turn = float("left" in doing) - float("right" in doing)
         return DriveCommand(  # a stick's axes point right and down
             forward or -self._stick[pygame.CONTROLLER_AXIS_LEFTY],
             turn or -self._stick[pygame.CONTROLLER_AXIS_LEFTX],
-            Do.BOOST in doing,
+            "boost" in doing,
         )

@@ -3,15 +3,13 @@
 import os
 import time
 from contextlib import suppress
-from types import TracebackType
 from typing import Self
 
 import pygame
 from pygame._sdl2 import controller
 
 from pipeline.arena.window.controls import HELP, Asked, Controls
-from pipeline.arena.window.painting import WindowPainter
-from pipeline.arena.window.picture import Picture
+from pipeline.arena.window.painting import Picture, WindowPainter
 from pipeline.errors import BadSettings
 from pipeline.pitch import Pitch
 
@@ -39,12 +37,10 @@ class Window:
         self._pitch, self._names, self._hz = pitch, names, hz
         self._controls = Controls()
         self._pads: list[controller.Controller] = []
-        self._next_s = 0.0
 
     def __enter__(self) -> Self:
         try:
             _find_display()
-            pygame.font.init()
             controller.init()
             pygame.display.set_caption(f"Pitchlore: {self._names[0]} - {self._names[1]}")
             self._screen = pygame.display.set_mode(_fitting(SIZE), pygame.RESIZABLE)
@@ -58,9 +54,7 @@ class Window:
         self._next_s = time.perf_counter()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         self._pads.clear()
         pygame.quit()
 
@@ -77,7 +71,8 @@ class Window:
 
     def show(self, picture: Picture) -> None:
         """Paint a frame."""
-        self._painter.paint(self._screen, picture)
+        image = self._painter.paint(picture)
+        self._screen.blit(pygame.image.frombuffer(image.tobytes(), image.size, "RGB"), (0, 0))
         pygame.display.flip()
 
     def due(self) -> int:

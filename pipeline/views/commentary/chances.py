@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from itertools import pairwise, zip_longest
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from pipeline.pitch import SCALES, Pitch
 from pipeline.views.commentary.settings import CommentarySettings
 from pipeline.views.commentary.touches import Touch
 
-
-class Outcome(StrEnum):
-    """Outcome of a shot."""
-
-    GOAL = "goal"
-    SAVED = "saved"
-    BLOCKED = "blocked"
-    WIDE = "wide"
-    ELSE = "else"
+#: Outcome of a shot.
+Outcome = Literal["goal", "saved", "blocked", "wide", "else"]
 
 
 class Shot(NamedTuple):
@@ -39,14 +31,7 @@ class Shot(NamedTuple):
     @property
     def on_target(self) -> bool:
         """Whether the ball went in, or would have."""
-        return self.outcome != Outcome.WIDE
-
-
-class Pass(NamedTuple):
-    """A ball that went from one robot to a teammate."""
-
-    giver: Touch
-    taker: Touch
+        return self.outcome != "wide"
 
 
 def shots(
@@ -59,11 +44,8 @@ def shots(
     team scores before another robot touches the ball. It is saved if a goalkeeper of the other team
     touches the ball next, blocked if another robot of that team does.
 
-    Args:
-        touched: from :func:`pipeline.views.commentary.touches.touches`.
-        goals: team and time of each.
-        pitch: pitch of the match.
-        settings: settings of the commentary.
+    The touches are those of :func:`pipeline.views.commentary.touches.touches`; the goals are given by team
+    and time, ns.
     """
     scales = SCALES[pitch.kind]
     found: list[Shot] = []
@@ -76,11 +58,11 @@ def shots(
         if not near or not abs(touch.aim) <= settings.wide * pitch.goal_width:  # it may be NaN
             continue
         outcome = _outcome(touch, following, [t_ns for team, t_ns in goals if team == touch.team], settings)
-        if abs(touch.aim) > pitch.goal_width / 2 and outcome != Outcome.GOAL:
+        if abs(touch.aim) > pitch.goal_width / 2 and outcome != "goal":
             if touch.reach < pitch.goal_x - 2 * scales.ball_radius:
                 continue
-            outcome = Outcome.WIDE
-        stopped = outcome in (Outcome.SAVED, Outcome.BLOCKED)
+            outcome = "wide"
+        stopped = outcome in ("saved", "blocked")
         shot = Shot(touch, left, outcome, following if stopped else None)
         if found and _one(found[-1].touch, touch, settings):
             found[-1] = shot
@@ -101,24 +83,18 @@ def _outcome(
     """Outcome of a shot that was not wide; ``following`` is the next touch in its segment."""
     until = touch.end_ns + round(2 * settings.shot_s * 1e9) if following is None else following.start_ns
     if any(touch.end_ns < t_ns <= until for t_ns in goals_ns):
-        return Outcome.GOAL
+        return "goal"
     if following is None or following.team == touch.team:
-        return Outcome.ELSE
-    return Outcome.SAVED if following.role == "goalkeeper" else Outcome.BLOCKED
+        return "else"
+    return "saved" if following.role == "goalkeeper" else "blocked"
 
 
-def passes(touched: list[Touch], pitch: Pitch, settings: CommentarySettings) -> list[Pass]:
-    """Passes of a match, by time: the next touch is a teammate's, and the ball went at least ``pass_m``.
-
-    Args:
-        touched: from :func:`pipeline.views.commentary.touches.touches`.
-        pitch: pitch of the match.
-        settings: settings of the commentary.
-    """
+def passes(touched: list[Touch], pitch: Pitch, settings: CommentarySettings) -> list[tuple[Touch, Touch]]:
+    """Passes of a match, by time: the next touch is a teammate's, and the ball went at least ``pass_m``."""
     least = settings.pass_m * SCALES[pitch.kind].close
     longest_ns = round(settings.pass_s * 1e9)
     return [
-        Pass(giver, taker) for giver, taker in pairwise(touched)
+        (giver, taker) for giver, taker in pairwise(touched)
         if (giver.team, giver.segment) == (taker.team, taker.segment) and giver.robot != taker.robot
         and taker.start_ns - giver.end_ns <= longest_ns
         and (taker.start_x - giver.x) ** 2 + (taker.start_y - giver.y) ** 2 >= least**2

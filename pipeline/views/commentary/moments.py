@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import polars as pl
 
 from pipeline.pitch import Pitch
-from pipeline.views.commentary.chances import Outcome, Pass, Shot
+from pipeline.views.commentary.chances import Shot
 from pipeline.views.commentary.settings import CommentarySettings
 from pipeline.views.commentary.touches import Spell, Touch
 from pipeline.views.commentary.words import DONE, OTHER, clock, listed, metres, restart, robot, story, who
@@ -144,21 +144,21 @@ def of_shots(shots: Sequence[Shot]) -> Iterator[Moment]:
     for shot in shots:
         touch = shot.touch
         what = f"{who(touch)} shoots from {metres(max(0.0, shot.left))}"
-        if shot.outcome == Outcome.SAVED and shot.by:
+        if shot.outcome == "saved" and shot.by:
             yield Moment(touch.end_ns, "save", shot.by.team, shot.by.robot, f"{what}; {who(shot.by)} saves.",
                          Weight.CHANCE)
-        elif shot.outcome == Outcome.BLOCKED and shot.by:
+        elif shot.outcome == "blocked" and shot.by:
             yield Moment(touch.end_ns, "shot", touch.team, touch.robot,
                          f"{what}; {who(shot.by)} is in the way.", Weight.ATTEMPT)
-        elif shot.outcome == Outcome.WIDE:
+        elif shot.outcome == "wide":
             yield Moment(touch.end_ns, "shot", touch.team, touch.robot, f"{what}, wide.", Weight.CHANCE)
-        elif shot.outcome == Outcome.ELSE:
+        elif shot.outcome == "else":
             yield Moment(touch.end_ns, "shot", touch.team, touch.robot, f"{what} at the goal.",
                          Weight.ATTEMPT)
 
 
 def of_play(
-    passes: Sequence[Pass], spells: Sequence[Spell], situations: pl.DataFrame, pitch: Pitch,
+    passes: Sequence[tuple[Touch, Touch]], spells: Sequence[Spell], situations: pl.DataFrame, pitch: Pitch,
     settings: CommentarySettings,
 ) -> Iterator[Moment]:
     """Passes, and balls won and kept."""
@@ -177,13 +177,7 @@ def of_play(
 def of_lulls(
     told: Sequence[Moment], spells: Sequence[Spell], settings: CommentarySettings
 ) -> Iterator[Moment]:
-    """Possession, and changes of sides, in long stretches without other moments.
-
-    Args:
-        told: the other moments, by time.
-        spells: by time.
-        settings: settings of the commentary.
-    """
+    """Possession, and changes of sides, in long stretches without other moments; all are given by time."""
     for before, after in pairwise(told):
         during = [spell for spell in spells if before.t_ns < spell.start_ns and spell.end_ns <= after.t_ns]
         seconds = sum(spell.seconds for spell in during)

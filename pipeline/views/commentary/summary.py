@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import polars as pl
 from pydantic import BaseModel, ConfigDict
 
-from pipeline.views.commentary.chances import Outcome, Shot
+from pipeline.views.commentary.chances import Shot
 from pipeline.views.commentary.settings import CommentarySettings
 from pipeline.views.commentary.touches import Spell
 from pipeline.views.commentary.words import clock
@@ -96,7 +96,7 @@ def summarise(
             goals={kind: kinds[kind] for kind in (*KINDS, "unknown") if kind in KINDS or kinds[kind]},
             scorers=dict(Counter(made.to_list()).most_common()),
             shots=len(tried), on_target=sum(shot.on_target for shot in tried),
-            saves=sum(shot.outcome == Outcome.SAVED and shot.touch.team != team for shot in shots),
+            saves=sum(shot.outcome == "saved" and shot.touch.team != team for shot in shots),
             possession=on_ball[team] / total if total else None,
             situations={role: _most(done, settings) for role, done in _by_role(situations, team)},
             random={role: _random(done) for role, done in _by_role(situations, team)},

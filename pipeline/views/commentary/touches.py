@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -58,10 +59,7 @@ class _BallPath(NamedTuple):
 def touches(trajectories: pl.DataFrame, pitch: Pitch, settings: CommentarySettings) -> list[Touch]:
     """Touches of a match, by time; at each sample the nearest robot within contact distance touches the ball.
 
-    Args:
-        trajectories: rows of schema Trajectories of one match.
-        pitch: pitch of the match.
-        settings: settings of the commentary.
+    The trajectories are rows of schema Trajectories of one match.
     """
     in_play = trajectories.filter(pl.col("segment").is_not_null(), ~pl.col("suspect"))
     seen = in_play.filter(pl.col("team") == "ball").sort("t_ns").with_row_index("sample")
@@ -79,11 +77,12 @@ def touches(trajectories: pl.DataFrame, pitch: Pitch, settings: CommentarySettin
         .select("sample", "t_ns", "segment", pl.col("team").cast(pl.String), "robot",
                 pl.col("role").cast(pl.String))
     )
-    flicker_ns = round(settings.flicker_s * 1e9)
+    period = int(np.median(np.diff(t_ns))) if len(t_ns) > 1 else 0
+    longest = round(settings.flicker_s * 1e9) + period
     runs = near.with_columns(
         run=(
             pl.struct("segment", "team", "robot").rle_id().diff().ne(0).fill_null(value=True)
-            | (pl.col("t_ns").diff() > flicker_ns + _period(ball.t_ns))
+            | (pl.col("t_ns").diff() > longest)
         ).cum_sum()
     ).group_by("run", maintain_order=True).agg(
         pl.col("team", "robot", "role", "segment").first(),
@@ -96,11 +95,6 @@ def touches(trajectories: pl.DataFrame, pitch: Pitch, settings: CommentarySettin
         _touch(*row, following=end, ball=ball, pitch=pitch, line_ns=line_ns)
         for row, end in zip(rows, ends, strict=True)
     ]
-
-
-def _period(t_ns: I64) -> int:
-    """Median time between samples, ns; 0 for fewer than two samples."""
-    return int(np.median(np.diff(t_ns))) if len(t_ns) > 1 else 0
 
 
 def _touch(
@@ -157,25 +151,15 @@ class Spell(NamedTuple):
 def spells(touched: list[Touch], trajectories: pl.DataFrame) -> list[Spell]:
     """Teams' times on the ball, by time; the ball belongs to the team that touched it last in the segment.
 
-    Args:
-        touched: from :func:`touches`.
-        trajectories: rows of schema Trajectories of the same match.
+    The touches are those of :func:`touches`, from the same trajectories.
     """
     ends = trajectories.drop_nulls("segment").group_by("segment").agg(pl.col("t_ns").max())
     last_ns = dict(ends.iter_rows())
-    runs: list[list[Touch]] = []
-    for touch in touched:
-        if runs and (runs[-1][0].team, runs[-1][0].segment) == (touch.team, touch.segment):
-            runs[-1].append(touch)
-        else:
-            runs.append([touch])
+    runs = [tuple(run) for _, run in groupby(touched, lambda touch: (touch.team, touch.segment))]
     found = []
-    for i, run in enumerate(runs):
-        before = runs[i - 1] if i else None
-        after = runs[i + 1] if i + 1 < len(runs) else None
+    for before, run, after in zip((None, *runs), runs, (*runs[1:], None), strict=False):
         segment = run[0].segment
-        follows = after is not None and after[0].segment == segment
-        end_ns = after[0].start_ns if after is not None and follows else int(last_ns[segment])
-        lost_by = before[-1] if before is not None and before[-1].segment == segment else None
-        found.append(Spell(tuple(run), end_ns, lost_by))
+        end_ns = after[0].start_ns if after and after[0].segment == segment else int(last_ns[segment])
+        lost_by = before[-1] if before and before[-1].segment == segment else None
+        found.append(Spell(run, end_ns, lost_by))
     return found

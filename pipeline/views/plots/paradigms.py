@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
 from textwrap import fill
-from typing import Any
+from typing import Any, NamedTuple
 
 import polars as pl
 from matplotlib.axes import Axes
@@ -35,30 +34,12 @@ _LINES: tuple[Dashes, ...] = ("solid", (0, (5, 2)), (0, (1.2, 1.2)), (0, (5, 2, 
 _THIN_LINES: tuple[Dashes, ...] = ((0, (3, 1.5)), (0, (1, 1.5)), (0, (3, 1.5, 1, 1.5)), (0, (8, 2)))
 
 
-@dataclass(frozen=True, slots=True)
-class _Look:
-    """Look of a learner under one reading."""
+class _Look(NamedTuple):
+    """Look of a learner under one reading: label, whether the paper has it, keywords for its line."""
 
     label: str
-    colour: str
-    marker: str
-    line: Dashes
-    hollow: bool
     prominent: bool
-
-    def handle(self) -> Line2D:
-        """Line without points, for legends."""
-        return Line2D([], [], label=self.label, **self.marks())
-
-    def marks(self) -> dict[str, Any]:
-        """Keywords for lines and error bars."""
-        return {
-            "color": self.colour, "marker": self.marker, "linestyle": self.line,
-            "linewidth": 1.8 if self.prominent else 1.0,
-            "markersize": (6 if self.prominent else 4.5) + (1.5 if self.marker == "*" else 0),
-            "markerfacecolor": "white" if self.hollow else self.colour,
-            "markeredgecolor": self.colour, "markeredgewidth": 1.2 if self.hollow else 0.6,
-        }
+    line: dict[str, Any]
 
 
 #: Look of each learner and reading.
@@ -76,7 +57,13 @@ def _looks(points: pl.DataFrame) -> _Looks:
         prominent = learner in _PAPERS
         lines = _LINES if prominent else _THIN_LINES
         label = fill(f"{learner}, {reading}", 62, subsequent_indent="  ", break_on_hyphens=False)
-        looks[learner, reading] = _Look(label, colour, marker, lines[rank % len(lines)], rank > 0, prominent)
+        looks[learner, reading] = _Look(label, prominent, {
+            "color": colour, "marker": marker, "linestyle": lines[rank % len(lines)],
+            "linewidth": 1.8 if prominent else 1.0,
+            "markersize": (6 if prominent else 4.5) + (1.5 if marker == "*" else 0),
+            "markerfacecolor": "white" if rank else colour,
+            "markeredgecolor": colour, "markeredgewidth": 1.2 if rank else 0.6,
+        })
     return looks
 
 
@@ -87,35 +74,29 @@ def _place(pair: tuple[str, str]) -> tuple[int, str, bool, str]:
     return known.index(learner) if learner in known else len(known), learner, reading != "printed", reading
 
 
-@dataclass(frozen=True, slots=True)
-class _Figure:
+class _Figure(NamedTuple):
     """A figure of the paper, in columns of schema Paradigms.
 
     Attributes:
-        game: name of the game.
         points: figure that the points are filed under.
         over: column of the horizontal axis, k or decay; the other one makes the panels.
-        of: column of the vertical axis.
-        ends: columns of its interval.
-        axes: titles of the axes.
+        of: columns of the vertical axis: the value, and the ends of its interval.
     """
 
     game: str
     points: int
     over: str
-    of: str
-    ends: tuple[str, str]
+    of: tuple[str, str, str]
     axes: tuple[str, str]
 
 
-_P = ("p_optimal", ("p_low", "p_high"))
-_PATH = ("path_length", ("path_low", "path_high"))
+_P = ("p_optimal", "p_low", "p_high")
+_PATH = ("path_length", "path_low", "path_high")
 _FIGURES = {
-    4: _Figure("penalty", 4, "k", *_P, ("penalty k", "P(optimal)")),
-    5: _Figure("climbing", 5, "decay", *_P,
-               ("temperature decay (log scale of 1 − decay)", "P(optimal)")),
-    6: _Figure("grid", 6, "k", *_P, ("penalty k", "P(reaching (3, 3))")),
-    7: _Figure("grid", 6, "k", *_PATH, ("penalty k", "steps to (3, 3), at best 4")),
+    4: _Figure("penalty", 4, "k", _P, ("penalty k", "P(optimal)")),
+    5: _Figure("climbing", 5, "decay", _P, ("temperature decay (log scale of 1 − decay)", "P(optimal)")),
+    6: _Figure("grid", 6, "k", _P, ("penalty k", "P(reaching (3, 3))")),
+    7: _Figure("grid", 6, "k", _PATH, ("penalty k", "steps to (3, 3), at best 4")),
 }
 
 #: Inches from the horizontal axis down to the legend, below the labels of k or of decays.
@@ -126,7 +107,7 @@ _SHORTEST = 4
 
 
 def curves(
-    points: pl.DataFrame, figure: int, *, game: str | None = None, runs: int | None = None,
+    points: pl.DataFrame, figure: int, *, game: str | None = None,
     paper: tuple[float, float, float, float] | None = None,
 ) -> Figure:
     """The paper's Figure 4, 5, 6 or 7: a curve for each learner and reading, with 95 % intervals.
@@ -134,13 +115,13 @@ def curves(
     The paper's learners are on the left; the others are on the right, with thin broken lines. Figures over k
     have a row of panels for each decay. A learner has the same colour and marker in all figures. A reading
     has the same line in all figures of one table. Points are moved aside a little, so that none hides
-    another. Intervals of path lengths are cut off at the frame.
+    another. Intervals of path lengths are cut off at the frame. Only the points of the most trainings are
+    drawn.
 
     Args:
         points: schema Paradigms; those of the study ``figure`` are drawn.
         figure: 4, 5, 6 or 7.
         game: name of a game other than the paper's, filed under this figure.
-        runs: number of trainings of the points that are drawn (default: the greatest there is).
         paper: the paper's point of Figure 5 (ignored elsewhere): decay, probability, its interval.
 
     Raises:
@@ -150,7 +131,7 @@ def curves(
     game = game or kind.game
     known = points.filter(pl.col("study") == "figure")
     rows = known.filter((pl.col("figure") == kind.points) & (pl.col("game") == game))
-    runs = runs or max(rows["runs"].to_list(), default=0)
+    runs = max(rows["runs"], default=0)
     rows = rows.filter(pl.col("runs") == runs)
     if not len(rows):
         raise NotFound(f"there are no points of the {game} game to draw", where=f"Figure {figure}",
@@ -173,7 +154,7 @@ def curves(
         axes.set_xlabel(kind.axes[0])
         if kind.over == "decay":
             axes.tick_params(axis="x", rotation=60, labelsize=8)
-        handles: list[Any] = [look.handle() for look in group.values()]
+        handles: list[Any] = [Line2D([], [], label=look.label, **look.line) for look in group.values()]
         if paper is not None and figure == 5 and axes is grid[-1, 0]:
             handles.append(_draw_paper(axes, *paper))
         below = axes.transAxes + ScaledTranslation(0, -_BELOW[kind.over], drawn.dpi_scale_trans)
@@ -199,10 +180,6 @@ def _height(panels: int, groups: dict[str, _Looks]) -> float:
     return (1.5 if panels == 1 else 1.0) + 2.5 * max(panels, 1.5) + 0.16 * lines
 
 
-def _is(pair: tuple[str, str]) -> pl.Expr:
-    return (pl.col("learner") == pair[0]) & (pl.col("reading") == pair[1])
-
-
 def _abscissa(values: pl.Series, over: str) -> list[float]:
     """Horizontal positions: k itself; for a decay the steps in which the temperature falls to 1/e."""
     return [1 / max(1 - x, 1e-9) if over == "decay" else x for x in values]
@@ -212,19 +189,18 @@ def _draw_curves(axes: Axes, rows: pl.DataFrame, kind: _Figure, looks: _Looks, *
     """Draw one panel, about ``width`` points wide, without its scales."""
     step = _room(rows[kind.over], kind.over, width) / max(len(looks), 1)
     inches = axes.figure.dpi_scale_trans
-    for place, (pair, look) in enumerate(looks.items()):
-        curve = rows.filter(_is(pair)).drop_nulls(kind.over).sort(kind.over)
+    for place, ((learner, reading), look) in enumerate(looks.items()):
+        curve = rows.filter(learner=learner, reading=reading).drop_nulls(kind.over).sort(kind.over)
         x = _abscissa(curve[kind.over], kind.over)
         aside = min(step, 5.0) * (place - (len(looks) - 1) / 2) / 72
         where = axes.transData + ScaledTranslation(aside, 0, inches)
         value, low, high = (curve[name].cast(pl.Float64).fill_null(math.nan).to_numpy()
-                            for name in (kind.of, *kind.ends))
+                            for name in kind.of)
         level = 4 if look.prominent else 3
-        axes.vlines(x, low, high, transform=where, color=look.colour, alpha=0.5, zorder=level - 2,
+        axes.vlines(x, low, high, transform=where, color=look.line["color"], alpha=0.5, zorder=level - 2,
                     linewidth=1.8 if look.prominent else 1.2)
-        axes.plot(x, value, transform=where, zorder=level, **look.marks())
-    axes.grid(axis="y", color="0.9", linewidth=0.6)
-    plain(axes)
+        axes.plot(x, value, transform=where, zorder=level, **look.line)
+    plain(axes, "y")
 
 
 def _room(values: pl.Series, over: str, width: float) -> float:
@@ -247,11 +223,11 @@ def _draw_paper(axes: Axes, decay: float, p: float, low: float, high: float) -> 
 
 def _scale(axes: Axes, rows: pl.DataFrame, kind: _Figure) -> None:
     """Set limits and ticks, which all panels share."""
-    if kind.of == "p_optimal":
+    if kind.of == _P:
         axes.set_ylim(-0.03, 1.03)
         axes.yaxis.set_major_locator(FixedLocator([0, 0.2, 0.4, 0.6, 0.8, 1]))
     else:
-        seen = [value for value in rows[kind.of] if value is not None]
+        seen = [value for value in rows[kind.of[0]] if value is not None]
         longest = max(seen, default=_SHORTEST)
         if longest > 5 * _SHORTEST:
             axes.set_yscale("log")
@@ -316,31 +292,28 @@ def _draw_forest(
     axes: Axes, rows: pl.DataFrame, height: dict[tuple[str, str | None], float], *, written: bool
 ) -> None:
     """Draw one panel: an interval for each point; settings differ in place and colour."""
-    settings = rows.select("decay", "k", "runs").unique().sort("decay", "k", "runs", nulls_last=False).rows()
+    by = ["decay", "k", "runs"]
+    settings = rows.sort(by, maintain_order=True).partition_by(by, as_dict=True)
     for (_, reading), y in height.items():
         if reading is None:
             axes.axhline(y - 0.5, color="0.85", linewidth=0.8)
-    for place, setting in enumerate(settings):
+    for place, ((decay, k, runs), points) in enumerate(settings.items()):
         colour = "#000000" if len(settings) == 1 else COLOURS[place % len(COLOURS)]
         marker = "os^Dv<>"[place % 7]
         shift = (place - (len(settings) - 1) / 2) * 0.6 / len(settings)
-        decay, k, runs = setting
         label = f"decay {decay:g}" + ("" if k is None else f", k = {k:g}") + f", {runs:,} trainings"
-        for row in rows.iter_rows(named=True):
-            if (row["decay"], row["k"], row["runs"]) == setting:
-                y = height[row["learner"], row["reading"]] - shift
-                axes.plot([row["p_low"], row["p_high"]], [y, y], color=colour, linewidth=1.6, alpha=0.6)
-                axes.plot([row["p_optimal"]], [y], color=colour, marker=marker, markersize=4.5, linestyle="",
-                          label=label)
-                label = "_"
-                if written and len(settings) == 1:
-                    text = f"{row['p_optimal']:.3f} [{row['p_low']:.3f}, {row['p_high']:.3f}]"
-                    axes.annotate(text, (1.02, y), xycoords=("axes fraction", "data"), fontsize=7.5,
-                                  va="center")
+        for row in points.iter_rows(named=True):
+            y = height[row["learner"], row["reading"]] - shift
+            axes.plot([row["p_low"], row["p_high"]], [y, y], color=colour, linewidth=1.6, alpha=0.6)
+            axes.plot([row["p_optimal"]], [y], color=colour, marker=marker, markersize=4.5, linestyle="",
+                      label=label)
+            label = "_"
+            if written and len(settings) == 1:
+                text = f"{row['p_optimal']:.3f} [{row['p_low']:.3f}, {row['p_high']:.3f}]"
+                axes.annotate(text, (1.02, y), xycoords=("axes fraction", "data"), fontsize=7.5, va="center")
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), frameon=False, fontsize=8, borderaxespad=0.2,
                 title=f"{rows['game'][0]} game", alignment="left")
     axes.set_xlim(-0.03, 1.03)
     axes.set_xlabel("P(optimal), 95 % interval")
-    axes.grid(axis="x", color="0.9", linewidth=0.6)
     axes.tick_params(axis="y", length=0)
-    plain(axes, "left")
+    plain(axes, "x", "left")

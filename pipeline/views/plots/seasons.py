@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import polars as pl
 from matplotlib.axes import Axes
@@ -32,23 +32,14 @@ _WIDTH, _HEIGHT, _LOW = 10.0, 3.1, 2.1
 _ABREAST = 4
 
 
-@dataclass(frozen=True, slots=True)
-class _Panel:
-    """One pair of axes.
-
-    Attributes:
-        title: title of the panel.
-        label: label of the vertical axis, with its unit.
-        rows: curves of the panel.
-        of: column that tells the curves apart: opponent, or settings.
-        base: settings that the others vary.
-    """
+class _Panel(NamedTuple):
+    """One pair of axes: titles, and curves told apart by the column ``of``, opponent or settings."""
 
     title: str
     label: str
     rows: pl.DataFrame
     of: str = "opponent"
-    base: str = ""
+    base: str = ""  # settings that the others vary
 
 
 def table_3(curves: pl.DataFrame, printed: pl.DataFrame, change: int) -> Figure:
@@ -92,11 +83,10 @@ def goals(curves: pl.DataFrame) -> Figure:
     Args:
         curves: curves of ``effective``, ``cumulative`` and ``difference``.
     """
-    titles = {"effective": ("(a) direct or indirect action", "goals a game"),
-              "cumulative": ("(b) the same, added up", "goals since game 1"),
-              "difference": ("(c) all goals, for less against", "goal difference a game")}
-    panels = [_Panel(title, label, curves.filter(pl.col("what") == what))
-              for what, (title, label) in titles.items()]
+    panels = _by_measure(curves, {
+        "effective": ("(a) direct or indirect action", "goals a game"),
+        "cumulative": ("(b) the same, added up", "goals since game 1"),
+        "difference": ("(c) all goals, for less against", "goal difference a game")})
     figure = _drawn(panels, 3)
     figure.axes[2].axhline(0, color="0.6", linewidth=0.8, zorder=1)
     return _keyed(figure)
@@ -109,10 +99,9 @@ def progress(curves: pl.DataFrame, aim: float) -> Figure:
         curves: curves of ``difference`` and ``other``.
         aim: share of learned actions that we aim at, %.
     """
-    titles = {"difference": ("(a) goals, for less against", "goal difference a game"),
-              "other": ("(b) learned actions", "other actions, % of all")}
-    panels = [_Panel(title, label, curves.filter(pl.col("what") == what))
-              for what, (title, label) in titles.items()]
+    panels = _by_measure(curves, {
+        "difference": ("(a) goals, for less against", "goal difference a game"),
+        "other": ("(b) learned actions", "other actions, % of all")})
     figure = _drawn(panels, 2)
     figure.axes[0].axhline(0, color="0.6", linewidth=0.8, zorder=1)
     figure.axes[1].axhline(aim, color="0.6", linewidth=0.8, linestyle=(0, (3, 3)), zorder=1)
@@ -134,16 +123,14 @@ def ablations(curves: pl.DataFrame, base: str, change: int | None) -> Figure:
     columns = math.ceil(len(names) / math.ceil(len(names) / _ABREAST))
     panels: list[_Panel | None] = []
     for first in range(0, len(names), columns):
-        row = [*names[first:first + columns], *[None] * columns][:columns]
+        row = names[first:first + columns]
         for what, label in (("difference", "goal difference a game"), ("other", "other actions, %")):
             for name in row:
-                if name is None:
-                    panels.append(None)
-                    continue
                 drawn = curves.filter((pl.col("what") == what) & pl.col("settings").is_in([base, name]))
                 title = f"{name} ({_seasons(drawn.filter(pl.col('settings') == name))})"
                 panels.append(_Panel(title if what == "difference" else "", label if name == row[0] else "",
                                      drawn, "settings", base))
+            panels += [None] * (columns - len(row))
     figure = _drawn(panels, columns, height=_LOW, size=8.5)
     for kind, what in enumerate(("difference", "other")):
         alike = [axes for place, axes in enumerate(figure.axes) if place // columns % 2 == kind]
@@ -169,6 +156,11 @@ def _limits(curves: pl.DataFrame, base: str) -> tuple[float, float]:
     ).row(0)
     room = 0.05 * (high - low) or 1.0
     return low - room, high + room
+
+
+def _by_measure(curves: pl.DataFrame, titles: dict[str, tuple[str, str]]) -> list[_Panel]:
+    """A panel for each measure."""
+    return [_Panel(*names, curves.filter(what=measure)) for measure, names in titles.items()]
 
 
 def _by_role(curves: pl.DataFrame, labels: dict[str, str]) -> list[_Panel]:
@@ -203,12 +195,11 @@ def _drawn(
             _draw(axes, curve, *_look(panel, str(name), _seasons(curve)))
         axes.set_title(panel.title, loc="left", fontsize=size)
         axes.set_ylabel(panel.label)
-        axes.grid(axis="y", color="0.9", linewidth=0.6)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=8))
         if place + columns >= len(panels) or panels[place + columns] is None:
             axes.set_xlabel("game")
             axes.xaxis.set_tick_params(labelbottom=True)
-        plain(axes)
+        plain(axes, "y")
     return figure
 
 

@@ -65,8 +65,6 @@ FAMILIES: tuple[tuple[str, tuple[tuple[int, int], ...]], ...] = (
     ("moves randomly", ((194, 194),)),
 )
 
-_TEAM_ORDER = {"ball": 0, "home": 1, "away": 2}
-
 
 def page(
     match: pl.DataFrame,
@@ -122,12 +120,8 @@ def _asset(name: str) -> str:
 
 def _bodies(trajectories: pl.DataFrame) -> pl.DataFrame:
     """Every body of the match: team, robot and its index ``body``; the ball, home, then away."""
-    return (
-        trajectories.select(pl.col("team").cast(pl.String), "robot")
-        .unique()
-        .sort(pl.col("team").replace_strict(_TEAM_ORDER, return_dtype=pl.Int8), "robot")
-        .with_row_index("body")
-    )
+    found = trajectories.select("team", "robot").unique().sort("team", "robot")
+    return found.with_columns(pl.col("team").cast(pl.String)).with_row_index("body")
 
 
 def _shown(trajectories: pl.DataFrame, hz: float) -> pl.DataFrame:
