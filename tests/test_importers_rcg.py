@@ -234,6 +234,13 @@ def test_random_damage(at: int, junk: bytes) -> None:
     assert 1 <= len(match.frames) <= 2
 
 
+@pytest.mark.parametrize("state", ["09", "9" * 30, "0x" + "9" * 20])
+def test_damaged_state(state: str) -> None:
+    """A player's state with a leading zero is decimal; one that no server writes makes a damaged line."""
+    match = read(log(show(0), show(1).replace("0x9", state)))
+    assert len(match.frames) == (2 if state == "09" else 1)
+
+
 def test_wild_cycles() -> None:
     """Cycle numbers that leap do not make time run away."""
     match = read(log(*(show(cycle) for cycle in (0, 999_999_999, 3, 999_999_999))))

@@ -32,7 +32,7 @@ _SHOW = re.compile(
 )
 #: Head of a player's group; the rest (point-to, view, stamina, counts) is not needed.
 _PLAYER = re.compile(
-    rb"\(\(([lr]) (\d{1,2})\) -?\d+ (0x[0-9a-f]+|\d+) " + b" ".join([_NUMBER] * 5) + rb" -?[\d.]"
+    rb"\(\(([lr]) (\d{1,2})\) -?\d+ (0x[0-9a-f]{1,8}|\d{1,9}) " + b" ".join([_NUMBER] * 5) + rb" -?[\d.]"
 )
 _PLAYER_START = re.compile(rb"\(\([lr] ")
 _MODE = re.compile(rb"\(playmode (\d{1,9}) ([a-z_]+)\)")
@@ -210,7 +210,7 @@ def _frames(record: _Record) -> Frames:
     counts = np.array([len(players) for players in record.players], dtype=np.int64)
     frame_of: I64 = np.repeat(np.arange(len(counts), dtype=np.int64), counts)
     fields = list(zip(*chain.from_iterable(record.players), strict=True)) or [()] * 8
-    state = np.array([int(text, 0) for text in fields[2]], dtype=np.int64)
+    state = np.array([int(text, 16 if b"x" in text else 10) for text in fields[2]], dtype=np.int64)
     there = (state & _STANDS) != 0
     x, y, vx, vy, body = (_floats(column)[there] for column in fields[3:8])
     return pack(
