@@ -192,8 +192,7 @@ def summarise(rows: pl.DataFrame) -> EvaluationSummary:
 
     def rate(column: str) -> Measured:
         shares = pairs[column].to_numpy()
-        low, high = wilson(shares.sum(), len(shares))
-        return Measured(float(shares.mean()), float(low), float(high))
+        return Measured(float(shares.mean()), *wilson(float(shares.sum()), len(shares)))
 
     return EvaluationSummary(
         **rows.select("evaluation", "team", "opponent").row(0, named=True),

@@ -177,7 +177,7 @@ def _summary(played: Runs, game: Game) -> dict[str, Any]:
         length = float(lengths.mean())
         length_low, length_high = mean_interval(lengths) or (None, None)
     return {
-        "p_optimal": reached, "p_low": float(low), "p_high": float(high), "p_equilibrium": equilibrium,
+        "p_optimal": reached, "p_low": low, "p_high": high, "p_equilibrium": equilibrium,
         "path_length": length, "path_low": length_low, "path_high": length_high,
         "diverged": int(played.diverged.sum()),
     }

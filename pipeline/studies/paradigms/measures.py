@@ -16,11 +16,11 @@ from pipeline.studies.claims import Evidence
 from pipeline.studies.statistics import (
     UNDEFINED,
     Estimate,
+    difference,
     greatest,
     least,
     magnitude,
     mean,
-    weighted_sum,
     wilson,
 )
 
@@ -56,13 +56,9 @@ def near_zero(k: float | None) -> bool:
     return k is not None and NEAR_ZERO <= k < 0
 
 
-def _minus(one: Estimate, other: Estimate) -> Estimate:
-    return weighted_sum([1.0, -1.0], [one, other])
-
-
 def _gaps(one: ByPenalty, other: ByPenalty, where: Where = everywhere) -> list[Estimate]:
     """Differences ``one - other`` at every k that both have."""
-    return [_minus(one[k], other[k]) for k in one if k in other and where(k)]
+    return [difference(one[k], other[k]) for k in one if k in other and where(k)]
 
 
 def _only(curves: Curves, learner: str) -> ByPenalty:
@@ -82,7 +78,7 @@ def fall(learner: str) -> Measure:
         curve = {k: point for k, point in _only(curves, learner).items() if k is not None}
         if len(curve) < 2:
             return None
-        return _minus(curve[min(curve, key=abs)], curve[max(curve, key=abs)])
+        return difference(curve[min(curve, key=abs)], curve[max(curve, key=abs)])
 
     return measure
 
@@ -145,7 +141,7 @@ def lead_of_the_best(learner: str, others: Sequence[str]) -> Measure:
 
     def measure(curves: Curves) -> Estimate | None:
         own, *rest = (greatest(list(_over_decays(curves, name).values())) for name in (learner, *others))
-        return least([_minus(own, other) for other in rest])
+        return least([difference(own, other) for other in rest])
 
     return measure
 
@@ -166,7 +162,7 @@ def best_decay(learner: str, around: float) -> Measure:
         if around not in points or not min(points) < around < max(points):
             return None
         top = max(points, key=lambda decay: points[decay].value)
-        rivals = [decay for decay in points if _minus(points[top], points[decay]).low <= 0]
+        rivals = [decay for decay in points if difference(points[top], points[decay]).low <= 0]
         return Estimate(top, min(rivals), max(rivals))
 
     return measure
@@ -188,8 +184,7 @@ def p_other_equilibrium(row: Row) -> Estimate:
     if row["p_equilibrium"] is None:
         return UNDEFINED
     p = max(0.0, row["p_equilibrium"] - row["p_optimal"])
-    low, high = wilson(p * row["runs"], row["runs"])
-    return Estimate(p, float(low), float(high))
+    return Estimate(p, *wilson(p * row["runs"], row["runs"]))
 
 
 def curves_of(points: pl.DataFrame, readings: Mapping[str, str], of: Callable[[Row], Estimate]) -> Curves:

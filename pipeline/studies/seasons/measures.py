@@ -17,7 +17,7 @@ import polars as pl
 
 from pipeline.studies.claims import Evidence
 from pipeline.studies.seasons import table3
-from pipeline.studies.statistics import UNDEFINED, Estimate, mean_interval, weighted_sum, wilson
+from pipeline.studies.statistics import UNDEFINED, Estimate, difference, mean_interval, wilson
 from schemas import ROLES, Evaluations, Growth
 
 #: How numbers of seasons become one estimate. ``mean``: mean with Student's interval; ``count``, ``percent``
@@ -112,14 +112,13 @@ def pooled(values: Iterable[float], pooling: Pooling, trials: int = 1) -> tuple[
         return UNDEFINED, 0
     mean = math.fsum(seen) / len(seen)
     if pooling == "seasons":
-        low, high = wilson(mean * len(seen), len(seen))
-        return Estimate(mean, float(low), float(high)), len(seen)
+        return Estimate(mean, *wilson(mean * len(seen), len(seen))), len(seen)
     ends = mean_interval(seen)
     if ends is None:
         return Estimate(mean, math.nan, math.nan), len(seen)
     if pooling == "rate":
         low, high = wilson(mean * len(seen) * trials, len(seen) * trials)
-        ends = min(ends[0], float(low)), max(ends[1], float(high))
+        ends = min(ends[0], low), max(ends[1], high)
     least, most = _BOUNDS.get(pooling, (-math.inf, math.inf))
     return Estimate(mean, max(ends[0], least), min(ends[1], most)), len(seen)
 
@@ -270,7 +269,7 @@ def _minus(estimates: Sequence[Estimate]) -> Estimate:
         return estimates[0]
     one, other = estimates
     if one.defined and other.defined:
-        return weighted_sum([1.0, -1.0], [one, other])
+        return difference(one, other)
     return Estimate(one.value - other.value, math.nan, math.nan)
 
 
