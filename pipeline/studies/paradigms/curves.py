@@ -12,7 +12,6 @@ from pydantic import AfterValidator, Field, model_validator
 
 from pipeline.settings import Frozen
 from pipeline.store.receipts import digest
-from pipeline.studies.paradigms.games.equilibria import pure_equilibria
 from pipeline.studies.paradigms.games.game import Game
 from pipeline.studies.paradigms.games.grid import grid_world
 from pipeline.studies.paradigms.games.matrix import (
@@ -20,6 +19,7 @@ from pipeline.studies.paradigms.games.matrix import (
     fully_stochastic_climbing,
     partially_stochastic_climbing,
     penalty,
+    pure_equilibria,
 )
 from pipeline.studies.paradigms.rules.memory import F64
 from pipeline.studies.paradigms.rules.rules import AnyLearner
