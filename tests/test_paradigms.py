@@ -1,6 +1,7 @@
 """The study: runs equal a literal loop one by one, are seeded one by one, and are summed up as they are."""
 
 import itertools
+import os
 import re
 from dataclasses import replace
 
@@ -11,6 +12,7 @@ from support import literal_learning as literal
 from support.grid import state_of
 from support.planning import index_of
 from support.points import point, table
+from support.training import learn
 
 from pipeline.studies.paradigms import curves, runner
 from pipeline.studies.paradigms.curves import Curve, Exploration
@@ -28,7 +30,7 @@ from pipeline.studies.paradigms.rules.lenient import Lenient
 from pipeline.studies.paradigms.rules.rules import RULES
 from pipeline.studies.paradigms.rules.selection import ActionSelection
 from pipeline.studies.paradigms.rules.wolf_phc import WoLFPHC
-from pipeline.studies.paradigms.runner import Runs, Training, learn, play, stream
+from pipeline.studies.paradigms.runner import Runs, Training, play, stream
 from schemas import Paradigms
 
 SEEDS = (7, 11)
@@ -165,14 +167,15 @@ def test_broken_off_episode():
 
 
 @pytest.mark.parametrize("learner", ["IQ", "lenient"])
-def test_company(learner):
+def test_company(monkeypatch, learner):
     """A run is the same, whatever runs and workers are beside it."""
     settings, _ = LEARNERS[learner]
     game, training, testing = matrix.fully_stochastic_climbing(), quick_training(), runner.Testing(5, 1, 1.0)
     together = play(game, settings, training, testing, runs=range(23), seeds=SEEDS)
     assert len(set(together.last.tolist())) > 1
     for runs, workers in ((range(23), 1), (range(23), 7), (range(5, 9), 2), (range(20, 2, -3), 3), (range(4, 5), 64)):
-        apart = play(game, settings, training, testing, runs=runs, seeds=SEEDS, workers=workers)
+        monkeypatch.setattr(os, "cpu_count", lambda workers=workers: workers)
+        apart = play(game, settings, training, testing, runs=runs, seeds=SEEDS)
         same(apart, Runs(*(column[list(runs)] for column in together)))
 
 

@@ -14,6 +14,7 @@ from pydantic import TypeAdapter
 from support import literal_learning as literal
 from support.planning import index_of
 from support.steps import ACTIONS, OBSERVATIONS, learned, plays
+from support.training import learn
 
 import pipeline
 from pipeline import _kernels
@@ -23,7 +24,7 @@ from pipeline.studies.paradigms.rules.kernel import kernel, switch
 from pipeline.studies.paradigms.rules.rules import RULES, AnyLearner
 from pipeline.studies.paradigms.rules.selection import ActionSelection
 from pipeline.studies.paradigms.runner import Testing as Trial
-from pipeline.studies.paradigms.runner import Training, learn, play, stream
+from pipeline.studies.paradigms.runner import Training, play, stream
 
 SEEDS = (5,)
 GAMES = {
