@@ -174,10 +174,10 @@ def test_verdict_order():
     def verdict(estimate, observations=5, printed=None, **kind):
         claim = Claim("Table 3", "It grows", "growth", Range("above 0", low=0.0, strict=True),
                       lambda _: [Evidence(estimate, observations, {"settings": "paper"}, printed)], **kind)
-        [found] = findings([claim], None, least=5)
-        row = found.columns()
-        assert (row["claim"], row["quantity"], row["settings"], row["verdict"]) == ("It grows", "growth", "paper", found.verdict)
-        return found.verdict
+        [row] = findings([claim], None, least=5)
+        assert [row[name] for name in ("item", "claim", "quantity", "stated", "settings")] == [
+            "Table 3", "It grows", "growth", "above 0", "paper"]
+        return row["verdict"]
 
     grows, unclear, falls = Estimate(2, 1, 3), Estimate(1, -1, 3), Estimate(-2, -3, -1)
     assert verdict(grows) == verdict(grows, printed=0.1) == "reproduced"
@@ -190,8 +190,7 @@ def test_verdict_order():
 def test_undefined_estimate():
     """An estimate that is not defined is null and not reproduced."""
     claim = Claim("Table 3", "It grows", "growth", Range("above 0", low=0.0), lambda _: [Evidence(UNDEFINED, 5, {})])
-    [found] = findings([claim], None)
-    row = found.columns()
+    [row] = findings([claim], None)
     assert (row["measured"], row["low"], row["high"], row["verdict"]) == (None, None, None, UNDECIDED)
 
 

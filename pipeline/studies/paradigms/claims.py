@@ -156,5 +156,5 @@ def verdicts(points: pl.DataFrame) -> pl.DataFrame:
         learner, decay = twice.row(0, named=True)["learner"], twice.row(0, named=True)["decay"]
         raise SchemaMismatch(f"{len(twice)} points are there more than once, the first of {learner} at decay "
                              f"{decay}", where="claims", next_step="Pass the points of one seed")
-    rows = [finding.columns() | {"paper": finding.claim.stated.text} for finding in findings(CLAIMS, points)]
+    rows = [row | {"paper": row["stated"]} for row in findings(CLAIMS, points)]
     return Verdicts.validate(pl.DataFrame(rows, schema=Verdicts.dtypes()), cast=True)

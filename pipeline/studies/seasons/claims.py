@@ -237,11 +237,5 @@ def verdicts(games: pl.DataFrame, growth: pl.DataFrame, evaluations: pl.DataFram
         Schema Claims, one row for each claim, in their order. A claim without seasons is not judged, unless
         the paper's own Table 3 contradicts it.
     """
-    rows = [
-        finding.columns() | {
-            "item": finding.claim.item, "stated": finding.claim.stated.text,
-            "table_3": finding.evidence.printed, "seasons": finding.evidence.observations,
-        }
-        for finding in findings(CLAIMS, seasons_of(games, growth, evaluations), LEAST_SEASONS)
-    ]
-    return Claims.validate(pl.DataFrame(rows, schema=Claims.dtypes()), cast=True)
+    rows = findings(CLAIMS, seasons_of(games, growth, evaluations), LEAST_SEASONS)
+    return Claims.validate(pl.DataFrame(list(rows), schema=Claims.dtypes()), cast=True)

@@ -255,10 +255,10 @@ def compared(
 
     def evidence(seasons: Seasons) -> Iterator[Evidence]:
         estimates, counts = zip(*(estimate(seasons.get(side, ())) for side in sides), strict=True)
-        papers = [printed(measure, opponent) for _, opponent in sides] if in_table_3 else []
-        about = {name: " less ".join(dict.fromkeys(words))
-                 for name, words in zip(("settings", "opponent"), zip(*sides, strict=True), strict=True)}
-        yield Evidence(_minus(estimates), min(counts), about, reduce(sub, papers) if papers else None)
+        paper = reduce(sub, [printed(measure, opponent) for _, opponent in sides]) if in_table_3 else None
+        settings, opponents = (" less ".join(dict.fromkeys(words)) for words in zip(*sides, strict=True))
+        about = {"settings": settings, "opponent": opponents, "seasons": min(counts), "table_3": paper}
+        yield Evidence(_minus(estimates), min(counts), about, paper)
 
     return evidence
 
