@@ -38,6 +38,8 @@ EFFECTIVE = pl.col("direct").cast(pl.Int64) + pl.col("indirect")
 WON = (pl.col("goals_for") > pl.col("goals_against")).cast(pl.Float64)
 LOST = (pl.col("goals_for") < pl.col("goals_against")).cast(pl.Float64)
 
+_NO_GROWTH, _NO_EVALUATIONS = Growth.empty(), Evaluations.empty()
+
 
 class SeasonTables(NamedTuple):
     """Tables of one season.
@@ -49,8 +51,8 @@ class SeasonTables(NamedTuple):
     """
 
     games: pl.DataFrame
-    growth: pl.DataFrame
-    evaluations: pl.DataFrame
+    growth: pl.DataFrame = _NO_GROWTH
+    evaluations: pl.DataFrame = _NO_EVALUATIONS
 
 
 Measure = Callable[[SeasonTables], float]
@@ -74,7 +76,7 @@ def distinct(games: pl.DataFrame) -> pl.DataFrame:
 
 
 def seasons_of(
-    games: pl.DataFrame, growth: pl.DataFrame, evaluations: pl.DataFrame
+    games: pl.DataFrame, growth: pl.DataFrame = _NO_GROWTH, evaluations: pl.DataFrame = _NO_EVALUATIONS
 ) -> dict[tuple[str, str], list[SeasonTables]]:
     """Seasons by settings and opponent: those that are :func:`distinct`, in order of their seeds.
 
@@ -232,7 +234,7 @@ def grown_without_training(column: str, first: int, last: int) -> Measure:
 
 def printed(measure: Measure, opponent: str) -> float:
     """Number of the paper's own season against an opponent, from Table 3."""
-    return measure(SeasonTables(table3.games(opponent), Growth.empty(), Evaluations.empty()))
+    return measure(SeasonTables(table3.games(opponent)))
 
 
 def compared(
