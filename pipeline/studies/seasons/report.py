@@ -24,7 +24,7 @@ from pipeline.studies.seasons.summary import (
     played,
 )
 from pipeline.studies.seasons.table3 import CHANGE, GAMES
-from schemas import ROLES, STAND_IN
+from schemas import STAND_IN
 from schemas.evaluations import minutes_of, word_of
 
 #: Caveat of every result.
@@ -115,10 +115,8 @@ class SeasonsReport:
         yield f"**{STANDS_IN}**"
         yield "## What was played"
         yield _renamed(played(self.games), {
-            "settings": "settings", "opponent": "opponent", "seasons": "seasons", "seeds": "seeds",
-            "games": "games", "lead": "apprentice's lead", "minutes": "minutes a game",
-            "situations": "situations a game", "knowledge": "last knowledge version",
-            "policy": "last policy version",
+            "lead": "apprentice's lead", "minutes": "minutes a game", "situations": "situations a game",
+            "knowledge": "last knowledge version", "policy": "last policy version",
         })
         if BEST in self.games["settings"]:
             yield (f"An apprentice of `{BEST}` plays {named(BEST).practice} more matches beside each game, "
@@ -188,10 +186,7 @@ class SeasonsReport:
             "Their key tells roles apart and nothing else. An apprentice therefore prefers one behaviour "
             "in each role and repeats it. It answers the opponent by who has which role and by the control "
             f"within a situation. The value of the behaviour is in brackets: goals, discounted.{left}")
-        yield _renamed(side_by_side(self.preferences), {
-            "settings": "settings", "opponent": "trained against", "season": "season",
-            **dict(zip(ROLES, ROLES, strict=True)),
-        })
+        yield _renamed(side_by_side(self.preferences), {"opponent": "trained against"})
 
     def _comparisons(self) -> Iterator[str]:
         yield "## Settings beside each other"
@@ -211,9 +206,8 @@ class SeasonsReport:
                "error of the other team, and of unknown origin (paper, Figure 10; the rules are ours).")
         kinds = ("direct", "indirect", "error", "unknown")
         yield _renamed(attributed(self.games), {
-            "settings": "settings", "opponent": "opponent", "seasons": "seasons",
-            "goals_for": "goals for", **dict(zip(kinds, kinds, strict=True)),
-            "goals_against": "goals against", **{f"{kind}_against": kind for kind in kinds},
+            "goals_for": "goals for", "goals_against": "goals against",
+            **{f"{kind}_against": kind for kind in kinds},
         })
 
     def _table_3(self) -> Iterator[str]:
@@ -308,11 +302,10 @@ def _with_intervals(rows: pl.DataFrame, first: tuple[str, ...], last: tuple[str,
 
 
 def _renamed(rows: pl.DataFrame, names: Mapping[str, str]) -> str:
-    """Table of some columns under other names."""
-    shown = rows.select(pl.col(name) if rows.schema[name].is_numeric() else pl.col(name).cast(pl.String)
-                        for name in names)
-    cells = [[_cell(value) for value in row] for row in shown.iter_rows()]
-    return table(list(names.values()), cells, [dtype.is_numeric() for dtype in shown.dtypes])
+    """Table of the rows, some columns under other names."""
+    head = [names.get(name, name) for name in rows.columns]
+    cells = [[_cell(value) for value in row] for row in rows.iter_rows()]
+    return table(head, cells, [dtype.is_numeric() for dtype in rows.dtypes])
 
 
 def _cell(value: str | float | None) -> str:
