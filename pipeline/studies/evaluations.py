@@ -11,7 +11,6 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-import numpy as np
 import polars as pl
 
 from pipeline.arena.match.controllers import controllers_of
@@ -20,7 +19,7 @@ from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.matches.frame import AWAY, HOME
 from pipeline.settings import Frozen
 from pipeline.store.receipts import fingerprint
-from pipeline.studies.statistics import F64, mean_interval, wilson
+from pipeline.studies.statistics import mean_interval, wilson
 from schemas import SIDES, Evaluations
 
 #: First seed of the matches, two for each pair; seeds of seasons are below.
@@ -188,7 +187,10 @@ def summarise(rows: pl.DataFrame) -> EvaluationSummary:
     ).sort("seed")
 
     def mean(column: str, least: float = -math.inf, most: float = math.inf) -> Measured:
-        return _mean(pairs[column].drop_nulls().to_numpy().astype(np.float64), least, most)
+        values = pairs[column].drop_nulls().to_numpy()
+        ends = mean_interval(values)
+        low, high = (None, None) if ends is None else (max(ends[0], least), min(ends[1], most))
+        return Measured(float(values.mean()), low, high)
 
     def rate(column: str) -> Measured:
         shares = pairs[column].to_numpy()
@@ -203,11 +205,3 @@ def summarise(rows: pl.DataFrame) -> EvaluationSummary:
         goals_for=mean("goals_for", least=0), goals_against=mean("goals_against", least=0),
         learned_share=None if pairs["share"].is_null().all() else mean("share", least=0, most=1),
     )
-
-
-def _mean(values: F64, least: float, most: float) -> Measured:
-    """Mean with Student's interval, cut off at ``least`` and ``most``."""
-    ends = mean_interval(values)
-    if ends is None:
-        return Measured(float(values.mean()), None, None)
-    return Measured(float(values.mean()), max(ends[0], least), min(ends[1], most))

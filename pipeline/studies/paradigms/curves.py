@@ -21,7 +21,6 @@ from pipeline.studies.paradigms.games.matrix import (
     penalty,
     pure_equilibria,
 )
-from pipeline.studies.paradigms.rules.memory import F64
 from pipeline.studies.paradigms.rules.rules import AnyLearner
 from pipeline.studies.paradigms.rules.selection import ActionSelection
 from pipeline.studies.paradigms.runner import Runs, Testing, Training, play
@@ -66,10 +65,6 @@ class Exploration(Frozen):
         if self.selection != "boltzmann" and max(self.start, self.end) > 1:
             raise ValueError(f"{self.selection} explores with a probability: start and end are at most 1")
         return self
-
-    def temperatures(self, ticks: int) -> F64:
-        """Temperatures of all ticks, float64 [ticks], geometric from start to end, both included."""
-        return np.asarray(np.geomspace(self.start, self.end, ticks))
 
 
 class Curve(Frozen):
@@ -125,9 +120,6 @@ class Curve(Frozen):
         """Number of ticks: the least t with ``temperature * decay**t < floor``, at least 1."""
         return max(1, math.floor(math.log(self.floor / self.temperature) / math.log(decay)) + 1)
 
-    def _temperatures(self, decay: float) -> F64:
-        return np.asarray(self.temperature * np.power(decay, np.arange(self.ticks(decay))))
-
     def play(self, k: float | None, decay: float, *, runs: int, seed: int) -> pl.DataFrame:
         """One row of schema Paradigms: the point of a penalty and a decay over independent runs.
 
@@ -138,12 +130,13 @@ class Curve(Frozen):
             seed: seed of the runs.
         """
         game = GAMES[self.game](k or 0.0, self)
-        ticks = self.ticks(decay)
-        if self.exploration is None:
-            temperatures, selection = self._temperatures(decay), ActionSelection.BOLTZMANN
+        ticks, explored = self.ticks(decay), self.exploration
+        if explored is None:
+            temperatures = self.temperature * np.power(decay, np.arange(ticks))
+            selection = ActionSelection.BOLTZMANN
         else:
-            temperatures = self.exploration.temperatures(ticks)
-            selection = SELECTIONS[self.exploration.selection]
+            temperatures = np.geomspace(explored.start, explored.end, ticks)
+            selection = SELECTIONS[explored.selection]
         temperature = 0.0 if self.test_by == "greedy" else float(temperatures[-1])
         played = play(
             game, self.rule, Training(temperatures, selection, self.tick, self.episode_steps),

@@ -132,7 +132,7 @@ def phase(games: pl.DataFrame, first: int, last: int) -> pl.DataFrame | None:
 
 
 def mean(value: pl.Expr, first: int, last: int) -> Measure:
-    """Measure: the mean of a value over games ``first`` to ``last``."""
+    """Measure: the mean of a value over games ``first`` to ``last``; of a condition, the share."""
     return _of_phase(first, last, lambda rows: rows.select(value.mean()).item())
 
 
@@ -144,11 +144,6 @@ def total(value: pl.Expr, first: int, last: int) -> Measure:
 def greatest(value: pl.Expr, first: int, last: int) -> Measure:
     """Measure: the greatest value in games ``first`` to ``last``."""
     return _of_phase(first, last, lambda rows: rows.select(value.max()).item())
-
-
-def share(condition: pl.Expr, first: int, last: int) -> Measure:
-    """Measure: the share of games ``first`` to ``last`` that fulfil a condition."""
-    return mean(condition.cast(pl.Float64), first, last)
 
 
 def evaluated(value: pl.Expr, opponent: str, games: int) -> Measure:

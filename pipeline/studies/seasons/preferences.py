@@ -12,6 +12,8 @@ _WHOSE = ("settings", "opponent", "season")
 _DOES: dict[str, pl.DataType] = {
     "role": pl.Enum(ROLES), "does": pl.String(), "worth": pl.Float64(), "evidence": pl.Float64(),
 }
+#: Table of preferences without rows.
+NO_PREFERENCES = pl.DataFrame(schema={**dict.fromkeys(_WHOSE, pl.String()), **_DOES})
 
 
 def preferred(policy: pl.DataFrame, lcb_weight: float) -> pl.DataFrame:
@@ -38,11 +40,6 @@ def preferred(policy: pl.DataFrame, lcb_weight: float) -> pl.DataFrame:
 def _in_words(behaviour: str) -> str:
     """Codes and names of a behaviour's situations, in order."""
     return ", ".join(f"{code} {TABLE_1[int(code)][0]}" for code in behaviour.split("-")[1:])
-
-
-def empty_preferences() -> pl.DataFrame:
-    """Table of preferences without rows."""
-    return pl.DataFrame(schema={**dict.fromkeys(_WHOSE, pl.String()), **_DOES})
 
 
 def side_by_side(preferences: pl.DataFrame) -> pl.DataFrame:
