@@ -8,7 +8,7 @@ interval is the pair.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import polars as pl
@@ -81,17 +81,14 @@ class Pair(Frozen):
         """Name of the pair's output, unique among all evaluations."""
         return f"{self.evaluation.id}-{self.seed}"
 
-    def matches(self) -> list[tuple[int, Recipe]]:
+    def matches(self) -> Iterator[tuple[int, Recipe]]:
         """Side of the measured team (0 home, 1 away) and recipe, of both matches."""
         whole = self.evaluation
         seeds = [_FIRST_SEED + 2 * self.seed + (match if whole.of_itself else 0) for match in range(2)]
         sides = (HOME, HOME if whole.of_itself else AWAY)
-        found = []
         for side, seed in zip(sides, seeds, strict=True):
             home, away = (whole.team, whole.opponent) if side == HOME else (whole.opponent, whole.team)
-            found.append((side, Recipe(
-                **whole.of_match(), home=home.settings, away=away.settings, seed=seed)))
-        return found
+            yield side, Recipe(**whole.of_match(), home=home.settings, away=away.settings, seed=seed)
 
 
 def play(pair: Pair, policies: Mapping[str, pl.DataFrame]) -> pl.DataFrame:

@@ -137,11 +137,13 @@ class Curve(Frozen):
         else:
             temperatures = np.geomspace(explored.start, explored.end, ticks)
             selection = SELECTIONS[explored.selection]
+        # no two points share this, nor random numbers
+        point = f"{self.study} {self.figure} {self.game} {self.learner} {self.reading} {k} {decay}"
         temperature = 0.0 if self.test_by == "greedy" else float(temperatures[-1])
         played = play(
             game, self.rule, Training(temperatures, selection, self.tick, self.episode_steps),
             Testing(self.tests, self.test_steps, temperature), runs=range(runs),
-            seeds=(seed, self._number(k, decay)),
+            seeds=(seed, int(digest(point.encode())[:16], 16)),
         )
         described: dict[str, Any] = {
             "study": self.study, "figure": self.figure, "game": self.game, "learner": self.learner,
@@ -149,11 +151,6 @@ class Curve(Frozen):
             "tests": self.tests, "seed": seed,
         }
         return pl.DataFrame([described | _summary(played, game)], schema=Paradigms.dtypes())
-
-    def _number(self, k: float | None, decay: float) -> int:
-        """Number of the point: no two points share it, nor random numbers."""
-        point = f"{self.study} {self.figure} {self.game} {self.learner} {self.reading} {k} {decay}"
-        return int(digest(point.encode())[:16], 16)
 
 
 def _summary(played: Runs, game: Game) -> dict[str, Any]:

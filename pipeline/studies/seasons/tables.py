@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import polars as pl
 
 from pipeline.errors import SchemaMismatch
@@ -52,21 +54,15 @@ def game_row(
                              next_step="Pass the row of the game's match")
     mine = own(decisions)
     other = mine.filter(~_at_random()).height
-    row = match.select(
-        *_identity(season, game),
-        "match_id",
-        pl.lit(season.lead(game)).alias("lead"),
-        *(pl.lit(count).alias(name) for name, count in _scored(goals).items()),
-        pl.lit(mine.height).alias("actions"),
-        pl.lit(mine.height - other).alias("random_actions"),
-        pl.lit(other).alias("other_actions"),
-        pl.lit(_share_known(mine, known, season.settings.pipeline.knowledge.state_key)).alias("known_states"),
-        pl.lit(situations).alias("situations"),
-        "duration_s",
-        pl.lit(policy_version).alias("policy_version"),
-        pl.lit(knowledge_version).alias("knowledge_version"),
-    )
-    return Games.validate(row.select(list(Games.dtypes())), cast=True)
+    row = {
+        **_identity(season, game), **match.select("match_id", "duration_s").row(0, named=True),
+        "lead": season.lead(game), **_scored(goals),
+        "actions": mine.height, "random_actions": mine.height - other, "other_actions": other,
+        "known_states": _share_known(mine, known, season.settings.pipeline.knowledge.state_key),
+        "situations": situations,
+        "policy_version": policy_version, "knowledge_version": knowledge_version,
+    }
+    return Games.validate(pl.DataFrame([row], schema=Games.dtypes()), cast=True)
 
 
 def growth_rows(
@@ -105,7 +101,8 @@ def growth_rows(
         rows = rows.join(table.group_by("role").agg(pl.len().alias(name)), on="role", how="left",
                          maintain_order="left")
     rows = rows.join(made, on="role", how="left", maintain_order="left").with_columns(
-        *_identity(season, game), pl.exclude("role").fill_null(0)
+        pl.exclude("role").fill_null(0),
+        *(pl.lit(value).alias(name) for name, value in _identity(season, game).items()),
     )
     return Growth.validate(rows.select(list(Growth.dtypes())), cast=True)
 
@@ -129,11 +126,10 @@ def own(decisions: pl.DataFrame) -> pl.DataFrame:
     return decisions.filter((pl.col("team") == APPRENTICE) & pl.col("chosen"))
 
 
-def _identity(season: Season, game: int) -> list[pl.Expr]:
+def _identity(season: Season, game: int) -> dict[str, Any]:
     """Columns that identify a game."""
-    said = {"season": season.id, "settings": season.name, "opponent": season.opponent, "seed": season.seed,
+    return {"season": season.id, "settings": season.name, "opponent": season.opponent, "seed": season.seed,
             "game": game}
-    return [pl.lit(value).alias(name) for name, value in said.items()]
 
 
 def _at_random() -> pl.Expr:
