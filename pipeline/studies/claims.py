@@ -112,14 +112,8 @@ def findings(
 ) -> Iterator[dict[str, object]]:
     """Rows of a table of verdicts, claim by claim, one for each piece of evidence.
 
-    Args:
-        claims: claims about this kind of study.
-        study: data that their evidence is read from.
-        least: independent observations that are enough to judge.
-
-    Returns:
-        Columns item, claim, quantity, stated (the range in words), those that the evidence is about,
-        measured, low, high (None if undefined) and verdict.
+    Columns: item, claim, quantity, stated (the range in words), those that the evidence is about, measured,
+    low, high (None if undefined) and verdict. ``least`` independent observations are enough to judge.
     """
     for claim in claims:
         for evidence in claim.evidence(study):

@@ -138,13 +138,10 @@ CLAIMS: tuple[Claim[pl.DataFrame], ...] = (
 
 
 def verdicts(points: pl.DataFrame) -> pl.DataFrame:
-    """Verdicts on every claim whose points are there, for every reading, panel and number of runs.
+    """Schema Verdicts: every claim, in their order, for every reading, panel and number of runs.
 
-    Args:
-        points: schema Paradigms; those of the study ``figure`` are looked at.
-
-    Returns:
-        Schema Verdicts, in the order of the claims. A claim without points has no row.
+    Of the points (schema Paradigms), those of the study ``figure`` are looked at. A claim without points has
+    no row.
 
     Raises:
         SchemaMismatch: if a point is there twice, as of two seeds.
@@ -153,7 +150,7 @@ def verdicts(points: pl.DataFrame) -> pl.DataFrame:
     key = ["figure", "game", "learner", "reading", "decay", "k", "runs"]
     twice = points.filter(points.select(key).is_duplicated())
     if len(twice):
-        learner, decay = twice.row(0, named=True)["learner"], twice.row(0, named=True)["decay"]
+        learner, decay = twice.select("learner", "decay").row(0)
         raise SchemaMismatch(f"{len(twice)} points are there more than once, the first of {learner} at decay "
                              f"{decay}", where="claims", next_step="Pass the points of one seed")
     rows = [row | {"paper": row["stated"]} for row in findings(CLAIMS, points)]

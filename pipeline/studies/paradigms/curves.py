@@ -121,14 +121,7 @@ class Curve(Frozen):
         return max(1, math.floor(math.log(self.floor / self.temperature) / math.log(decay)) + 1)
 
     def play(self, k: float | None, decay: float, *, runs: int, seed: int) -> pl.DataFrame:
-        """One row of schema Paradigms: the point of a penalty and a decay over independent runs.
-
-        Args:
-            k: one of ``ks``; None if there are none.
-            decay: one of ``decays``.
-            runs: number of runs, from the first.
-            seed: seed of the runs.
-        """
+        """One row of schema Paradigms: one of the :meth:`points` over ``runs`` independent runs."""
         game = GAMES[self.game](k or 0.0, self)
         ticks, explored = self.ticks(decay), self.exploration
         if explored is None:

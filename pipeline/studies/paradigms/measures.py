@@ -188,13 +188,7 @@ def p_other_equilibrium(row: Row) -> Estimate:
 
 
 def curves_of(points: pl.DataFrame, readings: Mapping[str, str], of: Callable[[Row], Estimate]) -> Curves:
-    """Curves of some learners, each in one reading.
-
-    Args:
-        points: schema Paradigms, of one game and one number of runs.
-        readings: reading of each learner, by name.
-        of: estimate that is read from a row.
-    """
+    """Curves of the learners, each in its reading; points are of one game and one number of runs."""
     curves: Curves = {learner: {} for learner in readings}
     for row in points.iter_rows(named=True):
         if readings.get(row["learner"]) == row["reading"]:
@@ -217,15 +211,7 @@ def compared(
 
     A quantity of several learners is estimated once for every reading that any of them has. The others are
     then in the reading of the same name, else in the printed one, else in their first. So every reading is
-    looked at, and no two line-ups differ by more than they must.
-
-    Args:
-        figure: figure of the paper; the points of Figure 7 are filed under Figure 6.
-        game: name of the game.
-        learners: names of the learners that the quantity is made of.
-        measure: quantity of their curves.
-        by_panel: estimate at each decay, else over all of them.
-        of: estimate that is read from a row.
+    looked at, and no two line-ups differ by more than they must. Points of Figure 7 are filed under Figure 6.
     """
     def evidence(points: pl.DataFrame) -> Iterator[Evidence]:
         mine = points.filter(

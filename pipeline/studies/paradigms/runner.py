@@ -231,16 +231,8 @@ def play(
     """Results of training a team of equal learners in a game, then testing it, once for each run.
 
     A step draws one number for each agent's choice, one for the outcome if there are several, and one for
-    each agent's rule if its error is random, in this order.
-
-    Args:
-        game: the game.
-        settings: settings of every agent's rule.
-        training: length and exploration of the training.
-        testing: number and length of the tests.
-        runs: numbers of the runs.
-        seeds: seeds of all runs. Other seeds make independent runs, unless they differ only in zeros at the
-            end.
+    each agent's rule if its error is random, in this order. Other seeds make independent runs, unless they
+    differ only in zeros at the end.
 
     Raises:
         ValueError: if the settings belong to no rule in RULES.

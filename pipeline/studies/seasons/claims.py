@@ -225,16 +225,9 @@ CLAIMS: tuple[Claim[Seasons], ...] = (
 
 
 def verdicts(games: pl.DataFrame, growth: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
-    """Verdicts on all claims.
+    """Schema Claims: one row for each claim, in their order, from schemas Games, Growth and Evaluations.
 
-    Args:
-        games: schema Games, of any seasons.
-        growth: schema Growth, of the same.
-        evaluations: schema Evaluations, of their apprentices.
-
-    Returns:
-        Schema Claims, one row for each claim, in their order. A claim without seasons is not judged, unless
-        the paper's own Table 3 contradicts it.
+    A claim without seasons is not judged, unless the paper's own Table 3 contradicts it.
     """
     rows = findings(CLAIMS, seasons_of(games, growth, evaluations), LEAST_SEASONS)
     return Claims.validate(pl.DataFrame(list(rows), schema=Claims.dtypes()), cast=True)

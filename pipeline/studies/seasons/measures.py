@@ -62,13 +62,9 @@ Seasons = Mapping[tuple[str, str], Sequence[SeasonTables]]
 
 
 def distinct(games: pl.DataFrame) -> pl.DataFrame:
-    """Seasons that count: the longest of those with the same settings, opponent and seed.
+    """Seasons of schema Games that count: the longest of those with the same settings, opponent and seed.
 
-    Args:
-        games: schema Games.
-
-    Returns:
-        Columns settings, opponent, seed, season, sorted. Among equally long seasons the first name counts.
+    Columns settings, opponent, seed, season, sorted. Among equally long seasons the first name counts.
     """
     key = ["settings", "opponent", "seed"]
     lengths = games.group_by(*key, "season").agg(pl.len()).sort("len", "season", descending=[True, False])
@@ -80,10 +76,7 @@ def seasons_of(
 ) -> dict[tuple[str, str], list[SeasonTables]]:
     """Seasons by settings and opponent: those that are :func:`distinct`, in order of their seeds.
 
-    Args:
-        games: schema Games.
-        growth: schema Growth.
-        evaluations: schema Evaluations; a team's name is the id of its season.
+    A team's name in schema Evaluations is the id of its season.
     """
     found: dict[tuple[str, str], list[SeasonTables]] = {}
     for row in distinct(games).iter_rows(named=True):

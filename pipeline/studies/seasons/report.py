@@ -27,12 +27,6 @@ from pipeline.studies.seasons.table3 import CHANGE, GAMES
 from schemas import STAND_IN
 from schemas.evaluations import minutes_of, word_of
 
-#: Caveat of every result.
-STANDS_IN = (
-    f"{STAND_IN}. It plays with delays, noise and changing tactics. The paper's opponents were people with "
-    "joysticks. We have no such recordings: nothing here is evidence about people."
-)
-
 #: Colours of verdicts on the web page: fulfilled, not fulfilled, denied by the paper's own table, undecided.
 COLOURS = {
     "reproduced": "#00644a", "reached": "#00644a", "contradicted": "#a33f00", "not reached": "#a33f00",
@@ -112,7 +106,9 @@ class SeasonsReport:
             "best apprentices' policies. All intervals are 95 % intervals over seasons. A season is one "
             "apprentice; its games are not independent. Lines in plots are means over seasons, bands are "
             "their intervals.")
-        yield f"**{STANDS_IN}**"
+        yield (
+            f"**{STAND_IN}. It plays with delays, noise and changing tactics. The paper's opponents were "
+            "people with joysticks. We have no such recordings: nothing here is evidence about people.**")
         yield "## What was played"
         yield _renamed(played(self.games), {
             "lead": "apprentice's lead", "minutes": "minutes a game", "situations": "situations a game",
@@ -245,12 +241,7 @@ def commands(games: pl.DataFrame) -> Iterator[str]:
 
 
 def evaluating(games: pl.DataFrame, evaluations: pl.DataFrame) -> Iterator[str]:
-    """Commands that measure the seasons' apprentices again, one for each row of consecutive seeds.
-
-    Args:
-        games: schema Games.
-        evaluations: schema Evaluations.
-    """
+    """Commands that measure the seasons' apprentices again, one for each row of consecutive seeds."""
     counted = evaluations.join(distinct(games), left_on="team", right_on="season", how="semi")
     pairs = counted.group_by("team", "opponent", "duration_s", pair="seed").agg().sort(pl.all())
     usual = RefereeSettings().duration_s

@@ -1,4 +1,7 @@
-"""Summaries of seasons: curves over the games, Table 3 beside the paper's, settings beside each other."""
+"""Summaries of seasons: curves over the games, Table 3 beside the paper's, settings beside each other.
+
+``games`` is of schema Games, ``evaluations`` of schema Evaluations, where a team's name is its season's id.
+"""
 
 from __future__ import annotations
 
@@ -70,11 +73,7 @@ def curves(
 
 
 def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
-    """The paper's Table 3 and ours, game by game.
-
-    Args:
-        games: schema Games.
-        settings: name of the settings of our seasons.
+    """The paper's Table 3 and that of our seasons with these settings, game by game.
 
     Returns:
         One row for each opponent and game, sorted. Ours: opponent, game, seasons, total, random, other, pct
@@ -107,9 +106,6 @@ def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
 
 def compared(games: pl.DataFrame) -> pl.DataFrame:
     """Settings beside each other: the last ten games of their seasons, or all if there are fewer.
-
-    Args:
-        games: schema Games.
 
     Returns:
         One row for each settings and opponent: settings, opponent, seasons, games (of the shortest season),
@@ -170,10 +166,6 @@ def ablated(games: pl.DataFrame, bases: Sequence[str]) -> pl.DataFrame:
 def measured(games: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
     """Evaluations of the apprentices after the last game of their season.
 
-    Args:
-        games: schema Games.
-        evaluations: schema Evaluations; a team's name is the id of its season.
-
     Returns:
         One row for each settings, opponent and length of seasons, and opponent of the evaluation: settings,
         opponent, games, against, seasons, matches (of all seasons), and means over the seasons with 95 %
@@ -212,9 +204,6 @@ def _last(value: pl.Expr, last: int) -> Measure:
 
 def attributed(games: pl.DataFrame) -> pl.DataFrame:
     """Goals a game by kind, means over the seasons.
-
-    Args:
-        games: schema Games.
 
     Returns:
         One row for each settings and opponent: settings, opponent, seasons, and the apprentice's goals a

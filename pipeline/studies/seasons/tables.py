@@ -108,15 +108,7 @@ def growth_rows(
 
 
 def states_played(before: pl.DataFrame, decisions: pl.DataFrame) -> pl.DataFrame:
-    """States in which the apprentice has decided.
-
-    Args:
-        before: schema StatesPlayed, of the earlier games.
-        decisions: schema Decisions, of the game.
-
-    Returns:
-        Schema StatesPlayed.
-    """
+    """Schema StatesPlayed, after a game: the earlier games' rows and the states of the game's decisions."""
     states = own(decisions).select("role", "state")
     return StatesPlayed.validate(pl.concat([before, states]).unique().sort("role", "state"))
 
