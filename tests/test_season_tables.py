@@ -125,4 +125,3 @@ def test_table_3():
     human, static = table3.games("human-like"), table3.games("static")
     assert (human["other_actions"].sum(), static["other_actions"].sum()) == (3327, 3306)
     assert (human["actions"].sum(), static["actions"].sum()) == (133124, 139147)
-    assert (static["random_actions"] + static["other_actions"] == static["actions"]).all()

@@ -66,12 +66,7 @@ class Evaluation(MatchSettings):
 
 
 class Pair(Frozen):
-    """Two matches of one seed.
-
-    Attributes:
-        evaluation: evaluation that the pair belongs to.
-        seed: seed of the pair.
-    """
+    """Two matches of one seed."""
 
     evaluation: Evaluation
     seed: int

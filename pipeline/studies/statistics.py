@@ -105,7 +105,7 @@ UNDEFINED = Estimate(math.nan, math.nan, math.nan)
 
 
 def weighted_sum(weights: Sequence[float], estimates: Sequence[Estimate]) -> Estimate:
-    """Weighted sum of independent estimates; UNDEFINED if one of them is.
+    """Weighted sum of independent estimates; no interval, or value, if one of them has none.
 
     The method of variance estimates recovery takes an estimate's distance to an end of its interval for the
     standard error there, times a constant. Squared distances then add up as variances do; a negative weight
@@ -121,7 +121,7 @@ def weighted_sum(weights: Sequence[float], estimates: Sequence[Estimate]) -> Est
 
 
 def difference(one: Estimate, other: Estimate) -> Estimate:
-    """First minus second of two independent estimates; UNDEFINED if one of them is.
+    """First minus second of two independent estimates; no interval if one of them has none.
 
     Of proportions with Wilson's intervals it is Newcombe's hybrid score interval: *Statistics in Medicine* 17
     (1998) 873-890, method 10.

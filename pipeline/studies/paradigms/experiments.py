@@ -89,13 +89,7 @@ class Design(Frozen):
 
 
 class Sweep(Frozen):
-    """Curves that are played and stored together.
-
-    Attributes:
-        name: name of the output.
-        curves: curves, at least one.
-        runs, seed: runs of each point, and their seed.
-    """
+    """Curves that are played and stored together under a name, with the runs of each point and their seed."""
 
     name: str
     curves: tuple[Curve, ...]

@@ -39,16 +39,11 @@ Curves = dict[str, dict[float, ByPenalty]]
 #: A row of schema Paradigms.
 Row = dict[str, Any]
 
-#: Choice of the k that a quantity looks at.
+#: Choice of the k that a quantity looks at; None is the one point of a game without k.
 Where = Callable[[float | None], bool]
 
 #: Quantity of some curves; None if points that it needs are missing.
 Measure = Callable[[Curves], Estimate | None]
-
-
-def everywhere(_: float | None) -> bool:
-    """Choose all k, and the one point of a game without k."""
-    return True
 
 
 def near_zero(k: float | None) -> bool:
@@ -56,7 +51,7 @@ def near_zero(k: float | None) -> bool:
     return k is not None and NEAR_ZERO <= k < 0
 
 
-def _gaps(one: ByPenalty, other: ByPenalty, where: Where = everywhere) -> list[Estimate]:
+def _gaps(one: ByPenalty, other: ByPenalty, where: Where = lambda _: True) -> list[Estimate]:
     """Differences ``one - other`` at every k that both have."""
     return [difference(one[k], other[k]) for k in one if k in other and where(k)]
 
@@ -84,7 +79,7 @@ def fall(learner: str) -> Measure:
 
 
 def lead(
-    learner: str, others: Sequence[str], where: Where = everywhere,
+    learner: str, others: Sequence[str], where: Where = lambda _: True,
     of: Callable[[Sequence[Estimate]], Estimate] = least,
 ) -> Measure:
     """Measure: the least of the learner's leads over the others; a lead is a mean difference over k.
@@ -196,13 +191,6 @@ def curves_of(points: pl.DataFrame, readings: Mapping[str, str], of: Callable[[R
     return curves
 
 
-def panels(curves: Curves) -> Iterator[tuple[float, Curves]]:
-    """Each decay, rising, with the curves at this decay only."""
-    for decay in sorted({decay for decays in curves.values() for decay in decays}):
-        yield decay, {name: {d: curve for d, curve in decays.items() if d == decay}
-                      for name, decays in curves.items()}
-
-
 def compared(
     figure: int, game: str, learners: Sequence[str], measure: Measure, *, by_panel: bool,
     of: Callable[[Row], Estimate],
@@ -219,10 +207,10 @@ def compared(
             & pl.col("learner").is_in(learners))
         found = []
         for (runs,), group in mine.partition_by("runs", as_dict=True).items():
+            panels = group.partition_by("decay", as_dict=True) if by_panel else {(None,): group}
             for readings in _line_ups(group, learners):
-                curves = curves_of(group, readings, of)
-                for decay, panel in panels(curves) if by_panel else [(None, curves)]:
-                    estimate = measure(panel)
+                for (decay,), panel in panels.items():
+                    estimate = measure(curves_of(panel, readings, of))
                     if estimate is not None:
                         about = {"figure": figure, "reading": _named(readings), "decay": decay, "runs": runs}
                         found.append(Evidence(estimate, runs, about))

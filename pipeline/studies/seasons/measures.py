@@ -140,12 +140,9 @@ def greatest(value: pl.Expr, first: int, last: int) -> Measure:
 
 
 def evaluated(value: pl.Expr, opponent: str, games: int) -> Measure:
-    """Measure: the mean of a value over the evaluation matches of a season's apprentice.
+    """Measure: the mean of a value over an apprentice's evaluations against an opponent.
 
-    Args:
-        value: value of a row of schema Evaluations.
-        opponent: opponent of the matches.
-        games: length of the season; the measure of a season of another length is NaN.
+    NaN if the season is not of so many games.
     """
     def measure(season: SeasonTables) -> float:
         matches = season.evaluations.filter(pl.col("opponent") == opponent)
@@ -248,19 +245,9 @@ def compared(
         paper = reduce(sub, [printed(measure, opponent) for _, opponent in sides]) if in_table_3 else None
         settings, opponents = (" less ".join(dict.fromkeys(words)) for words in zip(*sides, strict=True))
         about = {"settings": settings, "opponent": opponents, "seasons": min(counts), "table_3": paper}
-        yield Evidence(_minus(estimates), min(counts), about, paper)
+        yield Evidence(reduce(difference, estimates), min(counts), about, paper)
 
     return evidence
-
-
-def _minus(estimates: Sequence[Estimate]) -> Estimate:
-    """The one estimate, or the first minus the second."""
-    if len(estimates) == 1:
-        return estimates[0]
-    one, other = estimates
-    if one.defined and other.defined:
-        return difference(one, other)
-    return Estimate(one.value - other.value, math.nan, math.nan)
 
 
 def _of_phase(first: int, last: int, of: Callable[[pl.DataFrame], float | None]) -> Measure:

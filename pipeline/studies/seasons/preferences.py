@@ -43,14 +43,9 @@ def _in_words(behaviour: str) -> str:
 
 
 def side_by_side(preferences: pl.DataFrame) -> pl.DataFrame:
-    """Preferred behaviours of each apprentice in one row.
+    """Preferred behaviours, with the columns of NO_PREFERENCES, in one row for each apprentice.
 
-    Args:
-        preferences: settings, opponent, season, and the columns of :func:`preferred`.
-
-    Returns:
-        Columns settings, opponent, season, and one for each role: the behaviour, its value in brackets;
-        sorted.
+    Columns settings, opponent, season, and one for each role: the behaviour, its value in brackets; sorted.
     """
     said = preferences.with_columns(pl.format("{} ({})", "does", pl.col("worth").round(2)))
     return said.select(*_WHOSE, *(
