@@ -21,7 +21,7 @@ from pipeline.studies.document import web_page
 from pipeline.studies.evaluations import Entrant, Evaluation
 from pipeline.studies.seasons.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC, verdicts
 from pipeline.studies.seasons.measures import DIFFERENCE, EFFECTIVE, OTHER, Pooling
-from pipeline.studies.seasons.preferences import empty_preferences, preferred
+from pipeline.studies.seasons.preferences import NO_PREFERENCES, preferred
 from pipeline.studies.seasons.report import COLOURS, SeasonsReport
 from pipeline.studies.seasons.settings import Season
 from pipeline.studies.seasons.summary import beside_table_3, curves
@@ -210,7 +210,7 @@ def tables(store: Store, of: Sources) -> Tables:
 
 def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
     """Preferred behaviours: settings, opponent, season, and the columns of ``preferred``."""
-    found = [empty_preferences()]
+    found = [NO_PREFERENCES]
     for season, player in of:
         _, policy = labelled(player.store, player.manifest)
         does = preferred(policy, player.team.settings.lcb_weight).with_columns(

@@ -31,7 +31,7 @@ from pipeline.store import Store
 from pipeline.store.receipts import Manifest, Receipt
 from pipeline.store.work import Made, Work
 from pipeline.studies.seasons.settings import Season
-from pipeline.studies.seasons.tables import GameId, game_row, growth_rows, states_played
+from pipeline.studies.seasons.tables import game_row, growth_rows, states_played
 from schemas import Behaviours, Decisions, Games, Goals, Growth, Matches, Occasions, StatesPlayed, Table
 from schemas.table import Key
 
@@ -111,23 +111,20 @@ def _commit(
     """
     store, own = Store(data), store_of(data, season)
     before = done(store, season)
-    game = GameId(season.id, season.name, season.opponent, season.seed, number)
-    key = season.settings.pipeline.knowledge.state_key
-    decided = _decided(own, match, key)
+    decided = _decided(own, match, season.settings.pipeline.knowledge.state_key)
     played = states_played(_so_far(store, before, StatesPlayed), decided)
     played_with = None if before is None else own.manifest("knowledge", before.details["knowledge"])
     row = game_row(
-        game, own.read_table(need(own, "matches", match), "matches", Matches), decided,
+        season, number, own.read_table(need(own, "matches", match), "matches", Matches), decided,
         own.read_table(need(own, "goals", match), "goals", Goals),
         situations=sum(need(own, "situations", match).details["situations"].values()),
-        lead=season.lead(number), key=key,
         known=None if played_with is None else own.read_table(played_with, "occasions", Occasions),
         policy_version=None if before is None else before.details["policy"],
         knowledge_version=known.version,
     )
     growth = growth_rows(
-        game, decided, played, own.read_table(known, "occasions", Occasions),
-        own.read_table(known, "behaviours", Behaviours), key=key,
+        season, number, decided, played, own.read_table(known, "occasions", Occasions),
+        own.read_table(known, "behaviours", Behaviours),
     )
     return store.commit(_work(season), Made(
         tables=[(pl.concat([_so_far(store, before, Games), row]), Games),

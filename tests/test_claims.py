@@ -14,7 +14,6 @@ from pipeline.studies.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOME
 from pipeline.studies.statistics import (
     UNDEFINED,
     Estimate,
-    combined,
     difference,
     greatest,
     least,
@@ -38,18 +37,15 @@ def test_wilson_is_scipys(drawn):
     """Wilson's interval is SciPy's."""
     k, n = drawn
     expected = stats.binomtest(k, n).proportion_ci(0.95, "wilson")
-    low, high = wilson(k, n)
-    assert (float(low), float(high)) == pytest.approx((expected.low, expected.high), abs=1e-12)
+    assert wilson(k, n) == pytest.approx((expected.low, expected.high), abs=1e-12)
 
 
-def test_wilson_of_arrays():
-    """Wilson's interval takes arrays, and counts that are not whole."""
-    low, high = wilson([0.0, 1.5, 3.0], 3)
-    assert low.shape == high.shape == (3,)
-    assert (low[0], high[2]) == (0.0, 1.0)
-    assert low[1] + high[1] == pytest.approx(1.0)  # half of the trainings: symmetric about .5
+def test_wilson_of_fractions():
+    """Wilson's interval takes counts that are not whole, and ends at 0 and 1."""
+    assert (wilson(0.0, 3)[0], wilson(3.0, 3)[1]) == (0.0, 1.0)
+    assert sum(wilson(1.5, 3)) == pytest.approx(1.0)  # half of the trainings: symmetric about .5
     # n = 3, p = 1: z²/(n + z²) = 3.8415/6.8415 are open below
-    assert low[2] == pytest.approx(1 - 3.841459 / 6.841459, abs=1e-6)
+    assert wilson(3.0, 3)[0] == pytest.approx(1 - 3.841459 / 6.841459, abs=1e-6)
 
 
 def test_wilson_of_shares():
@@ -57,7 +53,7 @@ def test_wilson_of_shares():
     # trainings whose tests share a probability of their own: Beta(1, 1); the mean of 30 is .5
     rng = np.random.default_rng(5)
     shares = rng.binomial(1000, rng.random((4000, 30))).mean(axis=1) / 1000
-    low, high = wilson(shares * 30, 30)
+    low, high = np.transpose([wilson(share * 30, 30) for share in shares])
     assert ((low <= 0.5) & (high >= 0.5)).mean() >= 0.95
 
 
@@ -87,6 +83,17 @@ def test_welch_few_values():
     assert welch([3.0, 3.0], [1.0, 1.0]) == (2.0, 2.0)
 
 
+def proportion(p, n):
+    """A proportion with Wilson's interval."""
+    return Estimate(p, *wilson(p * n, n))
+
+
+def newcombe(p1, n1, p2, n2):
+    """Interval of a difference of two proportions."""
+    _, *interval = difference(proportion(p1, n1), proportion(p2, n2))
+    return interval
+
+
 @pytest.mark.parametrize(
     ("k1", "n1", "k2", "n2", "low", "high"),
     [  # Newcombe 1998, table II, method 10
@@ -98,17 +105,17 @@ def test_welch_few_values():
 )
 def test_newcombe_interval(k1, n1, k2, n2, low, high):
     """A difference of proportions has Newcombe's interval."""
-    assert difference(k1 / n1, n1, k2 / n2, n2) == pytest.approx((low, high), abs=5e-5)
+    assert newcombe(k1 / n1, n1, k2 / n2, n2) == pytest.approx([low, high], abs=5e-5)
 
 
 @given(probabilities, counts, probabilities, counts)
 def test_difference_bounds(p1, n1, p2, n2):
     """The interval of a difference contains it, stays in bounds and is antisymmetric."""
-    low, high = difference(p1, n1, p2, n2)
+    low, high = newcombe(p1, n1, p2, n2)
     assert -1 - 1e-12 <= low <= p1 - p2 + 1e-12
     assert p1 - p2 - 1e-12 <= high <= 1 + 1e-12
-    other = difference(p2, n2, p1, n1)
-    assert other == pytest.approx((-high, -low), abs=1e-12)
+    other = newcombe(p2, n2, p1, n1)
+    assert other == pytest.approx([-high, -low], abs=1e-12)
 
 
 def test_difference_coverage():
@@ -116,7 +123,7 @@ def test_difference_coverage():
     rng = np.random.default_rng(1)
     truth, covered = 0.3 - 0.1, 0
     for k1, k2 in zip(rng.binomial(60, 0.3, 3000), rng.binomial(40, 0.1, 3000), strict=True):
-        low, high = difference(k1 / 60, 60, k2 / 40, 40)
+        low, high = newcombe(k1 / 60, 60, k2 / 40, 40)
         covered += low <= truth <= high
     assert 0.935 <= covered / 3000 <= 0.97
 
@@ -124,10 +131,9 @@ def test_difference_coverage():
 def test_mean_of_curve():
     """The interval of a curve's mean is about as tight as that of all its runs."""
     # the mean over 16 points of 100 runs each is nearly that of one point of 1,600
-    p = np.full(16, 0.4)
-    low, high = combined(np.full(16, 1 / 16), p, *wilson(p * 100, 100))
+    _, low, high = mean([proportion(0.4, 100)] * 16)
     whole_low, whole_high = wilson(640, 1600)
-    assert high - low == pytest.approx(float(whole_high - whole_low), rel=0.02)
+    assert high - low == pytest.approx(whole_high - whole_low, rel=0.02)
 
 
 def test_sums_and_extremes():
@@ -168,10 +174,10 @@ def test_verdict_order():
     def verdict(estimate, observations=5, printed=None, **kind):
         claim = Claim("Table 3", "It grows", "growth", Range("above 0", low=0.0, strict=True),
                       lambda _: [Evidence(estimate, observations, {"settings": "paper"}, printed)], **kind)
-        [found] = findings([claim], None, least=5)
-        row = found.columns()
-        assert (row["claim"], row["quantity"], row["settings"], row["verdict"]) == ("It grows", "growth", "paper", found.verdict)
-        return found.verdict
+        [row] = findings([claim], None, least=5)
+        assert [row[name] for name in ("item", "claim", "quantity", "stated", "settings")] == [
+            "Table 3", "It grows", "growth", "above 0", "paper"]
+        return row["verdict"]
 
     grows, unclear, falls = Estimate(2, 1, 3), Estimate(1, -1, 3), Estimate(-2, -3, -1)
     assert verdict(grows) == verdict(grows, printed=0.1) == "reproduced"
@@ -184,8 +190,7 @@ def test_verdict_order():
 def test_undefined_estimate():
     """An estimate that is not defined is null and not reproduced."""
     claim = Claim("Table 3", "It grows", "growth", Range("above 0", low=0.0), lambda _: [Evidence(UNDEFINED, 5, {})])
-    [found] = findings([claim], None)
-    row = found.columns()
+    [row] = findings([claim], None)
     assert (row["measured"], row["low"], row["high"], row["verdict"]) == (None, None, None, UNDECIDED)
 
 
@@ -334,7 +339,7 @@ def test_shared_k():
     row = verdicts(points).filter(pl.col("claim").str.contains("IQ is better than JAQ"))
     assert row["measured"].item() == pytest.approx(0.3)  # (.4 + .2) / 2
     # four proportions with weights ±1/2; each of Newcombe's intervals counts half
-    halves = [difference(0.9, 2000, 0.5, 2000), difference(0.7, 2000, 0.5, 2000)]
+    halves = [newcombe(0.9, 2000, 0.5, 2000), newcombe(0.7, 2000, 0.5, 2000)]
     down = np.hypot(0.4 - halves[0][0], 0.2 - halves[1][0]) / 2
     assert row["low"].item() == pytest.approx(0.3 - down)
 

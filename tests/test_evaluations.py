@@ -56,7 +56,7 @@ def test_summary_by_hand():
     assert found.goal_difference == pytest.approx((2.0, 2 - half, 2 + half), abs=1e-5)
     assert found.goals_for.value == pytest.approx(15 / 6)
     assert found.goals_against.value == pytest.approx(3 / 6)
-    assert found.win_rate == pytest.approx((4 / 6, *map(float, wilson(2, 3))))
+    assert found.win_rate == pytest.approx((4 / 6, *wilson(2, 3)))
     assert found.learned_share is None
 
 

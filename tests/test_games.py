@@ -10,33 +10,35 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.grid import DOWN, LEFT, RIGHT, STAY, UP, positions, state_of
 from support.planning import (
     best_response,
+    choices,
     evaluate,
     gains,
+    index_of,
     is_equilibrium,
     path_length,
     value_iteration,
 )
 
 from pipeline.errors import BadSettings, NotFound, SchemaMismatch
-from pipeline.studies.paradigms.games.equilibria import optimal, pure_equilibria
 from pipeline.studies.paradigms.games.game import Game
-from pipeline.studies.paradigms.games.grid import Move, grid_world, positions, state_of
+from pipeline.studies.paradigms.games.grid import grid_world
 from pipeline.studies.paradigms.games.matrix import (
     climbing,
     fully_stochastic_climbing,
     matrix_game,
+    optimal,
     partially_stochastic_climbing,
     penalty,
+    pure_equilibria,
 )
-
-UP, DOWN, LEFT, RIGHT, STAY = Move
 
 
 def named(game, chosen):
     """The joint actions of a bool [J], as tuples of the agents' actions."""
-    return {tuple(int(a) for a in game.choices[:, j]) for j in np.flatnonzero(chosen)}
+    return {tuple(int(a) for a in choices(game)[:, j]) for j in np.flatnonzero(chosen)}
 
 
 def literal_equilibria(table):
@@ -119,7 +121,7 @@ class TestMatrixGames:
         """A stochastic variant pays both agents the same one of two rewards."""
         partly = partially_stochastic_climbing()
         paid = {j: set(partly.rewards[0, j, :, 0]) for j in range(9)}
-        assert paid.pop(partly.joint((1, 1))) == {14, 0}
+        assert paid.pop(index_of(partly, (1, 1))) == {14, 0}
         assert all(len(rewards) == 1 for rewards in paid.values())
         fully = fully_stochastic_climbing()
         assert [sorted(fully.rewards[0, j, :, 0]) for j in range(9)] == [
@@ -183,11 +185,11 @@ class TestMatrixGames:
         cube = np.arange(8.0).reshape(2, 2, 2)
         assert matrix_game("three agents", cube).rewards.shape == (1, 8, 1, 3)
         drawn = matrix_game("two outcomes", cube, outcomes=True)
-        assert drawn.rewards[0, drawn.joint((1, 0))].tolist() == [[4, 4], [5, 5]]
+        assert drawn.rewards[0, index_of(drawn, (1, 0))].tolist() == [[4, 4], [5, 5]]
         shared = matrix_game("two agents", cube, individual=True)
-        assert shared.rewards[0, shared.joint((1, 0))].tolist() == [[4, 5]]
+        assert shared.rewards[0, index_of(shared, (1, 0))].tolist() == [[4, 5]]
         both = matrix_game("all", np.arange(24.0).reshape(2, 2, 3, 2), outcomes=True, individual=True)
-        assert both.rewards[0, both.joint((0, 1))].tolist() == [[6, 7], [8, 9], [10, 11]]
+        assert both.rewards[0, index_of(both, (0, 1))].tolist() == [[6, 7], [8, 9], [10, 11]]
 
     @pytest.mark.parametrize(
         ("payoff", "axes"),
@@ -262,15 +264,9 @@ class TestGame:
     def test_joint_digits(self):
         """The first agent's action is the most significant digit of a joint action."""
         game = three_agent_climbing()
-        assert game.joint((1, 2, 0)) == 1 * 9 + 2 * 3 + 0
-        assert game.choices[:, 15].tolist() == [1, 2, 0]
-        assert [game.joint(choice) for choice in game.choices.T] == list(range(27))
-
-    @pytest.mark.parametrize("actions", [(0,), (0, 0, 0), (0, 3), (-1, 0)])
-    def test_bad_joint_actions(self, actions):
-        """A joint action of unknown actions or of another number of agents is refused."""
-        with pytest.raises(SchemaMismatch, match="is not one of 3 for each of 2 agents"):
-            climbing().joint(actions)
+        assert index_of(game, (1, 2, 0)) == 1 * 9 + 2 * 3 + 0
+        assert choices(game)[:, 15].tolist() == [1, 2, 0]
+        assert [index_of(game, choice) for choice in choices(game).T] == list(range(27))
 
     @pytest.mark.parametrize("game", [climbing(), grid_world(1)], ids=lambda g: g.name)
     def test_read_only(self, game):
@@ -317,7 +313,7 @@ READINGS = [
 
 def step(game, first, second, *moves):
     """Where a joint action leads from two positions, what it pays, whether it ends and succeeds."""
-    state, joint = state_of(first, second), game.joint(moves)
+    state, joint = state_of(first, second), index_of(game, moves)
     return (
         positions(game.following[state, joint]), game.expected[state, joint].tolist(),
         bool(game.ends[state, joint]), bool(game.success[state, joint]),
@@ -394,13 +390,6 @@ class TestGridWorld:
         with pytest.raises(BadSettings, match=r"(k|punished) cannot be"):
             grid_world(**wrong)
 
-    def test_off_the_board(self):
-        """Places off the board are refused."""
-        with pytest.raises(NotFound, match="no position \\(0, 1\\)"):
-            state_of((0, 1), (1, 1))
-        with pytest.raises(NotFound, match="no state 625"):
-            positions(625)
-
 
 @st.composite
 def small_games(draw):
@@ -438,7 +427,7 @@ def by_own_cell(game, *plans):
     """A policy of agents that look at their own position only; a plan is (row, column) -> move."""
     policy = np.empty(game.states, dtype=np.int64)
     for state in range(game.states):
-        policy[state] = game.joint([plan(*place) for plan, place in zip(plans, positions(state), strict=True)])
+        policy[state] = index_of(game, [plan(*place) for plan, place in zip(plans, positions(state), strict=True)])
     return policy
 
 
@@ -489,7 +478,7 @@ class TestPlanning:
         plan = value_iteration(game, 1.0)
         assert plan.values.tolist() == [10.0] * 625  # from everywhere, as time costs nothing
         assert path_length(game, plan.best) == 4
-        assert plan.best[game.start, game.joint((DOWN, DOWN))]  # wasting time is no loss
+        assert plan.best[game.start, index_of(game, (DOWN, DOWN))]  # wasting time is no loss
 
     def test_repeated_climbing(self):
         """Repeated climbing is worth eleven for ever."""
@@ -501,7 +490,7 @@ class TestPlanning:
         """Defecting is the best response to one who cooperates for ever."""
         # the other cooperates for ever: defecting pays 5 + 5/2 + 5/4 + … = 10 instead of 6
         game = matrix_game("dilemma", [[(3, 3), (0, 5)], [(5, 0), (1, 1)]], individual=True)
-        cooperating = np.array([game.joint((0, 0))])
+        cooperating = np.array([index_of(game, (0, 0))])
         for agent in (0, 1):
             response = best_response(game, cooperating, agent, 0.5)
             assert response.values == pytest.approx([10], abs=1e-9)
@@ -529,7 +518,7 @@ class TestPlanning:
         np.testing.assert_allclose(kept, worth(game, policy, discount)[:, game.start], rtol=0, atol=1e-8)
         gained = gains(game, policy, discount)
         for agent in range(game.agents):
-            others = np.delete(game.choices, agent, axis=0)
+            others = np.delete(choices(game), agent, axis=0)
             every = [
                 worth(game, other, discount)[agent] for other in policies(game)
                 if (others[:, other] == others[:, policy]).all()

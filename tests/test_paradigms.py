@@ -1,6 +1,7 @@
 """The study: runs equal a literal loop one by one, are seeded one by one, and are summed up as they are."""
 
 import itertools
+import os
 import re
 from dataclasses import replace
 
@@ -8,13 +9,16 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 from support import literal_learning as literal
+from support.grid import state_of
+from support.planning import index_of
 from support.points import point, table
+from support.training import learn
 
 from pipeline.studies.paradigms import curves, runner
 from pipeline.studies.paradigms.curves import Curve, Exploration
 from pipeline.studies.paradigms.experiments import OTHER_GAMES, Design, sweeps
 from pipeline.studies.paradigms.games import matrix
-from pipeline.studies.paradigms.games.grid import grid_world, state_of
+from pipeline.studies.paradigms.games.grid import grid_world
 from pipeline.studies.paradigms.readings import informative
 from pipeline.studies.paradigms.rules.distributed import Distributed
 from pipeline.studies.paradigms.rules.fmq import FMQ
@@ -26,7 +30,7 @@ from pipeline.studies.paradigms.rules.lenient import Lenient
 from pipeline.studies.paradigms.rules.rules import RULES
 from pipeline.studies.paradigms.rules.selection import ActionSelection
 from pipeline.studies.paradigms.rules.wolf_phc import WoLFPHC
-from pipeline.studies.paradigms.runner import Runs, Training, learn, play, stream
+from pipeline.studies.paradigms.runner import Runs, Training, play, stream
 from schemas import Paradigms
 
 SEEDS = (7, 11)
@@ -101,7 +105,7 @@ def literal_memory(played, game, settings):
 
     for i, agent in enumerate(played.team):
         for (seen, done), value in agent.q.items():
-            q[i, number(i, seen), game.joint(done) if settings.JOINT else done] = value
+            q[i, number(i, seen), index_of(game, done) if settings.JOINT else done] = value
         share = agent.occurrence if isinstance(agent, literal.IVQ) else None
         if isinstance(agent, literal.JAQ):
             share = played.team[i - 1].beliefs[i]  # what another believes of it
@@ -124,7 +128,7 @@ def test_literal_loop(learner, game):
         played = play(compiled, settings, training, testing, runs=runs, seeds=SEEDS)
         for place, run in enumerate(runs):
             expected = literal.play(stream(SEEDS, run), plain, settings, training, testing)
-            assert played.last[place] == compiled.joint(expected.last)
+            assert played.last[place] == index_of(compiled, expected.last)
             assert played.success[place] == expected.success
             np.testing.assert_allclose(played.length[place], expected.length, rtol=1e-15)
             assert not played.diverged[place]
@@ -145,7 +149,7 @@ def test_long_run():
         played = play(matrix.climbing(), settings, training, runner.Testing(), runs=range(2), seeds=SEEDS)
         for run in range(2):
             expected = literal.play(stream(SEEDS, run), GAMES["climbing"][1], settings, training, runner.Testing())
-            assert played.last[run] == matrix.climbing().joint(expected.last)
+            assert played.last[run] == index_of(matrix.climbing(), expected.last)
 
 
 def test_broken_off_episode():
@@ -163,14 +167,15 @@ def test_broken_off_episode():
 
 
 @pytest.mark.parametrize("learner", ["IQ", "lenient"])
-def test_company(learner):
+def test_company(monkeypatch, learner):
     """A run is the same, whatever runs and workers are beside it."""
     settings, _ = LEARNERS[learner]
     game, training, testing = matrix.fully_stochastic_climbing(), quick_training(), runner.Testing(5, 1, 1.0)
     together = play(game, settings, training, testing, runs=range(23), seeds=SEEDS)
     assert len(set(together.last.tolist())) > 1
     for runs, workers in ((range(23), 1), (range(23), 7), (range(5, 9), 2), (range(20, 2, -3), 3), (range(4, 5), 64)):
-        apart = play(game, settings, training, testing, runs=runs, seeds=SEEDS, workers=workers)
+        monkeypatch.setattr(os, "cpu_count", lambda workers=workers: workers)
+        apart = play(game, settings, training, testing, runs=runs, seeds=SEEDS)
         same(apart, Runs(*(column[list(runs)] for column in together)))
 
 

@@ -204,7 +204,7 @@ def test_aims():
     row = claim(found, "It wins against the random team")
     # 1, .95, .9, .85, .8: mean .9, s = .0790569, t(4) = 2.776: ± .0982; 50 pairs: Wilson's .786 is lower
     assert row["measured"] == pytest.approx(0.9)
-    assert (row["low"], row["high"]) == (pytest.approx(float(wilson(45, 50)[0])), pytest.approx(0.9 + 0.0981620, abs=1e-6))
+    assert (row["low"], row["high"]) == (pytest.approx(wilson(45, 50)[0]), pytest.approx(0.9 + 0.0981620, abs=1e-6))
     assert row["verdict"] == "not reached"
     assert (row["settings"], row["opponent"]) == ("best", STATIC)
     many = pl.concat(evaluation(f"best-static-s{s}", RANDOM, 50) for s in range(5))
@@ -315,7 +315,7 @@ def test_measured():
         ("best", STATIC, 35, RANDOM, 3, 60), ("best", STATIC, 35, STATIC, 3, 60), ("best", HUMAN, 35, STATIC, 1, 8)]
     row = found.row(0, named=True)
     assert (row["won"], row["lost"], row["other"], row["difference"]) == pytest.approx((0.9, 0.0, 95.0, 3.6))
-    assert row["won_low"] == pytest.approx(float(wilson(27, 30)[0]))
+    assert row["won_low"] == pytest.approx(wilson(27, 30)[0])
     assert found.row(2, named=True)["won_low"] is None
     assert measured(games, NONE).height == 0
 

@@ -27,7 +27,7 @@ from pipeline.studies.document import code, picture, table, web_page
 from pipeline.studies.evaluations import Evaluation
 from pipeline.studies.seasons.claims import verdicts
 from pipeline.studies.seasons.measures import DIFFERENCE, OTHER
-from pipeline.studies.seasons.preferences import empty_preferences, preferred
+from pipeline.studies.seasons.preferences import NO_PREFERENCES, preferred
 from pipeline.studies.seasons.report import SeasonsReport, commands, evaluating
 from pipeline.studies.seasons.settings import Season, parse
 from pipeline.studies.seasons.summary import beside_table_3, curves
@@ -191,7 +191,7 @@ def test_apprentices_on_page():
     games, growth = (pl.concat(parts) for parts in zip(world(), *(season("best-exact", "static", s) for s in range(2)), strict=True))
     rows = apprentices()
     does = pl.DataFrame([("best", "static", "best-static-s1", role, f"{code} Robot …", worth, 9.0) for role, code, worth in (
-        ("goalkeeper", "088", 0.123), ("midfield", "021", 0.5), ("striker", "044", 0.25))], schema=empty_preferences().schema, orient="row")
+        ("goalkeeper", "088", 0.123), ("midfield", "021", 0.5), ("striker", "044", 0.25))], schema=NO_PREFERENCES.schema, orient="row")
     report = SeasonsReport(games, rows, 3, does, verdicts(games, growth, rows), [], "pitchlore")
     text = report.markdown().replace("\\", "")
     assert "| best | static | best-static-s1 | 088 Robot … (0.12) | 021 Robot … (0.5) | 044 Robot … (0.25) |" in text

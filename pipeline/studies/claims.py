@@ -19,7 +19,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from operator import ge, gt
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 from pipeline.studies.statistics import Estimate
 
@@ -50,10 +50,6 @@ class Range:
         if beyond(low, self.high) or beyond(self.low, high):
             return "contradicted"
         return "reproduced" if within(low, self.low) and within(self.high, high) else "not reproduced"
-
-    def contains(self, value: float) -> bool:
-        """True if a value without an interval lies in the range."""
-        return self.verdict(Estimate(value, value, value)) == "reproduced"
 
 
 ABOVE = Range("above 0", low=0.0, strict=True)
@@ -100,7 +96,8 @@ class Claim(Generic[Study]):
 
     def verdict(self, evidence: Evidence, least: int) -> str:
         """Verdict by the module's rule; ``least`` observations are enough to judge."""
-        if evidence.printed is not None and not self.stated.contains(evidence.printed):
+        paper = evidence.printed
+        if paper is not None and self.stated.verdict(Estimate(paper, paper, paper)) != "reproduced":
             return "contradictory"
         if evidence.observations < least:
             return "not judged"
@@ -110,33 +107,22 @@ class Claim(Generic[Study]):
         return "by construction" if self.by_construction and verdict == "reproduced" else verdict
 
 
-class Finding(NamedTuple):
-    """A claim, a piece of evidence, and the verdict."""
+def findings(
+    claims: Iterable[Claim[Study]], study: Study, least: int = 1
+) -> Iterator[dict[str, object]]:
+    """Rows of a table of verdicts, claim by claim, one for each piece of evidence.
 
-    claim: Claim[Any]
-    evidence: Evidence
-    verdict: str
-
-    def columns(self) -> dict[str, object]:
-        """Columns that all tables of verdicts have; undefined numbers are None."""
-        value, low, high = (None if math.isnan(end) else end for end in self.evidence.estimate)
-        return {
-            "claim": self.claim.text, "quantity": self.claim.quantity, **self.evidence.about,
-            "measured": value, "low": low, "high": high, "verdict": self.verdict,
-        }
-
-
-def findings(claims: Iterable[Claim[Study]], study: Study, least: int = 1) -> Iterator[Finding]:
-    """Verdicts on all claims, claim by claim, one for each piece of evidence.
-
-    Args:
-        claims: claims about this kind of study.
-        study: data that their evidence is read from.
-        least: independent observations that are enough to judge.
+    Columns: item, claim, quantity, stated (the range in words), those that the evidence is about, measured,
+    low, high (None if undefined) and verdict. ``least`` independent observations are enough to judge.
     """
     for claim in claims:
         for evidence in claim.evidence(study):
-            yield Finding(claim, evidence, claim.verdict(evidence, least))
+            value, low, high = (None if math.isnan(end) else end for end in evidence.estimate)
+            yield {
+                "item": claim.item, "claim": claim.text, "quantity": claim.quantity,
+                "stated": claim.stated.text, **evidence.about,
+                "measured": value, "low": low, "high": high, "verdict": claim.verdict(evidence, least),
+            }
 
 
 def counted(verdicts: Iterable[str]) -> str:

@@ -8,10 +8,9 @@ interval is the pair.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-import numpy as np
 import polars as pl
 
 from pipeline.arena.match.controllers import controllers_of
@@ -20,7 +19,7 @@ from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.matches.frame import AWAY, HOME
 from pipeline.settings import Frozen
 from pipeline.store.receipts import fingerprint
-from pipeline.studies.statistics import F64, mean_interval, wilson
+from pipeline.studies.statistics import mean_interval, wilson
 from schemas import SIDES, Evaluations
 
 #: First seed of the matches, two for each pair; seeds of seasons are below.
@@ -67,12 +66,7 @@ class Evaluation(MatchSettings):
 
 
 class Pair(Frozen):
-    """Two matches of one seed.
-
-    Attributes:
-        evaluation: evaluation that the pair belongs to.
-        seed: seed of the pair.
-    """
+    """Two matches of one seed."""
 
     evaluation: Evaluation
     seed: int
@@ -82,17 +76,14 @@ class Pair(Frozen):
         """Name of the pair's output, unique among all evaluations."""
         return f"{self.evaluation.id}-{self.seed}"
 
-    def matches(self) -> list[tuple[int, Recipe]]:
+    def matches(self) -> Iterator[tuple[int, Recipe]]:
         """Side of the measured team (0 home, 1 away) and recipe, of both matches."""
         whole = self.evaluation
         seeds = [_FIRST_SEED + 2 * self.seed + (match if whole.of_itself else 0) for match in range(2)]
         sides = (HOME, HOME if whole.of_itself else AWAY)
-        found = []
         for side, seed in zip(sides, seeds, strict=True):
             home, away = (whole.team, whole.opponent) if side == HOME else (whole.opponent, whole.team)
-            found.append((side, Recipe(
-                **whole.of_match(), home=home.settings, away=away.settings, seed=seed)))
-        return found
+            yield side, Recipe(**whole.of_match(), home=home.settings, away=away.settings, seed=seed)
 
 
 def play(pair: Pair, policies: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
@@ -188,12 +179,14 @@ def summarise(rows: pl.DataFrame) -> EvaluationSummary:
     ).sort("seed")
 
     def mean(column: str, least: float = -math.inf, most: float = math.inf) -> Measured:
-        return _mean(pairs[column].drop_nulls().to_numpy().astype(np.float64), least, most)
+        values = pairs[column].drop_nulls().to_numpy()
+        ends = mean_interval(values)
+        low, high = (None, None) if ends is None else (max(ends[0], least), min(ends[1], most))
+        return Measured(float(values.mean()), low, high)
 
     def rate(column: str) -> Measured:
         shares = pairs[column].to_numpy()
-        low, high = wilson(shares.sum(), len(shares))
-        return Measured(float(shares.mean()), float(low), float(high))
+        return Measured(float(shares.mean()), *wilson(float(shares.sum()), len(shares)))
 
     return EvaluationSummary(
         **rows.select("evaluation", "team", "opponent").row(0, named=True),
@@ -204,11 +197,3 @@ def summarise(rows: pl.DataFrame) -> EvaluationSummary:
         goals_for=mean("goals_for", least=0), goals_against=mean("goals_against", least=0),
         learned_share=None if pairs["share"].is_null().all() else mean("share", least=0, most=1),
     )
-
-
-def _mean(values: F64, least: float, most: float) -> Measured:
-    """Mean with Student's interval, cut off at ``least`` and ``most``."""
-    ends = mean_interval(values)
-    if ends is None:
-        return Measured(float(values.mean()), None, None)
-    return Measured(float(values.mean()), max(ends[0], least), min(ends[1], most))

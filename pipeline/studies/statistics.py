@@ -21,8 +21,8 @@ F64 = npt.NDArray[np.float64]
 Z = 1.959963984540054
 
 
-def wilson(successes: npt.ArrayLike, n: npt.ArrayLike, z: float = Z) -> tuple[F64, F64]:
-    """Wilson's score interval of a proportion, without continuity correction.
+def wilson(successes: float, n: int) -> tuple[float, float]:
+    """Wilson's 95 % score interval of a proportion, without continuity correction.
 
     Successes may be fractional: the sum of n trainings' shares of successful tests. Among all distributions
     on [0, 1] with a given mean, the one of 0 and 1 alone has the greatest variance. The interval of shares is
@@ -31,21 +31,19 @@ def wilson(successes: npt.ArrayLike, n: npt.ArrayLike, z: float = Z) -> tuple[F6
     Source: Wilson, *Journal of the American Statistical Association* 22 (1927) 209-212.
 
     Args:
-        successes: in [0, n], any shape.
-        n: independent trainings, at least 1, of a shape that broadcasts.
-        z: half width of the interval in standard deviations.
+        successes: in [0, n].
+        n: independent trainings, at least 1.
 
     Returns:
-        Low and high, float64 of the common shape, both ends in [0, 1] and included.
+        Low and high, both in [0, 1] and included.
     """
-    trials = np.asarray(n, dtype=np.float64)
-    p = np.asarray(successes, dtype=np.float64) / trials
-    spread = z * np.sqrt(p * (1 - p) / trials + z * z / (4 * trials * trials))
-    scale = 1 + z * z / trials
-    low = (p + z * z / (2 * trials) - spread) / scale
-    high = (p + z * z / (2 * trials) + spread) / scale
+    p = successes / n
+    spread = Z * math.sqrt(p * (1 - p) / n + Z * Z / (4 * n * n))
+    scale = 1 + Z * Z / n
+    low = (p + Z * Z / (2 * n) - spread) / scale
+    high = (p + Z * Z / (2 * n) + spread) / scale
     # rounding leaves 1e-17 at the ends
-    return np.where(p <= 0, 0.0, np.clip(low, 0, 1)), np.where(p >= 1, 1.0, np.clip(high, 0, 1))
+    return max(low, 0.0) if p > 0 else 0.0, min(high, 1.0) if p < 1 else 1.0
 
 
 def mean_interval(values: npt.ArrayLike) -> tuple[float, float] | None:
@@ -90,49 +88,6 @@ def _known(values: npt.ArrayLike) -> F64:
     return seen[~np.isnan(seen)]
 
 
-def combined(
-    weights: npt.ArrayLike, values: npt.ArrayLike, lows: npt.ArrayLike, highs: npt.ArrayLike
-) -> tuple[float, float]:
-    """Interval of a weighted sum of independent estimates, from their own intervals.
-
-    The method of variance estimates recovery takes an estimate's distance to an end of its interval for the
-    standard error there, times a constant. Squared distances then add up as variances do; a negative weight
-    swaps the ends. The method keeps the skewness of intervals of proportions near 0 and 1. With weights 1 and
-    -1 and Wilson's intervals it is :func:`difference`; with weights 1 / K it is the mean over K points.
-
-    Source: Zou and Donner, *Statistics in Medicine* 27 (2008) 1693-1702.
-
-    Args:
-        weights: float64 [K].
-        values: float64 [K], the estimates.
-        lows: float64 [K], lower ends, at most the estimates.
-        highs: float64 [K], upper ends, at least the estimates.
-
-    Returns:
-        Low and high, both included.
-    """
-    w, x, low, high = (np.asarray(a, dtype=np.float64) for a in (weights, values, lows, highs))
-    total = float(w @ x)
-    down = np.where(w >= 0, x - low, high - x) * w
-    up = np.where(w >= 0, high - x, x - low) * w
-    return total - math.sqrt(float(down @ down)), total + math.sqrt(float(up @ up))
-
-
-def difference(p1: float, n1: float, p2: float, n2: float) -> tuple[float, float]:
-    """Newcombe's hybrid score interval of p1 - p2 for two independent proportions, both ends included.
-
-    Source: Newcombe, *Statistics in Medicine* 17 (1998) 873-890, method 10.
-
-    Args:
-        p1: first proportion, in [0, 1].
-        n1: trainings behind it, at least 1.
-        p2: second proportion, likewise.
-        n2: trainings behind it, at least 1.
-    """
-    p, n = np.array([p1, p2]), np.array([n1, n2])
-    return combined([1.0, -1.0], p, *wilson(p * n, n))
-
-
 class Estimate(NamedTuple):
     """Value with its 95 % interval, both ends included; NaN if it is not defined."""
 
@@ -150,10 +105,28 @@ UNDEFINED = Estimate(math.nan, math.nan, math.nan)
 
 
 def weighted_sum(weights: Sequence[float], estimates: Sequence[Estimate]) -> Estimate:
-    """Weighted sum of independent estimates, by :func:`combined`; UNDEFINED if one of them is."""
-    values, lows, highs = zip(*estimates, strict=True)
-    total = math.fsum(w * x for w, x in zip(weights, values, strict=True))
-    return Estimate(total, *combined(weights, values, lows, highs))
+    """Weighted sum of independent estimates; no interval, or value, if one of them has none.
+
+    The method of variance estimates recovery takes an estimate's distance to an end of its interval for the
+    standard error there, times a constant. Squared distances then add up as variances do; a negative weight
+    swaps the ends. The method keeps the skewness of intervals of proportions near 0 and 1.
+
+    Source: Zou and Donner, *Statistics in Medicine* 27 (2008) 1693-1702.
+    """
+    w, (x, low, high) = np.array(weights), np.array(list(zip(*estimates, strict=True)))
+    total = float(w @ x)
+    down = np.where(w >= 0, x - low, high - x) * w
+    up = np.where(w >= 0, high - x, x - low) * w
+    return Estimate(math.fsum(w * x), total - math.sqrt(down @ down), total + math.sqrt(up @ up))
+
+
+def difference(one: Estimate, other: Estimate) -> Estimate:
+    """First minus second of two independent estimates; no interval if one of them has none.
+
+    Of proportions with Wilson's intervals it is Newcombe's hybrid score interval: *Statistics in Medicine* 17
+    (1998) 873-890, method 10.
+    """
+    return weighted_sum([1.0, -1.0], [one, other])
 
 
 def mean(estimates: Sequence[Estimate]) -> Estimate:

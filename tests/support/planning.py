@@ -7,19 +7,30 @@ rewards or penalties go on for ever, too, nothing has a worth, and planning refu
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from pipeline.errors import BadSettings, NotFound, SchemaMismatch
 from pipeline.studies.paradigms.games.game import F64, I64, Bool, Game
+from pipeline.studies.paradigms.rules.jaq import joint_index
 
 #: How far values may be from their limit.
 TOLERANCE = 1e-9
 
 #: After so many sweeps without a limit there is none, or it is too far off to wait for.
 MOST_SWEEPS = 100_000
+
+
+def index_of(game: Game, actions: Sequence[int]) -> int:
+    """Index of a joint action: N actions in the order of the agents."""
+    return int(joint_index(np.array(actions, dtype=np.int64), game.actions))
+
+
+def choices(game: Game) -> I64:
+    """Action of each agent in each joint action, int64 [N, J]."""
+    return np.indices((game.actions,) * game.agents, dtype=np.int64).reshape(game.agents, -1)
 
 
 class Plan(NamedTuple):
@@ -159,7 +170,7 @@ def _frontiers(following: I64, onward: Bool, start: int) -> Iterator[Bool]:
 def _deviations(game: Game, policy: I64, agent: int) -> I64:
     """The joint actions [S, A] that come of each of an agent's actions while the others keep to a policy."""
     weight = game.actions ** (game.agents - 1 - agent)
-    others = policy - weight * game.choices[agent, policy]
+    others = policy - weight * choices(game)[agent, policy]
     return np.asarray(others[:, np.newaxis] + weight * np.arange(game.actions))
 
 

@@ -15,7 +15,7 @@ def point(figure, learner, p, *, decay=0.9997, k=None, reading="printed", runs=2
     return {
         "study": study, "figure": figure, "game": game or GAMES[figure], "learner": learner, "reading": reading,
         "k": k, "decay": decay, "steps": 1000, "runs": runs, "tests": tests, "seed": seed,
-        "p_optimal": p, "p_low": float(low), "p_high": float(high), "p_equilibrium": equilibrium,
+        "p_optimal": p, "p_low": low, "p_high": high, "p_equilibrium": equilibrium,
         "path_length": path, "path_low": None if path is None or half is None else path - half,
         "path_high": None if path is None or half is None else path + half, "diverged": 0,
     }

@@ -55,18 +55,14 @@ class Peak(NamedTuple):
     high: float
 
 
-def _of_100(successes: float) -> tuple[float, float]:
-    low, high = wilson(successes, PAPER_RUNS)
-    return float(low), float(high)
-
-
 #: Figure 5: IVQ's "near to 0.7" at 0.9997, with the interval of 100 runs.
-PEAK = Peak(0.9997, 0.7, *_of_100(70))
+PEAK = Peak(0.9997, 0.7, *wilson(70, PAPER_RUNS))
 
-
-NEVER = Range(f"0 (100 runs: at most {_of_100(0)[1]:.3f})", high=_of_100(0)[1])
-SOMETIMES = Range(f"above 0 (100 runs: more than {_of_100(0)[1]:.3f})", low=_of_100(0)[1])
-ALWAYS = Range(f"1 (100 runs: at least {_of_100(100)[0]:.3f})", low=_of_100(100)[0])
+_, _RARELY = wilson(0, PAPER_RUNS)
+_NEARLY_ALWAYS, _ = wilson(PAPER_RUNS, PAPER_RUNS)
+NEVER = Range(f"0 (100 runs: at most {_RARELY:.3f})", high=_RARELY)
+SOMETIMES = Range(f"above 0 (100 runs: more than {_RARELY:.3f})", low=_RARELY)
+ALWAYS = Range(f"1 (100 runs: at least {_NEARLY_ALWAYS:.3f})", low=_NEARLY_ALWAYS)
 NEAR_PEAK = Range(f"near 0.7 (100 runs: {PEAK.low:.3f} to {PEAK.high:.3f})", PEAK.low, PEAK.high)
 AT_PEAK = Range(f"{PEAK.decay} (as rounded)", PEAK.decay - 5e-5, PEAK.decay + 5e-5)
 SAME = Range("within 0.1 of 0", low=-0.1, high=0.1)
@@ -142,13 +138,10 @@ CLAIMS: tuple[Claim[pl.DataFrame], ...] = (
 
 
 def verdicts(points: pl.DataFrame) -> pl.DataFrame:
-    """Verdicts on every claim whose points are there, for every reading, panel and number of runs.
+    """Schema Verdicts: every claim, in their order, for every reading, panel and number of runs.
 
-    Args:
-        points: schema Paradigms; those of the study ``figure`` are looked at.
-
-    Returns:
-        Schema Verdicts, in the order of the claims. A claim without points has no row.
+    Of the points (schema Paradigms), those of the study ``figure`` are looked at. A claim without points has
+    no row.
 
     Raises:
         SchemaMismatch: if a point is there twice, as of two seeds.
@@ -157,8 +150,8 @@ def verdicts(points: pl.DataFrame) -> pl.DataFrame:
     key = ["figure", "game", "learner", "reading", "decay", "k", "runs"]
     twice = points.filter(points.select(key).is_duplicated())
     if len(twice):
-        learner, decay = twice.row(0, named=True)["learner"], twice.row(0, named=True)["decay"]
+        learner, decay = twice.select("learner", "decay").row(0)
         raise SchemaMismatch(f"{len(twice)} points are there more than once, the first of {learner} at decay "
                              f"{decay}", where="claims", next_step="Pass the points of one seed")
-    rows = [finding.columns() | {"paper": finding.claim.stated.text} for finding in findings(CLAIMS, points)]
+    rows = [row | {"paper": row["stated"]} for row in findings(CLAIMS, points)]
     return Verdicts.validate(pl.DataFrame(rows, schema=Verdicts.dtypes()), cast=True)

@@ -12,7 +12,6 @@ from pydantic import AfterValidator, Field, model_validator
 
 from pipeline.settings import Frozen
 from pipeline.store.receipts import digest
-from pipeline.studies.paradigms.games.equilibria import pure_equilibria
 from pipeline.studies.paradigms.games.game import Game
 from pipeline.studies.paradigms.games.grid import grid_world
 from pipeline.studies.paradigms.games.matrix import (
@@ -20,8 +19,8 @@ from pipeline.studies.paradigms.games.matrix import (
     fully_stochastic_climbing,
     partially_stochastic_climbing,
     penalty,
+    pure_equilibria,
 )
-from pipeline.studies.paradigms.rules.memory import F64
 from pipeline.studies.paradigms.rules.rules import AnyLearner
 from pipeline.studies.paradigms.rules.selection import ActionSelection
 from pipeline.studies.paradigms.runner import Runs, Testing, Training, play
@@ -66,10 +65,6 @@ class Exploration(Frozen):
         if self.selection != "boltzmann" and max(self.start, self.end) > 1:
             raise ValueError(f"{self.selection} explores with a probability: start and end are at most 1")
         return self
-
-    def temperatures(self, ticks: int) -> F64:
-        """Temperatures of all ticks, float64 [ticks], geometric from start to end, both included."""
-        return np.asarray(np.geomspace(self.start, self.end, ticks))
 
 
 class Curve(Frozen):
@@ -125,30 +120,23 @@ class Curve(Frozen):
         """Number of ticks: the least t with ``temperature * decay**t < floor``, at least 1."""
         return max(1, math.floor(math.log(self.floor / self.temperature) / math.log(decay)) + 1)
 
-    def _temperatures(self, decay: float) -> F64:
-        return np.asarray(self.temperature * np.power(decay, np.arange(self.ticks(decay))))
-
     def play(self, k: float | None, decay: float, *, runs: int, seed: int) -> pl.DataFrame:
-        """One row of schema Paradigms: the point of a penalty and a decay over independent runs.
-
-        Args:
-            k: one of ``ks``; None if there are none.
-            decay: one of ``decays``.
-            runs: number of runs, from the first.
-            seed: seed of the runs.
-        """
+        """One row of schema Paradigms: one of the :meth:`points` over ``runs`` independent runs."""
         game = GAMES[self.game](k or 0.0, self)
-        ticks = self.ticks(decay)
-        if self.exploration is None:
-            temperatures, selection = self._temperatures(decay), ActionSelection.BOLTZMANN
+        ticks, explored = self.ticks(decay), self.exploration
+        if explored is None:
+            temperatures = self.temperature * np.power(decay, np.arange(ticks))
+            selection = ActionSelection.BOLTZMANN
         else:
-            temperatures = self.exploration.temperatures(ticks)
-            selection = SELECTIONS[self.exploration.selection]
+            temperatures = np.geomspace(explored.start, explored.end, ticks)
+            selection = SELECTIONS[explored.selection]
+        # no two points share this, nor random numbers
+        point = f"{self.study} {self.figure} {self.game} {self.learner} {self.reading} {k} {decay}"
         temperature = 0.0 if self.test_by == "greedy" else float(temperatures[-1])
         played = play(
             game, self.rule, Training(temperatures, selection, self.tick, self.episode_steps),
             Testing(self.tests, self.test_steps, temperature), runs=range(runs),
-            seeds=(seed, self._number(k, decay)),
+            seeds=(seed, int(digest(point.encode())[:16], 16)),
         )
         described: dict[str, Any] = {
             "study": self.study, "figure": self.figure, "game": self.game, "learner": self.learner,
@@ -156,11 +144,6 @@ class Curve(Frozen):
             "tests": self.tests, "seed": seed,
         }
         return pl.DataFrame([described | _summary(played, game)], schema=Paradigms.dtypes())
-
-    def _number(self, k: float | None, decay: float) -> int:
-        """Number of the point: no two points share it, nor random numbers."""
-        point = f"{self.study} {self.figure} {self.game} {self.learner} {self.reading} {k} {decay}"
-        return int(digest(point.encode())[:16], 16)
 
 
 def _summary(played: Runs, game: Game) -> dict[str, Any]:
@@ -177,7 +160,7 @@ def _summary(played: Runs, game: Game) -> dict[str, Any]:
         length = float(lengths.mean())
         length_low, length_high = mean_interval(lengths) or (None, None)
     return {
-        "p_optimal": reached, "p_low": float(low), "p_high": float(high), "p_equilibrium": equilibrium,
+        "p_optimal": reached, "p_low": low, "p_high": high, "p_equilibrium": equilibrium,
         "path_length": length, "path_low": length_low, "path_high": length_high,
         "diverged": int(played.diverged.sum()),
     }

@@ -89,13 +89,7 @@ class Design(Frozen):
 
 
 class Sweep(Frozen):
-    """Curves that are played and stored together.
-
-    Attributes:
-        name: name of the output.
-        curves: curves, at least one.
-        runs, seed: runs of each point, and their seed.
-    """
+    """Curves that are played and stored together under a name, with the runs of each point and their seed."""
 
     name: str
     curves: tuple[Curve, ...]
@@ -146,39 +140,27 @@ def _climbing() -> Iterator[Curve]:
     """Curves of Figure 5, and of games that the paper does not have."""
     common: dict[str, Any] = {"figure": 5, "game": "climbing", "decays": CLIMBING_DECAYS}
     yield from _matrix(common, influence=0.1)
-    yield from _alike(BEST, {"step_size": 1.0, "discount": 0.9}, 0.1, common)
+    for rule in (IQ, JAQ, IVQ):
+        yield Curve(learner=rule.__name__, reading=BEST, rule=rule(step_size=1.0, discount=0.9), **common)
     for game in OTHER_GAMES:
         yield from _matrix({"figure": 5, "game": game, "decays": OTHER_DECAYS}, influence=0.1)
 
 
-def _alike(
-    reading: str, rates: dict[str, float], influence: float, common: dict[str, Any]
-) -> Iterator[Curve]:
-    """Curves of the paper's learners with the same rates."""
-    yield Curve(learner="IQ", reading=reading, rule=IQ.model_validate(rates), **common)
-    yield Curve(learner="JAQ", reading=reading, rule=JAQ.model_validate(rates), **common)
-    rule = IVQ.model_validate(rates | {"influence": influence})
-    yield Curve(learner="IVQ", reading=reading, rule=rule, **common)
-
-
 def _matrix(common: dict[str, Any], influence: float) -> Iterator[Curve]:
-    """Curves of the paper's learners and their peers in a matrix game.
-
-    Args:
-        common: the other fields of every curve.
-        influence: beta of equation 4.
-    """
-    yield Curve(learner="IQ", reading=PRINTED, rule=IQ(), **common)
-    yield Curve(learner="IQ", reading="discount 0.9", rule=IQ(discount=0.9), **common)
-    yield Curve(learner="JAQ", reading=PRINTED, rule=JAQ(), **common)
-    yield Curve(learner="JAQ", reading="beliefs by recency 0.1", rule=JAQ(recency=0.1), **common)
-    yield Curve(learner="IVQ", reading=PRINTED, rule=IVQ(influence=influence), **common)
-    yield Curve(learner="IVQ", reading="outside the bracket",
-                rule=IVQ(influence=influence, bracket="outside"), **common)
-    yield Curve(learner="IVQ", reading=TUNED, rule=IVQ(
-        influence=influence, bracket="outside", discount=0.9, opinion_discount=None), **common)
-    yield Curve(learner="hysteretic", reading="decrease 0.01", rule=Hysteretic(), **common)
-    yield Curve(learner="distributed", reading="step size 1", rule=Distributed(), **common)
+    """Curves of the paper's learners, with ``influence`` for beta of equation 4, and their peers."""
+    outside = IVQ(influence=influence, bracket="outside")
+    for learner, reading, rule in (
+        ("IQ", PRINTED, IQ()),
+        ("IQ", "discount 0.9", IQ(discount=0.9)),
+        ("JAQ", PRINTED, JAQ()),
+        ("JAQ", "beliefs by recency 0.1", JAQ(recency=0.1)),
+        ("IVQ", PRINTED, IVQ(influence=influence)),
+        ("IVQ", "outside the bracket", outside),
+        ("IVQ", TUNED, outside.model_copy(update={"discount": 0.9, "opinion_discount": None})),
+        ("hysteretic", "decrease 0.01", Hysteretic()),
+        ("distributed", "step size 1", Distributed()),
+    ):
+        yield Curve(learner=learner, reading=reading, rule=rule, **common)
     yield from _lenient(common)
     yield Curve(learner="FMQ", reading="weight 10", rule=FMQ(), **common)
     yield Curve(learner="FMQ", reading="weight 10, temperature 160 to 0.1", rule=FMQ(), **common,
@@ -200,13 +182,12 @@ def _grid() -> Iterator[Curve]:
     common: dict[str, Any] = {
         "figure": 6, "game": "grid", "ks": GRID_PENALTIES, "decays": GRID_DECAYS, **GRID
     }
-    yield Curve(learner="IL-A", reading=PRINTED, rule=IQ(discount=1.0, observes="own"), **common)
-    yield Curve(learner="IL-B", reading=PRINTED, rule=IQ(discount=1.0), **common)
-    yield Curve(learner="JAQ", reading=PRINTED, rule=JAQ(discount=1.0), **common)
-    yield Curve(learner="IVQ", reading=PRINTED, rule=IVQ(discount=1.0), **common)
-    yield Curve(learner="IVQ", reading="outside the bracket",
-                rule=IVQ(discount=1.0, bracket="outside"), **common)
     for learner, reading, rule in (
+        ("IL-A", PRINTED, IQ(discount=1.0, observes="own")),
+        ("IL-B", PRINTED, IQ(discount=1.0)),
+        ("JAQ", PRINTED, JAQ(discount=1.0)),
+        ("IVQ", PRINTED, IVQ(discount=1.0)),
+        ("IVQ", "outside the bracket", IVQ(discount=1.0, bracket="outside")),
         ("IL-B", "discount 0.9", IQ(discount=0.9)),
         ("hysteretic", "discount 0.9, decrease 0.01", Hysteretic(discount=0.9)),
         ("distributed", "discount 0.9, step size 1", Distributed(discount=0.9)),

@@ -16,11 +16,11 @@ from pipeline.studies.claims import Evidence
 from pipeline.studies.statistics import (
     UNDEFINED,
     Estimate,
+    difference,
     greatest,
     least,
     magnitude,
     mean,
-    weighted_sum,
     wilson,
 )
 
@@ -39,16 +39,11 @@ Curves = dict[str, dict[float, ByPenalty]]
 #: A row of schema Paradigms.
 Row = dict[str, Any]
 
-#: Choice of the k that a quantity looks at.
+#: Choice of the k that a quantity looks at; None is the one point of a game without k.
 Where = Callable[[float | None], bool]
 
 #: Quantity of some curves; None if points that it needs are missing.
 Measure = Callable[[Curves], Estimate | None]
-
-
-def everywhere(_: float | None) -> bool:
-    """Choose all k, and the one point of a game without k."""
-    return True
 
 
 def near_zero(k: float | None) -> bool:
@@ -56,13 +51,9 @@ def near_zero(k: float | None) -> bool:
     return k is not None and NEAR_ZERO <= k < 0
 
 
-def _minus(one: Estimate, other: Estimate) -> Estimate:
-    return weighted_sum([1.0, -1.0], [one, other])
-
-
-def _gaps(one: ByPenalty, other: ByPenalty, where: Where = everywhere) -> list[Estimate]:
+def _gaps(one: ByPenalty, other: ByPenalty, where: Where = lambda _: True) -> list[Estimate]:
     """Differences ``one - other`` at every k that both have."""
-    return [_minus(one[k], other[k]) for k in one if k in other and where(k)]
+    return [difference(one[k], other[k]) for k in one if k in other and where(k)]
 
 
 def _only(curves: Curves, learner: str) -> ByPenalty:
@@ -82,13 +73,13 @@ def fall(learner: str) -> Measure:
         curve = {k: point for k, point in _only(curves, learner).items() if k is not None}
         if len(curve) < 2:
             return None
-        return _minus(curve[min(curve, key=abs)], curve[max(curve, key=abs)])
+        return difference(curve[min(curve, key=abs)], curve[max(curve, key=abs)])
 
     return measure
 
 
 def lead(
-    learner: str, others: Sequence[str], where: Where = everywhere,
+    learner: str, others: Sequence[str], where: Where = lambda _: True,
     of: Callable[[Sequence[Estimate]], Estimate] = least,
 ) -> Measure:
     """Measure: the least of the learner's leads over the others; a lead is a mean difference over k.
@@ -145,7 +136,7 @@ def lead_of_the_best(learner: str, others: Sequence[str]) -> Measure:
 
     def measure(curves: Curves) -> Estimate | None:
         own, *rest = (greatest(list(_over_decays(curves, name).values())) for name in (learner, *others))
-        return least([_minus(own, other) for other in rest])
+        return least([difference(own, other) for other in rest])
 
     return measure
 
@@ -166,7 +157,7 @@ def best_decay(learner: str, around: float) -> Measure:
         if around not in points or not min(points) < around < max(points):
             return None
         top = max(points, key=lambda decay: points[decay].value)
-        rivals = [decay for decay in points if _minus(points[top], points[decay]).low <= 0]
+        rivals = [decay for decay in points if difference(points[top], points[decay]).low <= 0]
         return Estimate(top, min(rivals), max(rivals))
 
     return measure
@@ -188,30 +179,16 @@ def p_other_equilibrium(row: Row) -> Estimate:
     if row["p_equilibrium"] is None:
         return UNDEFINED
     p = max(0.0, row["p_equilibrium"] - row["p_optimal"])
-    low, high = wilson(p * row["runs"], row["runs"])
-    return Estimate(p, float(low), float(high))
+    return Estimate(p, *wilson(p * row["runs"], row["runs"]))
 
 
 def curves_of(points: pl.DataFrame, readings: Mapping[str, str], of: Callable[[Row], Estimate]) -> Curves:
-    """Curves of some learners, each in one reading.
-
-    Args:
-        points: schema Paradigms, of one game and one number of runs.
-        readings: reading of each learner, by name.
-        of: estimate that is read from a row.
-    """
+    """Curves of the learners, each in its reading; points are of one game and one number of runs."""
     curves: Curves = {learner: {} for learner in readings}
     for row in points.iter_rows(named=True):
         if readings.get(row["learner"]) == row["reading"]:
             curves[row["learner"]].setdefault(row["decay"], {})[row["k"]] = of(row)
     return curves
-
-
-def panels(curves: Curves) -> Iterator[tuple[float, Curves]]:
-    """Each decay, rising, with the curves at this decay only."""
-    for decay in sorted({decay for decays in curves.values() for decay in decays}):
-        yield decay, {name: {d: curve for d, curve in decays.items() if d == decay}
-                      for name, decays in curves.items()}
 
 
 def compared(
@@ -222,15 +199,7 @@ def compared(
 
     A quantity of several learners is estimated once for every reading that any of them has. The others are
     then in the reading of the same name, else in the printed one, else in their first. So every reading is
-    looked at, and no two line-ups differ by more than they must.
-
-    Args:
-        figure: figure of the paper; the points of Figure 7 are filed under Figure 6.
-        game: name of the game.
-        learners: names of the learners that the quantity is made of.
-        measure: quantity of their curves.
-        by_panel: estimate at each decay, else over all of them.
-        of: estimate that is read from a row.
+    looked at, and no two line-ups differ by more than they must. Points of Figure 7 are filed under Figure 6.
     """
     def evidence(points: pl.DataFrame) -> Iterator[Evidence]:
         mine = points.filter(
@@ -238,10 +207,10 @@ def compared(
             & pl.col("learner").is_in(learners))
         found = []
         for (runs,), group in mine.partition_by("runs", as_dict=True).items():
+            panels = group.partition_by("decay", as_dict=True) if by_panel else {(None,): group}
             for readings in _line_ups(group, learners):
-                curves = curves_of(group, readings, of)
-                for decay, panel in panels(curves) if by_panel else [(None, curves)]:
-                    estimate = measure(panel)
+                for (decay,), panel in panels.items():
+                    estimate = measure(curves_of(panel, readings, of))
                     if estimate is not None:
                         about = {"figure": figure, "reading": _named(readings), "decay": decay, "runs": runs}
                         found.append(Evidence(estimate, runs, about))

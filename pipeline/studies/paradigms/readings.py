@@ -23,11 +23,8 @@ DISCOUNTS = (0.0, 0.1, 0.5, 0.8, 0.9, 0.92, 0.95)
 def matrix_readings(influence: float, **common: Any) -> Iterator[Curve]:
     """Curves of a matrix game for every combination of open settings, and for other ends of training.
 
-    A reading's name lists what is not as printed.
-
-    Args:
-        influence: beta of equation 4.
-        common: the other fields of every curve.
+    A reading's name lists what is not as printed. ``influence`` is beta of equation 4; ``common`` are the
+    other fields of every curve.
     """
     for rate, discount in product(RATES, DISCOUNTS):
         shared = {"step_size": rate, "discount": discount}
@@ -78,11 +75,7 @@ def informative(points: pl.DataFrame, best: int = 3) -> pl.DataFrame:
 
 
 def grid_readings(**common: Any) -> Iterator[Curve]:
-    """Curves of the grid world with one reading changed at a time.
-
-    Args:
-        common: the other fields of every curve.
-    """
+    """Curves of the grid world with one reading changed at a time; ``common`` are their other fields."""
     learners: tuple[tuple[str, type[IQ | JAQ | IVQ], dict[str, Any]], ...] = (
         ("IL-A", IQ, {"observes": "own"}), ("IL-B", IQ, {}), ("JAQ", JAQ, {}), ("IVQ", IVQ, {})
     )

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from numba import njit
 
 from pipeline.studies.paradigms.games.game import Bool, Game
+from pipeline.studies.paradigms.games.matrix import climbing
 from pipeline.studies.paradigms.rules.jaq import joint_index
 from pipeline.studies.paradigms.rules.kernel import kernel
 from pipeline.studies.paradigms.rules.memory import (
@@ -220,43 +221,30 @@ def stream(seeds: Sequence[int], run: int) -> np.random.Generator:
 
 def warm_up() -> None:
     """Compile everything, which takes some seconds the first time."""
-    one = np.zeros((1, 4, 1, 2))
-    never = np.zeros((1, 4), dtype=np.bool_)
-    nowhere = np.zeros((1, 4), dtype=np.int64)
-    game = Game("nothing", 2, nowhere, one, never, never, np.zeros((2, 1), dtype=np.int64))
-    play(game, RULES[0].settings(), Training(np.ones(1)), Testing(), runs=range(1), seeds=(0,))
+    play(climbing(), RULES[0].settings(), Training(np.ones(1)), Testing(), runs=range(1), seeds=(0,))
 
 
 def play(
     game: Game, settings: LearnerSettings, training: Training, testing: Testing,
-    *, runs: range, seeds: Sequence[int], workers: int | None = None,
+    *, runs: range, seeds: Sequence[int],
 ) -> Runs:
     """Results of training a team of equal learners in a game, then testing it, once for each run.
 
     A step draws one number for each agent's choice, one for the outcome if there are several, and one for
-    each agent's rule if its error is random, in this order.
-
-    Args:
-        game: the game.
-        settings: settings of every agent's rule.
-        training: length and exploration of the training.
-        testing: number and length of the tests.
-        runs: numbers of the runs.
-        seeds: seeds of all runs. Other seeds make independent runs, unless they differ only in zeros at the
-            end.
-        workers: threads (default: one for each core).
+    each agent's rule if its error is random, in this order. Other seeds make independent runs, unless they
+    differ only in zeros at the end.
 
     Raises:
         ValueError: if the settings belong to no rule in RULES.
     """
-    dynamics, learner = _dynamics(game, settings), _learner(settings, game.agents)
+    dynamics, learner = dynamics_of(game, settings), learner_of(settings, game.agents)
     count = len(runs)
     out = Runs(np.zeros(count), np.full(count, np.nan), np.full(count, -1), np.zeros(count, np.bool_))
 
     def batch(places: npt.NDArray[np.int64]) -> None:
         for place in places:
             rng = stream(seeds, runs[place])
-            memory, bounded = _trained(rng, dynamics, learner, settings, training)
+            memory, bounded = trained(rng, dynamics, learner, settings, training)
             out.diverged[place] = not bounded
             if not bounded:
                 continue
@@ -267,53 +255,36 @@ def play(
             if succeeded:
                 out.length[place] = length / succeeded
 
-    threads = workers or os.cpu_count() or 1
+    threads = os.cpu_count() or 1
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(batch, np.array_split(np.arange(count), min(count, threads * BATCHES_A_CORE) or 1)))
     return out
 
 
-def learn(
-    game: Game, settings: LearnerSettings, training: Training, *, run: int, seeds: Sequence[int]
-) -> Memory:
-    """Memory of a team after one run's training, the same that :func:`play` tests.
-
-    If the run diverged, the memory is that of the moment when an error left the bounds.
-
-    Args:
-        game: the game.
-        settings: settings of every agent's rule.
-        training: length and exploration of the training.
-        run: number of the run.
-        seeds: seeds of all runs.
-
-    Raises:
-        ValueError: if the settings belong to no rule in RULES.
-    """
-    dynamics, learner = _dynamics(game, settings), _learner(settings, game.agents)
-    memory, _ = _trained(stream(seeds, run), dynamics, learner, settings, training)
-    return memory
-
-
-def _dynamics(game: Game, settings: LearnerSettings) -> _Dynamics:
+def dynamics_of(game: Game, settings: LearnerSettings) -> _Dynamics:
+    """The game as learners with these settings observe it."""
     return _Dynamics(  # copies: read-only arrays are another type to numba, compiled once more
         game.following.copy(), game.rewards.copy(), game.ends.copy(), game.success.copy(),
         game.observed(settings.observes).copy(), game.start, game.actions,
     )
 
 
-def _learner(settings: LearnerSettings, agents: int) -> _Learner:
+def learner_of(settings: LearnerSettings, agents: int) -> _Learner:
+    """The rule of these settings for a team of ``agents``."""
     return _Learner(
         number_of(settings), settings.params(agents), tosses=settings.TOSSES, joint=settings.JOINT,
         in_turn=settings.order == "in turn",
     )
 
 
-def _trained(
+def trained(
     rng: np.random.Generator, dynamics: _Dynamics, learner: _Learner, settings: LearnerSettings,
     training: Training,
 ) -> tuple[Memory, bool]:
-    """Memory of a new team after training; False beside it if the run diverged."""
+    """Memory of a new team after training; False beside it if the run diverged.
+
+    The memory of a run that diverged is that of the moment when an error left the bounds.
+    """
     agents, observations = dynamics.observed.shape[0], int(dynamics.observed.max()) + 1
     memory = memory_of(settings, agents, observations, dynamics.actions)
     temperatures = np.asarray(training.temperatures, dtype=np.float64)

@@ -42,7 +42,6 @@ from pipeline.studies.seasons.measures import (
     pairs,
     printed,
     seasons_of,
-    share,
     slope,
     total,
 )
@@ -133,7 +132,7 @@ CLAIMS: tuple[Claim[Seasons], ...] = (
     _table_3("Against humans new actions are used from game 2 on", HUMAN, "other actions in game 2, %",
              mean(OTHER, 2, 2), ABOVE, pooling="percent"),
     _table_3("Against humans new actions are used in every game from game 2 on", HUMAN,
-             f"share of games 2 to {GAMES} with other actions", share(_SOME, 2, GAMES), ALL, pooling="share"),
+             f"share of games 2 to {GAMES} with other actions", mean(_SOME, 2, GAMES), ALL, pooling="share"),
     _table_3("Against humans new actions grow in the first ten games", HUMAN,
              "slope of other actions in games 1 to 10, % a game", slope(OTHER, *_EARLY), ABOVE),
     _table_3("After these the progress is slower", HUMAN,
@@ -226,22 +225,9 @@ CLAIMS: tuple[Claim[Seasons], ...] = (
 
 
 def verdicts(games: pl.DataFrame, growth: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
-    """Verdicts on all claims.
+    """Schema Claims: one row for each claim, in their order, from schemas Games, Growth and Evaluations.
 
-    Args:
-        games: schema Games, of any seasons.
-        growth: schema Growth, of the same.
-        evaluations: schema Evaluations, of their apprentices.
-
-    Returns:
-        Schema Claims, one row for each claim, in their order. A claim without seasons is not judged, unless
-        the paper's own Table 3 contradicts it.
+    A claim without seasons is not judged, unless the paper's own Table 3 contradicts it.
     """
-    rows = [
-        finding.columns() | {
-            "item": finding.claim.item, "stated": finding.claim.stated.text,
-            "table_3": finding.evidence.printed, "seasons": finding.evidence.observations,
-        }
-        for finding in findings(CLAIMS, seasons_of(games, growth, evaluations), LEAST_SEASONS)
-    ]
-    return Claims.validate(pl.DataFrame(rows, schema=Claims.dtypes()), cast=True)
+    rows = findings(CLAIMS, seasons_of(games, growth, evaluations), LEAST_SEASONS)
+    return Claims.validate(pl.DataFrame(list(rows), schema=Claims.dtypes()), cast=True)

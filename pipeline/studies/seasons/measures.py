@@ -17,7 +17,7 @@ import polars as pl
 
 from pipeline.studies.claims import Evidence
 from pipeline.studies.seasons import table3
-from pipeline.studies.statistics import UNDEFINED, Estimate, mean_interval, weighted_sum, wilson
+from pipeline.studies.statistics import UNDEFINED, Estimate, difference, mean_interval, wilson
 from schemas import ROLES, Evaluations, Growth
 
 #: How numbers of seasons become one estimate. ``mean``: mean with Student's interval; ``count``, ``percent``
@@ -38,6 +38,8 @@ EFFECTIVE = pl.col("direct").cast(pl.Int64) + pl.col("indirect")
 WON = (pl.col("goals_for") > pl.col("goals_against")).cast(pl.Float64)
 LOST = (pl.col("goals_for") < pl.col("goals_against")).cast(pl.Float64)
 
+_NO_GROWTH, _NO_EVALUATIONS = Growth.empty(), Evaluations.empty()
+
 
 class SeasonTables(NamedTuple):
     """Tables of one season.
@@ -49,8 +51,8 @@ class SeasonTables(NamedTuple):
     """
 
     games: pl.DataFrame
-    growth: pl.DataFrame
-    evaluations: pl.DataFrame
+    growth: pl.DataFrame = _NO_GROWTH
+    evaluations: pl.DataFrame = _NO_EVALUATIONS
 
 
 Measure = Callable[[SeasonTables], float]
@@ -60,13 +62,9 @@ Seasons = Mapping[tuple[str, str], Sequence[SeasonTables]]
 
 
 def distinct(games: pl.DataFrame) -> pl.DataFrame:
-    """Seasons that count: the longest of those with the same settings, opponent and seed.
+    """Seasons of schema Games that count: the longest of those with the same settings, opponent and seed.
 
-    Args:
-        games: schema Games.
-
-    Returns:
-        Columns settings, opponent, seed, season, sorted. Among equally long seasons the first name counts.
+    Columns settings, opponent, seed, season, sorted. Among equally long seasons the first name counts.
     """
     key = ["settings", "opponent", "seed"]
     lengths = games.group_by(*key, "season").agg(pl.len()).sort("len", "season", descending=[True, False])
@@ -74,14 +72,11 @@ def distinct(games: pl.DataFrame) -> pl.DataFrame:
 
 
 def seasons_of(
-    games: pl.DataFrame, growth: pl.DataFrame, evaluations: pl.DataFrame
+    games: pl.DataFrame, growth: pl.DataFrame = _NO_GROWTH, evaluations: pl.DataFrame = _NO_EVALUATIONS
 ) -> dict[tuple[str, str], list[SeasonTables]]:
     """Seasons by settings and opponent: those that are :func:`distinct`, in order of their seeds.
 
-    Args:
-        games: schema Games.
-        growth: schema Growth.
-        evaluations: schema Evaluations; a team's name is the id of its season.
+    A team's name in schema Evaluations is the id of its season.
     """
     found: dict[tuple[str, str], list[SeasonTables]] = {}
     for row in distinct(games).iter_rows(named=True):
@@ -112,14 +107,13 @@ def pooled(values: Iterable[float], pooling: Pooling, trials: int = 1) -> tuple[
         return UNDEFINED, 0
     mean = math.fsum(seen) / len(seen)
     if pooling == "seasons":
-        low, high = wilson(mean * len(seen), len(seen))
-        return Estimate(mean, float(low), float(high)), len(seen)
+        return Estimate(mean, *wilson(mean * len(seen), len(seen))), len(seen)
     ends = mean_interval(seen)
     if ends is None:
         return Estimate(mean, math.nan, math.nan), len(seen)
     if pooling == "rate":
         low, high = wilson(mean * len(seen) * trials, len(seen) * trials)
-        ends = min(ends[0], float(low)), max(ends[1], float(high))
+        ends = min(ends[0], low), max(ends[1], high)
     least, most = _BOUNDS.get(pooling, (-math.inf, math.inf))
     return Estimate(mean, max(ends[0], least), min(ends[1], most)), len(seen)
 
@@ -131,7 +125,7 @@ def phase(games: pl.DataFrame, first: int, last: int) -> pl.DataFrame | None:
 
 
 def mean(value: pl.Expr, first: int, last: int) -> Measure:
-    """Measure: the mean of a value over games ``first`` to ``last``."""
+    """Measure: the mean of a value over games ``first`` to ``last``; of a condition, the share."""
     return _of_phase(first, last, lambda rows: rows.select(value.mean()).item())
 
 
@@ -145,18 +139,10 @@ def greatest(value: pl.Expr, first: int, last: int) -> Measure:
     return _of_phase(first, last, lambda rows: rows.select(value.max()).item())
 
 
-def share(condition: pl.Expr, first: int, last: int) -> Measure:
-    """Measure: the share of games ``first`` to ``last`` that fulfil a condition."""
-    return mean(condition.cast(pl.Float64), first, last)
-
-
 def evaluated(value: pl.Expr, opponent: str, games: int) -> Measure:
-    """Measure: the mean of a value over the evaluation matches of a season's apprentice.
+    """Measure: the mean of a value over an apprentice's evaluations against an opponent.
 
-    Args:
-        value: value of a row of schema Evaluations.
-        opponent: opponent of the matches.
-        games: length of the season; the measure of a season of another length is NaN.
+    NaN if the season is not of so many games.
     """
     def measure(season: SeasonTables) -> float:
         matches = season.evaluations.filter(pl.col("opponent") == opponent)
@@ -233,7 +219,7 @@ def grown_without_training(column: str, first: int, last: int) -> Measure:
 
 def printed(measure: Measure, opponent: str) -> float:
     """Number of the paper's own season against an opponent, from Table 3."""
-    return measure(SeasonTables(table3.games(opponent), Growth.empty(), Evaluations.empty()))
+    return measure(SeasonTables(table3.games(opponent)))
 
 
 def compared(
@@ -256,22 +242,12 @@ def compared(
 
     def evidence(seasons: Seasons) -> Iterator[Evidence]:
         estimates, counts = zip(*(estimate(seasons.get(side, ())) for side in sides), strict=True)
-        papers = [printed(measure, opponent) for _, opponent in sides] if in_table_3 else []
-        about = {name: " less ".join(dict.fromkeys(words))
-                 for name, words in zip(("settings", "opponent"), zip(*sides, strict=True), strict=True)}
-        yield Evidence(_minus(estimates), min(counts), about, reduce(sub, papers) if papers else None)
+        paper = reduce(sub, [printed(measure, opponent) for _, opponent in sides]) if in_table_3 else None
+        settings, opponents = (" less ".join(dict.fromkeys(words)) for words in zip(*sides, strict=True))
+        about = {"settings": settings, "opponent": opponents, "seasons": min(counts), "table_3": paper}
+        yield Evidence(reduce(difference, estimates), min(counts), about, paper)
 
     return evidence
-
-
-def _minus(estimates: Sequence[Estimate]) -> Estimate:
-    """The one estimate, or the first minus the second."""
-    if len(estimates) == 1:
-        return estimates[0]
-    one, other = estimates
-    if one.defined and other.defined:
-        return weighted_sum([1.0, -1.0], [one, other])
-    return Estimate(one.value - other.value, math.nan, math.nan)
 
 
 def _of_phase(first: int, last: int, of: Callable[[pl.DataFrame], float | None]) -> Measure:

@@ -12,6 +12,8 @@ _WHOSE = ("settings", "opponent", "season")
 _DOES: dict[str, pl.DataType] = {
     "role": pl.Enum(ROLES), "does": pl.String(), "worth": pl.Float64(), "evidence": pl.Float64(),
 }
+#: Table of preferences without rows.
+NO_PREFERENCES = pl.DataFrame(schema={**dict.fromkeys(_WHOSE, pl.String()), **_DOES})
 
 
 def preferred(policy: pl.DataFrame, lcb_weight: float) -> pl.DataFrame:
@@ -40,20 +42,10 @@ def _in_words(behaviour: str) -> str:
     return ", ".join(f"{code} {TABLE_1[int(code)][0]}" for code in behaviour.split("-")[1:])
 
 
-def empty_preferences() -> pl.DataFrame:
-    """Table of preferences without rows."""
-    return pl.DataFrame(schema={**dict.fromkeys(_WHOSE, pl.String()), **_DOES})
-
-
 def side_by_side(preferences: pl.DataFrame) -> pl.DataFrame:
-    """Preferred behaviours of each apprentice in one row.
+    """Preferred behaviours, with the columns of NO_PREFERENCES, in one row for each apprentice.
 
-    Args:
-        preferences: settings, opponent, season, and the columns of :func:`preferred`.
-
-    Returns:
-        Columns settings, opponent, season, and one for each role: the behaviour, its value in brackets;
-        sorted.
+    Columns settings, opponent, season, and one for each role: the behaviour, its value in brackets; sorted.
     """
     said = preferences.with_columns(pl.format("{} ({})", "does", pl.col("worth").round(2)))
     return said.select(*_WHOSE, *(

@@ -24,14 +24,8 @@ from pipeline.studies.seasons.summary import (
     played,
 )
 from pipeline.studies.seasons.table3 import CHANGE, GAMES
-from schemas import ROLES, STAND_IN
+from schemas import STAND_IN
 from schemas.evaluations import minutes_of, word_of
-
-#: Caveat of every result.
-STANDS_IN = (
-    f"{STAND_IN}. It plays with delays, noise and changing tactics. The paper's opponents were people with "
-    "joysticks. We have no such recordings: nothing here is evidence about people."
-)
 
 #: Colours of verdicts on the web page: fulfilled, not fulfilled, denied by the paper's own table, undecided.
 COLOURS = {
@@ -112,13 +106,13 @@ class SeasonsReport:
             "best apprentices' policies. All intervals are 95 % intervals over seasons. A season is one "
             "apprentice; its games are not independent. Lines in plots are means over seasons, bands are "
             "their intervals.")
-        yield f"**{STANDS_IN}**"
+        yield (
+            f"**{STAND_IN}. It plays with delays, noise and changing tactics. The paper's opponents were "
+            "people with joysticks. We have no such recordings: nothing here is evidence about people.**")
         yield "## What was played"
         yield _renamed(played(self.games), {
-            "settings": "settings", "opponent": "opponent", "seasons": "seasons", "seeds": "seeds",
-            "games": "games", "lead": "apprentice's lead", "minutes": "minutes a game",
-            "situations": "situations a game", "knowledge": "last knowledge version",
-            "policy": "last policy version",
+            "lead": "apprentice's lead", "minutes": "minutes a game", "situations": "situations a game",
+            "knowledge": "last knowledge version", "policy": "last policy version",
         })
         if BEST in self.games["settings"]:
             yield (f"An apprentice of `{BEST}` plays {named(BEST).practice} more matches beside each game, "
@@ -188,10 +182,7 @@ class SeasonsReport:
             "Their key tells roles apart and nothing else. An apprentice therefore prefers one behaviour "
             "in each role and repeats it. It answers the opponent by who has which role and by the control "
             f"within a situation. The value of the behaviour is in brackets: goals, discounted.{left}")
-        yield _renamed(side_by_side(self.preferences), {
-            "settings": "settings", "opponent": "trained against", "season": "season",
-            **dict(zip(ROLES, ROLES, strict=True)),
-        })
+        yield _renamed(side_by_side(self.preferences), {"opponent": "trained against"})
 
     def _comparisons(self) -> Iterator[str]:
         yield "## Settings beside each other"
@@ -211,9 +202,8 @@ class SeasonsReport:
                "error of the other team, and of unknown origin (paper, Figure 10; the rules are ours).")
         kinds = ("direct", "indirect", "error", "unknown")
         yield _renamed(attributed(self.games), {
-            "settings": "settings", "opponent": "opponent", "seasons": "seasons",
-            "goals_for": "goals for", **dict(zip(kinds, kinds, strict=True)),
-            "goals_against": "goals against", **{f"{kind}_against": kind for kind in kinds},
+            "goals_for": "goals for", "goals_against": "goals against",
+            **{f"{kind}_against": kind for kind in kinds},
         })
 
     def _table_3(self) -> Iterator[str]:
@@ -251,12 +241,7 @@ def commands(games: pl.DataFrame) -> Iterator[str]:
 
 
 def evaluating(games: pl.DataFrame, evaluations: pl.DataFrame) -> Iterator[str]:
-    """Commands that measure the seasons' apprentices again, one for each row of consecutive seeds.
-
-    Args:
-        games: schema Games.
-        evaluations: schema Evaluations.
-    """
+    """Commands that measure the seasons' apprentices again, one for each row of consecutive seeds."""
     counted = evaluations.join(distinct(games), left_on="team", right_on="season", how="semi")
     pairs = counted.group_by("team", "opponent", "duration_s", pair="seed").agg().sort(pl.all())
     usual = RefereeSettings().duration_s
@@ -308,11 +293,10 @@ def _with_intervals(rows: pl.DataFrame, first: tuple[str, ...], last: tuple[str,
 
 
 def _renamed(rows: pl.DataFrame, names: Mapping[str, str]) -> str:
-    """Table of some columns under other names."""
-    shown = rows.select(pl.col(name) if rows.schema[name].is_numeric() else pl.col(name).cast(pl.String)
-                        for name in names)
-    cells = [[_cell(value) for value in row] for row in shown.iter_rows()]
-    return table(list(names.values()), cells, [dtype.is_numeric() for dtype in shown.dtypes])
+    """Table of the rows, some columns under other names."""
+    head = [names.get(name, name) for name in rows.columns]
+    cells = [[_cell(value) for value in row] for row in rows.iter_rows()]
+    return table(head, cells, [dtype.is_numeric() for dtype in rows.dtypes])
 
 
 def _cell(value: str | float | None) -> str:

@@ -1,4 +1,7 @@
-"""Summaries of seasons: curves over the games, Table 3 beside the paper's, settings beside each other."""
+"""Summaries of seasons: curves over the games, Table 3 beside the paper's, settings beside each other.
+
+``games`` is of schema Games, ``evaluations`` of schema Evaluations, where a team's name is its season's id.
+"""
 
 from __future__ import annotations
 
@@ -25,12 +28,12 @@ from pipeline.studies.seasons.measures import (
     seasons_of,
 )
 from pipeline.studies.statistics import Estimate, welch
-from schemas import Evaluations, Growth
 
 #: Last games of a season over which settings are compared.
 LAST = 10
 
 _SIDES = ("settings", "opponent")
+_ENDS = ("", "_low", "_high")
 _KINDS = ("direct", "indirect", "error")
 _COMPARED: dict[str, tuple[pl.Expr, Pooling]] = {
     "difference": (DIFFERENCE, "mean"), "other": (OTHER, "percent"),
@@ -57,24 +60,20 @@ def curves(
     """
     key = [*_SIDES, *by, "game"]
     kept = table.join(distinct(table), on=[*_SIDES, "seed", "season"], how="semi").sort("season", *by, "game")
-    rows = []
+    rows, ends = [], ("mean", "low", "high")
     for what, value in values.items():
         read = kept.select(*key, value.over("season", *by).cast(pl.Float64).alias("value"))
         groups = read.drop_nulls("value").group_by(*key).agg("value").sort(key)
         for group in groups.iter_rows(named=True):
             estimate, seasons = pooled(group.pop("value"), poolings.get(what, "mean"))
-            rows.append({"what": what, **group, "seasons": seasons} | _ends(estimate, "mean", "low", "high"))
+            rows.append({"what": what, **group, "seasons": seasons, **dict(zip(ends, estimate, strict=True))})
     types = {"what": pl.String(), **{name: table.schema[name] for name in key}, "seasons": pl.Int64(),
-             **dict.fromkeys(("mean", "low", "high"), pl.Float64())}
-    return pl.DataFrame(rows, schema=types)
+             **dict.fromkeys(ends, pl.Float64())}
+    return pl.DataFrame(rows, schema=types).with_columns(pl.col(ends).fill_nan(None))
 
 
 def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
-    """The paper's Table 3 and ours, game by game.
-
-    Args:
-        games: schema Games.
-        settings: name of the settings of our seasons.
+    """The paper's Table 3 and that of our seasons with these settings, game by game.
 
     Returns:
         One row for each opponent and game, sorted. Ours: opponent, game, seasons, total, random, other, pct
@@ -108,26 +107,22 @@ def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
 def compared(games: pl.DataFrame) -> pl.DataFrame:
     """Settings beside each other: the last ten games of their seasons, or all if there are fewer.
 
-    Args:
-        games: schema Games.
-
     Returns:
         One row for each settings and opponent: settings, opponent, seasons, games (of the shortest season),
         and means over the seasons with 95 % intervals: difference (goals a game), other (%), won and lost
         (shares of games).
     """
     rows = []
-    for (settings, opponent), seasons in _seasons(games).items():
+    for (settings, opponent), seasons in seasons_of(games).items():
         lengths = [_games(season) for season in seasons]
-        row: dict[str, object] = dict(zip(_SIDES, (settings, opponent), strict=True))
-        row |= {"seasons": len(seasons), "games": min(lengths)}
+        row: dict[str, object] = {
+            "settings": settings, "opponent": opponent, "seasons": len(seasons), "games": min(lengths)}
         for name, (value, pooling) in _COMPARED.items():
             numbers = [_last(value, length)(season) for season, length in zip(seasons, lengths, strict=True)]
             estimate, _ = pooled(numbers, pooling, min(LAST, *lengths))
-            row |= _ends(estimate, name, f"{name}_low", f"{name}_high")
+            row |= _ends(name, estimate)
         rows.append(row)
-    numbers_of = [f"{name}{end}" for name in _COMPARED for end in ("", "_low", "_high")]
-    return pl.DataFrame(rows, schema=_types(strings=_SIDES, integers=("seasons", "games"), floats=numbers_of))
+    return _table(rows, _SIDES, ("seasons", "games"), tuple(_COMPARED))
 
 
 def ablated(games: pl.DataFrame, bases: Sequence[str]) -> pl.DataFrame:
@@ -146,7 +141,7 @@ def ablated(games: pl.DataFrame, bases: Sequence[str]) -> pl.DataFrame:
         all these seasons have), and with 95 % intervals difference (goals a game) and other (%), the
         ablation's minus the base's.
     """
-    found = _seasons(games)
+    found = seasons_of(games)
     rows: list[dict[str, object]] = []
     for base in bases:
         for (settings, opponent), seasons in found.items():
@@ -162,20 +157,14 @@ def ablated(games: pl.DataFrame, bases: Sequence[str]) -> pl.DataFrame:
                 mine, theirs = ([_last(value, last)(season) for season in side] for side in (seasons, others))
                 apart = Estimate(pooled(mine, "mean")[0].value - pooled(theirs, "mean")[0].value,
                                  *(welch(mine, theirs) or (math.nan, math.nan)))
-                row |= _ends(apart, name, f"{name}_low", f"{name}_high")
+                row |= _ends(name, apart)
             rows.append(row)
-    numbers_of = [f"{name}{end}" for name in ("difference", "other") for end in ("", "_low", "_high")]
-    return pl.DataFrame(rows, schema=_types(
-        strings=("settings", "base", "opponent"), integers=("seasons", "seasons_base", "first", "last"),
-        floats=numbers_of))
+    return _table(rows, ("settings", "base", "opponent"), ("seasons", "seasons_base", "first", "last"),
+                  ("difference", "other"))
 
 
 def measured(games: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
     """Evaluations of the apprentices after the last game of their season.
-
-    Args:
-        games: schema Games.
-        evaluations: schema Evaluations; a team's name is the id of its season.
 
     Returns:
         One row for each settings, opponent and length of seasons, and opponent of the evaluation: settings,
@@ -183,7 +172,7 @@ def measured(games: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
         intervals: difference (goals a match), other (%), won and lost (shares of matches).
     """
     rows: list[dict[str, object]] = []
-    for (settings, opponent), seasons in seasons_of(games, Growth.empty(), evaluations).items():
+    for (settings, opponent), seasons in seasons_of(games, evaluations=evaluations).items():
         taught = [season for season in seasons if season.evaluations.height]
         for length in sorted(set(map(_games, taught))):
             mine = [season for season in taught if _games(season) == length]
@@ -198,15 +187,9 @@ def measured(games: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
                 for name, (value, pooling) in _COMPARED.items():
                     estimate, _ = pooled(map(evaluated(value, against, length), seen), pooling,
                                          min(map(pairs(against), seen)))
-                    row |= _ends(estimate, name, f"{name}_low", f"{name}_high")
+                    row |= _ends(name, estimate)
                 rows.append(row)
-    numbers_of = [f"{name}{end}" for name in _COMPARED for end in ("", "_low", "_high")]
-    return pl.DataFrame(rows, schema=_types(
-        strings=(*_SIDES, "against"), integers=("games", "seasons", "matches"), floats=numbers_of))
-
-
-def _seasons(games: pl.DataFrame) -> dict[tuple[str, str], list[SeasonTables]]:
-    return seasons_of(games, Growth.empty(), Evaluations.empty())
+    return _table(rows, (*_SIDES, "against"), ("games", "seasons", "matches"), tuple(_COMPARED))
 
 
 def _games(season: SeasonTables) -> int:
@@ -221,9 +204,6 @@ def _last(value: pl.Expr, last: int) -> Measure:
 
 def attributed(games: pl.DataFrame) -> pl.DataFrame:
     """Goals a game by kind, means over the seasons.
-
-    Args:
-        games: schema Games.
 
     Returns:
         One row for each settings and opponent: settings, opponent, seasons, and the apprentice's goals a
@@ -259,10 +239,7 @@ def played(games: pl.DataFrame) -> pl.DataFrame:
             "situations": mine["situations"].mean(),
             "knowledge": _span(seasons["knowledge_version"]), "policy": _span(seasons["policy_version"]),
         })
-    texts = (*_SIDES, "seeds", "games", "lead", "knowledge", "policy")
-    types = _types(strings=texts, integers=("seasons",), floats=("minutes", "situations"))
-    order = (*_SIDES, "seasons", "seeds", "games", "lead", "minutes", "situations", "knowledge", "policy")
-    return pl.DataFrame(rows, schema=types).select(order).sort(_SIDES)
+    return pl.DataFrame(rows).sort(_SIDES)
 
 
 def _leads(games: pl.DataFrame) -> str:
@@ -282,13 +259,16 @@ def _span(values: pl.Series) -> str:
     return f"{known[0]} to {known[-1]}" if len(known) > 1 else str(known[0])
 
 
-def _ends(estimate: Estimate, *names: str) -> dict[str, float | None]:
-    """Columns of an estimate, named for value, low and high; None if it is not defined."""
-    return {name: None if math.isnan(end) else end for name, end in zip(names, estimate, strict=True)}
+def _ends(name: str, estimate: Estimate) -> dict[str, float]:
+    """Columns of an estimate: its name, and the same with ``_low`` and ``_high``."""
+    return {f"{name}{end}": number for end, number in zip(_ENDS, estimate, strict=True)}
 
 
-def _types(
-    *, strings: Sequence[str], integers: Sequence[str], floats: Sequence[str]
-) -> dict[str, pl.DataType]:
-    return {**dict.fromkeys(strings, pl.String()), **dict.fromkeys(integers, pl.Int64()),
-            **dict.fromkeys(floats, pl.Float64())}
+def _table(
+    rows: list[dict[str, object]], strings: Sequence[str], integers: Sequence[str], estimates: Sequence[str]
+) -> pl.DataFrame:
+    """Table of the rows, with these columns in this order; null where an estimate is not defined."""
+    ends = [f"{name}{end}" for name in estimates for end in _ENDS]
+    types = {**dict.fromkeys(strings, pl.String()), **dict.fromkeys(integers, pl.Int64()),
+             **dict.fromkeys(ends, pl.Float64())}
+    return pl.DataFrame(rows, schema=types).with_columns(pl.col(ends).fill_nan(None))

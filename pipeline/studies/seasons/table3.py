@@ -36,13 +36,10 @@ def printed() -> pl.DataFrame:
 
 @cache
 def games(opponent: str) -> pl.DataFrame:
-    """One of the paper's columns, with the column names of schema Games.
-
-    Args:
-        opponent: ``human-like`` (the column of games against humans) or ``static``.
+    """One of the paper's columns, ``human-like`` or ``static``, with the column names of schema Games.
 
     Returns:
-        Columns game, actions, random_actions, other_actions, 35 rows by game; random plus other is actions.
+        Columns game, actions and other_actions, 35 rows by game.
 
     Raises:
         KeyError: if the paper has no column of this opponent.
@@ -51,6 +48,5 @@ def games(opponent: str) -> pl.DataFrame:
     return printed().select(
         pl.col("game").cast(pl.Int16),
         actions=pl.col(f"{column}_total"),
-        random_actions=pl.col(f"{column}_total") - pl.col(f"{column}_other"),
         other_actions=pl.col(f"{column}_other"),
     )

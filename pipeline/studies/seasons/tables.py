@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Any
 
 import polars as pl
 
 from pipeline.errors import SchemaMismatch
+from pipeline.studies.seasons.settings import Season
 from schemas import ROLES, Games, Growth, StatesPlayed
 from schemas.behaviours import moves_randomly
 from schemas.goals import KINDS
@@ -16,42 +17,14 @@ from schemas.table import Key
 APPRENTICE, OPPONENT = "home", "away"
 
 
-@dataclass(frozen=True, slots=True)
-class GameId:
-    """Identity of a game: its season and its number.
-
-    Attributes:
-        season: id of the season.
-        settings: name of the season's settings.
-        opponent: opponent of the season.
-        seed: seed of the season.
-        number: number of the game, from 1.
-    """
-
-    season: str
-    settings: str
-    opponent: str
-    seed: int
-    number: int
-
-    def columns(self) -> list[pl.Expr]:
-        """Columns that identify the game; both tables begin with them."""
-        return [
-            pl.lit(self.season).alias("season"), pl.lit(self.settings).alias("settings"),
-            pl.lit(self.opponent).alias("opponent"), pl.lit(self.seed).alias("seed"),
-            pl.lit(self.number).alias("game"),
-        ]
-
-
 def game_row(
-    game: GameId,
+    season: Season,
+    game: int,
     match: pl.DataFrame,
     decisions: pl.DataFrame,
     goals: pl.DataFrame,
     *,
     situations: int,
-    lead: int = 0,
-    key: Key,
     known: pl.DataFrame | None = None,
     policy_version: int | None = None,
     knowledge_version: int | None = None,
@@ -59,13 +32,13 @@ def game_row(
     """Row of the apprentice's game.
 
     Args:
-        game: identity of the game.
+        season: season of the game.
+        game: number of the game, from 1.
         match: schema Matches, the row of the game.
-        decisions: schema Decisions, of the game; the apprentice's own are counted (:func:`own`).
+        decisions: schema Decisions, of the game, with states by the finest key of the knowledge; the
+            apprentice's own are counted (:func:`own`).
         goals: schema Goals, of the game, without those of a lead.
         situations: number of recognised situations, of all robots.
-        lead: goals that the apprentice started ahead by.
-        key: finest state key of the knowledge; states of ``decisions`` are by this key.
         known: schema Occasions, of the knowledge that it played with; None in its first game.
         policy_version: version of the policy that it played with; None if it had none.
         knowledge_version: newest version after the game; None if there is none.
@@ -77,51 +50,44 @@ def game_row(
         SchemaMismatch: if ``match`` is not one row.
     """
     if match.height != 1:
-        raise SchemaMismatch(f"{match.height} matches, not one", where=f"{game.season}, game {game.number}",
+        raise SchemaMismatch(f"{match.height} matches, not one", where=f"{season.id}, game {game}",
                              next_step="Pass the row of the game's match")
     mine = own(decisions)
     other = mine.filter(~_at_random()).height
-    row = match.select(
-        *game.columns(),
-        "match_id",
-        pl.lit(lead).alias("lead"),
-        *(pl.lit(count).alias(name) for name, count in _scored(goals).items()),
-        pl.lit(mine.height).alias("actions"),
-        pl.lit(mine.height - other).alias("random_actions"),
-        pl.lit(other).alias("other_actions"),
-        pl.lit(_share_known(mine, known, key)).alias("known_states"),
-        pl.lit(situations).alias("situations"),
-        "duration_s",
-        pl.lit(policy_version).alias("policy_version"),
-        pl.lit(knowledge_version).alias("knowledge_version"),
-    )
-    return Games.validate(row.select(list(Games.dtypes())), cast=True)
+    row = {
+        **_identity(season, game), **match.select("match_id", "duration_s").row(0, named=True),
+        "lead": season.lead(game), **_scored(goals),
+        "actions": mine.height, "random_actions": mine.height - other, "other_actions": other,
+        "known_states": _share_known(mine, known, season.settings.pipeline.knowledge.state_key),
+        "situations": situations,
+        "policy_version": policy_version, "knowledge_version": knowledge_version,
+    }
+    return Games.validate(pl.DataFrame([row], schema=Games.dtypes()), cast=True)
 
 
 def growth_rows(
-    game: GameId,
+    season: Season,
+    game: int,
     decisions: pl.DataFrame,
     played: pl.DataFrame,
     occasions: pl.DataFrame,
     behaviours: pl.DataFrame,
-    *,
-    key: Key,
 ) -> pl.DataFrame:
     """Rows of what each role knows after a game.
 
     Args:
-        game: identity of the game.
+        season: season of the game.
+        game: number of the game, from 1.
         decisions: schema Decisions, of the game.
         played: schema StatesPlayed, of the season's games up to and with this one.
         occasions: schema Occasions, of the newest version after the game; empty if there is none.
         behaviours: schema Behaviours, of the same version.
-        key: finest state key of ``occasions``; states of ``decisions`` are by this key.
 
     Returns:
         Three rows of schema Growth, by role.
     """
     made = own(decisions).group_by("role").agg(actions=pl.len(), other_actions=(~_at_random()).sum())
-    known = occasions.filter(pl.col("key") == key)
+    known = occasions.filter(pl.col("key") == season.settings.pipeline.knowledge.state_key)
     seen = known.filter(pl.col("count") > 0).select("role", "state").unique()
     parts = {
         "states": pl.concat([played, seen]).unique(),
@@ -135,21 +101,14 @@ def growth_rows(
         rows = rows.join(table.group_by("role").agg(pl.len().alias(name)), on="role", how="left",
                          maintain_order="left")
     rows = rows.join(made, on="role", how="left", maintain_order="left").with_columns(
-        *game.columns(), pl.exclude("role").fill_null(0)
+        pl.exclude("role").fill_null(0),
+        *(pl.lit(value).alias(name) for name, value in _identity(season, game).items()),
     )
     return Growth.validate(rows.select(list(Growth.dtypes())), cast=True)
 
 
 def states_played(before: pl.DataFrame, decisions: pl.DataFrame) -> pl.DataFrame:
-    """States in which the apprentice has decided.
-
-    Args:
-        before: schema StatesPlayed, of the earlier games.
-        decisions: schema Decisions, of the game.
-
-    Returns:
-        Schema StatesPlayed.
-    """
+    """Schema StatesPlayed, after a game: the earlier games' rows and the states of the game's decisions."""
     states = own(decisions).select("role", "state")
     return StatesPlayed.validate(pl.concat([before, states]).unique().sort("role", "state"))
 
@@ -157,6 +116,12 @@ def states_played(before: pl.DataFrame, decisions: pl.DataFrame) -> pl.DataFrame
 def own(decisions: pl.DataFrame) -> pl.DataFrame:
     """Decisions that the apprentice made itself: of its team, and chosen in play, not observed."""
     return decisions.filter((pl.col("team") == APPRENTICE) & pl.col("chosen"))
+
+
+def _identity(season: Season, game: int) -> dict[str, Any]:
+    """Columns that identify a game."""
+    return {"season": season.id, "settings": season.name, "opponent": season.opponent, "seed": season.seed,
+            "game": game}
 
 
 def _at_random() -> pl.Expr:

@@ -5,7 +5,6 @@ A repeated matrix game has one state, which follows itself.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -82,24 +81,6 @@ class Game:
     def expected(self) -> F64:
         """Mean reward over the outcomes, float64 [S, J, N]."""
         return np.asarray(self.rewards.mean(axis=2))
-
-    @property
-    def choices(self) -> I64:
-        """Action of each agent in each joint action, int64 [N, J]."""
-        return np.indices((self.actions,) * self.agents, dtype=np.int64).reshape(self.agents, -1)
-
-    def joint(self, actions: Sequence[int]) -> int:
-        """Index of a joint action.
-
-        Args:
-            actions: N actions in the order of the agents, each in [0, A).
-
-        Raises:
-            SchemaMismatch: if the actions are not as above.
-        """
-        _require(len(actions) == self.agents and all(0 <= a < self.actions for a in actions),
-                 "actions", f"{tuple(actions)} is not one of {self.actions} for each of {self.agents} agents")
-        return int(np.ravel_multi_index(tuple(actions), (self.actions,) * self.agents))
 
     def observed(self, what: Literal["own", "joint"]) -> I64:
         """Observation of each agent in each state, int64 [N, S], numbered from 0.

@@ -1,43 +1,34 @@
 """The grid world, in which two agents must be in the same place at the same time (paper, Figure 3c).
 
-Positions are (row, column), counted from 1, row 1 on top. A state is the positions of both agents:
-``25 * first + second``, where a position is the cell ``5 * (row - 1) + (column - 1)``.
+Positions are (row, column), counted from 1, row 1 on top. A position is the cell
+``5 * (row - 1) + (column - 1)``. A state is the cells of both agents: ``25 * first + second``.
 """
 
 from __future__ import annotations
 
 import math
-from enum import IntEnum
 from typing import Literal
 
 import numpy as np
 
-from pipeline.errors import BadSettings, NotFound
+from pipeline.errors import BadSettings
 from pipeline.studies.paradigms.games.game import Game
-
-Position = tuple[int, int]
 
 SIZE = 5
 CELLS = SIZE * SIZE
 
-STARTS: tuple[Position, Position] = ((5, 1), (5, 5))
-SUMMIT: Position = (3, 3)
+
+def _cell(row: int, column: int) -> int:
+    return SIZE * (row - 1) + (column - 1)
+
+
+STARTS = (_cell(5, 1), _cell(5, 5))
+SUMMIT = _cell(3, 3)
 SUMMIT_REWARD = 10.0
-REFUGE: Position = (1, 3)
+REFUGE = _cell(1, 3)
 REFUGE_REWARD = 5.0
 
-
-class Move(IntEnum):
-    """Actions by number; the paper names none."""
-
-    UP = 0
-    DOWN = 1
-    LEFT = 2
-    RIGHT = 3
-    STAY = 4
-
-
-#: Rows down and columns to the right of each move.
+#: Rows down and columns to the right of each action: up, down, left, right, stay. The paper names none.
 STEPS = ((-1, 0), (1, 0), (0, -1), (0, 1), (0, 0))
 
 
@@ -62,7 +53,7 @@ def grid_world(k: float, *, punished: Literal["both", "alone"] = "both", stay: b
         raise BadSettings(
             f"punished cannot be {punished!r}", where="grid world", next_step="Choose both or alone"
         )
-    actions = len(Move) if stay else len(Move) - 1
+    actions = len(STEPS) if stay else len(STEPS) - 1
     down, right = np.array(STEPS[:actions], dtype=np.int64).T
     rows, columns = np.indices((SIZE, SIZE), dtype=np.int64).reshape(2, CELLS, 1)
     moved = SIZE * np.clip(rows + down, 0, SIZE - 1) + np.clip(columns + right, 0, SIZE - 1)
@@ -71,9 +62,9 @@ def grid_world(k: float, *, punished: Literal["both", "alone"] = "both", stay: b
     choices = np.indices((actions, actions)).reshape(2, -1)
     cells = moved[own[:, :, np.newaxis], choices[:, np.newaxis, :]]  # [N, S, J]
 
-    there = cells == _cell(SUMMIT)
+    there = cells == SUMMIT
     summit = there.all(axis=0)
-    refuge = (cells == _cell(REFUGE)).all(axis=0)
+    refuge = (cells == REFUGE).all(axis=0)
     alone = there.any(axis=0) & ~summit
     pays = np.broadcast_to(alone, there.shape) if punished == "both" else there & alone
     rewards = SUMMIT_REWARD * summit + REFUGE_REWARD * refuge - k * pays
@@ -85,37 +76,5 @@ def grid_world(k: float, *, punished: Literal["both", "alone"] = "both", stay: b
         ends=summit | refuge,
         success=summit,
         own=own,
-        start=state_of(*STARTS),
+        start=CELLS * STARTS[0] + STARTS[1],
     )
-
-
-def positions(state: int) -> tuple[Position, Position]:
-    """Positions of the two agents in a state, (row, column) counted from 1.
-
-    Raises:
-        NotFound: if there is no such state.
-    """
-    if not 0 <= state < CELLS * CELLS:
-        raise NotFound(
-            f"no state {state}", where="grid world", next_step=f"States are 0 to {CELLS * CELLS - 1}"
-        )
-    first, second = divmod(int(state), CELLS)
-    return (first // SIZE + 1, first % SIZE + 1), (second // SIZE + 1, second % SIZE + 1)
-
-
-def state_of(first: Position, second: Position) -> int:
-    """State in which the two agents are at these positions, (row, column) counted from 1.
-
-    Raises:
-        NotFound: if a position is not on the board.
-    """
-    return CELLS * _cell(first) + _cell(second)
-
-
-def _cell(position: Position) -> int:
-    row, column = position
-    if not (1 <= row <= SIZE and 1 <= column <= SIZE):
-        raise NotFound(
-            f"no position {position}", where="grid world", next_step=f"Rows and columns are 1 to {SIZE}"
-        )
-    return SIZE * (row - 1) + (column - 1)

@@ -1,4 +1,4 @@
-"""Repeated matrix games: penalty, climbing and its stochastic variants.
+"""Repeated matrix games: penalty, climbing and its stochastic variants; their Nash equilibria.
 
 Rows are the first agent's actions, columns the second's; both agents receive the cell. Source of penalty and
 climbing: Claus and Boutilier, *The dynamics of reinforcement learning in cooperative multiagent systems*,
@@ -15,10 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.errors import BadSettings, SchemaMismatch
-from pipeline.studies.paradigms.games.equilibria import optimal
-from pipeline.studies.paradigms.games.game import Game
+from pipeline.studies.paradigms.games.game import Bool, Game
 
 CLIMBING = ((11, -30, 0), (-30, 7, 6), (0, 0, 5))
+
+#: Mean rewards that differ by no more than this are equal: means of outcomes carry rounding errors.
+TIE = 1e-9
 
 #: The two outcomes of every cell. Some publications print 10/0 in the last cell; the mean is the same.
 FULLY_STOCHASTIC_CLIMBING = (
@@ -33,8 +35,7 @@ def matrix_game(
 ) -> Game:
     """Repeated matrix game of N agents with A actions each.
 
-    Its success is computed: the equilibria that are best for every agent, see
-    :func:`pipeline.studies.paradigms.games.equilibria.optimal`. With individual rewards there may be none.
+    Its success is computed: the :func:`optimal` equilibria. With individual rewards there may be none.
 
     Args:
         name: name of the game.
@@ -70,6 +71,34 @@ def matrix_game(
         own=np.zeros((agents, 1), dtype=np.int64),
     )
     return replace(game, success=optimal(game)[np.newaxis])
+
+
+def pure_equilibria(game: Game) -> Bool:
+    """Joint actions, bool [J], from which no agent gains by deviating alone (paper, inequality 8).
+
+    Rewards are expected rewards of one step in the first state. Weak equilibria count: an agent that would
+    receive the same does not gain.
+    """
+    by_action = game.expected[0].reshape((game.actions,) * game.agents + (game.agents,))
+    stable = np.ones(by_action.shape[:-1], dtype=np.bool_)
+    for agent in range(game.agents):
+        received = by_action[..., agent]
+        stable &= received >= received.max(axis=agent, keepdims=True) - TIE
+    return stable.reshape(-1)
+
+
+def optimal(game: Game) -> Bool:
+    """Equilibria, bool [J], that are best for every agent at once (paper, section 5).
+
+    There is none if agents prefer different equilibria, or if there is no equilibrium in pure strategies. If
+    all agents receive the same, these are the joint actions of the greatest expected reward.
+    """
+    stable = pure_equilibria(game)
+    if not stable.any():
+        return stable
+    expected = game.expected[0]
+    best = (expected >= expected[stable].max(axis=0) - TIE).all(axis=1)
+    return np.asarray(stable & best)
 
 
 def penalty(k: float) -> Game:

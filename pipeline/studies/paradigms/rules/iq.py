@@ -24,10 +24,6 @@ class IQ(LearnerSettings):
 
     rule: Literal["IQ"] = "IQ"
 
-    def params(self, agents: int) -> Params:
-        """Step size and discount."""
-        return Params(self.step_size, self.discount)
-
 
 @kernel
 def error(memory: Memory, params: Params, agent: int, step: Transition, u_t: float) -> float:

@@ -16,7 +16,6 @@ Suffixes carry time: an agent observes ``s_tm1``, takes ``a_tm1``, receives ``r_
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -98,7 +97,7 @@ class Params(NamedTuple):
     losing: float = 0.0
 
 
-class LearnerSettings(Frozen, ABC):
+class LearnerSettings(Frozen):
     """Settings of every rule.
 
     Attributes:
@@ -121,12 +120,12 @@ class LearnerSettings(Frozen, ABC):
     observes: Literal["own", "joint"] = "joint"
     order: Literal["simultaneous", "in turn"] = "simultaneous"
 
-    @abstractmethod
     def params(self, agents: int) -> Params:
-        """Parameters of the rule for a team of ``agents``.
+        """Parameters of the rule for a team of ``agents``: step size, discount, and what the rule adds.
 
         With one agent every rule must be Q-learning: parameters that concern other agents are then neutral.
         """
+        return Params(self.step_size, self.discount)
 
     def aux(self, actions: int) -> tuple[float, float, float]:
         """Initial numbers in ``Memory.aux`` of every pair of observation and action."""

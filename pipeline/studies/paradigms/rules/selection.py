@@ -1,4 +1,8 @@
-"""Choice of an action: weights of the actions from their values, and a draw by the weights."""
+"""Choice of an action: weights of the actions from their values, and a draw by the weights.
+
+Values are float64 [A] and finite. Weights are written into ``out``, float64 [A]. A temperature is at least 0,
+in the unit of the values; a probability of exploring, ``epsilon``, is in [0, 1].
+"""
 
 from __future__ import annotations
 
@@ -27,11 +31,6 @@ def boltzmann(values: F64, temperature: float, out: F64) -> None:
 
     The greatest weight is 1, so nothing overflows; a weight that underflows is 0. At temperature 0 the
     actions of the greatest value weigh 1 and all others 0, which is the limit.
-
-    Args:
-        values: float64 [A], finite.
-        temperature: at least 0, in the unit of the values.
-        out: float64 [A], the weights.
     """
     best = values[0]
     for a in range(1, values.shape[0]):
@@ -47,13 +46,7 @@ def boltzmann(values: F64, temperature: float, out: F64) -> None:
 
 @kernel
 def epsilon_greedy(values: F64, epsilon: float, out: F64) -> None:
-    """Weights of a uniform choice of all actions (``epsilon``) or of those of the greatest value.
-
-    Args:
-        values: float64 [A], finite.
-        epsilon: in [0, 1].
-        out: float64 [A], the weights; they add up to 1.
-    """
+    """Weights of a uniform choice of all actions (``epsilon``) or of those of the greatest value; sum 1."""
     boltzmann(values, 0.0, out)
     ties = 0.0
     for a in range(out.shape[0]):
@@ -64,13 +57,7 @@ def epsilon_greedy(values: F64, epsilon: float, out: F64) -> None:
 
 @kernel
 def mixed(policy: F64, epsilon: float, out: F64) -> None:
-    """Weights of a uniform choice (``epsilon``) or of a draw from the agent's own mixed policy.
-
-    Args:
-        policy: float64 [A], probabilities.
-        epsilon: in [0, 1].
-        out: float64 [A], the weights; they add up to 1.
-    """
+    """Weights of a uniform choice (``epsilon``) or of a draw from the agent's own mixed policy; sum 1."""
     for a in range(policy.shape[0]):
         out[a] = (1.0 - epsilon) * policy[a] + epsilon / policy.shape[0]
 
