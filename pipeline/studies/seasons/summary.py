@@ -215,8 +215,8 @@ def attributed(games: pl.DataFrame) -> pl.DataFrame:
         f"{kind}{side}" for kind in _KINDS) for side in ("", "_against")}
     means = [pl.col(name).mean() for name in ("goals_for", *_KINDS, "unknown", "goals_against",
                                               *(f"{kind}_against" for kind in _KINDS), "unknown_against")]
-    by_season = kept.with_columns(**sums).group_by(*_SIDES, "season").agg(means)
-    return by_season.group_by(_SIDES).agg(pl.len().cast(pl.Int64).alias("seasons"), *means).sort(_SIDES)
+    by_season = kept.with_columns(**sums).group_by(*_SIDES, "season", maintain_order=True).agg(means)
+    return by_season.group_by(_SIDES, maintain_order=True).agg(pl.len().cast(pl.Int64).alias("seasons"), *means).sort(_SIDES)
 
 
 def played(games: pl.DataFrame) -> pl.DataFrame:
