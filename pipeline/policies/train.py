@@ -244,18 +244,7 @@ def _learn(rows: pl.DataFrame, pair: I64, own: pl.DataFrame, settings: PolicySet
             share=own.select(pl.col("visits") / pl.max_horizontal(of_state, 1))["visits"].to_numpy(),
             rate=settings.influence,
         )
-    return sarsa_lambda(
-        own["q"].to_numpy(),
-        batch,
-        step_size=settings.step_size,
-        discount=settings.discount,
-        trace_decay=settings.trace_decay,
-        traces=settings.traces,
-        sweeps=settings.sweeps,
-        steps=settings.steps,
-        seen=own["evidence"].to_numpy(),
-        influence=influence,
-    )
+    return sarsa_lambda(own["q"].to_numpy(), own["evidence"].to_numpy(), batch, settings, influence)
 
 
 def _training(own: pl.DataFrame, roles: pl.Series, learned: LearnedValues) -> dict[str, TableTraining]:
