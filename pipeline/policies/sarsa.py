@@ -215,7 +215,7 @@ def sarsa_lambda(
     _require(np.isfinite(batch.reward), "reward", "is not finite")
 
     # copies, because numba compiles the kernel once more for read-only arrays
-    batch = Transitions(*(column.copy() for column in batch))
+    batch = Transitions(batch.pair.copy(), batch.elapsed.copy(), batch.reward.copy(), batch.ends.copy())
     discounts = np.power(settings.discount, batch.elapsed)
     rule = _LearningRule(
         settings.step_size, settings.trace_decay, settings.steps == "average", settings.traces == "replacing"
