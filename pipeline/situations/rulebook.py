@@ -13,7 +13,7 @@ import polars as pl
 from pipeline.pitch import SCALES, Kind
 from pipeline.settings import SituationSettings
 from pipeline.situations import fuzzy, occurrences, signals
-from pipeline.situations.conditions import Program, compile_conditions, parse
+from pipeline.situations.conditions import Program, compile_conditions
 from pipeline.situations.fuzzy import Variable
 from pipeline.situations.occurrences import RULE, Rows
 from pipeline.situations.rules import MACROS, RULES, TABLE_1, Start, Target
@@ -60,7 +60,7 @@ def compiled(kind: Kind) -> dict[str, RuleSet]:
         rules = [RULES[place] for place in places]
         # a rule without a final condition gets its initial one's register, which is never read
         texts = [text for rule in rules for text in (rule.initial, rule.final or rule.initial)]
-        program = compile_conditions([parse(text, MACROS) for text in texts], names, lines)
+        program = compile_conditions(texts, MACROS, names, lines)
         records = np.zeros(len(rules), dtype=RULE)
         records["initial"], records["final"] = program.outputs[0::2], program.outputs[1::2]
         records["start"] = [_STARTS[rule.start] for rule in rules]
