@@ -159,8 +159,3 @@ def lines(term: Trapezoid) -> Lines:
     rise, up = (0.0, 1.0) if term.a == term.b else (1 / (term.b - term.a), -term.a / (term.b - term.a))
     fall, down = (0.0, 1.0) if term.c == term.d else (-1 / (term.d - term.c), term.d / (term.d - term.c))
     return Lines(rise, up, fall, down)
-
-
-def corners(term: Trapezoid) -> tuple[float | None, ...]:
-    """The corners a, b, c, d for people; None at an open end."""
-    return tuple(None if abs(corner) >= FAR_OFF else float(corner) for corner in term)

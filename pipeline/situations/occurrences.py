@@ -25,7 +25,7 @@ Rows = npt.NDArray[np.void]
 #: Tolerance of comparisons between times, because clocks are rounded.
 CLOCK_NS = 1_000
 
-#: Kinds of start, as in rules.Start.
+#: Kinds of start, in the order of rules.Start.
 ONSET, LATEST, WHILE = range(3)
 
 #: A rule's state between blocks: the sample at which its initial condition last held, the sample at
