@@ -10,8 +10,9 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
+from pipeline.arrays import I64
 from pipeline.pitch import Pitch
-from pipeline.sequences import I64, exact, instances
+from pipeline.sequences import exact, instances
 from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
 from schemas import SIDES, Decisions

@@ -7,7 +7,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.matches.frame import F32, HOME, I64
+from pipeline.arrays import F32, I64
+from pipeline.matches.frame import HOME
 from pipeline.pitch import SCALES, Pitch
 from pipeline.settings import GoalSettings
 from schemas import BODIES, SIDES, Goals

@@ -14,12 +14,9 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
+from pipeline.arrays import F64, I16, I64, Bools
 from pipeline.errors import SchemaMismatch
 from schemas import ROLES
-
-I64 = npt.NDArray[np.int64]
-F64 = npt.NDArray[np.float64]
-Bool = npt.NDArray[np.bool_]
 
 #: Longest gram: four codes of eight bits, below the role, in one key.
 LONGEST = 4
@@ -113,14 +110,14 @@ def role_of(key: I64) -> I64:
     return key >> _ROLE_SHIFT
 
 
-def codes_of(key: I64, n: int) -> npt.NDArray[np.int16]:
+def codes_of(key: I64, n: int) -> I16:
     """The n codes of each key, int16 [W, n]."""
     packed = key & _CODES_MASK
     shifts = _CODE_BITS * np.arange(n - 1, -1, -1)
     return ((packed[:, None] >> shifts) & ((1 << _CODE_BITS) - 1)).astype(np.int16)
 
 
-def links(situations: pl.DataFrame, gap_s: float) -> Bool:
+def links(situations: pl.DataFrame, gap_s: float) -> Bools:
     """Whether each situation is followed by the next row without a break, bool [S - 1].
 
     Linked rows have the same robot and segment, and lie less than ``gap_s`` seconds apart.
@@ -140,11 +137,11 @@ def links(situations: pl.DataFrame, gap_s: float) -> Bool:
             next_step="Recognise them again",
         )
     segment = situations["segment"].to_numpy()
-    linked: Bool = same & (segment[1:] == segment[:-1]) & (gap < gap_s * 1e9)
+    linked: Bools = same & (segment[1:] == segment[:-1]) & (gap < gap_s * 1e9)
     return linked
 
 
-def windows(situations: pl.DataFrame, n: int, taken: Bool | None, gap_s: float) -> Windows:
+def windows(situations: pl.DataFrame, n: int, taken: Bools | None, gap_s: float) -> Windows:
     """Runs of ``n`` consecutive situations, none of them taken.
 
     Args:
@@ -167,7 +164,7 @@ def windows(situations: pl.DataFrame, n: int, taken: Bool | None, gap_s: float) 
     return Windows(first, keys_of(role[first], codes[first[:, None] + np.arange(n)]))
 
 
-def mark(first: I64, n: int, taken: Bool) -> None:
+def mark(first: I64, n: int, taken: Bools) -> None:
     """Set ``taken`` [S] in place for the ``n`` situations of each run that starts at ``first``."""
     taken[first[:, None] + np.arange(n)] = True
 

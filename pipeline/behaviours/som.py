@@ -17,8 +17,7 @@ import numpy.typing as npt
 from minisom import MiniSom
 from numba import njit
 
-F64 = npt.NDArray[np.float64]
-I64 = npt.NDArray[np.int64]
+from pipeline.arrays import F64, I16, I64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,7 +39,7 @@ class SelfOrganisingMap:
 
 
 def train(
-    codes: npt.NDArray[np.int16], counts: I64, rows: int, columns: int, *,
+    codes: I16, counts: I64, rows: int, columns: int, *,
     epochs: int, seed: int, sigma_end: float,
 ) -> SelfOrganisingMap:
     """Train a map with Kohonen's batch rule, each distinct gram weighted by its count.
@@ -80,7 +79,7 @@ def train(
     )
 
 
-def best_matching_units(som: SelfOrganisingMap, codes: npt.NDArray[np.int16]) -> I64:
+def best_matching_units(som: SelfOrganisingMap, codes: I16) -> I64:
     """The neuron nearest to each gram [D, n], the lowest on a tie; int64 [D]."""
     return _nearest(np.ascontiguousarray(codes, dtype=np.float64), som.weights)[0]
 

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from itertools import chain
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 
-from pipeline.sequences import I64, Bool, added_up, codes_of, exact, instances, mark, role_of, windows
+from pipeline.arrays import I16, I64, Bools
+from pipeline.sequences import added_up, codes_of, exact, instances, mark, role_of, windows
 from pipeline.settings import GramSettings
 from schemas import ROLES, SIDES, Grams
 
@@ -49,7 +49,7 @@ def value(
     return situations.with_columns(pl.Series("value", values))
 
 
-def cover(situations: pl.DataFrame, patterns: pl.DataFrame, settings: GramSettings) -> Bool:
+def cover(situations: pl.DataFrame, patterns: pl.DataFrame, settings: GramSettings) -> Bools:
     """Mask of the situations that are part of a behaviour already, bool [S].
 
     The patterns are applied in the order of the rounds: four situations first, then three in the
@@ -66,7 +66,7 @@ def cover(situations: pl.DataFrame, patterns: pl.DataFrame, settings: GramSettin
     return taken
 
 
-def grams(valued: pl.DataFrame, n: int, taken: Bool | None, settings: GramSettings) -> pl.DataFrame:
+def grams(valued: pl.DataFrame, n: int, taken: Bools | None, settings: GramSettings) -> pl.DataFrame:
     """Count and value the distinct runs of ``n`` consecutive situations of one match.
 
     Args:
@@ -120,6 +120,6 @@ def _labels(categories: tuple[str, ...], index: I64) -> pl.Series:
     return pl.Series(np.array(categories)[index], dtype=pl.Enum(categories))
 
 
-def _lists(codes: npt.NDArray[np.int16]) -> pl.Series:
+def _lists(codes: I16) -> pl.Series:
     """A list column from codes [W, n]."""
     return pl.Series("codes", codes, dtype=pl.Array(pl.Int16, codes.shape[1])).cast(pl.List(pl.Int16))

@@ -15,15 +15,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
+from pipeline.arrays import F64, I8, I64, Bools
 from pipeline.errors import BadSettings, SchemaMismatch
 from pipeline.settings import PolicySettings
-
-F64 = npt.NDArray[np.float64]
-I64 = npt.NDArray[np.int64]
-I8 = npt.NDArray[np.int8]
 
 CONTINUES, TERMINAL, TRUNCATED = 0, 1, 2
 
@@ -241,7 +237,7 @@ def sarsa_lambda(
     return LearnedValues(learned, counted, first, last)
 
 
-def _require(ok: npt.NDArray[np.bool_], name: str, breach: str) -> None:
+def _require(ok: Bools, name: str, breach: str) -> None:
     if not ok.all():
         raise SchemaMismatch(
             f"{name}[{int(np.argmin(ok))}] {breach}", where="sarsa",

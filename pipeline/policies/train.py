@@ -13,9 +13,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 
+from pipeline.arrays import I64
 from pipeline.errors import SchemaMismatch
 from pipeline.policies.influence import Influence
 from pipeline.policies.sarsa import (
@@ -32,8 +32,6 @@ from pipeline.state import project
 from schemas import Decisions, Policies
 from schemas.behaviours import moves_randomly
 from schemas.table import ROLES, Key
-
-I64 = npt.NDArray[np.int64]
 
 _PAIR = ["role", "key", "state", "behaviour_id"]
 

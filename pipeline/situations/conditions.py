@@ -18,13 +18,9 @@ from functools import partial, reduce
 
 import numba
 import numpy as np
-import numpy.typing as npt
 
+from pipeline.arrays import F64, I32
 from pipeline.errors import BadSettings
-
-F64 = npt.NDArray[np.float64]
-I32 = npt.NDArray[np.int32]
-
 
 #: Operations of the register code: out = op(a, b).
 IS, NOT, VERY, AND, OR = range(5)

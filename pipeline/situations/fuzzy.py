@@ -15,9 +15,8 @@ import numpy as np
 import numpy.typing as npt
 import skfuzzy
 
+from pipeline.arrays import F64
 from pipeline.pitch import Scales
-
-F64 = npt.NDArray[np.float64]
 
 #: Corner in place of infinity, which scikit-fuzzy does not take; beyond any length, speed or time of a match.
 FAR_OFF = 1e6

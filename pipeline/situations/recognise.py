@@ -11,9 +11,9 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 
+from pipeline.arrays import F64, I64, U8
 from pipeline.errors import SchemaMismatch
 from pipeline.pitch import SCALES, Pitch
 from pipeline.settings import SituationSettings
@@ -37,9 +37,6 @@ from pipeline.situations.rulebook import RuleSet, compiled
 from pipeline.situations.rules import RULES, TABLE_1, Start, Target
 from schemas import ROLES, SIDES, Situations
 from schemas.situations import MOVES_RANDOMLY
-
-F64 = npt.NDArray[np.float64]
-I64 = npt.NDArray[np.int64]
 
 #: Float64 registers worked on at a time; so many fit in a second-level cache of half a megabyte or more.
 REGISTERS = 80_000
@@ -146,7 +143,7 @@ class _Worker:
         program, t_ns = self.rules.program, samples.t_ns
         marks = np.zeros(len(self.rules.places), dtype=MARK)
         marks["held"] = marks["set_in"] = -1
-        parts: list[npt.NDArray[np.uint8]] = []
+        parts: list[U8] = []
         for at in range(0, len(t_ns), self.block):
             n = min(self.block, len(t_ns) - at)
             fill(at, n, self.registers)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 
+from pipeline.arrays import I64
 from pipeline.pitch import SCALES, Kind
 from pipeline.settings import SituationSettings
 from pipeline.situations import fuzzy, signals
@@ -18,8 +18,6 @@ from pipeline.situations.fuzzy import Variable
 from pipeline.situations.occurrences import RULE, Rows
 from pipeline.situations.rules import MACROS, RULES, TABLE_1, Start, Target
 from schemas.situations import MOVES_RANDOMLY
-
-I64 = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

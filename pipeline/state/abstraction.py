@@ -9,6 +9,7 @@ import numpy.typing as npt
 import polars as pl
 from numba import njit
 
+from pipeline.arrays import F64, I64, U8, Bools
 from pipeline.pitch import SCALES, Pitch
 from pipeline.state.table import (
     AFTER_BALL,
@@ -21,17 +22,12 @@ from pipeline.state.table import (
     GOAL,
     GOAL_DISTANCE,
     GOAL_ORIENTATION,
-    I64,
     NORMAL,
     SCORE,
     SITUATION,
     SPEED,
-    U8,
 )
 from schemas import ROLES, SIDES
-
-F64 = npt.NDArray[np.float64]
-Bool = npt.NDArray[np.bool_]
 
 
 class BinEdges(NamedTuple):
@@ -200,7 +196,7 @@ class _Samples(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def _abstract_all(
-    at: _Samples, sample: I64, team: I64, score: I64, situation: I64, edges: BinEdges, out: U8, known: Bool
+    at: _Samples, sample: I64, team: I64, score: I64, situation: I64, edges: BinEdges, out: U8, known: Bools
 ) -> None:
     """Write the levels of K observations into ``out``, uint8 [K, 36], and into ``known``, bool [K].
 
@@ -221,7 +217,7 @@ def _abstract_all(
 
 def elements(
     trajectories: pl.DataFrame, referee: pl.DataFrame, pitch: Pitch, team: npt.NDArray[np.integer], t_ns: I64
-) -> tuple[U8, Bool]:
+) -> tuple[U8, Bools]:
     """Levels of the 36 elements as the observing teams see them at some samples of a match.
 
     Suspect rows count as missing. The score is the last that the referee told by then; where

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from pipeline.arrays import I64, U8
 from pipeline.errors import BadSettings
 from pipeline.state.table import (
     AFTER_BALL,
@@ -25,12 +26,10 @@ from pipeline.state.table import (
     ELEMENTS,
     GOAL_DISTANCE,
     GOAL_ORIENTATION,
-    I64,
     LEVELS,
     SCORE,
     SITUATION,
     SPEED,
-    U8,
 )
 from schemas import ROLES
 from schemas.table import Key
