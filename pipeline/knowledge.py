@@ -126,7 +126,8 @@ def merge_occasions(
 
 def _by_keys(table: pl.DataFrame, settings: KnowledgeSettings, known: pl.Series | None) -> pl.DataFrame:
     """Occasions from the decisions of a match, by every key of the settings."""
-    begun = pl.concat([_seen(table, settings), _own(table, settings, known)])
+    seen = table.filter(~pl.col("chosen"), pl.col("team").is_in(settings.teams))
+    begun = pl.concat([_counted(seen), _own(table, settings, known)])
     slot = begun["role"].to_physical().to_numpy()
     return pl.concat(
         begun.select(
@@ -139,11 +140,6 @@ def _by_keys(table: pl.DataFrame, settings: KnowledgeSettings, known: pl.Series 
         )
         for key in settings.state_keys
     )
-
-
-def _seen(table: pl.DataFrame, settings: KnowledgeSettings) -> pl.DataFrame:
-    """Occasions from observed decisions of the teams that are learned from."""
-    return _counted(table.filter(~pl.col("chosen"), pl.col("team").is_in(settings.teams)))
 
 
 def _own(table: pl.DataFrame, settings: KnowledgeSettings, known: pl.Series | None) -> pl.DataFrame:
