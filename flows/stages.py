@@ -105,7 +105,7 @@ def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
     selection = select(merged, recognised, settings, next(r for r in settings.rounds if r.n == inputs.n))
     return Made(
         [(selection.patterns, Patterns)],
-        blobs={"map": ("npz", to_bytes({inputs.n: selection.map}))} if selection.map else {},
+        blobs={"map": ("npz", to_bytes(selection.map))} if selection.map else {},
         details={"report": {k: list(v) if isinstance(v, tuple) else v
                             for k, v in selection.report._asdict().items()}},
     )

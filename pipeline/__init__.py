@@ -21,9 +21,8 @@ def _kernels(folder: _Path) -> str:
 
 def _cache() -> _Path:
     """A folder that can be written to: beside the code, else the user's own cache."""
-    code = _HERE
-    if _os.access(code, _os.W_OK):
-        return code / "__pycache__"
+    if _os.access(_HERE, _os.W_OK):
+        return _HERE / "__pycache__"
     return _Path(_os.environ.get("XDG_CACHE_HOME") or _Path.home() / ".cache") / "pitchlore"
 
 

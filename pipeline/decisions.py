@@ -7,33 +7,18 @@ belongs to the first.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 import polars as pl
 
+from pipeline.arrays import I64
 from pipeline.pitch import Pitch
-from pipeline.sequences import I64, exact, instances
+from pipeline.sequences import exact, instances
 from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
 from schemas import SIDES, Decisions
 
 #: Referee events that end an episode; "kick-off" alone does not explain the end.
 _FINAL = ("goal", "fault", "stop", "half", "end")
-
-
-class Instance(NamedTuple):
-    """Instances of behaviours, none sharing a situation with another.
-
-    Attributes:
-        first: int64 [I], row of each instance's first situation, increasing.
-        last: int64 [I], row of its last situation.
-        pattern: int64 [I], row of the behaviour in the table of patterns.
-    """
-
-    first: I64
-    last: I64
-    pattern: I64
 
 
 def observe(
@@ -61,12 +46,12 @@ def observe(
         or -1 for a goal. If no event explains the segment's end, the decision is truncated and ends with
         the segment's last sample.
     """
-    shown = resolve(valued, patterns, grams.gap_s)
-    begun = valued[shown.first]
+    first, last, pattern = resolve(valued, patterns, grams.gap_s)
+    begun = valued[first]
     team = begun["team"].cast(pl.Enum(SIDES)).to_physical().to_numpy().astype(np.int64)
     seen, known = elements(trajectories, referee, pitch, team, begun["start_ns"].to_numpy())
     total = np.append(0.0, np.cumsum(exact(valued["value"].to_numpy())))
-    value = (total[shown.last + 1] - total[shown.first]) / (shown.last + 1 - shown.first)
+    value = (total[last + 1] - total[first]) / (last + 1 - first)
     chosen = pl.DataFrame(
         {
             "match_id": begun["match_id"],
@@ -75,24 +60,24 @@ def observe(
             "role": begun["role"],
             "t_ns": begun["start_ns"],
             "state": encode(seen, "full36"),
-            "behaviour_id": patterns["behaviour_id"][shown.pattern],
+            "behaviour_id": patterns["behaviour_id"][pattern],
             "episode": begun["segment"],
             "value": exact(value),
-            "done_ns": valued["end_ns"][shown.last],
+            "done_ns": valued["end_ns"][last],
         }
     ).filter(pl.Series(known))
     following = pl.col("t_ns").shift(-1).over("team", "robot", "episode")
     scored = pl.when(pl.col("outcome") == "goal").then(
         pl.when(pl.col("scorer") == pl.col("team").cast(pl.String)).then(1.0).otherwise(-1.0)
     ).otherwise(0.0)
-    last = following.is_null()
+    final = following.is_null()
     return (
         chosen.join(episodes(trajectories, referee), on="episode", how="left", maintain_order="left")
         .with_columns(
             random=pl.lit(value=False),
             chosen=pl.lit(value=False),
-            reward=pl.when(last).then(scored).otherwise(0.0),
-            ends=pl.when(last).then(
+            reward=pl.when(final).then(scored).otherwise(0.0),
+            ends=pl.when(final).then(
                 pl.when(pl.col("outcome").is_null()).then(pl.lit("truncated")).otherwise(pl.lit("terminal"))
             ),
             end_ns=following.fill_null(pl.max_horizontal("over_ns", "done_ns")),
@@ -118,11 +103,15 @@ def complete(seen: pl.DataFrame, logged: pl.DataFrame) -> pl.DataFrame:
     return pl.concat([others, chosen]).sort("team", "robot", "t_ns")
 
 
-def resolve(situations: pl.DataFrame, patterns: pl.DataFrame, gap_s: float) -> Instance:
+def resolve(situations: pl.DataFrame, patterns: pl.DataFrame, gap_s: float) -> tuple[I64, I64, I64]:
     """Instances of behaviours, none sharing a situation with another.
 
     Longer patterns are matched first, shorter ones in the situations that these leave. Of overlapping
     instances of one length the earliest is kept.
+
+    Returns:
+        Rows of each instance's first situation, increasing, of its last, and of its behaviour in the
+        table of patterns, int64 [I] each.
     """
     first, last, pattern = [np.empty(0, dtype=np.int64) for _ in range(3)]
     for found in instances(situations, patterns, gap_s):
@@ -134,7 +123,7 @@ def resolve(situations: pl.DataFrame, patterns: pl.DataFrame, gap_s: float) -> I
         last = np.append(last, found.first[free] + found.n - 1)
         pattern = np.append(pattern, found.pattern[free])
     order = np.argsort(first)
-    return Instance(first[order], last[order], pattern[order])
+    return first[order], last[order], pattern[order]
 
 
 def episodes(trajectories: pl.DataFrame, referee: pl.DataFrame) -> pl.DataFrame:

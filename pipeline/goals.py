@@ -7,7 +7,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.matches.frame import F32, HOME, I64
+from pipeline.arrays import F32, I64
+from pipeline.matches.frame import HOME
 from pipeline.pitch import SCALES, Pitch
 from pipeline.settings import GoalSettings
 from schemas import BODIES, SIDES, Goals
@@ -53,9 +54,7 @@ class _BallInPlay(NamedTuple):
     def before(self, t_ns: int) -> _BallInPlay:
         """The ball's samples before a time."""
         seen = slice(int(np.searchsorted(self.t_ns, t_ns)))
-        return _BallInPlay(
-            self.t_ns[seen], self.segment[seen], self.x[seen], self.y[seen], self.vx[seen], self.vy[seen]
-        )
+        return _BallInPlay._make(column[seen] for column in self)
 
 
 class _Episodes(NamedTuple):
@@ -78,7 +77,7 @@ def attribute(
     trajectories: pl.DataFrame,
     situations: pl.DataFrame,
     pitch: Pitch,
-    settings: GoalSettings | None = None,
+    settings: GoalSettings,
 ) -> pl.DataFrame:
     """Robot and kind of each goal.
 
@@ -103,12 +102,11 @@ def attribute(
         trajectories: rows of schema Trajectories of that match.
         situations: rows of schema Situations of that match; without any, no goal is direct.
         pitch: pitch of the match.
-        settings: settings of the stage, None for the defaults.
+        settings: settings of the stage.
 
     Returns:
         Rows of schema Goals by time, one a goal.
     """
-    settings = settings or GoalSettings()
     given = referee.filter(pl.col("event") == "goal").sort("t_ns", maintain_order=True)
     in_play = trajectories.filter(pl.col("segment").is_not_null(), ~pl.col("suspect"))
     ball, touches = _touches(in_play, SCALES[pitch.kind].contact)

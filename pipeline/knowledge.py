@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import chain
 
 import polars as pl
 
-from pipeline.sequences import exact
+from pipeline.sequences import added_up, exact
 from pipeline.settings import KnowledgeSettings
 from pipeline.state import project
 from schemas import KEYS, ROLES, Behaviours, Occasions, Patterns
 from schemas.behaviours import moves_randomly
 
 _PAIR = ("role", "key", "state", "behaviour_id")
-
-#: Decisions that :func:`occasions` holds back before it adds them up.
-_BUFFERED_ROWS = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,23 +105,8 @@ def occasions(
         Rows of schema Occasions. ``initial`` is the greatest value of the behaviours seen in the
         state by the role, so that each of them is tried (paper section 3.2.2, last sentence).
     """
-    total = _sums(Occasions.empty())
-    held: list[pl.DataFrame] = []
-    rows = 0
-    for table in decisions:
-        begun = pl.concat([_seen(table, settings), _own(table, settings, known)])
-        slot = begun["role"].to_physical().to_numpy()
-        held += [
-            begun.with_columns(
-                pl.lit(key, dtype=pl.Enum(KEYS)).alias("key"),
-                pl.Series("state", project(begun["state"].to_numpy(), key, slot)),
-            ).select(total.columns)
-            for key in settings.state_keys
-        ]
-        rows += begun.height * len(settings.state_keys)
-        if rows > max(_BUFFERED_ROWS, total.height):
-            total, held, rows = _add_up([total, *held]), [], 0
-    return _occasions(_add_up([total, *held]), version, settings)
+    begun = (_by_keys(table, settings, known) for table in decisions)
+    return _occasions(added_up(chain([_sums(Occasions.empty())], begun), _PAIR), version, settings)
 
 
 def merge_occasions(
@@ -138,12 +121,25 @@ def merge_occasions(
         version: version of the result, at least 1.
         settings: optimistic; ``initial`` is computed anew.
     """
-    return _occasions(_add_up([_sums(part) for part in parts]), version, settings)
+    return _occasions(added_up(map(_sums, parts), _PAIR), version, settings)
 
 
-def _seen(table: pl.DataFrame, settings: KnowledgeSettings) -> pl.DataFrame:
-    """Occasions from observed decisions of the teams that are learned from."""
-    return _counted(table.filter(~pl.col("chosen"), pl.col("team").is_in(settings.teams)))
+def _by_keys(table: pl.DataFrame, settings: KnowledgeSettings, known: pl.Series | None) -> pl.DataFrame:
+    """Occasions from the decisions of a match, by every key of the settings."""
+    seen = table.filter(~pl.col("chosen"), pl.col("team").is_in(settings.teams))
+    begun = pl.concat([_counted(seen), _own(table, settings, known)])
+    slot = begun["role"].to_physical().to_numpy()
+    return pl.concat(
+        begun.select(
+            "role",
+            pl.lit(key, dtype=pl.Enum(KEYS)).alias("key"),
+            pl.Series("state", project(begun["state"].to_numpy(), key, slot)),
+            "behaviour_id",
+            "count",
+            "value_sum",
+        )
+        for key in settings.state_keys
+    )
 
 
 def _own(table: pl.DataFrame, settings: KnowledgeSettings, known: pl.Series | None) -> pl.DataFrame:
@@ -178,10 +174,6 @@ def _sums(seen: pl.DataFrame) -> pl.DataFrame:
     """Occasions with the exact sum of their instances' values in place of the mean."""
     total = (seen["value"].fill_null(0.0) * seen["count"]).to_numpy()
     return seen.select(*_PAIR, "count", pl.Series("value_sum", exact(total)))
-
-
-def _add_up(parts: list[pl.DataFrame]) -> pl.DataFrame:
-    return pl.concat(parts).group_by(_PAIR).agg(pl.col("count").sum(), pl.col("value_sum").sum())
 
 
 def _occasions(sums: pl.DataFrame, version: int, settings: KnowledgeSettings) -> pl.DataFrame:

@@ -7,19 +7,16 @@ crosses robots, segments, holes, or a situation that is already used up (paper s
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import polars as pl
 
+from pipeline.arrays import F64, I16, I64, Bools
 from pipeline.errors import SchemaMismatch
 from schemas import ROLES
-
-I64 = npt.NDArray[np.int64]
-F64 = npt.NDArray[np.float64]
-Bool = npt.NDArray[np.bool_]
 
 #: Longest gram: four codes of eight bits, below the role, in one key.
 LONGEST = 4
@@ -30,6 +27,9 @@ _CODES_MASK = (1 << _ROLE_SHIFT) - 1
 #: Values are rounded to multiples of this. Their float64 sums below 2**23 are then exact, so they are
 #: the same in any order and for any split of the work.
 QUANTUM = 2.0**-30
+
+#: Rows that :func:`added_up` holds back before it adds them up; this bounds its memory.
+_BUFFERED_ROWS = 1 << 20
 
 
 class Windows(NamedTuple):
@@ -63,12 +63,38 @@ def exact(values: F64) -> F64:
     return np.rint(values / QUANTUM) * QUANTUM
 
 
+def added_up(tables: Iterable[pl.DataFrame], keys: Sequence[str]) -> pl.DataFrame:
+    """One row for each distinct ``keys``, with the sums of all other columns, in no particular order.
+
+    Sums of :func:`exact` values depend neither on the order of the tables nor on the split of the rows
+    over them. Memory is bounded by the number of distinct keys.
+
+    Args:
+        tables: at least one, with the same columns.
+        keys: columns that are not summed.
+    """
+    held: list[pl.DataFrame] = []
+    rows, most = 0, _BUFFERED_ROWS
+    for table in tables:
+        held.append(table)
+        rows += table.height
+        if rows > most:
+            held = [_sums(held, keys)]
+            rows = held[0].height
+            most = rows + max(_BUFFERED_ROWS, rows)
+    return _sums(held, keys)
+
+
+def _sums(tables: list[pl.DataFrame], keys: Sequence[str]) -> pl.DataFrame:
+    return pl.concat(tables).lazy().group_by(keys).agg(pl.all().sum()).collect()
+
+
 def keys_of(role: npt.NDArray[np.integer], codes: npt.NDArray[np.integer]) -> I64:
     """One integer per gram: the role's index above the codes, the first code most significant.
 
     Args:
         role: [W], index in ``schemas.ROLES``.
-        codes: [W, n], 1 to 194, n at most 4. As no code is 0, keys of different n differ.
+        codes: [W, n], 1 to 194, n at most 4.
 
     Returns:
         int64 [W]; keys of one n sort like (role, codes).
@@ -84,33 +110,14 @@ def role_of(key: I64) -> I64:
     return key >> _ROLE_SHIFT
 
 
-def codes_of(key: I64, n: int) -> npt.NDArray[np.int16]:
+def codes_of(key: I64, n: int) -> I16:
     """The n codes of each key, int16 [W, n]."""
     packed = key & _CODES_MASK
     shifts = _CODE_BITS * np.arange(n - 1, -1, -1)
     return ((packed[:, None] >> shifts) & ((1 << _CODE_BITS) - 1)).astype(np.int16)
 
 
-def lengths_of(key: I64) -> I64:
-    """Number of codes in each key, int64 [W]."""
-    packed = key & _CODES_MASK
-    thresholds = np.int64(1) << (_CODE_BITS * np.arange(LONGEST, dtype=np.int64))
-    return np.searchsorted(thresholds, packed, side="right")
-
-
-def keys_of_table(table: pl.DataFrame) -> I64:
-    """Keys of a table with columns role and codes (of one or several lengths), int64 [rows]."""
-    key = np.zeros(table.height, dtype=np.int64)
-    role = table["role"].cast(pl.Enum(ROLES)).to_physical().to_numpy()
-    length = table["codes"].list.len().to_numpy()
-    for n in np.unique(length):
-        rows = np.flatnonzero(length == n)
-        codes = table["codes"][rows].list.to_array(int(n)).to_numpy()
-        key[rows] = keys_of(role[rows], codes)
-    return key
-
-
-def links(situations: pl.DataFrame, gap_s: float) -> Bool:
+def links(situations: pl.DataFrame, gap_s: float) -> Bools:
     """Whether each situation is followed by the next row without a break, bool [S - 1].
 
     Linked rows have the same robot and segment, and lie less than ``gap_s`` seconds apart.
@@ -130,11 +137,11 @@ def links(situations: pl.DataFrame, gap_s: float) -> Bool:
             next_step="Recognise them again",
         )
     segment = situations["segment"].to_numpy()
-    linked: Bool = same & (segment[1:] == segment[:-1]) & (gap < gap_s * 1e9)
+    linked: Bools = same & (segment[1:] == segment[:-1]) & (gap < gap_s * 1e9)
     return linked
 
 
-def windows(situations: pl.DataFrame, n: int, taken: Bool | None, gap_s: float) -> Windows:
+def windows(situations: pl.DataFrame, n: int, taken: Bools | None, gap_s: float) -> Windows:
     """Runs of ``n`` consecutive situations, none of them taken.
 
     Args:
@@ -157,7 +164,7 @@ def windows(situations: pl.DataFrame, n: int, taken: Bool | None, gap_s: float) 
     return Windows(first, keys_of(role[first], codes[first[:, None] + np.arange(n)]))
 
 
-def mark(first: I64, n: int, taken: Bool) -> None:
+def mark(first: I64, n: int, taken: Bools) -> None:
     """Set ``taken`` [S] in place for the ``n`` situations of each run that starts at ``first``."""
     taken[first[:, None] + np.arange(n)] = True
 
@@ -174,13 +181,15 @@ def instances(situations: pl.DataFrame, patterns: pl.DataFrame, gap_s: float) ->
         One :class:`Instances` for each length among the patterns.
     """
     taken = np.zeros(situations.height, dtype=np.bool_)
-    key = keys_of_table(patterns)
-    length = lengths_of(key)
+    role = patterns["role"].cast(pl.Enum(ROLES)).to_physical().to_numpy()
+    length = patterns["codes"].list.len().to_numpy()
     for n in sorted(set(length.tolist()), reverse=True):
         rows = np.flatnonzero(length == n)
-        rows = rows[np.argsort(key[rows])]
+        key = keys_of(role[rows], patterns["codes"][rows].list.to_array(n).to_numpy())
+        order = np.argsort(key)
+        rows, key = rows[order], key[order]
         runs = windows(situations, n, taken, gap_s)
-        at = np.minimum(np.searchsorted(key[rows], runs.key), len(rows) - 1)
-        found = key[rows][at] == runs.key
+        at = np.minimum(np.searchsorted(key, runs.key), len(rows) - 1)
+        found = key[at] == runs.key
         mark(runs.first[found], n, taken)
         yield Instances(n, runs.first[found], rows[at[found]])

@@ -20,7 +20,7 @@ from pydantic import (
 )
 
 from pipeline.errors import BadSettings
-from schemas.table import KEYS, Key
+from schemas.table import KEYS, Key, Side
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -42,9 +42,8 @@ def none_twice(teams: tuple[str, ...]) -> tuple[str, ...]:
     return teams
 
 
-Team = Literal["home", "away"]
 #: One team or both, none twice.
-Teams = Annotated[tuple[Team, ...], Field(min_length=1), AfterValidator(none_twice)]
+Teams = Annotated[tuple[Side, ...], Field(min_length=1), AfterValidator(none_twice)]
 
 
 class TrajectorySettings(Frozen):
@@ -289,16 +288,8 @@ def parse_settings(data: bytes, where: str) -> Settings:
     Raises:
         BadSettings: if it is not TOML, or has a key or value that does not fit; names the first.
     """
-    return from_toml(Settings, data, where, "See pipeline/settings.py for all keys and their bounds")
-
-
-def from_toml(model: type[M], data: bytes | str, where: str, keys: str) -> M:
-    """A model from TOML; ``keys`` is the next step of an error, which says where keys and values are.
-
-    Raises:
-        BadSettings: if it is not TOML, or has a key or value that does not fit; names the first.
-    """
-    return fitted(model, tables(data, where), where, keys)
+    keys = "See pipeline/settings.py for all keys and their bounds"
+    return fitted(Settings, tables(data, where), where, keys)
 
 
 def tables(data: bytes | str, where: str) -> dict[str, Any]:
@@ -316,7 +307,11 @@ def tables(data: bytes | str, where: str) -> dict[str, Any]:
 
 
 def fitted(model: type[M], values: dict[str, Any], where: str, keys: str) -> M:
-    """A model from the tables of a file; see :func:`from_toml`."""
+    """A model from the tables of a file; ``keys`` is the next step of an error, which says where keys are.
+
+    Raises:
+        BadSettings: if a key or value does not fit; names the first.
+    """
     try:
         return model.model_validate(values)
     except ValidationError as error:

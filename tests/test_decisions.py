@@ -175,11 +175,11 @@ class TestResolve:
         """Long instances are taken before short ones, and early ones before late ones."""
         known = patterns(("m", [1, 11, 21, 46]), ("m", [1, 11, 1]), ("m", [1]))
         table = situations(consecutive([1, 11, 1, 11, 21, 46, 1, 11, 1, 11, 1]))
-        found = resolve(table, known, 0.2)
-        spans = list(zip(found.first.tolist(), found.last.tolist(), strict=True))
+        first, last, pattern = resolve(table, known, 0.2)
+        spans = list(zip(first.tolist(), last.tolist(), strict=True))
         # 0-1 is left over as [1, 11]: 0 alone; of the two [1, 11, 1] at 6 and 8 the earlier is taken
         assert spans == [(0, 0), (2, 5), (6, 8)]
-        assert [known["n"][i] for i in found.pattern.tolist()] == [1, 4, 3]
+        assert [known["n"][i] for i in pattern.tolist()] == [1, 4, 3]
 
     @given(
         st.lists(st.one_of(st.sampled_from([1, 11, 46]), st.none()), max_size=25),
@@ -192,7 +192,7 @@ class TestResolve:
         shapes = patterns(*(("m", gram) for gram in known))
         found = resolve(table, shapes, 0.2)
         used = np.zeros(table.height, dtype=int)
-        for first, last, pattern in zip(found.first, found.last, found.pattern, strict=True):
+        for first, last, pattern in zip(*found, strict=True):
             used[first : last + 1] += 1
             assert table["code"][int(first) : int(last) + 1].to_list() == shapes["codes"][int(pattern)].to_list()
         assert used.max(initial=0) <= 1

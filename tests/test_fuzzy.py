@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pipeline.errors import BadSettings
 from pipeline.pitch import SCALES, Kind
 from pipeline.situations import fuzzy, signals
-from pipeline.situations.conditions import compile_conditions, execute, parse
+from pipeline.situations.conditions import compile_conditions, execute
 from pipeline.situations.fuzzy import Trapezoid, Variable
 from pipeline.situations.recognise import ROUNDING
 from pipeline.situations.rulebook import variable_of
@@ -32,7 +32,7 @@ ALL_TERMS = [
 
 def run(text: str, values: dict[str, list[float]], terms: dict[str, Trapezoid], macros=None) -> np.ndarray:
     """Degrees of one condition by the compiled code."""
-    code = compile_conditions([parse(text, macros or {})], list(values), lambda _, term: fuzzy.lines(terms[term]))
+    code = compile_conditions([text], macros or {}, list(values), lambda _, term: fuzzy.lines(terms[term]))
     n = len(next(iter(values.values())))
     registers = np.empty((code.registers, n))
     registers[: len(values)] = list(values.values())
@@ -129,18 +129,18 @@ class TestConditions:
     def test_only_the_grammar(self, text, complaint):
         """A text outside the grammar is refused with the reason."""
         with pytest.raises(BadSettings, match=complaint):
-            parse(text, {"loop": "x is LOW or loop"})
+            compile_conditions([text], {"loop": "x is LOW or loop"}, ["x", "y", "z"], lambda *_: fuzzy.lines(LOW))
 
     def test_unknown_signal(self):
         """A condition on an unknown signal is refused."""
         with pytest.raises(BadSettings, match="ball_speeed is not a signal"):
-            compile_conditions([parse("ball_speeed is LOW", {})], ["ball_speed"], lambda *_: fuzzy.lines(LOW))
+            compile_conditions(["ball_speeed is LOW"], {}, ["ball_speed"], lambda *_: fuzzy.lines(LOW))
 
     def test_common_parts(self):
         """Common parts of conditions are computed once."""
-        one = compile_conditions([parse("x is LOW and y is HIGH", {})], ["x", "y"], lambda _, t: fuzzy.lines(self.TERMS[t]))
+        one = compile_conditions(["x is LOW and y is HIGH"], {}, ["x", "y"], lambda _, t: fuzzy.lines(self.TERMS[t]))
         two = compile_conditions(
-            [parse("x is LOW and y is HIGH", {}), parse("not (x is LOW and y is HIGH)", {})], ["x", "y"],
+            ["x is LOW and y is HIGH", "not (x is LOW and y is HIGH)"], {}, ["x", "y"],
             lambda _, t: fuzzy.lines(self.TERMS[t]),
         )
         assert len(two.steps) == len(one.steps) + 1
@@ -158,7 +158,7 @@ class TestConditions:
         names = list(dict.fromkeys(signals.OWN + signals.OTHER))
         texts = [text for rule in RULES for text in (rule.initial, rule.final) if text]
         code = compile_conditions(
-            [parse(text, MACROS) for text in texts], names, lambda s, t: fuzzy.lines(terms[variable_of(s)][t])
+            texts, MACROS, names, lambda s, t: fuzzy.lines(terms[variable_of(s)][t])
         )
         assert len(code.outputs) == len(texts)
 

@@ -266,7 +266,7 @@ def test_unknown_team():
     extra = [(2.7, "goal", None), (2.75, "goal", "away")]
     referee = pl.concat([log.referee, make_log([], {}, referee=extra).referee]).sort("t_ns")
     table, _ = trajectories(log, TrajectorySettings())
-    found = Goals.validate(attribute(referee, table, Situations.empty(), VSSS))
+    found = Goals.validate(attribute(referee, table, Situations.empty(), VSSS, GoalSettings()))
     assert found["t_ns"].to_list() == [int(ns(2.7)), int(ns(2.75)), int(ns(2.8))]
     assert found["team"].to_list() == [None, "away", "home"]
     assert found.row(0)[3:] == (None, None)  # although away 0 or home 1 touched the ball
@@ -297,7 +297,7 @@ def test_teams_alike(scene, done):
     swap = pl.col("team").cast(pl.String).replace(other).cast(log.referee.schema["team"])
     table, _ = trajectories(log, TrajectorySettings())
     mirrored = situations(*((other[team], *rest) for team, *rest in done))
-    found = attribute(log.referee.with_columns(swap), table, mirrored, VSSS)
+    found = attribute(log.referee.with_columns(swap), table, mirrored, VSSS, GoalSettings())
     assert found["team"].to_list() == ["away"]
     assert found.select("robot", "kind").rows() == kinds
 

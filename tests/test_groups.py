@@ -21,7 +21,7 @@ from pipeline.errors import BadSettings
 from pipeline.grams.count import merge
 from pipeline.knowledge import merge_behaviours, merge_occasions, occasions
 from pipeline.settings import KnowledgeSettings, Settings
-from pipeline.state import size
+from pipeline.state.table import LEVELS
 from pipeline.store import Store, catalog
 from schemas import Behaviours, Decisions, Goals, Grams, Occasions, Patterns, Situations
 
@@ -35,7 +35,7 @@ ADDS_UP = KnowledgeSettings(accumulate=True, backoff=("self9", "role0"), own="ch
 def chosen_by_home() -> pl.DataFrame:
     """What the home team of the played match logged: robot 1 decides every five seconds."""
     rows = [
-        (PLAYED, "home", 1, "striker", k * 5 * S, (k + 1) * 5 * S, (k * 7**17) % size("full36"),
+        (PLAYED, "home", 1, "striker", k * 5 * S, (k + 1) * 5 * S, (k * 7**17) % int(LEVELS.prod()),
          (None, "striker-001-011", "striker-099-099-099")[k % 3], True, k % 3 == 0, 0.0, 0, None, 0.0)
         for k in range(10)
     ]

@@ -20,7 +20,7 @@ from pipeline.errors import BadRecording, BadSettings
 from pipeline.goals import attribute
 from pipeline.grams.count import grams, value
 from pipeline.importers.tracking_map import load_map
-from pipeline.settings import GramSettings, SituationSettings, TrajectorySettings
+from pipeline.settings import GoalSettings, GramSettings, SituationSettings, TrajectorySettings
 from pipeline.situations.recognise import recognise
 from pipeline.trajectories.derive import trajectories
 from schemas import Decisions, Goals
@@ -193,7 +193,7 @@ def test_match_of_one_team() -> None:
     assert set(tracks["team"].cast(pl.String)) == {"ball", "home"}
     done = recognise(tracks, pitch, SituationSettings())
     assert len(done) > 100
-    made = Goals.validate(attribute(match.referee, tracks, done, pitch))
+    made = Goals.validate(attribute(match.referee, tracks, done, pitch, GoalSettings()))
     assert set(made["team"].cast(pl.String)) == {"home"}
     valued = value(done, made, GramSettings())
     assert valued["value"].max() > 0  # type: ignore[operator]

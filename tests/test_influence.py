@@ -1,13 +1,11 @@
 """Influence values: opinions of team-mates on a decision that began during their own."""
 
-import math
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.errors import BadSettings, SchemaMismatch
 from pipeline.policies.influence import Influence, opinion
 from pipeline.policies.sarsa import (
     CONTINUES,
@@ -18,6 +16,7 @@ from pipeline.policies.sarsa import (
     Transitions,
     sarsa_lambda,
 )
+from pipeline.settings import PolicySettings
 
 PAIRS = 5
 
@@ -26,6 +25,11 @@ def among(rows, share, rate):
     """Influence among (team_episode, robot, t_ns, pair) rows."""
     columns = np.array(rows, np.int64).reshape(len(rows), 4).T
     return Influence(*(column.copy() for column in columns), share=np.array(share, float), rate=rate)
+
+
+def learn(q, data, influence, **rule):
+    """The values learned from a batch of pairs that were never seen."""
+    return sarsa_lambda(q, np.zeros_like(q), data, PolicySettings(**rule), influence)
 
 
 def test_praise_and_protest():
@@ -51,7 +55,7 @@ def test_three_decisions():
     # row 1: the mate was at pair 2: it protests, .5 * (-.5 * .75)         IV = -.1875
     # row 2: robot 0 was at pair 0, not yet at 1: .5 * (-.2 * .25)         IV = -.025
     assert swayed(errors) == pytest.approx([0.0, -0.1875, -0.025], abs=1e-15)
-    learned = sarsa_lambda(q, data, step_size=0.5, discount=1.0, trace_decay=0.0, influence=swayed)
+    learned = learn(q, data, swayed, step_size=0.5, discount=1.0, trace_decay=0.0, sweeps=1)
     # half of: -.2 for pair 0, .8 - .1875 for pair 1, -.5 - .025 for pair 2
     assert learned.q == pytest.approx([0.3, 0.50625, 1.2375], abs=1e-15)
     assert learned.first_errors == pytest.approx(errors, abs=1e-15)
@@ -157,7 +161,7 @@ def test_literal_equations(q, made, share, rate, rule):
     """Learning with influence equals the equations read literally."""
     rows, where = made
     influence = among([(*place, row[0]) for place, row in zip(where, rows, strict=True)], share, rate)
-    learned = sarsa_lambda(q, batch(rows), influence=influence, **rule)
+    learned = learn(q, batch(rows), influence, **rule)
     np.testing.assert_allclose(learned.q, literal(q, rows, where, share, rate, **rule), rtol=0, atol=1e-11)
 
 
@@ -167,7 +171,7 @@ def test_no_influence(q, made, share, rule):
     """Without influence learning is Sarsa exactly."""
     rows, where = made
     influence = among([(*place, row[0]) for place, row in zip(where, rows, strict=True)], share, 0.0)
-    swayed, alone = sarsa_lambda(q, batch(rows), influence=influence, **rule), sarsa_lambda(q, batch(rows), **rule)
+    swayed, alone = learn(q, batch(rows), influence, **rule), learn(q, batch(rows), None, **rule)
     for one, other in zip(swayed, alone, strict=True):
         np.testing.assert_array_equal(one, other)
 
@@ -187,28 +191,3 @@ def test_order_of_rows(made, random):
         return dict(zip(places, found.tolist(), strict=True))
 
     assert swayed(random.sample(where, len(where))) == swayed(where)
-
-
-@pytest.mark.parametrize(
-    ("wrong", "says"),
-    [
-        ({"robot": np.array([0, -1])}, "robot is negative"),
-        ({"t_ns": np.zeros(3, np.int64)}, r"t_ns is not \[T\]"),
-        ({"team_episode": np.zeros(2)}, "team_episode is float64, not int64"),
-        ({"pair": np.array([0, PAIRS])}, "pair is not below the 5 shares"),
-        ({"share": np.full(PAIRS, 1.5)}, r"share is not in \[0, 1\]"),
-        ({"share": np.full(PAIRS, math.nan)}, r"share is not in \[0, 1\]"),
-    ],
-)
-def test_bad_arrays(wrong, says):
-    """Arrays that do not fit are refused with the name of the wrong one."""
-    good = {name: np.zeros(2, np.int64) for name in ("team_episode", "robot", "t_ns", "pair")} | {"share": np.zeros(PAIRS)}
-    with pytest.raises(SchemaMismatch, match=says):
-        Influence(**(good | wrong), rate=0.1)
-
-
-@pytest.mark.parametrize("rate", [-0.1, math.nan, math.inf])
-def test_bad_rate(rate):
-    """A rate out of bounds is refused."""
-    with pytest.raises(BadSettings, match="influence cannot be"):
-        among([], [], rate)

@@ -58,7 +58,7 @@ class TestOccasions:
         """Occasions are the same however little is held back."""
         tables = [decisions((i % 3, "striker-046", 0.1)) for i in range(20)]
         whole = occasions(tables, 1)
-        monkeypatch.setattr("pipeline.knowledge._BUFFERED_ROWS", 2)
+        monkeypatch.setattr("pipeline.sequences._BUFFERED_ROWS", 2)
         assert_frame_equal(occasions(tables, 1), whole, check_exact=True)
 
     def test_initial_values(self):

@@ -221,8 +221,8 @@ def test_one_key(rows, random):
         elapsed=np.ones(len(rows)), reward=np.array([row[3] for row in rows], float), ends=np.array(ends, np.int8),
     )
     expected = sarsa_lambda(
-        np.array([start.get(pair, best.get(pair[:2], 0.25)) for pair in known], float), batch,
-        step_size=0.1, discount=0.95, trace_decay=0.9, sweeps=5,
+        np.array([start.get(pair, best.get(pair[:2], 0.25)) for pair in known], float), np.zeros(len(known)), batch,
+        PolicySettings(step_size=0.1, discount=0.95, trace_decay=0.9, sweeps=5),
     )
     table, _ = train([decisions(*rows)], occasions(*pairs, initial=0.25), parent, PolicySettings(), 2, 1)
     assert list(values(table).items()) == list(zip(known, expected.q.tolist(), strict=True))

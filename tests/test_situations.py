@@ -18,7 +18,8 @@ from support.scenes import FRO, SCENES, THERE, TO, film, goes, stands, walk
 from pipeline.errors import SchemaMismatch
 from pipeline.pitch import PITCHES, Kind, Pitch
 from pipeline.settings import SituationSettings, TrajectorySettings
-from pipeline.situations.recognise import recognise, rule_table, term_table
+from pipeline.situations.recognise import recognise
+from pipeline.situations.rulebook import rule_table, term_table
 from pipeline.situations.rules import RULES, TABLE_1, Start
 from pipeline.trajectories.derive import trajectories
 from schemas import Situations

@@ -1,6 +1,6 @@
 """The 36-element state: what its levels are, that both teams see it alike, and what it can count."""
 
-from math import pi
+from math import pi, prod
 
 import numpy as np
 import polars as pl
@@ -12,23 +12,21 @@ from support.rows import MATCH, WORDS, S, bodies
 from pipeline.errors import BadSettings
 from pipeline.pitch import PITCHES, Kind
 from pipeline.state import (
-    KEYS,
-    LEVELS,
-    PAPER_STATES,
-    TABLE,
     BinEdges,
     Observation,
     abstract_state,
-    columns,
-    decode,
     elements,
     encode,
     encode_one,
     project,
     radix,
-    size,
 )
-from schemas import ROLES, SIDES, Referee
+from pipeline.state.keys import columns, decode
+from pipeline.state.table import LEVELS, TABLE
+from schemas import KEYS, ROLES, SIDES, Referee
+
+#: The paper's count of states (section 4).
+PAPER_STATES = 80_621_568
 
 VSSS = PITCHES[Kind.VSSS]
 NOBODY = Referee.empty()
@@ -45,6 +43,11 @@ def referee(*rows):
         [(MATCH, round(t * S), event, team, home, away, None) for t, event, team, home, away in rows],
         schema=Referee.dtypes(), orient="row",
     )
+
+
+def size(key):
+    """The number of states of a key."""
+    return prod(column.levels for column in columns(key))
 
 
 def see(table, team=0, t=0.0, events=NOBODY, pitch=VSSS):

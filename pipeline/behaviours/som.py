@@ -9,8 +9,6 @@ would stay.
 from __future__ import annotations
 
 import io
-import zipfile
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,10 +17,7 @@ import numpy.typing as npt
 from minisom import MiniSom
 from numba import njit
 
-from pipeline.errors import BadSettings, CorruptFile
-
-F64 = npt.NDArray[np.float64]
-I64 = npt.NDArray[np.int64]
+from pipeline.arrays import F64, I16, I64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,15 +37,9 @@ class SelfOrganisingMap:
     quantisation_error: float
     topographic_error: float
 
-    def distance_map(self) -> F64:
-        """The U-matrix: mean distance of each neuron to its neighbours over the greatest, [rows, columns]."""
-        if np.allclose(self.weights, self.weights[0], rtol=0, atol=1e-9):
-            return np.zeros((self.rows, self.columns))
-        return np.asarray(_minisom(self.rows, self.columns, self.weights).distance_map("mean"), np.float64)
-
 
 def train(
-    codes: npt.NDArray[np.int16], counts: I64, rows: int, columns: int, *,
+    codes: I16, counts: I64, rows: int, columns: int, *,
     epochs: int, seed: int, sigma_end: float,
 ) -> SelfOrganisingMap:
     """Train a map with Kohonen's batch rule, each distinct gram weighted by its count.
@@ -69,84 +58,45 @@ def train(
         seed: seed of the first weights, which are drawn from the samples.
         sigma_end: spread of the last neighbourhood in neurons; with small values the rule approaches
             k-means.
-
-    Raises:
-        BadSettings: if there is nothing to train on, a code is not finite, or a count is below 1.
     """
-    samples = np.ascontiguousarray(codes, dtype=np.float64)
-    if samples.ndim != 2 or 0 in samples.shape or counts.shape != (len(samples),):
-        raise BadSettings(
-            f"a map needs codes [D, n] and counts [D], not {samples.shape} and {counts.shape}",
-            next_step="Recognise situations first",
-        )
-    if not np.isfinite(samples).all() or (counts < 1).any():
-        raise BadSettings("a gram has a code that is not a number, or a count below one",
-                          next_step="Rebuild the grams")
-    samples, which = np.unique(samples, axis=0, return_inverse=True)
+    samples, which = np.unique(codes.astype(np.float64), axis=0, return_inverse=True)
     weight: F64 = np.zeros(len(samples))
     np.add.at(weight, which.ravel(), counts)
-    som = _minisom(rows, columns, _first_weights(samples, weight, rows * columns, seed))
-    neurons = som.get_weights().reshape(rows * columns, -1)
+    neurons = _first_weights(samples, weight, rows * columns, seed)
+    grid: Any = MiniSom(rows, columns, neurons.shape[1], random_seed=0)  # type: ignore[no-untyped-call]
     sigma_start = max(rows, columns, 2 * sigma_end) / 2
     for epoch in range(epochs):
         sigma = sigma_start * (sigma_end / sigma_start) ** (epoch / max(epochs - 1, 1))
-        near = np.stack([som.neighborhood(at, sigma).ravel() for at in np.ndindex(rows, columns)])
+        near = np.stack([grid.neighborhood(at, sigma).ravel() for at in np.ndindex(rows, columns)])
         sums, hits = _accumulate(samples, weight, neurons)
         _move(neurons, near, sums, hits)
     first, second, distance = _nearest(samples, neurons)
     gap = np.maximum(abs(first // columns - second // columns), abs(first % columns - second % columns))
     return SelfOrganisingMap(
-        rows, columns, neurons.copy(),
+        rows, columns, neurons,
         quantisation_error=float(weight @ distance / weight.sum()),
         topographic_error=float(weight @ (gap > 1) / weight.sum()),
     )
 
 
-def best_matching_units(som: SelfOrganisingMap, codes: npt.NDArray[np.int16]) -> I64:
+def best_matching_units(som: SelfOrganisingMap, codes: I16) -> I64:
     """The neuron nearest to each gram [D, n], the lowest on a tie; int64 [D]."""
     return _nearest(np.ascontiguousarray(codes, dtype=np.float64), som.weights)[0]
 
 
-def to_bytes(maps: Mapping[int, SelfOrganisingMap]) -> bytes:
-    """The maps by length of gram, as an .npz file; the same maps give the same bytes."""
-    arrays: dict[str, npt.NDArray[np.generic]] = {}
-    for n in sorted(maps, reverse=True):
-        som = maps[n]
-        arrays[f"weights_{n}"] = som.weights.reshape(som.rows, som.columns, -1)
-        arrays[f"errors_{n}"] = np.array([som.quantisation_error, som.topographic_error])
+def to_bytes(som: SelfOrganisingMap) -> bytes:
+    """The map of grams of length n as an .npz file; the same map gives the same bytes.
+
+    ``weights_n`` are [rows, columns, n], ``errors_n`` the quantisation error and the topographic error.
+    """
+    n = som.weights.shape[1]
+    arrays: dict[str, npt.NDArray[np.generic]] = {
+        f"weights_{n}": som.weights.reshape(som.rows, som.columns, n),
+        f"errors_{n}": np.array([som.quantisation_error, som.topographic_error]),
+    }
     out = io.BytesIO()
     np.savez(out, allow_pickle=False, **arrays)
     return out.getvalue()
-
-
-def from_bytes(data: bytes) -> dict[int, SelfOrganisingMap]:
-    """The maps by length of gram, from the bytes of :func:`to_bytes`.
-
-    Raises:
-        CorruptFile: if it is not such a file.
-    """
-    try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-            maps = {}
-            for name in arrays.files:
-                kind, _, n = name.partition("_")
-                if kind == "weights":
-                    weights = arrays[name]
-                    rows, columns, _ = weights.shape
-                    quantisation, topographic = arrays[f"errors_{n}"].tolist()
-                    maps[int(n)] = SelfOrganisingMap(
-                        rows, columns, weights.reshape(rows * columns, -1), quantisation, topographic
-                    )
-            return maps
-    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise CorruptFile("is not a file of maps", next_step="Emit the knowledge again") from error
-
-
-def _minisom(rows: int, columns: int, weights: F64) -> Any:
-    """A MiniSom that holds ``weights`` [rows * columns, n]."""
-    som: Any = MiniSom(rows, columns, weights.shape[1], random_seed=0)  # type: ignore[no-untyped-call]
-    som.get_weights()[:] = weights.reshape(rows, columns, -1)
-    return som
 
 
 def _first_weights(samples: F64, weight: F64, neurons: int, seed: int) -> F64:

@@ -3,29 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import chain
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 
-from pipeline.sequences import (
-    I64,
-    QUANTUM,
-    Bool,
-    codes_of,
-    exact,
-    instances,
-    keys_of_table,
-    lengths_of,
-    mark,
-    role_of,
-    windows,
-)
+from pipeline.arrays import I16, I64, Bools
+from pipeline.sequences import added_up, codes_of, exact, instances, mark, role_of, windows
 from pipeline.settings import GramSettings
 from schemas import ROLES, SIDES, Grams
-
-#: Rows that :func:`merge` collects before it adds them up; this bounds its memory.
-_BUFFERED_ROWS = 1 << 20
 
 
 def value(
@@ -63,7 +49,7 @@ def value(
     return situations.with_columns(pl.Series("value", values))
 
 
-def cover(situations: pl.DataFrame, patterns: pl.DataFrame, settings: GramSettings) -> Bool:
+def cover(situations: pl.DataFrame, patterns: pl.DataFrame, settings: GramSettings) -> Bools:
     """Mask of the situations that are part of a behaviour already, bool [S].
 
     The patterns are applied in the order of the rounds: four situations first, then three in the
@@ -80,7 +66,7 @@ def cover(situations: pl.DataFrame, patterns: pl.DataFrame, settings: GramSettin
     return taken
 
 
-def grams(valued: pl.DataFrame, n: int, taken: Bool | None, settings: GramSettings) -> pl.DataFrame:
+def grams(valued: pl.DataFrame, n: int, taken: Bools | None, settings: GramSettings) -> pl.DataFrame:
     """Count and value the distinct runs of ``n`` consecutive situations of one match.
 
     Args:
@@ -115,10 +101,7 @@ def grams(valued: pl.DataFrame, n: int, taken: Bool | None, settings: GramSettin
 
 
 def merge(tables: Iterable[pl.DataFrame]) -> pl.DataFrame:
-    """Add up grams over matches and teams.
-
-    The sums are exact, so the result depends neither on the order of the tables nor on the split of
-    the matches over them. Memory is bounded by the number of distinct grams.
+    """Add up grams over matches and teams; see :func:`pipeline.sequences.added_up`.
 
     Args:
         tables: rows of schema Grams, or earlier results of this function.
@@ -127,61 +110,9 @@ def merge(tables: Iterable[pl.DataFrame]) -> pl.DataFrame:
         Columns role, codes, n, count, value_sum and value_square_sum as in schema Grams, one
         row a distinct (role, codes), sorted by n, role, codes.
     """
-    total = np.empty((0, 4), dtype=np.int64)
-    held: list[I64] = []
-    rows = 0
-    for table in tables:
-        held.append(_sums(table))
-        rows += table.height
-        if rows > max(_BUFFERED_ROWS, len(total)):
-            total, held, rows = _add_up([total, *held]), [], 0
-    total = _add_up([total, *held])
-    key, count, value_sum, square_sum = total.T
-    length = lengths_of(key)
-    codes = pl.concat(
-        [_lists(codes_of(key[length == n], n)) for n in np.unique(length).tolist()]
-        or [pl.Series("codes", [], pl.List(pl.Int16))]
-    )
-    order = np.argsort(length, kind="stable")
-    key, count, value_sum, square_sum, length = (
-        column[order] for column in (key, count, value_sum, square_sum, length)
-    )
-    return pl.DataFrame(
-        {
-            "role": _labels(ROLES, role_of(key)),
-            "codes": codes,
-            "n": length,
-            "count": count,
-            "value_sum": value_sum * QUANTUM,
-            "value_square_sum": square_sum * QUANTUM,
-        },
-        schema={name: dtype for name, dtype in Grams.dtypes().items() if name not in ("match_id", "team")},
-    )
-
-
-def _sums(table: pl.DataFrame) -> I64:
-    """Key, count, sum and sum of squares (in quanta) of a table of grams, int64 [rows, 4]."""
-    return np.column_stack(
-        [
-            keys_of_table(table),
-            table["count"].to_numpy(),
-            *(
-                np.rint(table[name].to_numpy() / QUANTUM).astype(np.int64)
-                for name in ("value_sum", "value_square_sum")
-            ),
-        ]
-    )
-
-
-def _add_up(parts: list[I64]) -> I64:
-    """The parts' rows [*, 4] with those of one key added up, sorted by key."""
-    rows = np.concatenate(parts)
-    rows = rows[np.argsort(rows[:, 0], kind="stable")]
-    starts = np.flatnonzero(np.diff(rows[:, 0], prepend=-1))
-    added = rows[starts]
-    if len(starts):
-        added[:, 1:] = np.add.reduceat(rows[:, 1:], starts, axis=0)
-    return added
+    columns = [name for name in Grams.dtypes() if name not in ("match_id", "team")]
+    every = (table.select(columns) for table in chain([Grams.empty()], tables))
+    return added_up(every, ("role", "codes", "n")).select(columns).sort("n", "role", "codes")
 
 
 def _labels(categories: tuple[str, ...], index: I64) -> pl.Series:
@@ -189,6 +120,6 @@ def _labels(categories: tuple[str, ...], index: I64) -> pl.Series:
     return pl.Series(np.array(categories)[index], dtype=pl.Enum(categories))
 
 
-def _lists(codes: npt.NDArray[np.int16]) -> pl.Series:
+def _lists(codes: I16) -> pl.Series:
     """A list column from codes [W, n]."""
     return pl.Series("codes", codes, dtype=pl.Array(pl.Int16, codes.shape[1])).cast(pl.List(pl.Int16))

@@ -7,7 +7,7 @@ from typing import Literal, get_args
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from pipeline.pitch import Kind
-from pipeline.settings import from_toml
+from pipeline.settings import fitted, tables
 from schemas import SIDES, Side
 
 EventName = Literal["kick-off", "goal", "fault", "stop", "play", "half", "end"]
@@ -140,4 +140,4 @@ def load_map(text: str, where: str = "the map") -> TrackingMap:
         BadSettings: if it is not TOML or has a key or value that does not fit.
     """
     keys = "See pipeline/importers/tracking_map.py for all keys and values"
-    return from_toml(TrackingMap, text, where, keys)
+    return fitted(TrackingMap, tables(text, where), where, keys)

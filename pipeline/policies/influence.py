@@ -11,28 +11,13 @@ next value is discounted. Equation 6 does not discount; discounting did better i
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-from pipeline.errors import BadSettings, SchemaMismatch
-
-F64 = npt.NDArray[np.float64]
-I64 = npt.NDArray[np.int64]
-
-
-class _JudgedDecisions(NamedTuple):
-    """The fields of :class:`Influence` that the kernel reads, and their order by team, episode and time."""
-
-    order: I64
-    team_episode: I64
-    robot: I64
-    t_ns: I64
-    pair: I64
-    share: F64
+from pipeline.arrays import F64, I64
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -47,9 +32,11 @@ def opinion(relative: float, share: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _fill_values(decisions: _JudgedDecisions, errors: F64, rate: float, latest: I64, out: F64) -> None:
+def _fill_values(
+    order: I64, team_episode: I64, robot: I64, t_ns: I64, pair: I64, share: F64, rate: float, errors: F64,
+    latest: I64, out: F64,
+) -> None:
     """Fill ``out`` [T] with influence values; ``latest`` [robots] is scratch: the decisions under way."""
-    order, team_episode, robot, t_ns, pair, share = decisions
     total = len(order)
     start = 0
     while start < total:
@@ -77,7 +64,7 @@ def _fill_values(decisions: _JudgedDecisions, errors: F64, rate: float, latest: 
         start = stop
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Influence:
     """The influence values of a batch; called with TD errors, as ``influence`` of ``sarsa_lambda``.
 
@@ -92,11 +79,6 @@ class Influence:
         share: float64 [P], Pe of equation 5: a pair's share of all visits of its state, in [0, 1].
         rate: beta of equation 4, for every team-mate; 0 or more. It stands inside the learning
             rate's bracket, as equation 7 is printed; outside is beta / alpha inside.
-
-    Raises:
-        SchemaMismatch: if the arrays are not int64 [T] and float64 [P], a robot is negative, a
-            share is outside [0, 1], or a pair is not below P.
-        BadSettings: if ``rate`` is negative or not finite.
     """
 
     team_episode: I64
@@ -105,22 +87,11 @@ class Influence:
     pair: I64
     share: F64
     rate: float
-    _order: I64 = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
-        for name in ("team_episode", "robot", "t_ns", "pair"):
-            array = getattr(self, name)
-            _require(array.shape == self.pair.shape and array.ndim == 1, name, "is not [T] as pair is")
-            _require(array.dtype == np.int64, name, f"is {array.dtype}, not int64")
-        _require(self.share.dtype == np.float64 and self.share.ndim == 1, "share", "is not float64 [P]")
-        _require(bool(((self.share >= 0) & (self.share <= 1)).all()), "share", "is not in [0, 1]")
-        _require(bool((self.robot >= 0).all()), "robot", "is negative")
-        pairs = len(self.share)
-        _require(bool((self.pair < pairs).all()), "pair", f"is not below the {pairs} shares")
-        if not 0 <= self.rate < np.inf:
-            raise BadSettings(f"influence cannot be {self.rate}", where="influence",
-                              next_step="See PolicySettings for its bounds")
-        object.__setattr__(self, "_order", np.lexsort((self.t_ns, self.team_episode)))
+    @cached_property
+    def _order(self) -> I64:
+        """The decisions by team, episode and time."""
+        return np.lexsort((self.t_ns, self.team_episode))
 
     def __call__(self, errors: F64) -> F64:
         """Influence value of every decision (equation 4), float64 [T]; 0 where no team-mate judges.
@@ -130,15 +101,8 @@ class Influence:
         """
         out = np.empty(len(self.pair))
         latest = np.empty(int(self.robot.max(initial=-1)) + 1, dtype=np.int64)
-        decisions = _JudgedDecisions(
-            self._order, self.team_episode, self.robot, self.t_ns, self.pair, self.share
+        _fill_values(
+            self._order, self.team_episode, self.robot, self.t_ns, self.pair, self.share, self.rate, errors,
+            latest, out,
         )
-        _fill_values(decisions, errors, self.rate, latest, out)
         return out
-
-
-def _require(ok: bool, name: str, breach: str) -> None:
-    if not ok:
-        raise SchemaMismatch(
-            f"{name} {breach}", where="influence", next_step="Pass arrays as Influence documents them"
-        )

@@ -12,18 +12,14 @@ Suffixes carry time: ``q_tm1`` is the value of the pair decided on at t - 1, and
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
+from pipeline.arrays import F64, I8, I64, Bools
 from pipeline.errors import BadSettings, SchemaMismatch
-
-F64 = npt.NDArray[np.float64]
-I64 = npt.NDArray[np.int64]
-I8 = npt.NDArray[np.int8]
+from pipeline.settings import PolicySettings
 
 CONTINUES, TERMINAL, TRUNCATED = 0, 1, 2
 
@@ -35,8 +31,7 @@ UNKNOWN = -1
 TRACE_FLOOR = 1e-6
 
 
-@dataclass(frozen=True, slots=True)
-class Transitions:
+class Transitions(NamedTuple):
     """Decisions in order of time, episode after episode, each with its outcome.
 
     An episode is a run of rows that ends with the first row whose ``ends`` is not CONTINUES.
@@ -46,32 +41,13 @@ class Transitions:
         elapsed: float64 [T], seconds until the next decision or the episode's end.
         reward: float64 [T], received once, when ``elapsed`` is over.
         ends: int8 [T]. CONTINUES: the next row is the robot's next decision. TERMINAL: the episode
-            is over, and no value follows. TRUNCATED: the rest was not recorded.
-
-    Raises:
-        SchemaMismatch: if an array is not as above, a number is not finite, ``elapsed`` is
-            negative, or the last row continues.
+            is over, and no value follows. TRUNCATED: the rest was not recorded. The last row ends one.
     """
 
     pair: I64
     elapsed: F64
     reward: F64
     ends: I8
-
-    def __post_init__(self) -> None:
-        dtypes = {"pair": np.int64, "elapsed": np.float64, "reward": np.float64, "ends": np.int8}
-        for name, dtype in dtypes.items():
-            array = getattr(self, name)
-            _require(array.shape == self.pair.shape and array.ndim == 1, name, "is not [T] as pair is")
-            _require(array.dtype == dtype, name, f"is {array.dtype}, not {np.dtype(dtype)}")
-        _require_all(self.pair >= UNKNOWN, "pair", "is below -1")
-        _require_all(np.isfinite(self.elapsed) & (self.elapsed >= 0), "elapsed", "is negative or not finite")
-        _require_all(np.isfinite(self.reward), "reward", "is not finite")
-        _require_all((self.ends >= CONTINUES) & (self.ends <= TRUNCATED), "ends", "is none of 0, 1, 2")
-        _require(len(self) == 0 or self.ends[-1] != CONTINUES, "ends", "lets the last row continue")
-
-    def __len__(self) -> int:
-        return int(self.pair.shape[0])
 
 
 class LearnedValues(NamedTuple):
@@ -94,17 +70,8 @@ class LearnedValues(NamedTuple):
     last_errors: F64
 
 
-class _BatchColumns(NamedTuple):
-    """The batch as the kernel reads it, each [T]; discounts are gamma to the power of ``elapsed``."""
-
-    pair: I64
-    discount: F64
-    reward: F64
-    ends: I8
-
-
 class _LearningRule(NamedTuple):
-    """The learning rule's numbers, as :func:`sarsa_lambda` documents them."""
+    """The numbers of the settings that the kernel needs."""
 
     step_size: float
     trace_decay: float
@@ -126,19 +93,6 @@ class _TableInTraining(NamedTuple):
     seen: F64
     trace: F64
     active: I64
-
-
-@njit(cache=True, nogil=True)
-def td_error(q_tm1: float, r_t: float, discount_t: float, q_t: float) -> float:
-    """TD error ``r_t + discount_t * q_t - q_tm1``: the outcome minus the expectation.
-
-    Args:
-        q_tm1: action value of the pair decided on.
-        r_t: reward since then, already discounted to that decision.
-        discount_t: gamma to the power of the seconds since then.
-        q_t: action value of the next pair; zero at the end of an episode.
-    """
-    return r_t + discount_t * q_t - q_tm1
 
 
 @njit(cache=True, nogil=True)
@@ -174,13 +128,16 @@ def _learn(
 
 @njit(cache=True, nogil=True)
 def _sweep(
-    batch: _BatchColumns, influence: F64, rule: _LearningRule, table: _TableInTraining, errors: F64
+    batch: Transitions, discounts: F64, influence: F64, rule: _LearningRule, table: _TableInTraining,
+    errors: F64,
 ) -> None:
     """Make one pass over the batch: change ``table`` and fill ``errors`` [T].
 
-    ``influence`` [T] is added to a decision's error in its update only.
+    An error is ``r_t + discount_t * q_t - q_tm1``, the outcome minus the expectation. ``influence`` [T]
+    is added to a decision's error in its update only. ``discounts`` [T] are gamma to the power of
+    ``elapsed``.
     """
-    pair, discount, reward, ends = batch
+    pair, _, reward, ends = batch
     q, _, trace, active = table
     count = 0
     a_tm1 = -1  # the last known pair, waiting for its outcome
@@ -192,17 +149,17 @@ def _sweep(
         a_t = pair[t]
         if a_t >= 0:
             if a_tm1 >= 0:
-                error = td_error(q[a_tm1], r_t, discount_t, q[a_t])
+                error = r_t + discount_t * q[a_t] - q[a_tm1]
                 errors[row] = error
                 count = _learn(
                     error + influence[row], a_tm1, discount_t * rule.trace_decay, rule, table, count
                 )
             a_tm1, row, r_t, discount_t = a_t, t, 0.0, 1.0
-        discount_t *= discount[t]
+        discount_t *= discounts[t]
         r_t += discount_t * reward[t]
         if ends[t] != CONTINUES:
             if ends[t] == TERMINAL and a_tm1 >= 0:
-                error = td_error(q[a_tm1], r_t, discount_t, 0.0)
+                error = r_t - q[a_tm1]
                 errors[row] = error
                 count = _learn(
                     error + influence[row], a_tm1, discount_t * rule.trace_decay, rule, table, count
@@ -215,15 +172,9 @@ def _sweep(
 
 def sarsa_lambda(
     q: F64,
+    seen: F64,
     batch: Transitions,
-    *,
-    step_size: float,
-    discount: float,
-    trace_decay: float,
-    traces: Literal["replacing", "accumulating"] = "replacing",
-    sweeps: int = 1,
-    steps: Literal["constant", "average"] = "constant",
-    seen: F64 | None = None,
+    settings: PolicySettings,
     influence: Callable[[F64], F64] | None = None,
 ) -> LearnedValues:
     """Action values after some sweeps over a batch, in order of time, updated at every decision.
@@ -239,86 +190,56 @@ def sarsa_lambda(
     decision it is ignored. The last known decision of a TRUNCATED episode has no successor and makes
     no update; earlier updates stand.
 
+    With "average" steps, the step is one over how often the pair was seen, but at least ``step_size``.
+    In episodes of one decision a value is then the mean of all returns.
+
     Args:
-        q: float64 [P], action values to start from; not changed.
+        q: float64 [P], finite action values to start from; not changed.
+        seen: float64 [P], finite and not negative: how often each pair was seen before, as
+            :class:`LearnedValues` defines it. Every sweep counts from there; not changed.
         batch: the decisions; every pair is below P.
-        step_size: alpha, in (0, 1]; of averages the least step.
-        discount: gamma a second, in (0, 1].
-        trace_decay: lambda a decision, in [0, 1].
-        traces: effect of a visit on its pair's trace: replacing sets one, accumulating adds one.
-        sweeps: passes over the batch, at least 1.
-        steps: "constant", or "average" (Sutton and Barto, 2nd edition, section 2.4). The step of an
-            average is one over how often the pair was seen, but at least ``step_size``. In episodes of
-            one decision a value is then the mean of all returns. :class:`LearnedValues` defines "seen".
-        seen: float64 [P], finite and not negative: how often each pair was seen before; None for
-            never. Every sweep counts from there.
+        settings: the learning rule.
         influence: called before every sweep with the TD errors by the current values, float64 [T], NaN
             where a decision makes no update. Returns what is added to each decision's TD error in its
             update, float64 [T], finite. See :class:`pipeline.policies.influence.Influence`.
 
     Raises:
-        SchemaMismatch: if ``q`` is not float64 [P] and finite, or a pair is not below P.
-        BadSettings: if a setting is out of its bounds, or the values grew beyond all bounds.
+        SchemaMismatch: if an elapsed time is negative or not finite, or a reward is not finite.
+        BadSettings: if the values grew beyond all bounds.
     """
-    _require(q.ndim == 1 and q.dtype == np.float64, "q", "is not float64 [P]")
-    _require_all(np.isfinite(q), "q", "is not finite")
-    _require_all(batch.pair < len(q), "pair", f"is not below the {len(q)} action values")
-    for name, value, ok in (
-        ("step_size", step_size, 0 < step_size <= 1),
-        ("discount", discount, 0 < discount <= 1),
-        ("trace_decay", trace_decay, 0 <= trace_decay <= 1),
-        ("steps", steps, steps in ("constant", "average")),
-        ("traces", traces, traces in ("replacing", "accumulating")),
-        ("sweeps", sweeps, sweeps >= 1),
-    ):
-        if not ok:
-            raise BadSettings(
-                f"{name} cannot be {value}", where="sarsa", next_step="See PolicySettings for its bounds"
-            )
-
-    before = np.zeros_like(q) if seen is None else seen
-    _require(before.shape == q.shape and before.dtype == np.float64, "seen", "is not float64 [P]")
-    _require_all(np.isfinite(before) & (before >= 0), "seen", "is negative or not finite")
+    _require(np.isfinite(batch.elapsed) & (batch.elapsed >= 0), "elapsed", "is negative or not finite")
+    _require(np.isfinite(batch.reward), "reward", "is not finite")
 
     # copies, because numba compiles the kernel once more for read-only arrays
-    columns = _BatchColumns(
-        batch.pair.copy(), np.power(discount, batch.elapsed), batch.reward.copy(), batch.ends.copy()
+    batch = Transitions(batch.pair.copy(), batch.elapsed.copy(), batch.reward.copy(), batch.ends.copy())
+    discounts = np.power(settings.discount, batch.elapsed)
+    rule = _LearningRule(
+        settings.step_size, settings.trace_decay, settings.steps == "average", settings.traces == "replacing"
     )
-    rule = _LearningRule(float(step_size), float(trace_decay), steps == "average", traces == "replacing")
-    learned, counted = q.copy(), before.copy()
+    learned, counted = q.copy(), seen.copy()
     scratch = np.zeros_like(learned), np.empty(len(learned), dtype=np.int64)
-    errors = [np.empty(len(batch)) for _ in range(min(sweeps, 2))]
-    none = np.zeros(len(batch))
-    for sweep in range(sweeps):
-        added, counted = none, before.copy()
+    first = last = none = np.zeros(len(batch.pair))
+    for sweep in range(settings.sweeps):
+        added, counted, last = none, seen.copy(), np.empty_like(none)
         if influence is not None:
-            added = influence(_errors_of(columns, learned, counted, scratch))
-        _sweep(columns, added, rule, _TableInTraining(learned, counted, *scratch), errors[min(sweep, 1)])
+            # TD errors by the values as they are: a sweep of step zero on copies
+            still = _LearningRule(0.0, 0.0, averaging=False, replacing=True)
+            copies = _TableInTraining(learned.copy(), counted.copy(), *scratch)
+            _sweep(batch, discounts, none, still, copies, last)
+            added = influence(last)
+        _sweep(batch, discounts, added, rule, _TableInTraining(learned, counted, *scratch), last)
+        first = last if sweep == 0 else first
     if not np.isfinite(learned).all():
         raise BadSettings(
             "the action values grew beyond all bounds", where="sarsa",
             next_step="Lower step_size, discount or trace_decay, or use replacing traces",
         )
-    return LearnedValues(learned, counted, errors[0], errors[-1])
+    return LearnedValues(learned, counted, first, last)
 
 
-def _errors_of(columns: _BatchColumns, q: F64, seen: F64, scratch: tuple[F64, I64]) -> F64:
-    """TD error of each decision by the values as they are, float64 [T]: a sweep of step zero on copies."""
-    errors = np.empty(len(columns.pair))
-    _sweep(
-        columns, np.zeros(len(errors)), _LearningRule(0.0, 0.0, averaging=False, replacing=True),
-        _TableInTraining(q.copy(), seen.copy(), *scratch), errors,
-    )
-    return errors
-
-
-def _require(ok: bool, name: str, breach: str) -> None:
-    if not ok:
-        raise SchemaMismatch(
-            f"{name} {breach}", where="sarsa", next_step="Pass arrays as Transitions documents them"
-        )
-
-
-def _require_all(ok: npt.NDArray[np.bool_], name: str, breach: str) -> None:
+def _require(ok: Bools, name: str, breach: str) -> None:
     if not ok.all():
-        _require(False, f"{name}[{int(np.argmin(ok))}]", breach)
+        raise SchemaMismatch(
+            f"{name}[{int(np.argmin(ok))}] {breach}", where="sarsa",
+            next_step="Pass arrays as Transitions documents them",
+        )

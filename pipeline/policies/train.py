@@ -13,9 +13,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 
+from pipeline.arrays import I64
 from pipeline.errors import SchemaMismatch
 from pipeline.policies.influence import Influence
 from pipeline.policies.sarsa import (
@@ -32,8 +32,6 @@ from pipeline.state import project
 from schemas import Decisions, Policies
 from schemas.behaviours import moves_randomly
 from schemas.table import ROLES, Key
-
-I64 = npt.NDArray[np.int64]
 
 _PAIR = ["role", "key", "state", "behaviour_id"]
 
@@ -244,18 +242,7 @@ def _learn(rows: pl.DataFrame, pair: I64, own: pl.DataFrame, settings: PolicySet
             share=own.select(pl.col("visits") / pl.max_horizontal(of_state, 1))["visits"].to_numpy(),
             rate=settings.influence,
         )
-    return sarsa_lambda(
-        own["q"].to_numpy(),
-        batch,
-        step_size=settings.step_size,
-        discount=settings.discount,
-        trace_decay=settings.trace_decay,
-        traces=settings.traces,
-        sweeps=settings.sweeps,
-        steps=settings.steps,
-        seen=own["evidence"].to_numpy(),
-        influence=influence,
-    )
+    return sarsa_lambda(own["q"].to_numpy(), own["evidence"].to_numpy(), batch, settings, influence)
 
 
 def _training(own: pl.DataFrame, roles: pl.Series, learned: LearnedValues) -> dict[str, TableTraining]:

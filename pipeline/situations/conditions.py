@@ -1,4 +1,4 @@
-"""Fuzzy conditions: text, expression tree, and a compiled program that evaluates many over many samples.
+"""Fuzzy conditions: text, and a compiled program that evaluates many of them over many samples.
 
 The text is Python's expression grammar cut down to what a fuzzy rule says::
 
@@ -14,117 +14,13 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial, reduce
 
 import numba
 import numpy as np
-import numpy.typing as npt
 
+from pipeline.arrays import F64, I32
 from pipeline.errors import BadSettings
-
-F64 = npt.NDArray[np.float64]
-I32 = npt.NDArray[np.int32]
-
-
-@dataclass(frozen=True, slots=True)
-class Is:
-    """Degree to which a signal belongs to a term."""
-
-    signal: str
-    term: str
-
-
-@dataclass(frozen=True, slots=True)
-class Not:
-    """1 - x."""
-
-    operand: Expression
-
-
-@dataclass(frozen=True, slots=True)
-class Very:
-    """x squared."""
-
-    operand: Expression
-
-
-@dataclass(frozen=True, slots=True)
-class And:
-    """The lesser of two."""
-
-    left: Expression
-    right: Expression
-
-
-@dataclass(frozen=True, slots=True)
-class Or:
-    """The greater of two."""
-
-    left: Expression
-    right: Expression
-
-
-Expression = Is | Not | Very | And | Or
-
-
-def parse(text: str, macros: Mapping[str, str]) -> Expression:
-    """Parse a condition into its expression tree.
-
-    Args:
-        text: the condition.
-        macros: name to text. Macros may use each other, but not in a circle.
-
-    Raises:
-        BadSettings: if the text is not of the grammar above, or names an unknown macro.
-    """
-
-    def refuse(what: str) -> BadSettings:
-        return BadSettings(
-            what, where=f"condition {text!r}",
-            next_step="Use and, or, not, very(…), macros and 'signal is TERM'",
-        )
-
-    def joined(kind: type[And] | type[Or], parts: Sequence[Expression]) -> Expression:
-        tree = parts[0]
-        for part in parts[1:]:
-            tree = kind(tree, part)
-        return tree
-
-    def belongs(signal: str, node: ast.expr) -> Expression:
-        match node:
-            case ast.Name(id=term):
-                return Is(signal, term)
-            case ast.BoolOp(op=ast.Or(), values=values):
-                return joined(Or, [belongs(signal, value) for value in values])
-        raise refuse(f"{ast.unparse(node)} is neither a term nor terms joined by or")
-
-    def tree(node: ast.expr, open_macros: tuple[str, ...]) -> Expression:
-        match node:
-            case ast.BoolOp(op=op, values=values):
-                return joined(
-                    And if isinstance(op, ast.And) else Or, [tree(value, open_macros) for value in values]
-                )
-            case ast.UnaryOp(op=ast.Not(), operand=operand):
-                return Not(tree(operand, open_macros))
-            case ast.Call(func=ast.Name(id="very"), args=[operand], keywords=[]):
-                return Very(tree(operand, open_macros))
-            case ast.Compare(left=ast.Name(id=signal), ops=[ast.Is()], comparators=[terms]):
-                return belongs(signal, terms)
-            case ast.Name(id=name) if name in open_macros:
-                raise refuse(f"macro {name} is made of itself")
-            case ast.Name(id=name) if name in macros:
-                return tree(expression(macros[name]), (*open_macros, name))
-            case ast.Name(id=name):
-                raise refuse(f"{name} is not a macro")
-        raise refuse(f"{ast.unparse(node)!r} is not part of the grammar")
-
-    def expression(source: str) -> ast.expr:
-        try:
-            return ast.parse(source, mode="eval").body
-        except SyntaxError as error:
-            raise refuse(f"cannot be read ({error.msg})") from error
-
-    return tree(expression(text), ())
-
 
 #: Operations of the register code: out = op(a, b).
 IS, NOT, VERY, AND, OR = range(5)
@@ -148,55 +44,83 @@ class Program:
 
 
 def compile_conditions(
-    expressions: Sequence[Expression],
+    texts: Sequence[str],
+    macros: Mapping[str, str],
     signals: Sequence[str],
     lines: Callable[[str, str], tuple[float, float, float, float]],
 ) -> Program:
     """Register code for many conditions over the same signals.
 
     Args:
-        expressions: the conditions, [E].
+        texts: the conditions, [E].
+        macros: name to text. Macros may use each other, but not in a circle.
         signals: names of the signals in the order of their registers.
         lines: function from (signal, term) to the term's two lines.
 
     Raises:
-        BadSettings: if a condition names an unknown signal.
+        BadSettings: if a text is not of the grammar above, or names an unknown macro or signal.
     """
     place = {name: register for register, name in enumerate(signals)}
-    steps: list[tuple[int, int, int, int]] = []
+    registers: dict[tuple[int, int, int], int] = {}
     rows: dict[tuple[float, float, float, float], int] = {}
-    known: dict[Expression, int] = {}
 
-    def register(expression: Expression) -> int:
-        if expression in known:
-            return known[expression]
-        match expression:
-            case Is(signal, term):
+    def step(operation: int, a: int, b: int = 0) -> int:
+        """Register of a step's result; a step that is there already is not done again."""
+        return registers.setdefault((operation, a, b), len(signals) + len(registers))
+
+    def belongs(signal: str, node: ast.expr, text: str) -> int:
+        match node:
+            case ast.Name(id=term):
                 if signal not in place:
                     raise BadSettings(
                         f"{signal} is not a signal", next_step=f"Use one of {', '.join(signals)}"
                     )
-                row = lines(signal, term)
-                step = (IS, place[signal], rows.setdefault(row, len(rows)))
-            case Not(operand):
-                step = (NOT, register(operand), 0)
-            case Very(operand):
-                step = (VERY, register(operand), 0)
-            case And(left, right):
-                step = (AND, register(left), register(right))
-            case Or(left, right):
-                step = (OR, register(left), register(right))
-        out = len(signals) + len(steps)
-        steps.append((step[0], out, step[1], step[2]))
-        known[expression] = out
-        return out
+                return step(IS, place[signal], rows.setdefault(lines(signal, term), len(rows)))
+            case ast.BoolOp(op=ast.Or(), values=values):
+                return reduce(partial(step, OR), [belongs(signal, value, text) for value in values])
+        raise _refused(text, f"{ast.unparse(node)} is neither a term nor terms joined by or")
 
-    outputs = [register(expression) for expression in expressions]
+    def condition(node: ast.expr, text: str, open_macros: tuple[str, ...] = ()) -> int:
+        match node:
+            case ast.BoolOp(op=op, values=values):
+                kind = AND if isinstance(op, ast.And) else OR
+                return reduce(partial(step, kind), [condition(value, text, open_macros) for value in values])
+            case ast.UnaryOp(op=ast.Not(), operand=operand):
+                return step(NOT, condition(operand, text, open_macros))
+            case ast.Call(func=ast.Name(id="very"), args=[operand], keywords=[]):
+                return step(VERY, condition(operand, text, open_macros))
+            case ast.Compare(left=ast.Name(id=signal), ops=[ast.Is()], comparators=[terms]):
+                return belongs(signal, terms, text)
+            case ast.Name(id=name) if name in open_macros:
+                raise _refused(text, f"macro {name} is made of itself")
+            case ast.Name(id=name) if name in macros:
+                return condition(_syntax_tree(macros[name], text), text, (*open_macros, name))
+            case ast.Name(id=name):
+                raise _refused(text, f"{name} is not a macro")
+        raise _refused(text, f"{ast.unparse(node)!r} is not part of the grammar")
+
+    outputs = [condition(_syntax_tree(text, text), text) for text in texts]
+    steps = [(operation, out, a, b) for (operation, a, b), out in registers.items()]
     return Program(
         steps=np.array(steps, dtype=np.int32).reshape(-1, 4),
         lines=np.array(list(rows), dtype=np.float64).reshape(-1, 4),
         registers=len(signals) + len(steps),
         outputs=np.array(outputs, dtype=np.int32),
+    )
+
+
+def _syntax_tree(source: str, text: str) -> ast.expr:
+    """Python's syntax tree of a condition, or of a macro in the condition ``text``."""
+    try:
+        return ast.parse(source, mode="eval").body
+    except SyntaxError as error:
+        raise _refused(text, f"cannot be read ({error.msg})") from error
+
+
+def _refused(text: str, what: str) -> BadSettings:
+    return BadSettings(
+        what, where=f"condition {text!r}",
+        next_step="Use and, or, not, very(…), macros and 'signal is TERM'",
     )
 
 

@@ -10,15 +10,10 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
+from pipeline.arrays import F64, I8, I32, I64, Bools
 from pipeline.errors import SchemaMismatch
 from pipeline.pitch import Scales
 from schemas import BODIES
-
-F64 = npt.NDArray[np.float64]
-I64 = npt.NDArray[np.int64]
-I32 = npt.NDArray[np.int32]
-I8 = npt.NDArray[np.int8]
-Flags = npt.NDArray[np.bool_]
 
 #: The ball's name as a team.
 BALL = BODIES[0]
@@ -47,7 +42,7 @@ class DenseMatch:
     segment: I32
     team: I8
     robot: I64
-    present: Flags
+    present: Bools
     role: I8
     poses: F64
     ball: F64

@@ -15,9 +15,8 @@ import numpy as np
 import numpy.typing as npt
 import skfuzzy
 
+from pipeline.arrays import F64
 from pipeline.pitch import Scales
-
-F64 = npt.NDArray[np.float64]
 
 #: Corner in place of infinity, which scikit-fuzzy does not take; beyond any length, speed or time of a match.
 FAR_OFF = 1e6
@@ -159,8 +158,3 @@ def lines(term: Trapezoid) -> Lines:
     rise, up = (0.0, 1.0) if term.a == term.b else (1 / (term.b - term.a), -term.a / (term.b - term.a))
     fall, down = (0.0, 1.0) if term.c == term.d else (-1 / (term.d - term.c), term.d / (term.d - term.c))
     return Lines(rise, up, fall, down)
-
-
-def corners(term: Trapezoid) -> tuple[float | None, ...]:
-    """The corners a, b, c, d for people; None at an open end."""
-    return tuple(None if abs(corner) >= FAR_OFF else float(corner) for corner in term)

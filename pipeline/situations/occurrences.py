@@ -17,15 +17,14 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-F64 = npt.NDArray[np.float64]
-I64 = npt.NDArray[np.int64]
-Flags = npt.NDArray[np.bool_]
+from pipeline.arrays import F64, I64, Bools
+
 Rows = npt.NDArray[np.void]
 
 #: Tolerance of comparisons between times, because clocks are rounded.
 CLOCK_NS = 1_000
 
-#: Kinds of start, as in rules.Start.
+#: Kinds of start, in the order of rules.Start.
 ONSET, LATEST, WHILE = range(3)
 
 #: A rule's state between blocks: the sample at which its initial condition last held, the sample at
@@ -68,7 +67,7 @@ class Samples(NamedTuple):
     t_ns: I64
     until_ns: I64
     piece: I64
-    fresh: Flags
+    fresh: Bools
 
 
 class Gaps(NamedTuple):
@@ -113,7 +112,7 @@ def _write(row: Any, rule: int, other: int, k0: int, k1: int, strength: float) -
 
 @numba.njit(cache=True, nogil=True)
 def advance(
-    registers: F64, rules: Rows, t_ns: I64, fresh: Flags, fire_at: float, longest_ns: int, at: int, n: int,
+    registers: F64, rules: Rows, t_ns: I64, fresh: Bools, fire_at: float, longest_ns: int, at: int, n: int,
     other: int, marks: Rows, found: Rows,
 ) -> int:
     """Number of occurrences found in one block of samples; updates ``marks`` and fills ``found``.

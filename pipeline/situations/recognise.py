@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 
+from pipeline.arrays import F64, I64, U8
 from pipeline.errors import SchemaMismatch
 from pipeline.pitch import SCALES, Pitch
 from pipeline.settings import SituationSettings
@@ -34,21 +33,16 @@ from pipeline.situations.occurrences import (
     finish,
     resolve,
 )
-from pipeline.situations.rulebook import RuleSet, compiled, rule_table, term_table
+from pipeline.situations.rulebook import RuleSet, compiled
 from pipeline.situations.rules import RULES, TABLE_1, Start, Target
 from schemas import ROLES, SIDES, Situations
 from schemas.situations import MOVES_RANDOMLY
-
-F64 = npt.NDArray[np.float64]
-I64 = npt.NDArray[np.int64]
 
 #: Float64 registers worked on at a time; so many fit in a second-level cache of half a megabyte or more.
 REGISTERS = 80_000
 
 #: Tolerance of ``fire_at``, because degrees are rounded: a condition that holds to exactly it does hold.
 ROUNDING = 1e-9
-
-__all__ = ["recognise", "rule_table", "term_table"]
 
 
 def recognise(trajectories: pl.DataFrame, pitch: Pitch, settings: SituationSettings) -> pl.DataFrame:
@@ -92,8 +86,8 @@ def recognise(trajectories: pl.DataFrame, pitch: Pitch, settings: SituationSetti
             parts.append(_situations(row, match, samples, found, settings))
     if not parts:
         return Situations.empty()
-    columns = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return _table(match_id, match, _SituationColumns(*columns))
+    table = pl.concat(parts).with_columns(match_id=pl.lit(match_id))
+    return table.select(*Situations.dtypes()).cast(pl.Schema(Situations.dtypes()))
 
 
 def _ns(seconds: float) -> int:
@@ -149,7 +143,7 @@ class _Worker:
         program, t_ns = self.rules.program, samples.t_ns
         marks = np.zeros(len(self.rules.places), dtype=MARK)
         marks["held"] = marks["set_in"] = -1
-        parts: list[npt.NDArray[np.uint8]] = []
+        parts: list[U8] = []
         for at in range(0, len(t_ns), self.block):
             n = min(self.block, len(t_ns) - at)
             fill(at, n, self.registers)
@@ -194,33 +188,10 @@ def _occurrences(
     return np.concatenate([part.view(np.uint8) for part in parts]).view(OCCURRENCE)
 
 
-class _SituationColumns(NamedTuple):
-    """Situations of one or several robots, each [S].
-
-    Attributes:
-        row: row of the robot in the match's arrays.
-        role: index in ROLES, at the start.
-        code: code of Table 1.
-        target: a number, see :func:`_target_names`.
-        start_ns, end_ns: end exclusive.
-        segment: stretch of play.
-        strength: NaN for filled gaps.
-    """
-
-    row: I64
-    role: I64
-    code: I64
-    target: I64
-    start_ns: I64
-    end_ns: I64
-    segment: I64
-    strength: F64
-
-
 def _situations(
     row: int, match: DenseMatch, samples: Samples, found: Rows, settings: SituationSettings
-) -> _SituationColumns:
-    """The situations of the robot in ``row``, from its occurrences."""
+) -> pl.DataFrame:
+    """Rows of schema Situations, without the match, of the robot in ``row`` from its occurrences."""
     code, target = _codes_and_targets(row, match, samples, found)
     named = code > 0
     found, code, target = found[named], code[named], target[named]
@@ -234,9 +205,23 @@ def _situations(
     )
     rows = resolve(np.argsort(key), found, meanings, samples, gaps)
     index = samples.place[rows["k0"]]
-    return _SituationColumns(
-        np.full(len(rows), row), match.role[row, index], rows["code"], rows["target"],
-        samples.t_ns[rows["k0"]], samples.until_ns[rows["k1"] - 1], match.segment[index], rows["strength"],
+    robots = [f"{SIDES[team]}-{robot}" for team, robot in zip(match.team, match.robot, strict=True)]
+    targets = pl.Series([*robots, *map(str, _THINGS), None], dtype=pl.String)
+    return pl.DataFrame(
+        {
+            "role": _ROLES.gather(match.role[row, index]),
+            "code": rows["code"],
+            "name": _NAMES.gather(rows["code"]),
+            "start_ns": samples.t_ns[rows["k0"]],
+            "end_ns": samples.until_ns[rows["k1"] - 1],
+            "strength": rows["strength"],
+            "target": targets.gather(rows["target"] % len(targets)),
+            "segment": match.segment[index],
+        }
+    ).with_columns(
+        pl.col("strength").fill_nan(None),
+        team=pl.lit(SIDES[match.team[row]]),
+        robot=pl.lit(match.robot[row]),
     )
 
 
@@ -257,6 +242,7 @@ _THINGS = (Target.BALL, Target.OWN_GOAL, Target.ADVERSARY_GOAL)
 _TARGET = np.array([rule.target for rule in RULES])
 _CODES = np.array([rule.code if isinstance(rule.code, tuple) else (rule.code,) * 3 for rule in RULES])
 _PRIORITY = np.array([TABLE_1.get(code, ("", None))[1] or 0 for code in range(MOVES_RANDOMLY + 1)])
+_ROLES = pl.Series(ROLES, dtype=pl.Enum(ROLES))
 _NAMES = pl.Series([TABLE_1.get(code, ("", None))[0] for code in range(MOVES_RANDOMLY + 1)])
 
 #: How long situations of a code may last when merged, so that merging does not undo the cutting.
@@ -267,28 +253,3 @@ _LONGEST_NS = np.array([
     )
     for code in range(MOVES_RANDOMLY + 1)
 ])
-
-
-def _target_names(match: DenseMatch) -> list[str | None]:
-    """Names of the targets by number; the last is that of -1."""
-    robots = [f"{SIDES[team]}-{robot}" for team, robot in zip(match.team, match.robot, strict=True)]
-    return [*robots, *(str(thing) for thing in _THINGS), None]
-
-
-def _table(match_id: str, match: DenseMatch, found: _SituationColumns) -> pl.DataFrame:
-    """Rows of schema Situations."""
-    targets = pl.Series(_target_names(match), dtype=pl.String)
-    columns = {
-        "match_id": pl.repeat(match_id, len(found.row), eager=True),
-        "team": pl.Series(np.array(SIDES)[match.team[found.row]]),
-        "robot": match.robot[found.row],
-        "role": pl.Series(np.array(ROLES)[found.role]),
-        "code": found.code,
-        "name": _NAMES.gather(found.code),
-        "start_ns": found.start_ns,
-        "end_ns": found.end_ns,
-        "strength": pl.Series(found.strength).fill_nan(None),
-        "target": targets.gather(np.where(found.target < 0, len(targets) - 1, found.target)),
-        "segment": found.segment,
-    }
-    return pl.DataFrame(columns).cast(pl.Schema(Situations.dtypes()))

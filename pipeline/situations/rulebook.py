@@ -7,21 +7,17 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 
+from pipeline.arrays import I64
 from pipeline.pitch import SCALES, Kind
 from pipeline.settings import SituationSettings
-from pipeline.situations import fuzzy, occurrences, signals
-from pipeline.situations.conditions import Program, compile_conditions, parse
+from pipeline.situations import fuzzy, signals
+from pipeline.situations.conditions import Program, compile_conditions
 from pipeline.situations.fuzzy import Variable
 from pipeline.situations.occurrences import RULE, Rows
 from pipeline.situations.rules import MACROS, RULES, TABLE_1, Start, Target
 from schemas.situations import MOVES_RANDOMLY
-
-I64 = npt.NDArray[np.int64]
-
-_STARTS = {Start.ONSET: occurrences.ONSET, Start.LATEST: occurrences.LATEST, Start.WHILE: occurrences.WHILE}
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +56,10 @@ def compiled(kind: Kind) -> dict[str, RuleSet]:
         rules = [RULES[place] for place in places]
         # a rule without a final condition gets its initial one's register, which is never read
         texts = [text for rule in rules for text in (rule.initial, rule.final or rule.initial)]
-        program = compile_conditions([parse(text, MACROS) for text in texts], names, lines)
+        program = compile_conditions(texts, MACROS, names, lines)
         records = np.zeros(len(rules), dtype=RULE)
         records["initial"], records["final"] = program.outputs[0::2], program.outputs[1::2]
-        records["start"] = [_STARTS[rule.start] for rule in rules]
+        records["start"] = [list(Start).index(rule.start) for rule in rules]
         records["limit_ns"] = [round(rule.limit_s * 1e9) for rule in rules]
         records["hold_ns"] = [round(rule.hold_s * 1e9) for rule in rules]
         records["once"] = [rule.once for rule in rules]
@@ -126,8 +122,8 @@ def term_table(kind: Kind) -> pl.DataFrame:
     for variable, terms in fuzzy.terms(SCALES[kind]).items():
         meaning, unit = fuzzy.MEANINGS[variable]
         for term, trapezoid in terms.items():
-            rises_at, falls_at = fuzzy.crossings(trapezoid)
-            rows.append((str(variable), meaning, unit, term, *fuzzy.corners(trapezoid), rises_at, falls_at))
+            corners = (None if abs(corner) >= fuzzy.FAR_OFF else corner for corner in trapezoid)
+            rows.append((str(variable), meaning, unit, term, *corners, *fuzzy.crossings(trapezoid)))
     columns = ("variable", "meaning", "unit", "term", "a", "b", "c", "d", "rises_at", "falls_at")
     return pl.DataFrame(rows, schema={
         name: pl.String if name in columns[:4] else pl.Float64 for name in columns

@@ -10,10 +10,8 @@ from math import pi
 
 import numba
 import numpy as np
-import numpy.typing as npt
 
-F64 = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
+from pipeline.arrays import F64, Bools
 
 #: Distance to an absent robot; no term of nearness holds.
 ABSENT = 1e6
@@ -50,7 +48,7 @@ def ball_distances(poses: F64, ball: F64) -> F64:
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def nearest_to_ball(distances: F64, among: Flags, ball: F64) -> F64:
+def nearest_to_ball(distances: F64, among: Bools, ball: F64) -> F64:
     """Distance of the nearest of some robots to the ball, float64 [T] in metres.
 
     Missing robots do not count. The distance is ABSENT without any robot, NaN without the ball.

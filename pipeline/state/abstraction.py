@@ -9,6 +9,7 @@ import numpy.typing as npt
 import polars as pl
 from numba import njit
 
+from pipeline.arrays import F64, I64, U8, Bools
 from pipeline.pitch import SCALES, Pitch
 from pipeline.state.table import (
     AFTER_BALL,
@@ -21,17 +22,12 @@ from pipeline.state.table import (
     GOAL,
     GOAL_DISTANCE,
     GOAL_ORIENTATION,
-    I64,
     NORMAL,
     SCORE,
     SITUATION,
     SPEED,
-    U8,
 )
 from schemas import ROLES, SIDES
-
-F64 = npt.NDArray[np.float64]
-Bool = npt.NDArray[np.bool_]
 
 
 class BinEdges(NamedTuple):
@@ -198,41 +194,30 @@ class _Samples(NamedTuple):
     direction: F64
 
 
-class _Observers(NamedTuple):
-    """K observations of samples; all arrays int64 [K].
-
-    Attributes:
-        sample: index of the sample, -1 if there is none.
-        team: the observing team, 0 home, 1 away.
-        score: level of the score.
-        situation: level of the game situation.
-    """
-
-    sample: I64
-    team: I64
-    score: I64
-    situation: I64
-
-
 @njit(cache=True, nogil=True)
-def _abstract_all(at: _Samples, by: _Observers, edges: BinEdges, out: U8, known: Bool) -> None:
-    """Write the levels of K observations into ``out``, uint8 [K, 36], and into ``known``, bool [K]."""
-    for k in range(len(by.sample)):
-        m = by.sample[k]
+def _abstract_all(
+    at: _Samples, sample: I64, team: I64, score: I64, situation: I64, edges: BinEdges, out: U8, known: Bools
+) -> None:
+    """Write the levels of K observations into ``out``, uint8 [K, 36], and into ``known``, bool [K].
+
+    ``sample`` [K] is -1 where there is no sample.
+    """
+    for k in range(len(sample)):
+        m = sample[k]
         if m < 0:
             continue
         lo, hi = at.offsets[m], at.offsets[m + 1]
-        sides = np.abs(at.teams[lo:hi] - by.team[k])
+        sides = np.abs(at.teams[lo:hi] - team[k])
         seen = Observation(
-            at.robots[lo:hi], sides, at.roles[lo:hi], at.ball[m], 1.0 - 2.0 * by.team[k], at.direction[m],
-            by.score[k], by.situation[k],
+            at.robots[lo:hi], sides, at.roles[lo:hi], at.ball[m], 1.0 - 2.0 * team[k], at.direction[m],
+            score[k], situation[k],
         )  # fmt: skip
         known[k] = abstract_state(seen, edges, out[k])
 
 
 def elements(
     trajectories: pl.DataFrame, referee: pl.DataFrame, pitch: Pitch, team: npt.NDArray[np.integer], t_ns: I64
-) -> tuple[U8, Bool]:
+) -> tuple[U8, Bools]:
     """Levels of the 36 elements as the observing teams see them at some samples of a match.
 
     Suspect rows count as missing. The score is the last that the referee told by then; where
@@ -274,15 +259,13 @@ def elements(
         balls.select("x", "y", "vx", "vy").cast(pl.Float64).fill_null(np.nan).to_numpy(order="c"),
         balls["direction"].fill_null(np.nan).to_numpy(),
     )  # fmt: skip
-    observers = _Observers(
-        sample, observer, score_levels(referee, observer, t_ns),
-        np.where(stopped, _stopped_levels(referee, t_ns), NORMAL),
-    )
-    _abstract_all(samples, observers, edges, out, known)
+    score = _score_levels(referee, observer, t_ns)
+    situation = np.where(stopped, _stopped_levels(referee, t_ns), NORMAL)
+    _abstract_all(samples, sample, observer, score, situation, edges, out, known)
     return out, known
 
 
-def score_levels(referee: pl.DataFrame, team: I64, t_ns: I64) -> I64:
+def _score_levels(referee: pl.DataFrame, team: I64, t_ns: I64) -> I64:
     """Level of the score element for each team and time, int64 [K]; an event counts from its own time.
 
     A goal of which neither team nor score is known leaves the level as it was.

@@ -8,7 +8,6 @@ eleven elements have three levels. Two keys with fewer elements give it exactly.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from functools import cache
 from typing import NamedTuple
@@ -17,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from pipeline.arrays import I64, U8
 from pipeline.errors import BadSettings
 from pipeline.state.table import (
     AFTER_BALL,
@@ -26,18 +26,13 @@ from pipeline.state.table import (
     ELEMENTS,
     GOAL_DISTANCE,
     GOAL_ORIENTATION,
-    I64,
     LEVELS,
     SCORE,
     SITUATION,
     SPEED,
-    U8,
 )
 from schemas import ROLES
 from schemas.table import Key
-
-#: The paper's count of states (section 4).
-PAPER_STATES = 80_621_568
 
 _GLOBALS = (DIRECTION, SPEED, SCORE, SITUATION)
 #: Keys that look at the deciding robot more closely than at the others.
@@ -105,11 +100,6 @@ def _whole(elements: Iterable[int]) -> tuple[Column, ...]:
     return tuple(Column(e, int(LEVELS[e])) for e in elements)
 
 
-def size(key: Key) -> int:
-    """Number of states of a key."""
-    return math.prod(column.levels for column in columns(key))
-
-
 class Radix(NamedTuple):
     """The digits of a key for :func:`encode_one`, the most significant first.
 
@@ -160,7 +150,7 @@ def encode(elements: U8, key: Key, slot: npt.NDArray[np.integer] | None = None) 
             ``ego19``, ``self9`` and ``self6`` only.
 
     Returns:
-        int64 [K], in [0, size(key)).
+        int64 [K], below the product of the key's levels.
 
     Raises:
         BadSettings: if slots are needed and not given.
@@ -194,7 +184,7 @@ def project(states: I64, key: Key, slot: npt.NDArray[np.integer] | None = None) 
         slot: as in :func:`encode`.
 
     Returns:
-        int64 [K], in [0, size(key)): ``encode(elements, key, slot)`` of the elements that were encoded.
+        int64 [K]: ``encode(elements, key, slot)`` of the elements that were encoded.
 
     Raises:
         BadSettings: if slots are needed and not given.

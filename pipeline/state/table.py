@@ -9,12 +9,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from pipeline.arrays import I64
 from schemas import ROLES
-
-U8 = npt.NDArray[np.uint8]
-I64 = npt.NDArray[np.int64]
 
 SLOTS = tuple(f"{side} {role}" for side in ("own", "adversary's") for role in ROLES)
 DRAWING = 1

@@ -42,8 +42,8 @@ def build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
             for file in files:
                 connection.execute(f"insert into {FILES} values (?, ?, ?, ?)",
                                    [name, file, *(glance(Path(file)) or (None, None))])
-            connection.execute(f"create view {name} as {_select(schema, files)}")
-            connection.execute(f"comment on view {name} is {_quote(_first_line(schema))}")
+            connection.execute(f"create view {name} as {_select(connection, schema, files)}")
+            connection.execute(f"comment on view {name} is {_quote(str(schema.__doc__).splitlines()[0])}")
             for column, meaning in schema.meanings().items():
                 connection.execute(f'comment on column {name}."{column}" is {_quote(meaning)}')
 
@@ -166,32 +166,19 @@ def _opened(path: Path) -> Iterator[duckdb.DuckDBPyConnection]:
         yield connection
 
 
-def _select(schema: type[Table], files: Sequence[str]) -> str:
+def _select(connection: duckdb.DuckDBPyConnection, schema: type[Table], files: Sequence[str]) -> str:
     if files:
         columns = ", ".join(
             f'"{name}"::varchar as "{name}"' if isinstance(dtype, pl.Enum) else f'"{name}"'
             for name, dtype in schema.dtypes().items()
         )
         return f"select {columns} from read_parquet([{', '.join(map(_quote, files))}])"
-    columns = ", ".join(f'null::{_type(dtype)} as "{name}"' for name, dtype in schema.dtypes().items())
-    return f"select {columns} where false"
-
-
-def _type(dtype: pl.DataType) -> str:
-    """DuckDB's name of a column's type, as it reads it from our Parquet."""
-    if isinstance(dtype, pl.List):
-        assert isinstance(dtype.inner, pl.DataType)
-        return f"{_type(dtype.inner)}[]"
-    names: dict[type[pl.DataType], str] = {
-        pl.String: "varchar", pl.Enum: "varchar", pl.Boolean: "boolean", pl.Int8: "tinyint",
-        pl.Int16: "smallint", pl.Int32: "integer", pl.Int64: "bigint", pl.UInt32: "uinteger",
-        pl.Float32: "float", pl.Float64: "double", pl.Datetime: "timestamptz",
-    }
-    return names[type(dtype)]
-
-
-def _first_line(schema: type[Table]) -> str:
-    return (schema.__doc__ or "").strip().splitlines()[0]
+    # DuckDB itself says how it names the types that it reads from our Parquet
+    rows: Any = connection.from_arrow(
+        schema.empty().with_columns(pl.selectors.enum().cast(pl.String)).to_arrow()
+    )
+    nulls = (f'null::{dtype} as "{name}"' for name, dtype in zip(rows.columns, rows.types, strict=True))
+    return f"select {', '.join(nulls)} where false"
 
 
 def _quote(text: str) -> str:

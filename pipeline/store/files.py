@@ -7,7 +7,7 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, TypeVar
@@ -15,13 +15,11 @@ from typing import BinaryIO, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from pipeline.errors import BadSettings, CorruptFile, NotFound, StorageFailed
-from pipeline.store.receipts import FileRecord, Receipt, digest
+from pipeline.store.receipts import Receipt
 
 SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}$")
 M = TypeVar("M", bound=BaseModel)
 REMEDY_OF_VERSION = "Restore the version's folder from a backup; the other versions are not affected"
-#: How what belongs to a version is named in errors: ``knowledge version 3``.
-VERSION = " version "
 REMEDY = "Delete it and run again to make it anew, or restore it from a backup"
 
 
@@ -181,30 +179,6 @@ def read_model(path: Path, model: type[M]) -> M:
                           next_step=REMEDY if model is Receipt else REMEDY_OF_VERSION) from error
 
 
-def verified(folder: Path, files: Mapping[str, FileRecord], role: str, what: str) -> bytes:
-    """A file's bytes, checked against its record; errors name ``what`` the file belongs to.
-
-    Raises:
-        NotFound: if there is no such record.
-        CorruptFile: if the file is gone or its bytes are others.
-    """
-    if role not in files:
-        raise NotFound(f"{what} has no {role} (there are: {', '.join(sorted(files))})",
-                       next_step="Run the stages again")
-    path = folder / files[role].path
-    remedy = REMEDY_OF_VERSION if VERSION in what else REMEDY
-    if what.startswith("matches "):
-        remedy = "Import the recording again"
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise CorruptFile(f"cannot be read ({error.strerror})", where=str(path),
-                          next_step=remedy) from error
-    if digest(data) != files[role].sha256:
-        raise CorruptFile("is not what was written (SHA-256 differs)", where=str(path), next_step=remedy)
-    return data
-
-
 def _take(stream: BinaryIO) -> None:
     """Hold an open file against every other process until it is closed.
 
@@ -229,8 +203,6 @@ def _free(path: Path) -> bool:
 def _alive(pid: int) -> bool:
     try:
         os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
+    except OSError as error:
+        return isinstance(error, PermissionError)
     return True

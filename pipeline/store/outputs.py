@@ -46,10 +46,7 @@ class Outputs(Reading):
 
     def holding(self, work: Work) -> Receipt | None:
         """The receipt of an output, if it is of exactly this work and its files exist."""
-        try:
-            receipt = self.receipt(work.noun, work.name)
-        except CorruptFile:
-            return None
+        receipt = self._readable(work.noun, work.name)
         if receipt is None or receipt.key != work.key:
             return None
         for record in receipt.files.values():
@@ -71,11 +68,11 @@ class Outputs(Reading):
         """
         name = safe(work.name)
         files = {}
-        for content in contents(made, where=f"{work.noun} {name}"):
-            relative = f"{work.noun}/{name}-{content.sha256[:12]}.{content.role}.{content.suffix}"
-            files[content.role] = content.record(relative)
-            if not self._whole(files[content.role], self.root):
-                self.write_bytes(self.root / relative, content.data)
+        for role, (record, data) in contents(made, where=f"{work.noun} {name}").items():
+            path = f"{work.noun}/{name}-{record.sha256[:12]}.{record.path}"
+            files[role] = record.model_copy(update={"path": path})
+            if not self._whole(files[role], self.root):
+                self.write_bytes(self.root / path, data)
         receipt = Receipt(
             noun=work.noun, name=name, key=work.key, inputs=dict(work.inputs), settings=dict(work.settings),
             seed=work.seed, versions=work.versions, software=software(), files=files,
@@ -97,12 +94,10 @@ class Outputs(Reading):
         path = self._receipt_path(noun, name)
         if not path.exists():
             return False
-        with suppress(CorruptFile):
-            files = read_model(path, Receipt).files.values()
-            path.unlink()
-            for record in files:
-                (self.root / record.path).unlink(missing_ok=True)
-        path.unlink(missing_ok=True)
+        receipt = self._readable(noun, name)
+        path.unlink()
+        for record in receipt.files.values() if receipt else ():
+            (self.root / record.path).unlink(missing_ok=True)
         return True
 
     def prune(self, noun: str) -> list[Path]:

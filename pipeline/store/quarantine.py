@@ -12,11 +12,10 @@ from pipeline.store.receipts import Quarantined
 class Quarantine(Files):
     """Records of refused matches and recordings; the files themselves are not touched."""
 
-    def quarantine(self, noun: str, name: str, error: Exception) -> Quarantined:
+    def quarantine(self, noun: str, name: str, error: Exception) -> None:
         """Record why a stage refused a match; the match's files are not touched."""
         record = Quarantined(noun=noun, name=name, error=type(error).__name__, reason=in_one_line(error))
         self.write_bytes(self._quarantine_path(noun, name), pretty(record))
-        return record
 
     def release(self, noun: str, name: str) -> None:
         """Delete a record, because the stage now accepts the match."""

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import polars as pl
 
-from pipeline.store.files import Files, verified
+from pipeline.errors import CorruptFile, NotFound
+from pipeline.store.files import REMEDY, REMEDY_OF_VERSION, Files
 from pipeline.store.receipts import FileRecord, Manifest, Receipt, digest
 from pipeline.store.tables import from_parquet
 from schemas import Table
@@ -32,10 +33,23 @@ class Reading(Files):
             NotFound: if the receipt has no such file.
             CorruptFile: if it is gone or its bytes are others.
         """
-        what = f"{receipt.noun} {receipt.name}"
+        what, remedy = f"{receipt.noun} {receipt.name}", REMEDY
         if isinstance(receipt, Manifest):
-            what = f"{receipt.noun} version {receipt.version}"
-        return verified(self.folder(receipt), receipt.files, role, what)
+            what, remedy = f"{receipt.noun} version {receipt.version}", REMEDY_OF_VERSION
+        elif receipt.noun == "matches":
+            remedy = "Import the recording again"
+        if role not in receipt.files:
+            raise NotFound(f"{what} has no {role} (there are: {', '.join(sorted(receipt.files))})",
+                           next_step="Run the stages again")
+        path = self.folder(receipt) / receipt.files[role].path
+        try:
+            data = path.read_bytes()
+        except OSError as error:
+            raise CorruptFile(f"cannot be read ({error.strerror})", where=str(path),
+                              next_step=remedy) from error
+        if digest(data) != receipt.files[role].sha256:
+            raise CorruptFile("is not what was written (SHA-256 differs)", where=str(path), next_step=remedy)
+        return data
 
     def read_table(self, receipt: Receipt, role: str, schema: type[Table]) -> pl.DataFrame:
         """A table, its bytes checked against the receipt or manifest and its tag against the schema.

@@ -9,9 +9,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from pipeline import __version__
+from pipeline.settings import Frozen
 
 
 def digest(data: bytes) -> str:
@@ -37,7 +38,7 @@ def software() -> str:
 RELEASE = f"pitchlore {__version__}"
 
 
-class FileRecord(BaseModel):
+class FileRecord(Frozen):
     """One file that a receipt or manifest vouches for.
 
     Attributes:
@@ -48,16 +49,19 @@ class FileRecord(BaseModel):
         rows: number of rows of the table.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
     path: str
     sha256: str
     size: int
     table: str | None = None
     rows: int | None = None
 
+    @classmethod
+    def of(cls, path: str, data: bytes, **about: Any) -> FileRecord:
+        """The record of bytes at a path."""
+        return cls(path=path, sha256=digest(data), size=len(data), **about)
 
-class Receipt(BaseModel):
+
+class Receipt(Frozen):
     """Record of one piece of work: its inputs and its files.
 
     Attributes:
@@ -72,8 +76,6 @@ class Receipt(BaseModel):
         files: by what they hold.
         details: counts and facts that later stages and reports need.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     noun: str
     name: str
@@ -103,7 +105,7 @@ class Manifest(Receipt):
     parent: int | None
 
 
-class Quarantined(BaseModel):
+class Quarantined(Frozen):
     """A match or recording that a stage refused, and the reason.
 
     Attributes:
@@ -112,8 +114,6 @@ class Quarantined(BaseModel):
         error: class of the error.
         reason: the error's one line.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     noun: str
     name: str

@@ -8,11 +8,11 @@ import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict
-
 from pipeline.errors import CorruptFile, NotFound, PitchloreError, StorageFailed
+from pipeline.settings import Frozen
 from pipeline.store.files import pretty, read_model, sync
 from pipeline.store.reading import Reading
 from pipeline.store.receipts import Manifest, software
@@ -21,15 +21,8 @@ from pipeline.store.work import Made, Work, contents
 VERSION_FOLDER = re.compile(r"^v(\d{4,})$")
 
 
-class Confirmed(BaseModel):
-    """Work whose outcome equals the newest version.
-
-    Attributes:
-        key: of the work.
-        version: that holds its outcome.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
+class Confirmed(Frozen):
+    """The key of work, and the version that equals its outcome."""
 
     key: str
     version: int
@@ -89,27 +82,20 @@ class Versions(Reading):
     def claim(self, noun: str) -> Iterator[int]:
         """Hold the next free version number of a noun against every other process.
 
-        The number is claimed by the exclusive creation of a file, and held by a lock on it that ends with
-        the process. If a process is killed before its commit, its number is free again.
+        The number is held by the lock on a file, which ends with the process. If a process is killed
+        before its commit, its number is free again.
         """
         folder = self.root / noun
         folder.mkdir(parents=True, exist_ok=True)
-        version = (self.versions(noun) or [0])[-1] + 1
-        while True:
-            path = folder / f"v{version:04d}.claim"
-            with suppress(FileExistsError), path.open("x"):
-                pass
-            with path.open("r+") as held:
+        for version in count((self.versions(noun) or [0])[-1] + 1):
+            with (folder / f"v{version:04d}.claim").open("a") as held:
                 try:
                     fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 except BlockingIOError:
-                    version += 1
                     continue
-                if self.version_folder(noun, version).exists():
-                    version += 1
-                    continue
-                yield version
-                return
+                if not self.version_folder(noun, version).exists():
+                    yield version
+                    return
 
     def commit_version(self, work: Work, made: Made, version: int, *, parent: int | None) -> Manifest:
         """Write a claimed version aside and commit it by one rename.
@@ -125,11 +111,11 @@ class Versions(Reading):
             StorageFailed: if the disk refuses; the versions before it are as they were.
         """
         noun = work.noun
-        written = {f"{c.role}.{c.suffix}": c for c in contents(made, where=f"{noun} {version}")}
+        written = contents(made, where=f"{noun} {version}")
         manifest = Manifest(
             noun=noun, name=work.name, version=version, parent=parent, key=work.key, inputs=dict(work.inputs),
             settings=dict(work.settings), seed=work.seed, versions=work.versions, software=software(),
-            files={content.role: content.record(file) for file, content in written.items()},
+            files={role: record for role, (record, _) in written.items()},
             details=dict(made.details),
         )
         final = self.version_folder(noun, version)
@@ -137,8 +123,8 @@ class Versions(Reading):
         try:
             staging.mkdir(parents=True)
             try:
-                for file, content in written.items():
-                    self.write_bytes(staging / file, content.data)
+                for record, data in written.values():
+                    self.write_bytes(staging / record.path, data)
                 self.write_bytes(staging / "manifest.json", pretty(manifest))
                 os.rename(staging, final)  # noqa: PTH104 (the tests make os.rename fail)
                 sync(final.parent, os.O_RDONLY | os.O_DIRECTORY)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -71,44 +71,17 @@ class Made:
     details: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class Content:
-    """The bytes of one file that is to be written.
-
-    Attributes:
-        role: what the file holds.
-        suffix: of its name.
-        data: its bytes.
-        sha256: of its bytes, in hex.
-        table: ``name/version`` of its schema, None for what is not a table.
-        rows: of the table.
-    """
-
-    role: str
-    suffix: str
-    data: bytes
-    sha256: str
-    table: str | None = None
-    rows: int | None = None
-
-    def record(self, path: str) -> FileRecord:
-        """The record that vouches for the file at a path."""
-        return FileRecord(
-            path=path, sha256=self.sha256, size=len(self.data), table=self.table, rows=self.rows)
-
-
-def contents(made: Made, *, where: str) -> list[Content]:
-    """The files of an outcome, by role.
+def contents(made: Made, *, where: str) -> dict[str, tuple[FileRecord, bytes]]:
+    """Record and bytes of each file of an outcome, by role; the record's path is ``role.suffix``.
 
     Raises:
         SchemaMismatch: if a table breaks its schema.
     """
-    return sorted(_contents(made, where), key=lambda content: content.role)
-
-
-def _contents(made: Made, where: str) -> Iterable[Content]:
+    found = {}
     for frame, schema in made.tables:
         data = to_parquet(frame, schema, where=where)
-        yield Content(schema.NAME, "parquet", data, digest(data), schema.tag(), frame.height)
+        record = FileRecord.of(f"{schema.NAME}.parquet", data, table=schema.tag(), rows=frame.height)
+        found[schema.NAME] = record, data
     for role, (suffix, data) in made.blobs.items():
-        yield Content(role, suffix, data, digest(data))
+        found[role] = FileRecord.of(f"{role}.{suffix}", data), data
+    return found

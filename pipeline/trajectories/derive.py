@@ -9,16 +9,15 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
+from pipeline.arrays import F32, F64, I8, I32, I64, U8, Bools
 from pipeline.errors import DamagedLog
-from pipeline.matches.frame import AWAY, F32, I64, MatchLog, home_attacks, runs, wrap
+from pipeline.matches.frame import AWAY, MatchLog, home_attacks, runs, wrap
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import SCALES, Scales
 from pipeline.settings import TrajectorySettings
 from pipeline.trajectories.kinematics import REPEATED, assign_roles, find_jumps, slopes
 from pipeline.trajectories.timeline import Stretches, cut_stretches, find_gaps, order_samples
 from schemas import BODIES, ROLES, Trajectories
-
-Bools = npt.NDArray[np.bool_]
 
 _BALL = BODIES.index("ball")
 _HOME = np.uint8(BODIES.index("home"))
@@ -39,9 +38,9 @@ class _Bodies:
     """
 
     frame: I64
-    team: npt.NDArray[np.uint8]
+    team: U8
     robot: npt.NDArray[np.uint16]
-    role: npt.NDArray[np.int8]
+    role: I8
     x: F32
     y: F32
     theta: F32
@@ -49,7 +48,7 @@ class _Bodies:
     def __len__(self) -> int:
         return len(self.frame)
 
-    def key(self) -> npt.NDArray[np.int32]:
+    def key(self) -> I32:
         """Number of the body of each row, int32 [n], in the order of the schema."""
         return self.team.astype(np.int32) << 16 | self.robot
 
@@ -184,7 +183,7 @@ def _robots(log: MatchLog, order: I64) -> _Bodies:
     )
 
 
-def _turn(bodies: _Bodies, sign: npt.NDArray[np.int8]) -> _Bodies:
+def _turn(bodies: _Bodies, sign: I8) -> _Bodies:
     """Bodies turned so that home attacks +x; ``sign`` is home's direction at each sample, int8 [F]."""
     of_row = sign[bodies.frame].astype(np.float32)
     theta = np.where(np.isfinite(bodies.theta), bodies.theta, np.float32(np.nan))
@@ -291,7 +290,7 @@ def _velocities(
     times = t_ns[bodies.frame]
     half_ns, hole_ns = _ns(settings.window_s / 2), _ns(settings.hole_s)
 
-    def fit(rows: I64, values: npt.NDArray[np.float64]) -> F32:
+    def fit(rows: I64, values: F64) -> F32:
         cut = np.diff(part[rows], prepend=0) != 0
         cut[1:] |= np.diff(times[rows]) > hole_ns
         piece = np.cumsum(cut, dtype=np.int64)

@@ -9,10 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from pipeline.matches.frame import F32, I64
-
-Bools = npt.NDArray[np.bool_]
-F64 = npt.NDArray[np.float64]
+from pipeline.arrays import F32, F64, I8, I32, I64, U8, Bools
 
 GOALKEEPER, MIDFIELD, STRIKER = range(3)
 #: In place of a role, for a robot that the frame already has.
@@ -25,7 +22,7 @@ _EDGE_NS = 1_000
 
 @njit(cache=True, nogil=True)
 def find_jumps(
-    body: npt.NDArray[np.int32], part: I64, t_ns: I64, x: F32, y: F32,
+    body: I32, part: I64, t_ns: I64, x: F32, y: F32,
     max_speed: float, slack: float, accept_ns: int,
 ) -> tuple[Bools, Bools]:
     """Masks of rows that the body cannot have reached, and of rows where it was put.
@@ -150,8 +147,8 @@ def slopes(part: I64, t_ns: I64, values: F64, half_ns: int, least: int) -> F32:
 
 @njit(cache=True, nogil=True)
 def assign_roles(
-    frame: I64, team: npt.NDArray[np.uint8], robot: npt.NDArray[np.uint16], x: F32, y: F32, goal_x: float
-) -> npt.NDArray[np.int8]:
+    frame: I64, team: U8, robot: npt.NDArray[np.uint16], x: F32, y: F32, goal_x: float
+) -> I8:
     """Role of each robot in its team and frame, by distance to its own goal's centre.
 
     The nearest robot is the goalkeeper (paper, section 4), the nearer ``(n - 1) // 2`` of the others are

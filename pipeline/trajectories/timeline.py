@@ -5,15 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 from numba import njit
 
-from pipeline.matches.frame import I64, Period
+from pipeline.arrays import I32, I64, U8
+from pipeline.matches.frame import Period
 from pipeline.matches.quality import Flaw
-
-Bools = npt.NDArray[np.bool_]
-I32 = npt.NDArray[np.int32]
 
 #: Verdicts of :func:`_judge_clock` on a frame.
 IN_ORDER, LATE, CLOCK_BACK, CLOCK_AHEAD = range(4)
@@ -77,7 +74,7 @@ def order_samples(t_ns: I64, reorder_ns: int) -> tuple[I64, list[Flaw]]:
 
 
 @njit(cache=True, nogil=True)
-def _judge_clock(t_ns: I64, reorder_ns: int) -> npt.NDArray[np.uint8]:
+def _judge_clock(t_ns: I64, reorder_ns: int) -> U8:
     """Verdict on each frame, uint8 [F]; a frame at exactly the latest time is in order."""
     frames = len(t_ns)
     verdict = np.full(frames, IN_ORDER, dtype=np.uint8)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.policies.sarsa import CONTINUES, TERMINAL, TRACE_FLOOR, Transitions, sarsa_lambda
+from pipeline.settings import PolicySettings
 
 PAIRS = 60_000
 RULE = {"step_size": 0.1, "discount": 0.95, "trace_decay": 0.9}
@@ -46,16 +47,16 @@ def on_dicts(batch, step_size, discount, trace_decay):
 
 @pytest.mark.benchmark(group="learn action values by Sarsa(λ)")
 def test_ours(benchmark):
-    batch, q = made_up(1_000_000), np.zeros(PAIRS)
-    sarsa_lambda(q, made_up(10), **RULE)
-    benchmark.extra_info.update(units=len(batch), unit="transitions")
-    benchmark.pedantic(sarsa_lambda, (q, batch), RULE, rounds=5)
+    batch, q, rule = made_up(1_000_000), np.zeros(PAIRS), PolicySettings(**RULE, sweeps=1)
+    sarsa_lambda(q, q, made_up(10), rule)
+    benchmark.extra_info.update(units=len(batch.pair), unit="transitions")
+    benchmark.pedantic(sarsa_lambda, (q, q, batch, rule), rounds=5)
 
 
 @pytest.mark.benchmark(group="learn action values by Sarsa(λ)")
 def test_python_dicts(benchmark):
     batch = made_up(20_000)
-    benchmark.extra_info.update(units=len(batch), unit="transitions")
+    benchmark.extra_info.update(units=len(batch.pair), unit="transitions")
     q = benchmark.pedantic(on_dicts, (batch,), RULE, rounds=3)
-    learned = sarsa_lambda(np.zeros(PAIRS), batch, **RULE).q
+    learned = sarsa_lambda(np.zeros(PAIRS), np.zeros(PAIRS), batch, PolicySettings(**RULE, sweeps=1)).q
     np.testing.assert_allclose([learned[pair] for pair in q], list(q.values()), rtol=0, atol=1e-12)

@@ -7,6 +7,12 @@ the robot itself. scikit-fuzzy's control simulation gets them as its own rules, 
 
 from __future__ import annotations
 
+import ast
+from collections.abc import Callable
+from functools import reduce
+from operator import and_, or_
+from typing import Any, NamedTuple
+
 import numpy as np
 import pytest
 import skfuzzy
@@ -16,7 +22,7 @@ from support.recordings import RSIM, imported
 from pipeline.pitch import SCALES, Kind
 from pipeline.settings import SituationSettings, TrajectorySettings
 from pipeline.situations import conditions, fuzzy, signals
-from pipeline.situations.conditions import And, Expression, Is, Not, Or, Very, execute, parse
+from pipeline.situations.conditions import execute
 from pipeline.situations.dense import dense_match
 from pipeline.situations.recognise import recognise
 from pipeline.situations.rulebook import compiled, variable_of
@@ -29,7 +35,6 @@ TEXTS = [
     text for place in OWN.places for rule in [RULES[place]]
     for text in ([rule.initial] if rule.start == Start.WHILE else [rule.initial, rule.final])
 ]
-EXPRESSIONS = [parse(text, MACROS) for text in TEXTS]
 BLOCK = 512
 
 
@@ -50,7 +55,7 @@ def rows(table):
     return np.ascontiguousarray(out[:, ~np.isnan(out).any(axis=0)])
 
 
-@pytest.mark.benchmark(group=f"{len(EXPRESSIONS)} fuzzy conditions")
+@pytest.mark.benchmark(group=f"{len(TEXTS)} fuzzy conditions")
 def test_ours(benchmark, rows):
     n = rows.shape[1] // BLOCK * BLOCK
     registers = np.empty((OWN.program.registers, BLOCK))
@@ -65,28 +70,61 @@ def test_ours(benchmark, rows):
     benchmark.extra_info |= {"units": n, "unit": "rows"}
 
 
-def degree(expression: Expression, rows: np.ndarray) -> np.ndarray:
-    """The same by scikit-fuzzy's memberships and numpy, with no sharing."""
-    match expression:
-        case Is(signal, term):
-            return fuzzy.membership(TERMS[variable_of(signal)][term], rows[signals.OWN.index(signal)])
-        case Not(operand):
-            return 1 - degree(operand, rows)
-        case Very(operand):
-            return degree(operand, rows) ** 2
-        case And(left, right):
-            return np.minimum(degree(left, rows), degree(right, rows))
-        case Or(left, right):
-            return np.maximum(degree(left, rows), degree(right, rows))
+def built(text: str, leaf: Callable, very: Callable) -> Any:
+    """A condition from what ``leaf`` makes of a signal and a term, by the operators &, | and ~."""
+
+    def joined(op: ast.boolop, parts: list) -> Any:
+        return reduce(and_ if isinstance(op, ast.And) else or_, parts)
+
+    def of(node: ast.expr) -> Any:
+        match node:
+            case ast.Name(id=macro):
+                return built(MACROS[macro], leaf, very)
+            case ast.Compare(left=ast.Name(id=signal), comparators=[ast.Name(id=term)]):
+                return leaf(signal, term)
+            case ast.Compare(left=ast.Name(id=signal), comparators=[ast.BoolOp(op=op, values=terms)]):
+                return joined(op, [leaf(signal, term.id) for term in terms])
+            case ast.BoolOp(op=op, values=values):
+                return joined(op, [of(value) for value in values])
+            case ast.UnaryOp(operand=operand):
+                return ~of(operand)
+            case ast.Call(args=[operand]):
+                return very(of(operand))
+
+    return of(ast.parse(text, mode="eval").body)
 
 
-@pytest.mark.benchmark(group=f"{len(EXPRESSIONS)} fuzzy conditions")
+class Degree(NamedTuple):
+    """Degrees by numpy, with no sharing."""
+
+    x: np.ndarray
+
+    def __and__(self, other):
+        return Degree(np.minimum(self.x, other.x))
+
+    def __or__(self, other):
+        return Degree(np.maximum(self.x, other.x))
+
+    def __invert__(self):
+        return Degree(1 - self.x)
+
+
+def degree(text: str, rows: np.ndarray) -> np.ndarray:
+    """The same by scikit-fuzzy's memberships and numpy."""
+
+    def leaf(signal, term):
+        return Degree(fuzzy.membership(TERMS[variable_of(signal)][term], rows[signals.OWN.index(signal)]))
+
+    return built(text, leaf, lambda found: Degree(found.x ** 2)).x
+
+
+@pytest.mark.benchmark(group=f"{len(TEXTS)} fuzzy conditions")
 def test_skfuzzy_trapmf_and_numpy(benchmark, rows):
     some = rows[:, :2_000]
-    found = benchmark(lambda: [degree(expression, some) for expression in EXPRESSIONS])
+    found = benchmark(lambda: [degree(text, some) for text in TEXTS])
     benchmark.extra_info |= {"units": some.shape[1], "unit": "rows"}
     code = conditions.compile_conditions(
-        EXPRESSIONS, signals.OWN, lambda signal, term: fuzzy.lines(TERMS[variable_of(signal)][term])
+        TEXTS, MACROS, signals.OWN, lambda signal, term: fuzzy.lines(TERMS[variable_of(signal)][term])
     )
     registers = np.empty((code.registers, some.shape[1]))
     registers[: len(some)] = some
@@ -104,30 +142,18 @@ def simulation() -> control.ControlSystemSimulation:
         for name, term in terms.items():
             variable[name] = skfuzzy.trapmf(variable.universe, term)
         antecedents[signal] = variable
-    situation = control.Consequent(np.arange(len(EXPRESSIONS) + 2), "situation")
-
-    def term(expression: Expression):
-        match expression:
-            case Is(signal, name):
-                return antecedents[signal][name]
-            case Not(operand):
-                return ~term(operand)
-            case Very(operand):
-                return term(operand)
-            case And(left, right):
-                return term(left) & term(right)
-            case Or(left, right):
-                return term(left) | term(right)
+    situation = control.Consequent(np.arange(len(TEXTS) + 2), "situation")
 
     rules = []
-    for place, expression in enumerate(EXPRESSIONS):
+    for place, text in enumerate(TEXTS):
         situation[str(place)] = skfuzzy.trimf(situation.universe, [place, place + 1, place + 2])
-        rules.append(control.Rule(term(expression), situation[str(place)]))
+        condition = built(text, lambda signal, term: antecedents[signal][term], lambda found: found)
+        rules.append(control.Rule(condition, situation[str(place)]))
     return control.ControlSystemSimulation(control.ControlSystem(rules))
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # scikit-fuzzy's use of this numpy
-@pytest.mark.benchmark(group=f"{len(EXPRESSIONS)} fuzzy conditions")
+@pytest.mark.benchmark(group=f"{len(TEXTS)} fuzzy conditions")
 def test_skfuzzy_control_with_arrays(benchmark, rows):
     some = rows[:, 2_000:4_000]
     asks = simulation()

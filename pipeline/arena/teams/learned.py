@@ -21,9 +21,10 @@ from pipeline.arena.teams.geometry import speed_of
 from pipeline.arena.teams.policy_table import LONGEST, RANDOMLY, PolicyTable
 from pipeline.arena.teams.roles import I64, assign
 from pipeline.arena.teams.splitmix import SplitMix, normal, uniform
+from pipeline.arrays import U8
 from pipeline.bodies import BALL, F64, VX, VY, Records, X, Y
 from pipeline.state import DRAWING, NORMAL, BinEdges, Observation, Radix, abstract_state, encode_one
-from pipeline.state.table import ELEMENTS, U8
+from pipeline.state.table import ELEMENTS
 
 #: What a robot remembers: its action; the row of its behaviour in the policy table, -1 if it has to decide;
 #: the place in the behaviour of the code that it executes.
