@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-F64 = npt.NDArray[np.float64]
+from pipeline.arrays import F64
+
 #: Structured array; its dtype names the fields.
 Records = npt.NDArray[np.void]
 #: One record: a row of such an array, or one of shape []; numpy has no types for fields.

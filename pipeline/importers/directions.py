@@ -8,7 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.matches.frame import AWAY, F64, HOME, Frames, Period
+from pipeline.arrays import F64
+from pipeline.matches.frame import AWAY, HOME, Frames, Period
 from pipeline.matches.quality import Flaw
 
 Sign = Literal[1, -1]

@@ -15,11 +15,12 @@ from itertools import chain
 import numpy as np
 
 from pipeline import __version__
+from pipeline.arrays import F64, I64
 from pipeline.errors import BadRecording
 from pipeline.importers.rows import Event, pack, referee
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking_map import TrackingMap
-from pipeline.matches.frame import F64, I64, Frames, MatchInfo, MatchLog, Period, wrap
+from pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period, wrap
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import PITCHES, Kind
 from schemas import SIDES, Side

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.matches.frame import BALL_DTYPE, F64, I64, ROBOT_DTYPE, Frames
+from pipeline.arrays import F64, I64
+from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames
 from schemas import Referee, Side
 
 #: A higher score is a damaged file, not a match.

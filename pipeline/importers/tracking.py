@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 
 from pipeline import __version__
+from pipeline.arrays import F64, I64, Bools
 from pipeline.errors import BadRecording
 from pipeline.importers.directions import infer_periods, votes_of
 from pipeline.importers.guesses import guess_home, guess_pitch
@@ -17,7 +17,7 @@ from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking_events import Course, referee_events
 from pipeline.importers.tracking_map import Teams, TrackingMap
 from pipeline.importers.tracking_table import typed
-from pipeline.matches.frame import F64, I64, Frames, MatchInfo, MatchLog, wrap
+from pipeline.matches.frame import Frames, MatchInfo, MatchLog, wrap
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import Pitch
 from schemas import SIDES
@@ -289,7 +289,7 @@ def _turned(rows: _Rows, mapping: TrackingMap, pitch: Pitch) -> _Rows:
     return rows._replace(table=table)
 
 
-def _seen(rows: _Rows) -> npt.NDArray[np.bool_]:
+def _seen(rows: _Rows) -> Bools:
     """Whether each row has a position, bool [N]."""
     return np.isfinite(rows.column("x")) & np.isfinite(rows.column("y"))
 

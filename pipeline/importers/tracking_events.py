@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pipeline.arrays import F64, I64
 from pipeline.importers.rows import Event, other
 from pipeline.importers.tracking_map import TrackingMap
-from pipeline.matches.frame import F64, I64
 from pipeline.matches.quality import Flaw
 from schemas import SIDES, Side
 

@@ -12,8 +12,9 @@ from itertools import pairwise
 import numpy as np
 import polars as pl
 
-from pipeline.matches.frame import BALL_DTYPE, I64, ROBOT_DTYPE, Frames
-from pipeline.matches.messages import RECORD, Bools, Heads, Messages, bytes_of
+from pipeline.arrays import I64, Bools
+from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames
+from pipeline.matches.messages import RECORD, Heads, Messages, bytes_of
 from schemas import ROLES, SIDES, Decisions, Referee
 from schemas.decisions import ENDS
 from schemas.matches import EVENTS

@@ -16,12 +16,10 @@ import numpy.typing as npt
 import polars as pl
 from pydantic import BaseModel, ConfigDict, Field
 
+from pipeline.arrays import I8, I64, Bools
 from pipeline.pitch import Pitch
 from schemas import Decisions, Quality, Referee
 
-F32 = npt.NDArray[np.float32]
-F64 = npt.NDArray[np.float64]
-I64 = npt.NDArray[np.int64]
 A = TypeVar("A", np.float32, np.float64)
 
 HOME, AWAY = 0, 1
@@ -159,7 +157,7 @@ def wrap(angle: npt.NDArray[A]) -> npt.NDArray[A]:
     return wrapped
 
 
-def home_attacks(periods: tuple[Period, ...], t_ns: I64) -> npt.NDArray[np.int8]:
+def home_attacks(periods: tuple[Period, ...], t_ns: I64) -> I8:
     """Direction along x in which the home team attacks at each time, +1 or -1, int8 [F].
 
     A time outside all periods has the direction of the last period before it, one before all periods that
@@ -172,7 +170,7 @@ def home_attacks(periods: tuple[Period, ...], t_ns: I64) -> npt.NDArray[np.int8]
     return signs[np.clip(np.searchsorted(starts, t_ns, side="right") - 1, 0, None)]
 
 
-def runs(mask: npt.NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+def runs(mask: Bools) -> Iterator[tuple[int, int]]:
     """Half-open index ranges of the stretches where ``mask`` [F] is true."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
     for start, end in edges.reshape(-1, 2):

@@ -7,12 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import polars as pl
 
+from pipeline.arrays import I64, U8, Bools
 from pipeline.matches import cdr
 from pipeline.matches.channels import DECISION, FRAME, REFEREE, TOPICS, fields
-from pipeline.matches.frame import I64, Frames
-from pipeline.matches.messages import Bools, Collector, Messages, log_times
+from pipeline.matches.frame import Frames
+from pipeline.matches.messages import Collector, Messages, log_times
 from pipeline.matches.quality import Flaw
-from pipeline.matches.records import FRAMING_BYTES, MESSAGE, U8, Records
+from pipeline.matches.records import FRAMING_BYTES, MESSAGE, Records
 from schemas import Decisions, Referee, Table
 
 

@@ -15,10 +15,9 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from pipeline.matches.frame import I64
-from pipeline.matches.records import FRAMING_BYTES, MESSAGE, U8, Records
+from pipeline.arrays import I64, U8, Bools
+from pipeline.matches.records import FRAMING_BYTES, MESSAGE, Records
 
-Bools = npt.NDArray[np.bool_]
 Heads = npt.NDArray[np.void]
 
 #: First fields of every head: those of the record, and the first of a CDR payload.

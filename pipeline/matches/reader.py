@@ -18,13 +18,14 @@ from mcap.records import Channel, ChunkIndex, DataEnd, Footer, Metadata, Metadat
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import MCAP0_MAGIC
 
+from pipeline.arrays import U8
 from pipeline.errors import DamagedLog, NoFrames
 from pipeline.matches.chunks import MAX_CHUNK_BYTES, ChunkHead, DamagedChunk, unseal
 from pipeline.matches.description import METADATA, is_sound, parse
 from pipeline.matches.frame import MatchInfo, MatchLog
 from pipeline.matches.inbox import Inbox
 from pipeline.matches.quality import Flaw, quality_table
-from pipeline.matches.records import FRAMING_BYTES, U8, Records, as_array, find_records, walk
+from pipeline.matches.records import FRAMING_BYTES, Records, as_array, find_records, walk
 from schemas import Quality
 
 #: Most bytes of content of all chunks; a log that declares more is not read.

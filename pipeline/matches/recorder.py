@@ -23,12 +23,13 @@ from mcap.records import (
 from mcap.well_known import Profile
 from mcap.writer import MCAP0_MAGIC
 
+from pipeline.arrays import I64
 from pipeline.errors import BadRecording
 from pipeline.matches import cdr
 from pipeline.matches.channels import DECISION, FRAME, REFEREE, TOPICS, declarations
 from pipeline.matches.chunks import Piece, seal
 from pipeline.matches.description import METADATA, describe
-from pipeline.matches.frame import I64, Frames, MatchInfo, MatchLog
+from pipeline.matches.frame import Frames, MatchInfo, MatchLog
 from pipeline.matches.messages import Messages, lay_out
 from pipeline.matches.records import encoded
 from pipeline.store.tables import check

@@ -11,14 +11,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from mcap.data_stream import RecordBuilder
 from mcap.records import McapRecord
 from numba import njit
 
-from pipeline.matches.frame import I64
-
-U8 = npt.NDArray[np.uint8]
+from pipeline.arrays import I64, U8, Bools
 
 MESSAGE, DATA_END = 0x05, 0x0F
 #: Opcode and length, before every record's body.
@@ -40,7 +37,7 @@ class Records(NamedTuple):
     bodies: I64
     lengths: I64
 
-    def keep(self, mask: npt.NDArray[np.bool_] | slice) -> Records:
+    def keep(self, mask: Bools | slice) -> Records:
         """The records where ``mask`` [K] is true."""
         return Records(self.opcodes[mask], self.channels[mask], self.bodies[mask], self.lengths[mask])
 

@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pipeline.arrays import F64, I64
 from pipeline.errors import BadSettings, NotFound, SchemaMismatch
-from pipeline.studies.paradigms.games.game import F64, I64, Bool, Game
+from pipeline.studies.paradigms.games.game import Bool, Game
 from pipeline.studies.paradigms.rules.jaq import joint_index
 
 #: How far values may be from their limit.

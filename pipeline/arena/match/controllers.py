@@ -15,7 +15,7 @@ from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.policy_table import policy_table_of
 from pipeline.arena.teams.splitmix import seeded
 from pipeline.arena.teams.table import TEAMS
-from pipeline.bodies import F64
+from pipeline.arrays import F64
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import AWAY, HOME
 from pipeline.state import BinEdges, radix

@@ -15,7 +15,8 @@ from pipeline.arena.physics.camera import Camera
 from pipeline.arena.physics.laws import END, GOAL, HALF, KICK_OFF, PLAY_ON
 from pipeline.arena.physics.referee import Laws, RefereeEvent, begin, home_attacks, table, told, watch
 from pipeline.arena.physics.restarts import restart
-from pipeline.bodies import BALL, F64, OMEGA, THETA, VX, VY, X, Y, see
+from pipeline.arrays import F64
+from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
 from pipeline.matches.frame import AWAY, BALL_DTYPE, HOME, ROBOT_DTYPE, Frames, MatchInfo
 from pipeline.store.receipts import RELEASE
 from schemas import ROLES, SIDES, Decisions

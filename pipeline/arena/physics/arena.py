@@ -11,7 +11,8 @@ from pipeline.arena.physics.drive import constants, drive, publish, roll
 from pipeline.arena.physics.exchange import Exchange
 from pipeline.arena.physics.settings import PhysicsSettings
 from pipeline.arena.physics.walls import walls
-from pipeline.bodies import BALL, COLUMNS, F64, THETA, X, Y
+from pipeline.arrays import F64
+from pipeline.bodies import BALL, COLUMNS, THETA, X, Y
 from pipeline.errors import BadSettings
 from pipeline.pitch import SCALES, Pitch
 

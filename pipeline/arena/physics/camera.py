@@ -10,15 +10,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 from pydantic import Field
 
-from pipeline.bodies import BALL, COLUMNS, F64, OMEGA, THETA, VX, VY, X, Y
+from pipeline.arrays import F64, I64, Bools
+from pipeline.bodies import BALL, COLUMNS, OMEGA, THETA, VX, VY, X, Y
 from pipeline.pitch import SCALES, Pitch
 from pipeline.settings import Frozen
-
-Bools = npt.NDArray[np.bool_]
 
 # A body that was seen so many deviations of the noise beyond where it can have gone was put there.
 _DEVIATIONS = 6.0
@@ -136,7 +134,7 @@ class Camera:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _look(
     there: F64, noise: F64, luck: F64, chance: F64, reach: F64, constants: F64, first: bool,
-    unseen_for: npt.NDArray[np.int64], track: F64, seen: F64, visible: Bools,
+    unseen_for: I64, track: F64, seen: F64, visible: Bools,
 ) -> None:
     """One frame of the camera.
 

@@ -16,7 +16,8 @@ import numpy as np
 from numba import njit
 
 from pipeline.arena.physics.settings import GRAVITY, PhysicsSettings
-from pipeline.bodies import BALL, F64, OMEGA, THETA, VX, VY
+from pipeline.arrays import F64
+from pipeline.bodies import BALL, OMEGA, THETA, VX, VY
 
 #: Columns of the forces: newtons and newton metres, in the frame of the pitch.
 FX, FY, TORQUE = range(3)

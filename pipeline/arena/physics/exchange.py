@@ -9,7 +9,8 @@ import pymunk
 from pymunk import batch
 from pymunk._chipmunk import ffi, lib
 
-from pipeline.bodies import COLUMNS, F64
+from pipeline.arrays import F64
+from pipeline.bodies import COLUMNS
 
 _STATE = (
     batch.BodyFields.POSITION | batch.BodyFields.ANGLE

@@ -30,7 +30,8 @@ from pipeline.arena.physics.laws import (
     RefereeSettings,
     frames_of,
 )
-from pipeline.bodies import BALL, F64, VX, VY, Record, X, Y
+from pipeline.arrays import F64
+from pipeline.bodies import BALL, VX, VY, Record, X, Y
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import AWAY, HOME, Period
 from pipeline.pitch import SCALES, Pitch

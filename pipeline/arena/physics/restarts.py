@@ -14,7 +14,8 @@ from numba import njit
 
 from pipeline.arena.physics.laws import FREE_BALL, GOAL_KICK, HALF, KICK_OFF, PENALTY, Marks
 from pipeline.arena.physics.referee import NOBODY, WORDS, Laws, home_attacks
-from pipeline.bodies import BALL, F64, THETA, Record, X, Y, see
+from pipeline.arrays import F64
+from pipeline.bodies import BALL, THETA, Record, X, Y, see
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import HOME
 

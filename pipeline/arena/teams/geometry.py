@@ -6,7 +6,8 @@ import math
 
 from numba import njit
 
-from pipeline.bodies import F64, THETA, VX, VY, X, Y
+from pipeline.arrays import F64
+from pipeline.bodies import THETA, VX, VY, X, Y
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -20,7 +20,8 @@ from pipeline.arena.teams.people import TACTICS, People
 from pipeline.arena.teams.splitmix import SplitMix, normal
 from pipeline.arena.teams.static import ATTACKER, KEEPER
 from pipeline.arena.teams.steering import EITHER, FRONT, around, steer
-from pipeline.bodies import BALL, COLUMNS, F64, THETA, VX, VY, Records, X
+from pipeline.arrays import F64
+from pipeline.bodies import BALL, COLUMNS, THETA, VX, VY, Records, X
 
 _AGGRESSIVE, _DEFENSIVE, _CHASER = range(len(TACTICS))
 

@@ -19,10 +19,10 @@ from pipeline.arena.teams import executors
 from pipeline.arena.teams.executors.actions import ACTION
 from pipeline.arena.teams.geometry import speed_of
 from pipeline.arena.teams.policy_table import LONGEST, RANDOMLY, PolicyTable
-from pipeline.arena.teams.roles import I64, assign
+from pipeline.arena.teams.roles import assign
 from pipeline.arena.teams.splitmix import SplitMix, normal, uniform
-from pipeline.arrays import U8
-from pipeline.bodies import BALL, F64, VX, VY, Records, X, Y
+from pipeline.arrays import F64, I64, U8
+from pipeline.bodies import BALL, VX, VY, Records, X, Y
 from pipeline.state import DRAWING, NORMAL, BinEdges, Observation, Radix, abstract_state, encode_one
 from pipeline.state.table import ELEMENTS
 

@@ -10,9 +10,9 @@ from pipeline.arena.teams import executors
 from pipeline.arena.teams.executors.actions import ACTION
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.people import People
-from pipeline.arena.teams.roles import I64
 from pipeline.arena.teams.splitmix import SplitMix
-from pipeline.bodies import F64, Records
+from pipeline.arrays import F64, I64
+from pipeline.bodies import Records
 from schemas.situations import MOVES_RANDOMLY
 
 # Nobody's role matters to 194.

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-import numpy.typing as npt
 from numba import njit
 
 from pipeline.arena.teams.measures import Measures
-from pipeline.bodies import F64, X, Y
-
-I64 = npt.NDArray[np.int64]
+from pipeline.arrays import F64, I64
+from pipeline.bodies import X, Y
 
 GOALKEEPER, MIDFIELD, STRIKER = range(3)
 

@@ -31,7 +31,8 @@ from pipeline.arena.teams.steering import (
     steer,
     to_pose,
 )
-from pipeline.bodies import BALL, F64, Record, Records, X, Y
+from pipeline.arrays import F64
+from pipeline.bodies import BALL, Record, Records, X, Y
 
 #: Jobs of robots.
 SUPPORTER, KEEPER, ATTACKER = range(3)

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from pipeline.arena.physics.laws import Marks
 from pipeline.arena.physics.walls import CORNERS
-from pipeline.bodies import BALL, F64, THETA, X, Y
+from pipeline.arrays import F64
+from pipeline.bodies import BALL, THETA, X, Y
 from pipeline.painting import INK, MUTED, PAGE, Canvas, Markings, Painter, Point, Robot, Snapshot, clock, part
 from pipeline.pitch import Pitch
 from schemas import SIDES

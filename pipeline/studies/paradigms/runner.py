@@ -12,22 +12,14 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-from pipeline.studies.paradigms.games.game import Bool, Game
+from pipeline.arrays import F64, I64, Bools
+from pipeline.studies.paradigms.games.game import Game
 from pipeline.studies.paradigms.games.matrix import climbing
 from pipeline.studies.paradigms.rules.jaq import joint_index
 from pipeline.studies.paradigms.rules.kernel import kernel
-from pipeline.studies.paradigms.rules.memory import (
-    F64,
-    I64,
-    LearnerSettings,
-    Memory,
-    Params,
-    Transition,
-    memory_of,
-)
+from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition, memory_of
 from pipeline.studies.paradigms.rules.rules import RULES, adapt, error, number_of, values
 from pipeline.studies.paradigms.rules.selection import ActionSelection, sample, select
 
@@ -83,7 +75,7 @@ class Runs(NamedTuple):
     success: F64
     length: F64
     last: I64
-    diverged: Bool
+    diverged: Bools
 
 
 class _Dynamics(NamedTuple):
@@ -91,8 +83,8 @@ class _Dynamics(NamedTuple):
 
     following: I64
     rewards: F64
-    ends: Bool
-    success: Bool
+    ends: Bools
+    success: Bools
     observed: I64
     start: int
     actions: int
@@ -241,7 +233,7 @@ def play(
     count = len(runs)
     out = Runs(np.zeros(count), np.full(count, np.nan), np.full(count, -1), np.zeros(count, np.bool_))
 
-    def batch(places: npt.NDArray[np.int64]) -> None:
+    def batch(places: I64) -> None:
         for place in places:
             rng = stream(seeds, runs[place])
             memory, bounded = trained(rng, dynamics, learner, settings, training)

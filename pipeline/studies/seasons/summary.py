@@ -216,7 +216,8 @@ def attributed(games: pl.DataFrame) -> pl.DataFrame:
     means = [pl.col(name).mean() for name in ("goals_for", *_KINDS, "unknown", "goals_against",
                                               *(f"{kind}_against" for kind in _KINDS), "unknown_against")]
     by_season = kept.with_columns(**sums).group_by(*_SIDES, "season", maintain_order=True).agg(means)
-    return by_season.group_by(_SIDES, maintain_order=True).agg(pl.len().cast(pl.Int64).alias("seasons"), *means).sort(_SIDES)
+    seasons = pl.len().cast(pl.Int64).alias("seasons")
+    return by_season.group_by(_SIDES, maintain_order=True).agg(seasons, *means).sort(_SIDES)
 
 
 def played(games: pl.DataFrame) -> pl.DataFrame:

@@ -6,14 +6,11 @@ from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 
+from pipeline.arrays import F64, I64
 from pipeline.pitch import SCALES, Pitch
 from pipeline.views.commentary.settings import CommentarySettings
-
-I64 = npt.NDArray[np.int64]
-F64 = npt.NDArray[np.float64]
 
 
 class Touch(NamedTuple):

@@ -38,11 +38,10 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
+from pipeline.arrays import I64, Bools
 from pipeline.errors import BadSettings, NotFound
 from pipeline.pitch import SCALES, Pitch
 from schemas import note_on
-
-I64 = npt.NDArray[np.int64]
 
 #: Mask bits: the body has a sample; the sample is an implausible jump; its heading is known.
 SEEN, SUSPECT, HEADED = 1, 2, 4
@@ -179,7 +178,7 @@ def _samples(trajectories: pl.DataFrame, bodies: pl.DataFrame, shown: pl.DataFra
     return b"".join([time, joined, mask.tobytes(), *channels])
 
 
-def _held(values: I64, known: npt.NDArray[np.bool_]) -> I64:
+def _held(values: I64, known: Bools) -> I64:
     """``values`` [B, S], the unknown ones replaced by the last known one; zero before the first."""
     last = np.maximum.accumulate(np.where(known, np.arange(values.shape[1]), -1), axis=1)
     return np.where(last >= 0, np.take_along_axis(values, np.maximum(last, 0), axis=1), 0)

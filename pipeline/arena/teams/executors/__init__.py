@@ -23,10 +23,10 @@ from pipeline.arena.teams.executors.controllers import control
 from pipeline.arena.teams.executors.endings import is_over
 from pipeline.arena.teams.geometry import distance, offset, unit
 from pipeline.arena.teams.measures import Measures
-from pipeline.arena.teams.roles import I64
 from pipeline.arena.teams.splitmix import SplitMix, uniform
 from pipeline.arena.teams.steering import set_wheels
-from pipeline.bodies import BALL, F64, Record
+from pipeline.arrays import F64, I64
+from pipeline.bodies import BALL, Record
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

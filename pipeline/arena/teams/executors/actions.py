@@ -9,7 +9,8 @@ from numba import njit
 
 from pipeline.arena.teams.geometry import offset
 from pipeline.arena.teams.measures import Measures
-from pipeline.bodies import BALL, F64, X, Y
+from pipeline.arrays import F64
+from pipeline.bodies import BALL, X, Y
 from schemas.situations import MOVES_RANDOMLY
 
 #: Controllers; ``control`` calls them.

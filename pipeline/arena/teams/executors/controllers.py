@@ -26,7 +26,8 @@ from pipeline.arena.teams.steering import (
     steer,
     to_pose,
 )
-from pipeline.bodies import BALL, F64, VX, VY, Record, X, Y
+from pipeline.arrays import F64
+from pipeline.bodies import BALL, VX, VY, Record, X, Y
 
 # From further ahead of the ball than this (cosine), it is reached from behind instead of straight on.
 _COS_AHEAD = -0.3

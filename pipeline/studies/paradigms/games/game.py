@@ -9,13 +9,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from pipeline.arrays import F64, I64, Bools
 from pipeline.errors import SchemaMismatch
-
-F64 = npt.NDArray[np.float64]
-I64 = npt.NDArray[np.int64]
-Bool = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,8 +40,8 @@ class Game:
     actions: int
     following: I64
     rewards: F64
-    ends: Bool
-    success: Bool
+    ends: Bools
+    success: Bools
     own: I64
     start: int = 0
 

@@ -14,8 +14,9 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from pipeline.arrays import Bools
 from pipeline.errors import BadSettings, SchemaMismatch
-from pipeline.studies.paradigms.games.game import Bool, Game
+from pipeline.studies.paradigms.games.game import Game
 
 CLIMBING = ((11, -30, 0), (-30, 7, 6), (0, 0, 5))
 
@@ -73,7 +74,7 @@ def matrix_game(
     return replace(game, success=optimal(game)[np.newaxis])
 
 
-def pure_equilibria(game: Game) -> Bool:
+def pure_equilibria(game: Game) -> Bools:
     """Joint actions, bool [J], from which no agent gains by deviating alone (paper, inequality 8).
 
     Rewards are expected rewards of one step in the first state. Weak equilibria count: an agent that would
@@ -87,7 +88,7 @@ def pure_equilibria(game: Game) -> Bool:
     return stable.reshape(-1)
 
 
-def optimal(game: Game) -> Bool:
+def optimal(game: Game) -> Bools:
     """Equilibria, bool [J], that are best for every agent at once (paper, section 5).
 
     There is none if agents prefer different equilibria, or if there is no equilibrium in pure strategies. If

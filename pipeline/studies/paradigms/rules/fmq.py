@@ -21,9 +21,10 @@ from typing import Literal
 
 from pydantic import Field
 
+from pipeline.arrays import F64, I64
 from pipeline.studies.paradigms.rules import iq
 from pipeline.studies.paradigms.rules.kernel import kernel
-from pipeline.studies.paradigms.rules.memory import F64, I64, LearnerSettings, Memory, Params, Transition
+from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition
 
 #: Planes of ``Memory.aux``: the greatest reward so far, how often it came, how often the action was taken.
 GREATEST, HITS, TAKEN = 0, 1, 2

@@ -6,10 +6,9 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
+from pipeline.arrays import F64, I64
 from pipeline.studies.paradigms.rules.kernel import kernel
 from pipeline.studies.paradigms.rules.memory import (
-    F64,
-    I64,
     LearnerSettings,
     Memory,
     Params,

@@ -19,14 +19,11 @@ from __future__ import annotations
 from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
+from pipeline.arrays import F64, I64
 from pipeline.settings import Frozen
 from pipeline.studies.paradigms.rules.kernel import kernel
-
-F64 = npt.NDArray[np.float64]
-I64 = npt.NDArray[np.int64]
 
 #: Numbers that a rule may keep for every pair of observation and action.
 AUX = 3

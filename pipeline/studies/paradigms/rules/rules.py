@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from pydantic import Field
 
+from pipeline.arrays import F64, I64
 from pipeline.studies.paradigms.rules import (
     distributed,
     fmq,
@@ -24,7 +25,7 @@ from pipeline.studies.paradigms.rules import (
     wolf_phc,
 )
 from pipeline.studies.paradigms.rules.kernel import switch
-from pipeline.studies.paradigms.rules.memory import F64, I64, LearnerSettings, Memory, Params, Transition
+from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition
 
 
 class LearningRule(NamedTuple):
