@@ -570,7 +570,7 @@ def test_no_sound_metadata():
     data = written(match())
     for place in copies_of_metadata(data):
         data = flipped(data, 8 * place)
-    with pytest.raises(DamagedLog, match=r"a\.mcap: a copy of the metadata .* is damaged\. Say which match"):
+    with pytest.raises(DamagedLog, match=r"a\.mcap: a copy of the metadata .* is damaged\. Copy the log again"):
         matches.read(data, where="a.mcap")
     assert not matches.read(data, where="a.mcap", default_info=INFO).info.complete
 

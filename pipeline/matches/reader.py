@@ -100,7 +100,7 @@ class _Reading:
             content = np.isin(records.opcodes, (Opcode.CHUNK, Opcode.MESSAGE)).any()
             raise self._error(
                 self._reasons[0] if self._reasons else "does not say which match it is",
-                "Say which match it is: its teams, pitch and kind (default_info)",
+                "Copy the log again, or export the match as a tracking table (CSV or Parquet)",
                 DamagedLog if content else NoFrames,
             )
         self._read_chunks(records, summary)
