@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import F64, I64
+from pipeline.arrays import F64, I64, Bools
 from pipeline.errors import BadSettings, NotFound, SchemaMismatch
-from pipeline.studies.paradigms.games.game import Bool, Game
+from pipeline.studies.paradigms.games.game import Game
 from pipeline.studies.paradigms.rules.jaq import joint_index
 
 #: How far values may be from their limit.
@@ -43,7 +43,7 @@ class Plan(NamedTuple):
     """
 
     values: F64
-    best: Bool
+    best: Bools
 
 
 def value_iteration(game: Game, discount: float, tolerance: float = TOLERANCE) -> Plan:
@@ -134,7 +134,7 @@ def is_equilibrium(game: Game, policy: I64, discount: float, tolerance: float = 
     return bool((gains(game, policy, discount, tolerance) <= tolerance).all())
 
 
-def path_length(game: Game, allowed: Bool) -> int | None:
+def path_length(game: Game, allowed: Bools) -> int | None:
     """The fewest steps from the start to success by allowed joint actions; null if they never lead there.
 
     Args:
@@ -152,7 +152,7 @@ def path_length(game: Game, allowed: Bool) -> int | None:
     return None
 
 
-def _frontiers(following: I64, onward: Bool, start: int) -> Iterator[Bool]:
+def _frontiers(following: I64, onward: Bools, start: int) -> Iterator[Bools]:
     """The states [S] first come to after 0, 1, 2, … steps, until there are no new ones.
 
     ``onward`` [S, K] says which choices are taken and do not end the episode.
@@ -185,13 +185,13 @@ def _from_start(game: Game, joint: I64, agent: int, discount: float, tolerance: 
     return float(_solve(following, rewards, ends | never, discount, tolerance).values[game.start])
 
 
-def _restricted(game: Game, joint: I64, agent: int) -> tuple[I64, F64, Bool]:
+def _restricted(game: Game, joint: I64, agent: int) -> tuple[I64, F64, Bools]:
     """What follows if only some joint actions [S, K] are taken: following, one agent's rewards, ends."""
     rows = np.arange(game.states)[:, np.newaxis]
     return game.following[rows, joint], game.expected[rows, joint, agent], game.ends[rows, joint]
 
 
-def _solve(following: I64, rewards: F64, ends: Bool, discount: float, tolerance: float) -> Plan:
+def _solve(following: I64, rewards: F64, ends: Bools, discount: float, tolerance: float) -> Plan:
     """Iterate Bellman's equation over K choices, all arrays [S, K], until the values keep still."""
     if not 0 <= discount <= 1:
         raise BadSettings(
