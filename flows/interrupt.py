@@ -7,6 +7,7 @@ whole or not at all, so the process may end at any moment.
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import select
 import signal
@@ -78,10 +79,14 @@ def _watch(heard: int) -> None:
 
 
 def _end() -> NoReturn:
-    """Say what is kept and end the process, without waiting for any thread; only once."""
+    """Say what is kept and end the process and its children, without waiting for any thread; only once."""
     _ending.acquire()
     line = _LINE
     if sys.stderr.isatty():
         line = f"{_SHOW_CURSOR}\r{line}"
-    os.write(2, line.encode())
-    os._exit(STOPPED)
+    try:
+        os.write(2, line.encode())
+        for child in multiprocessing.active_children():  # Prefect's runner has one for each run of a flow
+            child.kill()
+    finally:
+        os._exit(STOPPED)

@@ -33,6 +33,9 @@ RECORDINGS = ROOT.parent / "shared" / "matches"
 
 TIERS = ("prefect", "slow", "unit")
 
+#: While a worker compiles what the arena needs, in this file's tests, the other compiles what the stages need.
+FIRST = "test_play.py"
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put every test in its tier: slow where it says so, prefect where it needs a server, else unit.
@@ -46,7 +49,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         tier = "slow" if item.get_closest_marker("slow") else "prefect" if needs_prefect else "unit"
         item.add_marker(tier)
         of_file[item.path] = min(TIERS.index(tier), of_file.get(item.path, len(TIERS)))
-    items.sort(key=lambda item: of_file[item.path])
+    items.sort(key=lambda item: (item.path.name != FIRST, of_file[item.path]))
 
 
 @pytest.fixture(scope="session")

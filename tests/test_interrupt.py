@@ -38,6 +38,14 @@ import time, flows.cli
 def forever(): print("moment", flush=True); time.sleep(600)
 flows.cli.command_line = forever
 """,
+    "it has a child": """
+import multiprocessing, time, flows.cli
+deaf = "import os, time; os.setsid(); print('moment', flush=True); time.sleep(600)"
+def forever():
+    multiprocessing.get_context("spawn").Process(target=exec, args=(deaf,)).start()
+    time.sleep(600)
+flows.cli.command_line = forever
+""",
     "the main thread is deaf": """
 import ctypes, flows.catalog
 def forever(*_):
@@ -94,9 +102,10 @@ def test_stop_while_starting(derby, tmp_path):
         assert_stopped(command)
 
 
-def test_stop_while_loading(tmp_path):
-    """Ctrl-C is heard before anything slow is loaded."""
-    with terminal("kb", "list", "--data", tmp_path, before=MOMENTS["it is loaded"]) as command:
+@pytest.mark.parametrize("moment", ["it is loaded", "it has a child"])
+def test_stop_early(tmp_path, moment):
+    """Ctrl-C is heard before anything slow is loaded, and leaves no child behind, as Prefect's runner has them."""
+    with terminal("kb", "list", "--data", tmp_path, before=MOMENTS[moment]) as command:
         command.until("moment")
         assert_stopped(command)
 
