@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import os
 import shutil
+import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import httpx
 import hypothesis
 import polars as pl
 import pytest
 
 import pipeline  # noqa: F401 - before any test imports numba: it says where numba keeps its cache
+from flows.server import START_S, Process
 
 if TYPE_CHECKING:
     from flows.run import RunReport
@@ -52,13 +56,35 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: (item.path.name != FIRST, of_file[item.path]))
 
 
-@pytest.fixture(scope="session")
-def prefect_server() -> Iterator[None]:
-    """An embedded Prefect with a database of its own, started once a session (about 10 s)."""
-    from prefect.testing.utilities import prefect_test_harness
+#: Where the session's first process tells the others the address of its Prefect server.
+SERVER = "PITCHLORE_TESTS_SERVER"
 
-    with prefect_test_harness(server_startup_timeout=120):
-        yield
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Start the session's Prefect server, with a database of its own; its 10 s pass while tests are collected."""
+    if SERVER in os.environ or config.option.markexpr == "unit":
+        return
+    home = tempfile.mkdtemp(prefix="pitchlore-tests-")
+    server = Process({**os.environ, "PREFECT_HOME": home, "PREFECT_UI_ENABLED": "false"})
+    os.environ[SERVER] = server.api
+    config.add_cleanup(lambda: shutil.rmtree(home, ignore_errors=True))
+    config.add_cleanup(server.stop)
+
+
+@pytest.fixture(scope="session")
+def prefect_server() -> Iterator[str]:
+    """Flows of this process talk to the session's Prefect server. Its address."""
+    from prefect.settings import PREFECT_API_URL, temporary_settings
+
+    end = time.monotonic() + START_S
+    while True:
+        try:
+            httpx.get(f"{os.environ[SERVER]}/health").raise_for_status()
+            break
+        except httpx.TransportError:
+            assert time.monotonic() < end, "the Prefect server does not answer"
+    with temporary_settings({PREFECT_API_URL: os.environ[SERVER]}):
+        yield os.environ[SERVER]
 
 
 @pytest.fixture

@@ -146,13 +146,11 @@ def test_disk_error(tmp_path, clips, monkeypatch):
     assert failures == [0]
 
 
-def test_kill_and_run_again(tmp_path, clips, finished):
+def test_kill_and_run_again(tmp_path, clips, finished, prefect_server):
     """A run after one that was killed in the middle gives the same bytes."""
     fill(tmp_path, clips)
     script = f"from pathlib import Path; from flows.run import run_flow; run_flow(Path({str(tmp_path)!r}))"
-    from prefect.settings import PREFECT_API_URL
-
-    environment = {**os.environ, "PREFECT_API_URL": str(PREFECT_API_URL.value())}
+    environment = {**os.environ, "PREFECT_API_URL": prefect_server}
     process = subprocess.Popen([sys.executable, "-c", script], env=environment,
                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     deadline = time.monotonic() + 120

@@ -11,9 +11,9 @@ from flows.cli import main
 
 
 @pytest.fixture(scope="module")
-def sample(tmp_path_factory):
+def sample(tmp_path_factory, prefect_server):
     """A data folder after a run on the sample recording."""
-    return sample_data(tmp_path_factory.mktemp("sample") / "data")
+    return sample_data(tmp_path_factory.mktemp("sample") / "data", {"PREFECT_API_URL": prefect_server})
 
 
 @pytest.mark.slow

@@ -99,16 +99,14 @@ def test_failed_season(tmp_path, monkeypatch):
         (4, 1), (1, 1), (2, 1), (4, 2), (2, 2), (4, 3), (2, 3), (4, 4))]
 
 
-def test_killed_season(together, tmp_path):
+def test_killed_season(together, tmp_path, prefect_server):
     """A season that was killed during a game goes on to the same tables as one that was not."""
-    from prefect.settings import PREFECT_API_URL
-
     (tmp_path / "short.toml").write_text(SHORT)
     data, own = tmp_path / "data", season(1)
     words = ["season", "--settings", str(tmp_path / "short.toml"), "--data", str(data)]
     process = subprocess.Popen(
         [sys.executable, "-c", "from flows.cli import main; main()", *words],
-        env={**os.environ, "PREFECT_API_URL": str(PREFECT_API_URL.value())},
+        env={**os.environ, "PREFECT_API_URL": prefect_server},
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )
     deadline = time.monotonic() + 120

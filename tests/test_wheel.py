@@ -48,10 +48,11 @@ class Installed:
     def __init__(self, bin_: Path, folder: Path) -> None:
         self.bin, self.folder = bin_, folder
 
-    def run(self, *command: str) -> str:
-        """Standard output of a command; it must succeed."""
+    def run(self, *command: str, server: str = "") -> str:
+        """Standard output of a command; it must succeed. It brings its own Prefect server if none is named."""
         environment = {name: value for name, value in os.environ.items()
-                       if name not in ("PYTHONPATH", "PITCHLORE_DATA", "NUMBA_CACHE_DIR")}
+                       if name not in ("PYTHONPATH", "PITCHLORE_DATA", "NUMBA_CACHE_DIR", "PREFECT_API_URL")}
+        environment |= {"PREFECT_API_URL": server} if server else {}
         done = subprocess.run([self.bin / command[0], *command[1:]], cwd=self.folder, env=environment,
                               capture_output=True, text=True)
         assert done.returncode == 0, f"{command}:\n{done.stdout}\n{done.stderr}"
@@ -91,7 +92,7 @@ def test_files(wheel):
 
 
 @pytest.mark.slow
-def test_away_from_the_checkout(installed):
+def test_away_from_the_checkout(installed, prefect_server):
     """Import, run, replay, season and the notebooks work from the wheel in an empty folder."""
     where = installed.run("python", "-c", "import pipeline, flows, schemas; print(pipeline.__file__)")
     assert not Path(where).is_relative_to(ROOT)
@@ -100,13 +101,14 @@ def test_away_from_the_checkout(installed):
     (installed.folder / "tiny.toml").write_text(SEASON, encoding="utf-8")
 
     installed.run("pitchlore", "import", "derby.parquet")
-    report = json.loads(installed.run("pitchlore", "run", "--json"))
+    report = json.loads(installed.run("pitchlore", "run", "--json", server=prefect_server))
     assert report["knowledge"] == 1
     installed.run("pitchlore", "replay", "derby")
     (page,) = (installed.folder / "data" / "replays").glob("*.html")
     assert "<script" in page.read_text(encoding="utf-8")
     played = json.loads(installed.run(
-        "pitchlore", "season", "--settings", "tiny.toml", "--opponent", "static", "--json"))
+        "pitchlore", "season", "--settings", "tiny.toml", "--opponent", "static", "--json",
+        server=prefect_server))
     assert [row["games"] for row in played["seasons"]] == [1]
 
     installed.run("pitchlore", "notebooks", "--no-open")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -52,11 +53,12 @@ def _shown(output: NotebookNode) -> str:
     return "image" if "image/png" in output.data else str(output.data["text/plain"])
 
 
-def sample_data(data: Path) -> Path:
+def sample_data(data: Path, environment: Mapping[str, str] = {}) -> Path:
     """A data folder after one run of all stages on the sample recording, as the command line makes it."""
     pitchlore = Path(sys.executable).with_name("pitchlore")
     for arguments in (["import", str(SAMPLE)], ["run"]):
-        subprocess.run([pitchlore, *arguments, "--data", str(data)], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([pitchlore, *arguments, "--data", str(data)], check=True, stdout=subprocess.DEVNULL,
+                       env={**os.environ, **environment})
     return data
 
 
