@@ -22,6 +22,8 @@ def main(port: int) -> None:
         listener = socket.create_server(("127.0.0.1", port))
     except OSError:
         sys.exit(TAKEN)
+    # connections inherit it; asyncio sets it on sockets that name their protocol, which this one does not
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     port = listener.getsockname()[1]
     Thread(target=_end_with_input, daemon=True).start()
     _say(str(port))

@@ -42,14 +42,22 @@ def serving(root: Path, notice: Callable[[str], None]) -> Iterator[Callable[[], 
     with ExitStack() as stack:
 
         def ready() -> None:
-            from prefect.settings import PREFECT_API_URL, temporary_settings  # noqa: PLC0415 (see above)
+            from prefect.settings import (  # noqa: PLC0415 (see above)
+                PREFECT_API_URL,
+                PREFECT_FLOWS_HEARTBEAT_FREQUENCY,
+                temporary_settings,
+            )
 
             there = kept or PREFECT_API_URL.value()
             if there:
                 _check(there)
             else:
                 _own().wait()
-            stack.enter_context(temporary_settings({PREFECT_API_URL: there or _own().api}))
+            # the thread that sends a flow's heartbeats sleeps a second at a time, and the flow waits for it
+            stack.enter_context(temporary_settings(
+                {PREFECT_API_URL: there or _own().api},
+                set_defaults={PREFECT_FLOWS_HEARTBEAT_FREQUENCY: None},
+            ))
 
         yield ready
 

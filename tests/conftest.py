@@ -74,7 +74,11 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture(scope="session")
 def prefect_server() -> Iterator[str]:
     """Flows of this process talk to the session's Prefect server. Its address."""
-    from prefect.settings import PREFECT_API_URL, temporary_settings
+    from prefect.settings import (
+        PREFECT_API_URL,
+        PREFECT_FLOWS_HEARTBEAT_FREQUENCY,
+        temporary_settings,
+    )
 
     end = time.monotonic() + START_S
     while True:
@@ -83,7 +87,7 @@ def prefect_server() -> Iterator[str]:
             break
         except httpx.TransportError:
             assert time.monotonic() < end, "the Prefect server does not answer"
-    with temporary_settings({PREFECT_API_URL: os.environ[SERVER]}):
+    with temporary_settings({PREFECT_API_URL: os.environ[SERVER], PREFECT_FLOWS_HEARTBEAT_FREQUENCY: None}):
         yield os.environ[SERVER]
 
 
