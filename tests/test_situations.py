@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 import polars as pl
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.literal import Found, recognise_literally
@@ -342,8 +342,9 @@ class TestProperties:
 
     @settings(max_examples=20, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1))
+    @example(seed=99263)  # the ball, too, is away for a while: there are no samples then
     def test_missing_robot(self, seed):
-        """No situation spans a long absence of its robot."""
+        """No situation spans a long absence of its robot from the samples that there are."""
         table = walk(seed)
         frames = table["frame"].max()
         gone = table.filter((pl.col("team") == "ball") | ~pl.col("frame").is_between(frames // 3, 2 * frames // 3))
@@ -351,7 +352,7 @@ class TestProperties:
         for row in recognise(gone, VSSS, DEFAULT).iter_rows(named=True):
             times = seen[row["team"], row["robot"]].to_numpy()
             within = times[(times >= row["start_ns"]) & (times < row["end_ns"])]
-            neighbours = table["t_ns"].unique().sort().to_numpy()
+            neighbours = gone["t_ns"].unique().sort().to_numpy()
             steps = np.searchsorted(neighbours, within)
             assert all(
                 later - earlier <= 1 or neighbours[later] - neighbours[earlier] <= 100_001_000
