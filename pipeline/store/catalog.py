@@ -34,6 +34,7 @@ def build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
             without files becomes a view without rows.
     """
     with duckdb.connect(str(path)) as connection:
+        connection.begin()  # one write for all statements
         connection.execute(
             f"create table {FILES} (table_name varchar, path varchar, size bigint, changed_ns bigint)"
         )
@@ -46,6 +47,7 @@ def build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
             connection.execute(f"comment on view {name} is {_quote(str(schema.__doc__).splitlines()[0])}")
             for column, meaning in schema.meanings().items():
                 connection.execute(f'comment on column {name}."{column}" is {_quote(meaning)}')
+        connection.commit()
 
 
 def glance(file: Path) -> tuple[int, int] | None:
