@@ -61,9 +61,13 @@ SERVER = "PITCHLORE_TESTS_SERVER"
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Start the session's Prefect server, with a database of its own; its 10 s pass while tests are collected."""
-    if SERVER in os.environ or config.option.markexpr == "unit":
-        return
+    """Start the workers' Prefect server while they collect the tests; `make quick` has no use for it."""
+    if config.option.numprocesses and config.option.markexpr != "unit":
+        start_server(config)
+
+
+def start_server(config: pytest.Config) -> None:
+    """Start the session's Prefect server, with a database of its own (about 10 s); it ends with the session."""
     home = tempfile.mkdtemp(prefix="pitchlore-tests-")
     server = Process({**os.environ, "PREFECT_HOME": home, "PREFECT_UI_ENABLED": "false"})
     os.environ[SERVER] = server.api
@@ -72,8 +76,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.fixture(scope="session")
-def prefect_server() -> Iterator[str]:
+def prefect_server(request: pytest.FixtureRequest) -> Iterator[str]:
     """Flows of this process talk to the session's Prefect server. Its address."""
+    if SERVER not in os.environ:
+        start_server(request.config)
     from prefect.settings import (
         PREFECT_API_URL,
         PREFECT_FLOWS_HEARTBEAT_FREQUENCY,
