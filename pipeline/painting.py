@@ -147,7 +147,7 @@ class Painter:
         return self._centre[0] + place[0] * self._scale, self._centre[1] - place[1] * self._scale
 
     def _paint_floor(self) -> None:
-        """What does not change."""
+        """Paint what does not change: grass, lines, cut corners."""
         marks, line = self._markings, self._line
         x, y = self._pitch.goal_x, self._pitch.width / 2
         with part(self.floor, (0, 0), self.floor.size) as brush:
@@ -301,9 +301,9 @@ def _octagon(x: float, y: float, cut: float) -> list[Point]:
     ]
 
 
-def _mixed(one: Colour, other: Colour, part: float) -> Colour:
-    """The colour ``one`` mixed with a ``part`` of the other, in [0, 1]."""
-    a, b, c = (round(x + part * (y - x)) for x, y in zip(one, other, strict=True))
+def _mixed(one: Colour, other: Colour, share: float) -> Colour:
+    """The colour ``one`` mixed with a ``share`` of the other, in [0, 1]."""
+    a, b, c = (round(x + share * (y - x)) for x, y in zip(one, other, strict=True))
     return a, b, c
 
 

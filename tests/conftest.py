@@ -93,6 +93,7 @@ def prefect_server(request: pytest.FixtureRequest) -> Iterator[str]:
             break
         except httpx.TransportError:
             assert time.monotonic() < end, "the Prefect server does not answer"
+            time.sleep(0.1)
     with temporary_settings({PREFECT_API_URL: os.environ[SERVER], PREFECT_FLOWS_HEARTBEAT_FREQUENCY: None}):
         yield os.environ[SERVER]
 
