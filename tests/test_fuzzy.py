@@ -56,8 +56,12 @@ class TestTerms:
 
     @pytest.mark.parametrize("kind", list(Kind))
     def test_neighbours_sum_to_one(self, kind):
-        """The terms of a variable sum up to one everywhere."""
-        for terms in fuzzy.terms(SCALES[kind]).values():
+        """The terms of each division of a variable sum up to one everywhere."""
+        of = fuzzy.terms(SCALES[kind])
+        distances, bearings = of[Variable.DISTANCE], of[Variable.BEARING]
+        coarse = {name: bearings.pop(name) for name in ("TOWARDS", "ACROSS", "AWAY")}
+        del distances["BODY"]  # a part of CONTACT
+        for terms in (*of.values(), coarse):
             corners = np.unique([c for term in terms.values() for c in term if abs(c) < fuzzy.FAR_OFF])
             x = np.linspace(corners[0], corners[-1], 5_001)
             np.testing.assert_allclose(sum(fuzzy.membership(term, x) for term in terms.values()), 1, atol=1e-9)
@@ -78,6 +82,7 @@ class TestTerms:
     def test_crossings_are_the_scales(self, kind):
         """Terms of distance cross at the league's scales."""
         scales, terms = SCALES[kind], fuzzy.terms(SCALES[kind])[Variable.DISTANCE]
+        assert fuzzy.crossings(terms.pop("BODY")) == (None, pytest.approx(scales.body))
         crossings = [fuzzy.crossings(term) for term in terms.values()]
         ends = [scales.contact, scales.close, scales.near, scales.far]
         assert [falls for _, falls in crossings] == pytest.approx([*ends, None])
@@ -87,11 +92,6 @@ class TestTerms:
         """The membership of an unknown value is unknown."""
         assert isnan(fuzzy.membership(LOW, np.nan)[()])
         np.testing.assert_array_equal(fuzzy.membership(LOW, [[0.5, np.nan]]), [[1.0, np.nan]])
-
-    def test_likeliest(self):
-        """The likeliest term of a value is the one that it belongs to most."""
-        times = fuzzy.terms(SCALES[Kind.VSSS])[Variable.PLAYING_TIME]
-        assert [fuzzy.likeliest(times, x) for x in (0.02, 0.2, 0.7, 9.0)] == ["INSTANT", "SHORT", "MEDIUM", "LONG"]
 
 
 class TestConditions:

@@ -21,6 +21,14 @@ BALL = BODIES[0]
 #: Speed below which a body has no direction of motion, m/s, to be multiplied by the kind's speed scale.
 STILL = 0.05
 
+#: The ball's velocities before and after a jolt are taken over at least this time each.
+_JOLT_NS = 50_000_000
+#: Longest time between samples for that; a longer one begins anew.
+_JOLT_LONGEST_NS = 200_000_000
+#: Share of its velocity that the ball may lose or gain by rolling and noise within that time. rcssserver's
+#: ball loses 6 % a cycle (ball_decay) and is put off by up to 5 % (ball_rand).
+_ROLLING = 0.1
+
 
 @dataclass(frozen=True, slots=True)
 class DenseMatch:
@@ -35,7 +43,8 @@ class DenseMatch:
         role: int8 [B, T], index in ROLES as last seen; -1 before the first time.
         poses: float64 [7, B, T]: x and y in metres, cosine and sine of the heading, speed in m/s, cosine
             and sine of the course, the direction in which it drives.
-        ball: float64 [5, T], the ball's x, y, speed, and cosine and sine of its direction of travel.
+        ball: float64 [7, T], the ball's x, y, speed, cosine and sine of its direction of travel, jolt and
+            gain (see :func:`jolts`).
     """
 
     t_ns: I64
@@ -75,7 +84,7 @@ def dense_match(trajectories: pl.DataFrame, scales: Scales) -> DenseMatch:
     usable = np.isfinite(x) & np.isfinite(y) & ~trajectories["suspect"].to_numpy() & (is_ball | (roles >= 0))
 
     still = STILL * scales.speed
-    ball = np.full((5, samples), np.nan)
+    ball = np.full((7, samples), np.nan)
     robots = [body for body in bodies if body[0] != BODIES.index(BALL)]
     poses = np.full((7, len(robots), samples), np.nan)
     present = np.zeros((len(robots), samples), dtype=np.bool_)
@@ -92,6 +101,7 @@ def dense_match(trajectories: pl.DataFrame, scales: Scales) -> DenseMatch:
             _pose(*motion, theta[rows][keep], at, still, scales.omnidirectional, poses[:, row])
         else:
             _ball(*motion, at, segment, still, ball)
+            jolts(motion[0], motion[1], t_ns[at], segment[at], at, ball)
     return DenseMatch(
         t_ns=t_ns, segment=segment,
         team=np.array([team - BODIES.index("home") for team, _ in robots], dtype=np.int8),
@@ -154,7 +164,7 @@ def _pose(
 
 @numba.njit(cache=True, nogil=True)
 def _ball(x: F64, y: F64, vx: F64, vy: F64, at: I64, segment: I32, still: float, out: F64) -> None:
-    """Fill columns ``at`` [n] of ``out`` [5, T] with x, y, speed, and cos and sin of the direction of travel.
+    """Fill columns ``at`` [n] of ``out`` [7, T] with x, y, speed, and cos and sin of the direction of travel.
 
     While the ball is still, its last direction of the segment is held.
     """
@@ -168,3 +178,49 @@ def _ball(x: F64, y: F64, vx: F64, vy: F64, at: I64, segment: I32, still: float,
         if speed >= still:
             cos, sin = vx[i] / speed, vy[i] / speed
         out[0, k], out[1, k], out[2, k], out[3, k], out[4, k] = x[i], y[i], speed, cos, sin
+
+
+@numba.njit(cache=True, nogil=True)
+def jolts(x: F64, y: F64, t_ns: I64, segment: I32, at: I64, out: F64) -> None:
+    """Fill rows 5 and 6 of columns ``at`` [n] of ``out`` [7, T]: jolt and gain of the ball, m/s.
+
+    The velocity after is the slope of the least-squares line through the samples of the last
+    ``_JOLT_NS``, at least two. The velocity before is that of the samples before them. The jolt is the
+    length of their difference, less ``_ROLLING`` of the speed before, at least 0. The gain is the speed
+    after minus the speed before. Both are 0 where the segment's samples do not reach back so far.
+    """
+    begin = 0
+    for i in range(len(x)):
+        if segment[i] != segment[begin] or (i > 0 and t_ns[i] - t_ns[i - 1] > _JOLT_LONGEST_NS):
+            begin = i
+        middle = i
+        while middle > begin and (middle == i or t_ns[i] - t_ns[middle] < _JOLT_NS - 1000):
+            middle -= 1
+        first = middle
+        while first > begin and (first == middle or t_ns[middle] - t_ns[first] < _JOLT_NS - 1000):
+            first -= 1
+        out[5, at[i]] = out[6, at[i]] = 0.0
+        if middle == i or first == middle:
+            continue
+        vx, vy = _slope(x, t_ns, middle, i), _slope(y, t_ns, middle, i)
+        ux, uy = _slope(x, t_ns, first, middle), _slope(y, t_ns, first, middle)
+        after, before = np.sqrt(vx * vx + vy * vy), np.sqrt(ux * ux + uy * uy)
+        jolt = np.sqrt((vx - ux) * (vx - ux) + (vy - uy) * (vy - uy)) - _ROLLING * before
+        out[5, at[i]], out[6, at[i]] = max(jolt, 0.0), after - before
+
+
+@numba.njit(cache=True, nogil=True)
+def _slope(values: F64, t_ns: I64, first: int, last: int) -> float:
+    """Slope of the least-squares line through samples [first, last], per second."""
+    n = last - first + 1
+    t_mean, mean = 0.0, 0.0
+    for i in range(first, last + 1):
+        t_mean += (t_ns[i] - t_ns[first]) * 1e-9
+        mean += values[i] - values[first]
+    t_mean, mean = t_mean / n, mean / n
+    moment, spread = 0.0, 0.0
+    for i in range(first, last + 1):
+        dt = (t_ns[i] - t_ns[first]) * 1e-9 - t_mean
+        moment += dt * (values[i] - values[first] - mean)
+        spread += dt * dt
+    return moment / spread

@@ -36,7 +36,7 @@ class Variable(StrEnum):
 MEANINGS: dict[Variable, tuple[str, str]] = {
     Variable.DISTANCE: ("distance between two objects", "m"),
     Variable.ORIENTATION: ("absolute difference between the orientations of two objects, 0 to pi", "rad"),
-    Variable.BEARING: ("absolute angle from an object's orientation to another object, 0 to pi", "rad"),
+    Variable.BEARING: ("absolute angle from an object's orientation or course to another object, 0 to pi", "rad"),
     Variable.PLAYING_TIME: ("time for which a condition has held", "s"),
     Variable.VELOCITY: ("speed of an object minus the speed of another", "m/s"),
 }
@@ -63,10 +63,20 @@ class Lines(NamedTuple):
 Terms = dict[Variable, dict[str, Trapezoid]]
 
 
+#: The terms of the playing time, s, from short to long.
+PLAYING_TIMES: dict[str, Trapezoid] = {
+    "INSTANT": Trapezoid(0, 0, 0.05, 0.15),
+    "SHORT": Trapezoid(0.05, 0.15, 0.30, 0.50),
+    "MEDIUM": Trapezoid(0.30, 0.50, 1.0, 2.0),
+    "LONG": Trapezoid(1.0, 2.0, FAR_OFF, FAR_OFF),
+}
+
+
 def terms(scales: Scales) -> Terms:
     """The terms of all five variables for one kind of match.
 
-    Neighbouring terms cross at 0.5 and sum to 1. Distances scale with the crossings in ``scales``, in
+    Neighbouring terms cross at 0.5 and sum to 1. BODY is the part of CONTACT in which bodies touch; TOWARDS,
+    ACROSS and AWAY are a second, coarser division of the bearings, for courses. Distances scale with the crossings in ``scales``, in
     the proportions of the VSSS terms; velocities scale with ``scales.speed``. Angles and times do not scale.
     """
     touch, apart = scales.contact - scales.contact_fade, scales.contact + scales.contact_fade
@@ -81,6 +91,7 @@ def terms(scales: Scales) -> Terms:
     e1, e2, f1, f2 = (scales.speed * edge for edge in (0.05, 0.10, 0.40, 0.60))
     return {
         Variable.DISTANCE: {
+            "BODY": Trapezoid(0, 0, scales.body - scales.body_fade, scales.body + scales.body_fade),
             "CONTACT": Trapezoid(0, 0, touch, apart),
             "CLOSE": Trapezoid(touch, apart, *close),
             "NEAR": Trapezoid(*close, *near),
@@ -96,13 +107,11 @@ def terms(scales: Scales) -> Terms:
             "FACING": Trapezoid(0, 0, pi / 12, pi / 4),
             "SIDE": Trapezoid(pi / 12, pi / 4, 3 * pi / 4, 11 * pi / 12),
             "BACK": Trapezoid(3 * pi / 4, 11 * pi / 12, pi, pi),
+            "TOWARDS": Trapezoid(0, 0, pi / 4, 5 * pi / 12),
+            "ACROSS": Trapezoid(pi / 4, 5 * pi / 12, 7 * pi / 12, 3 * pi / 4),
+            "AWAY": Trapezoid(7 * pi / 12, 3 * pi / 4, pi, pi),
         },
-        Variable.PLAYING_TIME: {
-            "INSTANT": Trapezoid(0, 0, 0.05, 0.15),
-            "SHORT": Trapezoid(0.05, 0.15, 0.30, 0.50),
-            "MEDIUM": Trapezoid(0.30, 0.50, 1.0, 2.0),
-            "LONG": Trapezoid(1.0, 2.0, FAR_OFF, FAR_OFF),
-        },
+        Variable.PLAYING_TIME: PLAYING_TIMES,
         Variable.VELOCITY: {
             "MUCH_SLOWER": Trapezoid(-FAR_OFF, -FAR_OFF, -f2, -f1),
             "SLOWER": Trapezoid(-f2, -f1, -e2, -e1),
@@ -143,11 +152,6 @@ def crossings(term: Trapezoid, degree: float = 0.5) -> tuple[float | None, float
         return float(cuts[0])
 
     return cut(term.a, term.b), cut(term.c, term.d)
-
-
-def likeliest(variable: dict[str, Trapezoid], x: float) -> str:
-    """The term of a variable with the greatest membership of a value; of equal ones the earlier."""
-    return max(variable, key=lambda name: float(membership(variable[name], x)[()]))
 
 
 def lines(term: Trapezoid) -> Lines:

@@ -44,11 +44,12 @@ SITUATION = np.dtype([
 
 #: One rule as the kernels read it: registers of its initial and final condition (the latter not used
 #: for WHILE); ONSET, LATEST or WHILE; how long a mark holds (for WHILE, the longest situation); how long
-#: the condition of WHILE must hold; how long a condition may fail within one stretch; and whether only
-#: the first ``hold_ns`` of a WHILE stretch count.
+#: the condition of WHILE must hold; how long a condition may fail within one stretch; whether only the
+#: first ``limit_ns`` of a WHILE stretch count; and the rising edge of WHILE's term of playing time, whose
+#: membership is ``rise * seconds + up``, in [0, 1].
 RULE = np.dtype([
     ("initial", np.int64), ("final", np.int64), ("start", np.int64), ("limit_ns", np.int64),
-    ("hold_ns", np.int64), ("lull_ns", np.int64), ("once", np.bool_),
+    ("hold_ns", np.int64), ("lull_ns", np.int64), ("once", np.bool_), ("rise", np.float64), ("up", np.float64),
 ])
 
 
@@ -93,11 +94,13 @@ class Meanings(NamedTuple):
         code: int64 [M], of Table 1.
         target: int64 [M], equal for equal targets.
         longest_ns: int64 [M], how long situations of the code may last when merged.
+        least_ns: int64 [M], for WHILE, the least duration of a part of it that counts; for others 0.
     """
 
     code: I64
     target: I64
     longest_ns: I64
+    least_ns: I64
 
 
 @numba.njit(cache=True, nogil=True)
@@ -108,6 +111,12 @@ def _write(row: Any, rule: int, other: int, k0: int, k1: int, strength: float) -
     row.k0 = k0
     row.k1 = k1
     row.strength = strength
+
+
+@numba.njit(cache=True, nogil=True)
+def _lasting(rule: Any, ns: int) -> float:
+    """Membership of a playing time in the rule's term, or a longer one."""
+    return float(max(0.0, min(1.0, rule.rise * ns * 1e-9 + rule.up)))
 
 
 @numba.njit(cache=True, nogil=True)
@@ -126,8 +135,8 @@ def advance(
     follows, and the occurrence includes it.
 
     The strength of an occurrence is the lesser of two degrees: the initial condition's where it last
-    held, and the final condition's where it was met. For WHILE it is the least degree at which the
-    condition held.
+    held, and the final condition's where it was met. For WHILE they are the least degree at which the
+    condition held, and the membership of the playing time for which it did.
 
     Args:
         registers: float64 [R, at least n], degrees for the samples at … at + n - 1.
@@ -160,7 +169,9 @@ def advance(
                 ends = holds and held < k - 1 and t_ns[k] - t_ns[held] > rule.lull_ns + CLOCK_NS
                 if held >= 0 and (fresh[k] or ends):
                     if t_ns[held] - t_ns[set_in] >= rule.hold_ns - CLOCK_NS:
-                        _write(found[count], v, other, set_in, held + 1 if held == k - 1 else held, degree)
+                        lasting = _lasting(rule, t_ns[held] - t_ns[set_in])
+                        end = held + 1 if held == k - 1 else held
+                        _write(found[count], v, other, set_in, end, min(degree, lasting))
                         count += 1
                     held = -1
                 if holds:
@@ -200,7 +211,8 @@ def finish(rules: Rows, t_ns: I64, other: int, marks: Rows, found: Rows) -> int:
         rule, held, set_in = rules[v], marks[v].held, marks[v].set_in
         if rule.start == WHILE and held >= 0 and t_ns[held] - t_ns[set_in] >= rule.hold_ns - CLOCK_NS:
             end = held + 1 if held == len(t_ns) - 1 else held
-            _write(found[count], v, other, set_in, end, marks[v].degree)
+            lasting = _lasting(rule, t_ns[held] - t_ns[set_in])
+            _write(found[count], v, other, set_in, end, min(marks[v].degree, lasting))
             count += 1
     return count
 
@@ -224,7 +236,7 @@ def _chunk_end(samples: Samples, k0: int, k1: int, longest_ns: int) -> int:
 
 @numba.njit(cache=True, nogil=True)
 def cut(found: Rows, rules: Rows, samples: Samples, longest_ns: int) -> Rows:
-    """The occurrences with WHILE stretches cut into chunks; of a rule that counts once only the hold is kept.
+    """The occurrences with WHILE stretches cut into chunks; of a rule that counts once only the first is kept.
 
     Args:
         found: OCCURRENCE [M].
@@ -249,7 +261,7 @@ def cut(found: Rows, rules: Rows, samples: Samples, longest_ns: int) -> Rows:
             end = k1
             if rule.start == WHILE and rule.once:
                 end = k0 + 1
-                while end < k1 and samples.t_ns[end] - samples.t_ns[k0] < rule.hold_ns - CLOCK_NS:
+                while end < k1 and samples.t_ns[end] - samples.t_ns[k0] < rule.limit_ns - CLOCK_NS:
                     end += 1
                 k1 = end
             elif rule.start == WHILE:
@@ -261,12 +273,26 @@ def cut(found: Rows, rules: Rows, samples: Samples, longest_ns: int) -> Rows:
 
 
 @numba.njit(cache=True, nogil=True)
+def _fill(owner: I64, i: int, k0: int, k1: int, least_ns: int, samples: Samples) -> None:
+    """Give occurrence ``i`` the free runs of [k0, k1) that last at least ``least_ns``, and all of it if all is free."""
+    k = k0
+    while k < k1:
+        end = k
+        while end < k1 and owner[end] < 0:
+            end += 1
+        if end == k1 and k == k0 or end > k and samples.until_ns[end - 1] - samples.t_ns[k] >= least_ns - CLOCK_NS:
+            owner[k:end] = i
+        k = end + 1
+
+
+@numba.njit(cache=True, nogil=True)
 def resolve(order: I64, found: Rows, meanings: Meanings, samples: Samples, gaps: Gaps) -> Rows:
     """One sequence without overlaps: occurrences by priority, gaps filled, neighbours merged.
 
     An occurrence is accepted if its last sample is free, and enough of the samples up to it: two
     samples and ``least_share`` of its length (one sample, if it is one sample long). It then starts
-    where that free run starts. A gap of at least ``gaps.least_ns`` becomes ``gaps.code``; a shorter one
+    where that free run starts. One of WHILE gets every free run that lasts long enough instead, because its
+    condition holds in any part of it. A gap of at least ``gaps.least_ns`` becomes ``gaps.code``; a shorter one
     stays empty. Neighbours of the same code and target are merged if together they last no longer than
     the code may; the merged strength is the lesser one.
 
@@ -285,6 +311,9 @@ def resolve(order: I64, found: Rows, meanings: Meanings, samples: Samples, gaps:
     owner = np.full(n, -1, dtype=np.int64)
     for i in order:
         k0, k1 = found[i].k0, found[i].k1
+        if meanings.least_ns[i] > 0:
+            _fill(owner, i, k0, k1, meanings.least_ns[i], samples)
+            continue
         free = k1
         while free > k0 and owner[free - 1] < 0:
             free -= 1

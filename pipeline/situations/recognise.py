@@ -33,7 +33,7 @@ from pipeline.situations.occurrences import (
     finish,
     resolve,
 )
-from pipeline.situations.rulebook import RuleSet, compiled
+from pipeline.situations.rulebook import RuleSet, compiled, holds_ns
 from pipeline.situations.rules import RULES, TABLE_1, Start, Target
 from schemas import ROLES, SIDES, Situations
 from schemas.situations import MOVES_RANDOMLY
@@ -126,6 +126,7 @@ class _Worker:
         self.records["lull_ns"] = np.where(
             rules.records["start"] == WHILE, _ns(settings.flicker_s), _ns(settings.lull_s)
         )
+        self.records["hold_ns"] = holds_ns(settings.fire_at)[rules.places]
         self.fire_at = settings.fire_at - ROUNDING
         self.longest_ns = _ns(settings.longest_s)
         self.block = REGISTERS // rules.program.registers
@@ -174,10 +175,11 @@ def _occurrences(
     ball = np.ascontiguousarray(match.ball[:, part])
     opponent = signals.nearest_to_ball(distances, ~ours, match.ball)[part]
     teammate = signals.nearest_to_ball(distances, mates, match.ball)[part]
+    faces = SCALES[pitch.kind].faces
     own_goal_x = -pitch.goal_x if match.team[row] == 0 else pitch.goal_x
 
     def own(at: int, n: int, registers: F64) -> None:
-        signals.fill_own(mine, ball, opponent, teammate, at, n, own_goal_x, registers)
+        signals.fill_own(mine, ball, opponent, teammate, at, n, own_goal_x, faces, registers)
 
     parts = [workers["own"].run(samples, -1, own)]
     for other in np.flatnonzero(match.present[:, part].any(axis=1)):
@@ -199,7 +201,9 @@ def _situations(
     key = _PRIORITY[code]
     for part, bits in ((found["k0"], 32), (code, 8), (found["rule"], 7), (found["other"] + 1, 10)):
         key = (key << bits) | part
-    meanings = Meanings(code, target, np.minimum(_LONGEST_NS[code], _ns(settings.longest_s)))
+    meanings = Meanings(
+        code, target, np.minimum(_LONGEST_NS[code], _ns(settings.longest_s)), np.minimum(holds_ns(settings.fire_at), _ns(settings.random_least_s))[found["rule"]],
+    )
     gaps = Gaps(
         settings.least_share, MOVES_RANDOMLY, _ns(settings.random_least_s), _ns(settings.random_longest_s)
     )

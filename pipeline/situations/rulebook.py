@@ -27,7 +27,8 @@ class RuleSet:
     Attributes:
         places: int64 [V], which rules of RULES they are.
         program: their conditions.
-        records: RULE [V], their registers, starts and times; ``lull_ns`` comes from the settings.
+        records: RULE [V], their registers, starts and times; ``hold_ns`` and ``lull_ns`` come from the
+            settings.
     """
 
     places: I64
@@ -39,7 +40,7 @@ def variable_of(signal: str) -> Variable:
     """The fuzzy variable of a signal, by the signal's name."""
     if signal.endswith("_distance"):
         return Variable.DISTANCE
-    if signal == "heading_off_ball_course":
+    if signal == "course_off_ball_course":
         return Variable.ORIENTATION
     return Variable.BEARING if "_off_" in signal else Variable.VELOCITY
 
@@ -61,7 +62,10 @@ def compiled(kind: Kind) -> dict[str, RuleSet]:
         records["initial"], records["final"] = program.outputs[0::2], program.outputs[1::2]
         records["start"] = [list(Start).index(rule.start) for rule in rules]
         records["limit_ns"] = [round(rule.limit_s * 1e9) for rule in rules]
-        records["hold_ns"] = [round(rule.hold_s * 1e9) for rule in rules]
+        for record, rule in zip(records, rules, strict=True):
+            if rule.lasts:
+                edge = fuzzy.lines(fuzzy.PLAYING_TIMES[rule.lasts])
+                record["rise"], record["up"] = edge.rise, edge.up
         records["once"] = [rule.once for rule in rules]
         return RuleSet(np.array(places, dtype=np.int64), program, records)
 
@@ -73,39 +77,40 @@ def compiled(kind: Kind) -> dict[str, RuleSet]:
     return sets
 
 
+def holds_ns(fire_at: float) -> I64:
+    """Playing time after which each rule of WHILE counts, int64 [rules] nanoseconds; 0 for the others."""
+    rises = [fuzzy.crossings(fuzzy.PLAYING_TIMES[rule.lasts], fire_at)[0] if rule.lasts else 0.0 for rule in RULES]
+    return np.array([round((at or 0.0) * 1e9) for at in rises])
+
+
 def rule_table() -> pl.DataFrame:
     """Every rule as text, one row a code and variant, in order of code.
 
     Returns:
-        Columns code, name, priority (null for 194), variant, initial, final (null where the initial
-        condition has to last), start, limit_s, hold_s, playing_time (the term to which hold_s belongs
-        most), target. hold_s and playing_time are null where no condition has to last.
+        Columns code, name, priority (null for 194), variant, initial, final, start, limit_s, target. The
+        final condition of a situation that lasts is about the playing time since its initial condition set
+        in; 194 has neither.
     """
-    times = fuzzy.terms(SCALES[Kind.VSSS])[Variable.PLAYING_TIME]
+    times = list(fuzzy.PLAYING_TIMES)
     rows: list[dict[str, object]] = []
     for rule in RULES:
         for code in rule.code if isinstance(rule.code, tuple) else (rule.code,):
             if code in TABLE_1:
                 name, priority = TABLE_1[code]
-                lasting = rule.start == Start.WHILE
+                longer = " or ".join(times[times.index(rule.lasts):]) if rule.lasts else ""
                 rows.append({
                     "code": code, "name": name, "priority": priority, "variant": rule.variant,
-                    "initial": rule.initial, "final": rule.final or None,
-                    "start": str(rule.start), "limit_s": rule.limit_s,
-                    "hold_s": rule.hold_s if lasting else None,
-                    "playing_time": fuzzy.likeliest(times, rule.hold_s) if lasting else None,
-                    "target": str(rule.target),
+                    "initial": rule.initial, "final": rule.final or f"playing_time is ({longer})",
+                    "start": str(rule.start), "limit_s": rule.limit_s, "target": str(rule.target),
                 })
-    settings = SituationSettings()
     rows.append({
         "code": MOVES_RANDOMLY, "name": TABLE_1[MOVES_RANDOMLY][0], "variant": "what the others leave",
-        "start": str(Start.WHILE), "limit_s": settings.random_longest_s, "hold_s": settings.random_least_s,
-        "playing_time": fuzzy.likeliest(times, settings.random_least_s), "target": str(Target.NOTHING),
+        "start": str(Start.WHILE), "limit_s": SituationSettings().random_longest_s,
+        "target": str(Target.NOTHING),
     })
     schema = {
         "code": pl.Int16, "name": pl.String, "priority": pl.Int8, "variant": pl.String, "initial": pl.String,
-        "final": pl.String, "start": pl.String, "limit_s": pl.Float64, "hold_s": pl.Float64,
-        "playing_time": pl.String, "target": pl.String,
+        "final": pl.String, "start": pl.String, "limit_s": pl.Float64, "target": pl.String,
     }
     return pl.DataFrame(rows, schema=schema).sort("code", maintain_order=True)
 

@@ -6,12 +6,20 @@ defines the language of the conditions.
 
 Signals
     ``ball_distance``, ``own_goal_distance``, …: from the robot's centre.
+    ``nearest_ball_distance``: ``ball_distance`` if no other robot is nearer to the ball, else far off.
     ``ball_off_heading``: angle between the robot's heading and the bearing of the ball.
+    ``ball_off_face``: angle between the nearest side of the robot that plays the ball and the bearing of the
+    ball. A VSSS robot plays it with its front and its back, an SSL robot with its front, a 2D player all
+    around, for which the angle is 0.
     ``ball_off_course``: the same for the robot's course, the direction in which it drives. The course is
     the heading, or its opposite while the robot reverses; for omnidirectional robots it is the direction
     of motion.
     ``robot_off_ball_course``: angle between the ball's direction of travel and the bearing of the robot.
-    ``heading_off_ball_course``: angle between the robot's heading and the ball's direction of travel.
+    ``course_off_ball_course``: angle between the robot's course and the ball's direction of travel.
+    ``ball_jolt``, ``ball_gain``: how much the ball's velocity has just changed, and its speed
+    (:func:`pipeline.situations.dense.jolts`).
+    ``ball_y_way_off_course``: angle between the robot's course and the ball's direction of travel across the
+    pitch, straight to one side or the other.
     ``ball_x``, ``ball_y``: the points level with the ball along and across the pitch: (ball's x, robot's y)
     and (robot's x, ball's y).
     ``other_…``: another robot; the rule runs for each in turn.
@@ -64,7 +72,8 @@ class Start(StrEnum):
 
     ONSET: where the initial condition set in; the condition describes the motion itself.
     LATEST: where the initial condition last held; the condition describes the state before.
-    WHILE: where the initial condition set in. The situation lasts while it holds; no final condition.
+    WHILE: where the initial condition set in. The situation lasts while it holds. Instead of a final
+        condition, the playing time since it set in must reach a term.
     """
 
     ONSET = "onset"
@@ -98,8 +107,8 @@ class Rule:
         target: its target.
         limit_s: seconds for which a mark holds after the initial condition last held. For WHILE, the
             longest situation; a longer stretch is cut.
-        hold_s: for WHILE, seconds for which the condition must hold.
-        once: for WHILE, whether only the first ``hold_s`` of the stretch count.
+        lasts: for WHILE, a term of the playing time: the condition must have held for so long, or longer.
+        once: for WHILE, whether only the first ``limit_s`` of the stretch count.
     """
 
     code: int | tuple[int, int, int]
@@ -109,17 +118,20 @@ class Rule:
     start: Start
     target: Target
     limit_s: float
-    hold_s: float = 0.0
+    lasts: str = ""
     once: bool = False
 
 
 MACROS: dict[str, str] = {
     "touching": "ball_distance is CONTACT",
-    "facing_ball": "ball_off_heading is FACING",
-    "has_ball": "touching and facing_ball",
+    "first_at_ball": "nearest_ball_distance is CONTACT",
+    "facing_ball": "ball_off_face is FACING",
+    "has_ball": "first_at_ball and facing_ball",
+    "struck": "ball_jolt is MUCH_FASTER and not ball_gain is (SLOWER or MUCH_SLOWER)",
+    "tapped": "ball_jolt is (FASTER or MUCH_FASTER) and not ball_distance is BODY",
+    "keeps_ball": "has_ball and not struck and not tapped",
     "moving": "speed is (FASTER or MUCH_FASTER)",
     "ball_slow": "ball_speed is (EQUAL or FASTER)",
-    "ball_fast": "ball_speed is MUCH_FASTER",
     "ball_moving": "ball_speed is (FASTER or MUCH_FASTER)",
     "beside_ball": "ball_distance is (CLOSE or NEAR)",
     "ball_goes_off": "robot_off_ball_course is BACK",
@@ -130,23 +142,28 @@ MACROS: dict[str, str] = {
 }
 
 _O, _L, _W = Start.ONSET, Start.LATEST, Start.WHILE
-_NEARER = (("VERY_FAR", "FAR"), ("FAR", "NEAR"), ("NEAR", "CLOSE"))
+_NEARER = (("FAR", "NEAR"), ("NEAR", "CLOSE"))
 _FARTHER = (("CLOSE", "NEAR"), ("NEAR", "FAR"))
 
 
 def _ladder(
-    code: int | tuple[int, int, int], thing: str, target: Target, steps: tuple[tuple[str, str], ...]
+    code: tuple[int, int, int], thing: str, target: Target, steps: tuple[tuple[str, str], ...]
 ) -> tuple[Rule, ...]:
     """Rules for driving to (or from) a thing, one for each step from a distance term to the next."""
     course = "FACING" if steps[-1][1] == "CLOSE" else "BACK"
     return tuple(
         Rule(
-            code, f"{here} to {there}".lower().replace("_", " "),
+            code, f"{here} to {there}".lower(),
             f"{thing}_distance is {here} and {thing}_off_course is {course} and moving",
             f"{thing}_distance is {there}", _O, target, 0.30,
         )
         for here, there in steps
     )
+
+
+def _goes(code: int, thing: str, course: str, target: Target) -> Rule:
+    """Rule for driving to (or from) a goal for some time."""
+    return Rule(code, "", f"{thing}_off_course is {course} and moving", "", _W, target, 2.0, lasts="MEDIUM")
 
 
 def _turn(code: int, thing: str, target: Target) -> Rule:
@@ -157,33 +174,35 @@ def _turn(code: int, thing: str, target: Target) -> Rule:
     )
 
 
-def _level(code: int, thing: str) -> Rule:
-    """Rule for driving along (or across) the pitch until level with the ball."""
-    return Rule(
-        code, "", f"not {thing}_distance is CONTACT and {thing}_off_course is FACING and moving",
-        f"{thing}_distance is CONTACT and ball_distance is (NEAR or FAR or VERY_FAR)", _O, Target.BALL, 0.20,
+def _level(code: int, thing: str) -> tuple[Rule, Rule]:
+    """Rules for driving along (or across) the pitch: until level with the ball, and for some time."""
+    goes = f"not {thing}_distance is CONTACT and {thing}_off_course is FACING and moving"
+    return (
+        Rule(
+            code, "gets level", goes,
+            f"{thing}_distance is CONTACT and ball_distance is (NEAR or FAR or VERY_FAR)", _O, _BALL, 0.20,
+        ),
+        Rule(code, "goes", goes, "", _W, _BALL, 2.0, lasts="MEDIUM"),
     )
 
 
 _BALL, _OWN, _ADVERSARY = Target.BALL, Target.OWN_GOAL, Target.ADVERSARY_GOAL
 
 RULES: tuple[Rule, ...] = (
-    Rule(1, "gains it", "has_ball", "", _W, _BALL, 0.15, hold_s=0.15, once=True),
-    Rule(1, "holds it", "has_ball and ball_speed is EQUAL", "", _W, _BALL, 1.0, hold_s=0.40),
+    Rule(1, "gains it", "keeps_ball", "", _W, _BALL, 0.15, lasts="SHORT", once=True),
+    Rule(1, "holds it", "keeps_ball and ball_speed is EQUAL", "", _W, _BALL, 1.0, lasts="MEDIUM"),
     Rule(
-        11, "", "has_ball and moving and ball_moving and heading_off_ball_course is PARALLEL", "",
-        _W, _BALL, 1.0, hold_s=0.25,
+        11, "", "keeps_ball and moving and ball_moving and course_off_ball_course is PARALLEL", "",
+        _W, _BALL, 1.0, lasts="SHORT",
     ),
     Rule(
         21, "push", "has_ball and moving",
         "not touching and ball_goes_off and ball_speed_over_robot is (FASTER or MUCH_FASTER)"
-        " and heading_off_ball_course is PARALLEL",
+        " and course_off_ball_course is PARALLEL",
         _L, _BALL, 0.40,
     ),
-    Rule(
-        21, "strike", "touching and ball_slow", "ball_fast and ball_goes_off and nobody_else_touching",
-        _L, _BALL, 0.30,
-    ),
+    Rule(21, "strike", "first_at_ball", "struck", _L, _BALL, 0.06),
+    Rule(21, "tap", "first_at_ball and not ball_distance is BODY", "tapped", _L, _BALL, 0.0),
     Rule(22, "", "has_ball", "not touching and opponent_touching", _L, _BALL, 1.0),
     Rule(23, "", "has_ball", "not touching and teammate_touching", _L, _BALL, 1.5),
     Rule(
@@ -192,7 +211,7 @@ RULES: tuple[Rule, ...] = (
         " and ball_slow and nobody_else_touching",
         _L, _BALL, 0.60,
     ),
-    *_ladder(34, "ball", _BALL, _FARTHER),
+    Rule(34, "", "not touching and ball_off_course is AWAY and moving", "", _W, _BALL, 2.0, lasts="SHORT"),
     Rule(
         44, "",
         "beside_ball and facing_ball and speed_over_ball is (EQUAL or FASTER or MUCH_FASTER) and moving",
@@ -200,11 +219,11 @@ RULES: tuple[Rule, ...] = (
     ),
     Rule(
         45, "",
-        "beside_ball and facing_ball and ball_comes and"
+        "(beside_ball or ball_distance is FAR) and facing_ball and ball_comes and"
         " (speed_over_ball is (SLOWER or MUCH_SLOWER) or speed_over_ball is EQUAL and not moving)",
         "has_ball", _O, _BALL, 0.15,
     ),
-    *_ladder(46, "ball", _BALL, _NEARER),
+    Rule(46, "", "not touching and ball_off_course is TOWARDS and moving", "", _W, _BALL, 2.0, lasts="SHORT"),
     Rule(
         47, "comes",
         "beside_ball and not facing_ball and ball_comes and speed_over_ball is (SLOWER or MUCH_SLOWER)",
@@ -215,17 +234,25 @@ RULES: tuple[Rule, ...] = (
         _L, _BALL, 0.15,
     ),
     _turn(57, "ball", _BALL),
-    _level(67, "ball_x"),
-    _level(68, "ball_y"),
+    *_level(67, "ball_x"),
+    *_level(68, "ball_y"),
+    Rule(
+        68, "follows", "ball_moving and ball_y_way_off_course is FACING and moving", "",
+        _W, _BALL, 2.0, lasts="SHORT",
+    ),
     _turn(78, "own_goal", _OWN),
-    *_ladder(88, "own_goal", _OWN, _NEARER),
-    *_ladder(98, "own_goal", _OWN, _FARTHER),
+    _goes(88, "own_goal", "FACING", _OWN),
+    # in its own half only: beyond it, the same run is 118, which has a lower priority
+    Rule(
+        98, "", "not own_goal_distance is VERY_FAR and own_goal_off_course is BACK and moving", "",
+        _W, _OWN, 2.0, lasts="MEDIUM",
+    ),
     _turn(108, "adversary_goal", _ADVERSARY),
-    *_ladder(118, "adversary_goal", _ADVERSARY, _NEARER),
-    *_ladder(128, "adversary_goal", _ADVERSARY, _FARTHER),
-    *_ladder((138, 139, 140), "other", Target.OPPONENT, _NEARER[1:]),
+    _goes(118, "adversary_goal", "FACING", _ADVERSARY),
+    _goes(128, "adversary_goal", "BACK", _ADVERSARY),
+    *_ladder((138, 139, 140), "other", Target.OPPONENT, _NEARER),
     *_ladder((150, 151, 152), "other", Target.OPPONENT, _FARTHER),
-    *_ladder((0, 162, 163), "other", Target.TEAMMATE, _NEARER[1:]),
+    *_ladder((0, 162, 163), "other", Target.TEAMMATE, _NEARER),
     *_ladder((0, 173, 174), "other", Target.TEAMMATE, _FARTHER),
-    Rule(184, "", "speed is EQUAL", "", _W, Target.NOTHING, 2.0, hold_s=0.40),
+    Rule(184, "", "speed is EQUAL", "", _W, Target.NOTHING, 2.0, lasts="MEDIUM"),
 )

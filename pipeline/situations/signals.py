@@ -19,10 +19,12 @@ ABSENT = 1e6
 #: Signals of a robot, in the order of :func:`fill_own`.
 OWN: tuple[str, ...] = (
     "ball_distance", "ball_off_heading", "ball_off_course",
-    "robot_off_ball_course", "heading_off_ball_course",
+    "robot_off_ball_course", "course_off_ball_course",
     "speed", "ball_speed", "speed_over_ball", "ball_speed_over_robot",
-    "opponent_ball_distance", "teammate_ball_distance",
+    "opponent_ball_distance", "teammate_ball_distance", "nearest_ball_distance", "ball_jolt", "ball_gain",
+    "ball_off_face",
     "ball_x_distance", "ball_x_off_course", "ball_y_distance", "ball_y_off_course",
+    "ball_y_way_off_course",
     "own_goal_distance", "own_goal_off_heading", "own_goal_off_course",
     "adversary_goal_distance", "adversary_goal_off_heading", "adversary_goal_off_course",
 )
@@ -97,7 +99,8 @@ def between(ax: float, ay: float, bx: float, by: float) -> float:
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def fill_own(
-    mine: F64, ball: F64, opponent: F64, teammate: F64, at: int, n: int, own_goal_x: float, out: F64
+    mine: F64, ball: F64, opponent: F64, teammate: F64, at: int, n: int, own_goal_x: float, faces: int,
+    out: F64,
 ) -> None:
     """Fill the signals OWN of one robot for a block of its samples.
 
@@ -106,12 +109,13 @@ def fill_own(
 
     Args:
         mine: float64 [7, N], the robot's x, y, cos, sin, speed, course_cos, course_sin.
-        ball: float64 [5, N], as in :class:`pipeline.situations.dense.DenseMatch`.
+        ball: float64 [7, N], as in :class:`pipeline.situations.dense.DenseMatch`.
         opponent: float64 [N], distance of the nearest opponent to the ball.
         teammate: float64 [N], distance of the nearest teammate to the ball.
         at: first sample of the block.
         n: samples in the block.
         own_goal_x: x of the own goal, metres; the adversary's is at minus that.
+        faces: number of the robot's sides that play the ball, as ``Scales.faces``.
         out: float64 [at least len(OWN), at least n].
     """
     x, y, cos, sin = mine[0, at:at + n], mine[1, at:at + n], mine[2, at:at + n], mine[3, at:at + n]
@@ -124,7 +128,7 @@ def fill_own(
         out[1, j] = between(cos[j], sin[j], dx, dy)
         out[2, j] = between(course_cos[j], course_sin[j], dx, dy)
         out[3, j] = between(ball_cos[j], ball_sin[j], -dx, -dy)
-        out[4, j] = between(cos[j], sin[j], ball_cos[j], ball_sin[j])
+        out[4, j] = between(course_cos[j], course_sin[j], ball_cos[j], ball_sin[j])
     for j in range(n):
         out[5, j] = speed[j]
         out[6, j] = ball_speed[j]
@@ -132,15 +136,22 @@ def fill_own(
         out[8, j] = ball_speed[j] - speed[j]
         out[9, j] = opponent[at + j]
         out[10, j] = teammate[at + j]
+        others = min(opponent[at + j], teammate[at + j])
+        out[11, j] = ABSENT if others < out[0, j] else out[0, j]
+        out[12, j] = ball[5, at + j]
+        out[13, j] = ball[6, at + j]
+        off = out[1, j]
+        out[14, j] = off if faces == 1 else (min(off, pi - off) if faces == 2 else 0.0 * off)
     for j in range(n):
         dx, dy = ball_x[j] - x[j], ball_y[j] - y[j]
-        out[11, j] = abs(dx)
-        out[12, j] = between(course_cos[j], course_sin[j], dx, 0.0)
-        out[13, j] = abs(dy)
-        out[14, j] = between(course_cos[j], course_sin[j], 0.0, dy)
+        out[15, j] = abs(dx)
+        out[16, j] = between(course_cos[j], course_sin[j], dx, 0.0)
+        out[17, j] = abs(dy)
+        out[18, j] = between(course_cos[j], course_sin[j], 0.0, dy)
+        out[19, j] = between(course_cos[j], course_sin[j], 0.0, ball_sin[j])
     for goal in range(2):
         goal_x = own_goal_x if goal == 0 else -own_goal_x
-        row = 15 + 3 * goal
+        row = 20 + 3 * goal
         for j in range(n):
             dx, dy = goal_x - x[j], -y[j]
             out[row, j] = np.sqrt(dx * dx + dy * dy)

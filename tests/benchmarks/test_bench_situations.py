@@ -51,7 +51,7 @@ def rows(table):
     near = signals.nearest_to_ball(distances, scene.team == 1, scene.ball)
     n = len(scene.t_ns)
     out = np.empty((len(signals.OWN), n))
-    signals.fill_own(np.ascontiguousarray(scene.poses[:, 0]), scene.ball, near, near, 0, n, -0.75, out)
+    signals.fill_own(np.ascontiguousarray(scene.poses[:, 0]), scene.ball, near, near, 0, n, -0.75, 2, out)
     return np.ascontiguousarray(out[:, ~np.isnan(out).any(axis=0)])
 
 

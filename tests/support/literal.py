@@ -81,6 +81,47 @@ class Match:
             if ball and math.hypot(ball["vx"], ball["vy"]) >= self.still:
                 course = math.atan2(ball["vy"], ball["vx"])
             self.ball_course[frame] = course
+        self.ball_jolts = self.jolts()
+
+    def jolts(self) -> dict[int, tuple[float, float]]:
+        """Jolt and gain of the ball at each frame that has it."""
+        found = {}
+        seen = [frame for frame in self.frames if BALL in self.at[frame]]
+        for i, frame in enumerate(seen):
+            first = i
+            while first > 0 and self.segment[seen[first - 1]] == self.segment[frame] and (
+                self.time[seen[first]] - self.time[seen[first - 1]] <= 200_000_000
+            ):
+                first -= 1
+            middle = self.back(seen, i, first)
+            begin = self.back(seen, middle, first) if middle is not None else None
+            if begin is None:
+                found[frame] = (0.0, 0.0)
+                continue
+            after, before = self.velocity(seen[middle:i + 1]), self.velocity(seen[begin:middle + 1])
+            jolt = math.dist(after, before) - 0.1 * math.hypot(*before)
+            found[frame] = (max(jolt, 0.0), math.hypot(*after) - math.hypot(*before))
+        return found
+
+    def back(self, seen: list[int], i: int, first: int) -> int | None:
+        """The latest of the samples before sample i that is 50 ms earlier, else the first; None without any."""
+        if i == first:
+            return None
+        enough = [j for j in range(first, i) if self.time[seen[i]] - self.time[seen[j]] >= 50_000_000 - CLOCK]
+        return enough[-1] if enough else first
+
+    def velocity(self, frames: list[int]) -> tuple[float, float]:
+        """Slope of the least-squares line through the ball's places."""
+        times = [self.time[frame] * 1e-9 for frame in frames]
+        middle = sum(times) / len(times)
+        spread = sum((t - middle) ** 2 for t in times)
+
+        def slope(name: str) -> float:
+            values = [self.at[frame][BALL][name] for frame in frames]
+            mean = sum(values) / len(values)
+            return float(sum((t - middle) * (v - mean) for t, v in zip(times, values, strict=True)) / spread)
+
+        return slope("x"), slope("y")
 
     def role(self, body: Body, frame: int) -> int | None:
         """The role it had when it was last seen."""
@@ -118,9 +159,9 @@ class Match:
             return found
         ball = now.get(BALL)
         if ball is None:
-            ball, ball_course = {"x": NAN, "y": NAN, "vx": NAN, "vy": NAN}, NAN
+            ball, ball_course, (jolt, gain) = {"x": NAN, "y": NAN, "vx": NAN, "vy": NAN}, NAN, (NAN, NAN)
         else:
-            ball_course = self.ball_course[frame]
+            ball_course, (jolt, gain) = self.ball_course[frame], self.ball_jolts[frame]
         ball_speed = math.hypot(ball["vx"], ball["vy"])
         towards("ball", (ball["x"], ball["y"]))
         towards("ball_x", (ball["x"], y))
@@ -129,7 +170,11 @@ class Match:
         towards("own_goal", (side * self.pitch.goal_x, 0.0))
         towards("adversary_goal", (-side * self.pitch.goal_x, 0.0))
         found["robot_off_ball_course"] = turn_between(bearing(x - ball["x"], y - ball["y"]), ball_course)
-        found["heading_off_ball_course"] = turn_between(theta, ball_course)
+        found["course_off_ball_course"] = turn_between(course, ball_course)
+        found["ball_y_way_off_course"] = turn_between(bearing(0.0, math.sin(ball_course)), course)
+        off = found["ball_off_heading"]
+        found["ball_off_face"] = {0: 0 * off, 1: off, 2: min(off, math.pi - off)}[self.scales.faces]
+        found["ball_jolt"], found["ball_gain"] = jolt, gain
         found["ball_speed"] = ball_speed
         found["speed_over_ball"] = speed - ball_speed
         found["ball_speed_over_robot"] = ball_speed - speed
@@ -139,6 +184,8 @@ class Match:
                 if body not in (BALL, me) and (body[0] == me[0]) == mine:
                     nearest = min(nearest, math.hypot(ball["x"] - row["x"], ball["y"] - row["y"]))
             found[f"{name}_ball_distance"] = nearest
+        others = min(found["opponent_ball_distance"], found["teammate_ball_distance"])
+        found["nearest_ball_distance"] = 1e6 if others < found["ball_distance"] else found["ball_distance"]
         return found
 
 
@@ -156,7 +203,7 @@ class Degrees:
         if (signal, term) not in self.known:
             variable = (
                 Variable.DISTANCE if signal.endswith("distance")
-                else Variable.ORIENTATION if signal == "heading_off_ball_course"
+                else Variable.ORIENTATION if signal == "course_off_ball_course"
                 else Variable.BEARING if "_off_" in signal
                 else Variable.VELOCITY
             )
@@ -242,6 +289,11 @@ class Robot:
             k += 1
         return k
 
+    def hold(self, rule: Rule) -> float:
+        """Seconds after which a playing time belongs to the rule's term."""
+        term = fuzzy.PLAYING_TIMES[rule.lasts]
+        return term.a + self.settings.fire_at * (term.b - term.a)
+
     def stretches(self, rule: Rule, degrees: Degrees) -> list[tuple[int, int, float]]:
         """Occurrences of a rule without final condition."""
         fire = self.settings.fire_at - ROUNDING
@@ -260,11 +312,14 @@ class Robot:
             last = run[-1]
             at_the_end = last + 1 == len(self.t) or self.piece[last + 1] != self.piece[last]
             k0, k1 = run[0], last + at_the_end
-            if self.t[run[-1]] - self.t[k0] < rule.hold_s * 1e9 - CLOCK:
+            lasted = self.t[run[-1]] - self.t[k0]
+            if lasted < self.hold(rule) * 1e9 - CLOCK:
                 continue
-            degree = min(degrees.of(rule.initial, k) for k in run)
+            time = fuzzy.PLAYING_TIMES[rule.lasts]
+            long_enough = fuzzy.membership(time._replace(c=1e6, d=1e6), lasted * 1e-9).item()
+            degree = min([degrees.of(rule.initial, k) for k in run] + [long_enough])
             if rule.once:
-                end = next((k for k in range(k0 + 1, k1) if self.t[k] - self.t[k0] >= rule.hold_s * 1e9 - CLOCK), k1)
+                end = next((k for k in range(k0 + 1, k1) if self.t[k] - self.t[k0] >= rule.limit_s * 1e9 - CLOCK), k1)
                 found.append((k0, end, degree))
                 continue
             while k0 < k1:
@@ -334,12 +389,24 @@ class Robot:
                         ))
         return sorted(found, key=lambda row: row[:5])
 
+    def fill(self, paint: list[Any], occurrence: Any, k0: int, k1: int, least_s: float) -> None:
+        """Paint all free stretches of [k0, k1) that last so long, and all of it if it is free."""
+        for free, run in itertools.groupby(range(k0, k1), key=lambda k: paint[k] is None):
+            part = list(run)
+            lasts = self.until[part[-1]] - self.t[part[0]]
+            if free and (len(part) == k1 - k0 or lasts >= least_s * 1e9 - CLOCK):
+                for k in part:
+                    paint[k] = occurrence
+
     def situations(self) -> list[Found]:
         """The resolved sequence."""
         settings = self.settings
         paint: list[Any] = [None] * len(self.t)
         for occurrence in self.occurrences():
-            _, k0, _, _, _, k1, _, _ = occurrence
+            _, k0, _, place, _, k1, _, _ = occurrence
+            if RULES[place].start == Start.WHILE:
+                self.fill(paint, occurrence, k0, k1, min(self.hold(RULES[place]), settings.random_least_s))
+                continue
             free = k1
             while free > k0 and paint[free - 1] is None:
                 free -= 1

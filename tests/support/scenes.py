@@ -144,19 +144,19 @@ SCENES = {
         0.9, 33, "ball", 0.525, 0.55,
     ),
     "moves away from the ball": (
-        {"ball": stands(-0.1, 0), "home-1": goes((0, 0, 0, 0), (0.8, 0.4, 0, 0))}, 0.8, 34, "ball", 0.0, 0.7,
+        {"ball": stands(-0.1, 0), "home-1": goes((0, 0, 0, 0), (0.8, 0.4, 0, 0))}, 0.8, 34, "ball", 0.0, 0.8,
     ),
     "moves away from the ball, reversing": (
-        {"ball": stands(-0.1, 0), "home-1": goes((0, 0, 0, pi), (0.8, 0.4, 0, pi))}, 0.8, 34, "ball", 0.0, 0.7,
+        {"ball": stands(-0.1, 0), "home-1": goes((0, 0, 0, pi), (0.8, 0.4, 0, pi))}, 0.8, 34, "ball", 0.0, 0.8,
     ),
     "reaches the ball": (
         {"ball": stands(0.4, 0), "home-1": goes((0, 0, 0, 0), (0.68, 0.34, 0, 0))}, 0.68, 44, "ball", 0.0, 0.65,
     ),
     "receives the ball": (
-        {"ball": goes((0, 0.5, 0, 0), (0.88, 0.06, 0, 0)), "home-1": stands(0, 0)}, 0.88, 45, "ball", 0.1, 0.85,
+        {"ball": goes((0, 0.5, 0, 0), (0.88, 0.06, 0, 0)), "home-1": stands(0, 0)}, 0.88, 45, "ball", 0.0, 0.85,
     ),
     "approaches the ball": (
-        {"ball": stands(0.3, 0), "home-1": goes((0, -0.3, 0, 0), (0.6, 0, 0, 0))}, 0.6, 46, "ball", 0.0, 0.3,
+        {"ball": stands(0.3, 0), "home-1": goes((0, -0.3, 0, 0), (0.6, 0, 0, 0))}, 0.6, 46, "ball", 0.0, 0.6,
     ),
     "is hit by the ball": (
         {"ball": goes((0, 0.5, 0, 0), (0.88, 0.06, 0, 0)), "home-1": stands(0, 0, pi / 2)},
@@ -172,29 +172,29 @@ SCENES = {
     ),
     "drives level with the ball along the pitch": (
         {"ball": stands(0.1, 0.2), "home-1": goes((0, -0.4, -0.4, 0), (1, 0.1, -0.4, 0))},
-        1.0, 67, "ball", 0.0, 0.85,
+        1.0, 67, "ball", 0.3, 0.85,
     ),
     "drives level with the ball across the pitch": (
         {"ball": stands(0.3, 0.2), "home-1": goes((0, -0.2, -0.3, pi / 2), (1, -0.2, 0.2, pi / 2))},
-        1.0, 68, "ball", 0.0, 0.85,
+        1.0, 68, "ball", 0.4, 0.85,
     ),
     "turns to its own goal": (
         {"home-1": goes((0, 0, 0, 0), (1, 0, 0, pi))}, 1.0, 78, "own-goal", 0.775, 0.875,
     ),
     "approaches its own goal": (
-        {"home-1": goes((0, 0.2, 0, pi), (1.2, -0.4, 0, pi))}, 1.2, 88, "own-goal", 0.0, 1.0,
+        {"home-1": goes((0, 0.2, 0, pi), (1.2, -0.4, 0, pi))}, 1.2, 88, "own-goal", 0.0, 1.2,
     ),
     "moves away from its own goal": (
-        {"home-1": goes((0, -0.65, 0, 0), (0.8, -0.25, 0, 0))}, 0.8, 98, "own-goal", 0.0, 0.7,
+        {"home-1": goes((0, -0.65, 0, 0), (0.8, -0.25, 0, 0))}, 0.8, 98, "own-goal", 0.0, 0.8,
     ),
     "turns to the adversary's goal": (
         {"home-1": goes((0, 0, 0, pi), (1, 0, 0, 0))}, 1.0, 108, "adversary-goal", 0.775, 0.875,
     ),
     "approaches the adversary's goal": (
-        {"home-1": goes((0, 0, 0, 0), (0.8, 0.4, 0, 0))}, 0.8, 118, "adversary-goal", 0.0, 0.6,
+        {"home-1": goes((0, 0, 0, 0), (0.8, 0.4, 0, 0))}, 0.8, 118, "adversary-goal", 0.0, 0.8,
     ),
     "moves away from the adversary's goal": (
-        {"home-1": goes((0, 0.65, 0, pi), (0.8, 0.25, 0, pi))}, 0.8, 128, "adversary-goal", 0.0, 0.7,
+        {"home-1": goes((0, 0.45, 0.2, 2.55), (0.8, 0.117, 0.422, 2.55))}, 0.8, 128, "adversary-goal", 0.0, 0.8,
     ),
     "stands": ({"home-1": stands(0.1, 0.3)}, 1.0, 184, None, 0.0, 1.0),
     "wanders": ({"home-1": goes((0, 0, -0.1, pi / 2), (1, 0, 0.1, pi / 2))}, 1.0, 194, None, 0.0, 1.0),
