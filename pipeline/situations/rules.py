@@ -163,7 +163,7 @@ def _ladder(
 
 def _goes(code: int, thing: str, course: str, target: Target) -> Rule:
     """Rule for driving to (or from) a goal for some time."""
-    return Rule(code, "", f"{thing}_off_course is {course} and moving", "", _W, target, 2.0, lasts="MEDIUM")
+    return Rule(code, "", f"{thing}_off_course is {course} and moving", "", _W, target, 2.0, lasts="SHORT")
 
 
 def _turn(code: int, thing: str, target: Target) -> Rule:
@@ -182,7 +182,7 @@ def _level(code: int, thing: str) -> tuple[Rule, Rule]:
             code, "gets level", goes,
             f"{thing}_distance is CONTACT and ball_distance is (NEAR or FAR or VERY_FAR)", _O, _BALL, 0.20,
         ),
-        Rule(code, "goes", goes, "", _W, _BALL, 2.0, lasts="MEDIUM"),
+        Rule(code, "goes", goes, "", _W, _BALL, 2.0, lasts="SHORT"),
     )
 
 
@@ -245,7 +245,7 @@ RULES: tuple[Rule, ...] = (
     # in its own half only: beyond it, the same run is 118, which has a lower priority
     Rule(
         98, "", "not own_goal_distance is VERY_FAR and own_goal_off_course is BACK and moving", "",
-        _W, _OWN, 2.0, lasts="MEDIUM",
+        _W, _OWN, 2.0, lasts="SHORT",
     ),
     _turn(108, "adversary_goal", _ADVERSARY),
     _goes(118, "adversary_goal", "FACING", _ADVERSARY),

@@ -58,7 +58,8 @@ def start(
         dx, dy = actions.to_aim(view, robot, thing, own["other"], m)
         away = math.hypot(dx, dy)
         if verb == actions.RECEDE:
-            own["level"] = m.close if away < m.close else (m.near if away < m.near else np.nan)
+            farthest = m.far if away < m.far and thing < actions.OPPONENT else np.nan
+            own["level"] = m.close if away < m.close else (m.near if away < m.near else farthest)
         elif away > m.far and thing < actions.OPPONENT:
             own["level"] = m.far
         else:

@@ -1,19 +1,20 @@
 """When an action is over.
 
 The final conditions are those of the recogniser's rules (:mod:`pipeline.situations.rules`) at their 0.5
-crossings, on the velocities of the moment:
+crossings, on the velocities of the moment. A situation that the recogniser says while a robot goes to a
+thing, or from it, has no end of its own; its action ends at the next level of distance:
 
 ============ =======================================================================================
 001          it has the ball (touches it and heads at it within 30 degrees) for 0.15 s
-011          it has the ball, both move, it heads where the ball rolls within 45 degrees, for 0.40 s: the
-             rule's 0.25 s and those that 001 takes
+011          it has the ball, both move, it heads where the ball rolls within 45 degrees, for 0.40 s:
+             longer than SHORT, and than 001 takes
 021          after touching it, it no longer does, and the ball runs away from it: fast, or, let go,
              straight ahead and faster than the robot
 022, 023     after having it, the robot no longer touches it and the opponent, teammate does; or the ball
              was let go and is beyond CLOSE: the rest is its own way
 033          after having it, it no longer touches it, drives off it and is faster, and the ball is slow
-034 098 128  the ball, own goal, adversary's goal is one level of distance further: past CLOSE or NEAR
-150-152      the same of an opponent
+034 098 128  the ball, own goal, adversary's goal is one level of distance further: past CLOSE, NEAR or FAR
+150-152      an opponent is one level further: past CLOSE or NEAR
 173 174      the same of a teammate
 044 045      it has the ball
 046 088 118  one level nearer: past FAR, NEAR or CLOSE; beginning within CLOSE, contact
@@ -22,7 +23,7 @@ crossings, on the velocities of the moment:
 047          it touches the ball without heading at it
 057 078 108  it heads at the thing within 24 degrees
 067 068      its x, y is level with the ball's within a contact, the ball being beyond CLOSE
-184          it stands, for 0.50 s: the rule's 0.40 s and the window over which speeds are taken
+184          it stands, for 0.50 s: MEDIUM is 0.40 s, and speeds are taken over a window
 194          none
 ============ =======================================================================================
 """
