@@ -29,7 +29,7 @@ class Commands(Table):
         "velocity, after a dash or turn the robot's velocity or heading"
     ))
     command = dy.Enum(COMMANDS, description=(
-        "kick, catch: the ball was within reach and the server acted on it; tackle: also one that missed; "
-        "dash, turn: also while play is stopped"
+        "kick, catch: only those that the server did not refuse, so the ball was within reach; "
+        "tackle: also one that missed; dash, turn: also while play is stopped"
     ))
     count = dy.Int32(min=1, description="commands since the robot's line before: 1, or more if lines are missing")

@@ -367,6 +367,15 @@ def test_broken_counters(broken: str) -> None:
     assert "counters" in flaw["note"]
 
 
+def test_no_players() -> None:
+    """Lines without players are samples of the ball alone."""
+    match = read(log(counted(0), counted(1)))
+    assert match.frames.counts().tolist() == [0, 0]
+    assert commands(match) == []
+    late = read(log(counted(0), counted(1, player(group(kick=1))), counted(2), counted(3, player(group(kick=2)))))
+    assert commands(late) == [("home", 1, 3, "kick", 1)]
+
+
 def test_stray_counters() -> None:
     """Counters belong to the player in whose group they stand."""
     double = player(f"{group(kick=7)}) (c {group(kick=2)}")

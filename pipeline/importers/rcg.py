@@ -29,6 +29,7 @@ from pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period, wrap
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import PITCHES, Kind
 from schemas import SIDES, Commands, Side
+from schemas.commands import COMMANDS
 
 #: A number as a C++ stream writes it; the pitch is too small for a positive exponent.
 _NUMBER = rb"(-?\d{1,6}(?:\.\d{1,9})?(?:e-\d{1,3})?)"
@@ -40,12 +41,14 @@ _SHOW = re.compile(
 _PLAYER = re.compile(
     rb"\(\(([lr]) (\d{1,2})\) -?\d+ (0x[0-9a-f]{1,8}|\d{1,9}) " + b" ".join([_NUMBER] * 5) + rb" -?[\d.]"
 )
-#: The counters of commands that the table has, at their places in a player's group ``(c …)``. Versions 4 to 6
-#: begin it with kick, dash, turn, catch, move, turn_neck, change_view, say, tackle, pointto and attentionto.
+#: Places of the table's commands in a player's group of counters ``(c …)``. Versions 4 to 6 begin it with
+#: kick, dash, turn, catch, move, turn_neck, change_view, say, tackle, pointto, attentionto.
 _PLACES = {"kick": 0, "dash": 1, "turn": 2, "catch": 3, "tackle": 8}
 _COUNTED = 9
 #: Begin of a player's group, found as an empty string, or its counters: the first nine.
 _PLAYER_OR_COUNTERS = re.compile(rb"\((?:\([lr] |c (" + b" ".join([rb"\d{1,9}"] * _COUNTED) + rb")[ )])")
+#: Stands for the counters of a player who has none.
+_NO_COUNTERS = b" ".join([b"-1"] * _COUNTED)
 #: Fewer counters than that: none is read.
 _FEWER_COUNTERS = re.compile(rb"\(c (?:\d{1,9} ){0,7}\d{1,9}\)")
 _MODE = re.compile(rb"\(playmode (\d{1,9}) ([a-z_]+)\)")
@@ -84,8 +87,8 @@ class _Record:
     ticks: list[int] = field(default_factory=list)
     balls: list[tuple[bytes, ...]] = field(default_factory=list)
     players: list[list[tuple[bytes, ...]]] = field(default_factory=list)
-    #: of each player, empty where there are none
-    counters: list[list[bytes]] = field(default_factory=list)
+    #: of each show line: its players' counters, in the order of its players
+    counters: list[bytes] = field(default_factory=list)
     #: (index of the next frame, cycle, playmode or score)
     marks: list[tuple[int, int, str | tuple[int, int]]] = field(default_factory=list)
     names: list[str] = field(default_factory=lambda: [_NO_TEAM, _NO_TEAM])
@@ -204,16 +207,16 @@ def _scan_show(line: bytes, record: _Record) -> bool:
     record.ticks.append(tick)
     record.balls.append(head.groups()[1:])
     record.players.append(players)
-    record.counters.append(counters)
+    record.counters.append(b" ".join(counters))
     return True
 
 
 def _each(found: list[bytes]) -> list[bytes]:
-    """Counters of each player, empty for one without; the last ones of one with several."""
+    """Counters of each player; the last ones of a player with several."""
     counters: list[bytes] = []
     for text in found:
         if not text:
-            counters.append(text)
+            counters.append(_NO_COUNTERS)
         elif counters:
             counters[-1] = text
     return counters
@@ -303,20 +306,18 @@ def _commands(record: _Record, players: _Players, t_ns: I64, match_id: str) -> p
     the player's counters is less than before gives none either: the server counts anew. A player who is not
     on the pitch gives none.
     """
-    texts = list(chain.from_iterable(record.counters))
-    counted = np.array(list(map(len, texts)), dtype=np.int64) > 0
-    if not counted.any():
+    if not len(players.line):
         return Commands.empty()
-    counts = np.fromstring(b" ".join(filter(None, texts)), dtype=np.int64, sep=" ").reshape(-1, _COUNTED)
-    line, number, right, there = (
-        column[counted] for column in (players.line, players.number, players.right, players.there)
-    )
-    robot = number + 100 * right
-    order = np.argsort(robot * len(t_ns) + line, kind="stable")
-    line, robot = line[order], robot[order]
-    rises = np.diff(counts[order], axis=0)
-    known = (np.diff(robot) == 0) & (rises >= 0).all(axis=1) & there[order][1:]
-    rises = np.where(known[:, None], rises[:, list(_PLACES.values())], 0)
+    counts = np.fromstring(b" ".join(record.counters), dtype=np.int64, sep=" ").reshape(-1, _COUNTED)
+    robot = players.number + 100 * players.right
+    order = np.argsort(robot * len(t_ns) + players.line, kind="stable")
+    order = order[counts[order, 0] >= 0]
+    if not len(order):
+        return Commands.empty()
+    line, robot = players.line[order], robot[order]
+    rises = np.diff(np.ascontiguousarray(counts[order].T))  # [_COUNTED, R - 1]
+    known = (np.diff(robot) == 0) & (rises.min(axis=0) >= 0) & players.there[order][1:]
+    rises = np.ascontiguousarray((rises[[_PLACES[name] for name in COMMANDS]] * known).T)
     row, place = np.nonzero(rises)
     dtypes = Commands.dtypes()
     table = pl.DataFrame({
