@@ -71,6 +71,8 @@ def sources(store: Store) -> dict[str, list[tuple[Path, FileRecord]]]:
 def refresh(store: Store) -> tuple[Path, list[Path]]:
     """Build the catalogue aside and move it into place, if it is not up to date.
 
+    A catalogue that another version of Pitchlore made, with other tables, is not.
+
     New files, and files that were touched since, are checked against their SHA-256. A lost or damaged
     file is left out, so that the others can be queried.
 
@@ -84,13 +86,13 @@ def refresh(store: Store) -> tuple[Path, list[Path]]:
     for name, files in sources(store).items():
         for file, record in files:
             seen = catalog.glance(file)
-            trusted = seen is not None and known.get((name, str(file.resolve()))) == seen
+            trusted = seen is not None and (known or {}).get((name, str(file.resolve()))) == seen
             if trusted or (seen is not None and digest(store.foreign(file)) == record.sha256):
                 listed.setdefault(name, []).append(file)
             else:
                 left_out.append(file)
     wanted = {(name, str(f.resolve())): catalog.glance(f) for name, files in listed.items() for f in files}
-    if wanted != known or not path.exists():
+    if wanted != known:
         with store.aside(path) as temporary:
             catalog.build(temporary, listed)
     return path, left_out

@@ -19,7 +19,7 @@ from pipeline.matches.frame import MatchLog
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt, digest
 from pipeline.store.work import Made, Work
-from schemas import Matches, Quality, Referee
+from schemas import Commands, Matches, Quality, Referee
 
 #: Where recordings are dropped for the next run, in the data folder.
 INBOX = "inbox"
@@ -152,7 +152,7 @@ def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, obje
 
 
 def keep(store: Store, match: MatchLog, data: bytes, work: Work) -> Receipt:
-    """Commit a match: its log, its row, the referee's events, and its flaws.
+    """Commit a match: its log, its row, the referee's events, its flaws, and its commands.
 
     Args:
         store: the store that receives it.
@@ -163,7 +163,9 @@ def keep(store: Store, match: MatchLog, data: bytes, work: Work) -> Receipt:
     row = log.row(match)
     flaws = match.quality.group_by("flaw").agg(pl.col("count").sum()).sort("flaw")
     return store.commit(work, Made(
-        tables=[(row, Matches), (match.referee, Referee), (match.quality, Quality)],
+        tables=[
+            (row, Matches), (match.referee, Referee), (match.quality, Quality), (match.commands, Commands),
+        ],
         blobs={"log": ("mcap", data)},
         details={
             "pitch": match.info.pitch.model_dump(mode="json"), "complete": match.info.complete,

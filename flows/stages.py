@@ -26,6 +26,7 @@ from schemas import (
     SIDES,
     Behaviours,
     Claims,
+    Commands,
     Decisions,
     Evaluations,
     Games,
@@ -129,7 +130,7 @@ def _decisions(inputs: Inputs, settings: GramSettings) -> Made:
 
 
 STAGES = Chain(
-    Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality), version=1),
+    Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality, Commands), version=1),
     Stage("trajectories", Per.MATCH, ("matches",), (Trajectories, Quality), 1, _trajectories),
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 1, _situations),
     Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 1, _goals),

@@ -24,7 +24,7 @@ from pipeline.importers.readers import READERS, Reader, open_source
 from pipeline.importers.readers import read as read_source
 from pipeline.importers.tracking_map import TrackingMap, load_map
 from pipeline.matches.frame import MatchLog, home_attacks
-from schemas import Decisions, Quality, Referee
+from schemas import Commands, Decisions, Quality, Referee
 
 FOLDER = Path(__file__).parent / "recordings"
 #: In float32, of numbers that a text log has with four decimals.
@@ -70,7 +70,8 @@ def assert_sound(log: MatchLog) -> None:
     assert len(frames) > 0
     assert frames.t_ns.min() == 0
     assert (np.diff(frames.offsets) >= 0).all()
-    for table, schema in ((log.referee, Referee), (log.quality, Quality), (log.decisions, Decisions)):
+    tables = (log.referee, Referee), (log.quality, Quality), (log.decisions, Decisions), (log.commands, Commands)
+    for table, schema in tables:
         schema.validate(table)
         assert set(table["match_id"]) <= {log.info.match_id}
     assert log.referee["t_ns"].is_sorted()
@@ -85,7 +86,7 @@ def assert_sound(log: MatchLog) -> None:
 def without_name(log: MatchLog) -> MatchLog:
     """A log without what a file's name decides."""
     tables = {
-        name: getattr(log, name).with_columns(match_id=pl.lit("x-0")) for name in ("referee", "decisions", "quality")
+        name: getattr(log, name).with_columns(match_id=pl.lit("x-0")) for name in ("referee", "decisions", "quality", "commands")
     }
     return replace(log, info=log.info.model_copy(update={"source": "", "match_id": "x-0"}), **tables)
 

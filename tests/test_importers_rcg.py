@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import gzip
+from collections.abc import Sequence
 
 import numpy as np
 import polars as pl
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.recordings import INSPER, RCSS, imported, taken_for
 
@@ -16,6 +17,7 @@ from pipeline.importers import rcg
 from pipeline.importers.tracking_map import TrackingMap
 from pipeline.matches.frame import AWAY, HOME, MatchLog
 from pipeline.pitch import Kind
+from schemas import Commands
 
 PARAMS = "(server_param (goal_width 7.32)(half_time 1)(simulator_step 100))"
 # the tail of a player's group differs between versions and states: arm, focus, stamina, counts
@@ -245,6 +247,193 @@ def test_wild_cycles() -> None:
     """Cycle numbers that leap do not make time run away."""
     match = read(log(*(show(cycle) for cycle in (0, 999_999_999, 3, 999_999_999))))
     assert (match.frames.t_ns // 100_000_000).tolist() == [0, 1, 2, 3]
+
+
+# --- commands ----------------------------------------------------------------------------------
+
+#: What the group of counters has in each version, in its order: monitor protocols 3, 4 and 5.
+COUNTED = {
+    4: "kick dash turn catch move turn_neck change_view say tackle pointto attentionto",
+    5: "kick dash turn catch move turn_neck change_view say tackle pointto attentionto",
+    6: "kick dash turn catch move turn_neck change_view say tackle pointto attentionto change_focus",
+}
+
+
+def player(counters: str | None, *, number: str = "l 1", state: str = "0x1", version: int = 6) -> str:
+    """A player's group with this group of counters, or with none."""
+    tail = TAILS[version].rpartition(" (c ")[0] + ("" if counters is None else f" (c {counters})")
+    return f"(({number}) 0 {state} -10 0 0 0 0 0{tail})"
+
+
+def counted(cycle: int, *players: str) -> str:
+    return f"(show {cycle} ((b) 0 0 0 0) {' '.join(players)})"
+
+
+def group(version: int = 6, **counts: int) -> str:
+    """The counters of a version; those that are not named are zero."""
+    return " ".join(str(counts.get(name, 0)) for name in COUNTED[version].split())
+
+
+def commands(match: MatchLog) -> list[tuple[object, ...]]:
+    assert not len(Commands.filter(match.commands)[1])
+    tenths = pl.col("t_ns") // 100_000_000
+    text = pl.col("team", "command").cast(pl.String)
+    return match.commands.with_columns(text).select("team", "robot", tenths, "command", "count").rows()
+
+
+@pytest.mark.parametrize("version", [4, 5, 6])
+def test_commands(version: int) -> None:
+    """A counter that rises is a row at the line that first counts it; the first line's counts are none."""
+    one, two = group(version, kick=3, turn=7), group(version, kick=4, turn=9, catch=1, tackle=2, dash=1)
+    also = group(version, **dict.fromkeys(COUNTED[version].split(), 1) | {"kick": 4, "turn": 9, "tackle": 2})
+    lines = [
+        counted(cycle, player(left, version=version), player(right, number="r 11", version=version))
+        for cycle, (left, right) in enumerate([(one, one), (one, two), (two, two), (also, two)])
+    ]
+    match = read(log(*lines, version=version))
+    assert commands(match) == [
+        ("home", 1, 2, "kick", 1), ("home", 1, 2, "dash", 1), ("home", 1, 2, "turn", 2),
+        ("home", 1, 2, "catch", 1), ("home", 1, 2, "tackle", 2),
+        ("away", 11, 1, "kick", 1), ("away", 11, 1, "dash", 1), ("away", 11, 1, "turn", 2),
+        ("away", 11, 1, "catch", 1), ("away", 11, 1, "tackle", 2),
+    ]
+    assert set(match.commands["match_id"]) == {"game-0"}
+    assert match.quality.is_empty()
+
+
+def of_one(*counters: str | None, states: Sequence[str] = ()) -> MatchLog:
+    """A log of one player, line by line."""
+    on = [*states, *["0x1"] * (len(counters) - len(states))]
+    return read(log(*(counted(i, player(text, state=on[i])) for i, text in enumerate(counters))))
+
+
+def test_counters_that_fall() -> None:
+    """Where a counter falls the server counts anew: no row there, whatever else rises, and rows again after it."""
+    found = of_one(
+        group(kick=5, dash=5), group(kick=6, dash=6), group(kick=7, dash=2), group(kick=8, dash=2),
+        group(kick=9, move=1), group(kick=10),  # a counter that has no rows tells of it, too
+    )
+    assert commands(found) == [("home", 1, 1, "kick", 1), ("home", 1, 1, "dash", 1), ("home", 1, 3, "kick", 1)]
+
+
+def test_commands_over_gaps() -> None:
+    """Lines in which a player or its counters are missing are passed over, and the time of a line that is lost."""
+    one, two = player(group(kick=1)), player(group(kick=3))
+    other = player(group(), number="l 2")
+    absent = read(log(counted(0, one, other), counted(1, other), counted(2, two, other)))
+    assert commands(absent) == [("home", 1, 2, "kick", 2)]
+    assert commands(of_one(group(kick=1), None, group(kick=3))) == [("home", 1, 2, "kick", 2)]
+    first = read(log(counted(0, player(None), other), counted(1, one, other), counted(2, two, other)))
+    assert commands(first) == [("home", 1, 2, "kick", 2)]
+    assert first.quality.is_empty()
+    lost = read(log(counted(0, one), counted(1, two)[:-9], counted(5, two)))
+    assert commands(lost) == [("home", 1, 5, "kick", 2)]
+
+
+def test_commands_while_play_is_stopped() -> None:
+    """Lines of one cycle are samples of their own."""
+    found = read(log(*(counted(6, player(group(turn=turns))) for turns in (1, 2, 2, 5))))
+    assert commands(found) == [("home", 1, 1, "turn", 1), ("home", 1, 3, "turn", 3)]
+
+
+def test_commands_off_the_pitch() -> None:
+    """A player who is not on the pitch has no rows; what is counted then is not counted later."""
+    counters = [group(dash=dashes) for dashes in (0, 1, 3, 4, 5)]
+    found = of_one(*counters, states=["0", "0x1", "0", "0x9"])
+    assert commands(found) == [("home", 1, 1, "dash", 1), ("home", 1, 3, "dash", 1), ("home", 1, 4, "dash", 1)]
+    assert found.frames.counts().tolist() == [0, 1, 0, 1, 1]
+
+
+@pytest.mark.parametrize("counters", [None, "1", "0 1 2 3", "1 2 3 4 5 6 7 8"])
+def test_fewer_counters(counters: str | None) -> None:
+    """A log without counters, or with fewer, has no commands and no flaw for it."""
+    later = counters and counters.replace("1", "2")
+    match = of_one(counters, later)
+    assert len(match.frames) == 2
+    assert commands(match) == []
+    assert match.quality.is_empty()
+
+
+@pytest.mark.parametrize("broken", [
+    group(kick=10**9), group(kick=-1), group().replace("0", "x", 1), group(kick=10**40), "", "0  0 0", "1.5 2 3",
+])
+def test_broken_counters(broken: str) -> None:
+    """Counters that are no numbers are flagged, and the sample that they are in is kept."""
+    match = of_one(group(kick=1), broken, group(kick=2), broken, group(kick=2))
+    assert len(match.frames) == 5
+    assert commands(match) == [("home", 1, 2, "kick", 1)]
+    flaw = match.quality.row(0, named=True)
+    assert (match.quality.height, flaw["flaw"], flaw["count"]) == (1, "skipped", 2)
+    assert "counters" in flaw["note"]
+
+
+def test_no_players() -> None:
+    """Lines without players are samples of the ball alone."""
+    match = read(log(counted(0), counted(1)))
+    assert match.frames.counts().tolist() == [0, 0]
+    assert commands(match) == []
+    late = read(log(counted(0), counted(1, player(group(kick=1))), counted(2), counted(3, player(group(kick=2)))))
+    assert commands(late) == [("home", 1, 3, "kick", 1)]
+
+
+def test_stray_counters() -> None:
+    """Counters belong to the player in whose group they stand."""
+    double = player(f"{group(kick=7)}) (c {group(kick=2)}")
+    line = counted(1, double, player(None, number="l 2"), player(group(dash=1), number="l 3"))
+    stray = line.replace(" ((l 1)", f" (c {group(kick=9)}) ((l 1)")
+    start = counted(0, *(player(group(kick=1), number=f"l {number}") for number in (1, 2, 3)))
+    for each in (line, stray):
+        assert commands(read(log(start, each))) == [("home", 1, 1, "kick", 1)]  # of 3 the kicks fall
+
+
+counts = st.integers(0, 999_999_999)
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(*[counts] * 5), min_size=1, max_size=12), st.data())
+def test_sum_of_commands(values: list[tuple[int, ...]], data: st.DataObject) -> None:
+    """The counts of a player's command add up to what its counter rose by, where none falls.
+
+    Other players, and lines without this player's counters, change nothing.
+    """
+    names = ["kick", "dash", "turn", "catch", "tackle"]
+    rising = list(zip(*map(sorted, zip(*values, strict=True)), strict=True))
+    groups = [group(**dict(zip(names, row, strict=True))) for row in rising]
+    seen = data.draw(st.lists(st.booleans(), min_size=len(groups), max_size=len(groups)))
+    others = [player(group(kick=i % 3, dash=i), number="r 1") for i in range(len(groups))]
+    match = read(log(*(
+        counted(i, *([player(text)] if there else []), other)
+        for i, (text, there, other) in enumerate(zip(groups, seen, others, strict=True))
+    )))
+    kept = [row for row, there in zip(rising, seen, strict=True) if there]
+    totals = dict(match.commands.filter(team="home").group_by(pl.col("command").cast(pl.String)).agg(
+        pl.col("count").cast(pl.Int64).sum()).iter_rows())
+    wanted = {name: kept[-1][i] - kept[0][i] for i, name in enumerate(names)} if kept else {}
+    assert totals == {name: total for name, total in wanted.items() if total}
+    assert match.commands.equals(match.commands.sort("team", "robot", "t_ns", "command"))
+
+
+@pytest.mark.parametrize(("name", "kicks", "alone"), [(RCSS, 50, 13), (INSPER, 48, 16)])
+def test_time_of_a_kick(name: str, kicks: int, alone: int) -> None:
+    """In real logs the sample that first counts a kick has the ball's new velocity, and the next one has not.
+
+    Of kicks in play with no other within one line. A cycle multiplies a free ball's velocity by 0.94.
+    """
+    match = imported(name)
+    kick = match.commands.filter(pl.col("command") == "kick")
+    assert kick["count"].sum() == kicks
+    t_ns, ball = match.frames.t_ns, match.frames.ball
+    velocity = np.stack([ball["vx"], ball["vy"]], axis=1) / 10  # m a cycle
+    change = np.concatenate([[0], np.linalg.norm(velocity[1:] - 0.94 * velocity[:-1], axis=1)])
+    kicked = np.isin(t_ns, kick["t_ns"].to_numpy())
+    play = match.referee.select("t_ns", is_play=pl.col("event") == "play").unique("t_ns", keep="last").sort("t_ns")
+    last = np.searchsorted(play["t_ns"].to_numpy(), t_ns, side="right") - 1
+    playing = play["is_play"].to_numpy()[last] & (last >= 0)
+    at = np.arange(1, len(t_ns) - 1)
+    at = at[kicked[at] & ~kicked[at - 1] & ~kicked[at + 1] & playing[at - 1] & playing[at] & playing[at + 1]]
+    assert len(at) == alone
+    assert (change[at] > 0.2).mean() > 0.9
+    assert (change[at + 1] > 0.2).sum() == 0
 
 
 @pytest.mark.parametrize(

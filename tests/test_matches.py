@@ -28,11 +28,12 @@ from mcap_ros2.writer import Writer as Ros2Writer
 from pipeline import matches
 from pipeline.errors import BadRecording, DamagedLog, SchemaMismatch
 from pipeline.matches import description, reader
-from pipeline.matches.channels import DECISION, FRAME, REFEREE, TOPICS
+from pipeline.matches.channels import COMMAND, DECISION, FRAME, REFEREE, TOPICS
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
 from pipeline.matches.records import as_array, walk
 from pipeline.pitch import PITCHES, Kind
-from schemas import Decisions, Matches, Quality, Referee
+from schemas import Commands, Decisions, Matches, Quality, Referee
+from schemas.commands import COMMANDS
 
 INFO = MatchInfo(
     match_id="final-0123456789ab", source="final.rcg", format="rcg", home="Löwen", away="Tigers",
@@ -78,14 +79,23 @@ def decisions_of(count: int) -> pl.DataFrame:
     return pl.DataFrame(rows, schema=Decisions.dtypes(), orient="row").sort("team", "robot", "t_ns")
 
 
-def match(counts: list[int] | None = None, *, decisions: int = 20) -> MatchLog:
+def commands_of(count: int) -> pl.DataFrame:
+    """Two or three commands a sample."""
+    rows = [
+        (INFO.match_id, ("home", "away")[i % 2], i % 11 + 1, i * 2 // 5 * 16_666_667, COMMANDS[i % 5], i % 3 + 1)
+        for i in range(count)
+    ]
+    return pl.DataFrame(rows, schema=Commands.dtypes(), orient="row").sort("team", "robot", "t_ns", "command")
+
+
+def match(counts: list[int] | None = None, *, decisions: int = 20, commands: int = 30) -> MatchLog:
     counts = [6, 6, 5, 6, 0, 6, 6, 4] * 8 if counts is None else counts
     referee = referee_of(
         (0, "kick-off", None, None, None, None),
         (5 * 10**8, "goal", "away", 0, 1, "GOAL_BLUE"),
         (10**9, "end", None, 0, 1, None),
     )
-    return MatchLog(INFO, frames_of(counts), referee, decisions_of(decisions))
+    return MatchLog(INFO, frames_of(counts), referee, decisions_of(decisions), commands=commands_of(commands))
 
 
 def written(log: MatchLog, **options: int) -> bytes:
@@ -108,7 +118,8 @@ def same(one: MatchLog, other: MatchLog) -> bool:
         assert_same_frames(one.frames, other.frames)
     except AssertionError:
         return False
-    return one.info == other.info and one.referee.equals(other.referee) and one.decisions.equals(other.decisions)
+    tables = ("referee", "decisions", "commands")
+    return one.info == other.info and all(getattr(one, name).equals(getattr(other, name)) for name in tables)
 
 
 def rows_of(frames: Frames) -> list[tuple]:
@@ -150,7 +161,8 @@ def test_round_trip(data):
         st.sampled_from([None, "home", "away"]), score, score, text,
     )  # fmt: skip
     referee = referee_of(*data.draw(st.lists(row, max_size=5))).sort("t_ns", maintain_order=True)
-    log = MatchLog(INFO, frames_of(counts, t_ns=times), referee, decisions_of(data.draw(st.integers(0, 30))))
+    decisions, commands = decisions_of(data.draw(st.integers(0, 30))), commands_of(data.draw(st.integers(0, 30)))
+    log = MatchLog(INFO, frames_of(counts, t_ns=times), referee, decisions, commands=commands)
     chunk_bytes = data.draw(st.sampled_from([1, 700, 5000, 1 << 20]))
     back = matches.read(written(log, chunk_bytes=chunk_bytes), where="a.mcap")
     assert same(back, log)
@@ -158,6 +170,7 @@ def test_round_trip(data):
     assert back.quality.is_empty()
     Referee.validate(back.referee)
     Decisions.validate(back.decisions)
+    Commands.validate(back.commands)
 
 
 def test_same_bytes():
@@ -165,7 +178,7 @@ def test_same_bytes():
     log = match()
     dirty = Frames(log.frames.number, log.frames.t_ns, log.frames.ball, log.frames.offsets, log.frames.robots.copy())
     dirty.robots.view(np.uint8)[1::ROBOT_DTYPE.itemsize] = 0xAB
-    assert written(log) == written(MatchLog(INFO, dirty, log.referee, log.decisions))
+    assert written(log) == written(MatchLog(INFO, dirty, log.referee, log.decisions, commands=log.commands))
 
 
 def test_flaws_of_importer():
@@ -230,6 +243,24 @@ def test_ros2_decoder():
     )  # fmt: skip
 
 
+def test_commands_channel():
+    """The mcap library decodes commands, a message a sample; only a log with commands declares their channel."""
+    log = match()
+    reader = make_reader(io.BytesIO(written(log, chunk_bytes=SMALL)), True, [DecoderFactory()])
+    found = [
+        (message.log_time, each.team, each.robot, each.command, each.count)
+        for _, _, message, value in reader.iter_decoded_messages("/command", log_time_order=False)
+        for each in value.commands
+    ]
+    codes = pl.col("team", "command").to_physical()
+    wanted = log.commands.sort("t_ns", maintain_order=True).with_columns(codes)
+    assert found == wanted.select("t_ns", "team", "robot", "command", "count").rows()
+    without = make_reader(io.BytesIO(written(match(commands=0)))).get_summary()
+    assert {channel.topic for channel in without.channels.values()} == {"/frame", "/referee", "/decision"}
+    assert {schema.name for schema in without.schemas.values()} == {
+        f"pitchlore/msg/{name}" for name in ("Frame", "RefereeEvent", "Decision")}
+
+
 def test_indexes():
     """The mcap library finds messages by time through our indexes."""
     log = match([6] * 200)
@@ -237,7 +268,7 @@ def test_indexes():
     found = [m.log_time for _, _, m in reader.iter_messages("/frame", starting_at=10**9, ending_before=2 * 10**9)]
     assert found == [t for t in log.frames.t_ns.tolist() if 10**9 <= t < 2 * 10**9]
     statistics = reader.get_summary().statistics
-    assert statistics.channel_message_counts == {FRAME: 200, REFEREE: 3, DECISION: 20}
+    assert statistics.channel_message_counts == {FRAME: 200, REFEREE: 3, DECISION: 20, COMMAND: 12}
     assert (statistics.message_start_time, statistics.message_end_time) == (0, log.frames.t_ns[-1])
 
 
@@ -280,6 +311,9 @@ def foreign(
             "behaviour_id": row["behaviour_id"] or "",
         }  # fmt: skip
         events.append((row["t_ns"], DECISION, row | codes))
+    for (t_ns,), rows in log.commands.sort("t_ns", maintain_order=True).group_by("t_ns", maintain_order=True):
+        numbers = rows.with_columns(pl.col("team", "command").to_physical()).drop("match_id", "t_ns")
+        events.append((t_ns, COMMAND, {"commands": numbers.to_dicts()}))
     for t_ns, i, value in sorted(events, key=lambda event: event[0]):
         writer.add_message(channel[i], t_ns + epoch, encode[i](value), t_ns + epoch)
     writer.finish()
@@ -363,11 +397,43 @@ def test_other_channels():
     data = with_messages(
         ("/frame", "cdr", text, NO_ROBOTS), ("/rosout", "cdr", "string data", b"abc"), ("/rosout", "", "", b"abc"),
         ("/referee", "cdr", "string event", b"abc"), ("/decision", "json", TOPICS[DECISION].definition(), b"{}"),
+        ("/command", "cdr", TOPICS[COMMAND].definition().replace("int16 robot", "int32 robot"), b"abc"),
     )  # fmt: skip
     back = matches.read(data, where="a.mcap")
     assert len(back.frames) == 1
-    assert back.quality.select("flaw", "count").rows() == [("skipped", 1), ("skipped", 1), ("skipped", 2)]
-    assert "/rosout" in back.quality["note"][2]
+    assert back.quality.select("flaw", "count").rows() == [("skipped", 1)] * 3 + [("skipped", 2)]
+    assert "messages on /command, which are defined otherwise" in back.quality["note"][0]
+    assert "/rosout" in back.quality["note"][3]
+
+
+COMMAND_ROW = struct.pack("<ihBB", 2, 7, 1, 4)  # two tackles of away 7
+
+
+def of_commands(*rows: bytes, announced: int | None = None) -> bytes:
+    return ENCAPSULATION + struct.pack("<I", len(rows) if announced is None else announced) + b"".join(rows)
+
+
+@pytest.mark.parametrize("payload", [
+    of_commands(COMMAND_ROW, announced=2), of_commands(COMMAND_ROW, announced=0),
+    of_commands(COMMAND_ROW, announced=2**32 - 1), of_commands(COMMAND_ROW, b"\0"), of_commands(COMMAND_ROW)[:6], b"",
+    bytes(4) + of_commands(COMMAND_ROW)[4:],
+    *(of_commands(COMMAND_ROW, struct.pack("<ihBB", *row))
+      for row in [(0, 7, 1, 4), (-1, 7, 1, 4), (2, 7, 2, 4), (2, 7, 1, 5)]),
+])
+def test_malformed_commands(payload):
+    """A message of commands that is not whole, or has one that cannot be, is left out and counted."""
+    text = TOPICS[COMMAND].definition()
+    sound, nothing = of_commands(COMMAND_ROW, COMMAND_ROW), of_commands()
+    data = with_messages(
+        ("/frame", "cdr", TOPICS[FRAME].definition(), NO_ROBOTS), ("/command", "cdr", text, sound),
+        ("/command", "cdr", text, payload), ("/command", "cdr", text, nothing), ("/command", "cdr", text, sound),
+    )  # fmt: skip
+    back = matches.read(data, where="a.mcap")
+    row = (INFO.match_id, "away", 7, "tackle", 2)
+    assert back.commands.drop("t_ns").rows() == [row] * 4
+    assert back.commands["t_ns"].to_list() == [1, 1, 4, 4]
+    assert back.quality.select("flaw", "count", "start_ns", "end_ns").rows() == [("skipped", 1, 2, 3)]
+    assert "malformed messages on /command" in back.quality["note"][0]
 
 
 @pytest.mark.parametrize("event", ["penalty", "goal"])
@@ -406,9 +472,12 @@ def test_live_recording():
     recorder.referee(log.referee[:1])
     one_by_one(recorder, log.frames)
     recorder.decisions(log.decisions)
+    recorder.commands(log.commands)
     recorder.referee(log.referee[1:])
     recorder.close(info=final)
-    assert same(matches.read(stream.getvalue(), where="a.mcap"), MatchLog(final, log.frames, log.referee, log.decisions))
+    back = matches.read(stream.getvalue(), where="a.mcap")
+    assert same(back, MatchLog(final, log.frames, log.referee, log.decisions, commands=log.commands))
+    assert back.info.complete
 
 
 def test_killed_recorder():
@@ -448,7 +517,7 @@ def test_full_disk():
 
 def test_damaged_chunk():
     """A damaged chunk is reported, and the others are kept."""
-    log = match([6] * 100, decisions=0)
+    log = match([6] * 100, decisions=0, commands=0)
     data = written(log, chunk_bytes=SMALL)
     indexes = chunk_indexes(data)
     broken = indexes[3]
@@ -464,6 +533,31 @@ def test_damaged_chunk():
         "damaged chunk", broken.message_start_time, broken.message_end_time + 1,
     )  # fmt: skip
     assert "final.mcap: chunk 4" in row["note"]
+
+
+def test_damaged_commands():
+    """Commands in a damaged chunk are lost with it; the other ones are kept."""
+    log = match([6] * 100, commands=200)
+    data = written(log, chunk_bytes=SMALL)
+    broken = next(chunk for chunk in chunk_indexes(data) if set(chunk.message_index_offsets) == {COMMAND})
+    back = matches.read(flipped(data, 8 * (broken.chunk_start_offset + broken.chunk_length - 20)), where="a.mcap")
+    lost = pl.col("t_ns").is_between(broken.message_start_time, broken.message_end_time)
+    assert back.commands.equals(log.commands.filter(~lost))
+    assert 0 < len(back.commands) < 200
+    assert_same_frames(back.frames, log.frames)
+    assert not back.info.complete
+    assert back.quality["flaw"].to_list() == ["damaged chunk"]
+
+
+def test_truncated_commands():
+    """A part of the file is a part of the match: commands lie beside the frames of their time."""
+    log = match([6] * 2000, commands=4000)
+    data = written(log, chunk_bytes=SMALL)
+    back = matches.read(data[: int(0.7 * len(data))], where="a.mcap")
+    last = back.commands["t_ns"].max()
+    assert 1000 * 16_666_667 < last < back.frames.t_ns.max() < log.frames.t_ns.max()  # written by 1,024 frames
+    assert back.commands.equals(log.commands.filter(pl.col("t_ns") <= last))
+    assert back.quality["flaw"].to_list() == ["truncated"]
 
 
 def test_chunk_length():
@@ -521,6 +615,7 @@ def test_unchecked_garbage(chunked):
             back = matches.read(bytes(changed), where="a.mcap", default_info=INFO)
             Referee.validate(back.referee)
             Decisions.validate(back.decisions)
+            Commands.validate(back.commands)
             Quality.validate(back.quality)
         except DamagedLog:
             refused += 1

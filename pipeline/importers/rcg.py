@@ -4,6 +4,9 @@ The grammar is that of rcssserver's ``serializermonitor.cpp``. The server's axes
 angles in degrees clockwise, and its velocities are metres a cycle; here y is up, angles are
 radians counter-clockwise and velocities metres a second. The left team attacks +x throughout:
 rcssserver never changes sides, not even at half-time (``Stadium::callHalfTime``).
+
+The server carries out a player's command and counts it at once (``player.cpp``), then moves all bodies, then
+writes the show line (``Stadium::step``). So the line that first counts a kick has the ball's new velocity.
 """
 
 from __future__ import annotations
@@ -11,11 +14,13 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
+import polars as pl
 
 from pipeline import __version__
-from pipeline.arrays import F64, I64
+from pipeline.arrays import F64, I64, Bools
 from pipeline.errors import BadRecording
 from pipeline.importers.rows import Event, pack, referee
 from pipeline.importers.source import SourceFile
@@ -23,7 +28,8 @@ from pipeline.importers.tracking_map import TrackingMap
 from pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period, wrap
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import PITCHES, Kind
-from schemas import SIDES, Side
+from schemas import SIDES, Commands, Side
+from schemas.commands import COMMANDS
 
 #: A number as a C++ stream writes it; the pitch is too small for a positive exponent.
 _NUMBER = rb"(-?\d{1,6}(?:\.\d{1,9})?(?:e-\d{1,3})?)"
@@ -31,11 +37,20 @@ _NUMBER = rb"(-?\d{1,6}(?:\.\d{1,9})?(?:e-\d{1,3})?)"
 _SHOW = re.compile(
     rb"\(show (\d{1,9})(?: \((?:pm|tm) [^()]*\))* \(\(b\) " + b" ".join([_NUMBER] * 4) + rb"\)"
 )
-#: Head of a player's group; the rest (point-to, view, stamina, counts) is not needed.
+#: Head of a player's group; of the rest (point-to, view, stamina, focus, counters) only counters are read.
 _PLAYER = re.compile(
     rb"\(\(([lr]) (\d{1,2})\) -?\d+ (0x[0-9a-f]{1,8}|\d{1,9}) " + b" ".join([_NUMBER] * 5) + rb" -?[\d.]"
 )
-_PLAYER_START = re.compile(rb"\(\([lr] ")
+#: Places of the table's commands in a player's group of counters ``(c …)``. Versions 4 to 6 begin it with
+#: kick, dash, turn, catch, move, turn_neck, change_view, say, tackle, pointto, attentionto.
+_PLACES = {"kick": 0, "dash": 1, "turn": 2, "catch": 3, "tackle": 8}
+_COUNTED = 9
+#: Begin of a player's group, found as an empty string, or its counters: the first nine.
+_PLAYER_OR_COUNTERS = re.compile(rb"\((?:\([lr] |c (" + b" ".join([rb"\d{1,9}"] * _COUNTED) + rb")[ )])")
+#: Stands for the counters of a player who has none.
+_NO_COUNTERS = b" ".join([b"-1"] * _COUNTED)
+#: Fewer counters than that: none is read.
+_FEWER_COUNTERS = re.compile(rb"\(c (?:\d{1,9} ){0,7}\d{1,9}\)")
 _MODE = re.compile(rb"\(playmode (\d{1,9}) ([a-z_]+)\)")
 _TEAM = re.compile(rb"\(team (\d{1,9}) (\S+) (\S+) (\d{1,4}) (\d{1,4})[^()]*\)")
 _OTHER_LINES = (b"(server_param", b"(player_param", b"(player_type", b"(msg", b"(team_graphic", b"(draw")
@@ -72,6 +87,8 @@ class _Record:
     ticks: list[int] = field(default_factory=list)
     balls: list[tuple[bytes, ...]] = field(default_factory=list)
     players: list[list[tuple[bytes, ...]]] = field(default_factory=list)
+    #: of each show line: its players' counters, in the order of its players
+    counters: list[bytes] = field(default_factory=list)
     #: (index of the next frame, cycle, playmode or score)
     marks: list[tuple[int, int, str | tuple[int, int]]] = field(default_factory=list)
     names: list[str] = field(default_factory=lambda: [_NO_TEAM, _NO_TEAM])
@@ -79,6 +96,8 @@ class _Record:
     last_bad: bool = False
     #: incomplete show lines since the last complete one
     lost: int = 0
+    #: groups of counters that are no numbers, in complete lines
+    uncounted: int = 0
 
 
 def tells(head: bytes) -> bool:
@@ -109,7 +128,8 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     record = _scan(whole[version.end() :])
     if not record.numbers:
         raise BadRecording("has no whole show line", where=name, next_step="Record or copy it again")
-    frames = _frames(record)
+    players = _players(record)
+    frames = _frames(record, players)
     events, over = _events(record, frames.t_ns)
     cut = len(whole) < len(source.content) or (record.last_bad and not whole.endswith(b"\n"))
     flaws, reason = _damage(record, frames.t_ns, source.damage, cut=cut)
@@ -133,6 +153,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     return MatchLog(
         info=info, frames=frames, referee=referee(source.match_id, events),
         quality=quality_table(source.match_id, flaws),
+        commands=_commands(record, players, frames.t_ns, source.match_id),
     )
 
 
@@ -165,13 +186,17 @@ def _scan_show(line: bytes, record: _Record) -> bool:
     """Append a show line to the record; False if the line is incomplete."""
     head = _SHOW.match(line)
     players = [] if head is None else _PLAYER.findall(line, head.end())
-    if (
-        head is None
-        or line.count(b"(") != line.count(b")")
-        or len(players) != len(_PLAYER_START.findall(line, head.end()))
-    ):
+    found = [] if head is None else _PLAYER_OR_COUNTERS.findall(line, head.end())
+    begins = [b""] * len(players)
+    if head is None or line.count(b"(") != line.count(b")") or found.count(b"") != len(players):
         record.lost += 1
         return False
+    counters = found[1::2]
+    if found[::2] != begins or len(counters) < len(players) or b"" in counters:
+        # not one group of counters for each player
+        counters = _each(found)
+        sound = len(found) - len(players) + len(_FEWER_COUNTERS.findall(line))
+        record.uncounted += line.count(b"(c ") - sound
     cycle = int(head[1])
     tick = 0
     if record.ticks:
@@ -182,7 +207,19 @@ def _scan_show(line: bytes, record: _Record) -> bool:
     record.ticks.append(tick)
     record.balls.append(head.groups()[1:])
     record.players.append(players)
+    record.counters.append(b" ".join(counters))
     return True
+
+
+def _each(found: list[bytes]) -> list[bytes]:
+    """Counters of each player; the last ones of a player with several."""
+    counters: list[bytes] = []
+    for text in found:
+        if not text:
+            counters.append(_NO_COUNTERS)
+        elif counters:
+            counters[-1] = text
+    return counters
 
 
 def _server(line: bytes) -> _Server:
@@ -203,17 +240,44 @@ def _server(line: bytes) -> _Server:
     return server
 
 
-def _frames(record: _Record) -> Frames:
+class _Players(NamedTuple):
+    """The players of all show lines, one after another.
+
+    Attributes:
+        line: int64 [R], index of the show line.
+        right: whether the player is of the right team, bool [R].
+        number: int64 [R].
+        there: whether the player is on the pitch, bool [R].
+        body: x, y, vx, vy and body angle as the server wrote them, [5][R].
+    """
+
+    line: I64
+    right: Bools
+    number: I64
+    there: Bools
+    body: list[tuple[bytes, ...]]
+
+
+def _players(record: _Record) -> _Players:
+    counts = np.array([len(players) for players in record.players], dtype=np.int64)
+    fields = list(zip(*chain.from_iterable(record.players), strict=True)) or [()] * 8
+    state = np.array([int(text, 16 if b"x" in text else 10) for text in fields[2]], dtype=np.int64)
+    return _Players(
+        line=np.repeat(np.arange(len(counts), dtype=np.int64), counts),
+        right=np.array(fields[0], dtype="S1") == b"r",
+        number=np.array(fields[1], dtype="S2").astype(np.int64),
+        there=(state & _STANDS) != 0,
+        body=fields[3:8],
+    )
+
+
+def _frames(record: _Record, players: _Players) -> Frames:
     """Samples in our axes and units."""
     per_second = 1000 / record.server.step_ms
     t_ns = np.array(record.ticks, dtype=np.int64) * (record.server.step_ms * 1_000_000)
     ball = np.array(record.balls, dtype="S").astype(np.float64)
-    counts = np.array([len(players) for players in record.players], dtype=np.int64)
-    frame_of: I64 = np.repeat(np.arange(len(counts), dtype=np.int64), counts)
-    fields = list(zip(*chain.from_iterable(record.players), strict=True)) or [()] * 8
-    state = np.array([int(text, 16 if b"x" in text else 10) for text in fields[2]], dtype=np.int64)
-    there = (state & _STANDS) != 0
-    x, y, vx, vy, body = (_floats(column)[there] for column in fields[3:8])
+    there = players.there
+    x, y, vx, vy, body = (_floats(column)[there] for column in players.body)
     return pack(
         np.array(record.numbers, dtype=np.uint32),
         t_ns,
@@ -221,10 +285,10 @@ def _frames(record: _Record) -> Frames:
             "x": ball[:, 0], "y": 0 - ball[:, 1],
             "vx": ball[:, 2] * per_second, "vy": 0 - ball[:, 3] * per_second,
         },
-        frame_of[there],
+        players.line[there],
         {
-            "team": (np.array(fields[0], dtype="S1") == b"r").astype(np.uint8)[there],
-            "id": np.array(fields[1], dtype="S2").astype(np.uint16)[there],
+            "team": players.right.astype(np.uint8)[there],
+            "id": players.number.astype(np.uint16)[there],
             "x": x, "y": 0 - y, "vx": vx * per_second, "vy": 0 - vy * per_second,
             "theta": wrap(-np.radians(body)),
         },
@@ -233,6 +297,37 @@ def _frames(record: _Record) -> Frames:
 
 def _floats(column: tuple[bytes, ...]) -> F64:
     return np.array(column, dtype="S").astype(np.float64)
+
+
+def _commands(record: _Record, players: _Players, t_ns: I64, match_id: str) -> pl.DataFrame:
+    """Rows of schema Commands: where a player's counters are greater than in the player's line before.
+
+    A player's first line gives no row, because the log did not see what it counts. A line in which one of
+    the player's counters is less than before gives none either: the server counts anew. A player who is not
+    on the pitch gives none.
+    """
+    if not len(players.line):
+        return Commands.empty()
+    counts = np.fromstring(b" ".join(record.counters), dtype=np.int64, sep=" ").reshape(-1, _COUNTED)
+    robot = players.number + 100 * players.right
+    order = np.argsort(robot * len(t_ns) + players.line, kind="stable")
+    order = order[counts[order, 0] >= 0]
+    if not len(order):
+        return Commands.empty()
+    line, robot = players.line[order], robot[order]
+    rises = np.diff(np.ascontiguousarray(counts[order].T))  # [_COUNTED, R - 1]
+    known = (np.diff(robot) == 0) & (rises.min(axis=0) >= 0) & players.there[order][1:]
+    rises = np.ascontiguousarray((rises[[_PLACES[name] for name in COMMANDS]] * known).T)
+    row, place = np.nonzero(rises)
+    dtypes = Commands.dtypes()
+    table = pl.DataFrame({
+        "team": pl.Series(robot[row + 1] // 100, dtype=pl.UInt8).cat.to(dtypes["team"]),
+        "robot": robot[row + 1] % 100,
+        "t_ns": t_ns[line[row + 1]],
+        "command": pl.Series(place, dtype=pl.UInt8).cat.to(dtypes["command"]),
+        "count": rises[row, place],
+    })
+    return Commands.validate(table.select(pl.lit(match_id).alias("match_id"), pl.all()), cast=True)
 
 
 def _events(record: _Record, t_ns: I64) -> tuple[list[Event], bool]:
@@ -302,6 +397,9 @@ def _damage(
     cut_line = cut and record.last_bad
     if record.skipped - cut_line > 0:
         flaws.append(Flaw("skipped", "lines that are not of the format", record.skipped - cut_line))
+    if record.uncounted:
+        note = "counters of a player's commands that are no numbers; the samples were kept"
+        flaws.append(Flaw("skipped", note, record.uncounted))
     reason = gzip_damage or ("the log is cut off" if cut else None)
     if reason is not None:
         note = f"{reason}; the incomplete last line was left out" if cut_line else reason

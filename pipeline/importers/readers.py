@@ -64,7 +64,7 @@ READERS: tuple[Reader, ...] = (
     ),
     Reader(
         "rcg", "RoboCup 2D text log (.rcg, ULG4 to ULG6)",
-        "ball, players and playmodes of every cycle; the left team is home",
+        "ball, players, playmodes and the players' counted commands of every cycle; the left team is home",
         rcg.tells, rcg.read,
     ),
     Reader(

@@ -1,4 +1,4 @@
-"""CDR payloads of the log's messages: samples, referee events and decisions.
+"""CDR payloads of the log's messages: samples, referee events, decisions and commands.
 
 Sources: OMG CDR (XCDR1, little-endian; alignment counts from the end of the four bytes of
 encapsulation), and the definitions in ``schemas/*.msg``.
@@ -15,7 +15,8 @@ import polars as pl
 from pipeline.arrays import I64, Bools
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames
 from pipeline.matches.messages import RECORD, Heads, Messages, bytes_of
-from schemas import ROLES, SIDES, Decisions, Referee
+from schemas import ROLES, SIDES, Commands, Decisions, Referee
+from schemas.commands import COMMANDS
 from schemas.decisions import ENDS
 from schemas.matches import EVENTS
 
@@ -34,6 +35,9 @@ DECISION_HEAD = np.dtype([
     ("robot", "<i2"), ("team", "u1"), ("role", "u1"), ("random", "u1"), ("ends", "u1"),
     ("padding", "V2"), ("name_bytes", "<u4"),
 ])  # fmt: skip
+#: Fixed part: the length word of ``commands``; the tail is _COMMAND_DTYPE [commands].
+COMMANDS_HEAD = np.dtype([*RECORD, ("commands", "<u4")])
+_COMMAND_DTYPE = np.dtype([("count", "<i4"), ("robot", "<i2"), ("team", "u1"), ("command", "u1")])
 
 
 def _heads(head: np.dtype[np.void], channel: int, t_ns: I64) -> Heads:
@@ -181,5 +185,40 @@ def unpack_decisions(messages: Messages) -> tuple[pl.DataFrame, Bools]:
         "random": kept["random"].astype(np.bool_),
         "chosen": np.ones(len(kept), dtype=np.bool_),
         "behaviour_id": pl.Series([names[texts[i]] or None for i in np.flatnonzero(mask)], dtype=pl.String),
+    }
+    return pl.DataFrame(columns, schema_overrides=dtypes), mask
+
+
+def pack_commands(commands: pl.DataFrame, channel: int) -> Messages:
+    """Messages of `schemas/Commands.msg` of rows of schema Commands: one for each time, in order of time."""
+    commands = commands.sort("t_ns", maintain_order=True)
+    t_ns, first = np.unique(commands["t_ns"].to_numpy(), return_index=True)
+    offsets = np.concatenate((first, [len(commands)])).astype(np.int64)
+    heads = _heads(COMMANDS_HEAD, channel, t_ns)
+    heads["commands"] = np.diff(offsets)
+    rows = np.zeros(len(commands), dtype=_COMMAND_DTYPE)
+    for name in ("count", "robot"):
+        rows[name] = commands[name].to_numpy()
+    for name in ("team", "command"):
+        rows[name] = commands[name].to_physical().to_numpy()
+    return Messages(heads, bytes_of(rows), offsets * _COMMAND_DTYPE.itemsize)
+
+
+def unpack_commands(messages: Messages) -> tuple[pl.DataFrame, Bools]:
+    """Rows of schema Commands without ``match_id``, and a mask of the messages [K] that they come from."""
+    announced = messages.heads["commands"].astype(np.int64)
+    mask = _addressed(messages) & (messages.tail_bytes() == announced * _COMMAND_DTYPE.itemsize)
+    whole = messages.keep(mask)
+    rows = whole.tails.view(_COMMAND_DTYPE)
+    message = np.repeat(np.arange(len(whole)), whole.tail_bytes() // _COMMAND_DTYPE.itemsize)
+    sound = (rows["team"] < len(SIDES)) & (rows["command"] < len(COMMANDS)) & (rows["count"] > 0)
+    kept = np.bincount(message[~sound], minlength=len(whole)) == 0
+    mask[mask] = kept
+    rows, t_ns = rows[kept[message]], whole.heads["log_time"][message[kept[message]]]
+    dtypes = {name: dtype for name, dtype in Commands.dtypes().items() if name != "match_id"}
+    columns = {
+        **{name: rows[name] for name in ("count", "robot")},
+        **{name: pl.Series(rows[name]).cat.to(dtypes[name]) for name in ("team", "command")},
+        "t_ns": t_ns,
     }
     return pl.DataFrame(columns, schema_overrides=dtypes), mask

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 from importlib import resources
 from typing import NamedTuple
@@ -13,7 +14,9 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from pipeline.matches import cdr
 
 #: Ids of the log's channels, and of their schemas.
-FRAME, REFEREE, DECISION = 1, 2, 3
+FRAME, REFEREE, DECISION, COMMAND = 1, 2, 3, 4
+#: The channels of every log; a log declares another one when it has a message on it.
+ALWAYS = (FRAME, REFEREE, DECISION)
 
 
 class Topic(NamedTuple):
@@ -31,7 +34,7 @@ class Topic(NamedTuple):
     parts: tuple[str, ...]
     head: np.dtype[np.void]
 
-    @cache  # noqa: B019 - there are three topics
+    @cache  # noqa: B019 - there are four topics
     def definition(self) -> str:
         """Definition with those it refers to, in MCAP's ``ros2msg`` encoding."""
         folder = resources.files("schemas")
@@ -46,21 +49,23 @@ TOPICS = {
     FRAME: Topic("/frame", "Frame", ("Robot",), cdr.FRAME_HEAD),
     REFEREE: Topic("/referee", "RefereeEvent", (), cdr.REFEREE_HEAD),
     DECISION: Topic("/decision", "Decision", (), cdr.DECISION_HEAD),
+    COMMAND: Topic("/command", "Commands", ("Command",), cdr.COMMANDS_HEAD),
 }
 
 
-def declarations() -> tuple[list[Schema], list[Channel]]:
-    """The schema and channel records that declare a log's channels."""
+def declarations(ids: Iterable[int]) -> tuple[list[Schema], list[Channel]]:
+    """The schema and channel records that declare these channels."""
+    topics = [(i, TOPICS[i]) for i in ids]
     schemas = [
         Schema(
             id=i, name=f"pitchlore/msg/{topic.message}", encoding=SchemaEncoding.ROS2,
             data=topic.definition().encode(),
         )
-        for i, topic in TOPICS.items()
+        for i, topic in topics
     ]
     channels = [
         Channel(id=i, topic=topic.name, message_encoding=MessageEncoding.CDR, metadata={}, schema_id=i)
-        for i, topic in TOPICS.items()
+        for i, topic in topics
     ]
     return schemas, channels
 

@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from pipeline.arrays import I8, I64, Bools
 from pipeline.pitch import Pitch
-from schemas import Decisions, Quality, Referee
+from schemas import Commands, Decisions, Quality, Referee
 
 A = TypeVar("A", np.float32, np.float64)
 
@@ -140,6 +140,7 @@ class MatchLog:
         referee: rows of schema Referee, in order of time.
         decisions: rows of schema Decisions; empty for foreign recordings.
         quality: rows of schema Quality, the flaws found while reading.
+        commands: rows of schema Commands; empty where the source counts none.
     """
 
     info: MatchInfo
@@ -147,6 +148,7 @@ class MatchLog:
     referee: pl.DataFrame = field(default_factory=Referee.empty)
     decisions: pl.DataFrame = field(default_factory=Decisions.empty)
     quality: pl.DataFrame = field(default_factory=Quality.empty)
+    commands: pl.DataFrame = field(default_factory=Commands.empty)
 
 
 def wrap(angle: npt.NDArray[A]) -> npt.NDArray[A]:

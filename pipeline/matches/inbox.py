@@ -9,12 +9,12 @@ import polars as pl
 
 from pipeline.arrays import I64, U8, Bools
 from pipeline.matches import cdr
-from pipeline.matches.channels import DECISION, FRAME, REFEREE, TOPICS, fields
+from pipeline.matches.channels import COMMAND, DECISION, FRAME, REFEREE, TOPICS, fields
 from pipeline.matches.frame import Frames
 from pipeline.matches.messages import Collector, Messages, log_times
 from pipeline.matches.quality import Flaw
 from pipeline.matches.records import FRAMING_BYTES, MESSAGE, Records
-from schemas import Decisions, Referee, Table
+from schemas import Commands, Decisions, Referee, Table
 
 
 class Inbox:
@@ -83,6 +83,11 @@ class Inbox:
     def decisions(self, match_id: str) -> pl.DataFrame:
         """Rows of schema Decisions, in its order."""
         return self._table(DECISION, Decisions, cdr.unpack_decisions, match_id, by=("team", "robot", "t_ns"))
+
+    def commands(self, match_id: str) -> pl.DataFrame:
+        """Rows of schema Commands, in its order."""
+        by = ("team", "robot", "t_ns", "command")
+        return self._table(COMMAND, Commands, cdr.unpack_commands, match_id, by=by)
 
     def skipped(self, where: str) -> list[Flaw]:
         """One flaw for each reason for which messages were left out so far."""

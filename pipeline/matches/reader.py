@@ -56,8 +56,8 @@ class _SummarySection(NamedTuple):
 def read(data: bytes | memoryview, *, where: str, default_info: MatchInfo | None = None) -> MatchLog:
     """Read a log by any writer, as far as it is whole.
 
-    Frames keep the order of the file, events are in order of time, decisions in that of their
-    schema. Damaged and missing parts are left out; the rows of ``quality`` and
+    Frames keep the order of the file, events are in order of time, decisions and commands in that of
+    their schemas. Damaged and missing parts are left out; the rows of ``quality`` and
     ``info.incomplete_reason`` name them. ``info.complete`` is True only if every checksum in the file
     holds. A chunk that declares more than ``chunks.MAX_CHUNK_BYTES`` counts as damaged and is never
     decompressed. Messages on other topics, and malformed ones, are counted as 'skipped'.
@@ -242,14 +242,17 @@ class _Reading:
                 f"none of its frames can be read ({why})", "Get another copy of the file", NoFrames)
         referee = self._inbox.referee(info.match_id)
         decisions = self._inbox.decisions(info.match_id)
+        commands = self._inbox.commands(info.match_id)
         flaws = [*self._flaws, *self._inbox.skipped(self._where)]
         origin = 0
         if foreign:
-            times = [frames.t_ns, referee["t_ns"].to_numpy(), decisions["t_ns"].to_numpy()]
+            tables = (referee, decisions, commands)
+            times = [frames.t_ns, *(table["t_ns"].to_numpy() for table in tables)]
             origin = min(int(t_ns.min()) for t_ns in times if len(t_ns))
             frames.t_ns[:] -= origin
             referee = referee.with_columns(pl.col("t_ns") - origin)
             decisions = decisions.with_columns(pl.col("t_ns", "end_ns") - origin)
+            commands = commands.with_columns(pl.col("t_ns") - origin)
         if self._reasons:
             reasons = [info.incomplete_reason] if info.incomplete_reason else []
             reasons += self._reasons[:_REASONS]
@@ -260,4 +263,4 @@ class _Reading:
         if flaws:
             found = quality_table(info.match_id, flaws).with_columns(pl.col("start_ns", "end_ns") - origin)
             quality = pl.concat([carried, found])
-        return MatchLog(info, frames, referee, decisions, quality)
+        return MatchLog(info, frames, referee, decisions, quality, commands)

@@ -11,12 +11,14 @@ import polars as pl
 import zstandard
 from mcap.opcode import Opcode
 from mcap.records import (
+    Channel,
     ChunkIndex,
     DataEnd,
     Footer,
     Header,
     Metadata,
     MetadataIndex,
+    Schema,
     Statistics,
     SummaryOffset,
 )
@@ -26,14 +28,14 @@ from mcap.writer import MCAP0_MAGIC
 from pipeline.arrays import I64
 from pipeline.errors import BadRecording
 from pipeline.matches import cdr
-from pipeline.matches.channels import DECISION, FRAME, REFEREE, TOPICS, declarations
+from pipeline.matches.channels import ALWAYS, COMMAND, DECISION, FRAME, REFEREE, TOPICS, declarations
 from pipeline.matches.chunks import Piece, seal
 from pipeline.matches.description import METADATA, describe
 from pipeline.matches.frame import Frames, MatchInfo, MatchLog
 from pipeline.matches.messages import Messages, lay_out
 from pipeline.matches.records import encoded
 from pipeline.store.tables import check
-from schemas import Decisions, Quality, Referee
+from schemas import Commands, Decisions, Quality, Referee
 
 #: Bytes of a chunk's content; three a side fill it in about 20 s of a match.
 CHUNK_BYTES = 256 << 10
@@ -72,11 +74,12 @@ class Recorder:
         self._chunks: list[ChunkIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._counts: dict[int, int] = {}
-        self._schemas, self._channels = declarations()
+        self._schemas: list[Schema] = []
+        self._channels: list[Channel] = []
         self._put(MCAP0_MAGIC)
         self._put(encoded(Header(profile=Profile.ROS2, library="pitchlore")))
         self._describe(info, Quality.empty())
-        self._put(encoded(*self._schemas, *self._channels))
+        self._declare(*ALWAYS)
 
     def frames(self, frames: Frames) -> None:
         """Append samples, in the order in which they are to be read.
@@ -107,6 +110,17 @@ class Recorder:
         if len(decisions):
             check(decisions, Decisions, where=self._info.match_id)
             self._append(DECISION, cdr.pack_decisions(decisions, DECISION))
+
+    def commands(self, commands: pl.DataFrame) -> None:
+        """Append rows of schema Commands; they take the match id of the log.
+
+        Raises:
+            SchemaMismatch: if the table is not one of schema Commands.
+            BadRecording: as for :meth:`frames`.
+        """
+        if len(commands):
+            check(commands, Commands, where=self._info.match_id)
+            self._append(COMMAND, cdr.pack_commands(commands, COMMAND))
 
     def flush(self) -> None:
         """Write the pending messages as a chunk of their own, so that a killed process loses nothing.
@@ -152,6 +166,12 @@ class Recorder:
         self._metadata.append(MetadataIndex(offset=self._written, length=len(record), name=METADATA))
         self._put(record)
 
+    def _declare(self, *channels: int) -> None:
+        schemas, records = declarations(channels)
+        self._schemas += schemas
+        self._channels += records
+        self._put(encoded(*schemas, *records))
+
     def _append(self, channel: int, messages: Messages) -> None:
         if not len(messages):
             return
@@ -161,6 +181,8 @@ class Recorder:
                 f"a message on {TOPICS[channel].name} has time {int(t_ns.min())} ns, before time zero",
                 where=self._info.match_id, next_step="Count time from the earliest sample",
             )
+        if all(declared.id != channel for declared in self._channels):
+            self._declare(channel)
         content, starts = lay_out(messages)
         self._counts[channel] = self._counts.get(channel, 0) + len(messages)
         first = 0
@@ -210,8 +232,8 @@ class Recorder:
 def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES) -> None:
     """Write a whole match; the same match gives the same bytes.
 
-    Events and decisions are written beside the frames of their time, so that a part of the file is a
-    part of the match.
+    Events, decisions and commands are written beside the frames of their time, so that a part of the
+    file is a part of the match.
 
     Args:
         log: the match; its rows of schema Quality are written, too.
@@ -232,6 +254,9 @@ def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES) ->
         check(log.decisions, Decisions, where=log.info.match_id)
         decisions = log.decisions.sort("t_ns", maintain_order=True)
         left[DECISION] = cdr.pack_decisions(decisions, DECISION)
+    if len(log.commands):
+        check(log.commands, Commands, where=log.info.match_id)
+        left[COMMAND] = cdr.pack_commands(log.commands, COMMAND)
     recorder = Recorder(stream, log.info, chunk_bytes=chunk_bytes)
     for part in _slices(log.frames):
         recorder.frames(part)

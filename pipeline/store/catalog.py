@@ -17,6 +17,8 @@ from schemas import PUBLIC, Table
 T = TypeVar("T")
 
 FILES = "catalog_files"
+#: The tags of the tables that the views were made for.
+TAGS = "catalog_tags"
 
 #: DuckDB's types that have no equal in a polars table: it refuses them, or loses what they mean.
 _WITHOUT_EQUAL = frozenset(
@@ -38,7 +40,9 @@ def build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
         connection.execute(
             f"create table {FILES} (table_name varchar, path varchar, size bigint, changed_ns bigint)"
         )
+        connection.execute(f"create table {TAGS} (tag varchar)")
         for name, schema in PUBLIC.items():
+            connection.execute(f"insert into {TAGS} values (?)", [schema.tag()])
             files = [str(file.resolve()) for file in sources.get(name, ())]
             for file in files:
                 connection.execute(f"insert into {FILES} values (?, ?, ?, ?)",
@@ -59,18 +63,21 @@ def glance(file: Path) -> tuple[int, int] | None:
     return found.st_size, found.st_mtime_ns
 
 
-def listing(path: Path) -> dict[tuple[str, str], tuple[int, int] | None]:
+def listing(path: Path) -> dict[tuple[str, str], tuple[int, int] | None] | None:
     """The files of a catalogue: table and path to the :func:`glance` at its making.
 
-    Empty if there is no readable catalogue.
+    None if there is no readable catalogue, or if it was made for other tables or other versions of them.
     """
     if not path.exists():
-        return {}
+        return None
     try:
         with _opened(path) as connection:
+            tags = connection.execute(f"select tag from {TAGS}").fetchall()
             rows = connection.execute(f"select table_name, path, size, changed_ns from {FILES}").fetchall()
     except duckdb.Error:
-        return {}
+        return None
+    if {tag for (tag,) in tags} != {schema.tag() for schema in PUBLIC.values()}:
+        return None
     return {(name, file): (size, changed) for name, file, size, changed in rows}
 
 

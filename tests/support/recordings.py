@@ -60,4 +60,5 @@ def same(one: MatchLog, two: MatchLog) -> bool:
         and one.referee.equals(two.referee)
         and one.decisions.equals(two.decisions)
         and one.quality.equals(two.quality)
+        and one.commands.equals(two.commands)
     )

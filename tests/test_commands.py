@@ -1,0 +1,145 @@
+"""The table of commands in a data folder, and data folders that were made before it."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+
+import duckdb
+import pytest
+from test_importers_rcg import PARAMS, counted, group, log, player
+
+from flows import catalog as views
+from flows import matches as flow
+from flows.catalog import catalog_path, forget_match, refresh
+from flows.chain import Chain
+from flows.matches import Recording, all_here, import_recording
+from flows.stages import STAGES
+from flows.update import scope_of
+from pipeline.settings import Settings
+from pipeline.store import Store, catalog
+from schemas import PUBLIC, Commands, Matches, Quality, Referee
+
+SETTINGS = Settings()
+
+
+def recording(folder: Path, name: str, kicks: int) -> Recording:
+    """A log of 2D in which home 1 kicks so often, once in each cycle."""
+    lines = [
+        counted(cycle, player(group(kick=min(cycle, kicks))), player(group(), number="r 2")) for cycle in range(30)]
+    file = folder / name
+    file.write_bytes(log(PARAMS, "(playmode 0 play_on)", *lines, "(playmode 30 time_over)"))
+    return Recording(file=file)
+
+
+def ask(store: Store, query: str = "select match_id, count(*) from commands group by all order by all") -> list[tuple]:
+    return catalog.query(refresh(store)[0], query).rows()
+
+
+@pytest.fixture
+def old(tmp_path, monkeypatch) -> Store:
+    """A data folder with a match and a catalogue as they were made before the table was there."""
+    without = dataclasses.replace(STAGES["matches"], schemas=(Matches, Referee, Quality))
+    tables = {name: schema for name, schema in PUBLIC.items() if schema is not Commands}
+
+    def forgetful(store, work, made):
+        kept = [(table, schema) for table, schema in made.tables if schema is not Commands]
+        return commit(store, work, dataclasses.replace(made, tables=kept))
+
+    commit = Store.commit
+    store = Store(tmp_path / "data")
+    with monkeypatch.context() as before:
+        before.setattr(flow, "STAGES", Chain(*(without if noun == "matches" else STAGES[noun] for noun in STAGES)))
+        before.setattr(Store, "commit", forgetful)
+        before.setattr(views, "PUBLIC", tables)
+        before.setattr(catalog, "PUBLIC", tables)
+        import_recording(store, recording(tmp_path, "old.rcg", 3))
+        refresh(store)
+    with duckdb.connect(str(catalog_path(store))) as connection:
+        connection.execute(f"drop table {catalog.TAGS}")  # it came with the table of commands
+    (receipt,) = store.receipts("matches")
+    assert set(receipt.files) == {"matches", "referee", "quality", "log"}
+    with duckdb.connect(str(catalog_path(store)), read_only=True) as connection, pytest.raises(duckdb.CatalogException):
+        connection.execute("from commands")
+    return store
+
+
+def test_commands_in_a_store(tmp_path):
+    """Commands are a file of their match and a view; they go when the match is forgotten."""
+    store = Store(tmp_path / "data")
+    receipt, _ = import_recording(store, recording(tmp_path, "new.rcg", 4))
+    assert receipt.files["commands"].rows == 4
+    assert ask(store, "select team, robot, t_ns, command, count from commands where t_ns < 2.5e8 order by t_ns") == [
+        ("home", 1, 100_000_000, "kick", 1), ("home", 1, 200_000_000, "kick", 1)]
+    file = store.root / receipt.files["commands"].path
+    assert store.verify_receipts("matches") == []
+    stray = file.with_name(file.name.replace(receipt.files["commands"].sha256[:12], "0" * 12))
+    stray.write_bytes(b"old")
+    assert store.prune("matches") == [stray]
+    assert file.exists()
+    forget_match(store, receipt.name)
+    assert not file.exists()
+    assert ask(store) == []
+
+
+def test_own_log(tmp_path):
+    """The log that was made of a recording carries its commands into another data folder."""
+    store, other = Store(tmp_path / "data"), Store(tmp_path / "other")
+    receipt, _ = import_recording(store, recording(tmp_path, "new.rcg", 4))
+    copy = tmp_path / "copy.mcap"
+    copy.write_bytes(store.read(receipt, "log"))
+    there, new = import_recording(other, Recording(file=copy))
+    assert new
+    assert there.name == receipt.name
+    assert there.files["commands"].sha256 == receipt.files["commands"].sha256
+
+
+def test_old_catalogue(old):
+    """A catalogue without the table is made anew, though no file has changed."""
+    assert ask(old) == []
+    assert ask(old, "select count(*) from matches") == [(1,)]
+    before = catalog_path(old).stat().st_ino
+    assert ask(old) == []
+    assert catalog_path(old).stat().st_ino == before
+
+
+def test_empty_old_catalogue(tmp_path, monkeypatch):
+    """So is one of a data folder without a match."""
+    store = Store(tmp_path)
+    with monkeypatch.context() as before:
+        before.setattr(catalog, "PUBLIC", {name: table for name, table in PUBLIC.items() if table is not Commands})
+        refresh(store)
+    assert ask(store) == []
+
+
+def test_unreadable_catalogue(tmp_path):
+    """A catalogue that is none is made anew."""
+    catalog_path(Store(tmp_path)).write_bytes(b"no database")
+    assert ask(Store(tmp_path)) == []
+
+
+def test_old_store_beside_new(old, tmp_path, call):
+    """A match that was imported before runs on as it is; commands are those of the matches that have them."""
+    new, _ = import_recording(old, recording(tmp_path, "new.rcg", 5))
+    chain = ("trajectories", "situations", "goals")
+    STAGES.make(old, SETTINGS, scope_of(old, SETTINGS), chain)
+    assert all(len(list(old.receipts(noun))) == 2 for noun in chain)
+    assert not list(old.quarantined())
+    assert ask(old) == [(new.name, 5)]
+    code, out, err = call("sql", "select count(*) as n from commands", "--json", "--data", old.root)
+    assert (code, json.loads(out), err) == (0, [{"n": 5}], "")
+    assert old.verify_receipts("matches") == []
+
+
+def test_old_match_is_imported_anew(old, tmp_path):
+    """The recording of a match that was imported before gives the match its commands, once."""
+    again = recording(tmp_path, "old.rcg", 3)
+    (before,) = old.receipts("matches")
+    assert all_here(old, [again]) is None
+    receipt, new = import_recording(old, again)
+    assert new
+    assert receipt.name == before.name
+    assert ask(old) == [(receipt.name, 3)]
+    assert not import_recording(old, again)[1]
+    assert all_here(old, [again]) is not None
