@@ -17,8 +17,6 @@ Kind = Literal["direct", "indirect", "error"]
 
 #: Codes of Table 1: robot with the ball, guides the ball, kicks the ball.
 WITH_BALL, GUIDES, KICKS = 1, 11, 21
-#: Ball hits the robot.
-HIT = 47
 OWN_ACTION = (WITH_BALL, GUIDES, KICKS)
 
 # A touch goes on over so many ball samples without contact: vision flickers around the threshold.
@@ -88,10 +86,10 @@ def attribute(
     1. The scoring team touched last, during a situation 021, 011 or 001 of the robot, and the ball then
        took a straight line into the goal: direct, by that robot.
     2. The scoring team touched last in any other way: indirect, by that robot.
-    3. The defending team touched last. It is indirect, by the shooter, if the scoring team had touched
-       the ball at most ``deflect_s`` earlier, and either the ball's line already went into the goal, or
-       that touch was 021 and the defender was hit (047). Otherwise it is an error of the adversary, by
-       the defending robot.
+    3. The defending team touched last. It is indirect, by the scoring team's last toucher, if he touched
+       the ball during the defender's touch (they pressed it in together), or at most ``before_s`` before
+       it and the ball then came towards the goal: its line crosses the goal line not further from the
+       middle than ``beside`` half goals. Otherwise it is an error of the adversary, by the defender.
     4. Without a touch, or without a known scoring team: robot and kind are null.
 
     A sample counts if it is in play, not suspect, and strictly before the goal: some sources log a goal
@@ -152,7 +150,7 @@ def _touches(in_play: pl.DataFrame, contact: float) -> tuple[_BallInPlay, _Touch
 
 def _episodes(situations: pl.DataFrame) -> _Episodes:
     """Situations with a code that the rules of :func:`attribute` name."""
-    asked = situations.filter(pl.col("code").is_in([*OWN_ACTION, HIT])).with_columns(
+    asked = situations.filter(pl.col("code").is_in(OWN_ACTION)).with_columns(
         pl.col("team").to_physical()
     )
     return _Episodes(*(asked[name].cast(pl.Int64).to_numpy() for name in _Episodes._fields))
@@ -182,15 +180,13 @@ def _judge(
     if touches.team[last] == scorer:
         own = done.meets(scorer, robot, OWN_ACTION, t, t)
         return robot, "direct" if own and _on_line(last, touches, ball, pitch, settings) else "indirect"
-    shots = np.flatnonzero((touches.team == scorer) & (touches.t_ns < t))
-    if len(shots) and t - touches.t_ns[shots[-1]] <= round(settings.deflect_s * 1e9):
-        shot = int(shots[-1])
-        t_shot, shooter = int(touches.t_ns[shot]), int(touches.robot[shot])
-        # a hit ends when the ball arrives, so its exclusive end may be the first sample of the touch
-        was_hit = done.meets(1 - scorer, robot, (HIT,), _touch_began(last, touches) - 1, t)
-        kicked = done.meets(scorer, shooter, (KICKS,), t_shot, t_shot)
-        if (kicked and was_hit) or _on_line(shot, touches, ball, pitch, settings):
-            return shooter, "indirect"
+    shots = np.flatnonzero((touches.team == scorer) & (touches.t_ns <= t))
+    if len(shots):
+        shot, began = int(shots[-1]), _touch_began(last, touches)
+        pressed = touches.t_ns[shot] >= began
+        soon = began - touches.t_ns[shot] <= round(settings.before_s * 1e9)
+        if pressed or (soon and _on_line(shot, touches, ball, pitch, settings, settings.beside)):
+            return int(touches.robot[shot]), "indirect"
     return robot, "error"
 
 
@@ -202,8 +198,12 @@ def _touch_began(last: int, touches: _Touches) -> int:
     return int(touches.t_ns[same[apart[-1] + 1 if len(apart) else 0]])
 
 
-def _on_line(i: int, touches: _Touches, ball: _BallInPlay, pitch: Pitch, settings: GoalSettings) -> bool:
+def _on_line(
+    i: int, touches: _Touches, ball: _BallInPlay, pitch: Pitch, settings: GoalSettings, beside: float = 1.0
+) -> bool:
     """Whether the ball's straight line after touch ``i`` goes into the goal that the toucher attacks.
+
+    The goal is taken to be ``beside`` times as wide as it is.
 
     The line is the chord from the touch to the ball's last sample within ``line_s`` of it and not
     after the next touch by another robot; the velocity at the touch where there is no such sample.
@@ -229,4 +229,4 @@ def _on_line(i: int, touches: _Touches, ball: _BallInPlay, pitch: Pitch, setting
         if not dx * towards > 0:  # away from the goal, or not known
             return False
         y += dy * left / dx
-    return abs(y) <= pitch.goal_width / 2
+    return abs(y) <= beside * pitch.goal_width / 2

@@ -71,13 +71,14 @@ class GoalSettings(Frozen):
     """How goals are attributed (``pipeline.goals.attribute``). The paper gives no times; these are ours.
 
     Attributes:
-        before_s: time before the goal whose contacts are considered first.
-        deflect_s: longest time from a shot to the adversary's touch that deflects it.
+        before_s: time before the goal whose contacts are considered first, and the longest time from a
+            shot to the adversary's touch that deflects it.
+        beside: how many times as wide as the goal the mark of such a shot is.
         line_s: time after a contact from which the ball's straight line is taken.
     """
 
     before_s: float = Field(default=2.0, gt=0)
-    deflect_s: float = Field(default=1.0, gt=0)
+    beside: float = Field(default=2.0, ge=1)
     line_s: float = Field(default=0.1, gt=0)
 
 

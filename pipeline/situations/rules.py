@@ -204,7 +204,7 @@ RULES: tuple[Rule, ...] = (
     Rule(21, "strike", "first_at_ball", "struck", _L, _BALL, 0.06),
     Rule(21, "tap", "first_at_ball and not ball_distance is BODY", "tapped", _L, _BALL, 0.0),
     Rule(22, "", "has_ball", "not touching and opponent_touching", _L, _BALL, 1.0),
-    Rule(23, "", "has_ball", "not touching and teammate_touching", _L, _BALL, 1.5),
+    Rule(23, "", "has_ball", "not touching and teammate_touching", _L, _BALL, 2.0),
     Rule(
         33, "", "has_ball",
         "not touching and not ball_off_course is FACING and speed_over_ball is (FASTER or MUCH_FASTER)"

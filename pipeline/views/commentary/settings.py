@@ -19,6 +19,7 @@ class CommentarySettings(Frozen):
         wide: greatest distance of a wide shot from the goal's centre, in goal widths.
         pass_m: least length of a pass, in units of ``Scales.close``.
         pass_s: longest duration of a pass.
+        hold_s: in a duel a shorter touch does not take the ball.
         spell_s: least time on the ball that is told.
         spell_touches: least number of touches in that time.
         lead_s: longest time before a goal from which its story is told.
@@ -38,6 +39,7 @@ class CommentarySettings(Frozen):
     wide: float = Field(default=1.0, ge=0.5)
     pass_m: float = Field(default=1.0, gt=0)
     pass_s: float = Field(default=1.5, gt=0)
+    hold_s: float = Field(default=0.1, ge=0)
     spell_s: float = Field(default=3.0, gt=0)
     spell_touches: int = Field(default=3, ge=1)
     lead_s: float = Field(default=4.0, gt=0)

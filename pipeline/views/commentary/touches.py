@@ -54,7 +54,11 @@ class _BallPath(NamedTuple):
 
 
 def touches(trajectories: pl.DataFrame, pitch: Pitch, settings: CommentarySettings) -> list[Touch]:
-    """Touches of a match, by time; at each sample the nearest robot within contact distance touches the ball.
+    """Touches of a match, by time.
+
+    At each sample the nearest robot within contact distance touches the ball. In a duel the nearest robot
+    changes with each jolt, so a touch shorter than ``hold_s`` does not count while the robot that had the
+    ball before is within contact distance to the end of it and at the next sample.
 
     The trajectories are rows of schema Trajectories of one match.
     """
@@ -70,10 +74,10 @@ def touches(trajectories: pl.DataFrame, pitch: Pitch, settings: CommentarySettin
         .with_columns(distance=distance)
         .filter(pl.col("distance") < SCALES[pitch.kind].contact)
         .sort("sample", "distance", "team", "robot")
-        .unique("sample", keep="first", maintain_order=True)
         .select("sample", "t_ns", "segment", pl.col("team").cast(pl.String), "robot",
                 pl.col("role").cast(pl.String))
     )
+    near = _settled(near, round(settings.hold_s * 1e9))
     period = int(np.median(np.diff(t_ns))) if len(t_ns) > 1 else 0
     longest = round(settings.flicker_s * 1e9) + period
     runs = near.with_columns(
@@ -92,6 +96,37 @@ def touches(trajectories: pl.DataFrame, pitch: Pitch, settings: CommentarySettin
         _touch(*row, following=end, ball=ball, pitch=pitch, line_ns=line_ns)
         for row, end in zip(rows, ends, strict=True)
     ]
+
+
+def _settled(near: pl.DataFrame, hold_ns: int) -> pl.DataFrame:
+    """The robot that has the ball at each sample: one row a sample, from all that are near, the nearest first."""
+    robots: dict[int, list[tuple[str, int]]] = {}
+    for sample, team, robot in near.select("sample", "team", "robot").iter_rows():
+        robots.setdefault(sample, []).append((team, robot))
+    first = near.unique("sample", keep="first", maintain_order=True)
+    rows = first.select("sample", "t_ns", "segment").rows()
+    owners: list[tuple[str, int]] = []
+    k = 0
+    while k < len(rows):
+        nearest = robots[rows[k][0]][0]
+        end = k + 1
+        while end < len(rows) and _goes_on(rows[end - 1], rows[end]) and robots[rows[end][0]][0] == nearest:
+            end += 1
+        before = owners[-1] if k and _goes_on(rows[k - 1], rows[k]) else nearest
+        duel = all(before in robots[row[0]] for row in rows[k:min(end + 1, len(rows))])
+        brief = rows[end - 1][1] - rows[k][1] < hold_ns
+        owners += [before if brief and duel else nearest] * (end - k)
+        k = end
+    owned = first.select("sample").with_columns(
+        pl.Series("team", [team for team, _ in owners], dtype=pl.String),
+        pl.Series("robot", [robot for _, robot in owners], dtype=near.schema["robot"]),
+    )
+    return owned.join(near, on=["sample", "team", "robot"], how="left", maintain_order="left").select(near.columns)
+
+
+def _goes_on(before: tuple[int, int, int], after: tuple[int, int, int]) -> bool:
+    """Whether two rows (sample, time, segment) are neighbouring samples of the ball in one segment."""
+    return after[0] == before[0] + 1 and after[2] == before[2]
 
 
 def _touch(

@@ -1,0 +1,142 @@
+"""Labels beside each other and beside the recogniser's answers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import polars as pl
+
+from pipeline.settings import SituationSettings
+from pipeline.situations.recognise import recognise
+from studies.labels.moments import Recording
+
+#: Columns by which labels and answers of a robot at a moment meet.
+ROW = ("moment", "team", "robot")
+#: In place of an answer: a gap between situations.
+NONE = 0
+#: A labeller sees a tenth or two of a second; a code that is said so near to the moment is counted as near.
+NEAR_NS = 300_000_000
+
+
+def answers(moments: pl.DataFrame, recordings: dict[str, Recording]) -> pl.DataFrame:
+    """What the recogniser says of each robot at each moment.
+
+    Returns:
+        Columns moment, team, robot, code (0 in a gap), near (all codes within ``NEAR_NS``, as text).
+    """
+    parts = []
+    for (name,), drawn in moments.group_by("recording", maintain_order=True):
+        film = recordings[str(name)]
+        found = recognise(film.table, film.pitch, SituationSettings())
+        there = drawn.join(
+            film.table.filter(pl.col("team") != "ball", ~pl.col("suspect"))
+            .select("t_ns", pl.col("team").cast(pl.String), pl.col("robot").cast(pl.Int64)), on="t_ns")
+        near = drawn.join(found.select(
+            pl.col("team").cast(pl.String), pl.col("robot").cast(pl.Int64), pl.col("code").cast(pl.Int64),
+            "start_ns", "end_ns"), how="cross",
+        ).filter(pl.col("start_ns") <= pl.col("t_ns") + NEAR_NS, pl.col("t_ns") - NEAR_NS < pl.col("end_ns"))
+        said = near.filter(pl.col("start_ns") <= pl.col("t_ns"), pl.col("t_ns") < pl.col("end_ns"))
+        codes = near.group_by(ROW).agg(near=pl.col("code").unique().sort().cast(pl.String).str.join(" "))
+        parts.append(there.select(ROW).join(said.select(*ROW, "code"), on=ROW, how="left").join(
+            codes, on=ROW, how="left"))
+    return pl.concat(parts).with_columns(pl.col("code").fill_null(NONE), pl.col("near").fill_null("")).sort(
+        "moment", "team", "robot", descending=[False, True, False])
+
+
+def read_labels(folder: Path) -> pl.DataFrame:
+    """Both labellers' labels: columns of ROW, and code and also of each, as ``a``, ``a_also``, ``b``, ``b_also``."""
+    both = [
+        pl.read_csv(folder / f"labels-{who}.csv", schema_overrides={"also": pl.String})
+        .select(*ROW, pl.col("code").alias(who), pl.col("also").fill_null("").alias(f"{who}_also"))
+        for who in ("a", "b")
+    ]
+    return both[0].join(both[1], on=ROW, how="inner", validate="1:1", maintain_order="left")
+
+
+def agreement(labels: pl.DataFrame, said: pl.DataFrame, moments: pl.DataFrame) -> pl.DataFrame:
+    """Shares of robots on which two agree, by league and use.
+
+    Args:
+        labels: from :func:`read_labels`.
+        said: columns of ROW, before and now: the recogniser's codes.
+        moments: columns moment, league, use.
+
+    Returns:
+        Columns league (also "all"), use, robots, both (the labellers with each other), kappa (Cohen's, of
+        both), chance (the agreement of labels in random order), then for before and now: the mean share of
+        the two labellers with whom the recogniser agrees, and the same where a code in ``also`` counts too;
+        and the share of 194 among the robots of which nobody says that they stand.
+    """
+    rows = labels.join(said, on=ROW).join(moments.select("moment", "league", "use"), on="moment")
+    everywhere = pl.concat([rows, rows.with_columns(league=pl.lit("all"))])
+    by = everywhere.group_by("league", "use").agg(
+        pl.len().alias("robots"),
+        both=(pl.col("a") == pl.col("b")).mean(),
+        chance=_chance(),
+        **{f"{when}{loosely}": pl.mean_horizontal(
+            [(_in_also(when, who) if loosely else pl.col(when) == pl.col(who)).mean() for who in ("a", "b")])
+           for when in ("before", "now") for loosely in ("", "_loosely")},
+        **{f"random_{when}": _random(when) for when in ("a", "b", "before", "now")},
+    )
+    return by.with_columns(kappa=(pl.col("both") - pl.col("chance")) / (1 - pl.col("chance"))).select(
+        "league", "use", "robots", "both", "kappa", "chance", "before", "now", "before_loosely", "now_loosely",
+        "random_a", "random_b", "random_before", "random_now",
+    ).sort("use", "league").with_columns(pl.selectors.float().round(3))
+
+
+def _chance() -> pl.Expr:
+    """Agreement of two labellers who give their codes as often, to robots drawn at random."""
+    return pl.struct("a", "b").map_batches(
+        lambda pairs: pl.Series([_meeting(pairs.struct.field("a"), pairs.struct.field("b"))]),
+        return_dtype=pl.Float64, returns_scalar=True)
+
+
+def _meeting(a: pl.Series, b: pl.Series) -> float:
+    shares = {code: count / len(b) for code, count in b.value_counts().rows()}
+    return sum(count / len(a) * shares.get(code, 0.0) for code, count in a.value_counts().rows())
+
+
+def _in_also(when: str, who: str) -> pl.Expr:
+    """Whether a labeller gives the recogniser's code, first or among the others."""
+    others = pl.col(f"{who}_also").str.split(" ")
+    return (pl.col(when) == pl.col(who)) | others.list.contains(pl.col(when).cast(pl.String))
+
+
+def _random(column: str) -> pl.Expr:
+    """Share of 194 among the robots of which it does not say that they stand."""
+    return (pl.col(column) == 194).sum() / (pl.col(column) != 184).sum()
+
+
+def by_code(labels: pl.DataFrame, said: pl.DataFrame, moments: pl.DataFrame) -> pl.DataFrame:
+    """For each code: how often both labellers say it, and how often the recogniser says so too.
+
+    Returns:
+        Columns use, code, both (robots with that label from both), kept_a (share of a's labels that b
+        confirms); for before and now: found (share of ``both`` that the recogniser gives), near (the same
+        within ``NEAR_NS``), said (robots to which it gives the code), right (share of those to which at least
+        one labeller gives it).
+    """
+    rows = labels.join(said, on=ROW).join(moments.select("moment", "use"), on="moment")
+    codes = sorted({*rows["a"], *rows["b"], *rows["before"], *rows["now"]} - {NONE})
+    out = []
+    for (use,), part in rows.group_by("use", maintain_order=True):
+        for code in codes:
+            both = part.filter(pl.col("a") == code, pl.col("b") == code)
+            row: dict[str, object] = {
+                "use": use, "code": code, "both": both.height,
+                "kept_a": _share(both.height, part.filter(pl.col("a") == code).height),
+            }
+            for when in ("before", "now"):
+                given = part.filter(pl.col(when) == code)
+                right = given.filter((pl.col("a") == code) | (pl.col("b") == code))
+                close = both.filter(pl.col(f"near_{when}").str.split(" ").list.contains(str(code)))
+                row[f"near_{when}"] = _share(close.height, both.height)
+                row[f"found_{when}"] = _share(both.filter(pl.col(when) == code).height, both.height)
+                row[f"said_{when}"] = given.height
+                row[f"right_{when}"] = _share(right.height, given.height)
+            out.append(row)
+    return pl.DataFrame(out, infer_schema_length=None).sort("use", "code")
+
+
+def _share(part: int, whole: int) -> float | None:
+    return round(part / whole, 3) if whole else None
