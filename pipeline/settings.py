@@ -105,6 +105,50 @@ class SituationSettings(Frozen):
     random_longest_s: float = Field(default=1.0, gt=0)
 
 
+class MomentSettings(Frozen):
+    """Which moments of play are looked at, and how far ahead.
+
+    Attributes:
+        step_s: time between moments.
+        horizon_s: time within which a team scores "soon".
+    """
+
+    step_s: float = Field(default=0.2, gt=0)
+    horizon_s: float = Field(default=5.0, gt=0)
+
+
+class ModelSettings(Frozen):
+    """How the models of scoring soon are fitted.
+
+    Attributes:
+        matches_at_most: greatest number of matches that models are fitted to.
+        folds: models that are fitted, each without one part of the matches.
+        block_s: with fewer matches than folds, parts are such stretches of time instead.
+        moments_apart_s: time between moments that models are fitted to.
+        goals_at_least: with fewer goals no model is fitted, and no value is known.
+        evidence: what one moment counts for, because the moments before a goal share it.
+        penalty: standard deviation of the logistic coefficients before any match was seen, for features of
+            standard deviation 1.
+        trees, learning_rate, leaves, leaf_samples, tree_penalty: scikit-learn's max_iter, learning_rate,
+            max_leaf_nodes, min_samples_leaf and l2_regularization of histogram boosting.
+        seed: seed of the boosting.
+    """
+
+    matches_at_most: int = Field(default=64, ge=1)
+    folds: int = Field(default=5, ge=2)
+    block_s: float = Field(default=60.0, gt=0)
+    moments_apart_s: float = Field(default=0.4, gt=0)
+    goals_at_least: int = Field(default=10, ge=2)
+    evidence: float = Field(default=0.1, gt=0, le=1)
+    penalty: float = Field(default=1.0, gt=0)
+    trees: int = Field(default=150, ge=1)
+    learning_rate: float = Field(default=0.05, gt=0, le=1)
+    leaves: int = Field(default=15, ge=2)
+    leaf_samples: int = Field(default=100, ge=1)
+    tree_penalty: float = Field(default=5.0, ge=0)
+    seed: int = 0
+
+
 class GramSettings(Frozen):
     """How situations are valued and windowed (paper section 3.2.2).
 

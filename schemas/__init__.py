@@ -31,6 +31,9 @@ from schemas.table import Side as Side
 from schemas.table import Table as Table
 from schemas.table import note_on as note_on
 from schemas.trajectories import Trajectories as Trajectories
+from schemas.values import Moments as Moments
+from schemas.values import Values as Values
+from schemas.values import Worths as Worths
 
 #: The tables a user sees in the catalogue, by name: all that are imported here and are public.
 PUBLIC: dict[str, type[Table]] = {

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.rows import MATCH, S, bodies, consecutive, patterns, situations
 
-from pipeline.decisions import complete, episodes, observe, resolve
+from pipeline.decisions import complete, observe, resolve
+from pipeline.episodes import episodes
 from pipeline.grams.count import cover, value
 from pipeline.pitch import PITCHES, Kind
 from pipeline.settings import GramSettings
