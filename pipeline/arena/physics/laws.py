@@ -1,12 +1,12 @@
 """The laws of the game as numbers: what the referee counts, and where the marks on a pitch are.
 
 The game is that of the IEEE Very Small Size League, three a side: FIRA's laws 8 to 13 as the league's
-own referee program applies them when it decides alone. That program is VSSSLeague/VSSReferee. Its files were
-read at these commits: ``src/constants/constants.json`` 18de86c; ``src/utils/utils.cpp`` and
-``src/utils/types/field/field_default_3v3.h`` c792f76; its checkers as :func:`pipeline.arena.physics.referee.watch`
-names them. The first release named commit 2862742, which could not be read again. Of the versions read, those
-before 18de86c wait 10 s for a stuck ball, and the later 0866ab5 lets people decide on crowds
-(``useRefereeSuggestions``). On other pitches everything scales.
+own referee program applies them when it decides alone. That program is VSSSLeague/VSSReferee. Its files
+were read at these commits: ``src/constants/constants.json`` 18de86c; ``src/utils/utils.cpp`` and
+``src/utils/types/field/field_default_3v3.h`` c792f76; its checkers as
+:func:`pipeline.arena.physics.referee.watch` names them. Earlier texts here named commit 2862742, which could
+not be read again. DECISIONS.md ("Laws of VSSReferee") compares the versions, and lists what that program does
+otherwise. On other pitches everything scales.
 """
 
 from __future__ import annotations

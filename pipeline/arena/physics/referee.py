@@ -78,8 +78,10 @@ STUCK, ATTACKERS, DEFENDERS = range(3)
 
 #: Words for the reasons, as they are noted in the log.
 REASONS = {
-    STUCK: "stuck ball", ATTACKERS: "too many attackers in the area", DEFENDERS: "too many defenders in the area",
-}  # fmt: skip
+    STUCK: "stuck ball",
+    ATTACKERS: "too many attackers in the area",
+    DEFENDERS: "too many defenders in the area",
+}
 
 #: Words for the restarts, as they are noted in the log.
 WORDS = {KICK_OFF: "kick-off", FREE_BALL: "free ball", PENALTY: "penalty", GOAL_KICK: "goal kick"}
