@@ -386,14 +386,10 @@ class TestStatic:
         attacker, supporter, ball = {
             # it races back with a ball that will be in the area
             "yields": ((-0.25, 0.15, math.pi), (0.3, -0.4, 0.0), (-0.2, 0.3, -1.0, -0.1)),
-            # at full speed toward a place behind a ball before the area
-            "brakes": ((-0.45, 0.1, math.pi), (0.3, -0.4, 0.0), (-0.42, -0.05, 0.0, 0.0)),
             "escapes": ((-0.53, 0.0, math.pi), (0.3, -0.4, 0.0), (0.0, 0.0, 0.0, 0.0)),
             "clears": ((-0.2, 0.1, math.pi), (-0.2, -0.1, math.pi), (-0.68, 0.1, 0.0, 0.0)),
         }[rule]
         bodies, speeds = view_of((-0.70, 0.0, math.pi / 2), attacker, supporter, ball=ball), np.zeros((6, 2))
-        if rule == "brakes":
-            bodies[2, VX], speeds[1] = -M.top, M.top
         wheels, memory, nearest = np.zeros((6, 2)), nobody(3), np.inf
         if rule == "escapes":
             memory["escaping"][1], memory["left"][1], memory["right"][1] = 18, 0.8, 0.8

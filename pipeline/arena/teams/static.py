@@ -48,13 +48,12 @@ ROBOT = np.dtype([
 ])  # fmt: skip
 #: Rules by which the team keeps the laws, each on (True) or off:
 #:
-#: - ``yields``: the attacker leaves a ball to the keeper that will be in the own goal area within
+#: - ``yields``: the attacker leaves a ball to the keeper that will be in the own goal area after
 #:   ``_YIELD_S``, not only one that is there.
-#: - ``brakes``: field players turn away from the own area in time for their speed.
 #: - ``escapes``: field players that are held do not back off into the own area.
 #: - ``clears``: while the ball is the keeper's, field players wait ``_CLEAR`` from the area, so that no pack
 #:   forms around the keeper.
-RULES = np.dtype([(name, np.bool_) for name in ("yields", "brakes", "escapes", "clears")])
+RULES = np.dtype([(name, np.bool_) for name in ("yields", "escapes", "clears")])
 # Lengths in robot radii, for a radius of 3.75 cm: the supporters' distance to the ball, 25 cm ("offensive
 # safe radius"); a ball to spin at, 8 cm; one at a wall that spinning certainly hits, 7.2 cm.
 _SUPPORT, _SPIN, _ROLL = 25 / 3.75, 8 / 3.75, 7.2 / 3.75
@@ -67,9 +66,8 @@ _RUN_UP = 3.5
 # A robot that is held for so long backs off for so long, seconds. One that reverses from top speed looks
 # held for a quarter of a second (wheels of 6 m/s²).
 _STUCK_S, _ESCAPE_S = 0.4, 0.3
-# Seconds: a ball that will be in the own area so soon is the keeper's; field players look so far ahead on
-# their way (from top speed they brake in 0.2 s).
-_YIELD_S, _BRAKE_S = 0.5, 0.2
+# A ball that rolls on as it does, and will then be in the own area, is the keeper's, seconds.
+_YIELD_S = 0.5
 # Field players wait so far from the own area for the keeper, in radii: with and without the rule ``clears``.
 _CLEAR, _WAIT = 9.0, 3.0
 
@@ -158,7 +156,7 @@ def attack(view: F64, robot: int, rule: Record, m: Measures, wheels: F64) -> Non
     x, y = view[robot, X], view[robot, Y]
     if for_keeper(view, m) or (rule["yields"] and comes_in(view, m)):
         off = _CLEAR if rule["clears"] else _WAIT
-        wait(view, robot, -m.goal_x + m.area_depth + off * m.radius, view[BALL, Y], rule, m, wheels)
+        wait(view, robot, -m.goal_x + m.area_depth + off * m.radius, view[BALL, Y], m, wheels)
         return
     ux, uy = _shot(view, m)
     dx, dy = offset(view, robot, BALL)
@@ -173,12 +171,12 @@ def attack(view: F64, robot: int, rule: Record, m: Measures, wheels: F64) -> Non
             spin(view, robot, ux, uy, m, wheels)
         else:
             dx, dy = around(view, robot, dx, dy, away - m.contact, m)
-            go(view, robot, dx, dy, m.top, rule, m, wheels)
+            go(view, robot, dx, dy, m.top, m, wheels)
         return
     bx, by = soon(view, robot, m)
     dx, dy = to_pose(x, y, bx - m.touch * ux, by - m.touch * uy, ux, uy, m)
     dx, dy = around(view, robot, dx, dy, away, m)
-    go(view, robot, dx, dy, m.top, rule, m, wheels)
+    go(view, robot, dx, dy, m.top, m, wheels)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -193,18 +191,18 @@ def support(view: F64, robot: int, place: int, rule: Record, m: Measures, wheels
         spin(view, robot, 1.0, 0.0, m, wheels)
         return
     if rule["clears"] and for_keeper(view, m):
-        wait(view, robot, -m.goal_x + m.area_depth + _CLEAR * m.radius, -by, rule, m, wheels)
+        wait(view, robot, -m.goal_x + m.area_depth + _CLEAR * m.radius, -by, m, wheels)
         return
     dx, dy = -m.goal_x - bx, -by
     length = max(math.hypot(dx, dy), m.radius)
     off = (1 + place) * _SUPPORT * m.radius
     if bx > 0.0:
         off += bx  # the rebound of a shot comes further back
-    wait(view, robot, bx + off * dx / length, by + off * dy / length, rule, m, wheels)
+    wait(view, robot, bx + off * dx / length, by + off * dy / length, m, wheels)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def wait(view: F64, robot: int, x: float, y: float, rule: Record, m: Measures, wheels: F64) -> None:
+def wait(view: F64, robot: int, x: float, y: float, m: Measures, wheels: F64) -> None:
     """Drive to a place, or the nearest to it that is outside the own goal area and off the walls."""
     margin = 1.5 * m.radius
     x, y = clamp(x, m.goal_x - margin), clamp(y, m.half_width - margin)
@@ -216,20 +214,16 @@ def wait(view: F64, robot: int, x: float, y: float, rule: Record, m: Measures, w
         set_wheels(0.0, 0.0, robot, m, wheels)
         return
     dx, dy = around(view, robot, dx, dy, left, m)
-    go(view, robot, dx, dy, min(m.top, 0.5 * m.arrival * left), rule, m, wheels)
+    go(view, robot, dx, dy, min(m.top, 0.5 * m.arrival * left), m, wheels)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def go(
-    view: F64, robot: int, dx: float, dy: float, speed: float, rule: Record, m: Measures, wheels: F64
-) -> None:
+def go(view: F64, robot: int, dx: float, dy: float, speed: float, m: Measures, wheels: F64) -> None:
     """Drive in a direction, not into walls and not into the own goal area."""
     sx, sy = along_walls(view, robot, dx, dy, m)
     if sx != 0.0 or sy != 0.0:
         dx, dy = sx, sy
-    ahead_s = _BRAKE_S if rule["brakes"] else 0.0
-    margin = 1.5 * m.radius
-    if in_area(view[robot, X], view[robot, Y], margin, m) or in_area(*later(view, robot, ahead_s), margin, m):
+    if in_area(view[robot, X], view[robot, Y], 1.5 * m.radius, m):
         if abs(view[robot, Y]) < m.area_half_width:
             dx = max(dx, 0.5 * abs(dy) + 1e-9)
         elif view[robot, Y] * dy < 0.0:
@@ -260,15 +254,9 @@ def for_keeper(view: F64, m: Measures) -> bool:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def comes_in(view: F64, m: Measures) -> bool:
-    """Whether the ball will be in the own goal area within ``_YIELD_S`` if it rolls on as it does."""
-    x, y = later(view, BALL, _YIELD_S)
+    """Whether the ball will be in the own goal area after ``_YIELD_S`` if it rolls on as it does."""
+    x, y = view[BALL, X] + _YIELD_S * view[BALL, VX], view[BALL, Y] + _YIELD_S * view[BALL, VY]
     return in_area(x, y, m.radius, m)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def later(view: F64, row: int, ahead_s: float) -> tuple[float, float]:
-    """Place of a body after so many seconds if it moves on as it does, metres."""
-    return view[row, X] + ahead_s * view[row, VX], view[row, Y] + ahead_s * view[row, VY]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

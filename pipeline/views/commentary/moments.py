@@ -33,7 +33,7 @@ class Moment(NamedTuple):
 
     Attributes:
         t_ns: time.
-        kind: kick-off, restart, half, end, goal, shot, save, pass, or possession.
+        kind: kick-off, restart, annulled (a goal), half, end, goal, shot, save, pass, or possession.
         team: its team, None without one.
         robot: number of its robot, None without one.
         text: a sentence.
