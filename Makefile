@@ -73,11 +73,11 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 study: world rules paradigms seasons  ## all studies, into data/studies/
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
-world: $(READY)  ## check each frame of a thousand random matches, and measure the game (six minutes)
+world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
 	PYTHONPATH=tests $(BIN)/python -m studies.thousand data/studies/world/thousand.json
 	PYTHONPATH=tests $(BIN)/python -m studies.game data/studies/world/game.csv $(RECORDINGS)
 
-rules: $(READY)  ## what each rule of the static team is worth (half an hour)
+rules: $(READY)  ## what each rule of the static team is worth (a quarter of an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.rules data/studies/world/rules.csv
 
 paradigms: $(READY)  ## section 5 of the paper in full (about 45 minutes)

@@ -7,6 +7,7 @@ matches go the same way: they are read as logs, and the stage trajectories measu
 
 from __future__ import annotations
 
+import multiprocessing
 import sys
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
@@ -134,8 +135,12 @@ def main(path: Path, folder: Path | None) -> None:
             recordings[folder / name] = game
         else:
             print(f"left out: {game}: no {name}" + (f" in {folder}" if folder else ": no folder was given"))
-    rows = [row(game, "as recorded", [recorded(file)]) for file, game in recordings.items()]
-    with ProcessPoolExecutor(2) as pool:
+    # polars' threads do not survive a fork
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        rows = [
+            row(game, "as recorded", [look])
+            for game, look in zip(recordings.values(), pool.map(recorded, recordings), strict=True)
+        ]
         for home, away in PAIRINGS:
             for laws in LAWS:
                 looks = pool.map(played, *zip(*((home, away, laws, seed) for seed in SEEDS), strict=True))
