@@ -15,7 +15,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 # The tests start hundreds of processes: they must find compiled sources.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help demo demo-learners test quick lint docs pythons chain bench study world paradigms seasons golden notebooks \
+.PHONY: help demo demo-learners test quick lint docs pythons chain bench study world rules paradigms seasons golden notebooks \
   lock clean
 
 help:  ## list the targets
@@ -70,10 +70,15 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world paradigms seasons  ## all studies, into data/studies/
+study: world rules paradigms seasons  ## all studies, into data/studies/
 
-world: $(READY)  ## play a thousand random matches and check each frame (a minute)
+# RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
+world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
 	PYTHONPATH=tests $(BIN)/python -m studies.thousand data/studies/world/thousand.json
+	PYTHONPATH=tests $(BIN)/python -m studies.game data/studies/world/game.csv $(RECORDINGS)
+
+rules: $(READY)  ## what each rule of the static team is worth (a quarter of an hour)
+	PYTHONPATH=tests $(BIN)/python -m studies.rules data/studies/world/rules.csv
 
 paradigms: $(READY)  ## section 5 of the paper in full (about 45 minutes)
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms

@@ -17,6 +17,7 @@ from pipeline.settings import Settings
 from pipeline.situations.recognise import recognise
 from pipeline.trajectories.derive import trajectories
 from pipeline.views.commentary import CommentarySettings, commentary
+from pipeline.views.commentary.moments import of_the_referee
 from pipeline.views.commentary.summary import heading
 from pipeline.views.commentary.touches import spells, touches
 from pipeline.views.commentary.words import clock, listed, metres, restart, story
@@ -215,6 +216,19 @@ def test_recording():
     assert sum(m.kind == "restart" for m in told.moments) == (referee["event"] == "fault").sum()
     assert told.summary.home.possession + told.summary.away.possession == pytest.approx(1)
     assert 4 <= len(told.moments) <= 15  # a minute: neither silent nor a dump
+
+
+def test_annulled_goal():
+    """A goal that the referee annuls is told with its reason; another stop is left out."""
+    notes = ["goal kick: goal annulled, too many attackers in the area", "goal kick: too many attackers in the area"]
+    events = [("stop", notes[0]), ("fault", "goal kick"), ("stop", notes[1]), ("fault", "goal kick"), ("end", "end")]
+    rows = pl.DataFrame([
+        {"t_ns": at, "event": event, "team": None, "score_home": 0, "score_away": 0, "note": note}
+        for at, (event, note) in enumerate(events)
+    ])
+    told = [(moment.kind, moment.text) for moment in of_the_referee(rows, pl.DataFrame())]
+    assert told[0] == ("annulled", "No goal: too many attackers in the area.")
+    assert [kind for kind, _ in told[1:]] == ["restart", "restart", "end"]
 
 
 def test_teams_swapped():

@@ -46,6 +46,10 @@ def nobody(robots):
     return np.zeros(robots, dtype=static.ROBOT)
 
 
+#: All rules of the static team.
+ON = np.ones(1, dtype=static.RULES)
+
+
 def jobs(memory):
     """Rows of the goalkeeper and the attacker of a static team."""
     return [1 + memory["job"].tolist().index(job) for job in (static.KEEPER, static.ATTACKER)]
@@ -316,7 +320,7 @@ class TestTeams:
 class TestStatic:
     def wheels(self, view, memory=None):
         out = np.zeros((len(view) // 2, 2))
-        static.play(view, PACKED, splitmix(), out, nobody(len(out)) if memory is None else memory)
+        static.play(view, PACKED, splitmix(), out, nobody(len(out)) if memory is None else memory, ON)
         return out
 
     @given(views(count=3, ties=False))
@@ -364,10 +368,36 @@ class TestStatic:
         for _ in range(240):
             static.share_out(bodies, M, memory)
             for robot in (2, 3):
-                (static.attack(bodies, robot, M, wheels) if robot == jobs(memory)[1]
-                 else static.support(bodies, robot, 0, M, wheels))
+                (static.attack(bodies, robot, ON[0], M, wheels) if robot == jobs(memory)[1]
+                 else static.support(bodies, robot, 0, ON[0], M, wheels))
                 assert not static.in_area(*bodies[robot, [X, Y]], 0.0, M)
             step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
+
+    @pytest.mark.parametrize("rule", static.RULES.names)
+    def test_rule(self, rule):
+        """Each rule keeps a field player out of its own goal area, or away from the keeper, in a scene of its own."""
+        with_it, without = (self.scene(rule, on) for on in (True, False))
+        assert with_it > without + 0.02
+
+    def scene(self, rule, on):
+        """Metres from the own goal area's front to the field player that comes nearest, in a film for one rule."""
+        rules = np.ones(1, dtype=static.RULES)
+        rules[rule] = on
+        attacker, supporter, ball = {
+            # it races back with a ball that will be in the area
+            "yields": ((-0.25, 0.15, math.pi), (0.3, -0.4, 0.0), (-0.2, 0.3, -1.0, -0.1)),
+            "escapes": ((-0.53, 0.0, math.pi), (0.3, -0.4, 0.0), (0.0, 0.0, 0.0, 0.0)),
+            "clears": ((-0.2, 0.1, math.pi), (-0.2, -0.1, math.pi), (-0.68, 0.1, 0.0, 0.0)),
+        }[rule]
+        bodies, speeds = view_of((-0.70, 0.0, math.pi / 2), attacker, supporter, ball=ball), np.zeros((6, 2))
+        wheels, memory, nearest = np.zeros((6, 2)), nobody(3), np.inf
+        if rule == "escapes":
+            memory["escaping"][1], memory["left"][1], memory["right"][1] = 18, 0.8, 0.8
+        for _ in range(45):
+            static.play(bodies, PACKED, splitmix(), wheels[:3], memory, rules)
+            step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
+            nearest = min(nearest, bodies[2:4, X].min() + M.goal_x - M.area_depth)
+        return nearest
 
     def test_shooting(self):
         """A static team scores in at least 7 of 20 scenes and never in its own goal."""
@@ -377,7 +407,7 @@ class TestStatic:
             bodies = view_of((-0.70, 0.0, 0.0), tuple(places[:3]), (-0.5, -0.1, 0.0), ball=(*places[3:], 0, 0))
             speeds, wheels, memory = np.zeros((6, 2)), np.zeros((6, 2)), nobody(3)
             for _ in range(300):
-                static.play(bodies, PACKED, splitmix(), wheels[:3], memory)
+                static.play(bodies, PACKED, splitmix(), wheels[:3], memory, ON)
                 goal = step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
                 assert goal >= 0
                 if goal:
@@ -431,7 +461,7 @@ class TestStatic:
         bodies = view_of((-0.68, 0.19, -math.pi / 2), (-0.3, 0.1, 0.0), (-0.2, -0.3, 0.0), ball=(x, y, 0, 0))
         speeds, wheels, memory, goal, frame = np.zeros((6, 2)), np.zeros((6, 2)), nobody(3), 0, 0
         while goal == 0 and np.hypot(*(bodies[BALL, :2] - [x, y])) < 0.1:
-            static.play(bodies, PACKED, splitmix(), wheels[:3], memory)
+            static.play(bodies, PACKED, splitmix(), wheels[:3], memory, ON)
             goal = step(bodies, wheels, speeds, M.goal_x, M.half_width, M.half_goal)
             frame += 1
             assert frame * FRAME_S < 3.0
@@ -458,7 +488,7 @@ class TestHumanLike:
 
     def test_people_differ(self):
         """People differ in tactic and wobble; their skill and pace keep to the ranges of the settings."""
-        people = [human_like.new_memory(3, M, np.random.default_rng(seed), People())[1][0] for seed in range(60)]
+        people = [human_like.new_memory(3, M, np.random.default_rng(seed), People())[2][0] for seed in range(60)]
         assert {int(p["tactic"]) for p in people} == {0, 1, 2}
         assert all(0.6 <= p["skill"] <= 1.0 and 0.3 <= p["pace"] <= 0.6 for p in people)
         assert np.std([p["wobble"] for p in people]) > 0.03

@@ -14,7 +14,7 @@ from pipeline.arena.teams import learned
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.policy_table import policy_table_of
 from pipeline.arena.teams.splitmix import seeded
-from pipeline.arena.teams.table import TEAMS
+from pipeline.arena.teams.table import TEAMS, Script
 from pipeline.arrays import F64
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import AWAY, HOME
@@ -85,10 +85,13 @@ class ScriptedController(Controller):
         settings: of the team, which has a script.
         recipe: of the match.
         rng: decides what is left to chance.
+        script: instead of the team's own; studies leave out a rule.
     """
 
-    def __init__(self, settings: TeamSettings, recipe: Recipe, rng: np.random.Generator) -> None:
-        script = TEAMS[settings.kind].script
+    def __init__(
+        self, settings: TeamSettings, recipe: Recipe, rng: np.random.Generator, script: Script | None = None
+    ) -> None:
+        script = script or TEAMS[settings.kind].script
         assert script is not None, settings.kind
         measures = measures_of(recipe)
         self._play = script.play

@@ -1,7 +1,12 @@
 """The laws of the game as numbers: what the referee counts, and where the marks on a pitch are.
 
 The game is that of the IEEE Very Small Size League, three a side: FIRA's laws 8 to 13 as the league's
-own referee program applies them (VSSReferee 2862742). On other pitches everything scales.
+own referee program applies them when it decides alone. That program is VSSSLeague/VSSReferee. Its files
+were read at these commits: ``src/constants/constants.json`` 18de86c; ``src/utils/utils.cpp`` and
+``src/utils/types/field/field_default_3v3.h`` c792f76; its checkers as
+:func:`pipeline.arena.physics.referee.watch` names them. Earlier texts here named commit 2862742, which could
+not be read again. DECISIONS.md ("Laws of VSSReferee") compares the versions, and lists what that program does
+otherwise. On other pitches everything scales.
 """
 
 from __future__ import annotations
@@ -35,17 +40,25 @@ class RefereeSettings(Frozen):
 
     Attributes:
         duration_s: duration of the whole match, pauses included: the clock never stops. The paper's games
-            take about eight minutes (section 6); the league plays two times five.
+            take about eight minutes (section 6); the league plays two times five (``halfTime``).
         halves: number of equal parts; the teams change sides between them.
-        pause_s: pause of play from a goal or a foul to the restart, at least one frame. Ours;
-            VSSReferee's 5 s are for hands that carry robots.
-        stuck_speed: speed below which a ball may be stuck, m/s on a VSSS pitch; elsewhere times the pitch's
-            ``Scales.speed`` (VSSReferee, ballMinSpeedForStuck).
-        stuck_s: time for which a stuck ball is slow (VSSReferee, stuckedBallTime).
-        crowd: least number of robots of one team in a goal area that is too many (FIRA: more than one).
-        crowd_s: longest time for which too many robots may be there together with the ball (VSSReferee).
-        penalty: whether there are penalties. Without them a stuck ball gives a free ball instead.
-        goal_kick: whether there are goal kicks. Without them a stuck ball gives a free ball instead.
+        pause_s: pause of play from a goal or a foul to the restart, at least one frame. Ours: the program
+            waits two times ``transitionTime``, 7 s, three times after a goal, so that teams or people can
+            place the robots. Here they are placed at once, and the clock never stops.
+        stuck_speed: greatest speed at which a ball may be stuck, m/s on a VSSS pitch; elsewhere times the
+            pitch's ``Scales.speed`` (``ballMinSpeedForStuck``, 0.1).
+        stuck_s: time for which a stuck ball is slow (``stuckedBallTime``, 5.0).
+        crowd: least number of robots of one team in a goal area that is too many (the checkers' 2; FIRA:
+            more than one).
+        crowd_s: longest time for which too many robots may be there together with the ball
+            (``ballInAreaMaxTime``, 3.0).
+        remember_crowds: whether a crowd is remembered until the ball leaves the area. It then annuls a goal
+            or is a foul, however short it was (``useRefereeSuggestions``, false). Off, only a crowd that
+            lasts is a foul, as in the first release.
+        penalty: whether there are penalties. Without them a crowd of defenders is no foul, and a stuck ball
+            gives a free ball instead.
+        goal_kick: whether there are goal kicks. Without them a crowd of attackers is no foul, and a stuck
+            ball gives a free ball instead.
         scatter: greatest random offset of a robot at a restart, in robot lengths along each axis and in
             radians of its heading, so that no two matches are alike. Ours.
     """
@@ -57,6 +70,7 @@ class RefereeSettings(Frozen):
     stuck_s: float = Field(default=5.0, gt=0)
     crowd: int = Field(default=2, ge=2)
     crowd_s: float = Field(default=3.0, gt=0)
+    remember_crowds: bool = True
     penalty: bool = True
     goal_kick: bool = True
     scatter: float = Field(default=0.1, ge=0, le=0.15)

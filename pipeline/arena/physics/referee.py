@@ -54,6 +54,10 @@ STATE = np.dtype([
         "area",  # goal area in which the ball was last: -1 at -x, 1 at +x, 0 none
         "attackers",  # frames in a row at which too many attackers were in that area with the ball,
         "defenders",  # and too many defenders
+        "attackers_seen",  # 1 if there was such a frame since the ball came into that area, else 0
+        "defenders_seen",
+        "reason",  # of the last foul: STUCK, ATTACKERS or DEFENDERS
+        "annulled",  # 1 if the last foul annulled a goal, else 0
     )
 ])  # fmt: skip
 
@@ -62,12 +66,22 @@ STATE = np.dtype([
 LIMITS = np.dtype([
     *((name, np.float64) for name in ("goal_line", "post", "area_x", "area_y", "near", "slow_speed")),
     *((name, np.int64) for name in (
-        "duration", "halves", "pause", "stuck", "crowded", "crowd", "penalties", "goal_kicks",
+        "duration", "halves", "pause", "stuck", "crowded", "crowd", "remember", "penalties", "goal_kicks",
     )),
 ])  # fmt: skip
 
 #: Instead of a team.
 NOBODY = -1
+
+#: Reasons of fouls.
+STUCK, ATTACKERS, DEFENDERS = range(3)
+
+#: Words for the reasons, as they are noted in the log.
+REASONS = {
+    STUCK: "stuck ball",
+    ATTACKERS: "too many attackers in the area",
+    DEFENDERS: "too many defenders in the area",
+}
 
 #: Words for the restarts, as they are noted in the log.
 WORDS = {KICK_OFF: "kick-off", FREE_BALL: "free ball", PENALTY: "penalty", GOAL_KICK: "goal kick"}
@@ -108,7 +122,7 @@ class Laws:
             settings.stuck_speed * SCALES[pitch.kind].speed,
             duration, settings.halves, max(1, frames_of(settings.pause_s, hz)),
             frames_of(settings.stuck_s, hz), frames_of(settings.crowd_s, hz), settings.crowd,
-            settings.penalty, settings.goal_kick,
+            settings.remember_crowds, settings.penalty, settings.goal_kick,
         )
         return cls(settings, hz, marks, np.array(limits, dtype=LIMITS))
 
@@ -158,26 +172,41 @@ def begin(opener: int = HOME, score: tuple[int, int] = (0, 0)) -> Record:
 def watch(bodies: F64, state: Record, limits: Record) -> int:
     """The referee's call at the next frame.
 
-    In order of precedence:
+    The laws are those of VSSReferee's checkers; each law names its file under
+    ``src/world/entities/referee/`` and the commit at which it was read. In order of precedence:
 
     - END: the duration is over, HALF: a half is. Play lasts up to that frame, exclusive: a ball that
       is first seen in the goal at it came too late. Both come whatever is due; at HALF the teams
-      change sides and the other one kicks off at the same frame.
+      change sides and the other one kicks off at the same frame (``checkers/halftime`` bd54b4f, whose
+      clock counts only while play is on; ours never stops).
     - KICK_OFF, FREE_BALL, PENALTY or GOAL_KICK: the rest after a goal or a foul is over, and play
       restarts at this frame. The first frame is a kick-off. Nothing else is judged at this frame,
-      nor while play rests.
-    - GOAL: the whole ball is past a goal line (its centre by more than its radius) and its centre
-      between the posts. It counts for the team that attacks this goal, whoever touched the ball
-      last; the other one is to kick off.
+      nor while play rests (``referee.cpp`` fed6b80).
+    - The ball is in the goal: it is wholly past a goal line (its centre by more than its radius) and its
+      centre is between the posts. If too many attackers were seen in this goal area since the ball came
+      into it, the goal is annulled, and FOUL is called as in the next law. Else GOAL. It counts for the
+      team that attacks this goal, whoever touched the ball last; the other one is to kick off
+      (``checkers/ballplay`` 7a49259).
+    - FOUL, the ball has left the goal area: a goal kick is due if too many attackers were seen in it
+      since the ball came, a penalty if too many defenders were, their goalkeeper included. If both
+      were, the crowd decides that has been there longer, up to this frame; one that has gone counts as
+      0 frames. If they are equal it is a penalty (``checkers/ballplay`` 7a49259; that a foul is given to
+      the team that was seen, though its crowd has gone: b41ae24).
     - FOUL, a goal kick is due: too many attackers have their centres in the goal area in which the
-      ball is, and had them so at each frame for more than the allowed time.
-    - FOUL, a penalty is due: likewise with defenders, their goalkeeper included.
-    - FOUL: the ball was slow at each frame for the whole allowed time. In a goal area a goal kick is
-      due if both teams have a robot near the ball, else a penalty. Outside, or where there are no such
-      restarts, it is a free ball in the quarter of the pitch where the ball is.
+      ball is, and had them so at each frame for more than the allowed time
+      (``checkers/twoattackers`` cc5f044).
+    - FOUL, a penalty is due: likewise with defenders (``checkers/twodefenders`` cc5f044).
+    - FOUL: the ball was slow at each frame for the whole allowed time, all the time in a goal area or all
+      the time outside. In a goal area a goal kick is due if both teams have a robot near the ball, else
+      a penalty. Outside, or where there are no such restarts, it is a free ball in the quarter of the
+      pitch where the ball is (``checkers/stoppedball`` 18de86c).
+
+    A goal area is a rectangle without its arc, and goes on behind the goal line; its lines are outside.
+    A robot is where its centre is. A foul makes the referee forget all that it counted.
 
     A time limit of n frames is over when its condition held at n + 1 frames in a row. What is missing
-    (NaN) is nowhere and does not move.
+    (NaN) is nowhere and does not move. DECISIONS.md ("Laws of VSSReferee") lists what that program does
+    otherwise.
 
     Args:
         bodies: float64 [1 + 2 N, 6] in the pitch frame, as they are at this frame.
@@ -209,47 +238,90 @@ def watch(bodies: F64, state: Record, limits: Record) -> int:
 
     x, y = bodies[BALL, X], bodies[BALL, Y]
     end = 1 if x > 0 else -1
-    home = 1 - 2 * (now["halves_over"] % 2)
-    defender = AWAY if end == home else HOME
     resume = frame + law["pause"]
-    if abs(x) > law["goal_line"] and abs(y) < law["post"]:
-        if defender == HOME:
-            now["away_goals"] += 1
-        else:
-            now["home_goals"] += 1
-        _stop(now, KICK_OFF, defender, resume)
-        return GOAL
-
-    area = end if abs(x) > law["area_x"] and abs(y) < law["area_y"] else 0
+    in_goal = abs(x) > law["goal_line"] and abs(y) < law["post"]
+    area = end if in_goal or (abs(x) > law["area_x"] and abs(y) < law["area_y"]) else 0
     if area != now["area"]:
+        if now["area"] != 0:
+            _count_crowds(bodies, now, law)
+            if now["attackers_seen"] or now["defenders_seen"]:
+                return _crowd_foul(now, False, resume)
         now["area"] = area
-        now["attackers"] = now["defenders"] = 0
+        now["slow"] = now["attackers"] = now["defenders"] = 0
     if area != 0:
-        home_there, away_there = _robots_in(bodies, area, law)
-        defending = home_there if defender == HOME else away_there
-        attacking = home_there + away_there - defending
-        now["attackers"] = now["attackers"] + 1 if attacking >= law["crowd"] else 0
-        now["defenders"] = now["defenders"] + 1 if defending >= law["crowd"] else 0
-        if now["attackers"] > law["crowded"] and law["goal_kicks"]:
-            _stop(now, GOAL_KICK, defender, resume)
-            return FOUL
-        if now["defenders"] > law["crowded"] and law["penalties"]:
-            _stop(now, PENALTY, 1 - defender, resume)
-            return FOUL
+        _count_crowds(bodies, now, law)
+        if in_goal:
+            if now["attackers_seen"]:
+                return _crowd_foul(now, True, resume)
+            conceded = _defender(now)
+            if conceded == HOME:
+                now["away_goals"] += 1
+            else:
+                now["home_goals"] += 1
+            _stop(now, KICK_OFF, conceded, resume)
+            return GOAL
+        if now["attackers"] > law["crowded"]:
+            return _foul(now, GOAL_KICK, ATTACKERS, resume)
+        if now["defenders"] > law["crowded"]:
+            return _foul(now, PENALTY, DEFENDERS, resume)
+        if law["remember"]:
+            now["attackers_seen"] |= now["attackers"] > 0
+            now["defenders_seen"] |= now["defenders"] > 0
 
     vx, vy = bodies[BALL, VX], bodies[BALL, VY]
-    now["slow"] = now["slow"] + 1 if vx * vx + vy * vy < law["slow_speed"] ** 2 else 0
+    now["slow"] = now["slow"] + 1 if vx * vx + vy * vy <= law["slow_speed"] ** 2 else 0
     if now["slow"] > law["stuck"]:
         contested = area != 0 and _both_near(bodies, law["near"])
         if contested and law["goal_kicks"]:
-            _stop(now, GOAL_KICK, defender, resume)
-        elif area != 0 and not contested and law["penalties"]:
-            _stop(now, PENALTY, 1 - defender, resume)
-        else:
-            now["quarter"] = (1 if x > 0 else 0) + (2 if y > 0 else 0)
-            _stop(now, FREE_BALL, NOBODY, resume)
-        return FOUL
+            return _foul(now, GOAL_KICK, STUCK, resume)
+        if area != 0 and not contested and law["penalties"]:
+            return _foul(now, PENALTY, STUCK, resume)
+        now["quarter"] = (1 if x > 0 else 0) + (2 if y > 0 else 0)
+        return _foul(now, FREE_BALL, STUCK, resume)
     return PLAY_ON
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _defender(now: Record) -> int:
+    """The team whose goal is at the end of the area in which the ball was last."""
+    home = 1 - 2 * (now["halves_over"] % 2)  # the end that home attacks
+    return AWAY if now["area"] == home else HOME
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _count_crowds(bodies: F64, now: Record, law: Record) -> None:
+    """Count one more frame of each crowd that is in the area, and none of one that is not.
+
+    Where there are no goal kicks, attackers are no crowd, and without penalties defenders are none.
+    """
+    home, away = _robots_in(bodies, now["area"], law)
+    defending = home if _defender(now) == HOME else away
+    attacking = home + away - defending
+    many = attacking >= law["crowd"] and law["goal_kicks"]
+    now["attackers"] = now["attackers"] + 1 if many else 0
+    many = defending >= law["crowd"] and law["penalties"]
+    now["defenders"] = now["defenders"] + 1 if many else 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _crowd_foul(now: Record, annulled: bool, resume: int) -> int:
+    """Call the foul of a crowd that was seen; of two, that of the older one, or the defenders'."""
+    older = now["attackers"] > now["defenders"]
+    if now["attackers_seen"] and (older or not now["defenders_seen"]):
+        call = _foul(now, GOAL_KICK, ATTACKERS, resume)
+    else:
+        call = _foul(now, PENALTY, DEFENDERS, resume)
+    now["annulled"] = annulled
+    return call
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _foul(now: Record, due: int, reason: int, resume: int) -> int:
+    """Call a foul; goal kicks are for the defenders of the area, penalties for the attackers."""
+    team = NOBODY if due == FREE_BALL else (_defender(now) if due == GOAL_KICK else 1 - _defender(now))
+    now["reason"], now["annulled"] = reason, 0
+    _stop(now, due, team, resume)
+    return FOUL
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -257,6 +329,7 @@ def _stop(now: Record, due: int, team: int, resume: int) -> None:
     """Note what restarts play, who takes it and when, and count anew from there."""
     now["due"], now["team"], now["resume"] = due, team, resume
     now["slow"] = now["area"] = now["attackers"] = now["defenders"] = 0
+    now["attackers_seen"] = now["defenders_seen"] = 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -302,9 +375,10 @@ class RefereeEvent(NamedTuple):
 def told(call: int, state: Record, laws: Laws) -> tuple[RefereeEvent, ...]:
     """Events of a call for the log; ask before the next frame is watched.
 
-    A goal is the team's that scored. A foul is a ``stop``, and the restart after it a ``fault``; both
-    note which. Kick-offs, penalties and goal kicks are for the team that takes them. HALF is two
-    events at one time, ``half`` and ``kick-off``.
+    A goal is the team's that scored. A foul is a ``stop``, and the restart after it a ``fault``. The fault
+    notes the restart. The stop notes it, too, and its reason, and whether it annulled a goal: "goal kick:
+    goal annulled, too many attackers in the area". Kick-offs, penalties and goal kicks are for the team
+    that takes them. HALF is two events at one time, ``half`` and ``kick-off``.
 
     Args:
         call: what :func:`watch` returned; nothing is told of PLAY_ON.
@@ -320,7 +394,9 @@ def told(call: int, state: Record, laws: Laws) -> tuple[RefereeEvent, ...]:
     if call == GOAL:
         return (RefereeEvent(t_ns, "goal", SIDES[1 - taker], *score, "goal"),)
     if call == FOUL:
-        return (RefereeEvent(t_ns, "stop", None, *score, WORDS[int(state["due"])]),)
+        annulled = "goal annulled, " if state["annulled"] else ""
+        note = f"{WORDS[int(state['due'])]}: {annulled}{REASONS[int(state['reason'])]}"
+        return (RefereeEvent(t_ns, "stop", None, *score, note),)
     if call == END:
         return (RefereeEvent(t_ns, "end", None, *score, "end"),)
     if call in (KICK_OFF, HALF):

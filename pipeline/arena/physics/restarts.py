@@ -38,8 +38,9 @@ def restart(bodies: F64, call: int, state: Record, laws: Laws, rng: np.random.Ge
       it on the side of its own goal, all others in their own half and further from the ball.
     - Penalty: the ball on the mark before the goal, the taker 1.5 robot lengths behind it, the
       adversary's goalkeeper on its line, all others in the half that the ball is not in.
-    - Goal kick: the ball on a corner of the goal area, left or right by chance, the goalkeeper behind
-      it, all others in their own half, the kicker's outside the area.
+    - Goal kick: the ball on a corner of the goal area, left or right by chance (VSSReferee: on the
+      goalkeeper's side), the goalkeeper behind it, all others in their own half, the kicker's outside the
+      area.
 
     Other goalkeepers are a robot's length before their goal line; goalkeepers stand along that line,
     all others face the ball. Field players that are not at the ball keep outside the goal areas and

@@ -25,7 +25,7 @@ class PhysicsSettings(Frozen):
         substeps: equal steps of a frame. With 2 steps a ball of 6 m/s moves 5 cm a step, less than half a
             robot plus its own radius, so it cannot pass through a robot. 0.4 s after a kick it is 2 mm
             (median) from its place with 64 steps. Contacts are noticed only when bodies overlap, by up to
-            one step's travel. A ball pressed into a wall was seen 12.1 mm inside it (its radius is 21.35),
+            one step's travel. A ball pressed into a wall was seen 14.9 mm inside it (its radius is 21.35),
             a robot's corner 9.9 mm. The tests' bounds are 16 and 15 mm; 15 mm is one step's travel of the
             corner of a spinning robot, 1.8 m/s. A ball is more than 5 mm inside in one frame of 700 between
             static teams, of 20,000 between random ones (data/studies/world). 4 steps halve the overlap and

@@ -35,12 +35,14 @@ PERSON = np.dtype([
 ])  # fmt: skip
 
 
-def new_memory(robots: int, m: Measures, rng: Generator, people: People) -> tuple[Records, Records, F64]:
+def new_memory(
+    robots: int, m: Measures, rng: Generator, people: People
+) -> tuple[Records, Records, Records, F64]:
     """The memory of a team before a match, for somebody who is drawn from ``people``.
 
     Returns:
-        Records of ``static.ROBOT``, [N]; the person, a record of :data:`PERSON`, [1]; the last views, a
-        ring, float64 [delay + 1, 1 + 2 N, 6].
+        Records of ``static.ROBOT``, [N], and ``static.RULES``, [1]; the person, a record of :data:`PERSON`,
+        [1]; the last views, a ring, float64 [delay + 1, 1 + 2 N, 6].
     """
     delay, wobble, lasting, skill, pace, switch = (
         float(rng.uniform(*span))
@@ -60,10 +62,11 @@ def new_memory(robots: int, m: Measures, rng: Generator, people: People) -> tupl
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def play(
-    view: F64, packed: Records, splitmix: SplitMix, wheels: F64, robots: Records, persons: Records, ring: F64
+    view: F64, packed: Records, splitmix: SplitMix, wheels: F64, robots: Records, rules: Records,
+    persons: Records, ring: F64,
 ) -> None:
     """Play one frame, see :class:`pipeline.arena.teams.table.Script`."""
-    m, person = packed[0], persons[0]
+    m, rule, person = packed[0], rules[0], persons[0]
     seen = _seen(view, len(robots), person["frames"], ring)
     static.share_out(seen, m, robots)
     if person["frames"] % person["switch"] == 0:
@@ -83,17 +86,17 @@ def play(
         if robot == driven and tactic == _CHASER:
             _chase(seen, robot, m, wheels)
         elif job == ATTACKER or (robot == driven and job != KEEPER and tactic == _AGGRESSIVE):
-            static.attack(seen, robot, m, wheels)
+            static.attack(seen, robot, rule, m, wheels)
         elif job == KEEPER:
             static.guard(seen, robot, m, wheels)
         else:
-            static.support(seen, robot, place, m, wheels)
+            static.support(seen, robot, place, rule, m, wheels)
             place += 1
         if robot == driven:
             seen[robot, THETA] = view[robot, THETA]
         wheels[robot - 1, 0] *= share
         wheels[robot - 1, 1] *= share
-        static.get_free(seen, robot, m, own, wheels)
+        static.get_free(seen, robot, rule, m, own, wheels)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

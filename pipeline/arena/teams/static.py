@@ -5,6 +5,10 @@ strategies of the league: a goalkeeper on its line who spins at the ball, an att
 field to behind the ball, supporters between the ball and the own goal (rSoccer's deterministic_vss,
 UnBall 2012), roles that change hands with hysteresis. View, robot and wheels are those of
 :mod:`pipeline.arena.teams.steering`.
+
+The team keeps the laws of :func:`pipeline.arena.physics.referee.watch` where it can: a second robot in its
+own goal area is a penalty. :data:`RULES` are what it does for that. DECISIONS.md ("Static team under the
+laws") has what each is worth, and what was tried and left out.
 """
 
 from __future__ import annotations
@@ -32,7 +36,7 @@ from pipeline.arena.teams.steering import (
     to_pose,
 )
 from pipeline.arrays import F64
-from pipeline.bodies import BALL, Record, Records, X, Y
+from pipeline.bodies import BALL, VX, VY, Record, Records, X, Y
 
 #: Jobs of robots.
 SUPPORTER, KEEPER, ATTACKER = range(3)
@@ -42,6 +46,14 @@ ROBOT = np.dtype([
     ("job", np.int64), ("stuck", np.int64), ("escaping", np.int64),
     ("left", np.float64), ("right", np.float64),
 ])  # fmt: skip
+#: Rules by which the team keeps the laws, each on (True) or off:
+#:
+#: - ``yields``: the attacker leaves a ball to the keeper that will be in the own goal area after
+#:   ``_YIELD_S``, not only one that is there.
+#: - ``escapes``: field players that are held do not back off into the own area.
+#: - ``clears``: while the ball is the keeper's, field players wait ``_CLEAR`` from the area, so that no pack
+#:   forms around the keeper.
+RULES = np.dtype([(name, np.bool_) for name in ("yields", "escapes", "clears")])
 # Lengths in robot radii, for a radius of 3.75 cm: the supporters' distance to the ball, 25 cm ("offensive
 # safe radius"); a ball to spin at, 8 cm; one at a wall that spinning certainly hits, 7.2 cm.
 _SUPPORT, _SPIN, _ROLL = 25 / 3.75, 8 / 3.75, 7.2 / 3.75
@@ -54,17 +66,26 @@ _RUN_UP = 3.5
 # A robot that is held for so long backs off for so long, seconds. One that reverses from top speed looks
 # held for a quarter of a second (wheels of 6 m/s²).
 _STUCK_S, _ESCAPE_S = 0.4, 0.3
+# A ball that rolls on as it does, and will then be in the own area, is the keeper's, seconds.
+_YIELD_S = 0.5
+# Field players wait so far from the own area for the keeper, in radii: with and without the rule ``clears``.
+_CLEAR, _WAIT = 9.0, 3.0
 
 
-def new_memory(robots: int, m: Measures, rng: Generator, people: People) -> tuple[Records]:
-    """Records of :data:`ROBOT`, [N]: the memory before a match; only ``robots``, N, counts."""
-    return (np.zeros(robots, dtype=ROBOT),)
+def new_memory(robots: int, m: Measures, rng: Generator, people: People) -> tuple[Records, Records]:
+    """The memory before a match: records of :data:`ROBOT`, [N], and of :data:`RULES`, [1], all on.
+
+    Only ``robots``, N, counts.
+    """
+    return np.zeros(robots, dtype=ROBOT), np.ones(1, dtype=RULES)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def play(view: F64, packed: Records, splitmix: SplitMix, wheels: F64, robots: Records) -> None:
+def play(
+    view: F64, packed: Records, splitmix: SplitMix, wheels: F64, robots: Records, rules: Records
+) -> None:
     """Play one frame, see :class:`pipeline.arena.teams.table.Script`; nothing is left to chance."""
-    m = packed[0]
+    m, rule = packed[0], rules[0]
     share_out(view, m, robots)
     place = 0
     for robot in range(1, len(robots) + 1):
@@ -72,11 +93,11 @@ def play(view: F64, packed: Records, splitmix: SplitMix, wheels: F64, robots: Re
         if own["job"] == KEEPER:
             guard(view, robot, m, wheels)
         elif own["job"] == ATTACKER:
-            attack(view, robot, m, wheels)
+            attack(view, robot, rule, m, wheels)
         else:
-            support(view, robot, place, m, wheels)
+            support(view, robot, place, rule, m, wheels)
             place += 1
-        get_free(view, robot, m, own, wheels)
+        get_free(view, robot, rule, m, own, wheels)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -130,11 +151,12 @@ def guard(view: F64, robot: int, m: Measures, wheels: F64) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def attack(view: F64, robot: int, m: Measures, wheels: F64) -> None:
+def attack(view: F64, robot: int, rule: Record, m: Measures, wheels: F64) -> None:
     """Get behind the ball by the univector field and drive it into the adversary's goal."""
     x, y = view[robot, X], view[robot, Y]
-    if for_keeper(view, m):
-        wait(view, robot, -m.goal_x + m.area_depth + 3.0 * m.radius, view[BALL, Y], m, wheels)
+    if for_keeper(view, m) or (rule["yields"] and comes_in(view, m)):
+        off = _CLEAR if rule["clears"] else _WAIT
+        wait(view, robot, -m.goal_x + m.area_depth + off * m.radius, view[BALL, Y], m, wheels)
         return
     ux, uy = _shot(view, m)
     dx, dy = offset(view, robot, BALL)
@@ -158,14 +180,18 @@ def attack(view: F64, robot: int, m: Measures, wheels: F64) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def support(view: F64, robot: int, place: int, m: Measures, wheels: F64) -> None:
+def support(view: F64, robot: int, place: int, rule: Record, m: Measures, wheels: F64) -> None:
     """Stay between the ball and the own goal; spin at a ball that is at hand.
 
-    A supporter is the further off, the more of them, ``place``, come before it.
+    A supporter is the further off, the more of them, ``place``, come before it. While the ball is the
+    keeper's, it waits on the other side of the pitch.
     """
     bx, by = view[BALL, X], view[BALL, Y]
     if at_hand(view, robot, m):
         spin(view, robot, 1.0, 0.0, m, wheels)
+        return
+    if rule["clears"] and for_keeper(view, m):
+        wait(view, robot, -m.goal_x + m.area_depth + _CLEAR * m.radius, -by, m, wheels)
         return
     dx, dy = -m.goal_x - bx, -by
     length = max(math.hypot(dx, dy), m.radius)
@@ -227,6 +253,13 @@ def for_keeper(view: F64, m: Measures) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def comes_in(view: F64, m: Measures) -> bool:
+    """Whether the ball will be in the own goal area after ``_YIELD_S`` if it rolls on as it does."""
+    x, y = view[BALL, X] + _YIELD_S * view[BALL, VX], view[BALL, Y] + _YIELD_S * view[BALL, VY]
+    return in_area(x, y, m.radius, m)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def in_area(x: float, y: float, margin: float, m: Measures) -> bool:
     """Whether a place is in the own goal area, made larger by a margin."""
     return bool(x < -m.goal_x + m.area_depth + margin and abs(y) < m.area_half_width + margin)
@@ -249,12 +282,16 @@ def cramped(x: float, y: float, ux: float, uy: float, m: Measures) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def get_free(view: F64, robot: int, m: Measures, own: Record, wheels: F64) -> None:
+def get_free(view: F64, robot: int, rule: Record, m: Measures, own: Record, wheels: F64) -> None:
     """Back off for a while if the wheels turn but the robot has been held for long.
 
     The robot's wanted ``wheels`` are overwritten while it backs off. Its record ``own`` counts the frames.
     """
     left, right = wheels[robot - 1, 0], wheels[robot - 1, 1]
+    if own["escaping"] > 0 and rule["escapes"] and own["job"] != KEEPER:
+        toward = along(view, robot, -1.0, 0.0) * (own["left"] + own["right"]) > 0.0
+        if toward and in_area(view[robot, X], view[robot, Y], 2.0 * m.radius, m):
+            own["escaping"] = 0
     if own["escaping"] > 0:
         own["escaping"] -= 1
         wheels[robot - 1, 0], wheels[robot - 1, 1] = own["left"], own["right"]

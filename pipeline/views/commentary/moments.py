@@ -33,7 +33,7 @@ class Moment(NamedTuple):
 
     Attributes:
         t_ns: time.
-        kind: kick-off, restart, half, end, goal, shot, save, pass, or possession.
+        kind: kick-off, restart, annulled (a goal), half, end, goal, shot, save, pass, or possession.
         team: its team, None without one.
         robot: number of its robot, None without one.
         text: a sentence.
@@ -60,7 +60,8 @@ class Moment(NamedTuple):
 def of_the_referee(referee: pl.DataFrame, match: pl.DataFrame) -> Iterator[Moment]:
     """Kick-offs of halves, restarts, half time, and the final whistle or the end of the recording.
 
-    The kick-off after a goal, and the stop before a restart, say nothing new and are left out.
+    The kick-off after a goal, and the stop before a restart, say nothing new and are left out, unless the
+    stop annulled a goal.
     """
     last = ""
     for row in referee.sort("t_ns", maintain_order=True).iter_rows(named=True):
@@ -69,6 +70,9 @@ def of_the_referee(referee: pl.DataFrame, match: pl.DataFrame) -> Iterator[Momen
             yield Moment(t_ns, "half", None, None, _with_score("Half time", row), Weight.ALWAYS)
         elif event == "end":
             yield Moment(t_ns, "end", None, None, _with_score("The final whistle", row), Weight.ALWAYS)
+        elif event == "stop" and "goal annulled" in (row["note"] or ""):
+            reason = row["note"].rpartition("goal annulled, ")[2]
+            yield Moment(t_ns, "annulled", None, None, f"No goal: {reason}.", Weight.ALWAYS)
         elif event == "fault":
             yield Moment(t_ns, "restart", team, None, restart(row["note"], team), Weight.ALWAYS)
         elif event == "kick-off" and last != "goal":

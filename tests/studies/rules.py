@@ -1,0 +1,126 @@
+"""What each rule of the static team is worth under the league's laws.
+
+``PYTHONPATH=tests python -m studies.rules data/studies/world/rules.csv`` (a quarter of an hour on 2 cores).
+A team with all rules plays a team without one of them, and one without any. The teams with all rules and
+without any also play the human-like team. Matches come in pairs with one seed and sides swapped.
+"""
+
+from __future__ import annotations
+
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+
+from pipeline.arena.match.controllers import ScriptedController
+from pipeline.arena.match.match import Match
+from pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
+from pipeline.arena.teams import static
+from pipeline.arena.teams.table import TEAMS, Memory, Script
+from pipeline.studies.statistics import mean_interval
+from schemas import SIDES
+
+#: Seeds of the reported matches. The rules and their numbers were chosen on seeds 1000 to 2329 and 5001 to 5100.
+SEEDS = range(6001, 6101)
+RULES = tuple(static.RULES.names or ())
+#: Sets of rules that are left out, by the names of the study.
+LEFT_OUT: dict[str, tuple[str, ...]] = {**{rule: (rule,) for rule in RULES}, "all": RULES}
+
+
+class Side(NamedTuple):
+    """A team of the study: its kind, and the static team's rules that it leaves out."""
+
+    kind: TeamKind
+    without: tuple[str, ...] = ()
+
+    def script(self) -> Script:
+        """The team's script, which remembers that these rules are off."""
+        script = TEAMS[self.kind].script
+        assert script is not None
+        return script._replace(new_memory=partial(_memory, self.without)) if self.without else script
+
+
+def _memory(without: tuple[str, ...], *said: object) -> Memory:
+    robots, rules = static.new_memory(*said)  # type: ignore[arg-type]
+    for rule in without:
+        rules[rule] = False
+    return robots, rules
+
+
+class Played(NamedTuple):
+    """A match as the first team saw it.
+
+    Attributes:
+        lead: its goals minus the other's.
+        fouls: its fouls for which the other team got a penalty or a goal kick.
+        others: the other team's.
+        minutes: duration.
+    """
+
+    lead: int
+    fouls: int
+    others: int
+    minutes: float
+
+
+def play(one: Side, other: Side, seed: int, away: bool) -> Played:
+    """Play a match; the first team is away or at home."""
+    sides = (other, one) if away else (one, other)
+    recipe = Recipe(home=TeamSettings(kind=sides[0].kind), away=TeamSettings(kind=sides[1].kind), seed=seed)
+    home, guests = (
+        ScriptedController(settings, recipe, np.random.default_rng([seed, 1 + team]), side.script())
+        for team, (settings, side) in enumerate(zip((recipe.home, recipe.away), sides, strict=True))
+    )
+    match = Match(recipe, (home, guests))
+    while match.advance(1024):
+        pass
+    gained = match.take().referee.filter(pl.col("event") == "fault", pl.col("team").is_not_null())["team"].cast(str)
+    own = SIDES[int(away)]
+    return Played(
+        match.score[int(away)] - match.score[1 - int(away)], int((gained != own).sum()), int((gained == own).sum()),
+        recipe.referee.duration_s / 60,
+    )
+
+
+def _pairs(pool: ProcessPoolExecutor, one: Side, other: Side) -> np.ndarray:
+    """Means over both matches of a seed, float64 [seeds, 3]: lead, fouls a minute, the other's fouls a minute."""
+    jobs = [(one, other, seed, away) for seed in SEEDS for away in (False, True)]
+    rows = [
+        (match.lead, match.fouls / match.minutes, match.others / match.minutes)
+        for match in pool.map(play, *zip(*jobs, strict=True), chunksize=8)
+    ]
+    return np.array(rows).reshape(len(SEEDS), 2, 3).mean(axis=1)
+
+
+def _row(left_out: str, opponent: str, worth: np.ndarray, fouls: float, without: float) -> dict[str, object]:
+    low, high = mean_interval(worth) or (np.nan, np.nan)
+    return {
+        "left_out": left_out, "opponent": opponent, "matches": 2 * len(SEEDS),
+        "seeds": f"{SEEDS[0]} to {SEEDS[-1]}", "worth": round(float(worth.mean()), 2), "low": round(float(low), 2),
+        "high": round(float(high), 2), "fouls": round(float(fouls), 3), "fouls_without": round(float(without), 3),
+    }
+
+
+def main(path: Path) -> None:
+    """Write the table; a row for each set of rules that is left out, and each opponent."""
+    whole, people = Side("static"), Side("human-like")
+    rows = []
+    with ProcessPoolExecutor(2) as pool:
+        for name, rules in LEFT_OUT.items():
+            direct = _pairs(pool, whole, Side("static", rules))
+            rows.append(_row(name, "static without it", direct[:, 0], direct[:, 1].mean(), direct[:, 2].mean()))
+            print(rows[-1], flush=True)
+        best, without = (_pairs(pool, team, people) for team in (whole, Side("static", RULES)))
+        worth = best[:, 0] - without[:, 0]
+        rows.append(_row("all", "human-like", worth, best[:, 1].mean(), without[:, 1].mean()))
+        print(rows[-1])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    pl.DataFrame(rows).write_csv(path)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
