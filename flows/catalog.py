@@ -44,7 +44,7 @@ def sources(store: Store) -> dict[str, list[tuple[Path, FileRecord]]]:
     A removed match has no rows. A match in quarantine has no rows of the stage that refused it or of later
     stages: such rows would come from other settings than those of the other matches.
     """
-    names = {schema.tag(): name for name, schema in PUBLIC.items()}
+    names = {tag: name for name, schema in PUBLIC.items() for tag in schema.readable()}
     files: dict[str, list[tuple[Path, FileRecord]]] = {}
 
     def add(folder: Path, records: Iterable[FileRecord]) -> None:

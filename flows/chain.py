@@ -50,7 +50,7 @@ class Chain(Mapping[str, Stage]):
     @property
     def of_matches(self) -> tuple[str, ...]:
         """The nouns whose outputs are of matches, in order."""
-        return self.nouns(Per.MATCH, Per.GRAMS, Per.ROUND)
+        return self.nouns(Per.MATCH, Per.GROUP, Per.GRAMS, Per.ROUND)
 
     @property
     def versioned(self) -> tuple[str, ...]:
@@ -69,7 +69,7 @@ class Chain(Mapping[str, Stage]):
             stage = self[noun]
             if stage.compute is None:
                 continue
-            if stage.per is Per.MATCH:
+            if stage.per in (Per.MATCH, Per.GROUP):
                 yield from self._by_length(together, scope)
                 together = []
                 yield Wave(stage, None)
@@ -84,10 +84,13 @@ class Chain(Mapping[str, Stage]):
                 for stage in together:
                     yield Wave(stage, (n,))
 
-    def sources(self, store: Store, stage: Stage, output: Output, scope: Scope) -> dict[str, list[Receipt]]:
+    def sources(
+        self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope
+    ) -> dict[str, list[Receipt]]:
         """The receipts that an output is made from, by noun.
 
-        An input's outputs are taken if they have the same match and length, as far as both have one.
+        An input's outputs are taken if they have the same match and length, as far as both have one. A
+        stage may choose among the matches of a group.
 
         Raises:
             NotFound: if one of them has not been made.
@@ -99,7 +102,9 @@ class Chain(Mapping[str, Stage]):
             if isinstance(each, Longer):
                 assert output.n is not None
                 lengths = tuple(n for n in scope.lengths if n > output.n)
-            matches = None if output.match is None else (output.match,)
+            matches: tuple[str, ...] | None = None if output.match is None else (output.match,)
+            if stage.choose is not None:
+                matches = stage.choose(store, output, scope, settings)
             found[noun] = [need(store, noun, o.name) for o in self[noun].outputs(scope, matches, lengths)]
         return found
 
@@ -111,7 +116,7 @@ class Chain(Mapping[str, Stage]):
         Raises:
             NotFound: if one of its inputs has not been made.
         """
-        receipts = self.sources(store, stage, output, scope)
+        receipts = self.sources(store, stage, output, settings, scope)
         return stage.work(output.name, settings, digests(receipts)), Inputs(store, receipts, n=output.n or 0)
 
     def done(self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope) -> bool:

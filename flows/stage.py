@@ -17,6 +17,9 @@ from pipeline.store.receipts import Manifest, Receipt
 from pipeline.store.work import Made, Work
 from schemas import Table
 
+#: Name of the output of a group, where the group is all matches of the store.
+ALL = "all"
+
 
 class Scope(BaseModel):
     """The matches and gram lengths of a run.
@@ -57,6 +60,7 @@ class Per(Enum):
     """The unit for which a stage has one output."""
 
     MATCH = "match"
+    GROUP = "group of matches"
     GRAMS = "match and gram length"
     ROUND = "gram length"
     VERSION = "version"
@@ -169,6 +173,8 @@ class Stage:
         schemas: schemas of the tables that it makes.
         version: raised when the stage makes other bytes from the same inputs; the goldens say when.
         compute: function from inputs and settings to tables; None if the noun has a flow of its own.
+        choose: for a noun with one output a group, the function from store, output, scope and settings to the
+            matches of the scope that it is made from; None: all.
         plan: for a versioned noun, the function from store, scope, settings and stage to the inputs of
             the next version.
     """
@@ -180,6 +186,7 @@ class Stage:
     version: int = 1
     compute: Callable[[Inputs, Any], Made] | None = None
     plan: Callable[[Store, Scope, Any, Stage], Plan] | None = None
+    choose: Callable[[Store, Output, Scope, Any], tuple[str, ...]] | None = None
 
     def settings(self, settings: Settings) -> BaseModel:
         """The settings of this stage among those of a run."""
@@ -206,6 +213,8 @@ class Stage:
         match self.per:
             case Per.MATCH:
                 return [Output(match, match) for match in matches]
+            case Per.GROUP:
+                return [Output(scope.group or ALL)]
             case Per.GRAMS:
                 return [Output(f"{match}.n{n}", match, n) for n in lengths for match in matches]
             case Per.ROUND:

@@ -11,15 +11,18 @@ from typing import TYPE_CHECKING
 
 import polars as pl
 
-from flows import knowledge, policies
+from flows import knowledge, models, policies
 from flows.chain import Chain
 from flows.stage import Inputs, Longer, Per, Stage
 from pipeline.settings import (
     BehaviourSettings,
     GoalSettings,
     GramSettings,
+    ModelSettings,
+    MomentSettings,
     SituationSettings,
     TrajectorySettings,
+    ValueSettings,
 )
 from pipeline.store.work import Made
 from schemas import (
@@ -34,6 +37,7 @@ from schemas import (
     Grams,
     Growth,
     Matches,
+    Moments,
     Occasions,
     Paradigms,
     Patterns,
@@ -43,7 +47,9 @@ from schemas import (
     Situations,
     StatesPlayed,
     Trajectories,
+    Values,
     Verdicts,
+    Worths,
 )
 
 if TYPE_CHECKING:
@@ -84,10 +90,40 @@ def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
     return Made([(table, Goals)], details={"goals": table.height})
 
 
+def _moments(inputs: Inputs, settings: MomentSettings) -> Made:
+    from pipeline.values.moments import moments  # noqa: PLC0415 (see above)
+
+    table = moments(
+        inputs.table("trajectories", Trajectories), inputs.table("matches", Referee), inputs.pitch, settings)
+    return Made([(table, Moments)])
+
+
+def _models(inputs: Inputs, settings: ModelSettings) -> Made:
+    from pipeline.values.models import fit, to_bytes  # noqa: PLC0415 (see above)
+
+    found, report = fit(pl.concat(inputs.tables("moments", Moments)), settings)
+    return Made([], blobs={"models": ("npz", to_bytes(found))} if found else {}, details={"report": report})
+
+
+def _values(inputs: Inputs, settings: ValueSettings) -> Made:
+    from pipeline.values.models import from_bytes  # noqa: PLC0415 (see above)
+    from pipeline.values.worths import values, worths  # noqa: PLC0415 (see above)
+
+    fitted = inputs.blob("models", "models")
+    table = values(inputs.table("moments", Moments), from_bytes(fitted)) if fitted else Values.empty()
+    changed = worths(
+        inputs.table("situations", Situations), table, inputs.table("matches", Referee),
+        inputs.table("trajectories", Trajectories), settings,
+    )
+    return Made([(table, Values), (changed, Worths)])
+
+
 def _grams(inputs: Inputs, settings: GramSettings) -> Made:
     from pipeline.grams.count import cover, grams, value  # noqa: PLC0415 (see above)
 
-    valued = value(inputs.table("situations", Situations), inputs.table("goals", Goals), settings)
+    changed = inputs.table("values", Worths).select("change", "x", "y")
+    valued = value(
+        inputs.table("situations", Situations), inputs.table("goals", Goals), settings).hstack(changed)
     longer = list(inputs.tables("behaviours", Patterns))
     taken = cover(valued, pl.concat(longer), settings) if longer else None
     table = grams(valued, inputs.n, taken, settings)
@@ -132,10 +168,14 @@ def _decisions(inputs: Inputs, settings: GramSettings) -> Made:
 STAGES = Chain(
     Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality, Commands), version=1),
     Stage("trajectories", Per.MATCH, ("matches",), (Trajectories, Quality), 1, _trajectories),
-    Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 1, _situations),
-    Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 1, _goals),
-    Stage("grams", Per.GRAMS, ("situations", "goals", Longer("behaviours")), (Grams,), 1, _grams),
-    Stage("behaviours", Per.ROUND, ("grams", "situations"), (Patterns,), 1, _behaviours),
+    Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 2, _situations),
+    Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 2, _goals),
+    Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),
+    Stage("models", Per.GROUP, ("moments",), (), 1, _models, choose=models.choose),
+    Stage("values", Per.MATCH, ("matches", "trajectories", "situations", "moments", "models"),
+          (Values, Worths), 1, _values),
+    Stage("grams", Per.GRAMS, ("situations", "goals", "values", Longer("behaviours")), (Grams,), 2, _grams),
+    Stage("behaviours", Per.ROUND, ("grams", "situations"), (Patterns,), 2, _behaviours),
     Stage("decisions", Per.MATCH, ("matches", "trajectories", "situations", "goals", "behaviours"),
           (Decisions,), 1, _decisions),
     Stage("knowledge", Per.VERSION, ("behaviours", "decisions"), (Behaviours, Occasions), 1,

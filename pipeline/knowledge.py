@@ -8,6 +8,7 @@ from itertools import chain
 
 import polars as pl
 
+from pipeline.estimates import estimated
 from pipeline.sequences import added_up, exact
 from pipeline.settings import KnowledgeSettings
 from pipeline.state import project
@@ -46,9 +47,11 @@ def behaviours(patterns: Iterable[pl.DataFrame], version: int) -> pl.DataFrame:
 def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFrame:
     """Merge behaviours of several versions into those of one.
 
-    Support and value are exactly those over the instances of all parts: sums of values are multiples of
+    Support and mean are exactly those over the instances of all parts: sums of values are multiples of
     ``pipeline.sequences.QUANTUM``, and rounding recovers them (below a support of about a million). So
-    merging in steps equals merging at once. The spread is pooled by the law of total variance.
+    merging in steps equals merging at once. The spread is pooled by the law of total variance. All else is
+    the mean over the instances, but for the error and the interval, which get narrower as those of the mean
+    of independent estimates do.
 
     Args:
         parts: rows of schema Behaviours, of distinct instances; the earlier versions first.
@@ -57,19 +60,27 @@ def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFram
     Returns:
         Rows of schema Behaviours. ``neuron`` refers to the latest map that found the behaviour.
     """
-    found = pl.concat([Behaviours.empty(), *parts])
-    sums = pl.Series("sum", exact((found["value"] * found["support"]).to_numpy()))
+    found = pl.concat([Behaviours.empty(), *parts]).with_columns(mean=pl.coalesce("mean", "value"))
+    sums = pl.Series("sum", exact((found["mean"] * found["support"]).to_numpy()))
     everywhere = found.with_columns(sums).with_columns(
-        mean=(pl.col("sum").sum() / pl.col("support").sum()).over("behaviour_id"))
-    square = pl.col("support") * (pl.col("spread") ** 2 + (pl.col("value") - pl.col("mean")) ** 2)
+        middle=(pl.col("sum").sum() / pl.col("support").sum()).over("behaviour_id"))
+    square = pl.col("support") * (pl.col("spread") ** 2 + (pl.col("mean") - pl.col("middle")) ** 2)
+    whole = pl.col("support").sum()
     merged = everywhere.group_by("behaviour_id", maintain_order=True).agg(
         pl.col("role", "codes", "n").first(),
-        pl.col("support").sum(),
-        value=pl.col("mean").first(),
-        spread=(square.sum() / pl.col("support").sum()).sqrt(),
+        spread=(square.sum() / whole).sqrt(),
         neuron=pl.col("neuron").last(),
+        mean=pl.col("middle").first(),
+        error=pl.when(pl.col("error").is_not_null().all()).then(
+            (pl.col("support") * pl.col("error")).pow(2).sum().sqrt() / whole),
+        support=whole,
+        **{
+            name: pl.when(pl.col(name).is_not_null().all()).then(
+                (pl.col(name) * pl.col("support")).sum() / whole)
+            for name in ("family", "family_spread", "paper", "x", "y")
+        },
     )
-    return _behaviours(merged, version)
+    return _behaviours(estimated(merged), version)
 
 
 def _behaviours(patterns: pl.DataFrame, version: int) -> pl.DataFrame:

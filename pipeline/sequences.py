@@ -58,9 +58,9 @@ class Instances(NamedTuple):
     pattern: I64
 
 
-def exact(values: F64) -> F64:
-    """Round ``values`` [any shape] to multiples of :data:`QUANTUM` (an error below 5e-10)."""
-    return np.rint(values / QUANTUM) * QUANTUM
+def exact(values: F64, quantum: float = QUANTUM) -> F64:
+    """Round ``values`` [any shape] to multiples of a quantum (of :data:`QUANTUM`: an error below 5e-10)."""
+    return np.rint(values / quantum) * quantum
 
 
 def added_up(tables: Iterable[pl.DataFrame], keys: Sequence[str]) -> pl.DataFrame:

@@ -149,16 +149,31 @@ class ModelSettings(Frozen):
     seed: int = 0
 
 
+class ValueSettings(Frozen):
+    """How situations are valued by V.
+
+    Attributes:
+        goal_s: a robot's last situation before a goal ends with the goal if it ends so near to the end of
+            play.
+    """
+
+    goal_s: float = Field(default=1.0, ge=0)
+
+
 class GramSettings(Frozen):
     """How situations are valued and windowed (paper section 3.2.2).
 
     Attributes:
+        outcome: value of a situation. "change": what it changes of V, goals included; a group's value is
+            the sum of its situations'. "paper": alpha^t if the next goal is for the robot's team, -alpha^t
+            if it is against; a group's value is the mean of its situations'.
         alpha: value of a situation that starts one tick before a goal.
         tick_s: the discrete time of the paper's exponent.
         gap_s: situations this far apart, or further, are not consecutive. Shorter holes are gaps that the
             recogniser leaves empty.
     """
 
+    outcome: Literal["change", "paper"] = "change"
     alpha: float = Field(default=0.998, gt=0, lt=1)
     tick_s: float = Field(default=1 / 30, gt=0)
     gap_s: float = Field(default=0.2, gt=0)
@@ -189,7 +204,10 @@ class BehaviourSettings(Frozen):
         share_of: base of ``activation``. "groups": all groups of the round; each situation starts one,
             except the last few of a run. "situations": all situations recognised, also those that
             longer behaviours have used up.
-        value_over: a behaviour's value must be greater than this.
+        select_by: what must be greater than ``value_over``: "low", the lower end of the 95 % interval of the
+            value, or "value" itself, which keeps the lucky ones.
+        value_over: that limit.
+        shrink: whether values are shrunk towards their families.
         support_at_least: least number of times that a behaviour was seen. The paper sets no limit, but
             the value of a group that was seen once depends on the next goal alone.
         keep_random: whether a group of nothing but "moves randomly" may become a behaviour; every state
@@ -207,7 +225,9 @@ class BehaviourSettings(Frozen):
         RoundSettings(n=1, rows=5, columns=5, activation=0.04),
     )
     share_of: Literal["groups", "situations"] = "groups"
+    select_by: Literal["low", "value"] = "low"
     value_over: float = 0.0
+    shrink: bool = True
     support_at_least: int = Field(default=3, ge=1)
     keep_random: bool = False
     teams: Teams = ("home", "away")
@@ -312,6 +332,9 @@ class Settings(Frozen):
     trajectories: TrajectorySettings = TrajectorySettings()
     goals: GoalSettings = GoalSettings()
     situations: SituationSettings = SituationSettings()
+    moments: MomentSettings = MomentSettings()
+    models: ModelSettings = ModelSettings()
+    values: ValueSettings = ValueSettings()
     grams: GramSettings = GramSettings()
     behaviours: BehaviourSettings = BehaviourSettings()
     knowledge: KnowledgeSettings = KnowledgeSettings()

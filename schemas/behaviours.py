@@ -8,7 +8,7 @@ import dataframely as dy
 import polars as pl
 
 from schemas.situations import MOVES_RANDOMLY
-from schemas.table import ROLES, Table
+from schemas.table import ROLES, Table, unit
 
 
 def behaviour_id() -> dy.String:
@@ -31,7 +31,8 @@ class Patterns(Table):
     """
 
     NAME: ClassVar[str] = "patterns"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
+    SINCE: ClassVar[int] = 1
     PUBLIC: ClassVar[bool] = False
 
     behaviour_id = behaviour_id()
@@ -39,16 +40,32 @@ class Patterns(Table):
     codes = dy.List(dy.Int16(min=1, max=194), description="the situations' codes in order")
     n = dy.Int8(min=1, max=4, description="number of situations")
     support = dy.Int64(min=1, description="number of instances")
-    value = dy.Float64(description="mean of its instances' values, in (-1, 1)")
+    value = dy.Float64(description=(
+        "what an instance changes of V, goals included: the estimate, shrunk towards its family; by the "
+        "setting outcome = 'paper', its value by the next goal"
+    ))
     spread = dy.Float64(min=0, description="standard deviation of its instances' values")
     neuron = dy.Int16(min=0, description="best-matching unit in the map of its length")
+    low = dy.Float64(nullable=True, description="lower end of the 95 % interval of value")
+    high = dy.Float64(nullable=True, description="upper end of the 95 % interval of value")
+    mean = dy.Float64(nullable=True, description="mean of its instances' values, not shrunk")
+    error = dy.Float64(nullable=True, min=0, description="standard error of mean, by match")
+    family = dy.Float64(nullable=True, description=(
+        "what it is compared with and shrunk towards: mean value of the groups of its length and role "
+        "whose last code is of the same family of table 1"
+    ))
+    family_spread = dy.Float64(nullable=True, min=0, description="standard deviation of the true values in that family")
+    paper = dy.Float64(nullable=True, description="mean of its instances' values by the next goal (paper section 3.2.2), in (-1, 1)")
+    x = dy.Float64(nullable=True, description="where it begins: mean place of the robot along the pitch, its team attacks +x", metadata=unit("m"))
+    y = dy.Float64(nullable=True, description="the same across the pitch, to the left of +x", metadata=unit("m"))
 
 
 class Behaviours(Patterns):
     """One behaviour in one version of the knowledge. Sorted by n (descending), role, codes."""
 
     NAME: ClassVar[str] = "behaviours"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
+    SINCE: ClassVar[int] = 1
     PUBLIC: ClassVar[bool] = True
 
     version = dy.Int32(min=1, description="version of the knowledge")

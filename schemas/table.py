@@ -33,14 +33,21 @@ def note_on(*teams: str) -> str | None:
 class Table(dy.Schema):
     """Base of all schemas.
 
-    A subclass names its table. Its version rises whenever its columns change in any way, so that no
-    file is read by another schema than its own.
+    A subclass names its table. Its version rises whenever its columns change in any way. Columns are only
+    added, and those that are added may be null, so that files of earlier versions can be read.
     """
 
     NAME: ClassVar[str]
     VERSION: ClassVar[int]
     #: Whether the table is a view of the catalogue; an abstract table has no name.
     PUBLIC: ClassVar[bool] = True
+    #: The first version to which the present one has only added columns.
+    SINCE: ClassVar[int] = 0
+
+    @classmethod
+    def readable(cls) -> tuple[str, ...]:
+        """Tags of the files that it can read."""
+        return tuple(f"{cls.NAME}/{version}" for version in range(cls.SINCE or cls.VERSION, cls.VERSION + 1))
 
     @classmethod
     def tag(cls) -> str:

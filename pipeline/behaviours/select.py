@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
+from pipeline.behaviours.shrinkage import valued
 from pipeline.behaviours.som import SelfOrganisingMap, best_matching_units, train
 from pipeline.settings import BehaviourSettings, RoundSettings
 from schemas import Patterns
@@ -59,12 +60,11 @@ def select(
     """Select the behaviours of one length.
 
     The grams of all roles train one map. A neuron is kept if its activations reach the round's share
-    of the groups (or of all recognised situations, by the settings). The grams on kept neurons with a
-    value above the threshold become behaviours, role by role.
+    of the groups (or of all recognised situations, by the settings). The grams on kept neurons whose
+    value, or the lower end of its interval, is above the threshold become behaviours, role by role.
 
     Args:
-        grams: columns role, codes, n, count, value_sum and value_square_sum, one row a distinct
-            (role, codes), all of the round's n (``pipeline.grams.count.merge``).
+        grams: one row a distinct (role, codes), all of the round's n (``pipeline.grams.count.merge``).
         recognised: situations recognised in all matches, including those that longer behaviours
             use up.
         settings: settings of all rounds.
@@ -85,23 +85,25 @@ def select(
     activations = np.zeros(len(som.weights), dtype=np.int64)
     np.add.at(activations, neuron, counts)
     kept = (activations >= threshold) & (activations > 0)
-    mean = pl.col("value_sum") / pl.col("count")
+    estimated = valued(grams, shrink=settings.shrink)
+    mean, placed = pl.col("mean"), pl.when(pl.col("placed") > 0).then("placed")
     purposeful = pl.col("codes").list.eval(pl.element() != MOVES_RANDOMLY).list.any()
     digits = pl.col("codes").list.eval(pl.element().cast(pl.String).str.zfill(3)).list.join("-")
-    on_kept = grams.with_columns(pl.Series("neuron", neuron)).filter(pl.Series(kept[neuron]))
+    on_kept = estimated.with_columns(pl.Series("neuron", neuron)).filter(pl.Series(kept[neuron]))
     patterns = on_kept.filter(
-        mean > settings.value_over, pl.col("count") >= settings.support_at_least,
+        pl.col(settings.select_by) > settings.value_over, pl.col("count") >= settings.support_at_least,
         settings.keep_random | purposeful,
     ).select(
         pl.concat_str("role", digits, separator="-").alias("behaviour_id"),
         "role",
         "codes",
         "n",
+        "value", "neuron", "low", "high", "mean", "error", "family", "family_spread",
         support="count",
-        value=mean,
         spread=(pl.col("value_square_sum") / pl.col("count") - mean**2).clip(lower_bound=0).sqrt(),
-        neuron="neuron",
-    ).cast(pl.Schema(Patterns.dtypes())).sort("role", "codes")
+        paper=pl.col("paper_sum") / pl.col("count"),
+        x=pl.col("x_sum") / placed, y=pl.col("y_sum") / placed,
+    ).select(list(Patterns.dtypes())).cast(pl.Schema(Patterns.dtypes())).sort("role", "codes")
     report = RoundReport(
         n=round_.n,
         distinct=grams.height,

@@ -8,10 +8,13 @@ from itertools import chain
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import I16, I64, Bools
+from pipeline.arrays import F64, I16, I64, Bools
 from pipeline.sequences import added_up, codes_of, exact, instances, mark, role_of, windows
 from pipeline.settings import GramSettings
 from schemas import ROLES, SIDES, Grams
+
+#: Quantum of sums that may be larger than those of values; exact below 2**37.
+_COARSE = 2.0**-16
 
 
 def value(
@@ -70,21 +73,30 @@ def grams(valued: pl.DataFrame, n: int, taken: Bools | None, settings: GramSetti
     """Count and value the distinct runs of ``n`` consecutive situations of one match.
 
     Args:
-        valued: situations with their values, from :func:`value` [S].
+        valued: situations with their values by the next goal, from :func:`value`, and the columns change,
+            x and y of schema Worths [S].
         n: 1 to 4.
         taken: bool [S], situations that are used up (:func:`cover`); None for none.
-        settings: gap_s.
+        settings: gap_s and outcome.
 
     Returns:
-        Rows of schema Grams, one a distinct (team, role at the start, codes). An instance's
-        value is the mean of its situations' values.
+        Rows of schema Grams, one a distinct (team, role at the start, codes).
     """
     runs = windows(valued, n, taken, settings.gap_s)
-    values = valued["value"].to_numpy()
-    instance = exact(values[runs.first[:, None] + np.arange(n)].mean(axis=1))
+    rows = runs.first[:, None] + np.arange(n)
+    paper = exact(valued["value"].to_numpy()[rows].mean(axis=1))
+    instance = paper if settings.outcome == "paper" else exact(valued["change"].to_numpy()[rows].sum(axis=1))
     team = valued["team"].cast(pl.Enum(SIDES)).to_physical().to_numpy()[runs.first]
     split = len(ROLES) << 32
     keys, which = np.unique(runs.key + team.astype(np.int64) * split, return_inverse=True)
+
+    def total(weights: F64) -> F64:
+        summed: F64 = np.bincount(which, weights=weights, minlength=len(keys)).astype(np.float64)
+        return summed
+
+    count, value_sum = np.bincount(which, minlength=len(keys)), total(instance)
+    x, y = (exact(valued[name].cast(pl.Float64).to_numpy()[runs.first], _COARSE) for name in ("x", "y"))
+    known = ~np.isnan(x)
     return pl.DataFrame(
         {
             "match_id": np.repeat(valued["match_id"].head(1).to_numpy(), len(keys)),
@@ -92,9 +104,16 @@ def grams(valued: pl.DataFrame, n: int, taken: Bools | None, settings: GramSetti
             "role": _labels(ROLES, role_of(keys % split)),
             "codes": _lists(codes_of(keys % split, n)),
             "n": np.full(len(keys), n),
-            "count": np.bincount(which, minlength=len(keys)),
-            "value_sum": np.bincount(which, weights=instance, minlength=len(keys)),
-            "value_square_sum": np.bincount(which, weights=exact(instance**2), minlength=len(keys)),
+            "count": count,
+            "value_sum": value_sum,
+            "value_square_sum": total(exact(instance**2)),
+            "match_square_sum": exact(value_sum**2, _COARSE),
+            "match_product_sum": exact(value_sum * count, _COARSE),
+            "match_count_square_sum": count**2,
+            "paper_sum": total(paper),
+            "placed": total(known.astype(np.float64)).astype(np.int64),
+            "x_sum": total(np.where(known, x, 0.0)),
+            "y_sum": total(np.where(known, y, 0.0)),
         },
         schema=Grams.dtypes(),
     )
@@ -107,8 +126,8 @@ def merge(tables: Iterable[pl.DataFrame]) -> pl.DataFrame:
         tables: rows of schema Grams, or earlier results of this function.
 
     Returns:
-        Columns role, codes, n, count, value_sum and value_square_sum as in schema Grams, one
-        row a distinct (role, codes), sorted by n, role, codes.
+        The columns of schema Grams but match_id and team, one row a distinct (role, codes), sorted by
+        n, role, codes.
     """
     columns = [name for name in Grams.dtypes() if name not in ("match_id", "team")]
     every = (table.select(columns) for table in chain([Grams.empty()], tables))

@@ -176,18 +176,24 @@ def _opened(path: Path) -> Iterator[duckdb.DuckDBPyConnection]:
 
 
 def _select(connection: duckdb.DuckDBPyConnection, schema: type[Table], files: Sequence[str]) -> str:
-    if files:
-        columns = ", ".join(
-            f'"{name}"::varchar as "{name}"' if isinstance(dtype, pl.Enum) else f'"{name}"'
-            for name, dtype in schema.dtypes().items()
-        )
-        return f"select {columns} from read_parquet([{', '.join(map(_quote, files))}])"
+    columns = ", ".join(
+        f'"{name}"::varchar as "{name}"' if isinstance(dtype, pl.Enum) else f'"{name}"'
+        for name, dtype in schema.dtypes().items()
+    )
+    listed = ", ".join(map(_quote, files))
+    if files and len(schema.readable()) == 1:
+        return f"select {columns} from read_parquet([{listed}])"
     # DuckDB itself says how it names the types that it reads from our Parquet
     rows: Any = connection.from_arrow(
         schema.empty().with_columns(pl.selectors.enum().cast(pl.String)).to_arrow()
     )
     nulls = (f'null::{dtype} as "{name}"' for name, dtype in zip(rows.columns, rows.types, strict=True))
-    return f"select {', '.join(nulls)} where false"
+    nothing = f"select {', '.join(nulls)} where false"
+    if not files:
+        return nothing
+    # files of earlier versions lack columns
+    every = f"from read_parquet([{listed}], union_by_name = true) union all by name {nothing}"
+    return f"select {columns} from ({every})"
 
 
 def _quote(text: str) -> str:

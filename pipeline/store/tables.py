@@ -66,7 +66,7 @@ def _check_columns(frame: pl.DataFrame, schema: type[Table], where: str) -> None
 
 
 def from_parquet(data: bytes, schema: type[Table], *, where: str) -> pl.DataFrame:
-    """The table in Parquet bytes that :func:`to_parquet` made.
+    """The table in Parquet bytes that :func:`to_parquet` made; columns that are newer than it are null.
 
     Raises:
         SchemaMismatch: if it is tagged as another table or version, or has other columns.
@@ -74,7 +74,7 @@ def from_parquet(data: bytes, schema: type[Table], *, where: str) -> pl.DataFram
     """
     try:
         tag = pl.read_parquet_metadata(io.BytesIO(data)).get(SCHEMA_KEY)
-        frame = pl.read_parquet(io.BytesIO(data)) if tag == schema.tag() else None
+        frame = pl.read_parquet(io.BytesIO(data)) if tag in schema.readable() else None
     except pl.exceptions.PolarsError as error:
         raise CorruptFile(f"is not Parquet ({str(error)[:80]})", where=where,
                           next_step="Delete it and run again") from error
@@ -83,5 +83,9 @@ def from_parquet(data: bytes, schema: type[Table], *, where: str) -> pl.DataFram
             f"holds table {tag or 'of unknown origin'}, not {schema.tag()}", where=where,
             next_step="Make it again with this version of pitchlore",
         )
+    if tag != schema.tag():
+        added = {name: dtype for name, dtype in schema.dtypes().items() if name not in frame.columns}
+        frame = frame.with_columns(pl.lit(None, dtype=dtype).alias(name) for name, dtype in added.items())
+        frame = frame.select([name for name in schema.dtypes() if name in frame.columns])
     _check_columns(frame, schema, where)
     return frame

@@ -45,14 +45,17 @@ class Logistic:
     intercept: F64
 
     @classmethod
-    def fit(cls, features: F32, scores: Bools, weights: F64, places: Sequence[int], penalty: float) -> Logistic:
+    def fit(
+        cls, features: F32, scores: Bools, weights: F64, places: Sequence[int], penalty: float
+    ) -> Logistic:
         """Fit it; see :class:`pipeline.settings.ModelSettings` for the penalty."""
         chosen = np.array(places, dtype=np.int64)
         table = _known(features)[:, chosen]
         mean, spread = table.mean(axis=0), np.maximum(table.std(axis=0), 1e-6)
-        model = LogisticRegression(C=penalty**2, max_iter=_ITERATIONS).fit(
-            (table - mean) / spread, scores, sample_weight=weights)
-        return cls(chosen, mean, spread, model.coef_[0].astype(np.float64), model.intercept_.astype(np.float64))
+        model = LogisticRegression(C=penalty**2, max_iter=_ITERATIONS)  # type: ignore[no-untyped-call]
+        model.fit((table - mean) / spread, scores, sample_weight=weights)
+        weight, intercept = (part.astype(np.float64) for part in (model.coef_[0], model.intercept_))
+        return cls(chosen, mean, spread, weight, intercept)
 
     def logits(self, features: F32) -> F64:
         """Logit of each moment, float64 [T]."""
@@ -122,7 +125,8 @@ def fit(moments: pl.DataFrame, settings: ModelSettings) -> tuple[Models | None, 
     used = [f for f in range(settings.folds) if _both(scores[fold != f])]
     kinds: dict[str, tuple[Logistic | Trees, ...]] = {
         "logistic": tuple(
-            Logistic.fit(features[fold != f], scores[fold != f], weights[fold != f], range(NAMED), settings.penalty)
+            Logistic.fit(
+                features[fold != f], scores[fold != f], weights[fold != f], range(NAMED), settings.penalty)
             for f in used),
         "boosting": tuple(
             trees.grow(features[fold != f], scores[fold != f], weights[fold != f], settings) for f in used),
@@ -219,7 +223,8 @@ def _probability(logits: F64) -> F64:
 
 def _platt(logits: F64, scores: Bools) -> F64:
     """Slope and offset that make the probabilities of left-out moments true."""
-    model = LogisticRegression(C=np.inf, max_iter=_ITERATIONS).fit(logits[:, None], scores)
+    model = LogisticRegression(C=np.inf, max_iter=_ITERATIONS)  # type: ignore[no-untyped-call]
+    model.fit(logits[:, None], scores)
     return np.array([model.coef_[0, 0], model.intercept_[0]])
 
 

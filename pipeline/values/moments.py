@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F32, F64, I64
+from pipeline.arrays import F32, F64, I64, Bools
 from pipeline.episodes import episodes
 from pipeline.pitch import SCALES, Pitch
 from pipeline.settings import MomentSettings
@@ -88,7 +88,8 @@ def moments(
         return Moments.empty()
     ball = Ball(*(seen[name].cast(pl.Float64).to_numpy() for name in Ball._fields))
     home, away = (_robots(trajectories, seen["t_ns"], team) for team in SIDES)
-    views = {"home": (ball, home, away), "away": (Ball(*(-part for part in ball)), _turned(away), _turned(home))}
+    turned = Ball(*(-part for part in ball)), _turned(away), _turned(home)
+    views = {"home": (ball, home, away), "away": turned}
     scores = _scores(seen, episodes(trajectories, referee), round(settings.horizon_s * 1e9))
     return pl.concat(
         seen.select(
@@ -183,7 +184,7 @@ def _nearest(robots: Robots, ball: Ball) -> _Nearest:
 
 
 def _angle(to_x: F64, y: F64, half_goal: float) -> F64:
-    """Angle between the posts of a goal ``to_x`` ahead, seen from y, rad; pi on the line between the posts."""
+    """Angle between the posts of a goal ``to_x`` ahead, seen from y, rad."""
     ahead = np.maximum(to_x, 1e-3)
     return np.arctan2(half_goal - y, ahead) + np.arctan2(half_goal + y, ahead)
 
@@ -198,7 +199,8 @@ def _on_target(ball: Ball, to_x: F64, towards: F64, half_goal: float, slowest: f
 def _cosine(ax: F64, ay: F64, bx: F64, by: F64) -> F64:
     """Cosine of the angle between two ways; 0 where one has no length, NaN where one is unknown."""
     lengths = np.hypot(ax, ay) * np.hypot(bx, by)
-    return (ax * bx + ay * by) / np.maximum(lengths, 1e-9)
+    cosine: F64 = (ax * bx + ay * by) / np.maximum(lengths, 1e-9)
+    return cosine
 
 
 def _cover(robots: Robots, ball: Ball, to_x: F64, to_y: F64) -> F64:
@@ -217,7 +219,8 @@ def _keeper(robots: Robots, goal_x: float) -> F64:
 def _least(distances: F64) -> F64:
     """The least of the known distances [R, T] at each moment; infinite without any."""
     known: F64 = np.where(np.isnan(distances), np.inf, distances)
-    return known.min(axis=0, initial=np.inf)
+    least: F64 = known.min(axis=0, initial=np.inf)
+    return least
 
 
 def _closing(robot: _Nearest, ball: Ball) -> F64:
@@ -226,9 +229,10 @@ def _closing(robot: _Nearest, ball: Ball) -> F64:
     return ((robot.vx - ball.vx) * robot.dx + (robot.vy - ball.vy) * robot.dy) / apart
 
 
-def _share(which: F64, robots: Robots) -> F64:
+def _share(which: Bools, robots: Robots) -> F64:
     """Share of the robots that are there for which a mask [R, T] holds; 0 without any."""
-    return which.sum(axis=0) / np.maximum((~np.isnan(robots.x)).sum(axis=0), 1)
+    share: F64 = which.sum(axis=0) / np.maximum((~np.isnan(robots.x)).sum(axis=0), 1)
+    return share
 
 
 def _scores(seen: pl.DataFrame, ends: pl.DataFrame, horizon_ns: int) -> dict[str, pl.Series]:

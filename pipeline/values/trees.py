@@ -44,7 +44,7 @@ def grow(features: F32, scores: Bools, weights: F64, settings: ModelSettings) ->
         weights: float64 [T].
         settings: number, size and regularisation of the trees, and the seed of the bins.
     """
-    model = HistGradientBoostingClassifier(
+    model = HistGradientBoostingClassifier(  # type: ignore[no-untyped-call]
         max_iter=settings.trees, learning_rate=settings.learning_rate, max_leaf_nodes=settings.leaves,
         min_samples_leaf=settings.leaf_samples, l2_regularization=settings.tree_penalty,
         early_stopping=False, random_state=settings.seed,
