@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import polars as pl
 
@@ -149,7 +150,14 @@ def describe(store: Store, manifest: Manifest) -> str:
              "|---|---|---|---|"]
     lines += [f"| {role} | {c['behaviours']} | {c['states']} | {c['occasions']} |"
               for role, c in manifest.details["roles"].items()]
-    lines += ["", "| behaviour | support | value | spread |", "|---|---|---|---|"]
-    lines += [f"| {b['behaviour_id']} | {b['support']} | {b['value']:+.3f} | {b['spread']:.3f} |"
-              for b in known.sort("value", descending=True).head(30).iter_rows(named=True)]
+    lines += ["", "| behaviour | support | value | 95 % interval |", "|---|---|---|---|"]
+    lines += [f"| {b['behaviour_id']} | {b['support']} | {b['value']:+.3f} | {_interval(b)} |"
+              for b in known.sort(pl.coalesce("low", "value"), descending=True).head(30).iter_rows(named=True)]
     return "\n".join(lines)
+
+
+def _interval(behaviour: dict[str, Any]) -> str:
+    """The interval of a behaviour's value in words; versions from before there were intervals have none."""
+    if behaviour["low"] is None:
+        return "not known"
+    return f"{behaviour['low']:+.3f} to {behaviour['high']:+.3f}"

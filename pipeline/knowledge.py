@@ -16,6 +16,8 @@ from schemas import KEYS, ROLES, Behaviours, Occasions, Patterns
 from schemas.behaviours import moves_randomly
 
 _PAIR = ("role", "key", "state", "behaviour_id")
+#: What :func:`diff` shows of a behaviour before and after.
+_COMPARED = ("support", "value", "low", "high", "states")
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +26,7 @@ class Difference:
 
     Attributes:
         behaviours: one row a behaviour that was added, removed or changed (support or value):
-            behaviour_id, change, role, n, and support, value and states before and after
+            behaviour_id, change, role, n, and support, value, low, high and states before and after
             (null where it is not in that version); sorted by change, n descending, behaviour_id.
         roles: one row a role: behaviours, states and pairs of a state and a behaviour, before
             and after.
@@ -227,9 +229,9 @@ def diff(
         pl.col(f"{name}_before") != pl.col(f"{name}_after") for name in ("support", "value")
     )
     joined = (
-        before.rename({name: f"{name}_before" for name in ("support", "value", "states")})
+        before.rename({name: f"{name}_before" for name in _COMPARED})
         .join(
-            after.rename({name: f"{name}_after" for name in ("support", "value", "states")}),
+            after.rename({name: f"{name}_after" for name in _COMPARED}),
             on=("behaviour_id", "role", "n"), how="full", coalesce=True,
         )
         .with_columns(
@@ -240,7 +242,7 @@ def diff(
         .filter(pl.col("change").is_not_null())
         .select(
             "behaviour_id", "change", "role", "n",
-            *(f"{name}_{when}" for name in ("support", "value", "states") for when in ("before", "after")),
+            *(f"{name}_{when}" for name in _COMPARED for when in ("before", "after")),
         )
         .sort("change", "n", "behaviour_id", descending=[False, True, False])
     )
@@ -264,6 +266,6 @@ def diff(
 def _with_states(patterns: pl.DataFrame, seen: pl.DataFrame) -> pl.DataFrame:
     """Behaviours with the number of states in which each was seen."""
     states = seen.group_by("behaviour_id").agg(states=pl.len().cast(pl.Int64))
-    return patterns.select("behaviour_id", "role", "n", "support", "value").join(
+    return patterns.select("behaviour_id", "role", "n", "support", "value", "low", "high").join(
         states, on="behaviour_id", how="left"
     ).with_columns(pl.col("states").fill_null(0))

@@ -12,7 +12,7 @@ from flows.catalog import catalog_path, refresh
 from flows.commands.commentary import told_of
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.import_ import bring_in
-from flows.commands.printing import SURE_AND_GOOD, bars, console, print_frame, spelt
+from flows.commands.printing import BY_EVIDENCE, bars, console, print_frame, spelt
 from flows.commands.replay import write_page
 from flows.commands.run import bring_up_to_date
 from flows.matches import with_map
@@ -112,10 +112,11 @@ def _behaviours(store: Store, out: Console) -> None:
     newest = store.latest("knowledge")
     assert newest is not None
     known = store.read_table(newest, "behaviours", Behaviours).filter(pl.col("n") > 1)
-    best = known.sort(*SURE_AND_GOOD, descending=True).head(5)
+    best = known.sort(*BY_EVIDENCE, descending=True).head(5)
     out.print()
-    shown = best.select("role", spelt("codes").alias("what the robot does"), seen="support", worth="value")
-    title = f"The five of {known.height} behaviours that paid most (worth 1: a goal follows at once)"
+    shown = best.select("role", spelt("codes").alias("what the robot does"), "low", "high",
+                        seen="support", worth="value")
+    title = f"The five of {known.height} behaviours that surely pay (worth 1: a goal that nobody expected)"
     print_frame(shown, title=title)
 
 

@@ -7,7 +7,7 @@ import sys
 import polars as pl
 
 from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.printing import SURE_AND_GOOD, console, print_frame, print_json, spelt
+from flows.commands.printing import BY_EVIDENCE, console, print_frame, print_json, spelt
 from flows.stages import STAGES
 from pipeline.errors import NotFound
 from pipeline.store import Store
@@ -50,10 +50,10 @@ def show(version: int | None = None, *, json: Json = False, common: Common = DEF
         print_json({"manifest": manifest.model_dump(mode="json"), "behaviours": known.to_dicts()})
         return
     print_frame(
-        known.sort(*SURE_AND_GOOD, descending=True).select(
-            "behaviour_id", "n", "support", "value", "spread", "neuron", spelt("codes")
+        known.sort(*BY_EVIDENCE, descending=True).select(
+            "behaviour_id", "n", "support", "value", "low", "high", "family", "x", "y", "paper", spelt("codes")
         ),
-        title=f"knowledge version {manifest.version}, parent {manifest.parent}",
+        title=f"knowledge version {manifest.version}, parent {manifest.parent}; by the lower end of the value",
     )
     print_frame(pl.DataFrame([{"role": r} | c for r, c in manifest.details["roles"].items()]))
 

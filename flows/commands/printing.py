@@ -19,8 +19,9 @@ from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
 from schemas import note_on
 
-#: Rank of behaviours for people: a value from few instances says little.
-SURE_AND_GOOD = (pl.col("value") * pl.col("support").sqrt(), "behaviour_id")
+#: Order of behaviours for people, from the last to the first: by evidence, never by value alone. Versions
+#: from before there were intervals have none.
+BY_EVIDENCE = (pl.coalesce("low", "value"), "behaviour_id")
 
 
 def warn(line: str) -> None:

@@ -11,7 +11,7 @@ from flows.catalog import catalog_path, refresh
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import (
-    SURE_AND_GOOD,
+    BY_EVIDENCE,
     console,
     print_frame,
     print_json,
@@ -116,9 +116,9 @@ def _print_quarantine(store: Store, report: RunReport) -> None:
 
 def _print_behaviours(store: Store, version: int) -> None:
     known = store.read_table(store.manifest("knowledge", version), "behaviours", Behaviours)
-    best = known.sort(*SURE_AND_GOOD, descending=True).group_by("role", maintain_order=True).head(6)
-    print_frame(best.select("behaviour_id", "support", "value", "spread", spelt("codes")),
-                title=f"best of {known.height} behaviours, by value × √support")
+    best = known.sort(*BY_EVIDENCE, descending=True).group_by("role", maintain_order=True).head(6)
+    print_frame(best.select("behaviour_id", "support", "value", "low", "high", spelt("codes")),
+                title=f"best of {known.height} behaviours, by the lower end of what they change of V")
 
 
 def _print_rounds(store: Store) -> None:
