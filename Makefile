@@ -11,12 +11,14 @@ READY := $(VENV)/.ready-$(VERSION)
 TESTS := $(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 DEMO_DATA ?= data
 STUDY_DATA ?= data
+# Recordings that are not part of the project; without a value, ../shared/matches.
+RECORDINGS ?=
 export PREFECT_SERVER_ANALYTICS_ENABLED := false
 # The tests start hundreds of processes: they must find compiled sources.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help demo demo-learners test quick lint docs pythons chain bench study world paradigms seasons golden notebooks \
-  lock clean
+.PHONY: help demo demo-learners test quick lint docs pythons chain bench study world study-labels paradigms seasons \
+  golden notebooks lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -70,10 +72,13 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world paradigms seasons  ## all studies, into data/studies/
+study: world study-labels paradigms seasons  ## all studies, into data/studies/
 
 world: $(READY)  ## play a thousand random matches and check each frame (a minute)
 	PYTHONPATH=tests $(BIN)/python -m studies.thousand data/studies/world/thousand.json
+
+study-labels: $(READY)  ## the recogniser beside the labels of 200 moments and the kicks that 2D servers count (30 s)
+	PYTHONPATH=tests $(BIN)/python -m studies.labels data/studies/labels $(RECORDINGS)
 
 paradigms: $(READY)  ## section 5 of the paper in full (about 45 minutes)
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms

@@ -79,7 +79,8 @@ def compiled(kind: Kind) -> dict[str, RuleSet]:
 
 def holds_ns(fire_at: float) -> I64:
     """Playing time after which each rule of WHILE counts, int64 [rules] nanoseconds; 0 for the others."""
-    rises = [fuzzy.crossings(fuzzy.PLAYING_TIMES[rule.lasts], fire_at)[0] if rule.lasts else 0.0 for rule in RULES]
+    terms = [fuzzy.PLAYING_TIMES[rule.lasts] if rule.lasts else None for rule in RULES]
+    rises = [fuzzy.crossings(term, fire_at)[0] if term else None for term in terms]
     return np.array([round((at or 0.0) * 1e9) for at in rises])
 
 
