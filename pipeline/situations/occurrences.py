@@ -275,7 +275,7 @@ def cut(found: Rows, rules: Rows, samples: Samples, longest_ns: int) -> Rows:
 
 @numba.njit(cache=True, nogil=True)
 def _fill(owner: I64, i: int, k0: int, k1: int, least_ns: int, samples: Samples) -> None:
-    """Give occurrence ``i`` each free run of [k0, k1) that lasts ``least_ns``, and [k0, k1) if all is free."""
+    """Give occurrence ``i`` each free run of [k0, k1) that lasts ``least_ns``, and all if all is free."""
     k = k0
     while k < k1:
         end = k
