@@ -67,6 +67,14 @@ class TestAgreement:
         assert dict(table.select("league", "robots").iter_rows()) == {"2d": 2, "all": 4, "ssl": 2}
         assert dict(table.select("league", "both").iter_rows()) == {"2d": 1, "all": 0.75, "ssl": 0.5}
 
+    def test_interval(self):
+        """Moments are drawn again, not robots."""
+        moment = pl.Series([1] * 50 + [2] * 50)
+        assert agreement.interval(moment, pl.Series([1.0] * 50 + [0.0] * 50)) == (0.0, 1.0)
+        assert agreement.interval(moment, pl.Series([1.0, 0.0] * 50)) == (0.5, 0.5)
+        low, high = agreement.interval(pl.Series(range(400)), pl.Series([1.0, 0.0] * 200))
+        assert (low, high) == pytest.approx((0.45, 0.55), abs=0.01)
+
     def test_by_code(self):
         """What both labellers say is looked for in the answers, and the answers in the labels."""
         rows = {row["code"]: row for row in agreement.by_code(LABELS, SAID, MOMENTS).iter_rows(named=True)}

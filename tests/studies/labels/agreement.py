@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import polars as pl
+from studies.labels.moments import SEED
 
 #: Columns by which labels and answers of a robot at a moment meet.
 ROW = ("moment", "team", "robot")
@@ -12,6 +14,8 @@ ROW = ("moment", "team", "robot")
 NONE = 0
 #: A labeller sees a tenth or two of a second; a code that is said so near to the moment is counted as near.
 NEAR_NS = 300_000_000
+#: Draws of the bootstrap.
+_DRAWS = 2_000
 
 
 def answers(
@@ -66,24 +70,48 @@ def agreement(labels: pl.DataFrame, said: pl.DataFrame, moments: pl.DataFrame) -
         Columns league (also "all"), use, robots; both (the labellers with each other) and kappa (Cohen's). For
         before and now: the recogniser with a labeller, in the mean over the two; kappa_…, in the same mean;
         …_loosely, where a code in ``also`` counts too. random_…: the share of 194 among the robots of which
-        labeller a or b, or the recogniser, does not say that they stand.
+        labeller a or b, or the recogniser, does not say that they stand. …_low and …_high: 95 % intervals of
+        both, before and now, by bootstrap over moments.
     """
     rows = labels.join(said, on=ROW).join(moments.select("moment", "league", "use"), on="moment")
+    agrees = {
+        name: pl.mean_horizontal([(pl.col(one) == pl.col(other)).cast(pl.Float64) for one in ones])
+        for name, ones, other in (("both", "a", "b"), ("before", "ab", "before"), ("now", "ab", "now"))
+    }
     everywhere = pl.concat([rows, rows.with_columns(league=pl.lit("all"))])
     by = everywhere.group_by("league", "use").agg(
         pl.len().alias("robots"),
-        both=(pl.col("a") == pl.col("b")).mean(),
+        *(agrees[name].mean().alias(name) for name in agrees),
+        *(_interval(agrees[name]).struct.rename_fields([f"{name}_low", f"{name}_high"]).alias(f"{name}_interval")
+          for name in agrees),
         kappa=_kappa("a", "b"),
         **{f"kappa_{when}": pl.mean_horizontal(_kappa("a", when), _kappa("b", when)) for when in ("before", "now")},
-        **{f"{when}{loosely}": pl.mean_horizontal(
-            [(_in_also(when, who) if loosely else pl.col(when) == pl.col(who)).mean() for who in ("a", "b")])
-           for when in ("before", "now") for loosely in ("", "_loosely")},
+        **{f"{when}_loosely": pl.mean_horizontal(_in_also(when, "a").mean(), _in_also(when, "b").mean())
+           for when in ("before", "now")},
         **{f"random_{when}": _random(when) for when in ("a", "b", "before", "now")},
     )
-    return by.select(
-        "league", "use", "robots", "both", "kappa", "before", "now", "kappa_before", "kappa_now",
-        "before_loosely", "now_loosely", "random_a", "random_b", "random_before", "random_now",
+    return by.unnest([f"{name}_interval" for name in agrees]).select(
+        "league", "use", "robots", "both", "both_low", "both_high", "kappa", "before", "before_low", "before_high",
+        "now", "now_low", "now_high", "kappa_before", "kappa_now", "before_loosely", "now_loosely",
+        "random_a", "random_b", "random_before", "random_now",
     ).sort("use", "league").with_columns(pl.selectors.float().round(3))
+
+
+def _interval(agrees: pl.Expr) -> pl.Expr:
+    """95 % interval of the mean of a column, by bootstrap over moments, as a struct of two."""
+    return pl.struct("moment", agrees=agrees).map_batches(
+        lambda rows: pl.Series([dict(zip(("low", "high"), interval(*rows.struct.unnest()), strict=True))]),
+        return_dtype=pl.Struct({"low": pl.Float64, "high": pl.Float64}), returns_scalar=True)
+
+
+def interval(moment: pl.Series, agrees: pl.Series) -> tuple[float, float]:
+    """95 % interval of the mean over robots: moments are drawn again, because robots of one are alike."""
+    of = pl.DataFrame({"moment": moment, "agrees": agrees}).group_by("moment", maintain_order=True).agg(
+        pl.col("agrees").sum(), robots=pl.len())
+    drawn = np.random.default_rng(SEED).integers(len(of), size=(_DRAWS, len(of)))
+    means = of["agrees"].to_numpy()[drawn].sum(axis=1) / of["robots"].to_numpy()[drawn].sum(axis=1)
+    low, high = np.quantile(means, (0.025, 0.975))
+    return float(low), float(high)
 
 
 def _kappa(a: str, b: str) -> pl.Expr:
