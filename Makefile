@@ -11,12 +11,14 @@ READY := $(VENV)/.ready-$(VERSION)
 TESTS := $(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 DEMO_DATA ?= data
 STUDY_DATA ?= data
+# Recordings that are not part of the project; without a value, ../shared/matches.
+RECORDINGS ?=
 export PREFECT_SERVER_ANALYTICS_ENABLED := false
 # The tests start hundreds of processes: they must find compiled sources.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help demo demo-learners test quick lint docs pythons chain bench study world rules paradigms seasons golden notebooks \
-  lock clean
+.PHONY: help demo demo-learners test quick lint docs pythons chain bench study world rules study-labels study-values \
+  paradigms seasons golden notebooks lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -70,7 +72,7 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world rules paradigms seasons  ## all studies, into data/studies/
+study: world rules study-labels study-values paradigms seasons  ## all studies, into data/studies/
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
@@ -79,6 +81,9 @@ world: $(READY)  ## check each frame of a thousand random matches, and measure t
 
 rules: $(READY)  ## what each rule of the static team is worth (a quarter of an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.rules data/studies/world/rules.csv
+
+study-labels: $(READY)  ## the recogniser beside the labels of 200 moments and the kicks that 2D servers count (30 s)
+	PYTHONPATH=tests $(BIN)/python -m studies.labels data/studies/labels $(RECORDINGS)
 
 paradigms: $(READY)  ## section 5 of the paper in full (about 45 minutes)
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms

@@ -95,18 +95,21 @@ PITCHES: dict[Kind, Pitch] = {
 
 SCALES: dict[Kind, Scales] = {
     Kind.VSSS: Scales(
-        contact=0.0775, contact_fade=0.0075, body=0.0775, body_fade=0.0075, close=0.20, near=0.45, far=0.85, faces=2, speed=1.0,
+        contact=0.0775, contact_fade=0.0075, body=0.0775, body_fade=0.0075, close=0.20, near=0.45, far=0.85,
+        faces=2, speed=1.0,
         robot_radius=0.0375, ball_radius=0.02135, max_ball_speed=6.0, max_robot_speed=3.0,
     ),
     # robot of 18 cm with a flat front; ball speed is limited to 6.5 m/s by the rules
     Kind.SSL: Scales(
-        contact=0.125, contact_fade=0.015, body=0.125, body_fade=0.015, close=0.50, near=1.20, far=6.0, faces=1, speed=2.5,
+        contact=0.125, contact_fade=0.015, body=0.125, body_fade=0.015, close=0.50, near=1.20, far=6.0,
+        faces=1, speed=2.5,
         robot_radius=0.09, ball_radius=0.02135, max_ball_speed=10.0, max_robot_speed=6.0,
         omnidirectional=True,
     ),
     # kickable_margin 0.7 + player 0.3 + ball 0.085; speeds are metres a cycle of 0.1 s
     Kind.SIM2D: Scales(
-        contact=1.085, contact_fade=0.10, body=0.41, body_fade=0.02, close=2.5, near=6.0, far=52.5, faces=0, speed=8.0,
+        contact=1.085, contact_fade=0.10, body=0.41, body_fade=0.02, close=2.5, near=6.0, far=52.5,
+        faces=0, speed=8.0,
         robot_radius=0.3, ball_radius=0.085, max_ball_speed=33.0, max_robot_speed=13.0,
     ),
 }

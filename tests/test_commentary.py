@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 
+import numpy as np
 import polars as pl
 import pytest
 from golden.cases import _log
@@ -124,6 +125,50 @@ def test_possession():
     assert first.seconds == pytest.approx(2.625)
     assert tell({"ball": rolls(0.64, leaves=2.0), **KEEPER}).summary.home.possession == pytest.approx(
         2.625 / 3.975, abs=1e-9)
+
+
+#: Distances of home 1 and away 1 to the ball: one nearer (h, a), one alone (H, A), neither (.).
+DUEL = {"h": (0.06, 0.07), "a": (0.07, 0.06), "H": (0.06, 0.10), "A": (0.10, 0.06), ".": (0.10, 0.10)}
+
+
+def duel(steps, **changes):
+    """Who touched the ball with how many samples of 25 ms, one letter of ``DUEL`` a sample."""
+    home, away = np.array([DUEL[step] for step in steps]).T
+    bodies = {
+        "ball": stands(0, 0), "home-1": lambda t: (-home, 0 * t, 0 * t), "away-1": lambda t: (away, 0 * t, 0 * t + np.pi),
+    }
+    found = touches(film(bodies, len(steps) / 40, roles=ROLES_), VSSS, CommentarySettings(**changes))
+    return [(touch.team, round((touch.end_ns - touch.start_ns) * 40e-9) + 1) for touch in found]
+
+
+@pytest.mark.parametrize(("steps", "touched"), [
+    ("hhhhhhaahhahhh", [("home", 14)]),  # nearer for less than 0.1 s
+    ("hhhhhhaaaaaaaa", [("home", 6), ("away", 8)]),  # nearer for 0.1 s or more
+    ("hhhhhaaaaahhhhh", [("home", 5), ("away", 5), ("home", 5)]),
+    ("hhhhhaaaahhhhh", [("home", 14)]),
+    ("hhhhhaAahhhhh", [("home", 5), ("away", 3), ("home", 5)]),  # home 1 was off the ball meanwhile
+    ("hhhhhaaAAAAA", [("home", 5), ("away", 7)]),  # and so it is when it does not come back
+    ("hhhhh..aahhhhh", [("home", 5), ("away", 2), ("home", 5)]),  # after a pause nobody has the ball
+    ("aahhhhhh", [("away", 2), ("home", 6)]),  # the first has nobody to take it from
+])
+def test_duel(steps, touched):
+    """In a duel, being nearer for a moment does not take the ball."""
+    assert duel(steps) == touched
+
+
+def test_duel_without_hold():
+    """Without `hold_s` the nearest robot always has the ball."""
+    assert duel("hhhhaahhaaaa", hold_s=0) == [("home", 4), ("away", 2), ("home", 2), ("away", 4)]
+
+
+def test_duel_across_restart():
+    """A duel begins anew in a new segment."""
+    bodies = {"ball": stands(0, 0), "home-1": stands(-0.06, 0), "away-1": stands(0.07, 0, np.pi)}
+    table = film(bodies, 0.4, roles=ROLES_)
+    nearer = pl.col("x") - 0.01 * ((pl.col("frame") >= 8) & (pl.col("team") != "ball"))
+    later = table.with_columns(nearer.cast(pl.Float32), segment=(pl.col("frame") >= 8).cast(pl.Int32))
+    found = touches(later.filter(pl.col("frame") < 10), VSSS, CommentarySettings())
+    assert [(touch.team, touch.segment) for touch in found] == [("home", 0), ("away", 1)]
 
 
 def test_goal():

@@ -38,6 +38,9 @@ from pipeline.situations.rules import TABLE_1
 # For how many of the scenes the final condition must be reached (other codes: 0.7).
 AT_LEAST = {11: 0.5, 22: 0.5, 23: 0.5, 45: 0.4}
 
+# Driving to or from a goal or another robot.
+ELSEWHERE = (88, 98, 118, 128, 138, 139, 140, 150, 151, 152, 162, 163, 173, 174)
+
 
 @cache
 def trials():
@@ -46,6 +49,24 @@ def trials():
         code: [perform(scene, roles, code, seed) for scene, roles, seed in chosen]
         for code, chosen in openings(seed=1, each=30).items()
     }
+
+
+@cache
+def shares_named(*, with_ball):
+    """Shares of the trials of a code, and of the trials of others, in which the recogniser says the code."""
+    done = [(code, track) for code, tracks in trials().items() for track, _ in tracks if len(track) > 1]
+    seen = filmed([track for _, track in done])
+    table = recognise(seen if with_ball else seen.filter(seen["team"] != "ball"), VSSS, SituationSettings())
+    mine = table.filter((table["team"] == "home") & (table["robot"] == 1))
+    said = [set() for _ in done]
+    for segment, code in mine.select("segment", "code").iter_rows():
+        said[segment].add(code)
+    is_said = {code: np.array([code in codes for codes in said]) for code in CODES}
+    labels = np.array([label for label, _ in done])
+    return (
+        {code: is_said[code][labels == code].mean() for code in CODES},
+        {code: is_said[code][labels != code].mean() for code in CODES},
+    )
 
 
 def limit(code):
@@ -80,24 +101,21 @@ class TestExecutors:
         assert np.mean(got) >= 0.4
 
     def test_recognised(self):
-        """The recogniser names what executors do more often than by chance."""
-        labels = [code for code, tracks in trials().items() for track, _ in tracks if len(track) > 1]
-        films = [track for tracks in trials().values() for track, _ in tracks if len(track) > 1]
-        table = recognise(filmed(films), VSSS, SituationSettings())
-        mine = table.filter((table["team"] == "home") & (table["robot"] == 1))
-        said = {segment: set() for segment in range(len(films))}
-        for segment, code in mine.select("segment", "code").iter_rows():
-            said[segment].add(code)
-        named = {code: [] for code in CODES}
-        chance = {code: [] for code in CODES}
-        for segment, label in enumerate(labels):
-            for code in CODES:
-                (named if code == label else chance)[code].append(code in said[segment])
+        """The recogniser names what executors do with the ball, and how they turn, more often than by chance."""
+        named, chance = shares_named(with_ball=True)
         for code in CODES:
             # giving the ball away ends with the ball on its way; random moves look like anything
-            if code not in (22, 23, BY_CHANCE):
-                assert np.mean(named[code]) >= 0.5, code
-            assert np.mean(named[code]) > np.mean(chance[code]), code
+            if code not in (22, 23, BY_CHANCE, *ELSEWHERE):
+                assert named[code] >= 0.5, code
+            assert named[code] > chance[code] or code == BY_CHANCE, code
+
+    def test_recognised_without_ball(self):
+        """Driving to or from a goal or a robot is named if the ball is out of sight."""
+        # else 046 and 034 hide it: who drives to a goal mostly drives to or from the ball, too, and they go before
+        named, chance = shares_named(with_ball=False)
+        for code in (*ELSEWHERE, BY_CHANCE):
+            assert named[code] >= (0.4 if code != BY_CHANCE else 0.2), code
+            assert named[code] > 1.5 * chance[code], code
 
     @pytest.mark.slow
     def test_agreement_in_arena(self):
@@ -108,7 +126,10 @@ class TestExecutors:
         assert last.mean() > 10 / len(CODES)
         ever = np.array([[named[code].ever.get(said, 0) / named[code].count for said in CODES] for code in CODES])
         others = (ever.sum(axis=0) - ever.diagonal()) / (len(CODES) - 1)
-        assert ever.diagonal().mean() > 0.6
+        # 046 and 034 hide the codes of ELSEWHERE, see above
+        hidden = np.isin(CODES, ELSEWHERE)
+        assert ever.diagonal().mean() > 0.4
+        assert ever.diagonal()[~hidden].mean() > 0.6
         assert (ever.diagonal() > others).sum() >= len(CODES) - 2
 
     @given(views(count=3, ties=False), st.sampled_from([c for c in CODES if c != BY_CHANCE]))

@@ -36,7 +36,9 @@ class Variable(StrEnum):
 MEANINGS: dict[Variable, tuple[str, str]] = {
     Variable.DISTANCE: ("distance between two objects", "m"),
     Variable.ORIENTATION: ("absolute difference between the orientations of two objects, 0 to pi", "rad"),
-    Variable.BEARING: ("absolute angle from an object's orientation or course to another object, 0 to pi", "rad"),
+    Variable.BEARING: (
+        "absolute angle from an object's orientation or course to another object, 0 to pi", "rad"
+    ),
     Variable.PLAYING_TIME: ("time for which a condition has held", "s"),
     Variable.VELOCITY: ("speed of an object minus the speed of another", "m/s"),
 }
@@ -62,7 +64,6 @@ class Lines(NamedTuple):
 
 Terms = dict[Variable, dict[str, Trapezoid]]
 
-
 #: The terms of the playing time, s, from short to long.
 PLAYING_TIMES: dict[str, Trapezoid] = {
     "INSTANT": Trapezoid(0, 0, 0.05, 0.15),
@@ -76,8 +77,9 @@ def terms(scales: Scales) -> Terms:
     """The terms of all five variables for one kind of match.
 
     Neighbouring terms cross at 0.5 and sum to 1. BODY is the part of CONTACT in which bodies touch; TOWARDS,
-    ACROSS and AWAY are a second, coarser division of the bearings, for courses. Distances scale with the crossings in ``scales``, in
-    the proportions of the VSSS terms; velocities scale with ``scales.speed``. Angles and times do not scale.
+    ACROSS and AWAY are a second, coarser division of the bearings, for courses. Distances scale with the
+    crossings in ``scales``, in the proportions of the VSSS terms; velocities scale with ``scales.speed``.
+    Angles and times do not scale.
     """
     touch, apart = scales.contact - scales.contact_fade, scales.contact + scales.contact_fade
     close, near, far = (

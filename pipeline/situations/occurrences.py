@@ -49,7 +49,8 @@ SITUATION = np.dtype([
 #: membership is ``rise * seconds + up``, in [0, 1].
 RULE = np.dtype([
     ("initial", np.int64), ("final", np.int64), ("start", np.int64), ("limit_ns", np.int64),
-    ("hold_ns", np.int64), ("lull_ns", np.int64), ("once", np.bool_), ("rise", np.float64), ("up", np.float64),
+    ("hold_ns", np.int64), ("lull_ns", np.int64), ("once", np.bool_),
+    ("rise", np.float64), ("up", np.float64),
 ])
 
 
@@ -236,7 +237,7 @@ def _chunk_end(samples: Samples, k0: int, k1: int, longest_ns: int) -> int:
 
 @numba.njit(cache=True, nogil=True)
 def cut(found: Rows, rules: Rows, samples: Samples, longest_ns: int) -> Rows:
-    """The occurrences with WHILE stretches cut into chunks; of a rule that counts once only the first is kept.
+    """The occurrences, WHILE stretches cut into chunks; of a rule that counts once only the first is kept.
 
     Args:
         found: OCCURRENCE [M].
@@ -274,13 +275,14 @@ def cut(found: Rows, rules: Rows, samples: Samples, longest_ns: int) -> Rows:
 
 @numba.njit(cache=True, nogil=True)
 def _fill(owner: I64, i: int, k0: int, k1: int, least_ns: int, samples: Samples) -> None:
-    """Give occurrence ``i`` the free runs of [k0, k1) that last at least ``least_ns``, and all of it if all is free."""
+    """Give occurrence ``i`` each free run of [k0, k1) that lasts ``least_ns``, and all if all is free."""
     k = k0
     while k < k1:
         end = k
         while end < k1 and owner[end] < 0:
             end += 1
-        if end == k1 and k == k0 or end > k and samples.until_ns[end - 1] - samples.t_ns[k] >= least_ns - CLOCK_NS:
+        all_free = k == k0 and end == k1
+        if all_free or (end > k and samples.until_ns[end - 1] - samples.t_ns[k] >= least_ns - CLOCK_NS):
             owner[k:end] = i
         k = end + 1
 
@@ -291,10 +293,10 @@ def resolve(order: I64, found: Rows, meanings: Meanings, samples: Samples, gaps:
 
     An occurrence is accepted if its last sample is free, and enough of the samples up to it: two
     samples and ``least_share`` of its length (one sample, if it is one sample long). It then starts
-    where that free run starts. One of WHILE gets every free run that lasts long enough instead, because its
-    condition holds in any part of it. A gap of at least ``gaps.least_ns`` becomes ``gaps.code``; a shorter one
-    stays empty. Neighbours of the same code and target are merged if together they last no longer than
-    the code may; the merged strength is the lesser one.
+    where that free run starts. One of WHILE gets every free run that lasts long enough instead, because
+    its condition holds in any part of it. A gap of at least ``gaps.least_ns`` becomes ``gaps.code``; a
+    shorter one stays empty. Neighbours of the same code and target are merged if together they last no
+    longer than the code may; the merged strength is the lesser one.
 
     Args:
         order: int64 [M], occurrences from the highest priority to the lowest.

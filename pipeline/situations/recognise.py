@@ -201,9 +201,9 @@ def _situations(
     key = _PRIORITY[code]
     for part, bits in ((found["k0"], 32), (code, 8), (found["rule"], 7), (found["other"] + 1, 10)):
         key = (key << bits) | part
-    meanings = Meanings(
-        code, target, np.minimum(_LONGEST_NS[code], _ns(settings.longest_s)), np.minimum(holds_ns(settings.fire_at), _ns(settings.random_least_s))[found["rule"]],
-    )
+    least_ns = np.minimum(holds_ns(settings.fire_at), _ns(settings.random_least_s))
+    longest_ns = np.minimum(_LONGEST_NS[code], _ns(settings.longest_s))
+    meanings = Meanings(code, target, longest_ns, least_ns[found["rule"]])
     gaps = Gaps(
         settings.least_share, MOVES_RANDOMLY, _ns(settings.random_least_s), _ns(settings.random_longest_s)
     )

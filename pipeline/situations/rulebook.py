@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 import polars as pl
@@ -77,10 +77,14 @@ def compiled(kind: Kind) -> dict[str, RuleSet]:
     return sets
 
 
+@lru_cache(maxsize=8)  # scikit-fuzzy's cuts, made for each robot, take a quarter of the recogniser's time
 def holds_ns(fire_at: float) -> I64:
     """Playing time after which each rule of WHILE counts, int64 [rules] nanoseconds; 0 for the others."""
-    rises = [fuzzy.crossings(fuzzy.PLAYING_TIMES[rule.lasts], fire_at)[0] if rule.lasts else 0.0 for rule in RULES]
-    return np.array([round((at or 0.0) * 1e9) for at in rises])
+    terms = [fuzzy.PLAYING_TIMES[rule.lasts] if rule.lasts else None for rule in RULES]
+    rises = [fuzzy.crossings(term, fire_at)[0] if term else None for term in terms]
+    found = np.array([round((at or 0.0) * 1e9) for at in rises])
+    found.flags.writeable = False
+    return found
 
 
 def rule_table() -> pl.DataFrame:

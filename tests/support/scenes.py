@@ -110,6 +110,9 @@ SCENES = {
     "has a resting ball": (
         {"ball": stands(0.06, 0), "home-1": stands(0, 0)}, 1.0, 1, "ball", 0.0, 1.0,
     ),
+    "has the ball at its back": (
+        {"ball": stands(-0.06, 0), "home-1": stands(0, 0)}, 1.0, 1, "ball", 0.0, 1.0,
+    ),
     "guides the ball": (
         {"ball": goes((0, -0.24, 0, 0), (1, 0.06, 0, 0)), "home-1": goes((0, -0.3, 0, 0), (1, 0, 0, 0))},
         1.0, 11, "ball", 0.15, 1.0,
@@ -124,6 +127,10 @@ SCENES = {
     "kicks the ball with its side": (
         {"ball": goes((0, 0, 0.06, 0), (0.5, 0, 0.06, 0), (0.9, 0, 0.46, 0)), "home-1": stands(0, 0)},
         0.9, 21, "ball", 0.475, 0.525,
+    ),
+    "kicks a resting ball": (
+        {"ball": goes((0, 0.06, 0, 0), (0.5, 0.06, 0, 0), (0.9, 0.46, 0, 0)), "home-1": stands(0, 0)},
+        0.9, 21, "ball", 0.5, 0.525,
     ),
     "loses the ball": (
         {
@@ -178,6 +185,10 @@ SCENES = {
         {"ball": stands(0.3, 0.2), "home-1": goes((0, -0.2, -0.3, pi / 2), (1, -0.2, 0.2, pi / 2))},
         1.0, 68, "ball", 0.4, 0.85,
     ),
+    "follows the ball across the pitch": (
+        {"ball": goes((0, 0.5, -0.4, 0), (1, 0.5, 0.2, 0)), "home-1": goes((0, -0.3, -0.1, pi / 2), (1, -0.3, 0.4, pi / 2))},
+        1.0, 68, "ball", 0.0, 1.0,
+    ),
     "turns to its own goal": (
         {"home-1": goes((0, 0, 0, 0), (1, 0, 0, pi))}, 1.0, 78, "own-goal", 0.775, 0.875,
     ),
@@ -191,7 +202,7 @@ SCENES = {
         {"home-1": goes((0, 0, 0, pi), (1, 0, 0, 0))}, 1.0, 108, "adversary-goal", 0.775, 0.875,
     ),
     "approaches the adversary's goal": (
-        {"home-1": goes((0, 0, 0, 0), (0.8, 0.4, 0, 0))}, 0.8, 118, "adversary-goal", 0.0, 0.8,
+        {"home-1": goes((0, 0.15, 0, 0), (0.8, 0.55, 0, 0))}, 0.8, 118, "adversary-goal", 0.0, 0.8,
     ),
     "moves away from the adversary's goal": (
         {"home-1": goes((0, 0.45, 0.2, 2.55), (0.8, 0.117, 0.422, 2.55))}, 0.8, 128, "adversary-goal", 0.0, 0.8,

@@ -99,7 +99,7 @@ def touches(trajectories: pl.DataFrame, pitch: Pitch, settings: CommentarySettin
 
 
 def _settled(near: pl.DataFrame, hold_ns: int) -> pl.DataFrame:
-    """The robot that has the ball at each sample: one row a sample, from all that are near, the nearest first."""
+    """The robot that has the ball at each sample: of all that are near, nearest first, one row a sample."""
     robots: dict[int, list[tuple[str, int]]] = {}
     for sample, team, robot in near.select("sample", "team", "robot").iter_rows():
         robots.setdefault(sample, []).append((team, robot))
@@ -121,7 +121,8 @@ def _settled(near: pl.DataFrame, hold_ns: int) -> pl.DataFrame:
         pl.Series("team", [team for team, _ in owners], dtype=pl.String),
         pl.Series("robot", [robot for _, robot in owners], dtype=near.schema["robot"]),
     )
-    return owned.join(near, on=["sample", "team", "robot"], how="left", maintain_order="left").select(near.columns)
+    key = ["sample", "team", "robot"]
+    return owned.join(near, on=key, how="left", maintain_order="left").select(near.columns)
 
 
 def _goes_on(before: tuple[int, int, int], after: tuple[int, int, int]) -> bool:

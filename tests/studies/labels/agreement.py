@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import polars as pl
-
-from pipeline.settings import SituationSettings
-from pipeline.situations.recognise import recognise
-from studies.labels.moments import Recording
+from studies.labels.moments import SEED
 
 #: Columns by which labels and answers of a robot at a moment meet.
 ROW = ("moment", "team", "robot")
@@ -16,30 +14,37 @@ ROW = ("moment", "team", "robot")
 NONE = 0
 #: A labeller sees a tenth or two of a second; a code that is said so near to the moment is counted as near.
 NEAR_NS = 300_000_000
+#: Draws of the bootstrap.
+_DRAWS = 2_000
 
 
-def answers(moments: pl.DataFrame, recordings: dict[str, Recording]) -> pl.DataFrame:
-    """What the recogniser says of each robot at each moment.
+def answers(
+    moments: pl.DataFrame, tables: dict[str, pl.DataFrame], situations: dict[str, pl.DataFrame]
+) -> pl.DataFrame:
+    """What the recogniser says of each robot at each moment of the recordings that are given.
+
+    Args:
+        moments: columns moment, recording, t_ns.
+        tables: rows of schema Trajectories of each recording.
+        situations: rows of schema Situations of each recording.
 
     Returns:
-        Columns moment, team, robot, code (0 in a gap), near (all codes within ``NEAR_NS``, as text).
+        Columns of ROW, now (0 in a gap), near_now (all codes within ``NEAR_NS``, as text).
     """
+    robot = (pl.col("team").cast(pl.String), pl.col("robot").cast(pl.Int64))
     parts = []
-    for (name,), drawn in moments.group_by("recording", maintain_order=True):
-        film = recordings[str(name)]
-        found = recognise(film.table, film.pitch, SituationSettings())
+    for name, table in tables.items():
+        drawn = moments.filter(pl.col("recording") == name)
         there = drawn.join(
-            film.table.filter(pl.col("team") != "ball", ~pl.col("suspect"))
-            .select("t_ns", pl.col("team").cast(pl.String), pl.col("robot").cast(pl.Int64)), on="t_ns")
-        near = drawn.join(found.select(
-            pl.col("team").cast(pl.String), pl.col("robot").cast(pl.Int64), pl.col("code").cast(pl.Int64),
-            "start_ns", "end_ns"), how="cross",
+            table.filter(pl.col("team") != "ball", ~pl.col("suspect")).select("t_ns", *robot), on="t_ns")
+        near = drawn.join(
+            situations[name].select(*robot, pl.col("code").cast(pl.Int64), "start_ns", "end_ns"), how="cross",
         ).filter(pl.col("start_ns") <= pl.col("t_ns") + NEAR_NS, pl.col("t_ns") - NEAR_NS < pl.col("end_ns"))
         said = near.filter(pl.col("start_ns") <= pl.col("t_ns"), pl.col("t_ns") < pl.col("end_ns"))
-        codes = near.group_by(ROW).agg(near=pl.col("code").unique().sort().cast(pl.String).str.join(" "))
-        parts.append(there.select(ROW).join(said.select(*ROW, "code"), on=ROW, how="left").join(
+        codes = near.group_by(ROW).agg(near_now=pl.col("code").unique().sort().cast(pl.String).str.join(" "))
+        parts.append(there.select(ROW).join(said.select(*ROW, now="code"), on=ROW, how="left").join(
             codes, on=ROW, how="left"))
-    return pl.concat(parts).with_columns(pl.col("code").fill_null(NONE), pl.col("near").fill_null("")).sort(
+    return pl.concat(parts).with_columns(pl.col("now").fill_null(NONE), pl.col("near_now").fill_null("")).sort(
         "moment", "team", "robot", descending=[False, True, False])
 
 
@@ -62,38 +67,65 @@ def agreement(labels: pl.DataFrame, said: pl.DataFrame, moments: pl.DataFrame) -
         moments: columns moment, league, use.
 
     Returns:
-        Columns league (also "all"), use, robots, both (the labellers with each other), kappa (Cohen's, of
-        both), chance (the agreement of labels in random order), then for before and now: the mean share of
-        the two labellers with whom the recogniser agrees, and the same where a code in ``also`` counts too;
-        and the share of 194 among the robots of which nobody says that they stand.
+        Columns league (also "all"), use, robots; both (the labellers with each other) and kappa (Cohen's). For
+        before and now: the recogniser with a labeller, in the mean over the two; kappa_…, in the same mean;
+        …_loosely, where a code in ``also`` counts too. random_…: the share of 194 among the robots of which
+        labeller a or b, or the recogniser, does not say that they stand. …_low and …_high: 95 % intervals of
+        both, before and now, by bootstrap over moments.
     """
     rows = labels.join(said, on=ROW).join(moments.select("moment", "league", "use"), on="moment")
+    agrees = {
+        name: pl.mean_horizontal([(pl.col(one) == pl.col(other)).cast(pl.Float64) for one in ones])
+        for name, ones, other in (("both", "a", "b"), ("before", "ab", "before"), ("now", "ab", "now"))
+    }
     everywhere = pl.concat([rows, rows.with_columns(league=pl.lit("all"))])
     by = everywhere.group_by("league", "use").agg(
         pl.len().alias("robots"),
-        both=(pl.col("a") == pl.col("b")).mean(),
-        chance=_chance(),
-        **{f"{when}{loosely}": pl.mean_horizontal(
-            [(_in_also(when, who) if loosely else pl.col(when) == pl.col(who)).mean() for who in ("a", "b")])
-           for when in ("before", "now") for loosely in ("", "_loosely")},
+        *(agrees[name].mean().alias(name) for name in agrees),
+        *(_interval(agrees[name]).struct.rename_fields([f"{name}_low", f"{name}_high"]).alias(f"{name}_interval")
+          for name in agrees),
+        kappa=_kappa("a", "b"),
+        **{f"kappa_{when}": pl.mean_horizontal(_kappa("a", when), _kappa("b", when)) for when in ("before", "now")},
+        **{f"{when}_loosely": pl.mean_horizontal(_in_also(when, "a").mean(), _in_also(when, "b").mean())
+           for when in ("before", "now")},
         **{f"random_{when}": _random(when) for when in ("a", "b", "before", "now")},
     )
-    return by.with_columns(kappa=(pl.col("both") - pl.col("chance")) / (1 - pl.col("chance"))).select(
-        "league", "use", "robots", "both", "kappa", "chance", "before", "now", "before_loosely", "now_loosely",
+    return by.unnest([f"{name}_interval" for name in agrees]).select(
+        "league", "use", "robots", "both", "both_low", "both_high", "kappa", "before", "before_low", "before_high",
+        "now", "now_low", "now_high", "kappa_before", "kappa_now", "before_loosely", "now_loosely",
         "random_a", "random_b", "random_before", "random_now",
     ).sort("use", "league").with_columns(pl.selectors.float().round(3))
 
 
-def _chance() -> pl.Expr:
-    """Agreement of two labellers who give their codes as often, to robots drawn at random."""
-    return pl.struct("a", "b").map_batches(
-        lambda pairs: pl.Series([_meeting(pairs.struct.field("a"), pairs.struct.field("b"))]),
+def _interval(agrees: pl.Expr) -> pl.Expr:
+    """95 % interval of the mean of a column, by bootstrap over moments, as a struct of two."""
+    return pl.struct("moment", agrees=agrees).map_batches(
+        lambda rows: pl.Series([dict(zip(("low", "high"), interval(*rows.struct.unnest()), strict=True))]),
+        return_dtype=pl.Struct({"low": pl.Float64, "high": pl.Float64}), returns_scalar=True)
+
+
+def interval(moment: pl.Series, agrees: pl.Series) -> tuple[float, float]:
+    """95 % interval of the mean over robots: moments are drawn again, because robots of one are alike."""
+    of = pl.DataFrame({"moment": moment, "agrees": agrees}).group_by("moment", maintain_order=True).agg(
+        pl.col("agrees").sum(), robots=pl.len())
+    drawn = np.random.default_rng(SEED).integers(len(of), size=(_DRAWS, len(of)))
+    means = of["agrees"].to_numpy()[drawn].sum(axis=1) / of["robots"].to_numpy()[drawn].sum(axis=1)
+    low, high = np.quantile(means, (0.025, 0.975))
+    return float(low), float(high)
+
+
+def _kappa(a: str, b: str) -> pl.Expr:
+    """Cohen's kappa of two columns of codes."""
+    return pl.struct(a, b).map_batches(
+        lambda pairs: pl.Series([kappa(pairs.struct.field(a), pairs.struct.field(b))]),
         return_dtype=pl.Float64, returns_scalar=True)
 
 
-def _meeting(a: pl.Series, b: pl.Series) -> float:
+def kappa(a: pl.Series, b: pl.Series) -> float:
+    """Cohen's kappa: agreement above that of labels in random order, as a share of what is left above it."""
     shares = {code: count / len(b) for code, count in b.value_counts().rows()}
-    return sum(count / len(a) * shares.get(code, 0.0) for code, count in a.value_counts().rows())
+    chance = sum(count / len(a) * shares.get(code, 0.0) for code, count in a.value_counts().rows())
+    return (float((a == b).mean()) - chance) / (1 - chance) if chance < 1 else float("nan")
 
 
 def _in_also(when: str, who: str) -> pl.Expr:

@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 import polars as pl
-from support.recordings import INSPER, RCSS, RSIM, SSL
+from conftest import SAMPLE
+from support.recordings import ALL, INSPER, RCSS, RSIM, SSL
 
 from pipeline.importers import readers
 from pipeline.importers.tracking_map import TrackingMap
@@ -53,10 +54,10 @@ PARTS = (
 
 
 class Recording(NamedTuple):
-    """A recording as trajectories."""
+    """A recording as trajectories, with its counted commands (none but in 2D)."""
 
     table: pl.DataFrame
-    referee: pl.DataFrame
+    commands: pl.DataFrame
     pitch: Pitch
 
 
@@ -64,15 +65,20 @@ def recording(path: Path) -> Recording:
     """The trajectories of a recording."""
     log = readers.read(readers.open_source(path.read_bytes(), path.name), TrackingMap())
     table, _ = trajectories(log, TrajectorySettings())
-    return Recording(table, log.referee, log.info.pitch)
+    return Recording(table, log.commands, log.info.pitch)
 
 
-def draw(folder: Path, sample: Path) -> pl.DataFrame:
+def recordings(folder: Path) -> dict[str, Recording]:
+    """The recordings of the study that are there, by file name; the sample is part of the project."""
+    paths = {name: SAMPLE if name == RSIM else folder / name for name in ALL}
+    return {name: recording(path) for name, path in paths.items() if path.exists()}
+
+
+def draw(recorded: dict[str, Recording]) -> pl.DataFrame:
     """Moments of all parts, in order of league and time, numbered from 1.
 
     Args:
-        folder: with the recordings.
-        sample: the recording that is part of the project.
+        recorded: all recordings of the study, from :func:`recordings`.
 
     Returns:
         Columns moment, league, recording, use, t_ns.
@@ -80,7 +86,7 @@ def draw(folder: Path, sample: Path) -> pl.DataFrame:
     rng = np.random.default_rng(SEED)
     rows = []
     for part in PARTS:
-        table = recording(sample if part.recording == RSIM else folder / part.recording).table
+        table = recorded[part.recording].table
         ball = table.filter(pl.col("team") == "ball", pl.col("segment").is_not_null(), ~pl.col("suspect"))
         t_ns = ball["t_ns"].sort().to_numpy()
         if part.half is not None:

@@ -11,9 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.patheffects import withStroke
+from studies.labels.agreement import ROW
+from studies.labels.moments import Recording
 
 from pipeline.pitch import SCALES, Kind, Pitch
-from studies.labels.moments import Recording
 
 mpl.use("Agg")
 #: Colours of the teams: (robot, its past).
@@ -23,6 +24,36 @@ _BALL = "#111111"
 SPAN_S = {Kind.VSSS: 1.0, Kind.SSL: 1.0, Kind.SIM2D: 1.5}
 _CLOSE = (-0.6, -0.4, -0.2, 0.0, 0.2, 0.4)
 _ROLE = {"goalkeeper": "g", "midfield": "m", "striker": "s"}
+#: Robots on one picture of dials.
+_DIALS = 24
+
+
+def pictures(folder: Path, labelled: Path, recorded: dict[str, Recording]) -> None:
+    """Draw all moments, and the turns of the robots that a labeller said to stand.
+
+    Args:
+        folder: of the pictures, sheets/NNN.png and dials/NNN.png.
+        labelled: folder of moments.csv and the labels.
+        recorded: recordings by name; moments of others are not drawn.
+    """
+    moments = pl.read_csv(labelled / "moments.csv").filter(pl.col("recording").is_in(list(recorded)))
+    for part in ("sheets", "dials"):
+        (folder / part).mkdir(parents=True, exist_ok=True)
+    for moment, name, t_ns in moments.select("moment", "recording", "t_ns").iter_rows():
+        sheet(recorded[name], t_ns, f"moment {moment}", folder / "sheets" / f"{moment:03d}.png")
+    shown = standing(labelled).join(moments, on="moment").sort("moment", "team", "robot")
+    cases = [
+        (recorded[name], t_ns, team, robot, f"{moment} {team} {robot}")
+        for moment, team, robot, name, t_ns in shown.select(*ROW, "recording", "t_ns").iter_rows()
+    ]
+    for first in range(0, len(cases), _DIALS):
+        dials(cases[first:first + _DIALS], folder / "dials" / f"{first // _DIALS + 1:03d}.png")
+
+
+def standing(labelled: Path) -> pl.DataFrame:
+    """The robots that a labeller said to stand by the sheet alone: columns of ROW."""
+    labels = [pl.read_csv(labelled / f"labels-{who}.csv", schema_overrides={"also": pl.String}) for who in "ab"]
+    return pl.concat(labels).filter(pl.coalesce("first", "code") == 184).select(ROW).unique()
 
 
 def sheet(recording: Recording, t_ns: int, title: str, path: Path) -> None:

@@ -1,0 +1,63 @@
+"""The tables of the study, made anew: what the recogniser says now, beside the labels and what it said before."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import polars as pl
+from studies.labels import agreement, kicks, shares
+from studies.labels.moments import Recording
+from support.recordings import ALL
+
+from pipeline.settings import SituationSettings
+from pipeline.situations.recognise import recognise
+from pipeline.views.commentary import CommentarySettings
+
+
+def study(folder: Path, recorded: dict[str, Recording]) -> None:
+    """Write the tables of the folder anew, from those recordings that are there.
+
+    Rows about the rules before are kept, and so are rows about a recording that is absent.
+    """
+    found = {name: recognise(film.table, film.pitch, SituationSettings()) for name, film in recorded.items()}
+    now = agreement.answers(
+        pl.read_csv(folder / "moments.csv"), {name: film.table for name, film in recorded.items()}, found)
+    read_answers(folder).update(now, on=agreement.ROW, how="left").write_csv(folder / "answers.csv")
+    for name, table in agreed(folder).items():
+        table.write_csv(folder / name)
+    counted = {name: kicks.judged(found[name], film) for name, film in recorded.items() if len(film.commands)}
+    _write_now(folder / "kicks.csv", counted)
+    told = {
+        name: pl.DataFrame([shares.summary(found[name]) | shares.possession(
+            film.table, film.pitch, found[name], CommentarySettings())])
+        for name, film in recorded.items()
+    }
+    _write_now(folder / "shares.csv", told)
+
+
+def agreed(folder: Path) -> dict[str, pl.DataFrame]:
+    """The tables that follow from the folder's labels and answers, by file name."""
+    labels, moments = agreement.read_labels(folder), pl.read_csv(folder / "moments.csv")
+    said = read_answers(folder)
+    return {
+        "agreement.csv": agreement.agreement(labels, said, moments),
+        "codes.csv": agreement.by_code(labels, said, moments),
+    }
+
+
+def read_answers(folder: Path) -> pl.DataFrame:
+    """The folder's answers: columns of ROW, before, near_before, now, near_now."""
+    return pl.read_csv(folder / "answers.csv", schema_overrides={"near_before": pl.String, "near_now": pl.String})
+
+
+def _write_now(path: Path, tables: dict[str, pl.DataFrame]) -> None:
+    """Put tables by recording in place of the table's rows about those recordings and the rules of now."""
+    old = pl.read_csv(path)
+    new = pl.concat([old.clear(), *(
+        table.select(pl.lit(name).alias("recording"), pl.lit("now").alias("rules"), pl.all())
+        .with_columns(pl.selectors.float().round(3)).cast(old.schema)
+        for name, table in tables.items()
+    )])
+    place = {name: place for place, name in enumerate(ALL)}
+    pl.concat([old.join(new, on=["recording", "rules"], how="anti"), new]).sort(
+        pl.col("recording").replace_strict(place), "rules", maintain_order=True).write_csv(path)
