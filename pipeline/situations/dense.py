@@ -187,12 +187,12 @@ def jolts(x: F64, y: F64, t_ns: I64, segment: I32, at: I64, out: F64) -> None:
     The velocity after is the slope of the least-squares line through the samples of the last
     ``_JOLT_NS``, at least two. The velocity before is that of the samples before them. The jolt is the
     length of their difference, less ``_ROLLING`` of the speed before, at least 0. The gain is the speed
-    after minus the speed before, the least of the last ``_JOLT_NS``: while a bounce passes through the
-    window before, its two courses cancel there, and the ball only seems to gain. Both are 0 where the
-    segment's samples do not reach back so far.
+    after minus the speed before, at the greatest jolt of the last ``_JOLT_NS``: while a jolt passes
+    through one of the windows, two courses cancel there, and the ball only seems to be slow. Both are 0
+    where the segment's samples do not reach back so far.
     """
     begin = 0
-    gains = np.zeros(len(x))
+    sizes, gains = np.zeros(len(x)), np.zeros(len(x))
     for i in range(len(x)):
         if segment[i] != segment[begin] or (i > 0 and t_ns[i] - t_ns[i - 1] > _JOLT_LONGEST_NS):
             begin = i
@@ -209,12 +209,12 @@ def jolts(x: F64, y: F64, t_ns: I64, segment: I32, at: I64, out: F64) -> None:
         ux, uy = _slope(x, t_ns, first, middle), _slope(y, t_ns, first, middle)
         after, before = np.sqrt(vx * vx + vy * vy), np.sqrt(ux * ux + uy * uy)
         jolt = np.sqrt((vx - ux) * (vx - ux) + (vy - uy) * (vy - uy)) - _ROLLING * before
-        gains[i] = least = after - before
-        j = i - 1
+        sizes[i], gains[i] = max(jolt, 0.0), after - before
+        peak = j = i
         while j >= begin and t_ns[i] - t_ns[j] <= _JOLT_NS + 1000:
-            least = min(least, gains[j])
+            peak = j if sizes[j] > sizes[peak] else peak
             j -= 1
-        out[5, at[i]], out[6, at[i]] = max(jolt, 0.0), least
+        out[5, at[i]], out[6, at[i]] = sizes[i], gains[peak]
 
 
 @numba.njit(cache=True, nogil=True)

@@ -85,7 +85,7 @@ class Match:
 
     def jolts(self) -> dict[int, tuple[float, float]]:
         """Jolt and gain of the ball at each frame that has it."""
-        found, gains = {}, {}
+        found, sizes, gains = {}, {}, {}
         seen = [frame for frame in self.frames if BALL in self.at[frame]]
         for i, frame in enumerate(seen):
             first = i
@@ -101,8 +101,10 @@ class Match:
             after, before = self.velocity(seen[middle:i + 1]), self.velocity(seen[begin:middle + 1])
             jolt = math.dist(after, before) - 0.1 * math.hypot(*before)
             gains[frame] = math.hypot(*after) - math.hypot(*before)
-            recent = [gains.get(f, 0.0) for f in seen[first:i + 1] if self.time[frame] - self.time[f] <= 50_000_000 + CLOCK]
-            found[frame] = (max(jolt, 0.0), min(recent))
+            sizes[frame] = max(jolt, 0.0)
+            recent = [f for f in seen[first:i + 1] if self.time[frame] - self.time[f] <= 50_000_000 + CLOCK]
+            peak = max(recent, key=lambda f: (sizes.get(f, 0.0), f))
+            found[frame] = (sizes[frame], gains.get(peak, 0.0))
         return found
 
     def back(self, seen: list[int], i: int, first: int) -> int | None:
