@@ -126,6 +126,7 @@ class ModelSettings(Frozen):
         block_s: with fewer matches than folds, parts are such stretches of time instead.
         moments_apart_s: time between moments that models are fitted to.
         goals_at_least: with fewer goals no model is fitted, and no value is known.
+        boosting_goals: with fewer goals only the logistic models are fitted.
         evidence: what one moment counts for, because the moments before a goal share it.
         penalty: standard deviation of the logistic coefficients before any match was seen, for features of
             standard deviation 1.
@@ -137,8 +138,9 @@ class ModelSettings(Frozen):
     matches_at_most: int = Field(default=64, ge=1)
     folds: int = Field(default=5, ge=2)
     block_s: float = Field(default=60.0, gt=0)
-    moments_apart_s: float = Field(default=0.4, gt=0)
+    moments_apart_s: float = Field(default=1.0, gt=0)
     goals_at_least: int = Field(default=10, ge=2)
+    boosting_goals: int = Field(default=100, ge=2)
     evidence: float = Field(default=0.1, gt=0, le=1)
     penalty: float = Field(default=1.0, gt=0)
     trees: int = Field(default=150, ge=1)

@@ -167,7 +167,7 @@ class TestMeaning:
         bodies = {"ball": goes((0, off, 0, 0), (0.5, off, 0, 0), (1.5, off + 2, 0, 0)), "home-1": stands(0, 0)}
         assert (21 in found_by(film(bodies, 1.5, hz=10), kind=Kind.SIM2D)["code"]) == kicks
 
-    @pytest.mark.parametrize(("back", "kick"), [(1.0, True), (0.2, False)])
+    @pytest.mark.parametrize(("back", "kick"), [(1.0, True), (0.6, False), (0.2, False)])
     def test_rebound(self, back, kick):
         """A ball that comes back slow was not kicked, one that comes back as fast was."""
         bodies = {"ball": goes((0, 0.46, 0, 0), (0.4, 0.06, 0, 0), (0.8, 0.06 + 0.4 * back, 0, 0)), "home-1": stands(0, 0, pi / 2)}

@@ -96,7 +96,7 @@ class Models:
 def fit(moments: pl.DataFrame, settings: ModelSettings) -> tuple[Models | None, dict[str, Any]]:
     """Fit the models of a group of matches, and choose the better kind.
 
-    Both kinds are fitted once a fold, without that fold's matches, and calibrated on the moments left out.
+    Each kind is fitted once a fold, without that fold's matches, and calibrated on the moments left out.
     The kind with the lower log-loss there is kept; its figures and those of plainer models are reported.
 
     Args:
@@ -123,14 +123,11 @@ def fit(moments: pl.DataFrame, settings: ModelSettings) -> tuple[Models | None, 
     features, scores = _features(known), known["scores"].to_numpy()
     weights = np.full(len(scores), settings.evidence)
     used = [f for f in range(settings.folds) if _both(scores[fold != f])]
+    parts = [(features[fold != f], scores[fold != f], weights[fold != f]) for f in used]
     kinds: dict[str, tuple[Logistic | Trees, ...]] = {
-        "logistic": tuple(
-            Logistic.fit(
-                features[fold != f], scores[fold != f], weights[fold != f], range(NAMED), settings.penalty)
-            for f in used),
-        "boosting": tuple(
-            trees.grow(features[fold != f], scores[fold != f], weights[fold != f], settings) for f in used),
-    }
+        "logistic": tuple(Logistic.fit(*part, range(NAMED), settings.penalty) for part in parts)}
+    if goals >= settings.boosting_goals:
+        kinds["boosting"] = tuple(trees.grow(*part, settings) for part in parts)
     tested = np.isin(fold, used)
     best, least = None, np.inf
     place = np.searchsorted(used, np.minimum(fold, used[-1]))

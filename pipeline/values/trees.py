@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 from sklearn.ensemble import HistGradientBoostingClassifier
+from threadpoolctl import threadpool_limits
 
 from pipeline.arrays import F32, F64, I32, Bools
 from pipeline.settings import ModelSettings
@@ -44,11 +45,14 @@ def grow(features: F32, scores: Bools, weights: F64, settings: ModelSettings) ->
         weights: float64 [T].
         settings: number, size and regularisation of the trees, and the seed of the bins.
     """
-    model = HistGradientBoostingClassifier(  # type: ignore[no-untyped-call]
+    builder = HistGradientBoostingClassifier(  # type: ignore[no-untyped-call]
         max_iter=settings.trees, learning_rate=settings.learning_rate, max_leaf_nodes=settings.leaves,
         min_samples_leaf=settings.leaf_samples, l2_regularization=settings.tree_penalty,
         early_stopping=False, random_state=settings.seed,
-    ).fit(features, scores, sample_weight=weights)
+    )
+    # its threads wait for each other longer than they work on a few thousand moments
+    with threadpool_limits(1):  # type: ignore[no-untyped-call]
+        model = builder.fit(features, scores, sample_weight=weights)
     # the fitted trees have no public form; the test compares these arrays with the model's own predictions
     nodes = [stage[0].nodes for stage in model._predictors]
     start = np.cumsum([0, *(len(tree) for tree in nodes)])
