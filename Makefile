@@ -82,6 +82,9 @@ world: $(READY)  ## check each frame of a thousand random matches, and measure t
 rules: $(READY)  ## what each rule of the static team is worth (a quarter of an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.rules data/studies/world/rules.csv
 
+study-values: $(READY)  ## whether V and the values of behaviours predict (a quarter of an hour; RECORDINGS as above)
+	PYTHONPATH=tests $(BIN)/python -m studies.values data/studies/values $(RECORDINGS)
+
 study-labels: $(READY)  ## the recogniser beside the labels of 200 moments and the kicks that 2D servers count (30 s)
 	PYTHONPATH=tests $(BIN)/python -m studies.labels data/studies/labels $(RECORDINGS)
 

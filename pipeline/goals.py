@@ -83,17 +83,18 @@ def attribute(
     kind of match. The touches of the last ``before_s`` of play before the goal count; without any, all
     since play last stopped or restarted.
 
-    1. The scoring team touched last, during a situation 021, 011 or 001 of the robot, and the ball then
-       took a straight line into the goal: direct, by that robot.
+    1. The scoring team touched last, during a situation 021, 011 or 001 of the robot, nobody else touched
+       the ball since that touch began, and it then took a straight line into the goal: direct, by that
+       robot.
     2. The scoring team touched last in any other way: indirect, by that robot.
     3. The defending team touched last. It is indirect, by the scoring team's last toucher, if he touched
        the ball during the defender's touch (they pressed it in together), or at most ``before_s`` before
-       it and the ball then came towards the goal: its line crosses the goal line not further from the
-       middle than ``beside`` half goals. Otherwise it is an error of the adversary, by the defender.
+       it and the ball then came towards the goal: its line passes the goal's middle at no more than
+       ``beside`` half goals. Otherwise it is an error of the adversary, by the defender.
     4. Without a touch, or without a known scoring team: robot and kind are null.
 
-    A sample counts if it is in play, not suspect, and strictly before the goal: some sources log a goal
-    after the bodies were put back, or long after play stopped.
+    A sample counts if it is in play, not suspect, strictly before the goal, and the ball's centre is not
+    beyond a goal line: some sources log a goal after the bodies were put back, or long after play stopped.
 
     Args:
         referee: rows of schema Referee of one match.
@@ -107,7 +108,7 @@ def attribute(
     """
     given = referee.filter(pl.col("event") == "goal").sort("t_ns", maintain_order=True)
     in_play = trajectories.filter(pl.col("segment").is_not_null(), ~pl.col("suspect"))
-    ball, touches = _touches(in_play, SCALES[pitch.kind].contact)
+    ball, touches = _touches(in_play, SCALES[pitch.kind].contact, pitch.goal_x)
     done = _episodes(situations)
     breaks = referee.filter(pl.col("event") != "play")["t_ns"].sort().to_numpy()
     times = np.unique(in_play["t_ns"].to_numpy())
@@ -128,12 +129,12 @@ def attribute(
     )
 
 
-def _touches(in_play: pl.DataFrame, contact: float) -> tuple[_BallInPlay, _Touches]:
-    """The ball in play, and all touches of it."""
+def _touches(in_play: pl.DataFrame, contact: float, goal_x: float) -> tuple[_BallInPlay, _Touches]:
+    """The ball in play, and all touches of it between the goal lines."""
     ball = in_play.filter(pl.col("team") == "ball").sort("t_ns").with_row_index("ball")
     near = (
         in_play.filter(pl.col("team") != "ball")
-        .join(ball.select("t_ns", "ball", bx="x", by="y"), on="t_ns")
+        .join(ball.select("t_ns", "ball", bx="x", by="y").filter(pl.col("bx").abs() <= goal_x), on="t_ns")
         .with_columns(
             distance=((pl.col("x") - pl.col("bx")) ** 2 + (pl.col("y") - pl.col("by")) ** 2).sqrt(),
             side=pl.col("team").to_physical().cast(pl.Int64) - BODIES.index("home"),
@@ -177,15 +178,20 @@ def _judge(
         return None, None
     last = len(touches.t_ns) - 1
     t, robot = int(touches.t_ns[last]), int(touches.robot[last])
+    began = _touch_began(last, touches)
     if touches.team[last] == scorer:
-        own = done.meets(scorer, robot, OWN_ACTION, t, t)
-        return robot, "direct" if own and _on_line(last, touches, ball, pitch, settings) else "indirect"
-    shots = np.flatnonzero((touches.team == scorer) & (touches.t_ns <= t))
+        others = (touches.team != scorer) | (touches.robot != robot)
+        direct = (
+            done.meets(scorer, robot, OWN_ACTION, t, t) and not (others & (touches.t_ns >= began)).any()
+            and _goes_in(last, touches, ball, pitch, settings)
+        )
+        return robot, "direct" if direct else "indirect"
+    shots = np.flatnonzero(touches.team == scorer)
     if len(shots):
-        shot, began = int(shots[-1]), _touch_began(last, touches)
+        shot = int(shots[-1])
         pressed = touches.t_ns[shot] >= began
         soon = began - touches.t_ns[shot] <= round(settings.before_s * 1e9)
-        if pressed or (soon and _on_line(shot, touches, ball, pitch, settings, settings.beside)):
+        if pressed or (soon and _comes(shot, touches, ball, pitch, settings)):
             return int(touches.robot[shot]), "indirect"
     return robot, "error"
 
@@ -198,14 +204,12 @@ def _touch_began(last: int, touches: _Touches) -> int:
     return int(touches.t_ns[same[apart[-1] + 1 if len(apart) else 0]])
 
 
-def _on_line(
-    i: int, touches: _Touches, ball: _BallInPlay, pitch: Pitch, settings: GoalSettings, beside: float = 1.0
-) -> bool:
-    """Whether the ball's straight line after touch ``i`` goes into the goal that the toucher attacks.
+def _course(
+    i: int, touches: _Touches, ball: _BallInPlay, settings: GoalSettings
+) -> tuple[float, float, float, float]:
+    """The ball's straight line after touch ``i``: a place on it (x, y) and a direction (dx, dy).
 
-    The goal is taken to be ``beside`` times as wide as it is.
-
-    The line is the chord from the touch to the ball's last sample within ``line_s`` of it and not
+    The direction is the chord from the touch to the ball's last sample within ``line_s`` of it and not
     after the next touch by another robot; the velocity at the touch where there is no such sample.
     """
     here = int(touches.ball[i])
@@ -218,15 +222,29 @@ def _on_line(
     next_touch = touches.ball[others & (touches.ball > here)]
     if len(next_touch):
         to = min(to, int(next_touch[0]))
-    towards = 1 if touches.team[i] == HOME else -1
     x, y = float(ball.x[here]), float(ball.y[here])
     if to > here:
-        dx, dy = float(ball.x[to]) - x, float(ball.y[to]) - y
-    else:
-        dx, dy = float(ball.vx[here]), float(ball.vy[here])
+        return x, y, float(ball.x[to]) - x, float(ball.y[to]) - y
+    return x, y, float(ball.vx[here]), float(ball.vy[here])
+
+
+def _goes_in(i: int, touches: _Touches, ball: _BallInPlay, pitch: Pitch, settings: GoalSettings) -> bool:
+    """Whether the ball's straight line after touch ``i`` goes into the goal that the toucher attacks."""
+    x, y, dx, dy = _course(i, touches, ball, settings)
+    towards = 1 if touches.team[i] == HOME else -1
     left = towards * pitch.goal_x - x  # along x, until the goal line
     if left * towards > 0:
         if not dx * towards > 0:  # away from the goal, or not known
             return False
         y += dy * left / dx
-    return abs(y) <= beside * pitch.goal_width / 2
+    return abs(y) <= pitch.goal_width / 2
+
+
+def _comes(i: int, touches: _Touches, ball: _BallInPlay, pitch: Pitch, settings: GoalSettings) -> bool:
+    """Whether the ball's straight line after touch ``i`` passes near the goal that the toucher attacks."""
+    x, y, dx, dy = _course(i, touches, ball, settings)
+    to_x, to_y = (1 if touches.team[i] == HOME else -1) * pitch.goal_x - x, -y
+    length = np.hypot(dx, dy)
+    if not (length > 0 and dx * to_x + dy * to_y > 0):  # away from the goal, or not known
+        return False
+    return bool(abs(dx * to_y - dy * to_x) / length <= settings.beside * pitch.goal_width / 2)

@@ -1,0 +1,298 @@
+"""Whether values predict: V, and the values of behaviours, on played matches and on recordings.
+
+``PYTHONPATH=tests python -m studies.values data/studies/values [RECORDINGS]`` (a quarter of an hour) plays
+four pairings and reads the recordings, and writes ``models.csv``, ``calibration.csv``, ``halves.csv`` and
+``increment.csv``; the README beside them says what each shows.
+"""
+
+from __future__ import annotations
+
+import io
+import sys
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+from conftest import SAMPLE
+from sklearn.linear_model import LogisticRegression
+from sklearn.metrics import log_loss, roc_auc_score
+from support.recordings import INSPER, RCSS, RSIM, SSL
+
+from pipeline import matches
+from pipeline.arena.match.controllers import controllers_of
+from pipeline.arena.match.match import Match
+from pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
+from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.behaviours.shrinkage import valued
+from pipeline.goals import attribute
+from pipeline.grams.count import grams, merge, value
+from pipeline.importers import readers
+from pipeline.importers.tracking_map import TrackingMap
+from pipeline.settings import (
+    GoalSettings,
+    GramSettings,
+    ModelSettings,
+    MomentSettings,
+    SituationSettings,
+    TrajectorySettings,
+    ValueSettings,
+)
+from pipeline.situations.recognise import recognise
+from pipeline.trajectories.derive import trajectories
+from pipeline.values import models
+from pipeline.values.moments import moments
+from pipeline.values.worths import values, worths
+
+#: Pairings and the first seed; no choice was made on these seeds.
+PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
+    ("static", "static"), ("human-like", "human-like"), ("static", "human-like"), ("static", "random"),
+)
+FIRST_SEED, MATCHES, SECONDS = 7001, 40, 480.0
+#: Instances that a gram needs in both halves.
+SUPPORT = 10
+#: Resamples of the bootstrap by match.
+RESAMPLES = 200
+#: A gram's value counts like so many instances of value 0 more, in the prediction.
+_DOUBT = 20
+_EDGES = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0)
+
+
+@dataclass(frozen=True)
+class Watched:
+    """One match as tables; ``situations`` have the columns value and target by the next goal."""
+
+    moments: pl.DataFrame
+    situations: pl.DataFrame
+    referee: pl.DataFrame
+    trajectories: pl.DataFrame
+
+
+def play(home: TeamKind, away: TeamKind, seed: int) -> bytes:
+    """The log of a match under the league's laws."""
+    recipe = Recipe(
+        home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed,
+        referee=RefereeSettings(duration_s=SECONDS))
+    match, stream = Match(recipe, controllers_of(recipe, {})), io.BytesIO()
+    recorder, goes_on = matches.Recorder(stream, match.info), True
+    while goes_on:
+        goes_on = match.advance(4096)
+        taken = match.take()
+        recorder.frames(taken.frames)
+        recorder.referee(taken.referee)
+    recorder.close(info=match.info)
+    return stream.getvalue()
+
+
+def watch(data: bytes, name: str) -> Watched:
+    """The tables of a log or recording."""
+    log = readers.read(readers.open_source(data, name), TrackingMap())
+    table, _ = trajectories(log, TrajectorySettings())
+    found = recognise(table, log.info.pitch, SituationSettings())
+    goals = attribute(log.referee, table, found, log.info.pitch, GoalSettings())
+    return Watched(
+        moments(table, log.referee, log.info.pitch, MomentSettings()), value(found, goals, GramSettings()),
+        log.referee, table.filter(pl.col("segment").is_not_null()).select(
+            "team", "robot", "t_ns", "x", "y", "segment"),
+    )
+
+
+def _played(job: tuple[TeamKind, TeamKind, int]) -> Watched:
+    home, away, seed = job
+    return watch(play(home, away, seed), f"{home}-{away}-{seed}.mcap")
+
+
+def chances(parts: list[Watched]) -> tuple[pl.DataFrame, dict[str, object]]:
+    """Each moment with the chance that models of other matches give it, and the models' report."""
+    every = pl.concat(part.moments for part in parts)
+    found, report = models.fit(every, ModelSettings())
+    if found is None:
+        return every.clear().with_columns(chance=pl.lit(0.0)), report
+    return every.with_columns(pl.Series("chance", found.chances(every))), report
+
+
+def figures(known: pl.DataFrame) -> dict[str, object]:
+    """AUC of chances, with an interval by bootstrap over matches (over minutes if there is one match)."""
+    unit = (pl.struct("match_id", pl.col("t_ns") // 60_000_000_000) if known["match_id"].n_unique() == 1
+            else pl.col("match_id"))
+    groups = [part for _, part in known.group_by(unit, maintain_order=True)]
+    scores = [(part["scores"].to_numpy(), part["chance"].to_numpy()) for part in groups]
+    low, high = interval(len(scores), lambda drawn: float(roc_auc_score(
+        np.concatenate([scores[i][0] for i in drawn]), np.concatenate([scores[i][1] for i in drawn]))))
+    return {"auc": round(float(roc_auc_score(known["scores"], known["chance"])), 4),
+            "low": round(low, 4), "high": round(high, 4)}
+
+
+def interval(count: int, measure: Callable[[np.ndarray], float]) -> tuple[float, float]:
+    """95 % interval of a measure of ``count`` units by bootstrap."""
+    rng = np.random.default_rng(0)
+    found = [measure(rng.integers(0, count, count)) for _ in range(RESAMPLES)]
+    return float(np.quantile(found, 0.025)), float(np.quantile(found, 0.975))
+
+
+def calibration(known: pl.DataFrame) -> pl.DataFrame:
+    """Observed share of scoring soon where the chance is in each interval [from, to)."""
+    return known.with_columns(bin=pl.Series(np.digitize(known["chance"].to_numpy(), _EDGES[1:-1]))).group_by(
+        "bin").agg(moments=pl.len(), chance=pl.col("chance").mean().round(4), scores=pl.col("scores").mean().round(4)
+    ).sort("bin").with_columns(
+        pl.Series("from", [_EDGES[b] for b in range(len(_EDGES) - 1)])[pl.Series(
+            sorted(set(np.digitize(known["chance"].to_numpy(), _EDGES[1:-1]).tolist())))]
+    ).select("from", "moments", "chance", "scores")
+
+
+def changed(parts: list[Watched], own: models.Models) -> list[pl.DataFrame]:
+    """The situations of each match with what they change of the V of some models."""
+    found = []
+    for part in parts:
+        table = values(part.moments, own)
+        worth = worths(part.situations.drop("value"), table, part.referee, part.trajectories, ValueSettings())
+        found.append(part.situations.hstack(worth.select("change", "x", "y")))
+    return found
+
+
+def counted(parts: Iterable[pl.DataFrame], n: int, outcome: str) -> pl.DataFrame:
+    """The grams of one length with their estimated values."""
+    settings = GramSettings(outcome=outcome)
+    return valued(merge(grams(part, n, None, settings) for part in parts), shrink=True)
+
+
+def halves(pairing: str, parts: list[Watched]) -> list[dict[str, object]]:
+    """Correlation of values between the halves of the matches, each with models of its own."""
+    split = [parts[0::2], parts[1::2]]
+    fits = [models.fit(pl.concat(part.moments for part in half), ModelSettings())[0] for half in split]
+    if None in fits:
+        return []
+    situations = [changed(half, fit) for half, fit in zip(split, fits, strict=True)]
+    rng, rows = np.random.default_rng(0), []
+    shuffled = [[part.with_columns(pl.Series("change", rng.permutation(part["change"].to_numpy())))
+                 for part in half] for half in situations]
+    for n in (1, 2, 3, 4):
+        row: dict[str, object] = {"game": pairing, "n": n}
+        for name, source, outcome, columns in (
+            ("change", situations, "change", ("mean", "mean")), ("shrunk", situations, "change", ("value", "value")),
+            ("family", situations, "change", ("family", "mean")), ("paper", situations, "paper", ("mean", "mean")),
+            ("shuffled", shuffled, "change", ("mean", "mean")),
+        ):
+            one, two = (counted(half, n, outcome).filter(pl.col("count") >= SUPPORT) for half in source)
+            both = one.join(two, on=("role", "codes"), suffix="_two")
+            row["grams"] = both.height
+            if both.height > 2:
+                pair = both[columns[0]].to_numpy(), both[f"{columns[1]}_two"].to_numpy()
+                row[name] = round(float(np.corrcoef(*pair)[0, 1]), 3) if min(map(np.std, pair)) > 0 else None
+        rows.append(row)
+    return rows
+
+
+def increment(pairing: str, parts: list[Watched]) -> list[dict[str, object]]:
+    """What the values of the robots' situations add to the ball's model, learned on one half and asked on the other."""
+    split = [parts[0::2], parts[1::2]]
+    fits = [models.fit(pl.concat(part.moments for part in half), ModelSettings())[0] for half in split]
+    if None in fits:
+        return []
+    situations = [changed(half, fit) for half, fit in zip(split, fits, strict=True)]
+    rows = []
+    for outcome in ("change", "paper"):
+        for known in ("under way", "over", "shuffled"):
+            asked = [_asked(split, situations, k, outcome, known) for k in (0, 1)]
+            ball, both, scores, match = (
+                np.concatenate([half[i] for half in asked]) for i in range(4))
+            units = [np.flatnonzero(match == each) for each in np.unique(match)]
+            auc = interval(len(units), lambda drawn, u=units, s=scores, a=both, b=ball: _gain(
+                s, a, b, np.concatenate([u[i] for i in drawn])))
+            rows.append({
+                "game": pairing, "outcome": outcome, "situations": known, "ball": round(roc_auc_score(scores, ball), 4),
+                "both": round(roc_auc_score(scores, both), 4), "gain_low": round(auc[0], 5), "gain_high": round(auc[1], 5),
+                "log_loss_ball": round(log_loss(scores, ball), 5), "log_loss_both": round(log_loss(scores, both), 5),
+            })
+    return rows
+
+
+def _gain(scores: np.ndarray, both: np.ndarray, ball: np.ndarray, rows: np.ndarray) -> float:
+    return float(roc_auc_score(scores[rows], both[rows]) - roc_auc_score(scores[rows], ball[rows]))
+
+
+def _asked(
+    split: list[list[Watched]], situations: list[list[pl.DataFrame]], k: int, outcome: str, known: str
+) -> tuple[np.ndarray, ...]:
+    """Chances by the ball and by ball and situations in half k, learned in the other; outcomes; matches."""
+    column = "change" if outcome == "change" else "value"
+    learned = pl.concat(situations[1 - k]).group_by("role", "code").agg(
+        worth=pl.col(column).sum() / (pl.len() + _DOUBT))
+    if known == "shuffled":
+        order = np.random.default_rng(1).permutation(learned.height)
+        learned = learned.with_columns(learned["worth"][order])
+    tables = [
+        [_looked(part, table, learned, known, number) for number, (part, table) in enumerate(
+            zip(split[half], situations[half], strict=True))]
+        for half in (1 - k, k)
+    ]
+    (ball, extra, scores, _), (ball_k, extra_k, scores_k, match) = (
+        tuple(np.concatenate([part[i] for part in half]) for i in range(4)) for half in tables)
+    plain = LogisticRegression(max_iter=1000).fit(ball, scores)
+    full = LogisticRegression(max_iter=1000).fit(np.c_[ball, extra], scores)
+    return (plain.predict_proba(ball_k)[:, 1], full.predict_proba(np.c_[ball_k, extra_k])[:, 1], scores_k,
+            match + 1000 * k)
+
+
+def _looked(
+    part: Watched, table: pl.DataFrame, learned: pl.DataFrame, known: str, number: int
+) -> tuple[np.ndarray, ...]:
+    """Of each known moment: the ball's features, the worths of both teams' situations, the outcome, the match."""
+    seen = part.moments.filter(pl.col("scores").is_not_null())
+    worth = table.join(learned, on=("role", "code"), how="left").with_columns(pl.col("worth").fill_null(0.0))
+    extra = np.zeros((seen.height, 2))
+    t_ns, team = seen["t_ns"].to_numpy(), seen["team"].cast(pl.String).to_numpy()
+    for (side, _), own in worth.group_by("team", "robot", maintain_order=True):
+        start, end, its = (own.sort("start_ns")[name].to_numpy() for name in ("start_ns", "end_ns", "worth"))
+        if known == "over":  # the last that was over, at most a second ago
+            row = np.searchsorted(end, t_ns, side="right") - 1
+            there = (row >= 0) & (t_ns - end[np.maximum(row, 0)] < 1_000_000_000)
+        else:
+            row = np.searchsorted(start, t_ns, side="right") - 1
+            there = (row >= 0) & (t_ns < end[np.maximum(row, 0)])
+        add = np.where(there, its[np.maximum(row, 0)], 0.0) * _DOUBT
+        extra[:, 0] += np.where(team == side, add, 0.0)
+        extra[:, 1] += np.where(team != side, add, 0.0)
+    ball = seen["features"].to_numpy()[:, :8].astype(np.float64)
+    return ball, extra, seen["scores"].to_numpy(), np.full(seen.height, number)
+
+
+def main(folder: Path, recordings: Path | None) -> None:
+    """Write the study's tables."""
+    rows, bins, pairs, gains = [], [], [], []
+    games: list[tuple[str, list[Watched]]] = []
+    with ProcessPoolExecutor(2) as pool:
+        for home, away in PAIRINGS:
+            jobs = [(home, away, FIRST_SEED + i) for i in range(MATCHES)]
+            games.append((f"{home} - {away}", list(pool.map(_played, jobs, chunksize=5))))
+    for name in (RSIM, SSL, RCSS, INSPER):
+        path = SAMPLE if name == RSIM else (recordings / name if recordings else None)
+        if path is None or not path.exists():
+            print(f"{name}: not here, left out")
+            continue
+        games.append((name, [watch(path.read_bytes(), name)]))
+    for game, parts in games:
+        seen, report = chances(parts)
+        known = seen.filter(pl.col("scores").is_not_null())
+        row: dict[str, object] = {"game": game, **{name: report[name] for name in ("matches", "goals", "kind")}}
+        if report["kind"] is not None:
+            row |= figures(known)
+            row |= {f"{name}_{what}": report[name][what] for name in ("logistic", "boosting", "ball", "ball_x", "rate")
+                    if name in report for what in ("auc", "log_loss")}
+            bins.append(calibration(known).with_columns(game=pl.lit(game)))
+        rows.append(row)
+        if len(parts) > 1:
+            pairs += halves(game, parts)
+            gains += increment(game, parts)
+        print(game, row)
+    folder.mkdir(parents=True, exist_ok=True)
+    pl.DataFrame(rows, infer_schema_length=None).write_csv(folder / "models.csv")
+    pl.concat(bins).select("game", pl.exclude("game")).write_csv(folder / "calibration.csv")
+    pl.DataFrame(pairs, infer_schema_length=None).write_csv(folder / "halves.csv")
+    pl.DataFrame(gains, infer_schema_length=None).write_csv(folder / "increment.csv")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else None)
