@@ -151,8 +151,9 @@ def describe(store: Store, manifest: Manifest) -> str:
     lines += [f"| {role} | {c['behaviours']} | {c['states']} | {c['occasions']} |"
               for role, c in manifest.details["roles"].items()]
     lines += ["", "| behaviour | support | value | 95 % interval |", "|---|---|---|---|"]
+    best = known.sort(pl.coalesce("low", "value"), descending=True).head(30)
     lines += [f"| {b['behaviour_id']} | {b['support']} | {b['value']:+.3f} | {_interval(b)} |"
-              for b in known.sort(pl.coalesce("low", "value"), descending=True).head(30).iter_rows(named=True)]
+              for b in best.iter_rows(named=True)]
     return "\n".join(lines)
 
 

@@ -51,9 +51,10 @@ def show(version: int | None = None, *, json: Json = False, common: Common = DEF
         return
     print_frame(
         known.sort(*BY_EVIDENCE, descending=True).select(
-            "behaviour_id", "n", "support", "value", "low", "high", "family", "x", "y", "paper", spelt("codes")
+            "behaviour_id", "n", "support", "value", "low", "high", "family", "x", "y", "paper",
+            spelt("codes"),
         ),
-        title=f"knowledge version {manifest.version}, parent {manifest.parent}; by the lower end of the value",
+        title=f"knowledge version {manifest.version}, parent {manifest.parent}, by the lower end of value",
     )
     print_frame(pl.DataFrame([{"role": r} | c for r, c in manifest.details["roles"].items()]))
 
