@@ -84,6 +84,7 @@ rules: $(READY)  ## what each rule of the static team is worth (a quarter of an 
 
 study-values: $(READY)  ## whether V and the values of behaviours predict (a quarter of an hour; RECORDINGS as above)
 	PYTHONPATH=tests $(BIN)/python -m studies.values data/studies/values $(RECORDINGS)
+	PYTHONPATH=tests $(BIN)/python -m studies.shipped pipeline/values/shipped.json
 
 study-labels: $(READY)  ## the recogniser beside the labels of 200 moments and the kicks that 2D servers count (30 s)
 	PYTHONPATH=tests $(BIN)/python -m studies.labels data/studies/labels $(RECORDINGS)

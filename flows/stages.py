@@ -106,16 +106,16 @@ def _models(inputs: Inputs, settings: ModelSettings) -> Made:
 
 
 def _values(inputs: Inputs, settings: ValueSettings) -> Made:
-    from pipeline.values.models import from_bytes  # noqa: PLC0415 (see above)
+    from pipeline.values.models import from_bytes, shipped  # noqa: PLC0415 (see above)
     from pipeline.values.worths import values, worths  # noqa: PLC0415 (see above)
 
     fitted = inputs.blob("models", "models")
-    table = values(inputs.table("moments", Moments), from_bytes(fitted)) if fitted else Values.empty()
+    table = values(inputs.table("moments", Moments), from_bytes(fitted) if fitted else shipped())
     changed = worths(
         inputs.table("situations", Situations), table, inputs.table("matches", Referee),
         inputs.table("trajectories", Trajectories), settings,
     )
-    return Made([(table, Values), (changed, Worths)])
+    return Made([(table, Values), (changed, Worths)], details={"models": "fitted" if fitted else "shipped"})
 
 
 def _grams(inputs: Inputs, settings: GramSettings) -> Made:

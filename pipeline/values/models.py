@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import io
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -177,6 +179,26 @@ def from_bytes(data: bytes) -> Models:
             fits.append(make(**{name: arrays[f"{kind}.{k}.{name}"] for name in names}))
         return Models(
             tuple(fits), arrays["calibration"], tuple(arrays["matches"].tolist()), int(arrays["block_ns"][0]))
+
+
+def to_json(models: Models) -> dict[str, Any]:
+    """Logistic models as readable numbers, which :func:`shipped` reads: the mean of all folds' fits."""
+    fits = [each for each in models.fits if isinstance(each, Logistic)]
+    mean = {name: np.mean([getattr(each, name) for each in fits], axis=0) for name in Logistic.__slots__}
+    return {
+        "features": [list(FEATURES)[int(place)] for place in mean.pop("places")],
+        **{name: values.round(6).tolist() for name, values in mean.items()},
+        "calibration": models.calibration.round(6).tolist(),
+    }
+
+
+def shipped() -> Models:
+    """The models that come with the package, of no match of the user's; for recordings with too few goals."""
+    text = resources.files("pipeline.values").joinpath("shipped.json").read_text(encoding="utf-8")
+    found = json.loads(text)
+    arrays = {name: np.array(found[name]) for name in ("mean", "spread", "weight", "intercept")}
+    places = np.array([list(FEATURES).index(name) for name in found["features"]], dtype=np.int64)
+    return Models((Logistic(places, **arrays),), np.array(found["calibration"]), (), 0)
 
 
 def _features(moments: pl.DataFrame) -> F32:
