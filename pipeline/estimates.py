@@ -1,4 +1,4 @@
-"""Estimates of values: a mean and its family's, each weighed by its precision."""
+"""Estimates of values that lean on their families."""
 
 from __future__ import annotations
 
@@ -6,23 +6,28 @@ import polars as pl
 
 #: Standard deviations of a normal distribution on either side of which 5 % lie in all.
 _Z = 1.959964
-#: Least variance, so that precisions are finite.
+#: Least variance, so that quotients are finite.
 _LEAST = 1e-12
 
 
 def estimated(table: pl.DataFrame) -> pl.DataFrame:
     """Add value, low and high: the estimate of a value, and its 95 % interval.
 
-    The value is the mean of ``mean`` and ``family``, weighed by the precisions of ``error`` and
-    ``family_spread`` (empirical Bayes; Efron and Morris 1973, "Stein's estimation rule and its
-    competitors"). Without a family it is ``mean``. The interval is null without an error.
+    The estimate lies between ``mean`` and ``family``, by the share of the variance that is error; its
+    variance has a part for what is not known of the family (parametric empirical Bayes: Morris 1983,
+    "Parametric empirical Bayes inference: theory and applications", JASA 78). Without a family, or in one
+    of three or fewer, it is ``mean``. The interval is null without an error.
 
     Args:
-        table: float64 columns mean, error, family and family_spread; the last three may be null.
+        table: columns mean, error, family, family_spread and family_size; all but the first may be null.
     """
-    precision = 1 / pl.max_horizontal(pl.col("error") ** 2, _LEAST)
-    prior = (1 / pl.max_horizontal(pl.col("family_spread") ** 2, _LEAST)).fill_null(0.0)
-    shrunk = (pl.col("mean") * precision + pl.col("family").fill_null(0.0) * prior) / (precision + prior)
-    value = pl.when(pl.col("error").is_null()).then("mean").otherwise(shrunk)
-    half = pl.when(pl.col("error").is_not_null()).then(_Z / (precision + prior).sqrt())
+    size = pl.col("family_size").fill_null(0)
+    variance = pl.max_horizontal(pl.col("error") ** 2, _LEAST)
+    between = (pl.col("family_spread") ** 2).fill_null(0.0)
+    share = pl.when(size > 3).then((size - 3) / (size - 1) * variance / (variance + between)).otherwise(0.0)
+    away = pl.col("mean") - pl.col("family").fill_null(pl.col("mean"))
+    rest = variance * (1 - (size - 1) / size.clip(lower_bound=1) * share)
+    doubt = pl.when(size > 3).then(2 / (size - 3) * share**2 * away**2).otherwise(0.0)
+    value = pl.when(pl.col("error").is_null()).then("mean").otherwise(pl.col("mean") - share * away)
+    half = pl.when(pl.col("error").is_not_null()).then(_Z * (rest + doubt).sqrt())
     return table.with_columns(value=value, low=value - half, high=value + half)

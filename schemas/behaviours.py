@@ -55,6 +55,7 @@ class Patterns(Table):
         "whose last code is of the same family of table 1"
     ))
     family_spread = dy.Float64(nullable=True, min=0, description="standard deviation of the true values in that family")
+    family_size = dy.Int64(nullable=True, min=1, description="number of groups in that family")
     paper = dy.Float64(nullable=True, description="mean of its instances' values by the next goal (paper section 3.2.2), in (-1, 1)")
     x = dy.Float64(nullable=True, description="where it begins: mean place of the robot along the pitch, its team attacks +x", metadata=unit("m"))
     y = dy.Float64(nullable=True, description="the same across the pitch, to the left of +x", metadata=unit("m"))

@@ -99,6 +99,7 @@ def select(
         "codes",
         "n",
         "value", "neuron", "low", "high", "mean", "error", "family", "family_spread",
+        "family_size",
         support="count",
         spread=(pl.col("value_square_sum") / pl.col("count") - mean**2).clip(lower_bound=0).sqrt(),
         paper=pl.col("paper_sum") / pl.col("count"),

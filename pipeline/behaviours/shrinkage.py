@@ -32,24 +32,25 @@ def valued(grams: pl.DataFrame, *, shrink: bool) -> pl.DataFrame:
         shrink: whether values are shrunk; else ``value`` is the mean.
 
     Returns:
-        The grams with columns mean, error, family, family_spread, value, low and high, as in schema
-        Patterns.
+        The grams with columns mean, error, family, family_spread, family_size, value, low and high, as in
+        schema Patterns.
     """
     if grams.is_empty():
         return grams.with_columns(
             pl.lit(None, dtype=pl.Float64).alias(name)
-            for name in ("mean", "error", "family", "family_spread", "value", "low", "high"))
+            for name in ("mean", "error", "family", "family_spread", "family_size", "value", "low", "high"))
     count, total = (grams[name].to_numpy().astype(np.float64) for name in ("count", "value_sum"))
     mean = total / count
-    columns = {name: np.empty(len(count)) for name in ("error", "family", "family_spread")}
+    columns = {name: np.empty(len(count)) for name in ("error", "family", "family_spread", "family_size")}
     for rows in _families(grams):
         error = np.sqrt(_variances(grams[rows], mean[rows]) / count[rows])
         columns["error"][rows] = error
         columns["family"][rows], columns["family_spread"][rows] = _between(mean[rows], error)
+        columns["family_size"][rows] = len(rows)
     known = pl.DataFrame({"mean": mean, **columns})
     if not shrink:
         nothing = pl.lit(None, dtype=pl.Float64)
-        known = known.with_columns(family=nothing, family_spread=nothing)
+        known = known.with_columns(family=nothing, family_spread=nothing, family_size=nothing)
     return estimated(grams.hstack(known))
 
 

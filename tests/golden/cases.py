@@ -32,12 +32,15 @@ from pipeline import arena, matches
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.matches.frame import MatchLog
-from pipeline.settings import Settings
+from pipeline.settings import ModelSettings, MomentSettings, Settings, TrajectorySettings
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt, digest
 from pipeline.studies.evaluations import Entrant, Evaluation
 from pipeline.studies.paradigms.claims import verdicts
 from pipeline.studies.paradigms.experiments import Design, sweeps
+from pipeline.trajectories.derive import trajectories
+from pipeline.values import models
+from pipeline.values.moments import moments
 from pipeline.views.commentary import CommentarySettings, commentary
 from pipeline.views.commentary.summary import heading, numbers
 from schemas import PUBLIC, Evaluations, Goals, Matches, Referee, Situations, Table, Trajectories
@@ -92,6 +95,9 @@ def _csv(*tables: pl.DataFrame) -> str:
     """Tables as CSV with numbers a person can compare."""
     return "\n\n".join(
         table.with_columns(
+            pl.col(name).cast(pl.List(pl.Float64)).list.eval(pl.element().round(3).cast(pl.String)).list.join(" ")
+            for name, dtype in table.schema.items() if isinstance(dtype, pl.Array)
+        ).with_columns(
             pl.col(name).list.eval(pl.element().cast(pl.String).str.zfill(3)).list.join("-")
             for name, dtype in table.schema.items() if isinstance(dtype, pl.List)
         ).write_csv(float_precision=5).rstrip()
@@ -145,7 +151,7 @@ def chain(noun: str) -> Golden:
         "\n\n".join(f"{name} {schema.tag()}, {table.height} rows\n{_csv(_shown(table, schema))}"
                     for (name, schema), table in tables.items()),
         {noun: stage.version}, {} if stage.compute is None else stage.settings(Settings()).model_dump(mode="json"),
-        inputs=_digest(*(schema.tag() for schema in stage.schemas), *(chain(source).content for source in sources)),
+        inputs=_digest(*(schema.tag() for schema in stage.schemas), *(chain(source).content for source in sources if STAGES[source].schemas)),
         content=_digest(*map(_csv, tables.values())),
     )
 
@@ -247,6 +253,17 @@ def log() -> Golden:
         settings=read.info.model_dump(mode="json", exclude={"software"}))
 
 
+def fitted() -> Golden:
+    """The models of the whole sample, whose clip has too few goals for any."""
+    read = recordings.imported(recordings.RSIM)
+    bodies, _ = trajectories(read, TrajectorySettings())
+    found, report = models.fit(moments(bodies, read.referee, read.info.pitch, MomentSettings()), ModelSettings())
+    assert found is not None
+    return Golden(
+        json.dumps({"report": report, **models.to_json(found)}, indent=1), _versions("models"),
+        ModelSettings().model_dump(mode="json"), inputs=_digest(_csv(bodies), _csv(read.referee)))
+
+
 def confusion() -> Golden:
     """How often the recogniser calls what a robot is told to do by its name."""
     return Golden(executions.report())
@@ -278,7 +295,8 @@ def _folder() -> Iterator[Path]:
 #: Noun and file name to what makes it, once a process; a stage of the chain has its golden without being named.
 CASES: dict[str, Callable[[], Golden]] = {name: cache(make) for name, make in {
     **{f"{noun}/clip-120s.txt": (lambda noun=noun: chain(noun))
-       for noun, stage in STAGES.items() if stage.per is not Per.OWN},
+       for noun, stage in STAGES.items() if stage.per is not Per.OWN and stage.schemas},
+    "models/sample.txt": fitted,
     "schemas/tables.txt": tables,
     "matches/rsim-3s.txt": log,
     "commentary/clip-120s.txt": telling,
