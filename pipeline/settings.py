@@ -143,9 +143,9 @@ class ModelSettings(Frozen):
     boosting_goals: int = Field(default=100, ge=2)
     evidence: float = Field(default=0.1, gt=0, le=1)
     penalty: float = Field(default=1.0, gt=0)
-    trees: int = Field(default=150, ge=1)
+    trees: int = Field(default=200, ge=1)
     learning_rate: float = Field(default=0.05, gt=0, le=1)
-    leaves: int = Field(default=15, ge=2)
+    leaves: int = Field(default=8, ge=2)
     leaf_samples: int = Field(default=100, ge=1)
     tree_penalty: float = Field(default=5.0, ge=0)
     seed: int = 0
