@@ -14,10 +14,10 @@ from pathlib import Path
 
 import polars as pl
 from conftest import SAMPLE
+from studies.values import _played, watch
 
 from pipeline.settings import ModelSettings
 from pipeline.values import models
-from studies.values import _played, watch
 
 _MATCHES, _FIRST_SEED = 20, 8001
 _PAIRINGS = (("static", "static"), ("human-like", "human-like"))

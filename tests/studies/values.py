@@ -42,7 +42,7 @@ from pipeline.settings import (
 )
 from pipeline.situations.recognise import recognise
 from pipeline.trajectories.derive import trajectories
-from pipeline.values import models
+from pipeline.values import models, trees
 from pipeline.values.moments import moments
 from pipeline.values.worths import values, worths
 
@@ -57,6 +57,9 @@ SUPPORT = 10
 RESAMPLES = 200
 #: A gram's value counts like so many instances of value 0 more, in the prediction.
 _DOUBT = 20
+_FOLDS = 5
+#: Situations at the ball: with it, guides, kicks, loses, yields, leaves, reaches, receives it, is hit by it.
+_AT_BALL = (1, 11, 21, 22, 23, 33, 44, 45, 47)
 _EDGES = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0)
 
 
@@ -111,6 +114,81 @@ def chances(parts: list[Watched]) -> tuple[pl.DataFrame, dict[str, object]]:
     if found is None:
         return every.clear().with_columns(chance=pl.lit(0.0)), report
     return every.with_columns(pl.Series("chance", found.chances(every))), report
+
+
+def by_cell(parts: list[Watched]) -> dict[str, float] | None:
+    """The chance by the ball's cell alone, 16 by 12 cells as in expected threat (Singh 2018), cross-fitted."""
+    seen, features, scores, fold = _known(parts)
+    cell = np.clip((features[:, 0] + 1) * 8, 0, 15).astype(int) * 12 + np.clip(features[:, 1] * 12, 0, 11).astype(int)
+    chance = np.empty(len(scores))
+    for f in range(_FOLDS):
+        own = fold == f
+        if not own.any():
+            continue
+        count, total = (np.bincount(cell[~own], weights=w, minlength=192) for w in (None, scores[~own]))
+        chance[own] = ((total + scores[~own].mean()) / (count + 1))[cell[own]]
+    return _of(scores, chance)
+
+
+def by_actions(parts: list[Watched]) -> dict[str, float] | None:
+    """The chance by the last three situations at the ball and where they were: VAEP's construction, cross-fitted.
+
+    VAEP (Decroos et al. 2019) describes a moment by the last three actions: what they were, whose, where and
+    when. Actions are here the situations at the ball that are over, with the ball's place.
+    """
+    _, features, scores, fold = _known(parts)
+    table = np.concatenate([features[:, :4], np.concatenate([_actions(part) for part in parts])], axis=1)
+    chance, weights = np.empty(len(scores)), np.ones(len(scores))
+    for f in range(_FOLDS):
+        own = fold == f
+        if own.any():
+            grown = trees.grow(table[~own].astype(np.float32), scores[~own], weights[~own], ModelSettings())
+            chance[own] = 1 / (1 + np.exp(-trees.logits(grown, table[own].astype(np.float32))))
+    return _of(scores, chance)
+
+
+def _known(parts: list[Watched]) -> tuple[pl.DataFrame, np.ndarray, np.ndarray, np.ndarray]:
+    """Moments whose outcome is known, a second apart: rows, features, outcomes, folds (by match, or by minute)."""
+    seen = pl.concat(_apart(part) for part in parts)
+    names = {name: i for i, name in enumerate(seen["match_id"].unique(maintain_order=True))}
+    match = np.array([names[name] for name in seen["match_id"]])
+    number = match if len(names) >= _FOLDS else match + seen["t_ns"].to_numpy() // 60_000_000_000
+    return seen, seen["features"].to_numpy(), seen["scores"].to_numpy(), number % _FOLDS
+
+
+def _apart(part: Watched) -> pl.DataFrame:
+    second = pl.col("t_ns") // 1_000_000_000
+    known = part.moments.filter(pl.col("scores").is_not_null())
+    return known.filter((second != second.shift()).over("team").fill_null(value=True))
+
+
+def _actions(part: Watched) -> np.ndarray:
+    """Code, team (own 1, theirs 0), place along and across, and age of the last three situations at the ball."""
+    seen = _apart(part)
+    done = part.situations.filter(pl.col("code").is_in(_AT_BALL)).sort("end_ns")
+    found = np.full((seen.height, 15), np.nan)
+    t_ns, own = seen["t_ns"].to_numpy(), seen["team"].cast(pl.String).to_numpy()
+    end, segment = done["end_ns"].to_numpy(), done["segment"].to_numpy()
+    code, team = done["code"].to_numpy(), done["team"].cast(pl.String).to_numpy()
+    ball = part.moments.filter(pl.col("team") == "home").sort("t_ns")
+    place = np.searchsorted(ball["t_ns"].to_numpy(), end).clip(max=ball.height - 1)
+    x, y = (ball["features"].to_numpy()[place, i] for i in (0, 1))
+    last = np.searchsorted(end, t_ns, side="right") - 1
+    for back in range(3):
+        row = last - back
+        there = (row >= 0) & (segment[np.maximum(row, 0)] == seen["segment"].to_numpy()) if len(end) else row > np.inf
+        at = np.maximum(row, 0)[there]
+        mine = team[at] == own[there]
+        side = np.where(own[there] == "home", 1.0, -1.0)
+        found[there, 5 * back:5 * back + 5] = np.stack(
+            [code[at], mine, side * x[at], y[at], (t_ns[there] - end[at]) / 1e9], axis=1)
+    return found
+
+
+def _of(scores: np.ndarray, chance: np.ndarray) -> dict[str, float] | None:
+    if not (scores.any() and not scores.all()):
+        return None
+    return {"log_loss": round(float(log_loss(scores, chance)), 5), "auc": round(float(roc_auc_score(scores, chance)), 4)}
 
 
 def figures(known: pl.DataFrame) -> dict[str, object]:
@@ -279,8 +357,9 @@ def main(folder: Path, recordings: Path | None) -> None:
         row: dict[str, object] = {"game": game, **{name: report[name] for name in ("matches", "goals", "kind")}}
         if report["kind"] is not None:
             row |= figures(known)
-            row |= {f"{name}_{what}": report[name][what] for name in ("logistic", "boosting", "ball", "ball_x", "rate")
-                    if name in report for what in ("auc", "log_loss")}
+            report |= {"cells": by_cell(parts), "actions": by_actions(parts)}
+            row |= {f"{name}_{what}": report[name][what] for name in ("logistic", "boosting", "actions", "cells", "ball", "ball_x", "rate")
+                    if report.get(name) for what in ("auc", "log_loss")}
             bins.append(calibration(known).with_columns(game=pl.lit(game)))
         rows.append(row)
         if len(parts) > 1:
