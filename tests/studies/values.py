@@ -118,7 +118,7 @@ def chances(parts: list[Watched]) -> tuple[pl.DataFrame, dict[str, object]]:
 
 def by_cell(parts: list[Watched]) -> dict[str, float] | None:
     """The chance by the ball's cell alone, 16 by 12 cells as in expected threat (Singh 2018), cross-fitted."""
-    seen, features, scores, fold = _known(parts)
+    _, features, scores, fold = _known(parts)
     cell = np.clip((features[:, 0] + 1) * 8, 0, 15).astype(int) * 12 + np.clip(features[:, 1] * 12, 0, 11).astype(int)
     chance = np.empty(len(scores))
     for f in range(_FOLDS):
