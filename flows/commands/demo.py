@@ -114,8 +114,10 @@ def _behaviours(store: Store, out: Console) -> None:
     known = store.read_table(newest, "behaviours", Behaviours).filter(pl.col("n") > 1)
     best = known.sort(*BY_EVIDENCE, descending=True).head(5)
     out.print()
-    shown = best.select("role", spelt("codes").alias("what the robot does"), "low", "high",
-                        seen="support", worth="value")
+    shown = best.select(
+        "role", spelt("codes").alias("what the robot does"), pl.col("support").alias("seen"),
+        pl.col("value").alias("worth"), "low", "high",
+    )
     title = f"The five of {known.height} behaviours that surely pay (worth 1: a goal that nobody expected)"
     print_frame(shown, title=title)
 
