@@ -5,23 +5,28 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
-from support.rows import consecutive, goals, situations
+from support.rows import changed, consecutive, goals, situations
 
 from pipeline.behaviours.select import select
 from pipeline.grams.count import cover, grams, merge, value
 from pipeline.settings import BehaviourSettings, GramSettings, RoundSettings
 from schemas import ROLES, Grams, Patterns
 
-ANY = BehaviourSettings(share_of="situations", support_at_least=1, value_over=0.0, sigma_end=0.1)
+#: The paper's selection: the mean value by the next goal.
+ANY = BehaviourSettings(
+    share_of="situations", select_by="value", shrink=False, support_at_least=1, value_over=0.0, sigma_end=0.1)
+BY_GOALS = GramSettings(outcome="paper")
 ONE = RoundSettings(n=2, rows=1, columns=2, activation=0.10)
 
 
 def table(*rows):
-    """(role, codes, count, value_sum, value_square_sum) each."""
+    """(role, codes, count, value_sum, value_square_sum) each; each instance is of a match of its own."""
     return pl.DataFrame(
-        [(role, list(codes), len(codes), *sums) for role, codes, *sums in rows],
+        [{"role": role, "codes": list(codes), "n": len(codes), "count": count, "value_sum": total,
+          "value_square_sum": squares, "match_square_sum": squares, "match_product_sum": total,
+          "match_count_square_sum": count, "paper_sum": total / 2, "placed": count, "x_sum": count / 4,
+          "y_sum": -count / 8} for role, codes, count, total, squares in rows],
         schema={name: dtype for name, dtype in Grams.dtypes().items() if name not in ("match_id", "team")},
-        orient="row",
     )
 
 
@@ -37,10 +42,13 @@ def test_busy_and_valuable():
     """A behaviour has a busy neuron and a value over the threshold."""
     chosen = select(BUSY, 100, ANY, ONE)
     Patterns.validate(chosen.patterns)
-    assert chosen.patterns.drop("neuron").rows() == [
+    columns = ("behaviour_id", "role", "codes", "n", "support", "value", "spread")
+    assert chosen.patterns.select(columns).rows() == [
         ("goalkeeper-001-011", "goalkeeper", [1, 11], 2, 20, 0.5, pytest.approx((0.3 - 0.25) ** 0.5)),
         ("midfield-003-011", "midfield", [3, 11], 2, 2, 0.25, 0.0),
     ]
+    others = chosen.patterns.select("mean", "family", "family_spread", "paper", "x", "y")
+    assert others.rows() == [(0.5, None, None, 0.25, 0.25, -0.125), (0.25, None, None, 0.125, 0.25, -0.125)]
     assert chosen.report._replace(activations=()) == (2, 4, 41, 10.0, (), 1, 3, 2, 22)
     assert sorted(chosen.report.activations) == [9, 32]
 
@@ -71,6 +79,22 @@ def test_value_threshold_is_exclusive():
     """A value equal to the threshold is not enough."""
     chosen = select(BUSY, 100, ANY.model_copy(update={"value_over": 0.25}), ONE)
     assert chosen.patterns["behaviour_id"].to_list() == ["goalkeeper-001-011"]
+
+
+def test_unknown_places():
+    """A behaviour whose places are not known begins nowhere."""
+    nowhere = BUSY.with_columns(placed=pl.lit(0, pl.Int64), x_sum=pl.lit(0.0), y_sum=pl.lit(0.0))
+    assert select(nowhere, 100, ANY, ONE).patterns.select("x", "y").null_count().row(0) == (2, 2)
+
+
+def test_lower_end():
+    """By default the whole interval of the value must lie above the threshold."""
+    found = table(("striker", [1, 11], 50, 25.0, 25.0), ("striker", [3, 11], 3, 1.5, 1.5))  # alike, but for the support
+    by_value, by_low = (ANY.model_copy(update={"select_by": column}) for column in ("value", "low"))
+    assert select(found, 10, by_value, ONE).patterns["behaviour_id"].to_list() == ["striker-001-011", "striker-003-011"]
+    chosen = select(found, 10, by_low, ONE).patterns
+    assert chosen["behaviour_id"].to_list() == ["striker-001-011"]
+    assert chosen["low"].item() > 0
 
 
 def test_only_random():
@@ -130,12 +154,12 @@ def test_rounds_long_to_short():
     """A gram that recurs before goals is kept whole; what lies between is left for the shorter rounds."""
     words = [44, 1, 11, 21]
     table_ = situations(*(consecutive([*words, 194, 46], start=10.0 * i, segment=i) for i in range(10)))
-    valued = value(table_, goals(*((10.0 * i + 5, "home") for i in range(10))), GramSettings())
+    valued = changed(value(table_, goals(*((10.0 * i + 5, "home") for i in range(10))), BY_GOALS))
     known = Patterns.empty()
     for n in (4, 3, 2, 1):
         round_ = RoundSettings(n=n, rows=2, columns=2, activation=0.10)
-        taken = cover(valued, known, GramSettings())
-        found = merge([grams(valued, n, taken, GramSettings())])
+        taken = cover(valued, known, BY_GOALS)
+        found = merge([grams(valued, n, taken, BY_GOALS)])
         chosen = select(found, table_.height, ANY, round_)
         known = pl.concat([known, chosen.patterns])
         if n == 4:

@@ -1,11 +1,12 @@
 """Grams: what follows a situation values it, windows never bridge anything, and sums add up in any order."""
 
 import numpy as np
+import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
-from support.rows import SIDES, consecutive, goals, patterns, situations
+from support.rows import SIDES, changed, consecutive, goals, patterns, situations
 
 from pipeline.errors import SchemaMismatch
 from pipeline.grams.count import cover, grams, merge, value
@@ -13,7 +14,7 @@ from pipeline.sequences import codes_of, exact, keys_of, role_of, windows
 from pipeline.settings import GramSettings
 from schemas import Grams
 
-HALF = GramSettings(alpha=0.5, tick_s=1.0)
+HALF = GramSettings(alpha=0.5, tick_s=1.0, outcome="paper")
 
 codes = st.sampled_from([1, 11, 21, 46, 184, 194])
 sequence = st.lists(st.one_of(codes, st.none()), min_size=0, max_size=25)
@@ -21,10 +22,15 @@ matches = st.tuples(sequence, sequence, st.lists(st.tuples(st.integers(0, 12), s
                                                  unique_by=lambda goal: goal[0]))
 
 
+def valued_by_goals(table, scored):
+    """Situations valued by the next goal, that change nothing of V."""
+    return changed(value(table, scored, HALF))
+
+
 def table_of(match, n):
     home, away, scored = match
     table = situations(consecutive(home), consecutive(away, team="away", role="s"))
-    return grams(value(table, goals(*scored), HALF), n, None, HALF)
+    return grams(valued_by_goals(table, goals(*scored)), n, None, HALF)
 
 
 class TestValue:
@@ -127,7 +133,7 @@ class TestGrams:
     def test_count_and_value(self):
         """Grams count and value the distinct runs by team and role."""
         table = situations(consecutive([1, 11, 1, 11], each=1.0), consecutive([1, 11], team="away", role="s", each=1.0))
-        found = grams(value(table, goals((4.0, "home")), HALF), 2, None, HALF)
+        found = grams(valued_by_goals(table, goals((4.0, "home"))), 2, None, HALF)
         Grams.validate(found)
         # values at 0, 1, 2, 3 s are 1/16, 1/8, 1/4, 1/2; means of (1, 11) 3/32 and 3/8
         assert found.select("team", "role", "codes", "count", "value_sum", "value_square_sum").rows() == [
@@ -136,15 +142,48 @@ class TestGrams:
             ("away", "striker", [1, 11], 1, -3 / 32, (3 / 32) ** 2),
         ]
 
+    def test_change(self):
+        """A gram's value is the sum of what its situations change; that by the next goal stays beside it."""
+        table = situations(consecutive([1, 11, 1, 11], each=1.0), consecutive([1, 11], team="away", role="s", each=1.0))
+        valued = changed(value(table, goals((4.0, "home")), HALF), 0.25, -0.5, 0.125, 0.75, -0.25, 1.0)
+        by_change = GramSettings(alpha=0.5, tick_s=1.0)
+        found = grams(valued, 2, None, by_change)
+        Grams.validate(found)
+        # (1, 11) of home: 0.25 - 0.5 and 0.125 + 0.75
+        assert found.select("codes", "count", "value_sum", "value_square_sum", "paper_sum").rows() == [
+            ([1, 11], 2, -0.25 + 0.875, 0.25**2 + 0.875**2, 3 / 32 + 3 / 8),
+            ([11, 1], 1, -0.375, 0.375**2, 3 / 16),
+            ([1, 11], 1, 0.75, 0.75**2, -3 / 32),
+        ]
+
+    def test_by_match(self):
+        """Squares and products of whole matches tell how much their sums differ."""
+        table = situations(consecutive([1, 1, 1]))
+        one = grams(changed(value(table, goals(), HALF), 0.5, 0.25, 0.25), 1, None, GramSettings())
+        two = grams(changed(value(table, goals(), HALF), -0.5, 0.0, 0.0), 1, None, GramSettings())
+        columns = ["count", "value_sum", "match_square_sum", "match_product_sum", "match_count_square_sum"]
+        assert one.select(columns).row(0) == (3, 1.0, 1.0, 3.0, 9)
+        assert merge([one, two]).select(columns).row(0) == (6, 0.5, 1.25, 1.5, 18)
+
+    def test_places(self):
+        """Places at the start are summed where they are known."""
+        table = value(situations(consecutive([1, 1, 1])), goals(), HALF)
+        places = changed(table).with_columns(
+            x=pl.Series([0.5, None, -0.25], dtype=pl.Float32), y=pl.Series([0.25, None, 0.25], dtype=pl.Float32))
+        found = grams(places, 1, None, HALF)
+        Grams.validate(found)
+        assert found.select("placed", "x_sum", "y_sum").row(0) == (2, 0.25, 0.5)
+        assert grams(places, 3, None, HALF).select("placed", "x_sum").row(0) == (1, 0.5), "that of the first situation"
+
     def test_role_at_start(self):
         """A gram has the role that is held when it starts."""
         table = situations(consecutive([1, 11, 21], role="gms"))
-        assert grams(value(table, goals(), HALF), 2, None, HALF)["role"].to_list() == ["goalkeeper", "midfield"]
+        assert grams(valued_by_goals(table, goals()), 2, None, HALF)["role"].to_list() == ["goalkeeper", "midfield"]
 
     def test_no_situations(self):
         """No situations have no grams."""
-        assert grams(value(situations(), goals(), HALF), 4, None, HALF).is_empty()
-        assert Grams.is_valid(grams(value(situations(), goals(), HALF), 4, None, HALF))
+        assert grams(valued_by_goals(situations(), goals()), 4, None, HALF).is_empty()
+        assert Grams.is_valid(grams(valued_by_goals(situations(), goals()), 4, None, HALF))
 
     @pytest.mark.slow
     @given(matches, st.integers(1, 4))
@@ -153,7 +192,7 @@ class TestGrams:
         """Grams hold every window once."""
         home, away, scored = match
         table = situations(consecutive(home), consecutive(away, team="away", role="s"))
-        valued = value(table, goals(*scored), HALF)
+        valued = valued_by_goals(table, goals(*scored))
         found = grams(valued, n, None, HALF)
         runs = windows(table, n, None, HALF.gap_s)
         assert Grams.is_valid(found)
@@ -180,14 +219,14 @@ class TestMerge:
     def test_sum_and_order(self):
         """A merge adds over teams and matches, and sorts."""
         table = situations(consecutive([21, 1, 21]), consecutive([1, 21], team="away"))
-        one = grams(value(table, goals((8.0, "home")), HALF), 1, None, HALF)
+        one = grams(valued_by_goals(table, goals((8.0, "home"))), 1, None, HALF)
         total = merge(iter([one, one]))
         assert total.select("role", "codes", "n", "count").rows() == [
             ("midfield", [1], 1, 4), ("midfield", [21], 1, 6)]
 
     def test_several_lengths(self):
         """A merge takes grams of several lengths."""
-        valued = value(situations(consecutive([21, 1, 21], role="gms")), goals(), HALF)
+        valued = valued_by_goals(situations(consecutive([21, 1, 21], role="gms")), goals())
         total = merge([grams(valued, n, None, HALF) for n in (3, 1, 2)])
         assert total["n"].to_list() == [1, 1, 1, 2, 2, 3]
         assert total.filter(n=2)["codes"].to_list() == [[21, 1], [1, 21]]

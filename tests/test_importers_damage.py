@@ -20,10 +20,21 @@ from pipeline.errors import BadRecording, BadSettings
 from pipeline.goals import attribute
 from pipeline.grams.count import grams, value
 from pipeline.importers.tracking_map import load_map
-from pipeline.settings import GoalSettings, GramSettings, SituationSettings, TrajectorySettings
+from pipeline.settings import (
+    GoalSettings,
+    GramSettings,
+    ModelSettings,
+    MomentSettings,
+    SituationSettings,
+    TrajectorySettings,
+    ValueSettings,
+)
 from pipeline.situations.recognise import recognise
 from pipeline.trajectories.derive import trajectories
-from schemas import Decisions, Goals
+from pipeline.values.models import fit
+from pipeline.values.moments import moments
+from pipeline.values.worths import values, worths
+from schemas import Decisions, Goals, Moments, Values, Worths
 
 
 def test_not_numbers() -> None:
@@ -197,7 +208,13 @@ def test_match_of_one_team() -> None:
     assert set(made["team"].cast(pl.String)) == {"home"}
     valued = value(done, made, GramSettings())
     assert valued["value"].max() > 0  # type: ignore[operator]
-    found = grams(valued, 1, None, GramSettings())
+    looked = Moments.validate(moments(tracks, match.referee, pitch, MomentSettings()))
+    models, _ = fit(looked, ModelSettings(goals_at_least=2, trees=5))
+    assert models is not None
+    of_moments = Values.validate(values(looked, models))
+    changes = Worths.validate(worths(done, of_moments, match.referee, tracks, ValueSettings()))
+    assert changes["change"].max() > 0  # type: ignore[operator]
+    found = grams(valued.hstack(changes.select("change", "x", "y")), 1, None, GramSettings())
     assert set(found["team"].cast(pl.String)) == {"home"}
     known = found.sort("count", descending=True).head(3).with_row_index("i").with_columns(
         behaviour_id=pl.format("b-{}", "i")

@@ -34,14 +34,20 @@ def goals(*rows):
                         schema={"t_ns": pl.Int64, "team": pl.Enum(SIDES)}, orient="row")
 
 
-def patterns(*rows):
-    """(role, codes) or (role, codes, value) each."""
-    table = pl.DataFrame(
-        [("-".join([WORDS[role], *(f"{c:03d}" for c in codes)]), WORDS[role], list(codes), len(codes), 3,
-          *(value or (0.5,)), 0.1, 0) for role, codes, *value in rows],
-        schema=Patterns.dtypes(), orient="row",
-    )
-    return Patterns.validate(table)
+def changed(table, *changes, x=0.0, y=0.0):
+    """Situations with the columns change, x and y of schema Worths; 0 without changes."""
+    change = pl.Series("change", changes or [0.0] * table.height, dtype=pl.Float64)
+    return table.with_columns(change, x=pl.lit(x, dtype=pl.Float32), y=pl.lit(y, dtype=pl.Float32))
+
+
+def patterns(*rows, **others):
+    """(role, codes) or (role, codes, value) each; columns of version 2 are null, unless the same for all is given."""
+    table = [
+        {"behaviour_id": "-".join([WORDS[role], *(f"{c:03d}" for c in codes)]), "role": WORDS[role], "codes": list(codes),
+         "n": len(codes), "support": 3, "value": value[0] if value else 0.5, "spread": 0.1, "neuron": 0, **others}
+        for role, codes, *value in rows
+    ]
+    return Patterns.validate(pl.DataFrame(table, schema=Patterns.dtypes()))
 
 
 def bodies(times, **places):
@@ -62,4 +68,4 @@ def bodies(times, **places):
     return Trajectories.validate(table.sort("team", "robot", "t_ns"))
 
 
-__all__ = ["MATCH", "ROLES", "SIDES", "S", "bodies", "consecutive", "goals", "patterns", "situations"]
+__all__ = ["MATCH", "ROLES", "SIDES", "S", "bodies", "changed", "consecutive", "goals", "patterns", "situations"]
