@@ -94,7 +94,8 @@ def moments(
     return pl.concat(
         seen.select(
             "match_id", pl.lit(team, dtype=pl.Enum(SIDES)).alias("team"), "t_ns", "segment",
-            pl.Series("features", features(*view, pitch)), scores[team].alias("scores"),
+            pl.Series("features", features(*view, pitch)).arr.eval(pl.element().fill_nan(None)),
+            scores[team].alias("scores"),
         )
         for team, view in views.items()
     ).cast(pl.Schema(Moments.dtypes()))
