@@ -106,8 +106,9 @@ def fit(moments: pl.DataFrame, settings: ModelSettings) -> tuple[Models | None, 
         settings: settings of the stage.
 
     Returns:
-        The models, None with fewer than ``goals_at_least`` goals, and a report: matches, moments, goals,
-        kind, and for each model log_loss and auc of the moments left out (rate: of the mean).
+        The models, None with fewer than ``goals_at_least`` goals or with all of them in one fold, and a
+        report: matches, moments, goals, kind, and for each model log_loss and auc of the moments left out
+        (rate: of the mean).
     """
     known = moments.filter(pl.col("scores").is_not_null())
     apart = round(settings.moments_apart_s * 1e9)
@@ -125,6 +126,8 @@ def fit(moments: pl.DataFrame, settings: ModelSettings) -> tuple[Models | None, 
     features, scores = _features(known), known["scores"].to_numpy()
     weights = np.full(len(scores), settings.evidence)
     used = [f for f in range(settings.folds) if _both(scores[fold != f])]
+    if len(used) < settings.folds:
+        return None, report
     parts = [(features[fold != f], scores[fold != f], weights[fold != f]) for f in used]
     kinds: dict[str, tuple[Logistic | Trees, ...]] = {
         "logistic": tuple(Logistic.fit(*part, range(NAMED), settings.penalty) for part in parts)}
