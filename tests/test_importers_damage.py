@@ -209,7 +209,7 @@ def test_match_of_one_team() -> None:
     valued = value(done, made, GramSettings())
     assert valued["value"].max() > 0  # type: ignore[operator]
     looked = Moments.validate(moments(tracks, match.referee, pitch, MomentSettings()))
-    models, _ = fit(looked, ModelSettings(goals_at_least=2, trees=5))
+    models, _ = fit(looked, ModelSettings(goals_at_least=2, block_s=5))
     assert models is not None
     of_moments = Values.validate(values(looked, models))
     changes = Worths.validate(worths(done, of_moments, match.referee, tracks, ValueSettings()))

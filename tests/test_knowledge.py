@@ -149,9 +149,10 @@ class TestMerging:
         for name, values in found:
             values = exact(np.array(values))
             codes = [int(code) for code in name.split("-")[1:]]
-            rows.append((name, "striker", codes, len(codes), len(values), values.sum() / len(values), values.std(),
-                         neuron, 1))
-        table = pl.DataFrame(rows, schema=Behaviours.dtypes(), orient="row")
+            mean = values.sum() / len(values)
+            rows.append({"behaviour_id": name, "role": "striker", "codes": codes, "n": len(codes), "support": len(values),
+                         "value": mean, "mean": mean, "spread": values.std(), "neuron": neuron, "version": 1})
+        table = pl.DataFrame(rows, schema=Behaviours.dtypes())
         return Behaviours.validate(table.sort("n", "role", "codes", descending=[True, False, False]))
 
     def test_behaviours_are_pooled(self):
@@ -195,7 +196,7 @@ class TestBehaviours:
 
 class TestDiff:
     BEFORE = behaviours([patterns(("s", [1, 11], 0.5), ("s", [46], 0.2), ("m", [46], 0.2))], 1)
-    AFTER = behaviours([patterns(("s", [1, 11], 0.6), ("m", [46], 0.2), ("g", [1], 0.3))], 2)
+    AFTER = behaviours([patterns(("s", [1, 11], 0.6), ("m", [46], 0.2), ("g", [1], 0.3), low=0.25, high=0.75)], 2)
     SEEN_BEFORE = occasions([decisions((1, "striker-046", 0.1), (1, "striker-001-011", 0.1))], 1)
     SEEN_AFTER = occasions([decisions((1, "striker-001-011", 0.1), (2, "striker-001-011", 0.1))], 2)
 
@@ -203,9 +204,9 @@ class TestDiff:
         """A diff tells what was added, removed and changed."""
         found = diff(self.BEFORE, self.AFTER, self.SEEN_BEFORE, self.SEEN_AFTER).behaviours
         assert found.rows() == [
-            ("goalkeeper-001", "added", "goalkeeper", 1, None, 3, None, 0.3, None, 0),
-            ("striker-001-011", "changed", "striker", 2, 3, 3, 0.5, 0.6, 1, 2),
-            ("striker-046", "removed", "striker", 1, 3, None, 0.2, None, 1, None),
+            ("goalkeeper-001", "added", "goalkeeper", 1, None, 3, None, 0.3, None, 0.25, None, 0.75, None, 0),
+            ("striker-001-011", "changed", "striker", 2, 3, 3, 0.5, 0.6, None, 0.25, None, 0.75, 1, 2),
+            ("striker-046", "removed", "striker", 1, 3, None, 0.2, None, None, None, None, None, 1, None),
         ]
 
     def test_counts_by_role(self):
