@@ -22,7 +22,8 @@ def choose(store: Store, output: Output, scope: Scope, settings: ModelSettings) 
     except CorruptFile:
         standing = None
     before = {label.split("/")[1] for label in standing.inputs} if standing is not None else set()
-    if before and before <= set(scope.matches) and len(scope.matches) < 2 * len(before):
+    stands = before <= set(scope.matches) and len(scope.matches) < 2 * len(before)
+    if stands and len(before) <= settings.matches_at_most:
         return tuple(sorted(before))
     drawn = sorted(scope.matches, key=lambda match: sha256(match.encode()).digest())
     return tuple(sorted(drawn[:settings.matches_at_most]))
