@@ -84,8 +84,9 @@ def from_parquet(data: bytes, schema: type[Table], *, where: str) -> pl.DataFram
             next_step="Make it again with this version of pitchlore",
         )
     if tag != schema.tag():
-        added = {name: dtype for name, dtype in schema.dtypes().items() if name not in frame.columns}
-        frame = frame.with_columns(pl.lit(None, dtype=dtype).alias(name) for name, dtype in added.items())
+        added = [name for name, column in schema.columns().items()
+                 if column.nullable and name not in frame.columns]
+        frame = frame.with_columns(pl.lit(None, dtype=schema.dtypes()[name]).alias(name) for name in added)
         frame = frame.select([name for name in schema.dtypes() if name in frame.columns])
     _check_columns(frame, schema, where)
     return frame
