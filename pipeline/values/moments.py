@@ -130,7 +130,7 @@ def features(ball: Ball, own: Robots, their: Robots, pitch: Pitch) -> F32:
         _cosine(its.dx, its.dy, from_x, to_y),
         np.hypot(from_x, to_y) / pitch.length,
         _angle(-from_x, ball.y, half_goal),
-        np.where(ball.y >= 0, -ball.vy, ball.vy) / top,
+        np.where((ball.y > 0) | (ball.y == 0) & (ball.vy >= 0), -ball.vy, ball.vy) / top,
         _cover(their, ball, to_x, to_y) / half_goal,
         _cover(own, ball, from_x, to_y) / half_goal,
         _keeper(their, goal_x) / half_goal,
@@ -176,10 +176,10 @@ def _nearest(robots: Robots, ball: Ball) -> _Nearest:
         far, nowhere = np.full(len(ball.x), np.inf), np.full(len(ball.x), np.nan)
         return _Nearest(far, far, *[nowhere] * 6)
     row, column = away.argmin(axis=0), np.arange(len(ball.x))
-    order = np.sort(away, axis=0)
+    order = np.sort([*away, np.full(len(ball.x), np.inf)], axis=0)
     heading = robots.theta[row, column]
     return _Nearest(
-        order[0], order[min(1, len(order) - 1)], dx[row, column], dy[row, column], np.cos(heading),
+        order[0], order[1], dx[row, column], dy[row, column], np.cos(heading),
         np.sin(heading), robots.vx[row, column], robots.vy[row, column],
     )
 
