@@ -125,33 +125,28 @@ def fit(moments: pl.DataFrame, settings: ModelSettings) -> tuple[Models | None, 
     fold = _folds(known, matches, settings.folds, block_ns)
     features, scores = _features(known), known["scores"].to_numpy()
     weights = np.full(len(scores), settings.evidence)
-    used = [f for f in range(settings.folds) if _both(scores[fold != f])]
-    if len(used) < settings.folds:
+    parts = [(features[fold != f], scores[fold != f], weights[fold != f]) for f in range(settings.folds)]
+    if not all(_both(left) for _, left, _ in parts):
         return None, report
-    parts = [(features[fold != f], scores[fold != f], weights[fold != f]) for f in used]
     kinds: dict[str, tuple[Logistic | Trees, ...]] = {
         "logistic": tuple(Logistic.fit(*part, range(NAMED), settings.penalty) for part in parts)}
     if goals >= settings.boosting_goals:
         kinds["boosting"] = tuple(trees.grow(*part, settings) for part in parts)
-    tested = np.isin(fold, used)
     best, least = None, np.inf
-    place = np.searchsorted(used, np.minimum(fold, used[-1]))
     for name, fits in kinds.items():
-        left_out = np.array([_logits(each, features) for each in fits])[place, np.arange(len(fold))]
-        calibration = _platt(left_out[tested], scores[tested])
-        chances = _probability(calibration[0] * left_out[tested] + calibration[1])
-        report[name] = _figures(scores[tested], chances)
+        left_out = np.array([_logits(each, features) for each in fits])[fold, np.arange(len(fold))]
+        calibration = _platt(left_out, scores)
+        chances = _probability(calibration[0] * left_out + calibration[1])
+        report[name] = _figures(scores, chances)
         if report[name]["log_loss"] < least:
             least, best = report[name]["log_loss"], Models(fits, calibration, matches, block_ns)
             report["kind"] = name
     for name, places in CONTROLS.items():
         left_out = np.empty(len(scores))
-        for f in used:
-            plain = Logistic.fit(
-                features[fold != f], scores[fold != f], weights[fold != f], places, settings.penalty)
-            left_out[fold == f] = plain.logits(features[fold == f])
-        report[name] = _figures(scores[tested], _probability(left_out[tested]))
-    report["rate"] = _figures(scores[tested], np.full(tested.sum(), scores[tested].mean()))
+        for f, part in enumerate(parts):
+            left_out[fold == f] = Logistic.fit(*part, places, settings.penalty).logits(features[fold == f])
+        report[name] = _figures(scores, _probability(left_out))
+    report["rate"] = _figures(scores, np.full(len(scores), scores.mean()))
     return best, report
 
 
@@ -244,9 +239,15 @@ def _probability(logits: F64) -> F64:
 
 
 def _platt(logits: F64, scores: Bools) -> F64:
-    """Slope and offset that make the probabilities of left-out moments true."""
+    """Slope, at least 0, and offset that make the probabilities of left-out moments true.
+
+    Where nothing can be learned, models are wrong about what they leave out, because the fewer goals there
+    are in one part, the more there are in the others. A negative slope would take that for knowledge.
+    """
     model = LogisticRegression(C=np.inf, max_iter=_ITERATIONS)  # type: ignore[no-untyped-call]
     model.fit(logits[:, None], scores)
+    if model.coef_[0, 0] < 0:
+        return np.array([0.0, np.log(scores.mean() / (1 - scores.mean()))])
     return np.array([model.coef_[0, 0], model.intercept_[0]])
 
 
