@@ -76,7 +76,7 @@ def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFram
         error=pl.when(pl.col("error").is_not_null().all()).then(
             (pl.col("support") * pl.col("error")).pow(2).sum().sqrt() / whole),
         support=whole,
-        family_size=pl.col("family_size").max(),
+        family_size=pl.when(pl.col("family_size").is_not_null().all()).then(pl.col("family_size").max()),
         **{
             name: pl.when(pl.col(name).is_not_null().all()).then(
                 (pl.col(name) * pl.col("support")).sum() / whole)
