@@ -1,0 +1,139 @@
+"""Data folders with knowledge whose behaviours have no intervals: shown, compared, asked, added to."""
+
+from __future__ import annotations
+
+import json
+
+import polars as pl
+import pyarrow.parquet
+import pytest
+
+from flows.catalog import refresh
+from flows.knowledge import describe
+from flows.stage import Scope
+from flows.stages import STAGES
+from flows.versions import emit
+from pipeline.settings import KnowledgeSettings, Settings
+from pipeline.store import Store, catalog
+from pipeline.store.receipts import FileRecord, Manifest
+from pipeline.store.tables import SCHEMA_KEY
+from pipeline.store.work import Made
+from schemas import ROLES, Behaviours, Decisions, Occasions, Patterns
+
+ADDS_UP = KnowledgeSettings(accumulate=True)
+NEW = {"low", "high", "mean", "error", "family", "family_spread", "family_size", "paper", "x", "y"}
+ROWS = [  # support and mean
+    ("striker-046", [46], 4, 0.25), ("striker-011", [11], 8, 0.5),
+]
+
+
+def patterns() -> pl.DataFrame:
+    """What the selection finds in the next match."""
+    found = [{
+        "behaviour_id": "striker-046", "role": "striker", "codes": [46], "n": 1, "support": 12, "value": 0.375,
+        "spread": 0.25, "neuron": 1, "low": 0.25, "high": 0.5, "mean": 0.5, "error": 0.125, "family": 0.0,
+        "family_spread": 0.2, "family_size": 9, "paper": 0.75, "x": 0.125, "y": -0.25,
+    }]
+    return Patterns.validate(pl.DataFrame(found, schema=Patterns.dtypes()))
+
+
+@pytest.fixture
+def old(tmp_path) -> Store:
+    """A data folder with knowledge version 1, as it was written before behaviours had intervals."""
+    store = Store(tmp_path)
+    before = pl.DataFrame([
+        {"behaviour_id": name, "role": "striker", "codes": codes, "n": 1, "support": support, "value": mean, "spread": 0.1,
+         "neuron": 0, "version": 1} for name, codes, support, mean in ROWS
+    ], schema={name: dtype for name, dtype in Behaviours.dtypes().items() if name not in NEW})
+    roles = {role: {"behaviours": 0, "states": 0, "occasions": 0} for role in ROLES}
+    details = {"matches": 1, "behaviours": 2, "occasions": 0, "roles": roles}
+    stage = STAGES["knowledge"]
+    work = stage.work("knowledge", ADDS_UP, {"decisions/first/decisions": "0" * 64}, seed=0)
+    store.commit_version(work, Made([(Behaviours.empty(), Behaviours), (Occasions.empty(), Occasions)], details=details),
+                         1, parent=None)
+    folder = store.version_folder("knowledge", 1)
+    file = folder / "behaviours.parquet"
+    pyarrow.parquet.write_table(before.to_arrow().replace_schema_metadata({SCHEMA_KEY: "behaviours/1"}), file)
+    manifest = store.manifest("knowledge", 1)
+    record = FileRecord.of(file.name, file.read_bytes(), table="behaviours/1", rows=before.height)
+    changed = Manifest.model_validate(manifest.model_dump() | {"files": {**manifest.files, "behaviours": record}})
+    (folder / "manifest.json").write_text(changed.model_dump_json())
+    assert store.verify_version("knowledge", 1) == []
+    return store
+
+
+def add(store: Store) -> Manifest:
+    """The next version: of another match, added to what is there."""
+    settings = Settings()
+    for noun, name, table in (
+        ("behaviours", "second.n1", (patterns(), Patterns)), ("decisions", "second", (Decisions.empty(), Decisions)),
+    ):
+        store.commit(STAGES[noun].work(name, STAGES[noun].settings(settings), {}), Made([table]))
+    scope = Scope(matches=("second",), lengths=(1,), group="second")
+    manifest, new = emit(store, STAGES["knowledge"], ADDS_UP, scope)
+    assert (manifest.version, manifest.parent, new) == (2, 1, True)
+    return manifest
+
+
+def test_read(old):
+    """Newer columns are null."""
+    found = old.read_table(old.manifest("knowledge", 1), "behaviours", Behaviours)
+    Behaviours.validate(found)
+    assert {name for name in found.columns if found[name].null_count()} == NEW
+    assert "not known" in describe(old, old.manifest("knowledge", 1))
+
+
+def test_add(old):
+    """Knowledge adds to a version without intervals; the mean is that of all instances."""
+    found = old.read_table(add(old), "behaviours", Behaviours)
+    Behaviours.validate(found)
+    assert found.select("behaviour_id", "support", "value", "mean", "low", "x").rows() == [
+        ("striker-011", 8, 0.5, 0.5, None, None), ("striker-046", 16, 0.4375, 0.4375, None, None)]
+
+
+def test_show(old, call):
+    """`kb show` shows a version without intervals."""
+    code, out, err = call("kb", "show", "--data", old.root)
+    assert (code, err) == (0, "")
+    assert "striker-046" in out
+    _, out, _ = call("kb", "show", "1", "--json", "--data", old.root)
+    shown = json.loads(out)["behaviours"]
+    assert [(row["behaviour_id"], row["value"], row["low"]) for row in shown] == [
+        ("striker-046", 0.25, None), ("striker-011", 0.5, None)]
+
+
+def test_diff(old, call):
+    """`kb diff` compares it with a later one."""
+    add(old)
+    code, out, err = call("kb", "diff", "1", "2", "--data", old.root)
+    assert (code, err) == (0, "")
+    assert "striker-046" in out
+    code, out, _ = call("kb", "diff", "1", "2", "--json", "--data", old.root)
+    (changed,) = json.loads(out)["behaviours"]
+    assert {name: changed[name] for name in (
+        "behaviour_id", "change", "support_before", "support_after", "value_before", "value_after", "low_before")} == {
+        "behaviour_id": "striker-046", "change": "changed", "support_before": 4, "support_after": 16,
+        "value_before": 0.25, "value_after": 0.4375, "low_before": None}
+
+
+def test_sql(old, call):
+    """The view of behaviours has the rows of both, in the order of the columns."""
+    names = list(Behaviours.dtypes())
+    assert catalog.query(refresh(old)[0], "from behaviours").columns == names, "of old files alone, too"
+    add(old)
+    found = catalog.query(refresh(old)[0], "from behaviours order by version, behaviour_id")
+    assert found.columns == names
+    assert found.select("version", "behaviour_id", "support", "low").rows() == [
+        (1, "striker-011", 8, None), (1, "striker-046", 4, None), (2, "striker-011", 8, None), (2, "striker-046", 16, None)]
+    code, out, err = call("sql", "from behaviours", "--json", "--data", old.root)
+    assert (code, len(json.loads(out)), err) == (0, 4, "")
+
+
+def test_beside_new(old):
+    """Beside one with intervals, each row has what its file has."""
+    work = STAGES["knowledge"].work("knowledge", KnowledgeSettings(), {"decisions/second/decisions": "1" * 64}, seed=0)
+    new = patterns().with_columns(version=pl.lit(2, pl.Int32)).select(list(Behaviours.dtypes()))
+    details = old.manifest("knowledge", 1).details
+    old.commit_version(work, Made([(new, Behaviours), (Occasions.empty(), Occasions)], details=details), 2, parent=1)
+    found = catalog.query(refresh(old)[0], "select version, low, x, codes from behaviours order by all")
+    assert found.rows() == [(1, None, None, [11]), (1, None, None, [46]), (2, 0.25, 0.125, [46])]
