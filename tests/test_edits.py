@@ -19,13 +19,15 @@ from flows.matches import Recording, import_recording
 from flows.stages import STAGES
 from flows.update import nothing_new, scope_of
 from flows.versions import emit
-from pipeline.settings import Settings
+from pipeline.settings import BehaviourSettings, GramSettings, Settings
 from pipeline.store import Store
 from pipeline.studies.seasons.settings import Season, parse
 
 pytestmark = pytest.mark.slow
 
-SETTINGS = Settings()
+#: Half a minute has too few goals for intervals above 0.
+SETTINGS = Settings(
+    grams=GramSettings(outcome="paper"), behaviours=BehaviourSettings(select_by="value", shrink=False))
 
 #: A run without Prefect over the recording in the inbox.
 RUN = """
@@ -36,9 +38,10 @@ from flows.matches import import_recording, inbox
 from flows.versions import emit
 from flows.stages import STAGES
 from flows.update import nothing_new, scope_of
-from pipeline.settings import Settings
+from pipeline.settings import BehaviourSettings, GramSettings, Settings
 from pipeline.store import Store
-store, settings = Store(Path(sys.argv[2])), Settings()
+store = Store(Path(sys.argv[2]))
+settings = Settings(grams=GramSettings(outcome="paper"), behaviours=BehaviourSettings(select_by="value", shrink=False))
 if nothing_new(store, settings) is not None:
     print("nothing new")
 else:
