@@ -14,16 +14,17 @@ def choose(store: Store, output: Output, scope: Scope, settings: ModelSettings) 
     """The matches that the models of a group are fitted to, sorted.
 
     Models stand until there are twice as many matches as they were fitted to, so that all fits together
-    cost a few times as much as the last one, however many matches come one by one. Beyond
-    ``matches_at_most`` they are those with the least hash of their ids, a fair sample.
+    cost a few times as much as the last one, however many matches come one by one. Models of
+    ``matches_at_most`` matches stand as long as these are there. Of more matches, those with the least hash
+    of their ids are taken, a fair sample.
     """
     try:
         standing = store.receipt("models", output.name)
     except CorruptFile:
         standing = None
     before = {label.split("/")[1] for label in standing.inputs} if standing is not None else set()
-    stands = before <= set(scope.matches) and len(scope.matches) < 2 * len(before)
-    if stands and len(before) <= settings.matches_at_most:
+    enough = len(before) == settings.matches_at_most or len(scope.matches) < 2 * len(before)
+    if before <= set(scope.matches) and enough and 0 < len(before) <= settings.matches_at_most:
         return tuple(sorted(before))
     drawn = sorted(scope.matches, key=lambda match: sha256(match.encode()).digest())
     return tuple(sorted(drawn[:settings.matches_at_most]))
