@@ -106,7 +106,7 @@ class SituationSettings(Frozen):
 
 
 class MomentSettings(Frozen):
-    """Which moments of play are looked at, and how far ahead.
+    """Moments of play that are looked at, and how far ahead.
 
     Attributes:
         step_s: time between moments.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import BinaryIO
 
 import numpy as np
@@ -35,7 +35,7 @@ from pipeline.matches.frame import Frames, MatchInfo, MatchLog
 from pipeline.matches.messages import Messages, lay_out
 from pipeline.matches.records import encoded
 from pipeline.store.tables import check
-from schemas import Commands, Decisions, Quality, Referee
+from schemas import Commands, Decisions, Quality, Referee, Table
 
 #: Bytes of a chunk's content; three a side fill it in about 20 s of a match.
 CHUNK_BYTES = 256 << 10
@@ -96,9 +96,7 @@ class Recorder:
             SchemaMismatch: if the table is not one of schema Referee.
             BadRecording: as for :meth:`frames`.
         """
-        if len(events):
-            check(events, Referee, where=self._info.match_id)
-            self._append(REFEREE, cdr.pack_referee(events, REFEREE))
+        self._append_rows(REFEREE, events, Referee, cdr.pack_referee)
 
     def decisions(self, decisions: pl.DataFrame) -> None:
         """Append rows of schema Decisions; they take the match id of the log.
@@ -107,9 +105,7 @@ class Recorder:
             SchemaMismatch: if the table is not one of schema Decisions.
             BadRecording: as for :meth:`frames`.
         """
-        if len(decisions):
-            check(decisions, Decisions, where=self._info.match_id)
-            self._append(DECISION, cdr.pack_decisions(decisions, DECISION))
+        self._append_rows(DECISION, decisions, Decisions, cdr.pack_decisions)
 
     def commands(self, commands: pl.DataFrame) -> None:
         """Append rows of schema Commands; they take the match id of the log.
@@ -118,9 +114,7 @@ class Recorder:
             SchemaMismatch: if the table is not one of schema Commands.
             BadRecording: as for :meth:`frames`.
         """
-        if len(commands):
-            check(commands, Commands, where=self._info.match_id)
-            self._append(COMMAND, cdr.pack_commands(commands, COMMAND))
+        self._append_rows(COMMAND, commands, Commands, cdr.pack_commands)
 
     def flush(self) -> None:
         """Write the pending messages as a chunk of their own, so that a killed process loses nothing.
@@ -171,6 +165,14 @@ class Recorder:
         self._schemas += schemas
         self._channels += records
         self._put(encoded(*schemas, *records))
+
+    def _append_rows(
+        self, channel: int, rows: pl.DataFrame, schema: type[Table],
+        pack: Callable[[pl.DataFrame, int], Messages],
+    ) -> None:
+        if len(rows):
+            check(rows, schema, where=self._info.match_id)
+            self._append(channel, pack(rows, channel))
 
     def _append(self, channel: int, messages: Messages) -> None:
         if not len(messages):

@@ -41,7 +41,7 @@ def worths(
     situations: pl.DataFrame, moments: pl.DataFrame, referee: pl.DataFrame, trajectories: pl.DataFrame,
     settings: ValueSettings,
 ) -> pl.DataFrame:
-    """What each situation changes of V for its team.
+    """Changes of V by each situation, for its team.
 
     Where a segment of play ends with a goal, V after each robot's last situation in it is 1 or -1, if the
     robot was there until ``goal_s`` before the segment's end.

@@ -236,13 +236,16 @@ def counted(parts: Iterable[pl.DataFrame], n: int, outcome: str) -> pl.DataFrame
     return valued(merge(grams(part, n, None, settings) for part in parts), shrink=True)
 
 
-def halves(pairing: str, parts: list[Watched]) -> list[dict[str, object]]:
-    """Correlation of values between the halves of the matches, each with models of its own."""
-    split = [parts[0::2], parts[1::2]]
+def learned_apart(split: list[list[Watched]]) -> list[list[pl.DataFrame]] | None:
+    """The situations of each half of the matches, by models of its own; None if a half has too few goals."""
     fits = [models.fit(pl.concat(part.moments for part in half), ModelSettings())[0] for half in split]
     if None in fits:
-        return []
-    situations = [changed(half, fit) for half, fit in zip(split, fits, strict=True)]
+        return None
+    return [changed(half, fit) for half, fit in zip(split, fits, strict=True)]
+
+
+def halves(pairing: str, situations: list[list[pl.DataFrame]]) -> list[dict[str, object]]:
+    """Correlation of values between the halves of the matches, each with models of its own."""
     rng, rows = np.random.default_rng(0), []
     shuffled = [[part.with_columns(pl.Series("change", rng.permutation(part["change"].to_numpy())))
                  for part in half] for half in situations]
@@ -263,13 +266,10 @@ def halves(pairing: str, parts: list[Watched]) -> list[dict[str, object]]:
     return rows
 
 
-def increment(pairing: str, parts: list[Watched]) -> list[dict[str, object]]:
+def increment(
+    pairing: str, split: list[list[Watched]], situations: list[list[pl.DataFrame]]
+) -> list[dict[str, object]]:
     """What the values of the robots' situations add to the ball's model, learned on one half and asked on the other."""
-    split = [parts[0::2], parts[1::2]]
-    fits = [models.fit(pl.concat(part.moments for part in half), ModelSettings())[0] for half in split]
-    if None in fits:
-        return []
-    situations = [changed(half, fit) for half, fit in zip(split, fits, strict=True)]
     rows = []
     for outcome in ("change", "paper"):
         for known in ("under way", "over", "shuffled"):
@@ -297,7 +297,7 @@ def _asked(
     """Chances by the ball and by ball and situations in half k, learned in the other; outcomes; matches."""
     column = "change" if outcome == "change" else "value"
     learned = pl.concat(situations[1 - k]).group_by("role", "code").agg(
-        worth=pl.col(column).sum() / (pl.len() + _DOUBT))
+        worth=pl.col(column).sum() / (pl.len() + _DOUBT)).sort("role", "code")
     if known == "shuffled":
         order = np.random.default_rng(1).permutation(learned.height)
         learned = learned.with_columns(learned["worth"][order])
@@ -362,9 +362,11 @@ def main(folder: Path, recordings: Path | None) -> None:
                     if report.get(name) for what in ("auc", "log_loss")}
             bins.append(calibration(known).with_columns(game=pl.lit(game)))
         rows.append(row)
-        if len(parts) > 1:
-            pairs += halves(game, parts)
-            gains += increment(game, parts)
+        split = [parts[0::2], parts[1::2]]
+        situations = learned_apart(split) if len(parts) > 1 else None
+        if situations is not None:
+            pairs += halves(game, situations)
+            gains += increment(game, split, situations)
         print(game, row)
     folder.mkdir(parents=True, exist_ok=True)
     pl.DataFrame(rows, infer_schema_length=None).write_csv(folder / "models.csv")
