@@ -1,6 +1,7 @@
 """The report on all seasons: claims with verdicts, plots, and one page."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,7 +11,7 @@ from pydantic import ValidationError
 from flows.catalog import refresh
 from flows.outputs import refusing
 from flows.stages import STAGES
-from flows.teams import Player, apprentice, labelled
+from flows.teams import Player, apprentice, entrant, labelled
 from pipeline import arena
 from pipeline.errors import NotFound, PitchloreError
 from pipeline.settings import Frozen
@@ -20,7 +21,7 @@ from pipeline.store.work import Made
 from pipeline.studies.document import web_page
 from pipeline.studies.evaluations import Entrant, Evaluation
 from pipeline.studies.seasons.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC, verdicts
-from pipeline.studies.seasons.measures import DIFFERENCE, EFFECTIVE, OTHER, Pooling
+from pipeline.studies.seasons.measures import CONTROLS, DIFFERENCE, EFFECTIVE, OTHER, Pooling
 from pipeline.studies.seasons.preferences import NO_PREFERENCES, preferred
 from pipeline.studies.seasons.report import COLOURS, SeasonsReport
 from pipeline.studies.seasons.settings import Season
@@ -62,27 +63,32 @@ class Measurements(NamedTuple):
 
 
 def measurements(store: Store, seasons: Sequence[Receipt]) -> Measurements:
-    """Pairs of matches that measure the seasons' apprentices.
+    """Pairs of matches that measure the seasons' apprentices, and the controls beside them.
 
     A pair counts under three conditions. The team plays the policy that the season's last game left (by its
     SHA-256). It plays with the defaults of `pitchlore evaluate`. The matches have the settings of the
     season's games. All pairs of an apprentice are of one version of the arena: that of the season's games,
-    or the present one if that version has no pairs.
+    or the present one if that version has no pairs. The pairs of a control count like those of an
+    apprentice of the first season that it has such pairs for.
     """
-    played: dict[str, list[Receipt]] = {season.name: [] for season in seasons}
+    names = (*(season.name for season in seasons), *CONTROLS)
+    played: dict[str, list[Receipt]] = {name: [] for name in names}
     for receipt in store.receipts("evaluations"):
         played.get(receipt.settings["evaluation"]["team"]["name"], []).append(receipt)
-    counted = [receipt for season in seasons for receipt in _measuring(store, season, played[season.name])]
+    counted = []
+    for season in seasons:
+        if played[season.name]:
+            with suppress(PitchloreError):  # without the season's store its last policy is unknown
+                counted += _measuring(season, apprentice(store, season.name).team, played[season.name])
+    for control in filter(played.get, CONTROLS):
+        team = entrant(store, control, {})
+        beside = (_measuring(season, team, played[control]) for season in seasons)
+        counted += next(filter(None, beside), [])
     return Measurements(counted, sum(map(len, played.values())) - len(counted))
 
 
-def _measuring(store: Store, season: Receipt, played: Sequence[Receipt]) -> list[Receipt]:
-    if not played:
-        return []
-    try:
-        team = apprentice(store, season.name).team
-    except PitchloreError:
-        return []  # the season's store is gone, so the policy of its last game is unknown
+def _measuring(season: Receipt, team: Entrant, played: Sequence[Receipt]) -> list[Receipt]:
+    """The pairs among ``played`` that measure a team in matches like those of a season."""
     matches = Season.model_validate(season.settings).settings.of_match()
     usual = Evaluation(**matches, team=team, opponent=team)
     same = [receipt for receipt in played if _against(receipt, team) == usual]

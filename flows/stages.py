@@ -99,9 +99,9 @@ def _moments(inputs: Inputs, settings: MomentSettings) -> Made:
 
 
 def _models(inputs: Inputs, settings: ModelSettings) -> Made:
-    from pipeline.values.models import fit, to_bytes  # noqa: PLC0415 (see above)
+    from pipeline.values.models import fit, shipped, to_bytes  # noqa: PLC0415 (see above)
 
-    found, report = fit(pl.concat(inputs.tables("moments", Moments)), settings)
+    found, report = fit(pl.concat(inputs.tables("moments", Moments)), settings, shipped())
     return Made([], blobs={"models": ("npz", to_bytes(found))} if found else {}, details={"report": report})
 
 
@@ -171,9 +171,9 @@ STAGES = Chain(
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 2, _situations),
     Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 2, _goals),
     Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),
-    Stage("models", Per.GROUP, ("moments",), (), 1, _models, choose=models.choose),
+    Stage("models", Per.GROUP, ("moments",), (), 2, _models, choose=models.choose),
     Stage("values", Per.MATCH, ("matches", "trajectories", "situations", "moments", "models"),
-          (Values, Worths), 1, _values),
+          (Values, Worths), 2, _values),
     Stage("grams", Per.GRAMS, ("situations", "goals", "values", Longer("behaviours")), (Grams,), 2, _grams),
     Stage("behaviours", Per.ROUND, ("grams", "situations"), (Patterns,), 2, _behaviours),
     Stage("decisions", Per.MATCH, ("matches", "trajectories", "situations", "goals", "behaviours"),
@@ -185,5 +185,5 @@ STAGES = Chain(
     Stage("paradigms", Per.OWN, schemas=(Paradigms, Verdicts), version=1),
     Stage("seasons", Per.OWN, schemas=(Games, Growth, StatesPlayed), version=1),
     Stage("evaluations", Per.OWN, schemas=(Evaluations,), version=1),
-    Stage("report", Per.OWN, ("seasons", "evaluations"), schemas=(Claims,), version=2),
+    Stage("report", Per.OWN, ("seasons", "evaluations"), schemas=(Claims,), version=3),
 )

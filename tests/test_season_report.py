@@ -353,6 +353,17 @@ def test_evaluations_in_report(taught):
     assert [receipt.name for receipt in taught.receipts("report")] == [NAME]
 
 
+def test_controls_in_report(taught):
+    """Constant teams in matches like a season's stand beside its apprentice."""
+    measure(taught, (0, 1))
+    measure(taught, (0, 1), policy="always-044")
+    measure(taught, policy="always-021", seconds=1.0)
+    _, page, (_, _, evaluations, left_out, _) = write_report(taught)
+    assert (evaluations["team"].unique().sort().to_list(), left_out) == (["always-044", SHORT.id], 1)
+    said = page.read_text()
+    assert "pitchlore evaluate --policy always-044 --against random --matches 4 --minutes 0.0333" in said
+
+
 def test_evaluations_left_out(taught, monkeypatch):
     """Evaluations by two arenas are not mixed, and those of a policy that is gone are left out."""
     measure(taught, (0, 1))

@@ -9,7 +9,7 @@ from support.toy_scenes import view_of
 
 from flows.cli import main
 from flows.teams import entrant
-from pipeline.arena.match.controllers import Controller, controller_of
+from pipeline.arena.match.controllers import Controller, controller_of, controllers_of
 from pipeline.arena.match.human import DriveCommand, HumanController
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
@@ -17,6 +17,7 @@ from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.teams.table import SCRIPTED, TEAMS
 from pipeline.errors import BadSettings
 from pipeline.store import Store
+from schemas import ROLES
 from schemas.seasons import OPPONENTS
 from schemas.table import STAND_INS
 
@@ -138,6 +139,25 @@ def test_unknown_team(tmp_path):
         entrant(Store(tmp_path), "nobody", {})
     with pytest.raises(ValueError, match=", ".join(f"'{name}'" for name in list(TEAMS)[:-1])):
         TeamSettings(kind="nobody")
+
+
+def test_constant_team(tmp_path):
+    """Every decision of a constant team is for its code, by role."""
+    for word, codes in (("always-044", "044 044 044"), ("always-184-021-150", "184 021 150")):
+        policies = {}
+        team = entrant(Store(tmp_path), word, policies)
+        assert (team.name, team.settings.policy, team.policy_version) == (word, word, None)
+        of = recipe("static").model_copy(update={"home": team.settings})
+        minds = controllers_of(of, policies)
+        match = Match(of, minds, logged=False)
+        while match.advance(500):
+            pass
+        did = {(ROLES[each.role], each.behaviour_id, each.random) for each in minds[0].decided()}
+        assert did == {(role, f"{role}-{code}", False) for role, code in zip(ROLES, codes.split(), strict=True)}
+    with pytest.raises(BadSettings, match=r"there is no action 999\. Name some of 001, .* 184, 194"):
+        entrant(Store(tmp_path), "always-044-999-021", {})
+    with pytest.raises(BadSettings, match="'always-44' is no team"):
+        entrant(Store(tmp_path), "always-44", {})
 
 
 @pytest.mark.parametrize(("home", "away", "match_id"), [

@@ -285,20 +285,19 @@ class TestTrees:
         table = rng.normal(size=(400, 6)).astype(np.float32)
         table[rng.random(table.shape) < 0.1] = np.nan
         scores = (np.nan_to_num(table[:, 0]) + np.nan_to_num(table[:, 1]) ** 2 + rng.normal(size=400)) > 1
-        weights = rng.uniform(0.1, 1.0, 400)
-        return table, scores, weights, trees.grow(table, scores, weights, settings)
+        return table, scores, trees.grow(table, scores, settings)
 
     @pytest.mark.parametrize("settings", [SMALL, SMALL.model_copy(update={"trees": 12, "leaves": 12})])
     def test_same_as_scikit_learn(self, settings):
-        """The arrays give what scikit-learn's own model gives."""
-        table, scores, weights, ours = self.grown(settings=settings)
+        """The arrays give what scikit-learn's own model gives; little evidence is more penalty."""
+        table, scores, ours = self.grown(settings=settings)
         builder = HistGradientBoostingClassifier(
             max_iter=settings.trees, learning_rate=settings.learning_rate, max_leaf_nodes=settings.leaves,
-            min_samples_leaf=settings.leaf_samples, l2_regularization=settings.tree_penalty, early_stopping=False,
-            random_state=settings.seed,
+            min_samples_leaf=settings.leaf_samples, early_stopping=False, random_state=settings.seed,
+            l2_regularization=settings.tree_penalty / settings.evidence,
         )
         with threadpool_limits(1):
-            theirs = builder.fit(table, scores, sample_weight=weights)
+            theirs = builder.fit(table, scores)
         new = np.random.default_rng(9).normal(size=(300, 6)).astype(np.float32)
         new[::5, 0] = new[::3, 1] = np.nan
         for each in (table, new):
@@ -311,7 +310,7 @@ class TestTrees:
         missing = np.arange(300) % 3 == 0
         table[missing] = np.nan
         for scores in (missing, ~missing):
-            ours = trees.grow(table, scores, np.ones(300), SMALL)
+            ours = trees.grow(table, scores, SMALL)
             unknown, known = trees.logits(ours, np.array([[np.nan], [0.0]], dtype=np.float32))
             assert (unknown > known) == scores[0]
 

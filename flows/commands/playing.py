@@ -23,8 +23,8 @@ from pipeline.studies.evaluations import Entrant
 
 #: Words that name teams, for help texts.
 TEAM_WORDS = (
-    f"{', '.join(SCRIPTED)}, learned (the newest policy), learned:3 or 3 (a version), or the id of a season "
-    "(best-static-1) for its apprentice"
+    f"{', '.join(SCRIPTED)}, learned (the newest policy), learned:3 or 3 (a version), always-044 (robots "
+    "that do nothing else; always-044-021-021 by role), or a season's id (best-static-1) for its apprentice"
 )
 #: Option of a command: a team that plays.
 WhoPlays = Annotated[str, Parameter(help=f"Team: {TEAM_WORDS}.")]

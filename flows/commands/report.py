@@ -49,7 +49,7 @@ def report(*, export: Path | None = None, json: Json = False, common: Common = D
         if evaluations.height:
             print_frame(_intervals(measured(games, evaluations), (
                 "settings", "opponent", "games", "against", "seasons", "matches")),
-                title="evaluations of the apprentices (95 %)")
+                title="evaluations of the apprentices and of constant teams (95 %)")
         if prefer.height:
             print_frame(side_by_side(prefer), title="preferred behaviours of the best apprentices")
         if left_out:

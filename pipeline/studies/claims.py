@@ -9,7 +9,7 @@ interval. One rule gives all verdicts; the first line that applies counts:
    neither, or there is no interval. A quantity too noisy to tell is so never counted as reproduced.
 
 A claim that every run of the system must fulfil is *by construction* instead of reproduced: it is no
-evidence. An aim of ours is *reached* if it is reproduced, else *not reached*.
+evidence. Any other aim of ours is *reached* if it is reproduced, else *not reached*.
 """
 
 from __future__ import annotations
@@ -102,9 +102,11 @@ class Claim(Generic[Study]):
         if evidence.observations < least:
             return "not judged"
         verdict = self.stated.verdict(evidence.estimate)
+        if self.by_construction and verdict == "reproduced":
+            return "by construction"
         if self.aim:
             return "reached" if verdict == "reproduced" else "not reached"
-        return "by construction" if self.by_construction and verdict == "reproduced" else verdict
+        return verdict
 
 
 def findings(

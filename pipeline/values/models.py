@@ -47,15 +47,14 @@ class Logistic:
     intercept: F64
 
     @classmethod
-    def fit(
-        cls, features: F32, scores: Bools, weights: F64, places: Sequence[int], penalty: float
-    ) -> Logistic:
-        """Fit it; see :class:`pipeline.settings.ModelSettings` for the penalty."""
+    def fit(cls, features: F32, scores: Bools, places: Sequence[int], settings: ModelSettings) -> Logistic:
+        """Fit it to features float32 [T, F] and scores bool [T], both of which must occur."""
         chosen = np.array(places, dtype=np.int64)
         table = _known(features)[:, chosen]
         mean, spread = table.mean(axis=0), np.maximum(table.std(axis=0), 1e-6)
-        model = LogisticRegression(C=penalty**2, max_iter=_ITERATIONS)  # type: ignore[no-untyped-call]
-        model.fit((table - mean) / spread, scores, sample_weight=weights)
+        inverse = settings.evidence * settings.penalty**2
+        model = LogisticRegression(C=inverse, max_iter=_ITERATIONS)  # type: ignore[no-untyped-call]
+        model.fit((table - mean) / spread, scores)
         weight, intercept = (part.astype(np.float64) for part in (model.coef_[0], model.intercept_))
         return cls(chosen, mean, spread, weight, intercept)
 
@@ -95,15 +94,19 @@ class Models:
         return _probability(self.calibration[0] * there + self.calibration[1])
 
 
-def fit(moments: pl.DataFrame, settings: ModelSettings) -> tuple[Models | None, dict[str, Any]]:
-    """Fit the models of a group of matches, and choose the better kind.
+def fit(
+    moments: pl.DataFrame, settings: ModelSettings, ready: Models | None = None
+) -> tuple[Models | None, dict[str, Any]]:
+    """Fit the models of a group of matches, and choose the best kind.
 
-    Each kind is fitted once a fold, without that fold's matches, and calibrated on the moments left out.
-    The kind with the lower log-loss there is kept; its figures and those of plainer models are reported.
+    Each kind is fitted once a fold, without that fold's matches, and calibrated on the moments left out. The
+    kind with the least log-loss there is kept; its figures and those of plainer models are reported.
 
     Args:
         moments: rows of schema Moments of all matches.
         settings: settings of the stage.
+        ready: models that know none of these matches; they are one more kind ("shipped"), which is only
+            calibrated.
 
     Returns:
         The models, None with fewer than ``goals_at_least`` goals or with all of them in one fold, and a
@@ -124,12 +127,13 @@ def fit(moments: pl.DataFrame, settings: ModelSettings) -> tuple[Models | None, 
     block_ns = 0 if len(matches) >= settings.folds else round(settings.block_s * 1e9)
     fold = _folds(known, matches, settings.folds, block_ns)
     features, scores = _features(known), known["scores"].to_numpy()
-    weights = np.full(len(scores), settings.evidence)
-    parts = [(features[fold != f], scores[fold != f], weights[fold != f]) for f in range(settings.folds)]
-    if not all(_both(left) for _, left, _ in parts):
+    parts = [(features[fold != f], scores[fold != f]) for f in range(settings.folds)]
+    if not all(_both(left) for _, left in parts):
         return None, report
     kinds: dict[str, tuple[Logistic | Trees, ...]] = {
-        "logistic": tuple(Logistic.fit(*part, range(NAMED), settings.penalty) for part in parts)}
+        "logistic": tuple(Logistic.fit(*part, range(NAMED), settings) for part in parts)}
+    if ready is not None:
+        kinds["shipped"] = ready.fits * settings.folds
     if goals >= settings.boosting_goals:
         kinds["boosting"] = tuple(trees.grow(*part, settings) for part in parts)
     best, least = None, np.inf
@@ -144,7 +148,7 @@ def fit(moments: pl.DataFrame, settings: ModelSettings) -> tuple[Models | None, 
     for name, places in CONTROLS.items():
         left_out = np.empty(len(scores))
         for f, part in enumerate(parts):
-            left_out[fold == f] = Logistic.fit(*part, places, settings.penalty).logits(features[fold == f])
+            left_out[fold == f] = Logistic.fit(*part, places, settings).logits(features[fold == f])
         report[name] = _figures(scores, _probability(left_out))
     report["rate"] = _figures(scores, np.full(len(scores), scores.mean()))
     return best, report

@@ -36,23 +36,25 @@ class Trees(NamedTuple):
     base: F64
 
 
-def grow(features: F32, scores: Bools, weights: F64, settings: ModelSettings) -> Trees:
+def grow(features: F32, scores: Bools, settings: ModelSettings) -> Trees:
     """Boosted trees for the probability to score (Friedman 2001; scikit-learn's histogram boosting).
 
     Args:
         features: float32 [T, F], NaN where unknown.
         scores: bool [T]; both values must occur.
-        weights: float64 [T].
-        settings: number, size and regularisation of the trees, and the seed of the bins.
+        settings: evidence of a moment, number, size and regularisation of the trees, and the seed of the
+            bins.
     """
+    # weights that are all the same only divide the penalty, and with weights the bins take four times as long
+    penalty = settings.tree_penalty / settings.evidence
     builder = HistGradientBoostingClassifier(  # type: ignore[no-untyped-call]
         max_iter=settings.trees, learning_rate=settings.learning_rate, max_leaf_nodes=settings.leaves,
-        min_samples_leaf=settings.leaf_samples, l2_regularization=settings.tree_penalty,
+        min_samples_leaf=settings.leaf_samples, l2_regularization=penalty,
         early_stopping=False, random_state=settings.seed,
     )
     # its threads wait for each other longer than they work on a few thousand moments
     with threadpool_limits(1):  # type: ignore[no-untyped-call]
-        model = builder.fit(features, scores, sample_weight=weights)
+        model = builder.fit(features, scores)
     # the fitted trees have no public form; the test compares these arrays with the model's own predictions
     nodes = [stage[0].nodes for stage in model._predictors]
     start = np.cumsum([0, *(len(tree) for tree in nodes)])

@@ -110,7 +110,7 @@ def _played(job: tuple[TeamKind, TeamKind, int]) -> Watched:
 def chances(parts: list[Watched]) -> tuple[pl.DataFrame, dict[str, object]]:
     """Each moment with the chance that models of other matches give it, and the models' report."""
     every = pl.concat(part.moments for part in parts)
-    found, report = models.fit(every, ModelSettings())
+    found, report = models.fit(every, ModelSettings(), models.shipped())
     if found is None:
         return every.clear().with_columns(chance=pl.lit(0.0)), report
     return every.with_columns(pl.Series("chance", found.chances(every))), report
@@ -138,11 +138,11 @@ def by_actions(parts: list[Watched]) -> dict[str, float] | None:
     """
     _, features, scores, fold = _known(parts)
     table = np.concatenate([features[:, :4], np.concatenate([_actions(part) for part in parts])], axis=1)
-    chance, weights = np.empty(len(scores)), np.ones(len(scores))
+    chance = np.empty(len(scores))
     for f in range(_FOLDS):
         own = fold == f
         if own.any():
-            grown = trees.grow(table[~own].astype(np.float32), scores[~own], weights[~own], ModelSettings())
+            grown = trees.grow(table[~own].astype(np.float32), scores[~own], ModelSettings())
             chance[own] = 1 / (1 + np.exp(-trees.logits(grown, table[own].astype(np.float32))))
     return _of(scores, chance)
 
@@ -238,7 +238,8 @@ def counted(parts: Iterable[pl.DataFrame], n: int, outcome: str) -> pl.DataFrame
 
 def learned_apart(split: list[list[Watched]]) -> list[list[pl.DataFrame]] | None:
     """The situations of each half of the matches, by models of its own; None if a half has too few goals."""
-    fits = [models.fit(pl.concat(part.moments for part in half), ModelSettings())[0] for half in split]
+    fits = [models.fit(pl.concat(part.moments for part in half), ModelSettings(), models.shipped())[0]
+            for half in split]
     if None in fits:
         return None
     return [changed(half, fit) for half, fit in zip(split, fits, strict=True)]

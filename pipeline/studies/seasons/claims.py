@@ -7,9 +7,11 @@ at most a tenth of the column's mean from the change of the score on: 0.33 %.
 
 Our aims concern the apprentice after 35 games against the static team. It is measured by evaluations against
 the static and the random team, in which it neither explores nor learns, and by the end of its learning curve.
+Beside it stand constant teams: an apprentice that is no better than them has learned nothing worth having.
 
 Some claims hold in every run of a system like ours: a first game has no policy to play, known states and
-behaviours are never forgotten and new ones always appear, behaviours come from training alone. They are
+behaviours are never forgotten and new ones always appear, behaviours come from training alone; and our best
+apprentice has one state a role, so it knows what to do in it. They are
 judged like the others, and their verdict, by construction, says that they are no evidence.
 """
 
@@ -21,8 +23,10 @@ import polars as pl
 
 from pipeline.studies.claims import ABOVE, BELOW, Claim, Range, findings
 from pipeline.studies.seasons.measures import (
+    CONTROLS,
     DIFFERENCE,
     EFFECTIVE,
+    NOTHING,
     OTHER,
     WON,
     Measure,
@@ -211,15 +215,18 @@ CLAIMS: tuple[Claim[Seasons], ...] = (
     _beats("The best apprentice beats the static team", BEST),
     *(_claim(AIM, f"It uses what it learned: against the {kind} team", ((BEST, STATIC),),
             f"other actions in evaluations against {kind}, mean %", evaluated(OTHER, kind, GAMES),
-            MOSTLY_LEARNED, pooling="percent") for kind in (STATIC, RANDOM)),
+            MOSTLY_LEARNED, pooling="percent", by_construction=True) for kind in (STATIC, RANDOM)),
     _wins("It wins against the random team, too", BEST),
     _beats(f"One that has {GAMES} matches and no others beats the static team", IN_GAMES),
     _wins(f"One that has {GAMES} matches and no others wins against the random team", IN_GAMES),
+    *(_claim(AIM, f"It beats the static team by more than a constant team does ({control})",
+            ((BEST, STATIC), (control, NOTHING)), "goal difference a match in evaluations against static",
+            evaluated(DIFFERENCE, STATIC, GAMES), ABOVE) for control in CONTROLS),
     _claim(AIM, "In its last games it beats the static team", ((BEST, STATIC),),
           f"goal difference in games {LATE[0]} to {LATE[1]}, mean", mean(DIFFERENCE, *LATE), ABOVE),
     *(_claim(AIM, "In its last games it uses what it learned", ((BEST, kind),),
             f"other actions in games {LATE[0]} to {LATE[1]}, mean %", mean(OTHER, *LATE), MOSTLY_LEARNED,
-            pooling="percent")
+            pooling="percent", by_construction=True)
       for kind in (STATIC, HUMAN)),
 )
 

@@ -38,14 +38,21 @@ EFFECTIVE = pl.col("direct").cast(pl.Int64) + pl.col("indirect")
 WON = (pl.col("goals_for") > pl.col("goals_against")).cast(pl.Float64)
 LOST = (pl.col("goals_for") < pl.col("goals_against")).cast(pl.Float64)
 
+#: Constant teams that stand beside the apprentices: each robot always takes the same behaviour
+#: (:mod:`pipeline.arena.teams.constant`). Whatever an apprentice has learned, it must do better.
+CONTROLS = ("always-044", "always-021")
+#: What a control was trained against.
+NOTHING = "–"
+
 _NO_GROWTH, _NO_EVALUATIONS = Growth.empty(), Evaluations.empty()
 
 
 class SeasonTables(NamedTuple):
-    """Tables of one season.
+    """Tables of one season, or of one pair of matches of a control.
 
     Attributes:
-        games: schema Games, by game. The paper's own apprentices have the columns of game and actions only.
+        games: schema Games, by game. The paper's own apprentices have the columns of game and actions only; a
+            control has no rows.
         growth: schema Growth, by game and role.
         evaluations: schema Evaluations, matches that measured its apprentice after the last game.
     """
@@ -76,7 +83,9 @@ def seasons_of(
 ) -> dict[tuple[str, str], list[SeasonTables]]:
     """Seasons by settings and opponent: those that are :func:`distinct`, in order of their seeds.
 
-    A team's name in schema Evaluations is the id of its season.
+    A team's name in schema Evaluations is the id of its season. Each pair of matches of one of
+    :data:`CONTROLS` stands for a season of the control against :data:`NOTHING`: its matches have no
+    apprentice in common, so pairs are independent.
     """
     found: dict[tuple[str, str], list[SeasonTables]] = {}
     for row in distinct(games).iter_rows(named=True):
@@ -84,6 +93,11 @@ def seasons_of(
         found.setdefault((row["settings"], row["opponent"]), []).append(
             SeasonTables(games.filter(mine).sort("game"), growth.filter(mine).sort("game", "role"),
                    evaluations.filter(pl.col("team") == row["season"])))
+    for control in CONTROLS:
+        rows = evaluations.filter(pl.col("team") == control)
+        matches = rows.partition_by("opponent", "seed", maintain_order=True)
+        if matches:
+            found[control, NOTHING] = [SeasonTables(games.clear(), growth.clear(), pair) for pair in matches]
     return found
 
 
@@ -142,11 +156,12 @@ def greatest(value: pl.Expr, first: int, last: int) -> Measure:
 def evaluated(value: pl.Expr, opponent: str, games: int) -> Measure:
     """Measure: the mean of a value over an apprentice's evaluations against an opponent.
 
-    NaN if the season is not of so many games.
+    NaN if the season is not of so many games. A control has no games, so any number is its own.
     """
     def measure(season: SeasonTables) -> float:
         matches = season.evaluations.filter(pl.col("opponent") == opponent)
-        seen = None if season.games["game"].max() != games else matches.select(value.mean()).item()
+        shorter = season.games["game"].max() not in (None, games)
+        seen = None if shorter else matches.select(value.mean()).item()
         return math.nan if seen is None else float(seen)
 
     return measure

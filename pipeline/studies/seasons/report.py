@@ -11,7 +11,7 @@ from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.studies.claims import counted
 from pipeline.studies.document import code, interval, number, picture, table
 from pipeline.studies.seasons.claims import ABLATION, AIM, BEST, IN_GAMES, LATE, LEAST_SEASONS, PAPER
-from pipeline.studies.seasons.measures import distinct
+from pipeline.studies.seasons.measures import CONTROLS, distinct
 from pipeline.studies.seasons.preferences import side_by_side
 from pipeline.studies.seasons.settings import named
 from pipeline.studies.seasons.summary import (
@@ -139,7 +139,8 @@ class SeasonsReport:
             f"Our aims concern the apprentice after {GAMES} games against the static team. They are "
             f"measured by its evaluations and by its games {LATE[0]} to {LATE[1]}. The interval of a rate "
             f"is {_OF_RATES.format('its games or matches')}. Every action of `{BEST}` from game 2 on is a "
-            "learned one. This holds by construction: its key has one state per role, and it is known.")
+            "learned one. This holds by construction: its key has one state per role, and it is known. A "
+            "constant team's actions all count as learned, too.")
         head = ("item", "claim", "seasons of", "quantity", "claimed", "paper's table", "measured", "seasons",
                 "verdict")
         rows = [
@@ -151,14 +152,16 @@ class SeasonsReport:
         yield table(head, rows, (*[False] * 5, *[True] * 3, False))
 
     def _evaluations(self) -> Iterator[str]:
-        yield "## Evaluations of the apprentices"
+        yield "## Evaluations of the apprentices, and of constant teams"
         left = (f" Left out: {self.left_out} pairs of an earlier policy, with other options or laws, or by "
                 "other code." if self.left_out else "")
         yield (
             "Each apprentice plays with the policy of its last game; it neither explores nor learns. Matches "
             "come in pairs with sides swapped and are as long as the games of its season. Goals and wins are "
             "means over the seasons, one apprentice each. The interval of a rate is "
-            f"{_OF_RATES.format('pairs')}.{left}")
+            f"{_OF_RATES.format('pairs')}. In a constant team every robot always takes one behaviour: 044 "
+            "reaches the ball, 021 kicks it to the adversary's goal. It plays the same pairs, and its means "
+            f"are over pairs.{left}")
         names = {"opponent": "trained against", "against": "measured against"}
         yield _with_intervals(
             measured(self.games, self.evaluations).rename(names),
@@ -241,8 +244,9 @@ def commands(games: pl.DataFrame) -> Iterator[str]:
 
 
 def evaluating(games: pl.DataFrame, evaluations: pl.DataFrame) -> Iterator[str]:
-    """Commands that measure the seasons' apprentices again, one for each row of consecutive seeds."""
-    counted = evaluations.join(distinct(games), left_on="team", right_on="season", how="semi")
+    """Commands that measure apprentices and controls again, one for each row of consecutive seeds."""
+    teams = [*distinct(games)["season"], *CONTROLS]
+    counted = evaluations.filter(pl.col("team").is_in(teams))
     pairs = counted.group_by("team", "opponent", "duration_s", pair="seed").agg().sort(pl.all())
     usual = RefereeSettings().duration_s
     for (team, opponent, seconds), mine in pairs.partition_by(

@@ -164,12 +164,13 @@ def ablated(games: pl.DataFrame, bases: Sequence[str]) -> pl.DataFrame:
 
 
 def measured(games: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
-    """Evaluations of the apprentices after the last game of their season.
+    """Evaluations of the apprentices after the last game of their season, and of the controls.
 
     Returns:
         One row for each settings, opponent and length of seasons, and opponent of the evaluation: settings,
         opponent, games, against, seasons, matches (of all seasons), and means over the seasons with 95 %
-        intervals: difference (goals a match), other (%), won and lost (shares of matches).
+        intervals: difference (goals a match), other (%), won and lost (shares of matches). A control's name
+        is in settings; it has no games and no seasons, and its means are over pairs of matches.
     """
     rows: list[dict[str, object]] = []
     for (settings, opponent), seasons in seasons_of(games, evaluations=evaluations).items():
@@ -179,8 +180,8 @@ def measured(games: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
             for against in sorted({name for season in mine for name in season.evaluations["opponent"]}):
                 seen = [season for season in mine if pairs(against)(season)]
                 row: dict[str, object] = {
-                    "settings": settings, "opponent": opponent, "games": length, "against": against,
-                    "seasons": len(seen),
+                    "settings": settings, "opponent": opponent, "games": length or None, "against": against,
+                    "seasons": len(seen) if length else None,
                     "matches": sum(season.evaluations.filter(pl.col("opponent") == against).height
                                    for season in seen),
                 }
@@ -193,8 +194,8 @@ def measured(games: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
 
 
 def _games(season: SeasonTables) -> int:
-    """Number of games of a season."""
-    return int(season.games["game"][-1])
+    """Number of games of a season; 0 of a control."""
+    return int(season.games["game"][-1]) if season.games.height else 0
 
 
 def _last(value: pl.Expr, last: int) -> Measure:
