@@ -10,11 +10,13 @@ import polars as pl
 from flows.outputs import digests, need
 from flows.stage import Inputs, Plan, Scope, Stage
 from pipeline.errors import BadSettings, NotFound
+from pipeline.estimates import BY_EVIDENCE
 from pipeline.settings import KnowledgeSettings
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest, Receipt
 from pipeline.store.work import Made
-from schemas import ROLES, Behaviours, Decisions, Occasions, Patterns
+from pipeline.teams import Team, imitated, teams
+from schemas import ROLES, Behaviours, Decisions, Occasions, Patterns, Sides
 
 #: First part of the labels of a parent's tables, among the inputs of a version that accumulates.
 _PARENT = "parent"
@@ -36,6 +38,7 @@ def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) 
                        next_step="Import recordings and run the stages first")
     receipts: dict[str, list[Receipt]] = {
         "behaviours": [need(store, "behaviours", scope.round(n)) for n in scope.lengths],
+        "sides": [need(store, "sides", match) for match in scope.matches],
         "decisions": [need(store, "decisions", match) for match in scope.matches],
     }
     inputs = digests(receipts)
@@ -52,7 +55,13 @@ def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) 
 
 
 def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
-    """The behaviours and occasions of a version, and the maps that selected the behaviours."""
+    """The behaviours and occasions of a version, and the maps that selected the behaviours.
+
+    A version that accumulates imitates the team that its parent does, as far as the settings name none.
+
+    Raises:
+        NotFound: if the settings name a team that does not count.
+    """
     from pipeline.knowledge import (  # noqa: PLC0415 (see flows.stages)
         behaviours,
         merge_behaviours,
@@ -62,21 +71,36 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
 
     (before,) = inputs.get(_PARENT) or (None,)
     version = inputs.version
+    sides = list(inputs.tables("sides", Sides))
+    counts = teams(sides)
+    parents = imitates(before) if before is not None else None
+    learner = imitated(counts, settings.imitate or (parents.team if parents else None))
     known = behaviours(inputs.tables("behaviours", Patterns), version)
     if before is not None:
         known = merge_behaviours([inputs.table(_PARENT, Behaviours), known], version)
-    occurred = occasions(inputs.tables("decisions", Decisions), version, settings, known["behaviour_id"])
+    decisions = zip(inputs.tables("decisions", Decisions), sides, strict=True)
+    can = known.filter(**learner._asdict())["behaviour_id"] if learner is not None else None
+    occurred = occasions(decisions, learner, version, settings, can)
     matches = len(inputs["decisions"])
     if before is not None:
         occurred = merge_occasions([inputs.table(_PARENT, Occasions), occurred], version, settings)
         matches += before.details["matches"]
     lengths = [receipt.name.rpartition("n")[2] for receipt in inputs["behaviours"]]
-    maps = zip(lengths, inputs.blobs("behaviours", "map"), strict=True)
+    maps = zip(lengths, inputs.blobs("behaviours", "maps"), strict=True)
     return Made(
         [(known, Behaviours), (occurred, Occasions)],
-        blobs={f"map-n{n}": ("npz", data) for n, data in maps if data is not None},
-        details=_counts(known, occurred, matches=matches),
+        blobs={f"maps-n{n}": ("npz", data) for n, data in maps if data is not None},
+        details=_counts(known, occurred, matches=matches) | {
+            "imitates": learner._asdict() if learner is not None else None,
+            "teams": [team._asdict() | {"matches": count} for team, count in counts.items()],
+        },
     )
+
+
+def imitates(knowledge: Receipt) -> Team | None:
+    """The team that policies of a version imitate; None without any, or before teams were told apart."""
+    found = knowledge.details.get("imitates")
+    return None if found is None else Team(**found)
 
 
 def lineage(store: Store, knowledge: Manifest | None) -> Iterator[Manifest]:
@@ -144,15 +168,15 @@ def _counts(known: pl.DataFrame, occurred: pl.DataFrame, *, matches: int) -> dic
 
 
 def describe(store: Store, manifest: Manifest) -> str:
-    """A version of the knowledge as Markdown: counts, and its behaviours of greatest value."""
+    """A version of the knowledge as Markdown: counts, and its best behaviours by the lower end of value."""
     known = store.read_table(manifest, "behaviours", Behaviours)
     lines = [f"# Knowledge version {manifest.version}", "", "| role | behaviours | states | occasions |",
              "|---|---|---|---|"]
     lines += [f"| {role} | {c['behaviours']} | {c['states']} | {c['occasions']} |"
               for role, c in manifest.details["roles"].items()]
-    lines += ["", "| behaviour | support | value | 95 % interval |", "|---|---|---|---|"]
-    best = known.sort(pl.coalesce("low", "value"), descending=True).head(30)
-    lines += [f"| {b['behaviour_id']} | {b['support']} | {b['value']:+.3f} | {_interval(b)} |"
+    lines += ["", "| team | behaviour | support | value | 95 % interval |", "|---|---|---|---|---|"]
+    best = known.sort(*BY_EVIDENCE, descending=True).head(30)
+    lines += [f"| {b['team']} | {b['behaviour_id']} | {b['support']} | {b['value']:+.3f} | {_interval(b)} |"
               for b in best.iter_rows(named=True)]
     return "\n".join(lines)
 

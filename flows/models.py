@@ -4,27 +4,46 @@ from __future__ import annotations
 
 from hashlib import sha256
 
+from flows.outputs import need
 from flows.stage import Output, Scope
 from pipeline.errors import CorruptFile
 from pipeline.settings import ModelSettings
 from pipeline.store import Store
+from pipeline.store.receipts import Receipt
 
 
 def choose(store: Store, output: Output, scope: Scope, settings: ModelSettings) -> tuple[str, ...]:
-    """The matches that the models of a group are fitted to, sorted.
+    """The matches that the models of a group are fitted to, sorted; each league has models of its own.
 
-    Models stand until there are twice as many matches as they were fitted to, so that all fits together
-    cost a few times as much as the last one, however many matches come one by one. Models of
-    ``matches_at_most`` matches stand as long as these are there. Of more matches, those with the least hash
-    of their ids are taken, a fair sample.
+    The matches of a league stand until there are twice as many, so that all fits together cost a few times
+    as much as the last one, however many matches come one by one. ``matches_at_most`` matches stand as long
+    as these are there. Of more matches, those with the least hash of their ids are taken, a fair sample.
+
+    Raises:
+        NotFound: if one of the matches is not there.
     """
+    leagues: dict[str, list[str]] = {}
+    for match in scope.matches:
+        leagues.setdefault(kind_of(need(store, "matches", match)), []).append(match)
     try:
         standing = store.receipt("models", output.name)
     except CorruptFile:
         standing = None
     before = {label.split("/")[1] for label in standing.inputs} if standing is not None else set()
-    enough = len(before) == settings.matches_at_most or len(scope.matches) < 2 * len(before)
-    if before <= set(scope.matches) and enough and 0 < len(before) <= settings.matches_at_most:
-        return tuple(sorted(before))
-    drawn = sorted(scope.matches, key=lambda match: sha256(match.encode()).digest())
-    return tuple(sorted(drawn[:settings.matches_at_most]))
+    chosen = (_chosen(matches, before.intersection(matches), len(before.difference(scope.matches)), settings)
+              for matches in leagues.values())
+    return tuple(sorted(match for matches in chosen for match in matches))
+
+
+def kind_of(match: Receipt) -> str:
+    """The league of a match."""
+    return str(match.details["pitch"]["kind"])
+
+
+def _chosen(matches: list[str], before: set[str], gone: int, settings: ModelSettings) -> list[str]:
+    """The matches of one league; ``gone`` of the standing models' matches are not there any more."""
+    enough = len(before) == settings.matches_at_most or len(matches) < 2 * len(before)
+    if enough and not gone and 0 < len(before) <= settings.matches_at_most:
+        return sorted(before)
+    drawn = sorted(matches, key=lambda match: sha256(match.encode()).digest())
+    return drawn[:settings.matches_at_most]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from flows.knowledge import lineage, matches_of
+import polars as pl
+
+from flows.knowledge import imitates, lineage, matches_of
 from flows.outputs import digests, need
 from flows.stage import Inputs, Plan, Scope, Stage
 from pipeline.errors import NotFound
@@ -12,7 +14,8 @@ from pipeline.settings import PolicySettings
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest, Receipt
 from pipeline.store.work import Made
-from schemas import Decisions, Occasions, Policies
+from pipeline.teams import sides_of
+from schemas import Decisions, Occasions, Policies, Sides
 
 _DECISIONS = "decisions/"
 
@@ -21,8 +24,8 @@ def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
     """The inputs of the next policy: the newest knowledge, its decisions, and the policy before.
 
     A line of policies learns from each match once: training from the parent takes only matches that no
-    policy of the line has learned from. If there are none, or if a match of the line was made anew since,
-    training begins anew from the knowledge, on all matches.
+    policy of the line has learned from. If there are none, if a match of the line was made anew since, or if
+    the parent imitates another team, training begins anew from the knowledge, on all matches.
 
     Raises:
         NotFound: if there is no knowledge yet, or if it is out of date.
@@ -33,28 +36,48 @@ def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
                        next_step="Import recordings and run `pitchlore run` first")
     decisions = batch(store, knowledge, settings.last_matches)
     inputs = {f"knowledge/{role}": record.sha256 for role, record in sorted(knowledge.files.items())}
-    inputs |= digests({"decisions": decisions})
-    parent = store.latest("policies") if settings.parent else None
+    sides = [need(store, "sides", receipt.name) for receipt in decisions]
+    inputs |= digests({"sides": sides, "decisions": decisions})
+    parent = _parent(store, knowledge) if settings.parent else None
     fresh = decisions if parent is None else _unlearned(store, parent, decisions)
     if parent is not None and fresh:
+        new = {receipt.name for receipt in fresh}
         receipts: dict[str, list[Receipt]] = {
-            "knowledge": [knowledge], "decisions": fresh, "parent": [parent]}
+            "knowledge": [knowledge], "sides": [receipt for receipt in sides if receipt.name in new],
+            "decisions": fresh, "parent": [parent],
+        }
         return Plan(receipts, inputs, parent.version)
-    return Plan({"knowledge": [knowledge], "decisions": decisions}, inputs)
+    return Plan({"knowledge": [knowledge], "sides": sides, "decisions": decisions}, inputs)
 
 
 def compute(inputs: Inputs, settings: PolicySettings) -> Made:
-    """The action values of a policy."""
+    """The action values of a policy: of what the knowledge has of the team that it imitates.
+
+    Decisions are those of that team, and those that players chose.
+    """
     from pipeline.policies.train import train  # noqa: PLC0415 (see flows.stages)
 
     (knowledge,) = inputs["knowledge"]
     assert isinstance(knowledge, Manifest)
+    team, seen = imitates(knowledge), inputs.table("knowledge", Occasions)
+    tables = zip(inputs.tables("decisions", Decisions), inputs.tables("sides", Sides), strict=True)
     policy, report = train(
-        inputs.tables("decisions", Decisions), inputs.table("knowledge", Occasions),
+        (table.filter(pl.col("chosen") | pl.col("team").is_in(sides_of(team, own))) for table, own in tables),
+        seen if team is None else seen.filter(**team._asdict()),
         inputs.table("parent", Policies) if "parent" in inputs else None,
         settings, inputs.version, knowledge.version,
     )
-    return Made([(policy, Policies)], details={"knowledge_version": knowledge.version, **asdict(report)})
+    return Made([(policy, Policies)], details={
+        "knowledge_version": knowledge.version, "imitates": knowledge.details.get("imitates"),
+        **asdict(report),
+    })
+
+
+def _parent(store: Store, knowledge: Manifest) -> Manifest | None:
+    """The newest policy, if it imitates the same team."""
+    newest = store.latest("policies")
+    same = newest is not None and newest.details.get("imitates") == knowledge.details.get("imitates")
+    return newest if same else None
 
 
 def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) -> list[Receipt]:

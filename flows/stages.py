@@ -7,6 +7,7 @@ at tables iterate this list, too.
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 import polars as pl
@@ -20,11 +21,13 @@ from pipeline.settings import (
     GramSettings,
     ModelSettings,
     MomentSettings,
+    SideSettings,
     SituationSettings,
     TrajectorySettings,
     ValueSettings,
 )
 from pipeline.store.work import Made
+from pipeline.teams import Team, of_sides, of_teams, teams
 from schemas import (
     SIDES,
     Behaviours,
@@ -44,6 +47,7 @@ from schemas import (
     Policies,
     Quality,
     Referee,
+    Sides,
     Situations,
     StatesPlayed,
     Trajectories,
@@ -80,6 +84,12 @@ def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
     return Made([(found, Situations)], details={"situations": counts})
 
 
+def _sides(inputs: Inputs, settings: SideSettings) -> Made:
+    from pipeline.sides import sides  # noqa: PLC0415 (see above)
+
+    return Made([(sides(inputs.table("matches", Matches), settings), Sides)])
+
+
 def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
     from pipeline.goals import attribute  # noqa: PLC0415 (see above)
 
@@ -101,15 +111,22 @@ def _moments(inputs: Inputs, settings: MomentSettings) -> Made:
 def _models(inputs: Inputs, settings: ModelSettings) -> Made:
     from pipeline.values.models import fit, shipped, to_bytes  # noqa: PLC0415 (see above)
 
-    found, report = fit(pl.concat(inputs.tables("moments", Moments)), settings, shipped())
-    return Made([], blobs={"models": ("npz", to_bytes(found))} if found else {}, details={"report": report})
+    kinds: dict[str, list[pl.DataFrame]] = {}
+    for match, table in zip(inputs["matches"], inputs.tables("moments", Moments), strict=True):
+        kinds.setdefault(models.kind_of(match), []).append(table)
+    blobs, reports = {}, {}
+    for kind, parts in sorted(kinds.items()):
+        found, reports[kind] = fit(pl.concat(parts), settings, shipped())
+        if found is not None:
+            blobs[kind] = ("npz", to_bytes(found))
+    return Made([], blobs=blobs, details={"report": reports})
 
 
 def _values(inputs: Inputs, settings: ValueSettings) -> Made:
     from pipeline.values.models import from_bytes, shipped  # noqa: PLC0415 (see above)
     from pipeline.values.worths import values, worths  # noqa: PLC0415 (see above)
 
-    fitted = inputs.blob("models", "models")
+    fitted = inputs.blob("models", models.kind_of(inputs["matches"][0]))
     table = values(inputs.table("moments", Moments), from_bytes(fitted) if fitted else shipped())
     changed = worths(
         inputs.table("situations", Situations), table, inputs.table("matches", Referee),
@@ -125,7 +142,8 @@ def _grams(inputs: Inputs, settings: GramSettings) -> Made:
     valued = value(
         inputs.table("situations", Situations), inputs.table("goals", Goals), settings).hstack(changed)
     longer = list(inputs.tables("behaviours", Patterns))
-    taken = cover(valued, pl.concat(longer), settings) if longer else None
+    own = inputs.table("sides", Sides)
+    taken = cover(valued, of_sides(pl.concat(longer), own), settings) if longer else None
     table = grams(valued, inputs.n, taken, settings)
     return Made([(table, Grams)], details={"windows": int(table["count"].sum())})
 
@@ -135,16 +153,27 @@ def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
     from pipeline.behaviours.som import to_bytes  # noqa: PLC0415 (see above)
     from pipeline.grams.count import merge  # noqa: PLC0415 (see above)
 
-    counted = pl.col("team").is_in(settings.teams)
-    merged = merge(table.filter(counted) for table in inputs.tables("grams", Grams))
-    recognised = sum(int(receipt.details["situations"][team])
-                     for receipt in inputs["situations"] for team in settings.teams)
-    selection = select(merged, recognised, settings, next(r for r in settings.rounds if r.n == inputs.n))
+    sides = list(inputs.tables("sides", Sides))
+    counted = (of_teams(table, own)
+               for table, own in zip(inputs.tables("grams", Grams), sides, strict=True))
+    merged = merge(counted, apart=Team._fields)
+    recognised = Counter[Team]()
+    for receipt, own in zip(inputs["situations"], sides, strict=True):
+        for side, name, kind in own.drop_nulls("counts_as").select("side", "counts_as", "kind").iter_rows():
+            recognised[Team(name, kind)] += receipt.details["situations"][side]
+    round_ = next(r for r in settings.rounds if r.n == inputs.n)
+    patterns, maps, reports = [Patterns.empty()], {}, []
+    for team in teams(sides):
+        own = merged.filter(**team._asdict()).drop(Team._fields)
+        selection = select(own, recognised[team], settings, round_)
+        patterns.append(selection.patterns.with_columns(
+            pl.lit(value, dtype=pl.String).alias(name) for name, value in team._asdict().items()))
+        if selection.map is not None:
+            maps[team] = selection.map
+        reports.append(team._asdict() | selection.report._asdict())
     return Made(
-        [(selection.patterns, Patterns)],
-        blobs={"map": ("npz", to_bytes(selection.map))} if selection.map else {},
-        details={"report": {k: list(v) if isinstance(v, tuple) else v
-                            for k, v in selection.report._asdict().items()}},
+        [(pl.concat(patterns), Patterns)],
+        blobs={"maps": ("npz", to_bytes(maps))} if maps else {}, details={"reports": reports},
     )
 
 
@@ -156,7 +185,8 @@ def _decisions(inputs: Inputs, settings: GramSettings) -> Made:
     seen = observe(
         value(inputs.table("situations", Situations), goals, settings),
         inputs.table("trajectories", Trajectories), inputs.table("matches", Referee),
-        pl.concat(inputs.tables("behaviours", Patterns)), inputs.pitch, settings,
+        of_sides(pl.concat(inputs.tables("behaviours", Patterns)), inputs.table("sides", Sides)),
+        inputs.pitch, settings,
     )
     # a log that is known to hold no decisions is not read
     logged = Decisions.empty() if inputs.details("matches").get("decisions") == 0 else _log(inputs).decisions
@@ -167,20 +197,22 @@ def _decisions(inputs: Inputs, settings: GramSettings) -> Made:
 
 STAGES = Chain(
     Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality, Commands), version=1),
+    Stage("sides", Per.MATCH, ("matches",), (Sides,), 1, _sides),
     Stage("trajectories", Per.MATCH, ("matches",), (Trajectories, Quality), 1, _trajectories),
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 2, _situations),
     Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 2, _goals),
     Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),
-    Stage("models", Per.GROUP, ("moments",), (), 2, _models, choose=models.choose),
+    Stage("models", Per.GROUP, ("matches", "moments"), (), 2, _models, choose=models.choose),
     Stage("values", Per.MATCH, ("matches", "trajectories", "situations", "moments", "models"),
           (Values, Worths), 2, _values),
-    Stage("grams", Per.GRAMS, ("situations", "goals", "values", Longer("behaviours")), (Grams,), 2, _grams),
-    Stage("behaviours", Per.ROUND, ("grams", "situations"), (Patterns,), 2, _behaviours),
-    Stage("decisions", Per.MATCH, ("matches", "trajectories", "situations", "goals", "behaviours"),
-          (Decisions,), 1, _decisions),
-    Stage("knowledge", Per.VERSION, ("behaviours", "decisions"), (Behaviours, Occasions), 1,
+    Stage("grams", Per.GRAMS, ("sides", "situations", "goals", "values", Longer("behaviours")), (Grams,), 2,
+          _grams),
+    Stage("behaviours", Per.ROUND, ("sides", "grams", "situations"), (Patterns,), 3, _behaviours),
+    Stage("decisions", Per.MATCH, ("matches", "sides", "trajectories", "situations", "goals", "behaviours"),
+          (Decisions,), 2, _decisions),
+    Stage("knowledge", Per.VERSION, ("sides", "behaviours", "decisions"), (Behaviours, Occasions), 2,
           knowledge.compute, knowledge.plan),
-    Stage("policies", Per.VERSION, ("knowledge", "decisions"), (Policies,), 1,
+    Stage("policies", Per.VERSION, ("knowledge", "sides", "decisions"), (Policies,), 2,
           policies.compute, policies.plan),
     Stage("paradigms", Per.OWN, schemas=(Paradigms, Verdicts), version=1),
     Stage("seasons", Per.OWN, schemas=(Games, Growth, StatesPlayed), version=1),

@@ -9,6 +9,10 @@ _Z = 1.959964
 #: Least variance, so that quotients are finite.
 _LEAST = 1e-12
 
+#: Order of behaviours for people, from the last to the first: by evidence, never by value alone. Versions
+#: from before there were intervals have none.
+BY_EVIDENCE = (pl.coalesce("low", "value"), "behaviour_id")
+
 
 def estimated(table: pl.DataFrame) -> pl.DataFrame:
     """Add value, low and high: the estimate of a value, and its 95 % interval.

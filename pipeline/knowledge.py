@@ -12,10 +12,12 @@ from pipeline.estimates import estimated
 from pipeline.sequences import added_up, exact
 from pipeline.settings import KnowledgeSettings
 from pipeline.state import project
+from pipeline.teams import Team, of_teams
 from schemas import KEYS, ROLES, Behaviours, Occasions, Patterns
 from schemas.behaviours import moves_randomly
 
-_PAIR = ("role", "key", "state", "behaviour_id")
+_TEAM = Team._fields
+_PAIR = (*_TEAM, "role", "key", "state", "behaviour_id")
 #: What :func:`diff` shows of a behaviour before and after.
 _COMPARED = ("support", "value", "low", "high", "states")
 
@@ -26,9 +28,10 @@ class Difference:
 
     Attributes:
         behaviours: one row a behaviour that was added, removed or changed (support or value):
-            behaviour_id, change, role, n, and support, value, low, high and states before and after
-            (null where it is not in that version); sorted by change, n descending, behaviour_id.
-        roles: one row a role: behaviours, states and pairs of a state and a behaviour, before
+            team, kind, behaviour_id, change, role, n, and support, value, low, high and states before and
+            after (null where it is not in that version); sorted by team, kind, change, n descending,
+            behaviour_id.
+        roles: one row a role of each team: behaviours, states and pairs of a state and a behaviour, before
             and after.
     """
 
@@ -65,10 +68,10 @@ def merge_behaviours(parts: Iterable[pl.DataFrame], version: int) -> pl.DataFram
     found = pl.concat([Behaviours.empty(), *parts]).with_columns(mean=pl.coalesce("mean", "value"))
     sums = pl.Series("sum", exact((found["mean"] * found["support"]).to_numpy()))
     everywhere = found.with_columns(sums).with_columns(
-        middle=(pl.col("sum").sum() / pl.col("support").sum()).over("behaviour_id"))
+        middle=(pl.col("sum").sum() / pl.col("support").sum()).over(*_TEAM, "behaviour_id"))
     square = pl.col("support") * (pl.col("spread") ** 2 + (pl.col("mean") - pl.col("middle")) ** 2)
     whole = pl.col("support").sum()
-    merged = everywhere.group_by("behaviour_id", maintain_order=True).agg(
+    merged = everywhere.group_by(*_TEAM, "behaviour_id", maintain_order=True).agg(
         pl.col("role", "codes", "n").first(),
         spread=(square.sum() / whole).sqrt(),
         neuron=pl.col("neuron").last(),
@@ -91,35 +94,38 @@ def _behaviours(patterns: pl.DataFrame, version: int) -> pl.DataFrame:
     return (
         patterns.with_columns(pl.lit(version, dtype=pl.Int32).alias("version"))
         .select(list(Behaviours.dtypes()))
-        .sort("n", "role", "codes", descending=[True, False, False])
+        .sort(*_TEAM, "n", "role", "codes", descending=[False, False, True, False, False])
     )
 
 
 def occasions(
-    decisions: Iterable[pl.DataFrame],
+    decisions: Iterable[tuple[pl.DataFrame, pl.DataFrame]],
+    learner: Team | None,
     version: int,
     settings: KnowledgeSettings = KnowledgeSettings(),
     known: pl.Series | None = None,
 ) -> pl.DataFrame:
-    """Count the states in which behaviours began, by every key of the settings.
+    """Count the states in which behaviours began, for each team, by every key of the settings.
 
     The result does not depend on the order of the tables; memory is bounded by the number of
-    distinct (role, key, state, behaviour).
+    distinct (team, role, key, state, behaviour).
 
     Args:
-        decisions: rows of schema Decisions, a table a match. A null behaviour, "moves randomly",
-            counts as the behaviour of the one code 194. The paper's learner starts from it in every
-            new state and values it like any other (sections 4 and 6).
+        decisions: rows of schema Decisions and of schema Sides, two tables a match. A null behaviour,
+            "moves randomly", counts as the behaviour of the one code 194. The paper's learner starts from
+            it in every new state and values it like any other (sections 4 and 6).
+        learner: team that policies imitate: states in which players decided are added to it. None: to
+            no team.
         version: version of the knowledge, at least 1.
-        settings: state_key, backoff, teams, own and optimistic.
-        known: ids of the behaviours of the version, [B]. A chosen behaviour outside them, from other
+        settings: state_key, backoff, own and optimistic.
+        known: ids of the learner's behaviours, [B]. A chosen behaviour outside them, from other
             knowledge, is no occasion. None if all are known.
 
     Returns:
         Rows of schema Occasions. ``initial`` is the greatest value of the behaviours seen in the
         state by the role, so that each of them is tried (paper section 3.2.2, last sentence).
     """
-    begun = (_by_keys(table, settings, known) for table in decisions)
+    begun = (_by_keys(table, own, learner, settings, known) for table, own in decisions)
     return _occasions(added_up(chain([_sums(Occasions.empty())], begun), _PAIR), version, settings)
 
 
@@ -138,13 +144,20 @@ def merge_occasions(
     return _occasions(added_up(map(_sums, parts), _PAIR), version, settings)
 
 
-def _by_keys(table: pl.DataFrame, settings: KnowledgeSettings, known: pl.Series | None) -> pl.DataFrame:
+def _by_keys(
+    table: pl.DataFrame, sides: pl.DataFrame, learner: Team | None, settings: KnowledgeSettings,
+    known: pl.Series | None,
+) -> pl.DataFrame:
     """Occasions from the decisions of a match, by every key of the settings."""
-    seen = table.filter(~pl.col("chosen"), pl.col("team").is_in(settings.teams))
-    begun = pl.concat([_counted(seen), _own(table, settings, known)])
+    begun = _counted(of_teams(table.filter(~pl.col("chosen")), sides))
+    if learner is not None:
+        chosen = table.filter("chosen").with_columns(
+            pl.lit(value, dtype=pl.String).alias(name) for name, value in learner._asdict().items())
+        begun = pl.concat([begun, _own(chosen, settings, known)])
     slot = begun["role"].to_physical().to_numpy()
     return pl.concat(
         begun.select(
+            *_TEAM,
             "role",
             pl.lit(key, dtype=pl.Enum(KEYS)).alias("key"),
             pl.Series("state", project(begun["state"].to_numpy(), key, slot)),
@@ -156,9 +169,8 @@ def _by_keys(table: pl.DataFrame, settings: KnowledgeSettings, known: pl.Series 
     )
 
 
-def _own(table: pl.DataFrame, settings: KnowledgeSettings, known: pl.Series | None) -> pl.DataFrame:
+def _own(chosen: pl.DataFrame, settings: KnowledgeSettings, known: pl.Series | None) -> pl.DataFrame:
     """Occasions from the states in which a player decided, by the setting ``own``."""
-    chosen = table.filter("chosen")
     if settings.own == "nothing":
         return _counted(chosen.clear())
     begun = _counted(chosen)
@@ -176,6 +188,7 @@ def _own(table: pl.DataFrame, settings: KnowledgeSettings, known: pl.Series | No
 def _counted(decisions: pl.DataFrame) -> pl.DataFrame:
     """Each decision as an occasion with count 1."""
     return decisions.select(
+        *_TEAM,
         "role",
         "state",
         pl.col("behaviour_id").fill_null(moves_randomly()),
@@ -198,7 +211,8 @@ def _occasions(sums: pl.DataFrame, version: int, settings: KnowledgeSettings) ->
             pl.lit(version, dtype=pl.Int32).alias("version"),
             value=pl.when(pl.col("count") > 0).then(pl.col("value_sum") / pl.col("count")),
         )
-        .with_columns(initial=pl.max_horizontal(pl.col("value").max().over("role", "key", "state"), least))
+        .with_columns(
+            initial=pl.max_horizontal(pl.col("value").max().over(*_TEAM, "role", "key", "state"), least))
         .select(list(Occasions.dtypes()))
         .sort(_PAIR)
     )
@@ -233,7 +247,7 @@ def diff(
         before.rename({name: f"{name}_before" for name in _COMPARED})
         .join(
             after.rename({name: f"{name}_after" for name in _COMPARED}),
-            on=("behaviour_id", "role", "n"), how="full", coalesce=True,
+            on=(*_TEAM, "behaviour_id", "role", "n"), how="full", coalesce=True, nulls_equal=True,
         )
         .with_columns(
             change=pl.when(pl.col("support_before").is_null()).then(pl.lit("added"))
@@ -242,31 +256,32 @@ def diff(
         )
         .filter(pl.col("change").is_not_null())
         .select(
-            "behaviour_id", "change", "role", "n",
+            *_TEAM, "behaviour_id", "change", "role", "n",
             *(f"{name}_{when}" for name in _COMPARED for when in ("before", "after")),
         )
-        .sort("change", "n", "behaviour_id", descending=[False, True, False])
+        .sort(*_TEAM, "change", "n", "behaviour_id", descending=[False, False, False, True, False])
     )
-    roles = pl.DataFrame({"role": ROLES}, schema={"role": pl.Enum(ROLES)})
+    there = pl.concat([table.select(_TEAM) for table in (behaviours_before, behaviours_after,
+                                                         occasions_before, occasions_after)])
+    roles = there.unique().sort(_TEAM).join(
+        pl.DataFrame({"role": ROLES}, schema={"role": pl.Enum(ROLES)}), how="cross")
     for when, patterns, seen in (
         ("before", behaviours_before, occasions_before), ("after", behaviours_after, occasions_after),
     ):
-        roles = roles.join(
-            patterns.group_by("role").agg(pl.len().cast(pl.Int64).alias(f"behaviours_{when}")),
-            on="role", how="left", maintain_order="left",
-        ).join(
-            seen.group_by("role").agg(
-                pl.col("state").n_unique().cast(pl.Int64).alias(f"states_{when}"),
-                pl.len().cast(pl.Int64).alias(f"pairs_{when}"),
-            ),
-            on="role", how="left", maintain_order="left",
+        known = patterns.group_by(*_TEAM, "role").agg(pl.len().cast(pl.Int64).alias(f"behaviours_{when}"))
+        states = seen.group_by(*_TEAM, "role").agg(
+            pl.col("state").n_unique().cast(pl.Int64).alias(f"states_{when}"),
+            pl.len().cast(pl.Int64).alias(f"pairs_{when}"),
         )
-    return Difference(joined, roles.with_columns(pl.exclude("role").fill_null(0)))
+        for counts in (known, states):
+            roles = roles.join(
+                counts, on=(*_TEAM, "role"), how="left", maintain_order="left", nulls_equal=True)
+    return Difference(joined, roles.with_columns(pl.exclude(*_TEAM, "role").fill_null(0)))
 
 
 def _with_states(patterns: pl.DataFrame, seen: pl.DataFrame) -> pl.DataFrame:
     """Behaviours with the number of states in which each was seen."""
-    states = seen.group_by("behaviour_id").agg(states=pl.len().cast(pl.Int64))
-    return patterns.select("behaviour_id", "role", "n", "support", "value", "low", "high").join(
-        states, on="behaviour_id", how="left"
+    states = seen.group_by(*_TEAM, "behaviour_id").agg(states=pl.len().cast(pl.Int64))
+    return patterns.select(*_TEAM, "behaviour_id", "role", "n", "support", "value", "low", "high").join(
+        states, on=(*_TEAM, "behaviour_id"), how="left", nulls_equal=True
     ).with_columns(pl.col("states").fill_null(0))

@@ -16,13 +16,15 @@ import polars as pl
 
 from pipeline.arrays import F64, I16, I64, Bools
 from pipeline.errors import SchemaMismatch
-from schemas import ROLES
+from schemas import ROLES, SIDES
 
 #: Longest gram: four codes of eight bits, below the role, in one key.
 LONGEST = 4
 _CODE_BITS = 8
 _ROLE_SHIFT = _CODE_BITS * LONGEST
 _CODES_MASK = (1 << _ROLE_SHIFT) - 1
+#: What a key of the away side is greater by, where sides are told apart.
+_SIDE = len(ROLES) << _ROLE_SHIFT
 
 #: Values are rounded to multiples of this. Their float64 sums below 2**23 are then exact, so they are
 #: the same in any order and for any split of the work.
@@ -117,6 +119,11 @@ def codes_of(key: I64, n: int) -> I16:
     return ((packed[:, None] >> shifts) & ((1 << _CODE_BITS) - 1)).astype(np.int16)
 
 
+def _sides(column: pl.Series) -> I64:
+    """Index of each side in ``schemas.SIDES``."""
+    return column.cast(pl.Enum(SIDES)).to_physical().to_numpy().astype(np.int64)
+
+
 def links(situations: pl.DataFrame, gap_s: float) -> Bools:
     """Whether each situation is followed by the next row without a break, bool [S - 1].
 
@@ -174,7 +181,8 @@ def instances(situations: pl.DataFrame, patterns: pl.DataFrame, gap_s: float) ->
 
     Args:
         situations: rows of schema Situations of one match.
-        patterns: columns role and codes (schema Patterns), of any lengths, none twice.
+        patterns: columns role and codes (schema Patterns), of any lengths, none twice. With a column side,
+            a pattern has instances of that side only.
         gap_s: as for :func:`windows`.
 
     Yields:
@@ -182,14 +190,18 @@ def instances(situations: pl.DataFrame, patterns: pl.DataFrame, gap_s: float) ->
     """
     taken = np.zeros(situations.height, dtype=np.bool_)
     role = patterns["role"].cast(pl.Enum(ROLES)).to_physical().to_numpy()
+    apart = "side" in patterns.columns
+    side = _sides(patterns["side"]) if apart else np.zeros(patterns.height, dtype=np.int64)
+    played = _sides(situations["team"]) if apart else np.zeros(situations.height, dtype=np.int64)
     length = patterns["codes"].list.len().to_numpy()
     for n in sorted(set(length.tolist()), reverse=True):
         rows = np.flatnonzero(length == n)
-        key = keys_of(role[rows], patterns["codes"][rows].list.to_array(n).to_numpy())
+        key = keys_of(role[rows], patterns["codes"][rows].list.to_array(n).to_numpy()) + side[rows] * _SIDE
         order = np.argsort(key)
         rows, key = rows[order], key[order]
         runs = windows(situations, n, taken, gap_s)
-        at = np.minimum(np.searchsorted(key, runs.key), len(rows) - 1)
-        found = key[at] == runs.key
+        seen = runs.key + played[runs.first] * _SIDE
+        at = np.minimum(np.searchsorted(key, seen), len(rows) - 1)
+        found = key[at] == seen
         mark(runs.first[found], n, taken)
         yield Instances(n, runs.first[found], rows[at[found]])

@@ -20,6 +20,7 @@ from pydantic import (
 )
 
 from pipeline.errors import BadSettings
+from pipeline.pitch import Kind
 from schemas.table import KEYS, Key, Side
 
 M = TypeVar("M", bound=BaseModel)
@@ -162,6 +163,27 @@ class ValueSettings(Frozen):
     goal_s: float = Field(default=1.0, ge=0)
 
 
+class SideSettings(Frozen):
+    """Which sides of the matches count, and for whom. By default each team makes knowledge of its own.
+
+    Attributes:
+        watch: sides that count.
+        teams: names of teams or pools that count; not given: all.
+        kind: league that counts; not given: all, each by itself.
+        pools: teams that count as one, by the name of the pool; "*" stands for all other teams.
+    """
+
+    watch: Teams = ("home", "away")
+    teams: tuple[str, ...] | None = Field(default=None, min_length=1)
+    kind: Kind | None = None
+    pools: dict[str, tuple[str, ...]] = {}
+
+    @model_validator(mode="after")
+    def _in_one_pool(self) -> Self:
+        none_twice(tuple(name for names in self.pools.values() for name in names))
+        return self
+
+
 class GramSettings(Frozen):
     """How situations are valued and windowed (paper section 3.2.2).
 
@@ -214,7 +236,6 @@ class BehaviourSettings(Frozen):
             the value of a group that was seen once depends on the next goal alone.
         keep_random: whether a group of nothing but "moves randomly" may become a behaviour; every state
             offers that action anyway.
-        teams: teams whose grams and situations are counted.
         epochs: passes of the map's training over the distinct grams.
         sigma_end: spread of the map's last neighbourhood, neurons.
         seed: seed of the map.
@@ -232,7 +253,6 @@ class BehaviourSettings(Frozen):
     shrink: bool = True
     support_at_least: int = Field(default=3, ge=1)
     keep_random: bool = False
-    teams: Teams = ("home", "away")
     epochs: int = Field(default=20, ge=1)
     sigma_end: float = Field(default=0.5, gt=0)
     seed: int = 0
@@ -255,7 +275,8 @@ class KnowledgeSettings(Frozen):
         backoff: further keys by which occasions are kept, each coarser than the one before, the first
             coarser than ``state_key``. A player uses them where it does not know the finer state.
         optimistic: least initial action value of a behaviour in a state.
-        teams: teams whose behaviours and occasions are learned by imitation, if they logged no choices.
+        imitate: team or pool whose behaviours policies choose from; not given: that of most matches, the
+            first by name among several. Its occasions also hold the states in which a player decided.
         own: actions that a state gets because a player decided in it. "nothing": none. "moves randomly":
             that action (paper section 4: "all the new states have the action moving randomly"; there,
             states grow while playing and training, actions in training only). "chosen": also the chosen
@@ -266,7 +287,7 @@ class KnowledgeSettings(Frozen):
     state_key: Key = "full36"
     backoff: tuple[Key, ...] = ()
     optimistic: float = 0.0
-    teams: Teams = ("home", "away")
+    imitate: str | None = None
     own: Literal["nothing", "moves randomly", "chosen"] = "moves randomly"
     accumulate: bool = False
 
@@ -337,6 +358,7 @@ class Settings(Frozen):
     moments: MomentSettings = MomentSettings()
     models: ModelSettings = ModelSettings()
     values: ValueSettings = ValueSettings()
+    sides: SideSettings = SideSettings()
     grams: GramSettings = GramSettings()
     behaviours: BehaviourSettings = BehaviourSettings()
     knowledge: KnowledgeSettings = KnowledgeSettings()
@@ -392,9 +414,8 @@ def unfit(error: ValidationError, where: str, next_step: str) -> BadSettings:
     """The first problem of values that are no settings, as an error of ours."""
     first = error.errors()[0]
     key = ".".join(str(part) for part in first["loc"]) or "it"
-    return BadSettings(
-        f"{key}: {first['msg'].removeprefix('Value error, ').lower()}", where=where, next_step=next_step
-    )
+    said = first["msg"].removeprefix("Value error, ")
+    return BadSettings(f"{key}: {said[:1].lower()}{said[1:]}", where=where, next_step=next_step)
 
 
 def over(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:

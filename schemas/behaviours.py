@@ -25,13 +25,13 @@ def moves_randomly() -> pl.Expr:
 
 
 class Patterns(Table):
-    """One behaviour as a round of the selection found it (behaviours before they have a version).
+    """One behaviour of one team as a round of the selection found it (behaviours before they have a version).
 
-    Sorted by role, codes. Source: paper section 3.2.2.
+    Sorted by team, kind, role, codes. Source: paper section 3.2.2.
     """
 
     NAME: ClassVar[str] = "patterns"
-    VERSION: ClassVar[int] = 2
+    VERSION: ClassVar[int] = 3
     SINCE: ClassVar[int] = 1
     PUBLIC: ClassVar[bool] = False
 
@@ -59,13 +59,18 @@ class Patterns(Table):
     paper = dy.Float64(nullable=True, description="mean of its instances' values by the next goal (paper section 3.2.2), in (-1, 1)")
     x = dy.Float64(nullable=True, description="where it begins: mean place of the robot along the pitch, its team attacks +x", metadata=unit("m"))
     y = dy.Float64(nullable=True, description="the same across the pitch, to the left of +x", metadata=unit("m"))
+    team = dy.String(nullable=True, description="team or pool of teams that showed it; null before teams were told apart")
+    kind = dy.String(nullable=True, description="league that it was shown in: vsss, ssl or 2d")
 
 
 class Behaviours(Patterns):
-    """One behaviour in one version of the knowledge. Sorted by n (descending), role, codes."""
+    """One behaviour of one team in one version of the knowledge.
+
+    Unique by team, kind and behaviour_id. Sorted by team, kind, n (descending), role, codes.
+    """
 
     NAME: ClassVar[str] = "behaviours"
-    VERSION: ClassVar[int] = 2
+    VERSION: ClassVar[int] = 3
     SINCE: ClassVar[int] = 1
     PUBLIC: ClassVar[bool] = True
 

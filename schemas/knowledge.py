@@ -11,15 +11,16 @@ from schemas.table import KEYS, ROLES, Table
 
 
 class Occasions(Table):
-    """One behaviour in one state of one version of the knowledge.
+    """One behaviour of one team in one state of one version of the knowledge.
 
-    Unique by role, key, state and behaviour_id, and sorted so. The keys after the first (from fine to
+    Unique by team, kind, role, key, state and behaviour_id, and sorted so. The keys after the first (from fine to
     coarse) hold the same occasions again with fewer elements of the state. State numbers of different
     keys are unrelated.
     """
 
     NAME: ClassVar[str] = "occasions"
-    VERSION: ClassVar[int] = 2
+    VERSION: ClassVar[int] = 3
+    SINCE: ClassVar[int] = 2
 
     version = dy.Int32(min=1, description="version of the knowledge")
     role = dy.Enum(ROLES, description="role of the robot")
@@ -37,3 +38,5 @@ class Occasions(Table):
         "optimistic first action value of the behaviour in the state: the greatest value of the behaviours "
         "seen there in this role, or the settings' least value if that is greater"
     ))
+    team = dy.String(nullable=True, description="team or pool of teams that showed it; null before teams were told apart")
+    kind = dy.String(nullable=True, description="league that it was shown in: vsss, ssl or 2d")

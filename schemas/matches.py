@@ -47,6 +47,24 @@ class Matches(Table):
     direction_inferred = dy.Bool(description="whether a team's direction of attack had to be inferred")
 
 
+class Sides(Table):
+    """One side of a match: the team that plays it, and the team whose knowledge it makes.
+
+    Sorted by match_id, side.
+    """
+
+    NAME: ClassVar[str] = "sides"
+    VERSION: ClassVar[int] = 1
+
+    match_id = match_id()
+    side = dy.Enum(SIDES, description="home or away, as the column team of other tables names it")
+    team = dy.String(description="the team's name")
+    kind = dy.String(description="league: vsss, ssl or 2d")
+    counts_as = dy.String(nullable=True, description=(
+        "team or pool of teams that the side counts for in behaviours and knowledge; null if it does not count"
+    ))
+
+
 class Referee(Table):
     """One event of a match's referee."""
 

@@ -29,7 +29,7 @@ store = Store(Path(cases._data().name))
 ask = "select count(*), max(top_speed) > 0.5 from sprints"
 assert catalog.query(refresh(store)[0], ask).row(0) == (6, True)
 assert Settings().sprints.over == 0.0
-assert list(STAGES).index("sprints") == 3
+assert list(STAGES).index("sprints") == 4
 match = next(store.receipts("matches")).name
 forget_match(store, match)
 assert not list(store.receipts("sprints"))

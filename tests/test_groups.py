@@ -20,15 +20,17 @@ from pipeline import matches as log_format
 from pipeline.errors import BadSettings
 from pipeline.grams.count import merge
 from pipeline.knowledge import merge_behaviours, merge_occasions, occasions
-from pipeline.settings import BehaviourSettings, GramSettings, KnowledgeSettings, Settings
+from pipeline.settings import BehaviourSettings, GramSettings, KnowledgeSettings, Settings, SideSettings
 from pipeline.state.table import LEVELS
 from pipeline.store import Store, catalog
-from schemas import Behaviours, Decisions, Goals, Grams, Occasions, Patterns, Situations
+from pipeline.teams import Team
+from schemas import Behaviours, Decisions, Goals, Grams, Occasions, Patterns, Sides, Situations
 
 S = 1_000_000_000
 #: A clip has too few goals for a model of V, so groups are selected as the paper does.
 SETTINGS = Settings(
-    grams=GramSettings(outcome="paper"), behaviours=BehaviourSettings(select_by="value", shrink=False))
+    sides=SideSettings(pools={"both": ("*",)}), grams=GramSettings(outcome="paper"),
+    behaviours=BehaviourSettings(select_by="value", shrink=False))
 LENGTHS = tuple(round_.n for round_ in SETTINGS.behaviours.rounds)
 PLAYED = "played-0123456789ab"
 ADDS_UP = KnowledgeSettings(accumulate=True, backoff=("self9", "role0"), own="chosen")
@@ -128,10 +130,11 @@ class TestGroups:
 @pytest.mark.parametrize("share_of", ["groups", "situations"])
 def test_learned_teams(store, share_of):
     """Behaviours are of the teams that are learned from."""
-    away = SETTINGS.behaviours.model_copy(update={"teams": ("away",), "share_of": share_of, "value_over": -1.0})
+    any_of = SETTINGS.behaviours.model_copy(update={"share_of": share_of, "value_over": -1.0})
     scope = group(recording_of(store))
     (name,) = scope.matches
-    learn(store, scope, SETTINGS.model_copy(update={"behaviours": away}))
+    away = SideSettings(watch=("away",))
+    learn(store, scope, SETTINGS.model_copy(update={"behaviours": any_of, "sides": away}))
     counted = table(store, "grams", f"{name}.n4", "grams", Grams)
     theirs = merge([counted.filter(pl.col("team") == "away")])
     found = table(store, "behaviours", f"{name}.n4", "patterns", Patterns)
@@ -140,7 +143,9 @@ def test_learned_teams(store, share_of):
     assert joined["support"].to_list() == joined["count"].to_list()
     seen = table(store, "situations", name, "situations", Situations)
     whole = {"groups": theirs["count"].sum(), "situations": seen.filter(pl.col("team") == "away").height}[share_of]
-    assert store.receipt("behaviours", f"{name}.n4").details["report"]["threshold"] == pytest.approx(0.1 * whole)
+    (report,) = store.receipt("behaviours", f"{name}.n4").details["reports"]
+    assert report["threshold"] == pytest.approx(0.1 * whole)
+    assert found["team"].unique().to_list() == [report["team"]] == [store.receipt("matches", name).details["away"]]
 
 
 class TestDecisions:
@@ -186,7 +191,8 @@ class TestAddingUp:
         both = merge_behaviours([known, alone], 2)
         known, _ = version(store, second)
         assert_frame_equal(known, both)
-        later = occasions([table(store, "decisions", PLAYED, "decisions", Decisions)], 2, ADDS_UP, known["behaviour_id"])
+        decided = table(store, "decisions", PLAYED, "decisions", Decisions), table(store, "sides", PLAYED, "sides", Sides)
+        later = occasions([decided], Team("both", "vsss"), 2, ADDS_UP, known["behaviour_id"])
         assert_frame_equal(version(store, second)[1], merge_occasions([seen, later], 2, ADDS_UP))
         assert "striker-099-099-099" not in later["behaviour_id"].to_list(), "no version of ours knows it"
         by_the_state_key = version(store, second)[1].filter(pl.col("key") == "full36")

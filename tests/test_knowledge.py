@@ -8,11 +8,13 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.rows import MATCH, patterns
 
-from pipeline.knowledge import behaviours, diff, merge_behaviours, merge_occasions, occasions
+from pipeline import knowledge
+from pipeline.knowledge import behaviours, diff, merge_behaviours, merge_occasions
 from pipeline.sequences import exact
 from pipeline.settings import KnowledgeSettings
 from pipeline.state import encode
-from schemas import ROLES, Behaviours, Decisions, Occasions
+from pipeline.teams import Team
+from schemas import ROLES, SIDES, Behaviours, Decisions, Occasions, Sides
 
 NAMES = ["striker-001-011", "striker-046", None]
 
@@ -24,6 +26,16 @@ def decisions(*rows, team="home", role="striker", chosen=False):
          for i, (state, name, value) in enumerate(rows)],
         schema=Decisions.dtypes(), orient="row",
     )
+
+
+US, THEM = Team("us", "vsss"), Team("them", "vsss")
+BOTH = pl.DataFrame([(MATCH, side, team, kind, team) for side, (team, kind) in zip(SIDES, (US, THEM), strict=True)],
+                    schema=Sides.dtypes(), orient="row")
+
+
+def occasions(tables, *args, sides=BOTH, learner=US, **kwargs):
+    """Occasions of matches in which home is us."""
+    return knowledge.occasions(((table, sides) for table in tables), learner, *args, **kwargs)
 
 
 rows = st.lists(st.tuples(st.integers(0, 3), st.sampled_from(NAMES), st.floats(-0.99, 0.99)), max_size=30)
@@ -93,12 +105,17 @@ class TestOccasions:
                                KnowledgeSettings(state_key="self9"))
         assert goalkeeper["count"].to_list() == [1, 2], "the same states, seen from another slot"
 
-    def test_learned_teams(self):
-        """Occasions are of the teams that are learned from."""
+    def test_teams(self):
+        """Each team has occasions of its own; a side that does not count has none."""
         both = [decisions((5, "striker-046", 0.5)), decisions((5, "striker-011", 0.25), team="away")]
-        away = occasions(both, 1, KnowledgeSettings(teams=("away",)))
-        assert_frame_equal(away, occasions(both[1:], 1))
-        assert away["behaviour_id"].to_list() == ["striker-011"]
+        columns = ("team", "kind", "state", "behaviour_id", "count", "value", "initial")
+        assert occasions(both, 1).select(columns).rows() == [
+            ("them", "vsss", 5, "striker-011", 1, 0.25, 0.25), ("us", "vsss", 5, "striker-046", 1, 0.5, 0.5)]
+        away = BOTH.with_columns(counts_as=pl.when(pl.col("side") == "away").then("counts_as"))
+        assert occasions(both, 1, sides=away)["team"].to_list() == ["them"]
+        pooled = BOTH.with_columns(counts_as=pl.lit("all"))
+        assert occasions(both, 1, sides=pooled).select(columns).rows() == [
+            ("all", "vsss", 5, "striker-011", 1, 0.25, 0.5), ("all", "vsss", 5, "striker-046", 1, 0.5, 0.5)]
 
     @pytest.mark.parametrize(("own", "expected"), [
         ("nothing", []),
@@ -109,9 +126,11 @@ class TestOccasions:
     def test_own_decisions(self, own, expected):
         """A state in which a player of ours decided adds what the settings say."""
         rows = [(5, "striker-046", 0.5), (5, None, 0.75), (6, "striker-046", -0.25), (6, "striker-011", 0.5)]
-        found = occasions([decisions(*rows, chosen=True)], 1, KnowledgeSettings(own=own, teams=("away",)),
+        found = occasions([decisions(*rows, chosen=True)], 1, KnowledgeSettings(own=own), learner=THEM,
                           known=pl.Series(["striker-046"]))
         Occasions.validate(found)
+        assert found["team"].unique().to_list() == (["them"] if expected else [])
+        assert occasions([decisions(*rows, chosen=True)], 1, KnowledgeSettings(own=own), learner=None).is_empty()
         assert found.select("state", "behaviour_id", "count", "value").rows() == expected
 
     def test_unseen_behaviour(self):
@@ -181,6 +200,15 @@ class TestMerging:
             assert found["spread"].item() == pytest.approx(whole["spread"].item(), abs=1e-12)
 
 
+    def test_teams_apart(self):
+        """The same behaviour of another team, or of a time when teams were not told apart, stays apart."""
+        ours, theirs, unknown = (
+            behaviours([patterns(("s", [46], value), team=team, kind=team and "vsss")], 1)
+            for team, value in (("us", 0.5), ("them", 0.25), (None, 0.75)))
+        found = merge_behaviours([unknown, ours, merge_behaviours([ours, theirs], 2)], 3)
+        assert found.select("team", "support", "value").rows() == [(None, 3, 0.75), ("them", 3, 0.25), ("us", 6, 0.5)]
+
+
 class TestBehaviours:
     def test_longest_first(self):
         """Behaviours are the patterns of all rounds, the longest first."""
@@ -195,15 +223,17 @@ class TestBehaviours:
 
 
 class TestDiff:
-    BEFORE = behaviours([patterns(("s", [1, 11], 0.5), ("s", [46], 0.2), ("m", [46], 0.2))], 1)
-    AFTER = behaviours([patterns(("s", [1, 11], 0.6), ("m", [46], 0.2), ("g", [1], 0.3), low=0.25, high=0.75)], 2)
+    BEFORE = behaviours([patterns(("s", [1, 11], 0.5), ("s", [46], 0.2), ("m", [46], 0.2), **US._asdict())], 1)
+    AFTER = behaviours([patterns(("s", [1, 11], 0.6), ("m", [46], 0.2), ("g", [1], 0.3), low=0.25, high=0.75,
+                                 **US._asdict())], 2)
     SEEN_BEFORE = occasions([decisions((1, "striker-046", 0.1), (1, "striker-001-011", 0.1))], 1)
     SEEN_AFTER = occasions([decisions((1, "striker-001-011", 0.1), (2, "striker-001-011", 0.1))], 2)
 
     def test_changes(self):
         """A diff tells what was added, removed and changed."""
         found = diff(self.BEFORE, self.AFTER, self.SEEN_BEFORE, self.SEEN_AFTER).behaviours
-        assert found.rows() == [
+        assert found.select("team", "kind").unique().rows() == [("us", "vsss")]
+        assert found.drop("team", "kind").rows() == [
             ("goalkeeper-001", "added", "goalkeeper", 1, None, 3, None, 0.3, None, 0.25, None, 0.75, None, 0),
             ("striker-001-011", "changed", "striker", 2, 3, 3, 0.5, 0.6, None, 0.25, None, 0.75, 1, 2),
             ("striker-046", "removed", "striker", 1, 3, None, 0.2, None, None, None, None, None, 1, None),
@@ -212,12 +242,23 @@ class TestDiff:
     def test_counts_by_role(self):
         """A diff counts behaviours, states and pairs of each role."""
         found = diff(self.BEFORE, self.AFTER, self.SEEN_BEFORE, self.SEEN_AFTER).roles
-        assert found.rows(named=True) == [
+        assert found.drop("team", "kind").rows(named=True) == [
             {"role": role, "behaviours_before": b0, "states_before": s0, "pairs_before": p0,
              "behaviours_after": b1, "states_after": s1, "pairs_after": p1}
             for role, b0, s0, p0, b1, s1, p1 in [
                 ("goalkeeper", 0, 0, 0, 1, 0, 0), ("midfield", 1, 0, 0, 1, 0, 0), ("striker", 2, 1, 2, 1, 2, 2)]
         ]
+
+    def test_teams(self):
+        """A diff tells teams apart, and versions from before they were."""
+        theirs = self.AFTER.with_columns(team=pl.lit("them"))
+        found = diff(self.AFTER, pl.concat([self.AFTER, theirs]), self.SEEN_AFTER, self.SEEN_AFTER)
+        assert found.behaviours.select("team", "change").unique().rows() == [("them", "added")]
+        assert found.roles.select("team", "role").rows() == [(team, role) for team in ("them", "us") for role in ROLES]
+        unknown = self.AFTER.with_columns(pl.lit(None, pl.String).alias(name) for name in ("team", "kind"))
+        seen = self.SEEN_AFTER.with_columns(pl.lit(None, pl.String).alias(name) for name in ("team", "kind"))
+        assert diff(unknown, unknown, seen, seen).behaviours.is_empty()
+        assert diff(unknown, unknown, seen, seen).roles["pairs_after"].to_list() == [0, 0, 2]
 
     def test_counts_once(self):
         """A diff counts an occasion once, by however many keys it is kept."""

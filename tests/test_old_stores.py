@@ -18,10 +18,10 @@ from pipeline.store import Store, catalog
 from pipeline.store.receipts import FileRecord, Manifest
 from pipeline.store.tables import SCHEMA_KEY
 from pipeline.store.work import Made
-from schemas import ROLES, Behaviours, Decisions, Occasions, Patterns
+from schemas import ROLES, Behaviours, Decisions, Occasions, Patterns, Sides
 
 ADDS_UP = KnowledgeSettings(accumulate=True)
-NEW = {"low", "high", "mean", "error", "family", "family_spread", "family_size", "paper", "x", "y"}
+NEW = {"low", "high", "mean", "error", "family", "family_spread", "family_size", "paper", "x", "y", "team", "kind"}
 ROWS = [  # support and mean
     ("striker-046", [46], 4, 0.25), ("striker-011", [11], 8, 0.5),
 ]
@@ -32,7 +32,7 @@ def patterns() -> pl.DataFrame:
     found = [{
         "behaviour_id": "striker-046", "role": "striker", "codes": [46], "n": 1, "support": 12, "value": 0.375,
         "spread": 0.25, "neuron": 1, "low": 0.25, "high": 0.5, "mean": 0.5, "error": 0.125, "family": 0.0,
-        "family_spread": 0.2, "family_size": 9, "paper": 0.75, "x": 0.125, "y": -0.25,
+        "family_spread": 0.2, "family_size": 9, "paper": 0.75, "x": 0.125, "y": -0.25, "team": None, "kind": None,
     }]
     return Patterns.validate(pl.DataFrame(found, schema=Patterns.dtypes()))
 
@@ -67,6 +67,7 @@ def add(store: Store) -> Manifest:
     settings = Settings()
     for noun, name, table in (
         ("behaviours", "second.n1", (patterns(), Patterns)), ("decisions", "second", (Decisions.empty(), Decisions)),
+        ("sides", "second", (Sides.empty(), Sides)),
     ):
         store.commit(STAGES[noun].work(name, STAGES[noun].settings(settings), {}), Made([table]))
     scope = Scope(matches=("second",), lengths=(1,), group="second")

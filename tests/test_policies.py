@@ -20,7 +20,7 @@ PLAIN = PolicySettings(step_size=1.0, discount=1.0, trace_decay=1.0, sweeps=1)
 
 def occasions(*pairs, initial=0.0, key="full36", value=0.0):
     """Occasions of (role, state, behaviour_id) in any order."""
-    rows = [(1, role, key, state, behaviour, 1, value, initial) for role, state, behaviour in pairs]
+    rows = [(1, role, key, state, behaviour, 1, value, initial, "us", "vsss") for role, state, behaviour in pairs]
     return pl.DataFrame(rows, schema=Occasions.dtypes(), orient="row").sort("role", "state", "behaviour_id")
 
 

@@ -11,29 +11,33 @@ from pipeline.errors import NotFound
 from pipeline.settings import PolicySettings
 from pipeline.store import Store
 from pipeline.store.work import Made, Work
-from schemas import Behaviours, Decisions, Occasions, Policies
+from schemas import Behaviours, Decisions, Occasions, Policies, Sides
 
 KICK = "striker-021"
 
 
-def play(store, match, reward=1.0):
+def play(store, match, reward=1.0, *, chosen=True, team="home"):
     """One decision, for a goal after a second."""
     row = {
-        "match_id": match, "team": "home", "robot": 1, "role": "striker", "t_ns": 0, "end_ns": 1_000_000_000,
-        "state": 5, "behaviour_id": KICK, "chosen": True, "random": False, "reward": reward, "episode": 0,
+        "match_id": match, "team": team, "robot": 1, "role": "striker", "t_ns": 0, "end_ns": 1_000_000_000,
+        "state": 5, "behaviour_id": KICK, "chosen": chosen, "random": False, "reward": reward, "episode": 0,
         "ends": "terminal", "value": 0.0,
     }
     table = pl.DataFrame([row], schema=Decisions.dtypes())
-    return store.commit(Work("decisions", match, {"reward": reward}, version=1), Made([(table, Decisions)]))
+    sides = pl.DataFrame([(match, side, team, "vsss", team) for side, team in (("home", "us"), ("away", "them"))],
+                         schema=Sides.dtypes(), orient="row")
+    store.commit(Work("sides", match, {}, version=1), Made([(sides, Sides)]))
+    return store.commit(Work("decisions", match, {"reward": reward, "chosen": chosen, "team": team}, version=1), Made([(table, Decisions)]))
 
 
-def know(store, *receipts, accumulate):
+def know(store, *receipts, accumulate, imitates="us"):
     """The next version of a knowledge of one pair."""
     row = {"version": 1, "role": "striker", "key": "full36", "state": 5, "behaviour_id": KICK, "count": 1,
-           "value": 0.0, "initial": 0.0}
+           "value": 0.0, "initial": 0.0, "team": "us", "kind": "vsss"}
     parent = store.latest("knowledge")
     with store.claim("knowledge") as version:
-        made = Made([(Behaviours.empty(), Behaviours), (pl.DataFrame([row], schema=Occasions.dtypes()), Occasions)])
+        made = Made([(Behaviours.empty(), Behaviours), (pl.DataFrame([row], schema=Occasions.dtypes()), Occasions)],
+                    details={"imitates": {"team": imitates, "kind": "vsss"}})
         inputs = {label: sha for receipt in receipts for label, sha in receipt.digests().items()}
         of = Work("knowledge", "knowledge", {"accumulate": accumulate}, version=1, inputs=inputs)
         return store.commit_version(of, made, version, parent=parent.version if parent else None)
@@ -131,6 +135,19 @@ def test_match_made_anew(store):
     know(store, play(store, "a", reward=-1.0), play(store, "b"), accumulate=False)
     anew, new = learn(store, SETTINGS)
     assert (new, anew.details["matches"], anew.parent, visits(store, anew)) == (True, 2, None, [2])
+
+
+def test_another_team(store):
+    """A policy that imitates another team is no parent; seen decisions are those of the team, chosen ones all."""
+    know(store, play(store, "a"), accumulate=False)
+    learn(store, SETTINGS)
+    know(store, play(store, "a"), play(store, "b", chosen=False), play(store, "c", chosen=False, team="away"),
+         accumulate=False, imitates="us")
+    second, _ = learn(store, SETTINGS.model_copy(update={"last_matches": None}))
+    assert (second.parent, second.details["matches"], second.details["decisions"]) == (1, 2, 1)
+    know(store, play(store, "a"), play(store, "c", chosen=False, team="away"), accumulate=False, imitates="them")
+    third, new = learn(store, SETTINGS)
+    assert (new, third.details["imitates"]["team"], third.parent, third.details["decisions"]) == (True, "them", None, 2)
 
 
 def test_no_parent(store, season):

@@ -254,7 +254,7 @@ ABLATIONS = {
     "paper-full35": {"pipeline.knowledge.state_key", "opponents"},
     "paper-level": {"lead", "opponents"},
     "best-bold": {"lcb_weight"},
-    "best-both-teams": {"pipeline.behaviours.teams", "pipeline.knowledge.teams"},
+    "best-both-teams": {"pipeline.sides.watch", "pipeline.sides.pools.both"},
     "best-constant-steps": {"pipeline.policies.steps", "pipeline.policies.step_size"},
     "best-each-decision": {"pipeline.policies.traces"},
     "best-grams": {"pipeline.behaviours.rounds"},
@@ -286,7 +286,7 @@ def test_settings_names():
 def test_ablation(ablation):
     """An ablation changes the settings that are listed for it and no others."""
     base = dict(flat(named(ablation.split("-")[0]).model_dump()))
-    changed = {name for name, value in flat(named(ablation).model_dump()) if value != base[name]}
+    changed = {name for name, value in flat(named(ablation).model_dump()) if value != base.get(name)}
     assert changed == ABLATIONS[ablation]
 
 

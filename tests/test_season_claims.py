@@ -174,7 +174,7 @@ def test_paper_claims():
     assert claim(found, "The best apprentice beats the static team")["verdict"] == "reached"
     assert claim(found, "In its last games it beats the static team")["verdict"] == "reached"
     assert claim(found, "It uses what it learned: against the static team")["verdict"] == "by construction"
-    assert claim(found, "In its last games it uses what it learned", STATIC)["verdict"] == "reached"
+    assert claim(found, "In its last games it uses what it learned", STATIC)["verdict"] == "by construction"
     assert claim(found, "In its last games it uses what it learned", HUMAN)["verdict"] == "not judged"
     # the paper's words against its table stay so, whatever ours show
     row = claim(found, "a tendency to increase")

@@ -52,16 +52,15 @@ def test_backoff_refused(state_key, backoff):
         parse_settings(text.encode(), where="s.toml")
 
 
-@pytest.mark.parametrize("noun", ["knowledge", "behaviours"])
-@pytest.mark.parametrize(("teams", "why"), [
-    ([], "at least 1 item"), (["away", "away"], r"a team is named twice \(it is: away, away\)"), (["us"], "teams.0: "),
+@pytest.mark.parametrize(("watch", "why"), [
+    ([], "at least 1 item"), (["away", "away"], r"a team is named twice \(it is: away, away\)"), (["us"], "watch.0: "),
 ])
-def test_teams(noun, teams, why):
-    """Teams are one or both, each named once."""
+def test_watch(watch, why):
+    """Sides are one or both, each named once."""
     with pytest.raises(BadSettings, match=why):
-        parse_settings(f"[{noun}]\nteams = {teams}".encode(), where="s.toml")
-    both = parse_settings(f"[{noun}]\nteams = ['away', 'home']".encode(), where="s.toml")
-    assert getattr(both, noun).teams == ("away", "home")
+        parse_settings(f"[sides]\nwatch = {watch}".encode(), where="s.toml")
+    both = parse_settings(b"[sides]\nwatch = ['away', 'home']", where="s.toml")
+    assert both.sides.watch == ("away", "home")
 
 
 def rounds(*lengths: int) -> bytes:

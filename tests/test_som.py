@@ -97,20 +97,24 @@ def test_seed_decides():
 def test_bytes(found):
     """The bytes of a map are the same each time and can be read back."""
     som = fit([row[:2] for row in found], [row[2] for row in found], 2, 3)
-    data = to_bytes(som)
-    assert to_bytes(som) == data
+    other = fit([[1, 2]], [1], 1, 1)
+    maps = {("../us\n", "vsss"): som, ("them", "ssl"): other}
+    data = to_bytes(maps)
+    assert to_bytes(maps) == data
     with np.load(io.BytesIO(data), allow_pickle=False) as back:
-        assert np.array_equal(back["weights_2"].reshape(6, 2), som.weights)
-        assert back["weights_2"].shape == (2, 3, 2)
-        assert back["errors_2"].tolist() == [som.quantisation_error, som.topographic_error]
+        assert back["labels"].tolist() == [["../us\n", "vsss"], ["them", "ssl"]]
+        assert np.array_equal(back["weights_0"].reshape(6, 2), som.weights)
+        assert back["weights_0"].shape == (2, 3, 2)
+        assert back["errors_0"].tolist() == [som.quantisation_error, som.topographic_error]
+        assert np.array_equal(back["weights_1"][0, 0], other.weights[0])
 
 
 def test_bytes_hold_no_clock(monkeypatch):
     som = fit([[1], [5]], [1, 2])
-    data = to_bytes(som)
+    data = to_bytes({("us", "vsss"): som})
     monkeypatch.setattr("time.time", lambda: 2_000_000_000.0)
     monkeypatch.setattr("time.localtime", lambda *_: (2033, 5, 18, 3, 33, 20, 2, 138, 0))
-    assert to_bytes(som) == data
+    assert to_bytes({("us", "vsss"): som}) == data
 
 
 def test_ties():

@@ -38,7 +38,7 @@ def test_forget(data, capsys):
     store = Store(data)
     name, other = (receipt.name for receipt in store.receipts("matches"))
     assert call("forget", name, "--data", data) == 0
-    assert "11 outputs removed" in capsys.readouterr().out
+    assert "12 outputs removed" in capsys.readouterr().out
     assert not [path for path in data.rglob(f"*{name}*") if "inbox" not in path.parts]
     assert [receipt.name for receipt in store.receipts("situations")] == [other]
     assert store.versions("knowledge") == [1]
@@ -53,7 +53,7 @@ def test_forget_by_beginning(data, capsys):
     assert call("forget", "", "--data", data) == 1
     assert f"several matches begin so (there are: {name}, {other}). Name one of them." in capsys.readouterr().err
     assert call("forget", name[:5], "--data", data) == 0
-    assert f"{name}: 11 outputs removed" in capsys.readouterr().out
+    assert f"{name}: 12 outputs removed" in capsys.readouterr().out
     assert [receipt.name for receipt in store.receipts("matches")] == [other]
 
 

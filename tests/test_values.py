@@ -15,7 +15,7 @@ from flows.stages import STAGES
 from pipeline.pitch import PITCHES, SCALES, Kind
 from pipeline.settings import ModelSettings, MomentSettings, ValueSettings
 from pipeline.store import Store
-from pipeline.store.work import Made
+from pipeline.store.work import Made, Work
 from pipeline.values import trees
 from pipeline.values.models import Logistic, Models, fit, from_bytes, shipped, to_bytes, to_json
 from pipeline.values.moments import Ball, Robots, features, moments
@@ -555,8 +555,11 @@ class TestChoose:
         return Store(tmp_path)
 
     @staticmethod
-    def choose(store, matches, commit=True, **settings):
+    def choose(store, matches, commit=True, ssl=(), **settings):
         """The matches that are chosen, and as if the models had been fitted to them."""
+        for match in matches:
+            kind = "ssl" if match in ssl else "vsss"
+            store.commit(Work("matches", match, {}, version=1), Made(details={"pitch": {"kind": kind}}))
         own = ModelSettings(**settings)
         scope = Scope(matches=tuple(sorted(matches)), lengths=(1,))
         chosen = flow.choose(store, Output("all"), scope, own)
@@ -564,6 +567,14 @@ class TestChoose:
             inputs = {f"moments/{match}/moments": "0" * 64 for match in chosen}
             store.commit(STAGES["models"].work("all", own, inputs), Made())
         return chosen
+
+    def test_leagues(self, store):
+        """Each league's matches are chosen by themselves."""
+        ssl = ["s1", "s2", "s3"]
+        assert self.choose(store, ["a", *ssl], ssl=ssl) == ("a", *ssl)
+        assert self.choose(store, ["a", "b", *ssl], ssl=ssl) == ("a", "b", *ssl)
+        assert self.choose(store, ["a", "b", "c", *ssl], ssl=ssl) == ("a", "b", *ssl)
+        assert len(self.choose(store, ["a", "b", "c", "d", *ssl], ssl=ssl, matches_at_most=2)) == 4
 
     def test_one_by_one(self, store):
         """Models stand until there are twice as many matches."""
@@ -595,7 +606,7 @@ class TestChoose:
         sample = self.choose(store, names, commit=False, matches_at_most=10)
         assert len(sample) == 10
         assert sample == tuple(sorted(sample))
-        assert sample == self.choose(store, reversed(names), commit=False, matches_at_most=10)
+        assert sample == self.choose(store, names[::-1], commit=False, matches_at_most=10)
         assert sample not in (tuple(names[:10]), tuple(names[-10:]))
         more = self.choose(store, [*names, "another"], commit=False, matches_at_most=10)
         assert len(set(more) & set(sample)) >= 9

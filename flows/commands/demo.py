@@ -12,9 +12,10 @@ from flows.catalog import catalog_path, refresh
 from flows.commands.commentary import told_of
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.import_ import bring_in
-from flows.commands.printing import BY_EVIDENCE, bars, console, print_frame, spelt
+from flows.commands.printing import bars, console, print_frame, spelt
 from flows.commands.replay import write_page
 from flows.commands.run import bring_up_to_date
+from flows.knowledge import imitates
 from flows.matches import with_map
 from flows.record import record
 from flows.report import write_report
@@ -22,6 +23,7 @@ from flows.teams import entrant
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.errors import PitchloreError
+from pipeline.estimates import BY_EVIDENCE
 from pipeline.settings import Settings
 from pipeline.store import Store, catalog
 from pipeline.studies.seasons.settings import Season, named
@@ -111,14 +113,17 @@ def _goals(store: Store, match: str, out: Console) -> None:
 def _behaviours(store: Store, out: Console) -> None:
     newest = store.latest("knowledge")
     assert newest is not None
-    known = store.read_table(newest, "behaviours", Behaviours).filter(pl.col("n") > 1)
+    learner = imitates(newest)
+    assert learner is not None
+    known = store.read_table(newest, "behaviours", Behaviours).filter(pl.col("n") > 1, **learner._asdict())
     best = known.sort(*BY_EVIDENCE, descending=True).head(5)
     out.print()
     shown = best.select(
         "role", spelt("codes").alias("what the robot does"), pl.col("support").alias("seen"),
         pl.col("value").alias("worth"), "low", "high",
     )
-    title = f"The five of {known.height} behaviours that surely pay (worth 1: a goal that nobody expected)"
+    title = (f"What the team {learner.team!r} does: the five of {known.height} behaviours that surely pay "
+             "(worth 1: a goal that nobody expected)")
     print_frame(shown, title=title)
 
 

@@ -7,10 +7,14 @@ import sys
 import polars as pl
 
 from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.printing import BY_EVIDENCE, console, print_frame, print_json, spelt
+from flows.commands.printing import console, print_frame, print_json, spelt
+from flows.knowledge import imitates
 from flows.stages import STAGES
 from pipeline.errors import NotFound
+from pipeline.estimates import BY_EVIDENCE
+from pipeline.pitch import Kind
 from pipeline.store import Store
+from pipeline.store.receipts import Manifest
 from schemas import Behaviours, Occasions
 
 
@@ -24,7 +28,8 @@ def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
     store = common.existing
     rows = [
         {"version": m.version, "parent": m.parent, "matches": m.details["matches"],
-         "behaviours": m.details["behaviours"], "occasions": m.details["occasions"], "key": m.key}
+         "teams": len(m.details.get("teams", ())), "behaviours": m.details["behaviours"],
+         "occasions": m.details["occasions"], "imitates": _imitated(m), "key": m.key}
         for m in (store.manifest("knowledge", v) for v in store.versions("knowledge"))
     ]
     if json:
@@ -35,27 +40,37 @@ def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
         console().print("no knowledge yet: run `pitchlore run`")
 
 
-def show(version: int | None = None, *, json: Json = False, common: Common = DEFAULTS) -> None:
-    """Show the behaviours of a version, the newest by default.
+def show(
+    version: int | None = None, *, team: str | None = None, kind: Kind | None = None, json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Show the behaviours of a version, the newest by default, each team's by itself.
 
     Args:
         version: Number of the version (default: the newest).
+        team: Only those of this team or pool.
+        kind: Only those of this league.
         json: Print JSON, with the manifest.
         common: Options of every command.
     """
     store = common.existing
     manifest = store.manifest("knowledge", _newest(store) if version is None else version)
-    known = store.read_table(manifest, "behaviours", Behaviours)
+    known = _asked(store.read_table(manifest, "behaviours", Behaviours), team, kind)
     if json:
         print_json({"manifest": manifest.model_dump(mode="json"), "behaviours": known.to_dicts()})
         return
-    print_frame(
-        known.sort(*BY_EVIDENCE, descending=True).select(
-            "behaviour_id", "n", "support", "value", "low", "high", "family", "x", "y", "paper",
-            spelt("codes"),
-        ),
-        title=f"knowledge version {manifest.version}, parent {manifest.parent}, by the lower end of value",
-    )
+    console().print(f"knowledge version {manifest.version}, parent {manifest.parent}; "
+                    f"policies imitate: {_imitated(manifest) or 'nobody'}", markup=False)
+    for (of, league), rows in known.group_by("team", "kind", maintain_order=True):
+        print_frame(
+            rows.sort(*BY_EVIDENCE, descending=True).select(
+                "behaviour_id", "n", "support", "value", "low", "high", "family", "x", "y", "paper",
+                spelt("codes"),
+            ),
+            title=f"{of or 'all teams'} ({league or 'all leagues'}), by the lower end of value",
+        )
+    if teams := manifest.details.get("teams"):
+        print_frame(pl.DataFrame(teams), title="teams that count")
     print_frame(pl.DataFrame([{"role": r} | c for r, c in manifest.details["roles"].items()]))
 
 
@@ -109,6 +124,27 @@ def verify(version: int | None = None, *, json: Json = False, common: Common = D
             console().print(line, markup=False)
         console().print(f"{len(problems)} versions and stages checked, {len(bad)} problems")
     sys.exit(1 if bad else 0)
+
+
+def _asked(known: pl.DataFrame, team: str | None, kind: Kind | None) -> pl.DataFrame:
+    """The behaviours of a team and a league.
+
+    Raises:
+        NotFound: if there are none of that name.
+    """
+    for name, asked in (("team", team), ("kind", kind)):
+        there = known[name].drop_nulls().unique().sort()
+        if asked is not None and asked not in there:
+            raise NotFound(f"no behaviour of {name} {str(asked)!r} (there are: {', '.join(there) or 'none'})",
+                           where=f"--{name}", next_step="Name one of these, or leave it out")
+        known = known if asked is None else known.filter(pl.col(name) == str(asked))
+    return known
+
+
+def _imitated(knowledge: Manifest) -> str | None:
+    """The team that policies of a version imitate, in words."""
+    team = imitates(knowledge)
+    return None if team is None else f"{team.team} ({team.kind})"
 
 
 def _newest(store: Store) -> int:

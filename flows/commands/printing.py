@@ -19,10 +19,6 @@ from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
 from schemas import note_on
 
-#: Order of behaviours for people, from the last to the first: by evidence, never by value alone. Versions
-#: from before there were intervals have none.
-BY_EVIDENCE = (pl.coalesce("low", "value"), "behaviour_id")
-
 
 def warn(line: str) -> None:
     """Write a warning to standard error; the command goes on."""

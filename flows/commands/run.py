@@ -11,14 +11,15 @@ from flows.catalog import catalog_path, refresh
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import (
-    BY_EVIDENCE,
     console,
     print_frame,
     print_json,
     print_training,
     spelt,
 )
+from flows.knowledge import imitates
 from flows.progress import RunReport
+from pipeline.estimates import BY_EVIDENCE
 from pipeline.settings import Settings
 from pipeline.store import Store
 from schemas import Behaviours
@@ -82,6 +83,8 @@ def _print_run(store: Store, report: RunReport) -> None:
     for note in report.stage("matches").notes:
         out.print(note, markup=False, soft_wrap=True)
     _print_quarantine(store, report)
+    if report.knowledge is None and report.failures:
+        return
     if report.knowledge is None:
         out.print(f"No match yet: drop recordings into {store.root / 'inbox'} or `pitchlore import` them.")
         return
@@ -115,18 +118,25 @@ def _print_quarantine(store: Store, report: RunReport) -> None:
 
 
 def _print_behaviours(store: Store, version: int) -> None:
-    known = store.read_table(store.manifest("knowledge", version), "behaviours", Behaviours)
-    best = known.sort(*BY_EVIDENCE, descending=True).group_by("role", maintain_order=True).head(6)
+    knowledge = store.manifest("knowledge", version)
+    known, learner = store.read_table(knowledge, "behaviours", Behaviours), imitates(knowledge)
+    shown = known if learner is None else known.filter(**learner._asdict())
+    best = shown.sort(*BY_EVIDENCE, descending=True).group_by("role", maintain_order=True).head(6)
+    whose = "" if learner is None else f" of {learner.team} ({learner.kind}), which policies imitate"
     print_frame(best.select("behaviour_id", "support", "value", "low", "high", spelt("codes")),
-                title=f"best of {known.height} behaviours, by the lower end of what they change of V")
+                title=f"best of {shown.height} behaviours{whose}, by the lower end of what they change of V")
+    if known.height > shown.height:
+        console().print(f"behaviours of other teams: {known.height - shown.height}; see pitchlore kb show")
 
 
 def _print_rounds(store: Store) -> None:
     rows = []
     for receipt in store.receipts("behaviours"):
-        report = receipt.details["report"]
-        rows.append({"round": receipt.name, "distinct grams": report["distinct"],
-                     "windows": report["windows"],
-                     "neurons": len(report["activations"]), "kept neurons": report["neurons_kept"],
-                     "behaviours": report["groups_kept"], "instances covered": report["instances_kept"]})
-    print_frame(pl.DataFrame(rows).sort("round", descending=True), title="rounds")
+        rows += [{"round": receipt.name, "team": report["team"], "kind": report["kind"],
+                  "distinct grams": report["distinct"], "windows": report["windows"],
+                  "neurons": len(report["activations"]), "kept neurons": report["neurons_kept"],
+                  "behaviours": report["groups_kept"], "instances covered": report["instances_kept"]}
+                 for report in receipt.details["reports"]]
+    if rows:
+        print_frame(pl.DataFrame(rows).sort("team", "kind", "round", descending=[False, False, True]),
+                    title="rounds")

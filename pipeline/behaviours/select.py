@@ -44,7 +44,7 @@ class RoundResult(NamedTuple):
     """Patterns, map and counts of one round of the selection.
 
     Attributes:
-        patterns: rows of schema Patterns.
+        patterns: rows of schema Patterns, without team and kind.
         map: the trained map; None if there were no grams.
         report: counts.
     """
@@ -104,6 +104,7 @@ def select(
         spread=(pl.col("value_square_sum") / pl.col("count") - mean**2).clip(lower_bound=0).sqrt(),
         paper=pl.col("paper_sum") / pl.col("count"),
         x=pl.col("x_sum") / placed, y=pl.col("y_sum") / placed,
+        team=pl.lit(None), kind=pl.lit(None),
     ).select(list(Patterns.dtypes())).cast(pl.Schema(Patterns.dtypes())).sort("role", "codes")
     report = RoundReport(
         n=round_.n,

@@ -9,8 +9,9 @@ would stay.
 from __future__ import annotations
 
 import io
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,8 @@ from minisom import MiniSom
 from numba import njit
 
 from pipeline.arrays import F64, I16, I64
+
+Label = TypeVar("Label", bound=tuple[str, ...])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,16 +87,16 @@ def best_matching_units(som: SelfOrganisingMap, codes: I16) -> I64:
     return _nearest(np.ascontiguousarray(codes, dtype=np.float64), som.weights)[0]
 
 
-def to_bytes(som: SelfOrganisingMap) -> bytes:
-    """The map of grams of length n as an .npz file; the same map gives the same bytes.
+def to_bytes(maps: Mapping[Label, SelfOrganisingMap]) -> bytes:
+    """The maps of grams of length n as an .npz file; the same maps give the same bytes.
 
-    ``weights_n`` are [rows, columns, n], ``errors_n`` the quantisation error and the topographic error.
+    ``labels`` are [M, L], what tells the maps apart (team and league). For map m, ``weights_m`` are
+    [rows, columns, n], ``errors_m`` the quantisation error and the topographic error.
     """
-    n = som.weights.shape[1]
-    arrays: dict[str, npt.NDArray[np.generic]] = {
-        f"weights_{n}": som.weights.reshape(som.rows, som.columns, n),
-        f"errors_{n}": np.array([som.quantisation_error, som.topographic_error]),
-    }
+    arrays: dict[str, npt.NDArray[np.generic]] = {"labels": np.array(list(maps), dtype=np.str_)}
+    for m, som in enumerate(maps.values()):
+        arrays[f"weights_{m}"] = som.weights.reshape(som.rows, som.columns, som.weights.shape[1])
+        arrays[f"errors_{m}"] = np.array([som.quantisation_error, som.topographic_error])
     out = io.BytesIO()
     np.savez(out, allow_pickle=False, **arrays)
     return out.getvalue()

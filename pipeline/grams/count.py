@@ -60,7 +60,7 @@ def cover(situations: pl.DataFrame, patterns: pl.DataFrame, settings: GramSettin
 
     Args:
         situations: rows of schema Situations of one match [S].
-        patterns: columns role and codes (schema Patterns) of all earlier rounds together.
+        patterns: columns role and codes (schema Patterns), and side, of all earlier rounds together.
         settings: gap_s.
     """
     taken = np.zeros(situations.height, dtype=np.bool_)
@@ -119,19 +119,21 @@ def grams(valued: pl.DataFrame, n: int, taken: Bools | None, settings: GramSetti
     )
 
 
-def merge(tables: Iterable[pl.DataFrame]) -> pl.DataFrame:
-    """Add up grams over matches and teams; see :func:`pipeline.sequences.added_up`.
+def merge(tables: Iterable[pl.DataFrame], apart: tuple[str, ...] = ()) -> pl.DataFrame:
+    """Add up grams over matches; see :func:`pipeline.sequences.added_up`.
 
     Args:
         tables: rows of schema Grams, or earlier results of this function.
+        apart: further columns of text, by which grams are told apart.
 
     Returns:
-        The columns of schema Grams but match_id and team, one row a distinct (role, codes), sorted by
-        n, role, codes.
+        The columns ``apart`` and those of schema Grams but match_id and team, one row a distinct
+        (``apart``, role, codes), sorted by these and n.
     """
-    columns = [name for name in Grams.dtypes() if name not in ("match_id", "team")]
-    every = (table.select(columns) for table in chain([Grams.empty()], tables))
-    return added_up(every, ("role", "codes", "n")).select(columns).sort("n", "role", "codes")
+    columns = [*apart, *(name for name in Grams.dtypes() if name not in ("match_id", "team"))]
+    none = Grams.empty().with_columns(pl.lit(None, dtype=pl.String).alias(name) for name in apart)
+    every = (table.select(columns) for table in chain([none], tables))
+    return added_up(every, (*apart, "role", "codes", "n")).select(columns).sort(*apart, "n", "role", "codes")
 
 
 def _labels(categories: tuple[str, ...], index: I64) -> pl.Series:

@@ -1,0 +1,120 @@
+"""Sides: whose knowledge the rows of a match make; one team in one league by default."""
+
+import polars as pl
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from polars.testing import assert_frame_equal
+
+from pipeline.errors import BadSettings, NotFound
+from pipeline.settings import SideSettings, parse_settings
+from pipeline.sides import sides
+from pipeline.teams import Team, imitated, of_sides, of_teams, sides_of, teams
+from schemas import SIDES, Sides
+
+pytestmark = pytest.mark.unit
+
+
+def match(home="Reds", away="Blues", kind="vsss", name="a"):
+    return pl.DataFrame({"match_id": [f"{name}-0123456789ab"], "home": [home], "away": [away], "kind": [kind]})
+
+
+def counted(of, **settings):
+    """Whom home and away count for."""
+    return sides(of, SideSettings(**settings))["counts_as"].to_list()
+
+
+def rows(*of_sides, name="a"):
+    return pl.DataFrame(
+        {"match_id": [f"{name}-0123456789ab"] * len(of_sides), "team": list(of_sides), "row": range(len(of_sides))},
+        schema_overrides={"team": pl.Enum(SIDES)})
+
+
+class TestSides:
+    def test_each_by_itself(self):
+        """By default each side counts for its own team."""
+        found = sides(match(), SideSettings())
+        assert found.columns == list(Sides.dtypes())
+        assert found.select("side", "team", "kind", "counts_as").rows() == [
+            ("home", "Reds", "vsss", "Reds"), ("away", "Blues", "vsss", "Blues")]
+
+    def test_against_itself(self):
+        """Two sides of one name are one team."""
+        assert counted(match("static", "static")) == ["static", "static"]
+        assert teams([sides(match("static", "static"), SideSettings())]) == {Team("static", "vsss"): 1}
+
+    @pytest.mark.parametrize(("settings", "whom"), [
+        ({"watch": ("away",)}, [None, "Blues"]),
+        ({"teams": ("Reds",)}, ["Reds", None]),
+        ({"teams": ("Greens",)}, [None, None]),
+        ({"kind": "ssl"}, [None, None]),
+        ({"kind": "vsss"}, ["Reds", "Blues"]),
+        ({"pools": {"us": ("Reds", "Greens")}}, ["us", "Blues"]),
+        ({"pools": {"us": ("Reds",), "others": ("*",)}}, ["us", "others"]),
+        ({"pools": {"all": ("*",), "us": ("Reds",)}}, ["us", "all"]),
+        ({"pools": {"us": ("Reds",)}, "teams": ("us",)}, ["us", None]),
+        ({"pools": {"us": ("Reds",)}, "teams": ("Reds",)}, ["us", None]),
+    ])
+    def test_settings(self, settings, whom):
+        """Teams are left out, and pooled, by name."""
+        assert counted(match(), **settings) == whom
+
+    def test_in_two_pools(self):
+        """A team is in one pool at most."""
+        with pytest.raises(BadSettings, match=r"sides: a team is named twice \(it is: Reds, Reds\)"):
+            parse_settings(b'[sides]\npools = { a = ["Reds"], b = ["Reds"] }', "x.toml")
+
+
+class TestTeams:
+    def test_leagues(self):
+        """A name in two leagues is two teams, and a pool, too."""
+        tables = [sides(match(), SideSettings()), sides(match("Reds", "Greens", "ssl", name="b"), SideSettings())]
+        assert teams(tables) == {
+            Team("Blues", "vsss"): 1, Team("Greens", "ssl"): 1, Team("Reds", "ssl"): 1, Team("Reds", "vsss"): 1}
+        pooled = [sides(of, SideSettings(pools={"all": ("*",)})) for of in (match(), match(kind="ssl", name="b"))]
+        assert teams(pooled) == {Team("all", "ssl"): 1, Team("all", "vsss"): 1}
+
+    def test_imitated(self):
+        """Policies imitate the team of most matches, the first by name of several, or the one that is named."""
+        counts = teams([sides(match(), SideSettings()), sides(match("Reds", "Greens", name="b"), SideSettings())])
+        assert imitated(counts, None) == ("Reds", "vsss")
+        assert imitated(counts, "Greens") == ("Greens", "vsss")
+        assert imitated(teams([sides(match(), SideSettings())]), None) == ("Blues", "vsss")
+        assert imitated({}, None) is None
+        with pytest.raises(NotFound, match=r"no team 'Pinks' counts \(those that do: Blues, Greens, Reds\)"):
+            imitated(counts, "Pinks")
+
+
+class TestRows:
+    def test_of_teams(self):
+        """Rows of sides that count get their team, in order; the others are left out."""
+        own = pl.concat([sides(match(), SideSettings(watch=("away",))),
+                         sides(match("Blues", "Reds", name="b"), SideSettings(watch=("home",)))])
+        found = of_teams(pl.concat([rows("home", "away", "away"), rows("home", "away", name="b")]), own)
+        assert found.select("match_id", "team", "kind", "row").rows() == [
+            ("a-0123456789ab", "Blues", "vsss", 1), ("a-0123456789ab", "Blues", "vsss", 2),
+            ("b-0123456789ab", "Blues", "vsss", 0)]
+
+    def test_of_sides(self):
+        """Rows of teams are those of the sides that they play, in their league."""
+        table = pl.DataFrame({"team": ["Reds", "static", "static", "static"], "kind": ["vsss", "vsss", "ssl", None],
+                              "row": range(4)})
+        found = of_sides(table, sides(match("static", "static"), SideSettings()))
+        assert found.select("row", "side").rows() == [(1, "home"), (1, "away")]
+        assert of_sides(table, sides(match("static", "Reds"), SideSettings())).select("row", "side").rows() == [
+            (0, "away"), (1, "home")]
+
+    @given(st.lists(st.sampled_from(["Reds", "Blues", "Greens"]), min_size=2, max_size=2),
+           st.sampled_from([(), ("Reds",), ("Reds", "Blues"), ("*",)]), st.sampled_from([("home",), ("away",), SIDES]))
+    def test_there_and_back(self, names, pool, watch):
+        """Rows of sides become rows of teams; rows of teams come back for their sides."""
+        own = sides(match(*names), SideSettings(pools={"pool": pool}, watch=watch))
+        there = of_teams(rows("home", "away"), own)
+        assert there["row"].to_list() == [SIDES.index(side) for side in watch]
+        for team in teams([own]):
+            mine = there.filter(**team._asdict())
+            assert sorted(SIDES[row] for row in mine["row"]) == sorted(sides_of(team, own))
+        back = of_sides(there.unique(("team", "kind")), own)
+        assert_frame_equal(back.select("side").sort("side"), pl.DataFrame({"side": sorted(watch, key=SIDES.index)},
+                                                                        schema={"side": pl.Enum(SIDES)}))
+        assert sides_of(None, own) == []
