@@ -1,0 +1,77 @@
+"""V: features of moments, the fit of a league's models, and trees beside scikit-learn's own prediction."""
+
+from functools import cache
+
+import numpy as np
+import polars as pl
+import pytest
+from conftest import SAMPLE
+from sklearn.ensemble import HistGradientBoostingClassifier
+from threadpoolctl import threadpool_limits
+
+from pipeline.importers import readers
+from pipeline.importers.tracking_map import TrackingMap
+from pipeline.settings import ModelSettings, MomentSettings, TrajectorySettings
+from pipeline.trajectories.derive import trajectories
+from pipeline.values import models, trees
+from pipeline.values.moments import moments
+
+ASKED = 100_000
+SETTINGS = ModelSettings()
+
+
+@cache
+def looked():
+    """Bodies, referee and pitch of the sample, and its moments."""
+    log = readers.read(readers.open_source(SAMPLE.read_bytes(), SAMPLE.name), TrackingMap())
+    bodies, _ = trajectories(log, TrajectorySettings())
+    return bodies, log.referee, log.info.pitch, moments(bodies, log.referee, log.info.pitch, MomentSettings())
+
+
+@cache
+def table():
+    """Features and outcomes of the sample's moments, often enough."""
+    known = looked()[3].filter(pl.col("scores").is_not_null())
+    often = -(-ASKED // known.height)
+    features = known["features"].to_numpy().astype(np.float32)
+    return np.tile(features, (often, 1))[:ASKED], np.tile(known["scores"].to_numpy(), often)[:ASKED]
+
+
+@pytest.mark.benchmark(group="look at moments of play")
+def test_moments_ours(benchmark):
+    bodies, referee, pitch, found = looked()
+    benchmark.extra_info.update(units=found.height, unit="moments")
+    benchmark.pedantic(moments, (bodies, referee, pitch, MomentSettings()), rounds=5)
+
+
+@pytest.mark.benchmark(group="fit the models of V to 16 matches of ten minutes, cross-fitted")
+def test_fit_ours(benchmark):
+    found = looked()[3]
+    every = pl.concat(found.with_columns(match_id=pl.lit(f"m{i}")) for i in range(16))
+    _, report = benchmark.pedantic(models.fit, (every, SETTINGS), rounds=1)
+    assert {"boosting", "logistic"} <= report.keys()
+
+
+@pytest.mark.benchmark(group="ask boosted trees, one thread")
+def test_trees_ours(benchmark):
+    features, scores = table()
+    grown = trees.grow(features[:20_000], scores[:20_000], SETTINGS)
+    trees.logits(grown, features[:10])
+    benchmark.extra_info.update(units=ASKED, unit="moments")
+    benchmark.pedantic(trees.logits, (grown, features), rounds=5)
+
+
+@pytest.mark.benchmark(group="ask boosted trees, one thread")
+def test_trees_scikit_learn(benchmark):
+    features, scores = table()
+    builder = HistGradientBoostingClassifier(
+        max_iter=SETTINGS.trees, learning_rate=SETTINGS.learning_rate, max_leaf_nodes=SETTINGS.leaves,
+        min_samples_leaf=SETTINGS.leaf_samples, l2_regularization=SETTINGS.tree_penalty / SETTINGS.evidence,
+        early_stopping=False, random_state=SETTINGS.seed,
+    )
+    with threadpool_limits(1):
+        model = builder.fit(features[:20_000], scores[:20_000])
+        benchmark.extra_info.update(units=ASKED, unit="moments")
+        theirs = benchmark.pedantic(model.decision_function, (features,), rounds=5)
+    grown = trees.grow(features[:20_000], scores[:20_000], SETTINGS)
+    np.testing.assert_allclose(trees.logits(grown, features), theirs, atol=1e-9)
