@@ -25,9 +25,9 @@ os.environ["PREFECT_SERVER_ANALYTICS_ENABLED"] = "false"
 os.environ["PREFECT_LOGGING_LEVEL"] = "CRITICAL"
 os.environ["DO_NOT_TRACK"] = "1"
 
-# a slow machine is no failure; CI repeats the same examples, a developer's run tries new ones
+# a slow machine is no failure; CI repeats the same examples, a developer's runs try new ones each time
 hypothesis.settings.register_profile(
-    "pitchlore", deadline=None, derandomize=bool(os.environ.get("CI")), print_blob=True)
+    "pitchlore", deadline=None, derandomize=bool(os.environ.get("CI")), max_examples=50, print_blob=True)
 hypothesis.settings.load_profile("pitchlore")
 
 ROOT = Path(__file__).parent.parent

@@ -206,6 +206,14 @@ def test_kb_commands(call, copied):
     _, out, _ = call("kb", "show", "1", "--json", "--data", copied)
     assert len(json.loads(out)["behaviours"]) == version["behaviours"] > 0
     assert "same behaviours" in call("kb", "diff", "1", "1", "--data", copied)[1]
+    teams = {row["team"] for row in json.loads(out)["behaviours"]}
+    for team in teams:
+        code, out, _ = call("kb", "show", "--team", team, "--kind", "vsss", "--json", "--data", copied)
+        assert (code, {row["team"] for row in json.loads(out)["behaviours"]}) == (0, {team})
+        assert f"{team} (vsss), by the lower end of value" in call("kb", "show", "--data", copied)[1]
+    assert version["imitates"] in {f"{team} (vsss)" for team in teams}
+    code, _, err = call("kb", "show", "--team", "nobody", "--data", copied)
+    assert (code, f"no behaviour of team 'nobody' (there are: {', '.join(sorted(teams))})" in err) == (1, True)
     code, _, err = call("kb", "show", "7", "--data", copied)
     assert code == 1
     assert "no version 7 (there are: 1)" in err

@@ -6,6 +6,7 @@ import dataclasses
 import io
 import shutil
 
+import numpy as np
 import polars as pl
 import pytest
 from polars.testing import assert_frame_equal
@@ -17,14 +18,21 @@ from flows.stages import STAGES
 from flows.update import scope_of
 from flows.versions import emit as emit_version
 from pipeline import matches as log_format
-from pipeline.errors import BadSettings
+from pipeline.errors import BadSettings, NotFound
 from pipeline.grams.count import merge
 from pipeline.knowledge import merge_behaviours, merge_occasions, occasions
-from pipeline.settings import BehaviourSettings, GramSettings, KnowledgeSettings, Settings, SideSettings
+from pipeline.settings import (
+    BehaviourSettings,
+    GramSettings,
+    KnowledgeSettings,
+    PolicySettings,
+    Settings,
+    SideSettings,
+)
 from pipeline.state.table import LEVELS
 from pipeline.store import Store, catalog
 from pipeline.teams import Team
-from schemas import Behaviours, Decisions, Goals, Grams, Occasions, Patterns, Sides, Situations
+from schemas import Behaviours, Decisions, Goals, Grams, Occasions, Patterns, Policies, Sides, Situations
 
 S = 1_000_000_000
 #: A clip has too few goals for a model of V, so groups are selected as the paper does.
@@ -146,6 +154,74 @@ def test_learned_teams(store, share_of):
     (report,) = store.receipt("behaviours", f"{name}.n4").details["reports"]
     assert report["threshold"] == pytest.approx(0.1 * whole)
     assert found["team"].unique().to_list() == [report["team"]] == [store.receipt("matches", name).details["away"]]
+
+
+class TestTeams:
+    """Each team has knowledge of its own, unless the settings pool it or leave it out."""
+
+    APART = SETTINGS.model_copy(update={
+        "sides": SideSettings(), "behaviours": SETTINGS.behaviours.model_copy(update={"value_over": -1.0})})
+
+    def learned(self, store, settings, **knowledge):
+        scope = group(recording_of(store))
+        learn(store, scope, settings)
+        manifest, _ = emit(store, KnowledgeSettings(**knowledge), scope)
+        return manifest, *version(store, manifest)
+
+    def test_apart(self, store):
+        """A behaviour's support is that of its team alone, and so are its occasions; each team has its maps."""
+        manifest, known, seen = self.learned(store, self.APART)
+        match = store.receipt("matches", recording_of(store)).details
+        names = {"home": match["home"], "away": match["away"]}
+        assert set(known["team"]) == set(names.values())
+        for side, name in names.items():
+            counted = pl.concat(table(store, "grams", f"{recording_of(store)}.n{n}", "grams", Grams).filter(
+                pl.col("team") == side).select("role", "codes", "count") for n in LENGTHS)
+            own = known.filter(team=name)
+            assert own.join(counted, on=("role", "codes"), how="left", maintain_order="left")["count"].equals(
+                own["support"], check_names=False)
+            decided = table(store, "decisions", recording_of(store), "decisions", Decisions).filter(pl.col("team") == side)
+            assert set(decided["behaviour_id"]) <= set(own["behaviour_id"])
+            assert seen.filter(team=name)["count"].sum() == decided.height
+        labels = np.load(io.BytesIO(store.read(manifest, "maps-n1")))["labels"]
+        assert labels.tolist() == [[name, "vsss"] for name in sorted(names.values())]
+        assert [team["team"] for team in manifest.details["teams"]] == sorted(names.values())
+        assert manifest.details["imitates"] == {"team": min(names.values()), "kind": "vsss"}
+
+    def test_left_out(self, store):
+        """A team that is left out has neither behaviours nor occasions; the other's are what they were."""
+        _, whole, occurred = self.learned(store, self.APART)
+        away = store.receipt("matches", recording_of(store)).details["away"]
+        alone = self.APART.model_copy(update={"sides": SideSettings(teams=(away,))})
+        manifest, known, seen = self.learned(store, alone)
+        assert_frame_equal(known.drop("version"), whole.filter(team=away).drop("version"))
+        assert_frame_equal(seen.drop("version"), occurred.filter(team=away).drop("version"))
+        assert manifest.details["imitates"]["team"] == away
+
+    def test_pooled(self, store):
+        """A pool is one team: its grams are those of all that it names."""
+        _, known, seen = self.learned(store, SETTINGS)
+        assert set(known["team"]) == set(seen["team"]) == {"both"}
+
+    def test_imitated(self, store):
+        """A policy values what the knowledge has of the team that it imitates, and nothing else."""
+        home = store.receipt("matches", recording_of(store)).details["home"]
+        manifest, _, seen = self.learned(store, self.APART, imitate=home)
+        assert manifest.details["imitates"]["team"] == home
+        policy, _ = emit_version(store, STAGES["policies"], PolicySettings(), group(recording_of(store)))
+        rows = store.read_table(policy, "policies", Policies)
+        pair = ["role", "key", "state", "behaviour_id"]
+        assert_frame_equal(rows.select(pair), seen.filter(team=home).select(pair))
+        assert policy.details["imitates"]["team"] == home
+        with pytest.raises(NotFound, match=r"no team 'nobody' counts"):
+            self.learned(store, self.APART, imitate="nobody")
+
+    def test_nobody(self, store):
+        """If no side counts there is knowledge of nothing, and a policy of nothing."""
+        manifest, known, seen = self.learned(store, SETTINGS.model_copy(update={"sides": SideSettings(kind="ssl")}))
+        assert (known.height, seen.height, manifest.details["imitates"]) == (0, 0, None)
+        policy, _ = emit_version(store, STAGES["policies"], PolicySettings(), group(recording_of(store)))
+        assert store.read_table(policy, "policies", Policies).is_empty()
 
 
 class TestDecisions:

@@ -83,8 +83,7 @@ def assert_stopped(command, presses=1):
 
 
 @pytest.mark.usefixtures("alone")
-@pytest.mark.parametrize("presses", [1, 2])
-@pytest.mark.parametrize("moment", ["a task runs", "a file is written"])
+@pytest.mark.parametrize(("moment", "presses"), [("a task runs", 1), ("a file is written", 2)])
 def test_a_flow_stops(derby, tmp_path, moment, presses):
     """Ctrl-C stops a flow in a task that never ends, and between a file and its receipt."""
     with terminal("import", derby, "--data", tmp_path / "data", before=MOMENTS[moment]) as command:

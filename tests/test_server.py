@@ -201,7 +201,7 @@ def something_new(data):
     (Path(data) / "inbox" / "x.csv").touch()
 
 
-@pytest.mark.parametrize("words", [("import", "x.csv"), ("run",), ("train",), ("serve",)])
+@pytest.mark.parametrize("words", [("import", "x.csv"), ("serve",)])
 def test_nobody_at_address(data, words, monkeypatch):
     """An address where no server answers is told in one line, without a traceback."""
     something_new(data)
