@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
@@ -57,7 +58,8 @@ def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) 
 def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
     """The behaviours and occasions of a version, and the maps that selected the behaviours.
 
-    A version that accumulates imitates the team that its parent does, as far as the settings name none.
+    Policies of a version that accumulates imitate the team that those of its parent do, unless the settings
+    name another.
 
     Raises:
         NotFound: if the settings name a team that does not count.
@@ -73,8 +75,9 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
     version = inputs.version
     sides = list(inputs.tables("sides", Sides))
     counts = teams(sides)
-    parents = imitates(before) if before is not None else None
-    learner = imitated(counts, settings.imitate or (parents.team if parents else None))
+    learner = imitates(before) if before is not None else None
+    if learner is None or settings.imitate not in (None, learner.team):
+        learner = imitated(counts, settings.imitate)
     known = behaviours(inputs.tables("behaviours", Patterns), version)
     if before is not None:
         known = merge_behaviours([inputs.table(_PARENT, Behaviours), known], version)
@@ -82,9 +85,11 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
     can = known.filter(**learner._asdict())["behaviour_id"] if learner is not None else None
     occurred = occasions(decisions, learner, version, settings, can)
     matches = len(inputs["decisions"])
+    played = Counter(counts)
     if before is not None:
         occurred = merge_occasions([inputs.table(_PARENT, Occasions), occurred], version, settings)
         matches += before.details["matches"]
+        played.update({Team(t["team"], t["kind"]): t["matches"] for t in before.details.get("teams", ())})
     lengths = [receipt.name.rpartition("n")[2] for receipt in inputs["behaviours"]]
     maps = zip(lengths, inputs.blobs("behaviours", "maps"), strict=True)
     return Made(
@@ -92,7 +97,7 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
         blobs={f"maps-n{n}": ("npz", data) for n, data in maps if data is not None},
         details=_counts(known, occurred, matches=matches) | {
             "imitates": learner._asdict() if learner is not None else None,
-            "teams": [team._asdict() | {"matches": count} for team, count in counts.items()],
+            "teams": [team._asdict() | {"matches": count} for team, count in sorted(played.items())],
         },
     )
 

@@ -274,6 +274,19 @@ class TestAddingUp:
         by_the_state_key = version(store, second)[1].filter(pl.col("key") == "full36")
         assert second.details["occasions"] == by_the_state_key.height
 
+    def test_same_team(self, store):
+        """Later versions imitate the team that the first does, whoever played since; matches add up by team."""
+        name, apart = recording_of(store), SETTINGS.model_copy(update={"sides": SideSettings()})
+        match = store.receipt("matches", name).details
+        learn(store, group(name), apart)
+        first, _ = emit(store, ADDS_UP.model_copy(update={"imitate": match["away"]}), group(name))
+        home = SETTINGS.model_copy(update={"sides": SideSettings(watch=("home",))})
+        learn(store, group(PLAYED), home)
+        second, _ = emit(store, ADDS_UP, group(PLAYED))
+        for version_ in (first, second):
+            assert version_.details["imitates"] == {"team": match["away"], "kind": "vsss"}
+        assert {team["team"]: team["matches"] for team in second.details["teams"]} == {match["home"]: 2, match["away"]: 1}
+
     def test_same_match(self, store):
         """The same match is never added again."""
         scopes = [group(recording_of(store)), group(PLAYED)]
