@@ -235,7 +235,7 @@ def _unforeseen(error: Exception) -> str:
     """One line on an error that is not ours. A value that settings refuse came from the user."""
     from pydantic import ValidationError  # noqa: PLC0415 (only what fails waits for it)
 
-    from pipeline.settings import unfit  # noqa: PLC0415
+    from pipeline.toml import unfit  # noqa: PLC0415
 
     if isinstance(error, ValidationError):
         return str(unfit(error, error.title, "Mend the option or the file that gives it"))

@@ -14,7 +14,6 @@ from flows.stages import STAGES
 from flows.teams import Player, apprentice, entrant, labelled
 from pipeline import arena
 from pipeline.errors import NotFound, PitchloreError
-from pipeline.settings import Frozen
 from pipeline.store import Store
 from pipeline.store.receipts import RELEASE, Receipt
 from pipeline.store.work import Made
@@ -27,6 +26,7 @@ from pipeline.studies.seasons.report import COLOURS, SeasonsReport
 from pipeline.studies.seasons.settings import Season
 from pipeline.studies.seasons.summary import beside_table_3, curves
 from pipeline.studies.seasons.table3 import CHANGE
+from pipeline.toml import Frozen
 from pipeline.views.plots import seasons as plots
 from pipeline.views.plots.style import png
 from schemas import Claims, Evaluations, Games, Growth

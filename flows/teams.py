@@ -10,12 +10,12 @@ from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.teams.constant import constant
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings, NotFound, PitchloreError
-from pipeline.settings import fitted
 from pipeline.store import Store
 from pipeline.store.files import SAFE_NAME
 from pipeline.store.receipts import Manifest
 from pipeline.studies.evaluations import Entrant
 from pipeline.studies.seasons.settings import Season
+from pipeline.toml import fitted
 from schemas import Policies
 
 _SEASONS = "seasons"

@@ -6,30 +6,13 @@ Units are in the names (``_s`` seconds, ``_ns`` nanoseconds, ``_m`` metres).
 
 from __future__ import annotations
 
-import tomllib
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Field,
-    ValidationError,
-    field_validator,
-    model_validator,
-)
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
-from pipeline.errors import BadSettings
 from pipeline.pitch import Kind
+from pipeline.toml import Frozen, fitted, tables
 from schemas.table import KEYS, Key, Side
-
-M = TypeVar("M", bound=BaseModel)
-
-
-class Frozen(BaseModel):
-    """A frozen model of settings: no unknown keys, no infinities."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 def none_twice(teams: tuple[str, ...]) -> tuple[str, ...]:
@@ -176,7 +159,7 @@ class SideSettings(Frozen):
     watch: Teams = ("home", "away")
     teams: tuple[str, ...] | None = Field(default=None, min_length=1)
     kind: Kind | None = None
-    pools: dict[str, tuple[str, ...]] = {}
+    pools: dict[str, tuple[str, ...]] = Field(default={})
 
     @model_validator(mode="after")
     def _in_one_pool(self) -> Self:
@@ -382,46 +365,3 @@ def parse_settings(data: bytes, where: str) -> Settings:
     """
     keys = "See pipeline/settings.py for all keys and their bounds"
     return fitted(Settings, tables(data, where), where, keys)
-
-
-def tables(data: bytes | str, where: str) -> dict[str, Any]:
-    """The tables of a TOML file.
-
-    Raises:
-        BadSettings: if it is not TOML.
-    """
-    try:
-        return tomllib.loads(data if isinstance(data, str) else data.decode())
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise BadSettings(
-            f"is not TOML ({error})", where=where, next_step="Mend the line it names"
-        ) from error
-
-
-def fitted(model: type[M], values: dict[str, Any], where: str, keys: str) -> M:
-    """A model from the tables of a file; ``keys`` is the next step of an error, which says where keys are.
-
-    Raises:
-        BadSettings: if a key or value does not fit; names the first.
-    """
-    try:
-        return model.model_validate(values)
-    except ValidationError as error:
-        raise unfit(error, where, keys) from error
-
-
-def unfit(error: ValidationError, where: str, next_step: str) -> BadSettings:
-    """The first problem of values that are no settings, as an error of ours."""
-    first = error.errors()[0]
-    key = ".".join(str(part) for part in first["loc"]) or "it"
-    said = first["msg"].removeprefix("Value error, ")
-    return BadSettings(f"{key}: {said[:1].lower()}{said[1:]}", where=where, next_step=next_step)
-
-
-def over(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
-    """The table ``below``, with the keys of ``above`` in place of its own, in all subtables."""
-    out = dict(below)
-    for key, value in above.items():
-        both = isinstance(value, dict) and isinstance(out.get(key), dict)
-        out[key] = over(out[key], value) if both else value
-    return out

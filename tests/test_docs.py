@@ -15,7 +15,7 @@ from conftest import ROOT
 from pydantic import BaseModel
 
 from flows.cli import COMMANDS
-from pipeline.settings import Frozen
+from pipeline.toml import Frozen
 from schemas import PUBLIC
 
 #: Settings that no file fills: of a team in a recipe, and of the commentary.

@@ -12,8 +12,8 @@ from pipeline import matches as log
 from pipeline.arena.match.recipe import MatchSettings, match_settings
 from pipeline.errors import BadSettings
 from pipeline.pitch import PITCHES, Kind
-from pipeline.settings import tables
 from pipeline.store import Store
+from pipeline.toml import tables
 
 
 def settings(text):

@@ -145,7 +145,7 @@ def _paths(store: Store, played: list[str], season: Season, common: Common, out:
         (f"pitchlore import YOUR-MATCH.csv{where}", "your own recording; then pitchlore run"),
         (f"pitchlore sql --tables{where}", "every table, column and unit that you can ask"),
         (f"pitchlore play --against static{where}", "drive a robot yourself"),
-        (f"pitchlore season --settings best{where}", "35 games: an apprentice that wins"),
+        (f"pitchlore season --settings best{where}", "35 games: an apprentice learns, game by game"),
     ]
     out.print()
     for what, why in lines:

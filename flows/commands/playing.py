@@ -17,9 +17,9 @@ from flows.teams import entrant
 from pipeline.arena.match.recipe import MatchSettings, match_settings
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings
-from pipeline.settings import over, tables
 from pipeline.store import Store
 from pipeline.studies.evaluations import Entrant
+from pipeline.toml import over, tables
 
 #: Words that name teams, for help texts.
 TEAM_WORDS = (

@@ -7,7 +7,7 @@ from typing import Literal, get_args
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from pipeline.pitch import Kind
-from pipeline.settings import fitted, tables
+from pipeline.toml import fitted, tables
 from schemas import SIDES, Side
 
 EventName = Literal["kick-off", "goal", "fault", "stop", "play", "half", "end"]

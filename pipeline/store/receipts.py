@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import BaseModel, Field
 
 from pipeline import __version__
-from pipeline.settings import Frozen
+from pipeline.toml import Frozen
 
 
 def digest(data: bytes) -> str:

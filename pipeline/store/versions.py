@@ -12,11 +12,11 @@ from itertools import count
 from pathlib import Path
 
 from pipeline.errors import CorruptFile, NotFound, PitchloreError, StorageFailed
-from pipeline.settings import Frozen
 from pipeline.store.files import pretty, read_model, sync
 from pipeline.store.reading import Reading
 from pipeline.store.receipts import Manifest, software
 from pipeline.store.work import Made, Work, contents
+from pipeline.toml import Frozen
 
 VERSION_FOLDER = re.compile(r"^v(\d{4,})$")
 

@@ -17,9 +17,9 @@ from pipeline.arena.match.controllers import controllers_of
 from pipeline.arena.match.match import PART, Match
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.matches.frame import AWAY, HOME
-from pipeline.settings import Frozen
 from pipeline.store.receipts import fingerprint
 from pipeline.studies.statistics import mean_interval, wilson
+from pipeline.toml import Frozen
 from schemas import SIDES, Evaluations
 
 #: First seed of the matches, two for each pair; seeds of seasons are below.

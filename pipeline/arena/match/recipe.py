@@ -12,8 +12,8 @@ from pipeline.arena.physics.settings import PhysicsSettings
 from pipeline.arena.teams.people import People
 from pipeline.arena.teams.table import TeamKind
 from pipeline.pitch import PITCHES, Kind, Pitch
-from pipeline.settings import Frozen, fitted
 from pipeline.store.receipts import fingerprint
+from pipeline.toml import Frozen, fitted
 
 
 class TeamSettings(Frozen):

@@ -16,7 +16,7 @@ from pydantic import Field
 from pipeline.arrays import F64, I64, Bools
 from pipeline.bodies import BALL, COLUMNS, OMEGA, THETA, VX, VY, X, Y
 from pipeline.pitch import SCALES, Pitch
-from pipeline.settings import Frozen
+from pipeline.toml import Frozen
 
 # A body that was seen so many deviations of the noise beyond where it can have gone was put there.
 _DEVIATIONS = 6.0

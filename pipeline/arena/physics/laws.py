@@ -18,7 +18,7 @@ from pydantic import Field
 
 from pipeline.errors import BadSettings
 from pipeline.pitch import SCALES, Pitch
-from pipeline.settings import Frozen
+from pipeline.toml import Frozen
 
 #: Calls of the referee at a frame. From KICK_OFF to HALF the bodies are put to their places at that
 #: frame and play goes on from there; at GOAL, FOUL and END it stops.

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from pipeline.settings import Frozen
+from pipeline.toml import Frozen
 
 Tactic = Literal["aggressive", "defensive", "chaser"]
 TACTICS: tuple[Tactic, ...] = ("aggressive", "defensive", "chaser")

@@ -15,7 +15,6 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from pipeline.settings import Frozen
 from pipeline.studies.paradigms.claims import PAPER_RUNS, PEAK
 from pipeline.studies.paradigms.curves import Curve, Exploration
 from pipeline.studies.paradigms.measures import PRINTED
@@ -28,6 +27,7 @@ from pipeline.studies.paradigms.rules.ivq import IVQ
 from pipeline.studies.paradigms.rules.jaq import JAQ
 from pipeline.studies.paradigms.rules.lenient import Lenient
 from pipeline.studies.paradigms.rules.wolf_phc import WoLFPHC
+from pipeline.toml import Frozen
 
 FigureNumber = Literal[4, 5, 6]
 

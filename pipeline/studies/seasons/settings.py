@@ -9,7 +9,8 @@ from pydantic import AfterValidator, Field
 
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.errors import NotFound
-from pipeline.settings import Frozen, Settings, fitted, none_twice, over, tables
+from pipeline.settings import Settings, none_twice
+from pipeline.toml import Frozen, fitted, over, tables
 from schemas.seasons import Opponent
 
 #: Seeds reserved for the matches of one season, and of one game.

@@ -22,8 +22,8 @@ import numpy as np
 from pydantic import Field
 
 from pipeline.arrays import F64, I64
-from pipeline.settings import Frozen
 from pipeline.studies.paradigms.rules.kernel import kernel
+from pipeline.toml import Frozen
 
 #: Numbers that a rule may keep for every pair of observation and action.
 AUX = 3

@@ -1,0 +1,61 @@
+"""Frozen models, and how they are read from TOML: an error names the file, the key and the cure."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from pipeline.errors import BadSettings
+
+M = TypeVar("M", bound=BaseModel)
+
+
+class Frozen(BaseModel):
+    """A frozen model of settings: no unknown keys, no infinities."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def tables(data: bytes | str, where: str) -> dict[str, Any]:
+    """The tables of a TOML file.
+
+    Raises:
+        BadSettings: if it is not TOML.
+    """
+    try:
+        return tomllib.loads(data if isinstance(data, str) else data.decode())
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise BadSettings(
+            f"is not TOML ({error})", where=where, next_step="Mend the line it names"
+        ) from error
+
+
+def fitted(model: type[M], values: dict[str, Any], where: str, keys: str) -> M:
+    """A model from the tables of a file; ``keys`` is the next step of an error, which says where keys are.
+
+    Raises:
+        BadSettings: if a key or value does not fit; names the first.
+    """
+    try:
+        return model.model_validate(values)
+    except ValidationError as error:
+        raise unfit(error, where, keys) from error
+
+
+def unfit(error: ValidationError, where: str, next_step: str) -> BadSettings:
+    """The first problem of values that are no settings, as an error of ours."""
+    first = error.errors()[0]
+    key = ".".join(str(part) for part in first["loc"]) or "it"
+    said = first["msg"].removeprefix("Value error, ")
+    return BadSettings(f"{key}: {said[:1].lower()}{said[1:]}", where=where, next_step=next_step)
+
+
+def over(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
+    """The table ``below``, with the keys of ``above`` in place of its own, in all subtables."""
+    out = dict(below)
+    for key, value in above.items():
+        both = isinstance(value, dict) and isinstance(out.get(key), dict)
+        out[key] = over(out[key], value) if both else value
+    return out
