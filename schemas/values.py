@@ -66,8 +66,8 @@ class Moments(Table):
 class Values(Table):
     """How likely the teams are to score soon at a moment of play. Sorted by t_ns.
 
-    A match's own goals have no part in its values: they are computed by models of other matches, or of
-    other minutes where there are few matches.
+    A match's own goals have no part in its values but for two numbers, slope and offset of the calibration:
+    the models are of other matches, of other minutes where there are few matches, or shipped.
     """
 
     NAME: ClassVar[str] = "values"
@@ -82,7 +82,7 @@ class Values(Table):
 
 
 class Worths(Table):
-    """What a situation changed for its team: the value V before and after it, and the goals in it.
+    """V before and after a situation, as its team sees it, and what it changed, goals included.
 
     One row a situation, in the order of the table situations.
     """

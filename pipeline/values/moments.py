@@ -12,6 +12,7 @@ from pipeline.episodes import episodes
 from pipeline.pitch import SCALES, Pitch
 from pipeline.settings import MomentSettings
 from schemas import SIDES, Moments
+from schemas.values import FEATURES
 
 # Greatest distances that features tell apart: in the league's NEAR, in half goals for keepers and covers.
 _FAR, _FAR_KEEPER, _FAR_COVER = 5.0, 5.0, 3.0
@@ -115,40 +116,39 @@ def features(ball: Ball, own: Robots, their: Robots, pitch: Pitch) -> F32:
     slowest = _ROLLS * scales.speed
     mine, its = _nearest(own, ball), _nearest(their, ball)
     to_x, to_y, from_x = goal_x - ball.x, -ball.y, -goal_x - ball.x
-    columns = [
-        ball.x / goal_x,
-        np.abs(ball.y) / (pitch.width / 2),
-        np.hypot(to_x, to_y) / pitch.length,
-        _angle(to_x, ball.y, half_goal),
-        ball.vx / top,
-        np.hypot(ball.vx, ball.vy) / top,
-        _on_target(ball, to_x, ball.vx, half_goal, slowest),
-        _on_target(ball, -from_x, -ball.vx, half_goal, slowest),
-        np.minimum(mine.distance / scales.near, _FAR),
-        np.minimum(its.distance / scales.near, _FAR),
-        _cosine(mine.dx, mine.dy, to_x, to_y),
-        _cosine(its.dx, its.dy, from_x, to_y),
-        np.hypot(from_x, to_y) / pitch.length,
-        _angle(-from_x, ball.y, half_goal),
-        np.where((ball.y > 0) | (ball.y == 0) & (ball.vy >= 0), -ball.vy, ball.vy) / top,
-        _cover(their, ball, to_x, to_y) / half_goal,
-        _cover(own, ball, from_x, to_y) / half_goal,
-        _keeper(their, goal_x) / half_goal,
-        _keeper(own, -goal_x) / half_goal,
-        _closing(mine, ball) / top,
-        _closing(its, ball) / top,
-        _cosine(mine.cos, mine.sin, to_x + mine.dx, to_y + mine.dy),
-        _cosine(its.cos, its.sin, from_x + its.dx, to_y + its.dy),
-        np.minimum(mine.second / scales.near, _FAR),
-        np.minimum(its.second / scales.near, _FAR),
-        _share(own.x > ball.x, own),
-        _share(their.x < ball.x, their),
-    ]
+    found = {
+        "ball_x": ball.x / goal_x,
+        "ball_y": np.abs(ball.y) / (pitch.width / 2),
+        "goal_distance": np.hypot(to_x, to_y) / pitch.length,
+        "goal_angle": _angle(to_x, ball.y, half_goal),
+        "ball_vx": ball.vx / top,
+        "ball_speed": np.hypot(ball.vx, ball.vy) / top,
+        "on_target": _on_target(ball, to_x, ball.vx, half_goal, slowest),
+        "against_target": _on_target(ball, -from_x, -ball.vx, half_goal, slowest),
+        "own_distance": np.minimum(mine.distance / scales.near, _FAR),
+        "their_distance": np.minimum(its.distance / scales.near, _FAR),
+        "own_behind": _cosine(mine.dx, mine.dy, to_x, to_y),
+        "their_behind": _cosine(its.dx, its.dy, from_x, to_y),
+        "own_goal_distance": np.hypot(from_x, to_y) / pitch.length,
+        "own_goal_angle": _angle(-from_x, ball.y, half_goal),
+        "ball_vy": np.where((ball.y > 0) | (ball.y == 0) & (ball.vy >= 0), -ball.vy, ball.vy) / top,
+        "cover": np.minimum(_cover(their, ball, to_x, to_y) / half_goal, _FAR_COVER),
+        "own_cover": np.minimum(_cover(own, ball, from_x, to_y) / half_goal, _FAR_COVER),
+        "keeper": np.minimum(_keeper(their, goal_x) / half_goal, _FAR_KEEPER),
+        "own_keeper": np.minimum(_keeper(own, -goal_x) / half_goal, _FAR_KEEPER),
+        "own_closing": _closing(mine, ball) / top,
+        "their_closing": _closing(its, ball) / top,
+        "own_heading": _cosine(mine.cos, mine.sin, to_x + mine.dx, to_y + mine.dy),
+        "their_heading": _cosine(its.cos, its.sin, from_x + its.dx, to_y + its.dy),
+        "own_second": np.minimum(mine.second / scales.near, _FAR),
+        "their_second": np.minimum(its.second / scales.near, _FAR),
+        "own_ahead": _share(own.x > ball.x, own),
+        "their_ahead": _share(their.x < ball.x, their),
+    }
     if scales.faces != 1:  # such robots play the ball with both ends, or all around
-        for place in (21, 22):
-            columns[place] = np.abs(columns[place])
-    limits = {15: _FAR_COVER, 16: _FAR_COVER, 17: _FAR_KEEPER, 18: _FAR_KEEPER}
-    table = np.array([np.minimum(column, limits.get(i, np.inf)) for i, column in enumerate(columns)])
+        for name in ("own_heading", "their_heading"):
+            found[name] = np.abs(found[name])
+    table = np.array([found[name] for name in FEATURES])
     return table.T.astype(np.float32)
 
 
