@@ -45,7 +45,8 @@ def test_serve_alone(tmp_path, monkeypatch):
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
     (tmp_path / "inbox").mkdir()
     clip(0.0, 5.0).write_csv(tmp_path / "inbox" / "derby.csv")
-    with terminal("serve", "--data", tmp_path, environment={"COLUMNS": "400"}) as command:
+    often = {"COLUMNS": "400", "PREFECT_RUNNER_POLL_FREQUENCY": "1"}
+    with terminal("serve", "--data", tmp_path, environment=often) as command:
         command.until("prefect deployment run run/pitchlore")
         api = re.search(r"PREFECT_API_URL=(\S+)", command.text)[1]
         assert Keeper(tmp_path).look().record.api == api

@@ -55,6 +55,8 @@ FIRST_SEED, MATCHES, SECONDS = 7001, 40, 480.0
 SUPPORT = 10
 #: Resamples of the bootstrap by match.
 RESAMPLES = 200
+#: Deals of the values for the control.
+_DEALS = 20
 #: A gram's value counts like so many instances of value 0 more, in the prediction.
 _DOUBT = 20
 _FOLDS = 5
@@ -270,10 +272,13 @@ def halves(pairing: str, situations: list[list[pl.DataFrame]]) -> list[dict[str,
 def increment(
     pairing: str, split: list[list[Watched]], situations: list[list[pl.DataFrame]]
 ) -> list[dict[str, object]]:
-    """What the values of the robots' situations add to the ball's model, learned on one half and asked on the other."""
+    """What the values of the robots' situations add to the ball's model, learned on one half and asked on the other.
+
+    The control deals the values out anew among the codes: mean, least and greatest gain of several deals.
+    """
     rows = []
     for outcome in ("change", "paper"):
-        for known in ("under way", "over", "shuffled"):
+        for known in ("under way", "over"):
             asked = [_asked(split, situations, k, outcome, known) for k in (0, 1)]
             ball, both, scores, match = (
                 np.concatenate([half[i] for half in asked]) for i in range(4))
@@ -285,6 +290,19 @@ def increment(
                 "both": round(roc_auc_score(scores, both), 4), "gain_low": round(auc[0], 5), "gain_high": round(auc[1], 5),
                 "log_loss_ball": round(log_loss(scores, ball), 5), "log_loss_both": round(log_loss(scores, both), 5),
             })
+        deals = []
+        for deal in range(_DEALS):
+            asked = [_asked(split, situations, k, outcome, "under way", deal) for k in (0, 1)]
+            ball, both, scores, _ = (np.concatenate([half[i] for half in asked]) for i in range(4))
+            deals.append((roc_auc_score(scores, ball), roc_auc_score(scores, both),
+                          log_loss(scores, ball), log_loss(scores, both)))
+        alone, with_it, loss, loss_with = np.array(deals).T
+        rows.append({
+            "game": pairing, "outcome": outcome, "situations": "shuffled", "ball": round(alone.mean(), 4),
+            "both": round(with_it.mean(), 4), "gain_low": round((with_it - alone).min(), 5),
+            "gain_high": round((with_it - alone).max(), 5), "log_loss_ball": round(loss.mean(), 5),
+            "log_loss_both": round(loss_with.mean(), 5),
+        })
     return rows
 
 
@@ -293,14 +311,18 @@ def _gain(scores: np.ndarray, both: np.ndarray, ball: np.ndarray, rows: np.ndarr
 
 
 def _asked(
-    split: list[list[Watched]], situations: list[list[pl.DataFrame]], k: int, outcome: str, known: str
+    split: list[list[Watched]], situations: list[list[pl.DataFrame]], k: int, outcome: str, known: str,
+    deal: int | None = None,
 ) -> tuple[np.ndarray, ...]:
-    """Chances by the ball and by ball and situations in half k, learned in the other; outcomes; matches."""
+    """Chances by the ball and by ball and situations in half k, learned in the other; outcomes; matches.
+
+    With a ``deal``, the values are dealt out anew among the codes.
+    """
     column = "change" if outcome == "change" else "value"
     learned = pl.concat(situations[1 - k]).group_by("role", "code").agg(
         worth=pl.col(column).sum() / (pl.len() + _DOUBT)).sort("role", "code")
-    if known == "shuffled":
-        order = np.random.default_rng(1).permutation(learned.height)
+    if deal is not None:
+        order = np.random.default_rng(deal).permutation(learned.height)
         learned = learned.with_columns(learned["worth"][order])
     tables = [
         [_looked(part, table, learned, known, number) for number, (part, table) in enumerate(
