@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
@@ -16,7 +15,7 @@ from pipeline.settings import KnowledgeSettings
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest, Receipt
 from pipeline.store.work import Made
-from pipeline.teams import Team, imitated, teams
+from pipeline.teams import Record, Team, imitated, teams
 from schemas import ROLES, Behaviours, Decisions, Occasions, Patterns, Sides
 
 #: First part of the labels of a parent's tables, among the inputs of a version that accumulates.
@@ -74,10 +73,9 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
     (before,) = inputs.get(_PARENT) or (None,)
     version = inputs.version
     sides = list(inputs.tables("sides", Sides))
-    counts = teams(sides)
-    learner = imitates(before) if before is not None else None
-    if learner is None or settings.imitate not in (None, learner.team):
-        learner = imitated(counts, settings.imitate)
+    choosing = {receipt.name: receipt.details["choosing"] for receipt in inputs["decisions"]}
+    records = _added_up(before, teams(pl.concat([Sides.empty(), *sides]), choosing))
+    learner = imitated(records, settings.imitate, imitates(before) if before is not None else None)
     known = behaviours(inputs.tables("behaviours", Patterns), version)
     if before is not None:
         known = merge_behaviours([inputs.table(_PARENT, Behaviours), known], version)
@@ -85,11 +83,9 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
     can = known.filter(**learner._asdict())["behaviour_id"] if learner is not None else None
     occurred = occasions(decisions, learner, version, settings, can)
     matches = len(inputs["decisions"])
-    played = Counter(counts)
     if before is not None:
         occurred = merge_occasions([inputs.table(_PARENT, Occasions), occurred], version, settings)
         matches += before.details["matches"]
-        played.update({Team(t["team"], t["kind"]): t["matches"] for t in before.details.get("teams", ())})
     lengths = [receipt.name.rpartition("n")[2] for receipt in inputs["behaviours"]]
     maps = zip(lengths, inputs.blobs("behaviours", "maps"), strict=True)
     return Made(
@@ -97,15 +93,31 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
         blobs={f"maps-n{n}": ("npz", data) for n, data in maps if data is not None},
         details=_counts(known, occurred, matches=matches) | {
             "imitates": learner._asdict() if learner is not None else None,
-            "teams": [team._asdict() | {"matches": count} for team, count in sorted(played.items())],
+            "teams": [team._asdict() | record._asdict() for team, record in records.items()],
         },
     )
+
+
+def _added_up(before: Receipt | None, records: dict[Team, Record]) -> dict[Team, Record]:
+    """The records of teams, with those of the version before."""
+    total = dict(records)
+    for row in before.details.get("teams", ()) if before is not None else ():
+        team = Team(row["team"], row["kind"])
+        new = total.get(team, Record(0, 0, 0))
+        total[team] = Record(*(row[name] + value for name, value in new._asdict().items()))
+    return dict(sorted(total.items()))
 
 
 def imitates(knowledge: Receipt) -> Team | None:
     """The team that policies of a version imitate; None without any, or before teams were told apart."""
     found = knowledge.details.get("imitates")
     return None if found is None else Team(**found)
+
+
+def of_imitated(knowledge: Receipt, rows: pl.DataFrame) -> pl.DataFrame:
+    """Rows with columns team and kind: those of the team that policies of a version imitate, else all."""
+    team = imitates(knowledge)
+    return rows if team is None else rows.filter(**team._asdict())
 
 
 def lineage(store: Store, knowledge: Manifest | None) -> Iterator[Manifest]:
@@ -157,14 +169,14 @@ def _refuse_twice(store: Store, before: Manifest, scope: Scope) -> None:
 
 
 def _counts(known: pl.DataFrame, occurred: pl.DataFrame, *, matches: int) -> dict[str, object]:
-    """Counts for people. States and occasions are those of ``state_key``."""
+    """Counts for people, over all teams. States and occasions are those of ``state_key``."""
     from pipeline.knowledge import finest  # noqa: PLC0415 (see flows.stages)
 
     occurred = finest(occurred)
     roles = {
         role: {
             "behaviours": known.filter(pl.col("role") == role).height,
-            "states": occurred.filter(pl.col("role") == role)["state"].n_unique(),
+            "states": occurred.filter(pl.col("role") == role).select("team", "kind", "state").unique().height,
             "occasions": occurred.filter(pl.col("role") == role).height,
         }
         for role in ROLES
@@ -173,15 +185,15 @@ def _counts(known: pl.DataFrame, occurred: pl.DataFrame, *, matches: int) -> dic
 
 
 def describe(store: Store, manifest: Manifest) -> str:
-    """A version of the knowledge as Markdown: counts, and its best behaviours by the lower end of value."""
-    known = store.read_table(manifest, "behaviours", Behaviours)
+    """A version of the knowledge as Markdown: counts, and what is best of the team that policies imitate."""
+    known = of_imitated(manifest, store.read_table(manifest, "behaviours", Behaviours))
     lines = [f"# Knowledge version {manifest.version}", "", "| role | behaviours | states | occasions |",
              "|---|---|---|---|"]
     lines += [f"| {role} | {c['behaviours']} | {c['states']} | {c['occasions']} |"
               for role, c in manifest.details["roles"].items()]
-    lines += ["", "| team | behaviour | support | value | 95 % interval |", "|---|---|---|---|---|"]
+    lines += ["", "| behaviour | support | value | 95 % interval |", "|---|---|---|---|"]
     best = known.sort(*BY_EVIDENCE, descending=True).head(30)
-    lines += [f"| {b['team']} | {b['behaviour_id']} | {b['support']} | {b['value']:+.3f} | {_interval(b)} |"
+    lines += [f"| {b['behaviour_id']} | {b['support']} | {b['value']:+.3f} | {_interval(b)} |"
               for b in best.iter_rows(named=True)]
     return "\n".join(lines)
 

@@ -29,9 +29,8 @@ def choose(store: Store, output: Output, scope: Scope, settings: ModelSettings) 
         standing = store.receipt("models", output.name)
     except CorruptFile:
         standing = None
-    before = {label.split("/")[1] for label in standing.inputs} if standing is not None else set()
-    chosen = (_chosen(matches, before.intersection(matches), len(before.difference(scope.matches)), settings)
-              for matches in leagues.values())
+    before = standing.details.get("matches", {}) if standing is not None else {}
+    chosen = (_chosen(matches, set(before.get(kind, ())), settings) for kind, matches in leagues.items())
     return tuple(sorted(match for matches in chosen for match in matches))
 
 
@@ -40,10 +39,10 @@ def kind_of(match: Receipt) -> str:
     return str(match.details["pitch"]["kind"])
 
 
-def _chosen(matches: list[str], before: set[str], gone: int, settings: ModelSettings) -> list[str]:
-    """The matches of one league; ``gone`` of the standing models' matches are not there any more."""
+def _chosen(matches: list[str], before: set[str], settings: ModelSettings) -> list[str]:
+    """The matches of one league; its standing models were fitted to those of ``before``."""
     enough = len(before) == settings.matches_at_most or len(matches) < 2 * len(before)
-    if enough and not gone and 0 < len(before) <= settings.matches_at_most:
+    if before <= set(matches) and enough and 0 < len(before) <= settings.matches_at_most:
         return sorted(before)
     drawn = sorted(matches, key=lambda match: sha256(match.encode()).digest())
     return drawn[:settings.matches_at_most]

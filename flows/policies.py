@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import asdict
 
 import polars as pl
 
-from flows.knowledge import imitates, lineage, matches_of
+from flows.knowledge import imitates, lineage, matches_of, of_imitated
 from flows.outputs import digests, need
 from flows.stage import Inputs, Plan, Scope, Stage
 from pipeline.errors import NotFound
 from pipeline.settings import PolicySettings
 from pipeline.store import Store
-from pipeline.store.receipts import Manifest, Receipt
+from pipeline.store.receipts import Manifest, Receipt, digest
 from pipeline.store.work import Made
-from pipeline.teams import sides_of
+from pipeline.teams import Team, sides_of
 from schemas import Decisions, Occasions, Policies, Sides
 
 _DECISIONS = "decisions/"
@@ -36,6 +37,7 @@ def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
                        next_step="Import recordings and run `pitchlore run` first")
     decisions = batch(store, knowledge, settings.last_matches)
     inputs = {f"knowledge/{role}": record.sha256 for role, record in sorted(knowledge.files.items())}
+    inputs["knowledge/imitates"] = digest(json.dumps(knowledge.details.get("imitates")).encode())
     sides = [need(store, "sides", receipt.name) for receipt in decisions]
     inputs |= digests({"sides": sides, "decisions": decisions})
     parent = _parent(store, knowledge) if settings.parent else None
@@ -59,11 +61,11 @@ def compute(inputs: Inputs, settings: PolicySettings) -> Made:
 
     (knowledge,) = inputs["knowledge"]
     assert isinstance(knowledge, Manifest)
-    team, seen = imitates(knowledge), inputs.table("knowledge", Occasions)
+    team, seen = imitates(knowledge), of_imitated(knowledge, inputs.table("knowledge", Occasions))
     tables = zip(inputs.tables("decisions", Decisions), inputs.tables("sides", Sides), strict=True)
     policy, report = train(
         (table.filter(pl.col("chosen") | pl.col("team").is_in(sides_of(team, own))) for table, own in tables),
-        seen if team is None else seen.filter(**team._asdict()),
+        seen,
         inputs.table("parent", Policies) if "parent" in inputs else None,
         settings, inputs.version, knowledge.version,
     )
@@ -81,10 +83,11 @@ def _parent(store: Store, knowledge: Manifest) -> Manifest | None:
 
 
 def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) -> list[Receipt]:
-    """The receipts of the decisions that a version of the knowledge was made from, oldest first.
+    """The receipts of the decisions that policies of a version of the knowledge learn from, oldest first.
 
-    A version that accumulates names only the matches that it added to its parent's. They count as newer
-    than those of the parent. Within one version the order is that of the ids.
+    These are the matches of the version in which the imitated team was watched, or in whose league a player
+    decided. A version that accumulates names only the matches that it added to its parent's. They count as
+    newer than those of the parent. Within one version the order is that of the ids.
 
     Args:
         store: holds the versions and the decisions.
@@ -95,14 +98,23 @@ def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) ->
         NotFound: if decisions were made anew since, so that the knowledge is out of date, or if a version
             that the knowledge builds on is missing.
     """
-    newest_first: dict[str, Receipt] = {}
+    team, newest_first = imitates(knowledge), dict[str, Receipt]()
     for version in lineage(store, knowledge):
         for match in reversed(matches_of(version)):
             if len(newest_first) == last_matches:
                 return list(newest_first.values())[::-1]
             if match not in newest_first:
-                newest_first[match] = _held(store, version, match)
+                held = _held(store, version, match)
+                if team is None or _tells(store, held, team):
+                    newest_first[match] = held
     return list(newest_first.values())[::-1]
+
+
+def _tells(store: Store, decisions: Receipt, team: Team) -> bool:
+    """Whether some decisions of a match are of a team, or were chosen in its league."""
+    sides = need(store, "sides", decisions.name).details
+    watched = team.team in sides["counts_as"] or bool(decisions.details["choosing"])
+    return bool(sides["kind"] == team.kind and watched)
 
 
 def _held(store: Store, knowledge: Manifest, match: str) -> Receipt:

@@ -51,7 +51,7 @@ def seasons(store: Store) -> list[Receipt]:
 
 
 class Measurements(NamedTuple):
-    """Pairs of matches that measure the seasons' apprentices.
+    """Pairs of matches that measure the seasons' apprentices and the controls.
 
     Attributes:
         counted: receipts of the pairs that count.
@@ -69,7 +69,7 @@ def measurements(store: Store, seasons: Sequence[Receipt]) -> Measurements:
     SHA-256). It plays with the defaults of `pitchlore evaluate`. The matches have the settings of the
     season's games. All pairs of an apprentice are of one version of the arena: that of the season's games,
     or the present one if that version has no pairs. The pairs of a control count like those of an
-    apprentice of the first season that it has such pairs for.
+    apprentice of the first season that it has such pairs for; those of `best` against static come first.
     """
     names = (*(season.name for season in seasons), *CONTROLS)
     played: dict[str, list[Receipt]] = {name: [] for name in names}
@@ -80,16 +80,21 @@ def measurements(store: Store, seasons: Sequence[Receipt]) -> Measurements:
         if played[season.name]:
             with suppress(PitchloreError):  # without the season's store its last policy is unknown
                 counted += _measuring(season, apprentice(store, season.name).team, played[season.name])
+    best_first = sorted(seasons, key=lambda season: (
+        season.settings.get("name") != BEST, season.settings.get("opponent") != STATIC))
     for control in filter(played.get, CONTROLS):
         team = entrant(store, control, {})
-        beside = (_measuring(season, team, played[control]) for season in seasons)
+        beside = (_measuring(season, team, played[control]) for season in best_first)
         counted += next(filter(None, beside), [])
     return Measurements(counted, sum(map(len, played.values())) - len(counted))
 
 
 def _measuring(season: Receipt, team: Entrant, played: Sequence[Receipt]) -> list[Receipt]:
     """The pairs among ``played`` that measure a team in matches like those of a season."""
-    matches = Season.model_validate(season.settings).settings.of_match()
+    try:
+        matches = Season.model_validate(season.settings).settings.of_match()
+    except ValidationError:
+        return []  # this version cannot read the season's settings
     usual = Evaluation(**matches, team=team, opponent=team)
     same = [receipt for receipt in played if _against(receipt, team) == usual]
     of_one_arena = ([receipt for receipt in same if receipt.versions["arena"] == version]

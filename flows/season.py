@@ -15,6 +15,7 @@ from prefect.futures import PrefectFuture, as_completed
 from pydantic import PositiveInt
 
 from flows.catalog import forget_match, refresh
+from flows.knowledge import of_imitated
 from flows.outputs import match_names, need
 from flows.progress import StageReport, listener
 from flows.record import record
@@ -37,7 +38,7 @@ from schemas.table import Key
 
 NOUN = "seasons"
 #: What is kept of the games of a season that is to leave little behind.
-_KEPT = ("decisions",)
+_KEPT = ("sides", "decisions")
 
 
 def store_of(data: Path, season: Season) -> Store:
@@ -118,13 +119,15 @@ def _commit(
         season, number, own.read_table(need(own, "matches", match), "matches", Matches), decided,
         own.read_table(need(own, "goals", match), "goals", Goals),
         situations=sum(need(own, "situations", match).details["situations"].values()),
-        known=None if played_with is None else own.read_table(played_with, "occasions", Occasions),
+        known=None if played_with is None else of_imitated(
+            played_with, own.read_table(played_with, "occasions", Occasions)),
         policy_version=None if before is None else before.details["policy"],
         knowledge_version=known.version,
     )
     growth = growth_rows(
-        season, number, decided, played, own.read_table(known, "occasions", Occasions),
-        own.read_table(known, "behaviours", Behaviours),
+        season, number, decided, played,
+        of_imitated(known, own.read_table(known, "occasions", Occasions)),
+        of_imitated(known, own.read_table(known, "behaviours", Behaviours)),
     )
     return store.commit(_work(season), Made(
         tables=[(pl.concat([_so_far(store, before, Games), row]), Games),
@@ -208,7 +211,7 @@ def season_flow(
         data: the data folder.
         seasons: seasons to play.
         jobs: number of processes.
-        discard: delete the logs and tables of a game after learning from it, except its decisions.
+        discard: delete the logs and tables of a game after learning from it, except its sides and decisions.
     """
     store = data_folder(data)
     report = StageReport(noun=NOUN)

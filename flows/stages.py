@@ -87,7 +87,9 @@ def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
 def _sides(inputs: Inputs, settings: SideSettings) -> Made:
     from pipeline.sides import sides  # noqa: PLC0415 (see above)
 
-    return Made([(sides(inputs.table("matches", Matches), settings), Sides)])
+    table = sides(inputs.table("matches", Matches), settings)
+    return Made([(table, Sides)], details={
+        "kind": table["kind"][0], "counts_as": table["counts_as"].to_list()})
 
 
 def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
@@ -111,15 +113,16 @@ def _moments(inputs: Inputs, settings: MomentSettings) -> Made:
 def _models(inputs: Inputs, settings: ModelSettings) -> Made:
     from pipeline.values.models import fit, shipped, to_bytes  # noqa: PLC0415 (see above)
 
-    kinds: dict[str, list[pl.DataFrame]] = {}
+    leagues: dict[str, dict[str, pl.DataFrame]] = {}
     for match, table in zip(inputs["matches"], inputs.tables("moments", Moments), strict=True):
-        kinds.setdefault(models.kind_of(match), []).append(table)
+        leagues.setdefault(models.kind_of(match), {})[match.name] = table
     blobs, reports = {}, {}
-    for kind, parts in sorted(kinds.items()):
-        found, reports[kind] = fit(pl.concat(parts), settings, shipped())
+    for kind, tables in sorted(leagues.items()):
+        found, reports[kind] = fit(pl.concat(tables.values()), settings, shipped())
         if found is not None:
             blobs[kind] = ("npz", to_bytes(found))
-    return Made([], blobs=blobs, details={"report": reports})
+    matches = {kind: list(tables) for kind, tables in leagues.items()}
+    return Made([], blobs=blobs, details={"report": reports, "matches": matches})
 
 
 def _values(inputs: Inputs, settings: ValueSettings) -> Made:
@@ -154,8 +157,7 @@ def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
     from pipeline.grams.count import merge  # noqa: PLC0415 (see above)
 
     sides = list(inputs.tables("sides", Sides))
-    counted = (of_teams(table, own)
-               for table, own in zip(inputs.tables("grams", Grams), sides, strict=True))
+    counted = (of_teams(table, own) for table, own in zip(inputs.tables("grams", Grams), sides, strict=True))
     merged = merge(counted, apart=Team._fields)
     recognised = Counter[Team]()
     for receipt, own in zip(inputs["situations"], sides, strict=True):
@@ -163,7 +165,7 @@ def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
             recognised[Team(name, kind)] += receipt.details["situations"][side]
     round_ = next(r for r in settings.rounds if r.n == inputs.n)
     patterns, maps, reports = [Patterns.empty()], {}, []
-    for team in teams(sides):
+    for team in teams(pl.concat([Sides.empty(), *sides])):
         own = merged.filter(**team._asdict()).drop(Team._fields)
         selection = select(own, recognised[team], settings, round_)
         patterns.append(selection.patterns.with_columns(
@@ -191,8 +193,9 @@ def _decisions(inputs: Inputs, settings: GramSettings) -> Made:
     # a log that is known to hold no decisions is not read
     logged = Decisions.empty() if inputs.details("matches").get("decisions") == 0 else _log(inputs).decisions
     table = complete(seen, value(logged, goals, settings, start="t_ns"))
-    return Made([(table, Decisions)],
-                details={"decisions": table.height, "chosen": int(table["chosen"].sum())})
+    choosing = table.filter("chosen")["team"].unique(maintain_order=True).to_list()
+    return Made([(table, Decisions)], details={
+        "decisions": table.height, "chosen": int(table["chosen"].sum()), "choosing": choosing})
 
 
 STAGES = Chain(

@@ -112,7 +112,8 @@ def _no_season(store: Store, word: str) -> PitchloreError:
                         next_step="Play the season with `pitchlore season`")
     there = ", ".join(receipt.name for receipt in store.receipts(_SEASONS)) or "none yet"
     return BadSettings(f"{word!r} is no team, nor a season (there are: {there})", next_step=(
-        f"Name {', '.join(SCRIPTED)}, learned, learned:VERSION, always-CODE or a season's id"))
+        f"Name {', '.join(SCRIPTED)}, learned, learned:VERSION, always-CODE, "
+        "always-CODE-CODE-CODE or a season's id"))
 
 
 def policy(store: Store, version: int | None = None) -> Manifest:

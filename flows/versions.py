@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 from pydantic import BaseModel
 
 from flows.stage import Inputs, Scope, Stage
@@ -37,8 +39,9 @@ def emit(store: Store, stage: Stage, settings: BaseModel, scope: Scope) -> tuple
 
 
 def _holds(store: Store, version: Manifest, work: Work, made: Made) -> bool:
-    """Whether a version has the same inputs and the same tables, except for its own number."""
-    return version.inputs == dict(work.inputs) and all(
+    """Whether a version has the same inputs, tables and details, except for its own number."""
+    same = version.inputs == dict(work.inputs) and version.details == json.loads(json.dumps(made.details))
+    return same and all(
         store.read_table(version, schema.NAME, schema).drop("version").equals(table.drop("version"))
         for table, schema in made.tables
     )

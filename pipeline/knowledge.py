@@ -114,8 +114,8 @@ def occasions(
         decisions: rows of schema Decisions and of schema Sides, two tables a match. A null behaviour,
             "moves randomly", counts as the behaviour of the one code 194. The paper's learner starts from
             it in every new state and values it like any other (sections 4 and 6).
-        learner: team that policies imitate: states in which players decided are added to it. None: to
-            no team.
+        learner: team that policies imitate: states in which players decided in its league are added to
+            it. None: to no team.
         version: version of the knowledge, at least 1.
         settings: state_key, backoff, own and optimistic.
         known: ids of the learner's behaviours, [B]. A chosen behaviour outside them, from other
@@ -150,7 +150,7 @@ def _by_keys(
 ) -> pl.DataFrame:
     """Occasions from the decisions of a match, by every key of the settings."""
     begun = _counted(of_teams(table.filter(~pl.col("chosen")), sides))
-    if learner is not None:
+    if learner is not None and learner.kind in sides["kind"]:
         chosen = table.filter("chosen").with_columns(
             pl.lit(value, dtype=pl.String).alias(name) for name, value in learner._asdict().items())
         begun = pl.concat([begun, _own(chosen, settings, known)])

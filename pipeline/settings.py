@@ -105,7 +105,7 @@ class ModelSettings(Frozen):
     """How the models of scoring soon are fitted.
 
     Attributes:
-        matches_at_most: greatest number of matches that models are fitted to.
+        matches_at_most: greatest number of matches of a league that models are fitted to.
         folds: models that are fitted, each without one part of the matches.
         block_s: with fewer matches than folds, parts are such stretches of time instead.
         moments_apart_s: time between moments that models are fitted to.
@@ -258,8 +258,8 @@ class KnowledgeSettings(Frozen):
         backoff: further keys by which occasions are kept, each coarser than the one before, the first
             coarser than ``state_key``. A player uses them where it does not know the finer state.
         optimistic: least initial action value of a behaviour in a state.
-        imitate: team or pool whose behaviours policies choose from; not given: that of most matches, the
-            first by name among several. Its occasions also hold the states in which a player decided.
+        imitate: team or pool whose behaviours policies choose from; not given: that of most matches, see
+            ``pipeline.teams.imitated``. Its occasions also hold the states in which a player decided.
         own: actions that a state gets because a player decided in it. "nothing": none. "moves randomly":
             that action (paper section 4: "all the new states have the action moving randomly"; there,
             states grow while playing and training, actions in training only). "chosen": also the chosen

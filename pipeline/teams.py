@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import polars as pl
@@ -22,26 +23,49 @@ class Team(NamedTuple):
     kind: str
 
 
-def teams(tables: Iterable[pl.DataFrame]) -> dict[Team, int]:
-    """The teams that count, and in how many matches each played, by name.
+class Record(NamedTuple):
+    """What is known of a team before any choice.
 
-    Args:
-        tables: rows of schema Sides.
+    Attributes:
+        matches: number of its matches.
+        watched: number of its matches in which it logged no decisions of its own, so that it can be imitated.
+        difference: goals minus goals against in these, as far as they are known.
     """
-    counts: dict[Team, int] = {}
-    for table in tables:
-        seen = table.drop_nulls("counts_as").select("match_id", "counts_as", "kind").unique()
-        for _, name, kind in seen.iter_rows():
-            counts[Team(name, kind)] = counts.get(Team(name, kind), 0) + 1
-    return dict(sorted(counts.items()))
+
+    matches: int
+    watched: int
+    difference: int
 
 
-def imitated(counts: dict[Team, int], name: str | None) -> Team | None:
-    """The team whose behaviours policies choose from: that of most matches, the first of several.
+def teams(
+    sides: pl.DataFrame, choosing: Mapping[str, Collection[str]] = MappingProxyType({})
+) -> dict[Team, Record]:
+    """The teams that count, by name.
 
     Args:
-        counts: from :func:`teams`.
+        sides: rows of schema Sides of some matches.
+        choosing: the sides that logged decisions, by match.
+    """
+    mine = pl.Series("own", [side in choosing.get(match, ()) for match, side in sides.select(
+        "match_id", pl.col("side").cast(pl.String)).iter_rows()], dtype=pl.Boolean)
+    difference = (pl.col("goals") - pl.col("against")).fill_null(0).cast(pl.Int64)
+    rows = sides.hstack([mine]).drop_nulls("counts_as").group_by("counts_as", "kind").agg(
+        pl.col("match_id").n_unique(), pl.col("match_id").filter(~pl.col("own")).n_unique().alias("watched"),
+        difference.filter(~pl.col("own")).sum().alias("difference"),
+    ).sort("counts_as", "kind")
+    return {Team(name, kind): Record(*rest) for name, kind, *rest in rows.iter_rows()}
+
+
+def imitated(records: Mapping[Team, Record], name: str | None, before: Team | None = None) -> Team | None:
+    """The team whose behaviours policies choose from.
+
+    It is that of most matches in which it logged no decisions: a learner does not imitate itself. Of several,
+    it is the one of the best goal difference, else the first by name.
+
+    Args:
+        records: from :func:`teams`.
         name: only teams of this name; None: any.
+        before: the team that is imitated already; it stays, unless its name is not ``name``.
 
     Returns:
         None if no team counts and none is asked for.
@@ -49,12 +73,14 @@ def imitated(counts: dict[Team, int], name: str | None) -> Team | None:
     Raises:
         NotFound: if there is no team of that name.
     """
-    there = {team: count for team, count in counts.items() if name in (None, team.team)}
+    there = {team: record for team, record in records.items() if name in (None, team.team)}
     if name is not None and not there:
-        known = ", ".join(dict.fromkeys(team.team for team in counts)) or "none"
+        known = ", ".join(dict.fromkeys(team.team for team in records)) or "none"
         raise NotFound(f"no team {name!r} counts (those that do: {known})", where="knowledge.imitate",
                        next_step="Name one of these, or leave it out")
-    return max(there, key=there.__getitem__, default=None)
+    if before in there:
+        return before
+    return min(there, default=None, key=lambda team: (-there[team].watched, -there[team].difference, team))
 
 
 def sides_of(team: Team | None, own: pl.DataFrame) -> list[str]:

@@ -63,6 +63,8 @@ class Sides(Table):
     counts_as = dy.String(nullable=True, description=(
         "team or pool of teams that the side counts for in behaviours and knowledge; null if it does not count"
     ))
+    goals = dy.Int16(nullable=True, min=0, description="final goals of the side, null where unknown")
+    against = dy.Int16(nullable=True, min=0, description="final goals of the other side, null where unknown")
 
 
 class Referee(Table):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import json
 import shutil
 
 import numpy as np
@@ -183,10 +184,10 @@ class TestTeams:
             decided = table(store, "decisions", recording_of(store), "decisions", Decisions).filter(pl.col("team") == side)
             assert set(decided["behaviour_id"]) <= set(own["behaviour_id"])
             assert seen.filter(team=name)["count"].sum() == decided.height
-        labels = np.load(io.BytesIO(store.read(manifest, "maps-n1")))["labels"]
-        assert labels.tolist() == [[name, "vsss"] for name in sorted(names.values())]
+        labels = json.loads(np.load(io.BytesIO(store.read(manifest, "maps-n1")))["labels"].tobytes())
+        assert labels == [[name, "vsss"] for name in sorted(names.values())]
         assert [team["team"] for team in manifest.details["teams"]] == sorted(names.values())
-        assert manifest.details["imitates"] == {"team": min(names.values()), "kind": "vsss"}
+        assert manifest.details["imitates"] == {"team": match["home"], "kind": "vsss"}, "it scored more"
 
     def test_left_out(self, store):
         """A team that is left out has neither behaviours nor occasions; the other's are what they were."""
@@ -213,6 +214,10 @@ class TestTeams:
         pair = ["role", "key", "state", "behaviour_id"]
         assert_frame_equal(rows.select(pair), seen.filter(team=home).select(pair))
         assert policy.details["imitates"]["team"] == home
+        away, _, seen = self.learned(store, self.APART, imitate=store.receipt("matches", recording_of(store)).details["away"])
+        assert away.version == manifest.version + 1, "the tables are the same, the team is not"
+        other, new = emit_version(store, STAGES["policies"], PolicySettings(), group(recording_of(store)))
+        assert (new, other.details["imitates"], other.parent) == (True, away.details["imitates"], None)
         with pytest.raises(NotFound, match=r"no team 'nobody' counts"):
             self.learned(store, self.APART, imitate="nobody")
 
@@ -238,7 +243,8 @@ class TestDecisions:
             assert worth == pytest.approx(expected, abs=1e-8)
         assert own["value"].abs().max() > 0
         assert others["team"].unique().to_list() == ["away"]
-        assert store.receipt("decisions", PLAYED).details == {"decisions": found.height, "chosen": own.height}
+        assert store.receipt("decisions", PLAYED).details == {
+            "decisions": found.height, "chosen": own.height, "choosing": ["home"]}
 
     def test_other_team(self, store):
         """The other team's decisions are what they are without a log."""

@@ -29,7 +29,7 @@ def decisions(*rows, team="home", role="striker", chosen=False):
 
 
 US, THEM = Team("us", "vsss"), Team("them", "vsss")
-BOTH = pl.DataFrame([(MATCH, side, team, kind, team) for side, (team, kind) in zip(SIDES, (US, THEM), strict=True)],
+BOTH = pl.DataFrame([(MATCH, side, team, kind, team, 0, 0) for side, (team, kind) in zip(SIDES, (US, THEM), strict=True)],
                     schema=Sides.dtypes(), orient="row")
 
 
@@ -130,7 +130,8 @@ class TestOccasions:
                           known=pl.Series(["striker-046"]))
         Occasions.validate(found)
         assert found["team"].unique().to_list() == (["them"] if expected else [])
-        assert occasions([decisions(*rows, chosen=True)], 1, KnowledgeSettings(own=own), learner=None).is_empty()
+        for nobody in (None, Team("us", "ssl")):
+            assert occasions([decisions(*rows, chosen=True)], 1, KnowledgeSettings(own=own), learner=nobody).is_empty()
         assert found.select("state", "behaviour_id", "count", "value").rows() == expected
 
     def test_unseen_behaviour(self):

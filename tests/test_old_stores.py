@@ -69,7 +69,8 @@ def add(store: Store) -> Manifest:
         ("behaviours", "second.n1", (patterns(), Patterns)), ("decisions", "second", (Decisions.empty(), Decisions)),
         ("sides", "second", (Sides.empty(), Sides)),
     ):
-        store.commit(STAGES[noun].work(name, STAGES[noun].settings(settings), {}), Made([table]))
+        details = {"choosing": []} if noun == "decisions" else {}
+        store.commit(STAGES[noun].work(name, STAGES[noun].settings(settings), {}), Made([table], details=details))
     scope = Scope(matches=("second",), lengths=(1,), group="second")
     manifest, new = emit(store, STAGES["knowledge"], ADDS_UP, scope)
     assert (manifest.version, manifest.parent, new) == (2, 1, True)

@@ -24,10 +24,12 @@ def play(store, match, reward=1.0, *, chosen=True, team="home"):
         "ends": "terminal", "value": 0.0,
     }
     table = pl.DataFrame([row], schema=Decisions.dtypes())
-    sides = pl.DataFrame([(match, side, team, "vsss", team) for side, team in (("home", "us"), ("away", "them"))],
+    sides = pl.DataFrame([(match, side, of, "vsss", of, 0, 0) for side, of in (("home", "us"), ("away", "them"))],
                          schema=Sides.dtypes(), orient="row")
-    store.commit(Work("sides", match, {}, version=1), Made([(sides, Sides)]))
-    return store.commit(Work("decisions", match, {"reward": reward, "chosen": chosen, "team": team}, version=1), Made([(table, Decisions)]))
+    store.commit(Work("sides", match, {}, version=1),
+                 Made([(sides, Sides)], details={"kind": "vsss", "counts_as": ["us", "them"]}))
+    return store.commit(Work("decisions", match, {"reward": reward, "chosen": chosen, "team": team}, version=1),
+                        Made([(table, Decisions)], details={"choosing": [team] if chosen else []}))
 
 
 def know(store, *receipts, accumulate, imitates="us"):

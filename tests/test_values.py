@@ -564,8 +564,8 @@ class TestChoose:
         scope = Scope(matches=tuple(sorted(matches)), lengths=(1,))
         chosen = flow.choose(store, Output("all"), scope, own)
         if commit:
-            inputs = {f"moments/{match}/moments": "0" * 64 for match in chosen}
-            store.commit(STAGES["models"].work("all", own, inputs), Made())
+            leagues = {"ssl": [m for m in chosen if m in ssl], "vsss": [m for m in chosen if m not in ssl]}
+            store.commit(STAGES["models"].work("all", own, {}), Made(details={"matches": leagues}))
         return chosen
 
     def test_leagues(self, store):
@@ -574,6 +574,7 @@ class TestChoose:
         assert self.choose(store, ["a", *ssl], ssl=ssl) == ("a", *ssl)
         assert self.choose(store, ["a", "b", *ssl], ssl=ssl) == ("a", "b", *ssl)
         assert self.choose(store, ["a", "b", "c", *ssl], ssl=ssl) == ("a", "b", *ssl)
+        assert self.choose(store, ["a", "c", "d", *ssl, "s4"], ssl=[*ssl, "s4"]) == ("a", "c", "d", *ssl), "b was forgotten"
         assert len(self.choose(store, ["a", "b", "c", "d", *ssl], ssl=ssl, matches_at_most=2)) == 4
 
     def test_one_by_one(self, store):

@@ -15,7 +15,7 @@ from flows.commands.import_ import bring_in
 from flows.commands.printing import bars, console, print_frame, spelt
 from flows.commands.replay import write_page
 from flows.commands.run import bring_up_to_date
-from flows.knowledge import imitates
+from flows.knowledge import imitates, of_imitated
 from flows.matches import with_map
 from flows.record import record
 from flows.report import write_report
@@ -115,7 +115,7 @@ def _behaviours(store: Store, out: Console) -> None:
     assert newest is not None
     learner = imitates(newest)
     assert learner is not None
-    known = store.read_table(newest, "behaviours", Behaviours).filter(pl.col("n") > 1, **learner._asdict())
+    known = of_imitated(newest, store.read_table(newest, "behaviours", Behaviours)).filter(pl.col("n") > 1)
     best = known.sort(*BY_EVIDENCE, descending=True).head(5)
     out.print()
     shown = best.select(

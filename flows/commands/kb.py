@@ -12,7 +12,6 @@ from flows.knowledge import imitates
 from flows.stages import STAGES
 from pipeline.errors import NotFound
 from pipeline.estimates import BY_EVIDENCE
-from pipeline.pitch import Kind
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest
 from schemas import Behaviours, Occasions
@@ -41,7 +40,7 @@ def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
 
 
 def show(
-    version: int | None = None, *, team: str | None = None, kind: Kind | None = None, json: Json = False,
+    version: int | None = None, *, team: str | None = None, kind: str | None = None, json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
     """Show the behaviours of a version, the newest by default, each team's by itself.
@@ -49,7 +48,7 @@ def show(
     Args:
         version: Number of the version (default: the newest).
         team: Only those of this team or pool.
-        kind: Only those of this league.
+        kind: Only those of this league: vsss, ssl or 2d.
         json: Print JSON, with the manifest.
         common: Options of every command.
     """
@@ -67,7 +66,7 @@ def show(
                 "behaviour_id", "n", "support", "value", "low", "high", "family", "x", "y", "paper",
                 spelt("codes"),
             ),
-            title=f"{of or 'all teams'} ({league or 'all leagues'}), by the lower end of value",
+            title=f"{'all teams' if of is None else of} ({league or 'all'}), by the lower end of value",
         )
     if teams := manifest.details.get("teams"):
         print_frame(pl.DataFrame(teams), title="teams that count")
@@ -126,7 +125,7 @@ def verify(version: int | None = None, *, json: Json = False, common: Common = D
     sys.exit(1 if bad else 0)
 
 
-def _asked(known: pl.DataFrame, team: str | None, kind: Kind | None) -> pl.DataFrame:
+def _asked(known: pl.DataFrame, team: str | None, kind: str | None) -> pl.DataFrame:
     """The behaviours of a team and a league.
 
     Raises:
@@ -135,9 +134,9 @@ def _asked(known: pl.DataFrame, team: str | None, kind: Kind | None) -> pl.DataF
     for name, asked in (("team", team), ("kind", kind)):
         there = known[name].drop_nulls().unique().sort()
         if asked is not None and asked not in there:
-            raise NotFound(f"no behaviour of {name} {str(asked)!r} (there are: {', '.join(there) or 'none'})",
+            raise NotFound(f"no behaviour of {name} {asked!r} (there are: {', '.join(there) or 'none'})",
                            where=f"--{name}", next_step="Name one of these, or leave it out")
-        known = known if asked is None else known.filter(pl.col(name) == str(asked))
+        known = known if asked is None else known.filter(pl.col(name) == asked)
     return known
 
 

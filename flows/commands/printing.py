@@ -14,6 +14,7 @@ import polars as pl
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
@@ -85,7 +86,8 @@ def console() -> Console:
 
 def print_frame(frame: pl.DataFrame, title: str = "") -> None:
     """Write a table for people, every row."""
-    table = Table(title=title or None, header_style="bold", title_justify="left")
+    shown = Text("".join(c if c.isprintable() else repr(c)[1:-1] for c in title), style="table.title")
+    table = Table(title=shown if title else None, header_style="bold", title_justify="left")
     for name, dtype in frame.schema.items():
         table.add_column(name, justify="right" if dtype.is_numeric() else "left", overflow="fold")
     for row in frame.iter_rows():

@@ -17,7 +17,7 @@ from flows.commands.printing import (
     print_training,
     spelt,
 )
-from flows.knowledge import imitates
+from flows.knowledge import imitates, of_imitated
 from flows.progress import RunReport
 from pipeline.estimates import BY_EVIDENCE
 from pipeline.settings import Settings
@@ -120,7 +120,7 @@ def _print_quarantine(store: Store, report: RunReport) -> None:
 def _print_behaviours(store: Store, version: int) -> None:
     knowledge = store.manifest("knowledge", version)
     known, learner = store.read_table(knowledge, "behaviours", Behaviours), imitates(knowledge)
-    shown = known if learner is None else known.filter(**learner._asdict())
+    shown = of_imitated(knowledge, known)
     best = shown.sort(*BY_EVIDENCE, descending=True).group_by("role", maintain_order=True).head(6)
     whose = "" if learner is None else f" of {learner.team} ({learner.kind}), which policies imitate"
     print_frame(best.select("behaviour_id", "support", "value", "low", "high", spelt("codes")),
@@ -136,7 +136,7 @@ def _print_rounds(store: Store) -> None:
                   "distinct grams": report["distinct"], "windows": report["windows"],
                   "neurons": len(report["activations"]), "kept neurons": report["neurons_kept"],
                   "behaviours": report["groups_kept"], "instances covered": report["instances_kept"]}
-                 for report in receipt.details["reports"]]
+                 for report in receipt.details.get("reports", ())]
     if rows:
         print_frame(pl.DataFrame(rows).sort("team", "kind", "round", descending=[False, False, True]),
                     title="rounds")

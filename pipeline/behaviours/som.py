@@ -9,6 +9,7 @@ would stay.
 from __future__ import annotations
 
 import io
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -90,10 +91,11 @@ def best_matching_units(som: SelfOrganisingMap, codes: I16) -> I64:
 def to_bytes(maps: Mapping[Label, SelfOrganisingMap]) -> bytes:
     """The maps of grams of length n as an .npz file; the same maps give the same bytes.
 
-    ``labels`` are [M, L], what tells the maps apart (team and league). For map m, ``weights_m`` are
-    [rows, columns, n], ``errors_m`` the quantisation error and the topographic error.
+    ``labels`` are bytes of JSON, a list for each map that tells it apart (team and league). For map m,
+    ``weights_m`` are [rows, columns, n], ``errors_m`` the quantisation error and the topographic error.
     """
-    arrays: dict[str, npt.NDArray[np.generic]] = {"labels": np.array(list(maps), dtype=np.str_)}
+    labels = np.frombuffer(json.dumps(list(maps)).encode(), dtype=np.uint8)
+    arrays: dict[str, npt.NDArray[np.generic]] = {"labels": labels}
     for m, som in enumerate(maps.values()):
         arrays[f"weights_{m}"] = som.weights.reshape(som.rows, som.columns, som.weights.shape[1])
         arrays[f"errors_{m}"] = np.array([som.quantisation_error, som.topographic_error])

@@ -100,7 +100,8 @@ def fit(
     """Fit the models of a group of matches, and choose the best kind.
 
     Each kind is fitted once a fold, without that fold's matches, and calibrated on the moments left out. The
-    kind with the least log-loss there is kept; its figures and those of plainer models are reported.
+    kind with the least log-loss there is kept, the plainest of equals; its figures and those of plainer
+    models are reported.
 
     Args:
         moments: rows of schema Moments of all matches.
@@ -130,10 +131,10 @@ def fit(
     parts = [(features[fold != f], scores[fold != f]) for f in range(settings.folds)]
     if not all(_both(left) for _, left in parts):
         return None, report
-    kinds: dict[str, tuple[Logistic | Trees, ...]] = {
-        "logistic": tuple(Logistic.fit(*part, range(NAMED), settings) for part in parts)}
+    kinds: dict[str, tuple[Logistic | Trees, ...]] = {}
     if ready is not None:
         kinds["shipped"] = ready.fits * settings.folds
+    kinds["logistic"] = tuple(Logistic.fit(*part, range(NAMED), settings) for part in parts)
     if goals >= settings.boosting_goals:
         kinds["boosting"] = tuple(trees.grow(*part, settings) for part in parts)
     best, least = None, np.inf

@@ -11,7 +11,7 @@ from pipeline.arena.teams.executors.actions import VERB
 from pipeline.errors import BadSettings
 from schemas import ROLES, Policies
 
-_WORD = re.compile(r"always-(\d{3})(?:-(\d{3})-(\d{3}))?")
+_WORD = re.compile(r"always-([0-9]{3})(?:-([0-9]{3})-([0-9]{3}))?")
 _KNOWN = np.flatnonzero(VERB >= 0).tolist()
 
 
