@@ -17,6 +17,8 @@ import pytest
 from conftest import ROOT, clip
 
 from flows.cli import COMMANDS
+from flows.commands.printing import print_frame
+from flows.commands.run import _print_rounds
 from pipeline.pitch import Kind
 from pipeline.store import Store
 from pipeline.store.work import Made, Work
@@ -148,6 +150,8 @@ import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from pipeline.store import catalog
 from flows.cli import main
+from flows.commands.printing import print_frame
+from flows.commands.run import _print_rounds
 ask = catalog.query
 def query(*arguments):
     print("asked", flush=True)
@@ -217,6 +221,21 @@ def test_kb_commands(call, copied):
     code, _, err = call("kb", "show", "7", "--data", copied)
     assert code == 1
     assert "no version 7 (there are: 1)" in err
+
+
+def test_run_on_an_older_folder(copied):
+    """Rounds of behaviours that another version of the stage made have no counts by team, and run says nothing of them."""
+    (file, *_) = sorted((copied / "behaviours").glob("n4.receipt.json"))
+    said = json.loads(file.read_text())
+    said["details"] = {"report": said["details"]["reports"][0]}
+    file.with_name("n9.receipt.json").write_text(json.dumps(said | {"name": "n9"}))
+    _print_rounds(Store(copied))
+
+
+def test_titles(capsys):
+    """A title is text: names of teams are neither markup nor orders to the terminal."""
+    print_frame(pl.DataFrame({"a": [1]}), title="[/] [red]x \x1b[31m\n y")
+    assert r"[/][red]x\x1b[31m\ny" in "".join(capsys.readouterr().out.split())
 
 
 @pytest.mark.parametrize("words", [("show", "0"), ("verify", "0"), ("diff", "1", "0"), ("diff", "0", "1")])

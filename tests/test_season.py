@@ -215,6 +215,15 @@ def test_discarding(tmp_path):
     assert rows(tmp_path).height == 2
 
 
+def test_discarding_and_learning_from_all(tmp_path):
+    """What later games learn from is kept, however many matches that are."""
+    own = season(lines=["[pipeline.policies]", "last_matches = 8"])
+    for game in (1, 2):
+        loop.learn(tmp_path, own, game, loop.play(tmp_path, own, game), discard=True)
+    assert loop.store_of(tmp_path, own).latest("policies").details["matches"] >= 1
+    assert rows(tmp_path, own).height == 2
+
+
 def test_practice(tmp_path):
     """Practice is learned from and not counted."""
     own = season(lines=["practice = 1"])

@@ -364,6 +364,16 @@ def test_controls_in_report(taught):
     assert "pitchlore evaluate --policy always-044 --against random --matches 4 --minutes 0.0333" in said
 
 
+def test_controls_beside_an_old_season(taught):
+    """A season whose settings this version cannot read takes nothing from the others."""
+    measure(taught, (0, 1), policy="always-044")
+    path = taught.root / "seasons" / f"{SHORT.id}.receipt.json"
+    said = json.loads(path.read_text())
+    said["settings"]["settings"]["pipeline"]["behaviours"]["teams"] = ["away"]
+    (taught.root / "seasons" / "an-old-one.receipt.json").write_text(json.dumps(said | {"name": "an-old-one"}))
+    assert read(taught).evaluations["team"].unique().to_list() == ["always-044"]
+
+
 def test_evaluations_left_out(taught, monkeypatch):
     """Evaluations by two arenas are not mixed, and those of a policy that is gone are left out."""
     measure(taught, (0, 1))

@@ -156,8 +156,9 @@ def test_constant_team(tmp_path):
         assert did == {(role, f"{role}-{code}", False) for role, code in zip(ROLES, codes.split(), strict=True)}
     with pytest.raises(BadSettings, match=r"there is no action 999\. Name some of 001, .* 184, 194"):
         entrant(Store(tmp_path), "always-044-999-021", {})
-    with pytest.raises(BadSettings, match="'always-44' is no team"):
-        entrant(Store(tmp_path), "always-44", {})
+    for word in ("always-44", "always-044-021", "always-\u0660\u0664\u0664"):
+        with pytest.raises(BadSettings, match="is no team"):
+            entrant(Store(tmp_path), word, {})
 
 
 @pytest.mark.parametrize(("home", "away", "match_id"), [

@@ -380,6 +380,25 @@ class TestModels:
         alone = Models(before.fits[3:4], before.calibration, (), 0).chances(own)
         np.testing.assert_allclose(before.chances(own), alone, atol=1e-12)
 
+    def test_ready_model(self):
+        """A model that is ready is kept where the own ones are no better, and is calibrated."""
+        noise = played(0, matches=10, segments=24, told=False)
+        known = Logistic(np.array([0]), np.zeros(1), np.ones(1), np.array([3.0]), np.array([-2.0]))
+        ready = Models((known,), np.array([1.0, 0.0]), (), 0)
+        told = played(1, matches=1, segments=30)
+        models, report = fit(told, PLAIN, ready)
+        assert report["kind"] == min(("shipped", "logistic"), key=lambda kind: report[kind]["log_loss"])
+        assert report["shipped"]["auc"] > 0.85
+        assert all(same_fit(each, known) for each in models.fits) == (report["kind"] == "shipped")
+        assert models.chances(told).mean() == pytest.approx(told["scores"].mean(), abs=0.02)
+        few = PLAIN.model_copy(update={"goals_at_least": 2, "block_s": 12.0})
+        first = told.filter(pl.col("segment") < 10)
+        models, report = fit(first, few, ready)
+        assert report["kind"] == "shipped"
+        assert to_bytes(from_bytes(to_bytes(models))) == to_bytes(models)
+        assert "shipped" in fit(noise, PLAIN, ready)[1]
+        assert "shipped" not in fit(noise, PLAIN)[1]
+
     def test_few_goals(self):
         """With few goals there is no model."""
         table = played(0, matches=1)
