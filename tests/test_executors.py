@@ -133,7 +133,7 @@ class TestExecutors:
         assert (ever.diagonal() > others).sum() >= len(CODES) - 2
 
     @given(views(count=3, ties=False), st.sampled_from([c for c in CODES if c != BY_CHANCE]))
-    @settings(max_examples=300)
+    @settings(max_examples=150)
     def test_mirror(self, view, code):
         """In the mirror an executor does the same with its wheels swapped."""
         wheels = np.zeros((2, 3, 2))
@@ -147,7 +147,7 @@ class TestExecutors:
         assert wheels[1, 0, ::-1] == pytest.approx(wheels[0, 0], abs=1e-9)
 
     @given(views(), st.sampled_from(CODES), st.sampled_from(list(Kind)), st.integers(0, 9))
-    @settings(max_examples=300)
+    @settings(max_examples=150)
     def test_time_and_speed_limits(self, view, code, kind, seed):
         """An executor always ends in time and never drives faster than it can."""
         m = Measures.of(PITCHES[kind], top=2.0, axle=0.1, acceleration=5.0, frame_s=0.05)

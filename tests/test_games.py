@@ -219,7 +219,7 @@ class TestMatrixGames:
         payoff[...] = -1
         assert (game.rewards == 1).all()
 
-    @settings(max_examples=200)
+    @settings(max_examples=100)
     @given(tables())
     def test_equilibria(self, table):
         """Equilibria are those of the inequality, and the optimal ones are best for every agent."""
@@ -231,7 +231,7 @@ class TestMatrixGames:
         }
         assert named(game, game.success[0]) == dominant
 
-    @settings(max_examples=200)
+    @settings(max_examples=100)
     @given(tables(), st.data())
     def test_renaming(self, table, data):
         """Other names for agents and actions are other names for equilibria."""
@@ -251,7 +251,7 @@ class TestMatrixGames:
                 back.add(tuple(old))
             assert back == named(before, rule(before))
 
-    @settings(max_examples=200)
+    @settings(max_examples=100)
     @given(tables())
     def test_common_payoff(self, table):
         """Where all agents receive the same, the greatest rewards are optimal."""

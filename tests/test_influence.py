@@ -155,7 +155,7 @@ rules = st.fixed_dictionaries({
 })
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(values, teams(), shares, st.floats(0, 2), rules)
 def test_literal_equations(q, made, share, rate, rule):
     """Learning with influence equals the equations read literally."""

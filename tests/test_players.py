@@ -265,7 +265,7 @@ def played(home, away, seed, seconds):
 
 class TestTeams:
     @given(views(), st.sampled_from(SCRIPTED), st.sampled_from(list(Kind)), st.integers(0, 9))
-    @settings(max_examples=200)
+    @settings(max_examples=100)
     def test_wheel_limit(self, view, team, kind, seed):
         """No team drives its wheels beyond their limit, whatever it sees."""
         rng = np.random.default_rng(seed)
@@ -324,7 +324,7 @@ class TestStatic:
         return out
 
     @given(views(count=3, ties=False))
-    @settings(max_examples=200)
+    @settings(max_examples=100)
     def test_mirror(self, view):
         """In the mirror a robot's wheels are swapped."""
         assert self.wheels(mirrored(view))[:, ::-1] == pytest.approx(self.wheels(view), abs=1e-9)

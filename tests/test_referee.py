@@ -698,7 +698,7 @@ def put(call, laws=LAWS, *, robots=3, team=HOME, quarter=0, half=0, seed=0):
     st.sampled_from(RESTARTS), st.sampled_from(list(Kind)), st.integers(1, 11), st.sampled_from([HOME, AWAY]),
     st.integers(0, 3), st.integers(0, 1), st.sampled_from([0.0, 0.1, 0.15]), st.integers(0, 2**32),
 )
-@settings(max_examples=300)
+@settings(max_examples=150)
 def test_every_restart_is_legal(call, kind, robots, team, quarter, half, scatter, seed):
     """Every restart puts the bodies at rest, apart and where the rules allow."""
     pitch, scales = PITCHES[kind], SCALES[kind]

@@ -129,7 +129,7 @@ def test_trace_kinds():
     assert learn(np.zeros(1), batch(rows), **rule, traces="accumulating").q[0] == 1.5
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(values, decisions(), rules)
 def test_textbook(q, rows, rule):
     """Values and errors equal those of the textbook's algorithm."""
