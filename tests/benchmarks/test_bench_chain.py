@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 import textwrap
+from itertools import takewhile
 from pathlib import Path
 
 import polars as pl
@@ -23,6 +24,7 @@ from schemas import Trajectories
 
 PLAY_S = 600.0
 SETTINGS = Settings()
+UP_TO_GRAMS = tuple(takewhile(lambda noun: noun != "behaviours", STAGES.of_matches))
 
 def scope(match: str) -> Scope:
     """A match, and grams of four."""
@@ -33,7 +35,7 @@ def chain(data: Path) -> None:
     """Recording to 4-grams, every file written, checked and synced."""
     store = Store(data)
     receipt, _ = import_recording(store, Recording(file=SAMPLE))
-    STAGES.make(store, SETTINGS, scope(receipt.name), ("trajectories", "situations", "goals", "grams"))
+    STAGES.make(store, SETTINGS, scope(receipt.name), UP_TO_GRAMS)
 
 
 @pytest.mark.benchmark(group="a match from recording to grams, files written and synced")
@@ -94,7 +96,7 @@ def test_many(benchmark, tmp_path, copies):
     chain(tmp_path)
     (name,) = (receipt.name for receipt in store.receipts("matches"))
     for index in range(copies - 1):
-        for noun, suffix in (("matches", ""), ("situations", ""), ("grams", ".n4")):
+        for noun, suffix in (("matches", ""), ("sides", ""), ("situations", ""), ("grams", ".n4")):
             text = (tmp_path / noun / f"{name}{suffix}.receipt.json").read_text()
             copy = text.replace(f'"name": "{name}', f'"name": "copy{index}-{name}')
             (tmp_path / noun / f"copy{index}-{name}{suffix}.receipt.json").write_text(copy)

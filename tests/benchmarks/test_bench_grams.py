@@ -8,7 +8,7 @@ from pipeline.grams.count import grams, merge, value
 from pipeline.settings import GramSettings
 from schemas import ROLES, SIDES, Goals, Situations
 
-SETTINGS = GramSettings()
+SETTINGS = GramSettings(outcome="paper")
 CODES = np.array([1, 11, 21, 22, 34, 44, 46, 47, 57, 68, 78, 88, 108, 118, 138, 150, 162, 173, 184, 194])
 
 
@@ -28,7 +28,8 @@ def valued(seed=0, situations=8_000):
     times = np.arange(1, 20) * 25_000_000_000
     goals = pl.DataFrame({"match_id": "bench-0", "t_ns": times, "team": rng.choice(SIDES, 19), "robot": None,
                           "kind": None}, schema=Goals.dtypes())
-    return value(table, goals, SETTINGS)
+    return value(table, goals, SETTINGS).with_columns(
+        change=pl.Series(rng.normal(0, 0.1, table.height)), x=pl.lit(0.0), y=pl.lit(0.0))
 
 
 def with_polars(table, n):
