@@ -27,7 +27,7 @@ from pipeline.settings import (
     ValueSettings,
 )
 from pipeline.store.work import Made
-from pipeline.teams import Team, of_sides, of_teams, teams
+from pipeline.teams import Team, as_of, of_sides, of_teams, teams
 from schemas import (
     SIDES,
     Behaviours,
@@ -129,7 +129,7 @@ def _values(inputs: Inputs, settings: ValueSettings) -> Made:
     from pipeline.values.models import from_bytes, shipped  # noqa: PLC0415 (see above)
     from pipeline.values.worths import values, worths  # noqa: PLC0415 (see above)
 
-    fitted = inputs.blob("models", models.kind_of(inputs["matches"][0]))
+    fitted = inputs.blob("models", inputs.pitch.kind)
     table = values(inputs.table("moments", Moments), from_bytes(fitted) if fitted else shipped())
     changed = worths(
         inputs.table("situations", Situations), table, inputs.table("matches", Referee),
@@ -168,8 +168,7 @@ def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
     for team in teams(pl.concat([Sides.empty(), *sides])):
         own = merged.filter(**team._asdict()).drop(Team._fields)
         selection = select(own, recognised[team], settings, round_)
-        patterns.append(selection.patterns.with_columns(
-            pl.lit(value, dtype=pl.String).alias(name) for name, value in team._asdict().items()))
+        patterns.append(as_of(selection.patterns, team))
         if selection.map is not None:
             maps[team] = selection.map
         reports.append(team._asdict() | selection.report._asdict())

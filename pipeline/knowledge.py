@@ -12,7 +12,7 @@ from pipeline.estimates import estimated
 from pipeline.sequences import added_up, exact
 from pipeline.settings import KnowledgeSettings
 from pipeline.state import project
-from pipeline.teams import Team, of_teams
+from pipeline.teams import Team, as_of, of_teams
 from schemas import KEYS, ROLES, Behaviours, Occasions, Patterns
 from schemas.behaviours import moves_randomly
 
@@ -151,9 +151,7 @@ def _by_keys(
     """Occasions from the decisions of a match, by every key of the settings."""
     begun = _counted(of_teams(table.filter(~pl.col("chosen")), sides))
     if learner is not None and learner.kind in sides["kind"]:
-        chosen = table.filter("chosen").with_columns(
-            pl.lit(value, dtype=pl.String).alias(name) for name, value in learner._asdict().items())
-        begun = pl.concat([begun, _own(chosen, settings, known)])
+        begun = pl.concat([begun, _own(as_of(table.filter("chosen"), learner), settings, known)])
     slot = begun["role"].to_physical().to_numpy()
     return pl.concat(
         begun.select(

@@ -147,7 +147,7 @@ class ValueSettings(Frozen):
 
 
 class SideSettings(Frozen):
-    """Which sides of the matches count, and for whom. By default each team makes knowledge of its own.
+    """The sides of the matches that count, and for whom. By default each team makes knowledge of its own.
 
     Attributes:
         watch: sides that count.

@@ -24,7 +24,7 @@ class Team(NamedTuple):
 
 
 class Record(NamedTuple):
-    """What is known of a team before any choice.
+    """Counts by which a team is chosen to be imitated.
 
     Attributes:
         matches: number of its matches.
@@ -88,6 +88,12 @@ def sides_of(team: Team | None, own: pl.DataFrame) -> list[str]:
     if team is None:
         return []
     return own.filter(counts_as=team.team, kind=team.kind)["side"].cast(pl.String).unique().to_list()
+
+
+def as_of(table: pl.DataFrame, team: Team) -> pl.DataFrame:
+    """The rows as those of a team: with its name and league in columns team and kind."""
+    return table.with_columns(
+        pl.lit(value, dtype=pl.String).alias(name) for name, value in team._asdict().items())
 
 
 def of_teams(table: pl.DataFrame, own: pl.DataFrame) -> pl.DataFrame:
