@@ -2,63 +2,52 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import duckdb
 import polars as pl
 import pytest
+from support.outputs import put_goal
 
 from flows.catalog import catalog_path, refresh
 from pipeline.errors import BadQuery, NotFound
-from pipeline.store import Store, catalog
-from pipeline.store.work import Made, Work
-from schemas import PUBLIC, Goals
-
-
-def put(store: Store, match: str, robot: int) -> Path:
-    frame = pl.DataFrame(
-        {"match_id": [match], "t_ns": [5], "team": ["away"], "robot": [robot], "kind": ["error"]},
-        schema=Goals.dtypes(),
-    )
-    store.commit(Work("matches", match, {}, version=1), Made())
-    receipt = store.commit(Work("goals", match, {"robot": robot}, version=1), Made([(frame, Goals)]))
-    return store.root / receipt.files["goals"].path
+from pipeline.store import Store
+from pipeline.store.query import ask
+from schemas import PUBLIC
 
 
 def test_empty_tables(tmp_path):
     """Every public table is a view, even when it is empty."""
     path = refresh(Store(tmp_path))[0]
     for name, schema in PUBLIC.items():
-        frame = catalog.query(path, f"select * from {name}")
+        frame = ask(path, f"select * from {name}")
         assert frame.columns == list(schema.dtypes())
         assert frame.height == 0
 
 
 def test_types_when_empty(tmp_path):
     """An empty view has the types of a full one."""
-    empty = catalog.query(refresh(Store(tmp_path))[0], "select * from goals").schema
+    empty = ask(refresh(Store(tmp_path))[0], "select * from goals").schema
     store = Store(tmp_path)
-    put(store, "m-1", 1)
-    assert catalog.query(refresh(store)[0], "select * from goals").schema == empty
+    put_goal(store, "m-1", 1)
+    assert ask(refresh(store)[0], "select * from goals").schema == empty
 
 
 def test_only_receipts(tmp_path):
     """Views show what receipts list, and nothing else that lies in the folder."""
     store = Store(tmp_path)
-    put(store, "m-1", 1)
-    old = put(store, "m-2", 2)
-    new = put(store, "m-2", 3)
+    put_goal(store, "m-1", 1)
+    old = put_goal(store, "m-2", 2)
+    new = put_goal(store, "m-2", 3)
     (tmp_path / "goals" / "stray.goals.parquet").write_bytes(b"not parquet at all")
     assert old != new
     assert old.exists()
-    rows = catalog.query(refresh(store)[0], "select match_id, robot from goals order by all").rows()
+    rows = ask(refresh(store)[0], "select match_id, robot from goals order by all").rows()
     assert rows == [("m-1", 1), ("m-2", 3)]
 
 
 def test_column_comments(tmp_path):
     """Columns have a comment with their meaning and unit."""
     path = refresh(Store(tmp_path))[0]
-    comments = dict(catalog.query(
+    comments = dict(ask(
         path, "select column_name, comment from duckdb_columns() where table_name = 'trajectories'").rows())
     assert comments["vx"] == "estimated velocity along x; null where it cannot be estimated [m/s]"
 
@@ -66,10 +55,10 @@ def test_column_comments(tmp_path):
 def test_parameters_are_bound(tmp_path):
     """A parameter is a value and never part of the SQL."""
     store = Store(tmp_path)
-    put(store, "m-1", 1)
+    put_goal(store, "m-1", 1)
     path = refresh(store)[0]
-    assert catalog.query(path, "select count(*) from goals where match_id = ?", ["m-1"]).item() == 1
-    assert catalog.query(path, "select count(*) from goals where match_id = ?", ["' or 1=1 --"]).item() == 0
+    assert ask(path, "select count(*) from goals where match_id = ?", ["m-1"]).item() == 1
+    assert ask(path, "select count(*) from goals where match_id = ?", ["' or 1=1 --"]).item() == 0
 
 
 @pytest.mark.parametrize("sql", [
@@ -88,13 +77,13 @@ def test_read_only(tmp_path, sql):
     """A query can only read the catalogue."""
     secret_frame = pl.DataFrame({"a": [1]})
     store = Store(tmp_path)
-    put(store, "m-1", 1)
+    put_goal(store, "m-1", 1)
     path = refresh(store)[0]
     with pytest.raises(BadQuery):
-        catalog.query(path, sql.format(tmp=tmp_path))
+        ask(path, sql.format(tmp=tmp_path))
     assert not (tmp_path / "out.csv").exists()
     assert secret_frame.height == 1
-    assert catalog.query(path, "select count(*) from goals").item() == 1
+    assert ask(path, "select count(*) from goals").item() == 1
 
 
 @pytest.mark.parametrize(("sql", "said"), [
@@ -113,46 +102,46 @@ def test_read_only(tmp_path, sql):
 def test_unfit_queries(tmp_path, sql, said):
     """A query whose answer does not fit one table is refused with the reason."""
     with pytest.raises(BadQuery, match=said):
-        catalog.query(refresh(Store(tmp_path))[0], sql)
+        ask(refresh(Store(tmp_path))[0], sql)
 
 
 def test_semicolon_and_comment(tmp_path):
     """One statement may have a semicolon, comments and nested values."""
     path = refresh(Store(tmp_path))[0]
-    frame = catalog.query(path, "-- why\nselect [1, 2]::integer[2] a, {'b': ['c']} s, null::date d; -- ;")
+    frame = ask(path, "-- why\nselect [1, 2]::integer[2] a, {'b': ['c']} s, null::date d; -- ;")
     assert frame.rows() == [([1, 2], {"b": ["c"]}, None)]
 
 
 def test_open_notebook(tmp_path):
     """A notebook that has the catalogue open does not block its refresh, and goes on reading."""
     store = Store(tmp_path)
-    put(store, "m-1", 1)
+    put_goal(store, "m-1", 1)
     path = refresh(store)[0]
     with duckdb.connect(str(path), read_only=True) as notebook:
-        put(store, "m-2", 2)
-        assert catalog.query(refresh(store)[0], "select count(*) from goals").item() == 2
+        put_goal(store, "m-2", 2)
+        assert ask(refresh(store)[0], "select count(*) from goals").item() == 2
         assert notebook.execute("select count(*) from goals").fetchone() == (1,)
 
 
 def test_not_rebuilt(tmp_path):
     """The catalogue is rebuilt only if something changed."""
     store = Store(tmp_path)
-    put(store, "m-1", 1)
+    put_goal(store, "m-1", 1)
     before = refresh(store)[0].stat().st_ino
     assert refresh(store)[0].stat().st_ino == before
-    put(store, "m-2", 1)
+    put_goal(store, "m-2", 1)
     assert refresh(store)[0].stat().st_ino != before
 
 
 def test_moved_folder(tmp_path):
     """A data folder that was moved gets a new catalogue."""
-    put(Store(tmp_path / "a"), "m-1", 1)
+    put_goal(Store(tmp_path / "a"), "m-1", 1)
     refresh(Store(tmp_path / "a"))[0]
     (tmp_path / "a").rename(tmp_path / "b")
-    assert catalog.query(refresh(Store(tmp_path / "b"))[0], "select count(*) from goals").item() == 1
+    assert ask(refresh(Store(tmp_path / "b"))[0], "select count(*) from goals").item() == 1
 
 
 def test_no_catalogue(tmp_path):
     """Without a catalogue the error names the command to run."""
     with pytest.raises(NotFound, match="Run `pitchlore run` first"):
-        catalog.query(catalog_path(Store(tmp_path)), "select 1")
+        ask(catalog_path(Store(tmp_path)), "select 1")

@@ -148,15 +148,15 @@ def test_interrupted_query(finished):
 INTERRUPTIBLE = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from pipeline.store import catalog
+from flows.commands import sql
 from flows.cli import main
 from flows.commands.printing import print_frame
 from flows.commands.run import _print_rounds
-ask = catalog.query
-def query(*arguments):
+ask = sql.ask
+def told(*arguments):
     print("asked", flush=True)
     return ask(*arguments)
-catalog.query = query
+sql.ask = told
 main()
 """
 

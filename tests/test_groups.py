@@ -31,7 +31,8 @@ from pipeline.settings import (
     SideSettings,
 )
 from pipeline.state.table import LEVELS
-from pipeline.store import Store, catalog
+from pipeline.store import Store
+from pipeline.store.query import ask
 from pipeline.teams import Team
 from schemas import Behaviours, Decisions, Goals, Grams, Occasions, Patterns, Policies, Sides, Situations
 
@@ -122,12 +123,12 @@ class TestGroups:
             learn(store, group(match))
         refresh(store)
         rows = "select distinct match_id from decisions order by match_id"
-        assert set(catalog.query(catalog_path(store), rows)["match_id"]) == {name, PLAYED}
+        assert set(ask(catalog_path(store), rows)["match_id"]) == {name, PLAYED}
         store.quarantine("behaviours", f"{name}.n3", ValueError("no"))
         assert scope_of(store, SETTINGS).matches == (PLAYED,)
         refresh(store)
-        assert catalog.query(catalog_path(store), rows)["match_id"].to_list() == [PLAYED]
-        assert set(catalog.query(catalog_path(store), "select distinct match_id from grams")["match_id"]) == {name, PLAYED}
+        assert ask(catalog_path(store), rows)["match_id"].to_list() == [PLAYED]
+        assert set(ask(catalog_path(store), "select distinct match_id from grams")["match_id"]) == {name, PLAYED}
 
     def test_refused_store(self, store):
         """If behaviours of the whole store are refused, no match is blamed."""

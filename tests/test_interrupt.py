@@ -120,12 +120,12 @@ def test_a_query_stops(finished):
     """Ctrl-C stops a query."""
     forever = "select count(*) from range(100000) a, range(100000) b, range(1000) c where ? is not null"
     told = """
-from pipeline.store import catalog
-ask = catalog.query
-def query(*arguments):
+from flows.commands import sql
+ask = sql.ask
+def told(*arguments):
     print("moment", flush=True)
     return ask(*arguments)
-catalog.query = query
+sql.ask = told
 """
     with terminal("sql", forever, "x", "--data", finished, before=told) as command:
         command.until("moment")

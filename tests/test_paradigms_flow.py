@@ -11,7 +11,7 @@ import pytest
 from flows.cli import main
 from flows.paradigms import paradigms_flow, points_of, reports
 from pipeline.store import Store
-from pipeline.store.catalog import query
+from pipeline.store.query import ask
 from pipeline.studies.paradigms import experiments
 from pipeline.studies.paradigms.experiments import Design
 from schemas import Paradigms, Verdicts
@@ -30,11 +30,11 @@ def test_catalogue_tables(played):
     data, report = played
     assert report["failed"] == {}
     catalogue = data / "catalog.duckdb"
-    points = query(catalogue, "select * from paradigms")
+    points = ask(catalogue, "select * from paradigms")
     assert set(points.columns) == set(Paradigms.dtypes())
     assert set(points["figure"]) == {4, 5}
     assert set(points["runs"]) == {4}
-    claims = query(catalogue, "select distinct figure from verdicts order by 1")
+    claims = ask(catalogue, "select distinct figure from verdicts order by 1")
     assert claims["figure"].to_list() == [4, 5]
 
 

@@ -21,7 +21,7 @@ from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.errors import NotFound
 from pipeline.store import Store
-from pipeline.store.catalog import query
+from pipeline.store.query import ask
 from pipeline.store.work import Made, Work
 from pipeline.studies.document import code, picture, table, web_page
 from pipeline.studies.evaluations import Evaluation
@@ -270,7 +270,7 @@ def test_export(reported):
     assert set(linked) == {name for name in names if name.endswith(".png")}
     assert pl.read_csv(export / "games.csv").height == 20 * 35
     assert pl.read_csv(export / "growth.csv").height == 20 * 35 * 3
-    assert query(data / "catalog.duckdb", "select count(*) n from claims")["n"].item() == pl.read_csv(export / "claims.csv").height
+    assert ask(data / "catalog.duckdb", "select count(*) n from claims")["n"].item() == pl.read_csv(export / "claims.csv").height
 
 
 def test_made_once(tmp_path):

@@ -25,7 +25,8 @@ from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.errors import PitchloreError
 from pipeline.estimates import BY_EVIDENCE
 from pipeline.settings import Settings
-from pipeline.store import Store, catalog
+from pipeline.store import Store
+from pipeline.store.query import ask
 from pipeline.studies.seasons.settings import Season, named
 from schemas import Behaviours
 
@@ -93,7 +94,7 @@ def _season(store: Store) -> Season:
 
 
 def _scores(store: Store, played: list[str], out: Console) -> None:
-    rows = catalog.query(catalog_path(store), """
+    rows = ask(catalog_path(store), """
         select match_id as match, home, away, score_home || ' : ' || score_away as score,
                round(duration_s / 60, 1) as minutes
         from matches order by list_position(?, match_id) nulls first, match_id""", [played])
@@ -130,7 +131,7 @@ def _behaviours(store: Store, out: Console) -> None:
 def _question(store: Store, out: Console) -> None:
     out.print("\nHow often does a goal follow within five seconds?", style="bold", highlight=False)
     out.print(_QUESTION, markup=False, highlight=False)
-    print_frame(catalog.query(catalog_path(store), _QUESTION))
+    print_frame(ask(catalog_path(store), _QUESTION))
 
 
 def _paths(store: Store, played: list[str], season: Season, common: Common, out: Console) -> None:

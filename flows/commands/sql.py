@@ -10,7 +10,8 @@ from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.printing import console, print_csv, print_frame, print_json, warn
 from pipeline.errors import BadSettings, NotFound
-from pipeline.store import Store, catalog
+from pipeline.store import Store
+from pipeline.store.query import ask
 from schemas import PUBLIC
 
 #: Rows of an answer that are laid out for people: a table of millions would take all memory.
@@ -70,4 +71,4 @@ def _answer(store: Store, query: str, parameters: Sequence[str]) -> pl.DataFrame
     path, left_out = refresh(store)
     for file in left_out:
         warn(f"{file}: is lost or damaged, its rows are left out. Run `pitchlore run` to make it anew.")
-    return catalog.query(path, query, parameters)
+    return ask(path, query, parameters)

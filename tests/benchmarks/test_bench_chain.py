@@ -17,7 +17,7 @@ from flows.stage import Scope
 from flows.stages import STAGES
 from pipeline.settings import Settings
 from pipeline.store import Store
-from pipeline.store.catalog import query
+from pipeline.store.query import ask
 from pipeline.store.tables import to_parquet
 from pipeline.store.work import Made, Work
 from schemas import Trajectories
@@ -129,6 +129,6 @@ def test_sql_ours(benchmark, tmp_path):
     sql = ("select match_id, team, name, count(*) n, avg((end_ns-start_ns)/1e9) s from situations "
            "group by all order by n desc")
     benchmark.extra_info.update(units=100, unit="matches")
-    assert benchmark.pedantic(lambda: query(catalog, sql), rounds=5).height > 0
+    assert benchmark.pedantic(lambda: ask(catalog, sql), rounds=5).height > 0
 
 
