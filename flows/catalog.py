@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import NamedTuple
 
-from flows.stage import Per
 from flows.stages import STAGES
 from pipeline.store import Store, catalog
-from pipeline.store.receipts import FileRecord, digest
+from pipeline.store.files import REMEDY_OF_VERSION, remedy_of
+from pipeline.store.receipts import FileRecord, Manifest, Receipt, digest
 from schemas import PUBLIC
 
 
@@ -38,61 +39,107 @@ def catalog_path(store: Store) -> Path:
     return store.root / "catalog.duckdb"
 
 
-def sources(store: Store) -> dict[str, list[tuple[Path, FileRecord]]]:
-    """Files of each public table, as receipts and manifests name them; folders are never listed.
+class Vouched(NamedTuple):
+    """A file that a receipt or manifest vouches for.
+
+    Attributes:
+        receipt: the receipt or manifest.
+        path: of the file.
+        record: what is known of it.
+    """
+
+    receipt: Receipt
+    path: Path
+    record: FileRecord
+
+    @property
+    def advice(self) -> str:
+        """What to do if it is damaged, a line."""
+        remedy = REMEDY_OF_VERSION if isinstance(self.receipt, Manifest) else remedy_of(self.receipt.noun)
+        return f"{self.path}: is lost or damaged. {remedy}."
+
+
+class Look(NamedTuple):
+    """A look at the files of a data folder.
+
+    Attributes:
+        whole: the whole files.
+        damaged: the files that are damaged or lost.
+    """
+
+    whole: list[Vouched]
+    damaged: list[Vouched]
+
+
+def look(store: Store) -> Look:
+    """Check the files that are new, or were touched since the catalogue was made, against their SHA-256.
+
+    The store doubts the damaged files from now on: outputs that have one of them are not done, so that they
+    are made again. A file whose bytes changed while its size and time did not is not noticed here, but by
+    ``pitchlore verify``.
+    """
+    return _look(store, catalog.listing(catalog_path(store)))
+
+
+def _look(store: Store, listing: Mapping[tuple[str, str], tuple[int, int] | None] | None) -> Look:
+    known = {path: glance for (_, path), glance in (listing or {}).items()}
+    found = Look([], [])
+    for file in _vouched(store):
+        seen = catalog.glance(file.path)
+        trusted = seen is not None and known.get(str(file.path.resolve())) == seen
+        whole = trusted or (seen is not None and digest(store.foreign(file.path)) == file.record.sha256)
+        (found.whole if whole else found.damaged).append(file)
+    store.doubted = frozenset(file.path for file in found.damaged)
+    return found
+
+
+def _vouched(store: Store) -> Iterator[Vouched]:
+    """The files that receipts and manifests name; folders are never listed."""
+    for noun in STAGES.receipted:
+        for receipt in store.receipts(noun):
+            yield from (Vouched(receipt, store.root / each.path, each) for each in receipt.files.values())
+    for noun in STAGES.versioned:
+        for manifest in store.manifests(noun):
+            folder = store.version_folder(noun, manifest.version)
+            yield from (Vouched(manifest, folder / each.path, each) for each in manifest.files.values())
+
+
+def _views(store: Store, files: Iterable[Vouched]) -> dict[str, list[Path]]:
+    """The files with rows of each public table; under ``""`` all other files.
 
     A removed match has no rows. A match in quarantine has no rows of the stage that refused it or of later
     stages: such rows would come from other settings than those of the other matches.
     """
     names = {tag: name for name, schema in PUBLIC.items() for tag in schema.readable()}
-    files: dict[str, list[tuple[Path, FileRecord]]] = {}
-
-    def add(folder: Path, records: Iterable[FileRecord]) -> None:
-        for record in records:
-            if record.table in names and record.rows:
-                files.setdefault(names[record.table], []).append((folder / record.path, record))
-
-    standing = {receipt.name for receipt in store.receipts("matches")}
-    refused = {(record.noun, match_of(record.name)) for record in store.quarantined()}
+    out = {(record.noun, match_of(record.name)) for record in store.quarantined()}
+    there = {receipt.name for receipt in store.receipts("matches")}
+    standing: dict[str, set[str]] = {}
     for noun in STAGES.of_matches:
-        standing -= {match for stage, match in refused if stage == noun and noun != "matches"}
-        for receipt in store.receipts(noun):
-            if match_of(receipt.name) in standing:
-                add(store.root, receipt.files.values())
-    for noun in STAGES.nouns(Per.OWN):
-        for receipt in store.receipts(noun):
-            add(store.root, receipt.files.values())
-    for noun in STAGES.versioned:
-        for manifest in store.manifests(noun):
-            add(store.version_folder(noun, manifest.version), manifest.files.values())
-    return files
+        there = there - {match for stage, match in out if stage == noun and noun != "matches"}
+        standing[noun] = there
+    views: dict[str, list[Path]] = {}
+    for receipt, path, record in files:
+        of_match = standing.get(receipt.noun)
+        shown = record.rows and (of_match is None or match_of(receipt.name) in of_match)
+        views.setdefault(names.get(record.table or "", "") if shown else "", []).append(path)
+    return views
 
 
-def refresh(store: Store) -> tuple[Path, list[Path]]:
+def refresh(store: Store) -> tuple[Path, list[Vouched]]:
     """Build the catalogue aside and move it into place, if it is not up to date.
 
-    A catalogue that another version of Pitchlore made, with other tables, is not.
-
-    New files, and files that were touched since, are checked against their SHA-256. A lost or damaged
-    file is left out, so that the others can be queried.
+    A catalogue that another version of Pitchlore made, with other tables, is not. Damaged files are left
+    out, so that the others can be queried (:func:`look`).
 
     Returns:
         The catalogue's path, and the files that were left out.
     """
     path = catalog_path(store)
-    known = catalog.listing(path)
-    listed: dict[str, list[Path]] = {}
-    left_out: list[Path] = []
-    for name, files in sources(store).items():
-        for file, record in files:
-            seen = catalog.glance(file)
-            trusted = seen is not None and (known or {}).get((name, str(file.resolve()))) == seen
-            if trusted or (seen is not None and digest(store.foreign(file)) == record.sha256):
-                listed.setdefault(name, []).append(file)
-            else:
-                left_out.append(file)
-    wanted = {(name, str(f.resolve())): catalog.glance(f) for name, files in listed.items() for f in files}
-    if wanted != known:
+    listing = catalog.listing(path)
+    whole, damaged = _look(store, listing)
+    views = _views(store, whole)
+    wanted = {(name, str(f.resolve())): catalog.glance(f) for name, files in views.items() for f in files}
+    if wanted != listing:
         with store.aside(path) as temporary:
-            catalog.build(temporary, listed)
-    return path, left_out
+            catalog.build(temporary, views)
+    return path, damaged

@@ -131,6 +131,11 @@ COMMANDS = (
         "pitchlore forget derby-1f2e3d4c5b6a",
     ),
     Command(
+        "verify", "verify:verify",
+        "Check every byte of the data folder, and restore damaged files from a backup.",
+        "pitchlore verify --restore-from /mnt/backup/league",
+    ),
+    Command(
         "prune", "prune:prune",
         "Remove superseded files: those that no receipt names any more.",
         "pitchlore prune",
@@ -174,9 +179,9 @@ COMMANDS = (
         "pitchlore kb diff 1 2",
     ),
     Command(
-        "kb verify", "kb:verify",
-        "Check every file of every version (or of one), and of every receipt, against its SHA-256.",
-        "pitchlore kb verify",
+        "kb verify", "verify:verify_versions",
+        "Check every file of every version (or of one) against its SHA-256, or restore it from a backup.",
+        "pitchlore kb verify --restore-from /mnt/backup/league",
     ),
 )
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from flows.progress import StageReport
 from flows.stages import STAGES
 from pipeline import matches as log
-from pipeline.errors import BadRecording, NoFrames, PitchloreError
+from pipeline.errors import BadRecording, CorruptFile, DamagedLog, NoFrames, PitchloreError
 from pipeline.importers.readers import open_source, read
 from pipeline.importers.source import slug
 from pipeline.importers.tracking_map import TrackingMap, load_map
@@ -135,7 +135,7 @@ def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, obje
     buffer = io.BytesIO()
     log.write(match, buffer)
     data = buffer.getvalue()
-    there = store.receipt("matches", name)
+    there = store.readable("matches", name)
     if there is not None and store.intact(there):
         same_source = there.inputs["source"] == sha256
         stands = not same_source or there.key == _work(name, sha256, settings).key
@@ -160,9 +160,23 @@ def keep(store: Store, match: MatchLog, data: bytes, work: Work) -> Receipt:
         data: the log's bytes.
         work: that made it.
     """
+    return store.commit(work, _made(match, data))
+
+
+def mend(store: Store, receipt: Receipt) -> None:
+    """Write a match's damaged tables anew from its log, if the log is whole and gives the same bytes."""
+    try:
+        data = store.read(receipt, "log")
+        store.mend(receipt, _made(log.read(data, where=receipt.name), data))
+    except (CorruptFile, DamagedLog):
+        return  # it is reported: the recording has to be imported again
+
+
+def _made(match: MatchLog, data: bytes) -> Made:
+    """The log of a match, its row, the referee's events, its flaws, and its commands."""
     row = log.row(match)
     flaws = match.quality.group_by("flaw").agg(pl.col("count").sum()).sort("flaw")
-    return store.commit(work, Made(
+    return Made(
         tables=[
             (row, Matches), (match.referee, Referee), (match.quality, Quality), (match.commands, Commands),
         ],
@@ -174,7 +188,7 @@ def keep(store: Store, match: MatchLog, data: bytes, work: Work) -> Receipt:
             "decisions": match.decisions.height,
             "flaws": dict(flaws.cast({"flaw": pl.String}).iter_rows()),
         },
-    ))
+    )
 
 
 def all_here(store: Store, recordings: Sequence[Recording]) -> StageReport | None:

@@ -10,6 +10,7 @@ from flows.imports import import_all
 from flows.matches import Recording
 from flows.progress import RunReport
 from flows.tasks import Runner, data_folder, our_flow
+from flows.update import look_for_damage
 from pipeline.settings import Settings
 
 
@@ -20,7 +21,7 @@ def run_flow(
     """Import the new recordings of the inbox (or ``recordings``), and bring every stage up to date."""
     store = data_folder(data)
     report = RunReport(stages=[import_all(store, recordings)])
-    report.stage("matches").failed |= store.unreadable("matches")
+    look_for_damage(store, report)
     Runner(store).update(settings, report, train=train)
     refresh(store)
     create_markdown_artifact(report.markdown(), key="run", description="what the run did")

@@ -16,7 +16,7 @@ from prefect.task_runners import ThreadPoolTaskRunner
 from pydantic import BaseModel
 
 from flows import knowledge, policies
-from flows.catalog import refresh
+from flows.catalog import look, refresh
 from flows.progress import RunReport, StageReport, listener
 from flows.stage import Output, Per, Scope, Stage
 from flows.stages import STAGES
@@ -175,7 +175,7 @@ def conclude(store: Store, report: StageReport) -> dict[str, object]:
 
 
 def data_folder(data: Path) -> Store:
-    """The store of a run, without the leftovers of killed runs.
+    """The store of a run, without the leftovers of killed runs; it doubts damaged files.
 
     Raises:
         BadSettings: if the path is not a folder.
@@ -184,4 +184,5 @@ def data_folder(data: Path) -> Store:
         raise BadSettings("is not a folder", where=str(data), next_step="Name the data folder with --data")
     store = Store(data)
     store.sweep()
+    look(store)
     return store

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from flows.catalog import match_of
-from flows.matches import PLAYING, all_here, inbox
+from flows.catalog import look, match_of
+from flows.matches import PLAYING, all_here, inbox, mend
 from flows.outputs import match_names
 from flows.progress import RunReport, StageReport
 from flows.stage import Output, Scope, Stage
 from flows.stages import STAGES
 from pipeline.settings import Settings
 from pipeline.store import Store
+from pipeline.store.receipts import Manifest
 
 #: Makes some outputs of a stage and reports on them.
 Perform = Callable[[Stage, Sequence[Output], Settings, Scope], StageReport]
@@ -68,8 +69,8 @@ def nothing_new(store: Store, settings: Settings, *, train: bool = True) -> RunR
     imported = None if store.abandoned(PLAYING) else all_here(store, inbox(store))
     if imported is None:
         return None
-    imported.failed |= store.unreadable("matches")
     report = RunReport(stages=[imported])
+    look_for_damage(store, report)
 
     def refuse(*_: object) -> StageReport:
         raise NewWork
@@ -88,6 +89,24 @@ def nothing_new(store: Store, settings: Settings, *, train: bool = True) -> RunR
     except NewWork:
         return None
     return report
+
+
+def look_for_damage(store: Store, report: RunReport) -> None:
+    """Mend matches from their logs, and report the damage that no stage can mend.
+
+    The store doubts damaged outputs from now on, so that they are made again.
+    """
+    report.stage("matches").failed |= store.unreadable("matches")
+    damaged = look(store).damaged
+    for file in damaged:
+        if file.receipt.noun == "matches":
+            mend(store, file.receipt)
+    for file in look(store).damaged if damaged else ():
+        noun, name = file.receipt.noun, file.receipt.name
+        if isinstance(file.receipt, Manifest):
+            report.stage(noun).failed[f"version {file.receipt.version}"] = file.advice
+        elif noun == "matches":
+            report.stage(noun).failed[name] = file.advice
 
 
 def bring(

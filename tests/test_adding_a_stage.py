@@ -20,20 +20,21 @@ from golden import cases
 from flows.catalog import catalog_path, forget_match, refresh
 from flows.stages import STAGES
 from pipeline.settings import Settings
-from pipeline.store import Store, catalog
+from pipeline.store import Store
+from pipeline.store.query import ask
 name = "sprints/clip-120s.txt"
 path = cases.HERE / name
 path.parent.mkdir()
 path.write_text(str(cases.CASES[name]()))
 store = Store(Path(cases._data().name))
-ask = "select count(*), max(top_speed) > 0.5 from sprints"
-assert catalog.query(refresh(store)[0], ask).row(0) == (6, True)
+question = "select count(*), max(top_speed) > 0.5 from sprints"
+assert ask(refresh(store)[0], question).row(0) == (6, True)
 assert Settings().sprints.over == 0.0
 assert list(STAGES).index("sprints") == 4
 match = next(store.receipts("matches")).name
 forget_match(store, match)
 assert not list(store.receipts("sprints"))
-assert catalog.query(refresh(store)[0], "select count(*) from sprints").item() == 0
+assert ask(refresh(store)[0], "select count(*) from sprints").item() == 0
 """
 
 

@@ -15,6 +15,7 @@ import tomllib
 import polars as pl
 import pytest
 from conftest import ROOT, clip
+from support.receipts import put_receipt, receipt_at
 
 from flows.cli import COMMANDS
 from flows.commands.printing import print_frame
@@ -91,7 +92,8 @@ def test_sql_tables(call, tmp_path):
 @pytest.mark.parametrize(("query", "said"), [
     ("selec 1", "Parser Error"),
     ("select * from situation", "situation"),
-    ("select * from read_csv('/etc/passwd')", "disabled"),
+    ("select * from read_csv('/etc/passwd')", "read_csv may not be called"),
+    ("select * from '/etc/passwd.csv'", "disabled"),
     ("select 1; select 2", "2 statements were given, not one"),
     ("/* nothing */", "0 statements were given, not one"),
     ("select interval 1 day as later", "column later is of type INTERVAL"),
@@ -226,9 +228,8 @@ def test_kb_commands(call, copied):
 def test_run_on_an_older_folder(copied):
     """Rounds of behaviours that another version of the stage made have no counts by team, and run says nothing of them."""
     (file, *_) = sorted((copied / "behaviours").glob("n4.receipt.json"))
-    said = json.loads(file.read_text())
-    said["details"] = {"report": said["details"]["reports"][0]}
-    file.with_name("n9.receipt.json").write_text(json.dumps(said | {"name": "n9"}))
+    said = receipt_at(file)
+    put_receipt(file.with_name("n9.receipt.json"), said, name="n9", details={"report": said["details"]["reports"][0]})
     _print_rounds(Store(copied))
 
 
@@ -432,7 +433,7 @@ def test_import_run_and_train(call, tmp_path):
     assert code == 0
     assert "nothing was recomputed" in out
     receipt = data / "grams" / f"{name}.n4.receipt.json"
-    receipt.write_text(receipt.read_text().replace('"key": "', '"key": "0'))  # as if of another version
+    put_receipt(receipt, receipt_at(receipt), key="0")  # as if of another version
     code, out, _ = call("run", "--settings", settings, "--data", data)
     assert code == 0
     assert "Nothing new. Outputs made again, with the same bytes: 1." in out

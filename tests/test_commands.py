@@ -19,6 +19,8 @@ from flows.stages import STAGES
 from flows.update import scope_of
 from pipeline.settings import Settings
 from pipeline.store import Store, catalog
+from pipeline.store.query import ask
+from pipeline.store.verification import verify
 from schemas import PUBLIC, Commands, Matches, Quality, Referee
 
 SETTINGS = Settings()
@@ -33,8 +35,8 @@ def recording(folder: Path, name: str, kicks: int) -> Recording:
     return Recording(file=file)
 
 
-def ask(store: Store, query: str = "select match_id, count(*) from commands group by all order by all") -> list[tuple]:
-    return catalog.query(refresh(store)[0], query).rows()
+def rows_of(store: Store, query: str = "select match_id, count(*) from commands group by all order by all") -> list[tuple]:
+    return ask(refresh(store)[0], query).rows()
 
 
 @pytest.fixture
@@ -70,17 +72,17 @@ def test_commands_in_a_store(tmp_path):
     store = Store(tmp_path / "data")
     receipt, _ = import_recording(store, recording(tmp_path, "new.rcg", 4))
     assert receipt.files["commands"].rows == 4
-    assert ask(store, "select team, robot, t_ns, command, count from commands where t_ns < 2.5e8 order by t_ns") == [
+    assert rows_of(store, "select team, robot, t_ns, command, count from commands where t_ns < 2.5e8 order by t_ns") == [
         ("home", 1, 100_000_000, "kick", 1), ("home", 1, 200_000_000, "kick", 1)]
     file = store.root / receipt.files["commands"].path
-    assert store.verify_receipts("matches") == []
+    assert verify(store, ["matches"], ()).problems == []
     stray = file.with_name(file.name.replace(receipt.files["commands"].sha256[:12], "0" * 12))
     stray.write_bytes(b"old")
     assert store.prune("matches") == [stray]
     assert file.exists()
     forget_match(store, receipt.name)
     assert not file.exists()
-    assert ask(store) == []
+    assert rows_of(store) == []
 
 
 def test_own_log(tmp_path):
@@ -97,10 +99,10 @@ def test_own_log(tmp_path):
 
 def test_old_catalogue(old):
     """A catalogue without the table is made anew, though no file has changed."""
-    assert ask(old) == []
-    assert ask(old, "select count(*) from matches") == [(1,)]
+    assert rows_of(old) == []
+    assert rows_of(old, "select count(*) from matches") == [(1,)]
     before = catalog_path(old).stat().st_ino
-    assert ask(old) == []
+    assert rows_of(old) == []
     assert catalog_path(old).stat().st_ino == before
 
 
@@ -110,13 +112,13 @@ def test_empty_old_catalogue(tmp_path, monkeypatch):
     with monkeypatch.context() as before:
         before.setattr(catalog, "PUBLIC", {name: table for name, table in PUBLIC.items() if table is not Commands})
         refresh(store)
-    assert ask(store) == []
+    assert rows_of(store) == []
 
 
 def test_unreadable_catalogue(tmp_path):
     """A catalogue that is none is made anew."""
     catalog_path(Store(tmp_path)).write_bytes(b"no database")
-    assert ask(Store(tmp_path)) == []
+    assert rows_of(Store(tmp_path)) == []
 
 
 def test_old_store_beside_new(old, tmp_path, call):
@@ -126,10 +128,10 @@ def test_old_store_beside_new(old, tmp_path, call):
     STAGES.make(old, SETTINGS, scope_of(old, SETTINGS), chain)
     assert all(len(list(old.receipts(noun))) == 2 for noun in chain)
     assert not list(old.quarantined())
-    assert ask(old) == [(new.name, 5)]
+    assert rows_of(old) == [(new.name, 5)]
     code, out, err = call("sql", "select count(*) as n from commands", "--json", "--data", old.root)
     assert (code, json.loads(out), err) == (0, [{"n": 5}], "")
-    assert old.verify_receipts("matches") == []
+    assert verify(old, ["matches"], ()).problems == []
 
 
 def test_old_match_is_imported_anew(old, tmp_path):
@@ -140,6 +142,6 @@ def test_old_match_is_imported_anew(old, tmp_path):
     receipt, new = import_recording(old, again)
     assert new
     assert receipt.name == before.name
-    assert ask(old) == [(receipt.name, 3)]
+    assert rows_of(old) == [(receipt.name, 3)]
     assert not import_recording(old, again)[1]
     assert all_here(old, [again]) is not None

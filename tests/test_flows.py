@@ -24,7 +24,9 @@ from flows.tasks import flow_of, make_output, make_version
 from pipeline import matches as log_format
 from pipeline.errors import BadRecording, StorageFailed
 from pipeline.settings import BehaviourSettings, GramSettings, PolicySettings, Settings, TrajectorySettings
-from pipeline.store import Store, catalog
+from pipeline.store import Store
+from pipeline.store.query import ask
+from pipeline.store.verification import verify
 from schemas import Policies
 
 pytestmark = pytest.mark.usefixtures("prefect_server")
@@ -66,8 +68,8 @@ def test_the_catalogue_answers(finished):
     """After a run the tables have rows, and no situations of a robot overlap."""
     path = catalog_path(Store(finished))
     for table in ("matches", "trajectories", "situations", "grams", "behaviours", "occasions", "decisions", "policies"):
-        assert catalog.query(path, f"select count(*) from {table}").item() > 0
-    overlaps = catalog.query(path, """
+        assert ask(path, f"select count(*) from {table}").item() > 0
+    overlaps = ask(path, """
         select count(*) from (select end_ns > lead(start_ns) over (partition by match_id, team, robot
         order by start_ns) as crosses from situations) where crosses""")
     assert overlaps.item() == 0
@@ -187,7 +189,7 @@ def test_two_at_once(tmp_path, finished):
     assert store.versions("knowledge") == [1, 2, 3]
     assert {store.manifest("knowledge", v).settings["optimistic"] for v in versions} == {0.25, 0.75}
     for version in versions:
-        assert store.verify_version("knowledge", version) == []
+        assert verify(store, (), [("knowledge", version)]).problems == []
 
 
 def test_import_twice(tmp_path, clips):
@@ -282,7 +284,7 @@ def test_other_training(tmp_path, finished):
 
 def test_seen_pairs(finished):
     """Policies have exactly the pairs of state and behaviour that were seen."""
-    rows = catalog.query(catalog_path(Store(finished)), """
+    rows = ask(catalog_path(Store(finished)), """
         select (select count(*) from policies) as pairs,
                (select count(*) from occasions) as occasions,
                (select count(*) from policies join occasions using (role, key, state, behaviour_id)) as shared""")

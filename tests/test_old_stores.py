@@ -14,9 +14,11 @@ from flows.stage import Scope
 from flows.stages import STAGES
 from flows.versions import emit
 from pipeline.settings import KnowledgeSettings, Settings
-from pipeline.store import Store, catalog
+from pipeline.store import Store
+from pipeline.store.query import ask
 from pipeline.store.receipts import FileRecord, Manifest
 from pipeline.store.tables import SCHEMA_KEY
+from pipeline.store.verification import verify
 from pipeline.store.work import Made
 from schemas import ROLES, Behaviours, Decisions, Occasions, Patterns, Sides
 
@@ -58,7 +60,7 @@ def old(tmp_path) -> Store:
     record = FileRecord.of(file.name, file.read_bytes(), table="behaviours/1", rows=before.height)
     changed = Manifest.model_validate(manifest.model_dump() | {"files": {**manifest.files, "behaviours": record}})
     (folder / "manifest.json").write_text(changed.model_dump_json())
-    assert store.verify_version("knowledge", 1) == []
+    assert verify(store, (), [("knowledge", 1)]).problems == []
     return store
 
 
@@ -121,9 +123,9 @@ def test_diff(old, call):
 def test_sql(old, call):
     """The view of behaviours has the rows of both, in the order of the columns."""
     names = list(Behaviours.dtypes())
-    assert catalog.query(refresh(old)[0], "from behaviours").columns == names, "of old files alone, too"
+    assert ask(refresh(old)[0], "from behaviours").columns == names, "of old files alone, too"
     add(old)
-    found = catalog.query(refresh(old)[0], "from behaviours order by version, behaviour_id")
+    found = ask(refresh(old)[0], "from behaviours order by version, behaviour_id")
     assert found.columns == names
     assert found.select("version", "behaviour_id", "support", "low").rows() == [
         (1, "striker-011", 8, None), (1, "striker-046", 4, None), (2, "striker-011", 8, None), (2, "striker-046", 16, None)]
@@ -137,5 +139,5 @@ def test_beside_new(old):
     new = patterns().with_columns(version=pl.lit(2, pl.Int32)).select(list(Behaviours.dtypes()))
     details = old.manifest("knowledge", 1).details
     old.commit_version(work, Made([(new, Behaviours), (Occasions.empty(), Occasions)], details=details), 2, parent=1)
-    found = catalog.query(refresh(old)[0], "select version, low, x, codes from behaviours order by all")
+    found = ask(refresh(old)[0], "select version, low, x, codes from behaviours order by all")
     assert found.rows() == [(1, None, None, [11]), (1, None, None, [46]), (2, 0.25, 0.125, [46])]

@@ -15,8 +15,16 @@ from flows.matches import Recording, import_recording, with_map
 from flows.stages import STAGES
 from flows.tasks import flow_of
 from pipeline.errors import DamagedLog
-from pipeline.settings import BehaviourSettings, KnowledgeSettings, RoundSettings, Settings, SituationSettings
-from pipeline.store import Store, catalog
+from pipeline.settings import (
+    BehaviourSettings,
+    KnowledgeSettings,
+    RoundSettings,
+    Settings,
+    SituationSettings,
+    TrajectorySettings,
+)
+from pipeline.store import Store
+from pipeline.store.query import ask
 from schemas import Referee
 
 pytestmark = pytest.mark.usefixtures("prefect_server")
@@ -37,13 +45,14 @@ def matches_known(data) -> int:
 def test_mended_match(data):
     """A match that was mended counts again."""
     store = Store(data)
-    receipt = next(iter(store.receipts("trajectories")))
-    path = data / receipt.files["trajectories"].path
+    receipt = next(iter(store.receipts("matches")))
+    path = data / receipt.files["log"].path
     whole = path.read_bytes()
     path.write_bytes(whole[:-1] + b"?")
-    other = Settings(situations=SituationSettings(fire_at=0.55))
+    other = Settings(trajectories=TrajectorySettings(gap_s=0.6))
     report = run(data, settings=other)
-    assert set(report.failures) == {f"situations {receipt.name}"}
+    assert set(report.failures) == {f"matches {receipt.name}", f"trajectories {receipt.name}"}
+    assert "Import the recording again" in report.failures[f"matches {receipt.name}"]
     assert matches_known(data) == 1
     path.write_bytes(whole)
     assert run(data).failures == {}
@@ -79,7 +88,7 @@ def test_rounds(tmp_path, clips):
     )))
     report = run(tmp_path, settings=two)
     assert report.failures == {}
-    lengths = catalog.query(catalog_path(Store(tmp_path)), "select distinct n from behaviours order by n")
+    lengths = ask(catalog_path(Store(tmp_path)), "select distinct n from behaviours order by n")
     assert set(lengths["n"]) <= {1, 3}
     assert lengths.height
     report = run(tmp_path)
@@ -157,7 +166,7 @@ def test_unreadable_receipt(data, finished):
     path = data / "situations" / f"{receipt.name}.receipt.json"
     whole = path.read_text()
     path.write_text(whole[:50])
-    assert catalog.query(refresh(store)[0], "select count(distinct match_id) from situations").item() == 1
+    assert ask(refresh(store)[0], "select count(distinct match_id) from situations").item() == 1
     report = run(data)
     assert report.failures == {}
     assert [len(s.made) for s in report.stages if s.noun == "situations"] == [1]
@@ -175,7 +184,7 @@ def test_unreadable_match(data):
     assert set(report.failures) == {f"matches {name}", "knowledge version 1"}
     assert report.knowledge == 2
     assert matches_known(data) == 1
-    assert catalog.query(catalog_path(store), "select distinct version from behaviours")["version"].to_list() == [2]
+    assert ask(catalog_path(store), "select distinct version from behaviours")["version"].to_list() == [2]
 
 
 def test_removed_match(data):
@@ -186,7 +195,7 @@ def test_removed_match(data):
     assert not store.forget("matches", name)
     assert run(data).failures == {}
     for table in ("matches", "trajectories", "situations", "grams", "decisions"):
-        rows = catalog.query(catalog_path(store), f"select count(*) from {table} where match_id = ?", [name])
+        rows = ask(catalog_path(store), f"select count(*) from {table} where match_id = ?", [name])
         assert rows.item() == 0
     assert matches_known(data) == 1
 
@@ -197,8 +206,8 @@ def test_lost_files(data):
     receipt = next(iter(store.receipts("situations")))
     path = data / receipt.files["situations"].path
     path.unlink()
-    assert refresh(store)[1] == [path]
-    assert catalog.query(refresh(store)[0], "select count(distinct match_id) from situations").item() == 1
+    assert [file.path for file in refresh(store)[1]] == [path]
+    assert ask(refresh(store)[0], "select count(distinct match_id) from situations").item() == 1
     run(data)
     assert refresh(store)[1] == []
 
@@ -208,9 +217,9 @@ def test_pruning(data):
     store = Store(data)
     assert store.prune("situations") == []
     run(data, settings=Settings(situations=SituationSettings(fire_at=0.55)))
-    before = catalog.query(catalog_path(store), "select count(*) from situations").item()
+    before = ask(catalog_path(store), "select count(*) from situations").item()
     assert len(store.prune("situations")) == 2
-    assert catalog.query(catalog_path(store), "select count(*) from situations").item() == before
+    assert ask(catalog_path(store), "select count(*) from situations").item() == before
 
 
 def test_noun_flows(data):
@@ -226,7 +235,7 @@ def test_noun_flows(data):
     assert len(flow_of("decisions")(data)["made"]) == 1
     assert flow_of("knowledge")(data) == {"version": 1, "new": False}
     assert flow_of("policies")(data) == {"version": 1, "new": False}
-    assert catalog.query(catalog_path(store), "select count(distinct match_id) from decisions").item() == 2
+    assert ask(catalog_path(store), "select count(distinct match_id) from decisions").item() == 2
 
 
 def test_stage_too_early(tmp_path, clips):

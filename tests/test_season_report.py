@@ -9,6 +9,7 @@ import shutil
 import polars as pl
 import pytest
 from support.played import policy, starting
+from support.receipts import put_receipt, receipt_at
 from support.seasons import ablations, apprentices, evaluation, evolving, season, tables, world
 
 from flows.cli import main
@@ -368,9 +369,9 @@ def test_controls_beside_an_old_season(taught):
     """A season whose settings this version cannot read takes nothing from the others."""
     measure(taught, (0, 1), policy="always-044")
     path = taught.root / "seasons" / f"{SHORT.id}.receipt.json"
-    said = json.loads(path.read_text())
+    said = receipt_at(path)
     said["settings"]["settings"]["pipeline"]["behaviours"]["teams"] = ["away"]
-    (taught.root / "seasons" / "an-old-one.receipt.json").write_text(json.dumps(said | {"name": "an-old-one"}))
+    put_receipt(taught.root / "seasons" / "an-old-one.receipt.json", said, name="an-old-one")
     assert read(taught).evaluations["team"].unique().to_list() == ["always-044"]
 
 
@@ -378,13 +379,11 @@ def test_evaluations_left_out(taught, monkeypatch):
     """Evaluations by two arenas are not mixed, and those of a policy that is gone are left out."""
     measure(taught, (0, 1))
     path = next((taught.root / "evaluations").glob("*-0.receipt.json"))
-    said = json.loads(path.read_text())
-    path.write_text(json.dumps(said | {"versions": {"evaluations": 1, "arena": 0}}))
+    put_receipt(path, receipt_at(path), versions={"evaluations": 1, "arena": 0})
     assert (read(taught).evaluations["seed"].unique().to_list(), read(taught).left_out) == ([1], 1)
     # those of the season's own arena come first
     season_path = taught.root / "seasons" / f"{SHORT.id}.receipt.json"
-    season_path.write_text(json.dumps(
-        json.loads(season_path.read_text()) | {"versions": {"seasons": 1, "arena": 0}}))
+    put_receipt(season_path, receipt_at(season_path), versions={"seasons": 1, "arena": 0})
     assert (read(taught).evaluations["seed"].unique().to_list(), read(taught).left_out) == ([0], 1)
     shutil.rmtree(taught.root / "seasons" / SHORT.id)
     assert (read(taught).evaluations.height, read(taught).left_out) == (0, 2)

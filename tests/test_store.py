@@ -20,6 +20,7 @@ from pipeline.errors import BadSettings, CorruptFile, NotFound, SchemaMismatch, 
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 from pipeline.store.tables import SCHEMA_KEY, from_parquet, to_parquet
+from pipeline.store.verification import verify
 from pipeline.store.work import Made, Work
 from schemas import (
     Decisions,
@@ -214,7 +215,7 @@ def test_crash_of_version(tmp_path, monkeypatch, error):
         after = store.versions("knowledge")
         assert after[: len(before)] == before
         for version in after:
-            assert store.verify_version("knowledge", version) == []
+            assert verify(store, (), [("knowledge", version)]).problems == []
     assert put_version(store, 3) == len(store.versions("knowledge"))
 
 
@@ -276,12 +277,12 @@ def test_verify(tmp_path):
     """Verify names every damaged, missing and foreign file."""
     store = Store(tmp_path)
     version = put_version(store, 2)
-    assert store.verify_version("knowledge", version) == []
+    assert verify(store, (), [("knowledge", version)]).problems == []
     folder = store.version_folder("knowledge", version)
     (folder / "goals.parquet").write_bytes(b"PAR1 no")
     (folder / "map.npz").unlink()
     (folder / "extra").write_bytes(b"")
-    problems = store.verify_version("knowledge", version)
+    problems = verify(store, (), [("knowledge", version)]).problems
     assert len(problems) == 3
     assert any("goals.parquet" in p and "SHA-256" in p for p in problems)
     assert any("map.npz" in p and "cannot be read" in p for p in problems)
@@ -295,7 +296,7 @@ def test_broken_manifest(tmp_path):
     store = Store(tmp_path)
     version = put_version(store, 2)
     (store.version_folder("knowledge", version) / "manifest.json").write_text("{")
-    assert "not a readable manifest" in store.verify_version("knowledge", version)[0]
+    assert "not a readable manifest" in verify(store, (), [("knowledge", version)]).problems[0]
 
 
 def test_versions(tmp_path):
@@ -327,7 +328,7 @@ def test_emitters_at_once(tmp_path):
     assert store.versions("knowledge") == list(range(1, 16))
     robots = []
     for version in store.versions("knowledge"):
-        assert store.verify_version("knowledge", version) == []
+        assert verify(store, (), [("knowledge", version)]).problems == []
         manifest = store.manifest("knowledge", version)
         robot = int(store.read_table(manifest, "goals", Goals)["robot"][0])
         assert store.read(manifest, "map") == b"x" * robot

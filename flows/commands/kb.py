@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-
 import polars as pl
 
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import console, print_frame, print_json, spelt
 from flows.knowledge import imitates
-from flows.stages import STAGES
 from pipeline.errors import NotFound
 from pipeline.estimates import BY_EVIDENCE
 from pipeline.store import Store
@@ -97,32 +94,6 @@ def diff(before: int, after: int | None = None, *, json: Json = False, common: C
         print_frame(found.behaviours)
     else:
         console().print("the same behaviours")
-
-
-def verify(version: int | None = None, *, json: Json = False, common: Common = DEFAULTS) -> None:
-    """Check every file of every version (or of one), and of every receipt, against its SHA-256.
-
-    Args:
-        version: Check only this version of the knowledge.
-        json: Print JSON.
-        common: Options of every command.
-    """
-    store = common.existing
-    if version is None:
-        versions = [(noun, v) for noun in STAGES.versioned for v in store.versions(noun)]
-    else:
-        versions = [("knowledge", store.manifest("knowledge", version).version)]
-    problems = {f"{noun} {v}": store.verify_version(noun, v) for noun, v in versions}
-    if version is None:
-        problems |= {noun: store.verify_receipts(noun) for noun in STAGES.receipted}
-    bad = [line for lines in problems.values() for line in lines]
-    if json:
-        print_json(problems)
-    else:
-        for line in bad:
-            console().print(line, markup=False)
-        console().print(f"{len(problems)} versions and stages checked, {len(bad)} problems")
-    sys.exit(1 if bad else 0)
 
 
 def _asked(known: pl.DataFrame, team: str | None, kind: str | None) -> pl.DataFrame:

@@ -15,6 +15,7 @@ from schemas import PUBLIC, Table
 FILES = "catalog_files"
 #: The tags of the tables that the views were made for.
 TAGS = "catalog_tags"
+_LISTED = {"table_name": pl.String, "path": pl.String, "size": pl.Int64, "changed_ns": pl.Int64}
 
 
 def build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
@@ -23,7 +24,7 @@ def build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
     Args:
         path: a file that does not exist yet; the caller moves it into place.
         sources: table name to the files that hold its rows, by the receipts and manifests. A table
-            without files becomes a view without rows.
+            without files becomes a view without rows. Files under ``""`` are listed, and are in no view.
     """
     with duckdb.connect(str(path)) as connection:
         connection.begin()  # one write for all statements
@@ -34,13 +35,14 @@ def build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
         for name, schema in PUBLIC.items():
             connection.execute(f"insert into {TAGS} values (?)", [schema.tag()])
             files = [str(file.resolve()) for file in sources.get(name, ())]
-            for file in files:
-                connection.execute(f"insert into {FILES} values (?, ?, ?, ?)",
-                                   [name, file, *(glance(Path(file)) or (None, None))])
             connection.execute(f"create view {name} as {_select(connection, schema, files)}")
             connection.execute(f"comment on view {name} is {quote(str(schema.__doc__).splitlines()[0])}")
             for column, meaning in schema.meanings().items():
                 connection.execute(f'comment on column {name}."{column}" is {quote(meaning)}')
+        rows = [(name, str(file.resolve()), *(glance(file) or (None, None)))
+                for name, files in sources.items() for file in files]
+        listed = pl.DataFrame(rows, schema=_LISTED, orient="row").to_arrow()
+        connection.from_arrow(listed).insert_into(FILES)
         connection.commit()
 
 

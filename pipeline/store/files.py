@@ -15,12 +15,22 @@ from typing import BinaryIO, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from pipeline.errors import BadSettings, CorruptFile, NotFound, StorageFailed
-from pipeline.store.receipts import Receipt
+from pipeline.store.receipts import Manifest, digest
 
 SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}$")
 M = TypeVar("M", bound=BaseModel)
-REMEDY_OF_VERSION = "Restore the version's folder from a backup; the other versions are not affected"
-REMEDY = "Delete it and run again to make it anew, or restore it from a backup"
+REMEDY = "Run `pitchlore run` to make it anew"
+_REMEDIES = {
+    "matches": "Import the recording again, or `pitchlore verify --restore-from BACKUP`",
+    "seasons": "Run `pitchlore season` as before, or `pitchlore verify --restore-from BACKUP`",
+    "evaluations": "Run `pitchlore evaluate` as before to make it anew",
+    "paradigms": "Run `pitchlore paradigms` as before to make it anew",
+    "report": "Run `pitchlore report` to make it anew",
+    "quarantine": "`pitchlore quarantine --clear` removes it",
+}
+REMEDY_OF_VERSION = "Restore it: `pitchlore verify --restore-from BACKUP`; other versions are not affected"
+#: How a sealed model begins.
+_SEAL = re.compile(rb'\{\n "checksum": "([0-9a-f]{64})",\n')
 
 
 class Files:
@@ -166,17 +176,38 @@ def pretty(model: BaseModel) -> bytes:
     return text.encode() + b"\n"
 
 
+def sealed(model: BaseModel) -> bytes:
+    """A model as JSON (:func:`pretty`) with a first key ``checksum``: the SHA-256 of the file without it."""
+    text = pretty(model)
+    return b'{\n "checksum": "%b",\n' % digest(text).encode() + text.removeprefix(b"{\n")
+
+
 def read_model(path: Path, model: type[M]) -> M:
-    """A model from its JSON file.
+    """A model from its JSON file, checked against its own checksum.
+
+    Earlier versions of Pitchlore wrote none; such a file is not checked.
 
     Raises:
-        CorruptFile: if it cannot be read as one.
+        CorruptFile: if it cannot be read as one, or is not what was written.
     """
+    remedy = REMEDY_OF_VERSION if model is Manifest else remedy_of(path.parent.name)
     try:
-        return model.model_validate_json(path.read_bytes())
+        data = path.read_bytes()
+        seal = _SEAL.match(data)
+        if seal is not None:
+            data = b"{\n" + data[seal.end():]
+            if digest(data).encode() != seal[1]:
+                raise CorruptFile("is not what was written (its checksum differs)", where=str(path),
+                                  next_step=remedy)
+        return model.model_validate_json(data)
     except (ValidationError, OSError) as error:
         raise CorruptFile(f"is not a readable {model.__name__.lower()}", where=str(path),
-                          next_step=REMEDY if model is Receipt else REMEDY_OF_VERSION) from error
+                          next_step=remedy) from error
+
+
+def remedy_of(noun: str) -> str:
+    """What to do about a damaged file of an output."""
+    return _REMEDIES.get(noun, REMEDY)
 
 
 def _take(stream: BinaryIO) -> None:

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from pipeline.errors import CorruptFile, PitchloreError
-from pipeline.store.files import pretty, read_model, safe
+from pipeline.errors import CorruptFile
+from pipeline.store.files import read_model, safe, sealed
 from pipeline.store.reading import Reading
 from pipeline.store.receipts import Receipt, software
 from pipeline.store.work import Made, Work, contents
@@ -17,7 +17,13 @@ CONTENT_FILE = re.compile(r"-[0-9a-f]{12}\.(?!receipt\.)[a-z0-9_-]+\.[a-z]+$")
 
 
 class Outputs(Reading):
-    """Receipts and the files that they vouch for."""
+    """Receipts and the files that they vouch for.
+
+    Attributes:
+        doubted: files that the last look at the folder found damaged or lost (:func:`flows.catalog.look`).
+    """
+
+    doubted: frozenset[Path] = frozenset()
 
     def receipt(self, noun: str, name: str) -> Receipt | None:
         """The receipt of an output, None if there is none.
@@ -45,13 +51,13 @@ class Outputs(Reading):
         return found
 
     def holding(self, work: Work) -> Receipt | None:
-        """The receipt of an output, if it is of exactly this work and its files exist."""
-        receipt = self._readable(work.noun, work.name)
+        """The receipt of an output, if it is of exactly this work and its files exist, none doubted."""
+        receipt = self.readable(work.noun, work.name)
         if receipt is None or receipt.key != work.key:
             return None
         for record in receipt.files.values():
             path = self.root / record.path
-            if not path.exists() or path.stat().st_size != record.size:
+            if path in self.doubted or not path.exists() or path.stat().st_size != record.size:
                 return None
         return receipt
 
@@ -78,13 +84,21 @@ class Outputs(Reading):
             seed=work.seed, versions=work.versions, software=software(), files=files,
             details=dict(made.details),
         )
-        before = self._readable(work.noun, name)
+        before = self.readable(work.noun, name)
         if before is not None and before.model_copy(update={"software": receipt.software}) == receipt:
             return before
-        self.write_bytes(self._receipt_path(work.noun, name), pretty(receipt))
+        self.write_bytes(self._receipt_path(work.noun, name), sealed(receipt))
         return receipt
 
-    def _readable(self, noun: str, name: str) -> Receipt | None:
+    def mend(self, receipt: Receipt, made: Made) -> None:
+        """Write the files of an output that are not whole, as far as an outcome has the same bytes."""
+        for role, (record, data) in contents(made, where=f"{receipt.noun} {receipt.name}").items():
+            held = receipt.files.get(role)
+            if held is not None and held.sha256 == record.sha256 and not self._whole(held, self.root):
+                self.write_bytes(self.root / held.path, data)
+
+    def readable(self, noun: str, name: str) -> Receipt | None:
+        """The receipt of an output, None if there is none that can be read."""
         with suppress(CorruptFile):
             return self.receipt(noun, name)
         return None
@@ -94,7 +108,7 @@ class Outputs(Reading):
         path = self._receipt_path(noun, name)
         if not path.exists():
             return False
-        receipt = self._readable(noun, name)
+        receipt = self.readable(noun, name)
         path.unlink()
         for record in receipt.files.values() if receipt else ():
             (self.root / record.path).unlink(missing_ok=True)
@@ -111,18 +125,6 @@ class Outputs(Reading):
         for path in left:
             path.unlink()
         return left
-
-    def verify_receipts(self, noun: str) -> list[str]:
-        """Problems of the files that a noun's receipts name, one line each."""
-        problems = []
-        for path in sorted((self.root / noun).glob("*.receipt.json")):
-            try:
-                receipt = read_model(path, Receipt)
-                for role in receipt.files:
-                    self.read(receipt, role)
-            except PitchloreError as error:
-                problems.append(str(error))
-        return problems
 
     def _receipt_path(self, noun: str, name: str) -> Path:
         return self.root / noun / f"{safe(name)}.receipt.json"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.errors import in_one_line
-from pipeline.store.files import Files, pretty, read_model, safe
+from pipeline.errors import CorruptFile, in_one_line
+from pipeline.store.files import Files, read_model, safe, sealed
 from pipeline.store.receipts import Quarantined
 
 
@@ -15,15 +15,22 @@ class Quarantine(Files):
     def quarantine(self, noun: str, name: str, error: Exception) -> None:
         """Record why a stage refused a match; the match's files are not touched."""
         record = Quarantined(noun=noun, name=name, error=type(error).__name__, reason=in_one_line(error))
-        self.write_bytes(self._quarantine_path(noun, name), pretty(record))
+        self.write_bytes(self._quarantine_path(noun, name), sealed(record))
 
     def release(self, noun: str, name: str) -> None:
         """Delete a record, because the stage now accepts the match."""
         self._quarantine_path(noun, name).unlink(missing_ok=True)
 
     def quarantined(self) -> list[Quarantined]:
-        """All that is in quarantine, in order of stage and name."""
-        return [read_model(p, Quarantined) for p in sorted((self.root / "quarantine").glob("*.json"))]
+        """All that is in quarantine, in order of stage and name. Of a damaged record only these are known."""
+        found = []
+        for path in sorted((self.root / "quarantine").glob("*.json")):
+            try:
+                found.append(read_model(path, Quarantined))
+            except CorruptFile as error:
+                noun, _, name = path.stem.partition(".")
+                found.append(Quarantined(noun=noun, name=name, error="CorruptFile", reason=str(error)))
+        return found
 
     def _quarantine_path(self, noun: str, name: str) -> Path:
         return self.root / "quarantine" / f"{safe(noun)}.{safe(name)}.json"

@@ -61,7 +61,8 @@ def ask(path: Path, sql: str, parameters: Sequence[object] = ()) -> pl.DataFrame
     if not path.exists():
         raise NotFound("there is no catalogue yet", where=str(path), next_step="Run `pitchlore run` first")
     with opened(path) as connection:
-        files = [row[0] for row in connection.execute(f"select distinct path from {FILES}").fetchall()]
+        shown = f"select distinct path from {FILES} where table_name <> ''"
+        files = [row[0] for row in connection.execute(shown).fetchall()]
         if files:
             connection.execute(f"set allowed_paths = [{', '.join(map(quote, files))}]")
         connection.execute("set temp_directory = ''")  # what does not fit in memory fails

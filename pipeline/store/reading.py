@@ -7,7 +7,7 @@ from pathlib import Path
 import polars as pl
 
 from pipeline.errors import CorruptFile, NotFound
-from pipeline.store.files import REMEDY, REMEDY_OF_VERSION, Files
+from pipeline.store.files import REMEDY_OF_VERSION, Files, remedy_of
 from pipeline.store.receipts import FileRecord, Manifest, Receipt, digest
 from pipeline.store.tables import from_parquet
 from schemas import Table
@@ -33,11 +33,9 @@ class Reading(Files):
             NotFound: if the receipt has no such file.
             CorruptFile: if it is gone or its bytes are others.
         """
-        what, remedy = f"{receipt.noun} {receipt.name}", REMEDY
+        what, remedy = f"{receipt.noun} {receipt.name}", remedy_of(receipt.noun)
         if isinstance(receipt, Manifest):
             what, remedy = f"{receipt.noun} version {receipt.version}", REMEDY_OF_VERSION
-        elif receipt.noun == "matches":
-            remedy = "Import the recording again"
         if role not in receipt.files:
             raise NotFound(f"{what} has no {role} (there are: {', '.join(sorted(receipt.files))})",
                            next_step="Run the stages again")

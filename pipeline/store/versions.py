@@ -11,8 +11,8 @@ from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 
-from pipeline.errors import CorruptFile, NotFound, PitchloreError, StorageFailed
-from pipeline.store.files import pretty, read_model, sync
+from pipeline.errors import CorruptFile, NotFound, StorageFailed
+from pipeline.store.files import REMEDY_OF_VERSION, read_model, sealed, sync
 from pipeline.store.reading import Reading
 from pipeline.store.receipts import Manifest, software
 from pipeline.store.work import Made, Work, contents
@@ -52,7 +52,7 @@ class Versions(Reading):
         manifest = read_model(path, Manifest)
         if manifest.version != version or manifest.noun != noun:
             raise CorruptFile(f"claims to be {manifest.noun} {manifest.version}", where=str(path),
-                              next_step="Restore the version's folder from a backup")
+                              next_step=REMEDY_OF_VERSION)
         return manifest
 
     def unreadable_versions(self, noun: str) -> dict[str, str]:
@@ -125,7 +125,7 @@ class Versions(Reading):
             try:
                 for record, data in written.values():
                     self.write_bytes(staging / record.path, data)
-                self.write_bytes(staging / "manifest.json", pretty(manifest))
+                self.write_bytes(staging / "manifest.json", sealed(manifest))
                 os.rename(staging, final)  # noqa: PTH104 (the tests make os.rename fail)
                 sync(final.parent, os.O_RDONLY | os.O_DIRECTORY)
             finally:
@@ -139,7 +139,7 @@ class Versions(Reading):
 
     def confirm(self, work: Work, version: int) -> None:
         """Note that this work gives the content of an existing version, so that it is not done again."""
-        self.write_bytes(self._confirmed(work.noun), pretty(Confirmed(key=work.key, version=version)))
+        self.write_bytes(self._confirmed(work.noun), sealed(Confirmed(key=work.key, version=version)))
 
     def standing(self, work: Work) -> Manifest | None:
         """The newest version, if it is of this work or was confirmed for it; else None."""
@@ -154,21 +154,3 @@ class Versions(Reading):
 
     def _confirmed(self, noun: str) -> Path:
         return self.root / noun / "confirmed.json"
-
-    def verify_version(self, noun: str, version: int) -> list[str]:
-        """Problems of a version's files, one line each; empty if there is none."""
-        try:
-            manifest = self.manifest(noun, version)
-        except PitchloreError as error:
-            return [str(error)]
-        problems = []
-        for role in manifest.files:
-            try:
-                self.read(manifest, role)
-            except PitchloreError as error:
-                problems.append(str(error))
-        folder = self.version_folder(noun, version)
-        known = {record.path for record in manifest.files.values()} | {"manifest.json"}
-        problems += [f"{folder / p.name}: is not in the manifest." for p in sorted(folder.iterdir())
-                     if p.name not in known]
-        return problems

@@ -11,6 +11,7 @@ from pathlib import Path
 import polars as pl
 import pytest
 from conftest import SAMPLE
+from support.receipts import put_receipt, receipt_at
 
 from flows.matches import Recording, import_recording
 from flows.stage import Scope
@@ -97,9 +98,9 @@ def test_many(benchmark, tmp_path, copies):
     (name,) = (receipt.name for receipt in store.receipts("matches"))
     for index in range(copies - 1):
         for noun, suffix in (("matches", ""), ("sides", ""), ("situations", ""), ("grams", ".n4")):
-            text = (tmp_path / noun / f"{name}{suffix}.receipt.json").read_text()
-            copy = text.replace(f'"name": "{name}', f'"name": "copy{index}-{name}')
-            (tmp_path / noun / f"copy{index}-{name}{suffix}.receipt.json").write_text(copy)
+            said = receipt_at(tmp_path / noun / f"{name}{suffix}.receipt.json")
+            copy = f"copy{index}-{name}{suffix}"
+            put_receipt(tmp_path / noun / f"{copy}.receipt.json", said, name=copy)
     assert len(list(store.receipts("grams"))) == copies
 
     def run() -> str:

@@ -1,0 +1,67 @@
+"""The commands verify and kb verify: check the data folder, restore what is damaged."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.printing import console, print_json
+from flows.verify import mend, verify_all, verify_knowledge
+from pipeline.store import Store
+from pipeline.store.verification import Verification
+
+
+def verify(*, restore_from: Path | None = None, json: Json = False, common: Common = DEFAULTS) -> None:
+    """Check every byte: logs, outputs, receipts, versions, what they were made from, the seasons' folders.
+
+    Args:
+        restore_from: A copy of the data folder. Files that are damaged here and whole there are restored.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    _conclude(verify_all, restore_from, json=json, common=common)
+
+
+def verify_versions(
+    version: int | None = None, *, restore_from: Path | None = None, json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Check the files of every version of the knowledge, or of one.
+
+    Args:
+        version: Check only this version.
+        restore_from: A copy of the data folder. Files that are damaged here and whole there are restored.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    _conclude(lambda store: verify_knowledge(store, version), restore_from, json=json, common=common)
+
+
+def _conclude(
+    check: Callable[[Store], Verification], restore_from: Path | None, *, json: bool, common: Common
+) -> None:
+    store, begun = common.existing, time.perf_counter()
+    found = check(store)
+    seconds = time.perf_counter() - begun
+    left, restored = found, list[Path]()
+    while restore_from is not None and (mended := mend(left, store.root, restore_from)):
+        restored += mended
+        left = check(store)  # a manifest that was restored names files that may be damaged, too
+    if json:
+        print_json({"files": left.files, "bytes": left.size, "unsealed": left.unsealed,
+                    "restored": [str(path) for path in restored], "problems": left.problems})
+        sys.exit(1 if left.problems else 0)
+    out = console()
+    for path in restored:
+        out.print(f"{path}: restored from {restore_from}", markup=False, soft_wrap=True)
+    for line in left.problems:
+        out.print(line, markup=False, soft_wrap=True)
+    if left.unsealed:
+        out.print(f"{left.unsealed} receipts of an earlier version have no checksum of themselves")
+    speed = found.size / 1e6 / max(seconds, 1e-3)
+    out.print(f"{left.files} files, {left.size / 1e6:.1f} MB checked ({speed:.0f} MB/s), "
+              f"{len(restored)} restored, {len(left.problems)} problems")
+    sys.exit(1 if left.problems else 0)

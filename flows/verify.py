@@ -1,0 +1,77 @@
+"""Verification of a data folder: files, and what versions and outputs were made from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from flows.catalog import match_of
+from flows.knowledge import lineage
+from flows.stage import Per
+from flows.stages import STAGES
+from pipeline.errors import NotFound, PitchloreError
+from pipeline.store import Store
+from pipeline.store.files import REMEDY_OF_VERSION
+from pipeline.store.verification import Verification, restore, verify
+
+
+def verify_all(store: Store) -> Verification:
+    """Check a data folder, and those of its seasons: files, checksums, lineage."""
+    versions = [(noun, version) for noun in STAGES.versioned for version in store.versions(noun)]
+    found = verify(store, STAGES.receipted, versions)
+    found.others += _lineage(store)
+    for folder in sorted({receipt.details["store"] for receipt in store.receipts("seasons")}):
+        if (store.root / folder).is_dir():
+            inner = verify_all(Store(store.root / folder))
+            found.files += inner.files
+            found.size += inner.size
+            found.unsealed += inner.unsealed
+            found.damages += inner.damages
+            found.others += inner.others
+    return found
+
+
+def verify_knowledge(store: Store, version: int | None = None) -> Verification:
+    """Check the versions of the knowledge, or one of them.
+
+    Raises:
+        NotFound: if there is no version of that number.
+    """
+    if version is not None and version not in store.versions("knowledge"):
+        store.manifest("knowledge", version)  # says which there are
+    numbers = store.versions("knowledge") if version is None else [version]
+    return verify(store, (), [("knowledge", number) for number in numbers])
+
+
+def mend(found: Verification, root: Path, backup: Path) -> list[Path]:
+    """Restore damaged files from a backup of the data folder. Returns those that were restored.
+
+    Raises:
+        NotFound: if the backup is no folder.
+    """
+    if not backup.is_dir():
+        raise NotFound("is not a folder", where=str(backup), next_step="Name a copy of the data folder")
+    return [damage.path for damage in found.damages if restore(damage, root, backup)]
+
+
+def _lineage(store: Store) -> Iterator[str]:
+    """What versions and outputs were made from and is gone, a line each."""
+    for noun in STAGES.versioned:
+        for manifest in store.manifests(noun):
+            where = f"{noun} version {manifest.version}"
+            if manifest.parent is not None and manifest.parent not in store.versions(noun):
+                yield f"{where}: version {manifest.parent}, which it follows, is gone. {REMEDY_OF_VERSION}."
+            try:
+                if noun == "knowledge":
+                    list(lineage(store, manifest))
+                elif "knowledge_version" in manifest.details:
+                    store.manifest("knowledge", manifest.details["knowledge_version"])
+            except PitchloreError as error:
+                yield f"{where}: {error}"
+    matches = {receipt.name for receipt in store.receipts("matches")}
+    for noun in STAGES.nouns(Per.MATCH, Per.GRAMS):
+        for receipt in store.receipts(noun):
+            match = match_of(receipt.name)
+            if match not in matches:
+                yield (f"{noun} {receipt.name}: match {match} is gone. "
+                       f"Import it again, or remove what is left: `pitchlore forget {match}`.")

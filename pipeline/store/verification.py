@@ -1,0 +1,148 @@
+"""Verification of a data folder: every byte that a receipt or manifest vouches for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pipeline.errors import CorruptFile, NotFound
+from pipeline.store import Store
+from pipeline.store.files import REMEDY_OF_VERSION, read_model
+from pipeline.store.receipts import Manifest, Receipt, digest
+
+
+@dataclass(frozen=True, slots=True)
+class Damage:
+    """A file that is not what was written.
+
+    Attributes:
+        path: of the file.
+        error: what is wrong, and what to do.
+        sha256: of what was written, None if only the file itself said that (a receipt or manifest).
+    """
+
+    path: Path
+    error: CorruptFile
+    sha256: str | None = None
+
+
+@dataclass(slots=True)
+class Verification:
+    """Outcome of a verification.
+
+    Attributes:
+        files: number of files that were read, receipts and manifests included.
+        size: their bytes.
+        unsealed: receipts and manifests without a checksum of themselves, by an earlier version.
+        damages: the damaged and lost files.
+        others: other problems, a line each.
+    """
+
+    files: int = 0
+    size: int = 0
+    unsealed: int = 0
+    damages: list[Damage] = field(default_factory=list)
+    others: list[str] = field(default_factory=list)
+
+    @property
+    def problems(self) -> list[str]:
+        """All problems, a line each."""
+        return [*(str(damage.error) for damage in self.damages), *self.others]
+
+
+def verify(store: Store, nouns: Iterable[str], versions: Iterable[tuple[str, int]]) -> Verification:
+    """Check receipts and manifests, and the bytes of all files that they name, against their SHA-256.
+
+    Args:
+        store: the data folder.
+        nouns: the nouns whose outputs are checked.
+        versions: the versions that are checked, noun and number.
+    """
+    found = Verification()
+    vouched = [(receipt, role) for receipt in _read(store, nouns, versions, found) for role in receipt.files]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:  # hashing releases the GIL
+        for damage, size in pool.map(lambda each: _check(store, *each), vouched):
+            found.files += 1
+            found.size += size
+            if damage is not None:
+                found.damages.append(damage)
+    return found
+
+
+def restore(damage: Damage, root: Path, backup: Path) -> bool:
+    """Copy a damaged file from a backup of the data folder, if the backup has it whole.
+
+    Args:
+        damage: says which file, and what it was.
+        root: the data folder.
+        backup: a copy of it.
+
+    Returns:
+        Whether the file was restored.
+
+    Raises:
+        StorageFailed: if the disk refuses.
+    """
+    source = backup / damage.path.relative_to(root)
+    try:
+        data = source.read_bytes()
+        if damage.sha256 is None:
+            read_model(source, Manifest if source.name == "manifest.json" else Receipt)
+        elif digest(data) != damage.sha256:
+            return False
+    except (OSError, CorruptFile):
+        return False
+    Store(root).write_bytes(damage.path, data)
+    return True
+
+
+def _read(
+    store: Store, nouns: Iterable[str], versions: Iterable[tuple[str, int]], found: Verification
+) -> Iterator[Receipt]:
+    """The readable receipts and manifests; the others go to what was found."""
+    for noun in nouns:
+        for path in sorted((store.root / noun).glob("*.receipt.json")):
+            try:
+                receipt = read_model(path, Receipt)
+            except CorruptFile as error:
+                found.damages.append(Damage(path, error))
+                continue
+            _count(path, found)
+            if path != store.root / receipt.noun / f"{receipt.name}.receipt.json":
+                found.others.append(f"{path}: is the receipt of {receipt.noun} {receipt.name}. Remove it.")
+            yield receipt
+    for noun, version in versions:
+        folder = store.version_folder(noun, version)
+        try:
+            manifest = store.manifest(noun, version)
+        except CorruptFile as error:
+            found.damages.append(Damage(folder / "manifest.json", error))
+            continue
+        except NotFound:
+            lost = CorruptFile("is lost", where=str(folder / "manifest.json"), next_step=REMEDY_OF_VERSION)
+            found.damages.append(Damage(folder / "manifest.json", lost))
+            continue
+        _count(folder / "manifest.json", found)
+        known = {record.path for record in manifest.files.values()} | {"manifest.json"}
+        found.others += [f"{path}: is not in the manifest. Remove it." for path in sorted(folder.iterdir())
+                         if path.name not in known]
+        yield manifest
+
+
+def _count(path: Path, found: Verification) -> None:
+    data = path.read_bytes()
+    found.files += 1
+    found.size += len(data)
+    found.unsealed += b'"checksum": "' not in data[:20]
+
+
+def _check(store: Store, receipt: Receipt, role: str) -> tuple[Damage | None, int]:
+    """The damage of a file, None if it is whole; and its size."""
+    record = receipt.files[role]
+    try:
+        return None, len(store.read(receipt, role))
+    except CorruptFile as error:
+        return Damage(store.folder(receipt) / record.path, error, record.sha256), record.size

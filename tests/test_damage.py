@@ -1,0 +1,223 @@
+"""Damage is seen, and mended: what stages make by `run`, the rest from a backup."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import shutil
+from pathlib import Path
+
+import pytest
+from conftest import run
+from support.receipts import put_receipt, receipt_at
+
+from flows.catalog import match_of, refresh
+from flows.cli import main
+from flows.stages import STAGES
+from flows.update import nothing_new
+from flows.verify import verify_all
+from pipeline.errors import CorruptFile
+from pipeline.settings import Settings
+from pipeline.store import Store
+from pipeline.store.files import read_model, sealed
+from pipeline.store.receipts import Receipt
+
+pytestmark = pytest.mark.usefixtures("prefect_server")
+
+
+@pytest.fixture
+def data(tmp_path, finished) -> Path:
+    """A finished data folder of one's own, without its inbox."""
+    folder = shutil.copytree(finished, tmp_path / "data")
+    shutil.rmtree(folder / "inbox")
+    refresh(Store(folder))
+    return folder
+
+
+def outputs(folder: Path) -> dict[str, bytes]:
+    """The bytes of all outputs, receipts and versions."""
+    nouns = [*STAGES.of_matches, *STAGES.versioned]
+    return {str(path.relative_to(folder)): path.read_bytes() for noun in nouns
+            for path in (folder / noun).rglob("*") if path.is_file() and not path.name.startswith(".")
+            and not path.name.endswith(".claim")}
+
+
+def flip(path: Path, rng: random.Random) -> None:
+    """Flip one bit. The file is as long as before; its time is later, as on a real disk."""
+    data, before = bytearray(path.read_bytes()), path.stat().st_mtime_ns
+    data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
+    path.write_bytes(data)
+    os.utime(path, ns=(before + 10**9, before + 10**9))
+
+
+def called(capsys, *words: object) -> tuple[int, str, str]:
+    """Exit code and output of a command."""
+    with pytest.raises(SystemExit) as stopped:
+        main([str(word) for word in words])
+    told = capsys.readouterr()
+    return int(stopped.value.code or 0), told.out, told.err
+
+
+def test_every_output_is_mended(data):
+    """A flipped bit in every file of every stage: the next run makes all of them again, with the same bytes."""
+    store, rng, whole = Store(data), random.Random(1), outputs(data)
+    for noun in STAGES.nouns():
+        if noun in STAGES.of_matches and noun != "matches":
+            for receipt in store.receipts(noun):
+                for record in receipt.files.values():
+                    flip(data / record.path, rng)
+    assert nothing_new(store, Settings()) is None
+    assert run(data).failures == {}
+    assert outputs(data) == whole
+    assert nothing_new(store, Settings()) is not None
+
+
+@pytest.mark.parametrize("noun", [noun for noun in STAGES.of_matches if noun != "matches"])
+def test_sql_and_run(data, noun, capsys):
+    """`sql` says what to do about a damaged file of a stage, and it helps: `run` mends it in its next run."""
+    store, rng = Store(data), random.Random(2)
+    receipt = next(iter(store.receipts(noun)))
+    if not receipt.files:
+        pytest.skip(f"in so short a match there is nothing to keep of the {noun}")
+    flip(data / next(iter(receipt.files.values())).path, rng)
+    code, _, err = called(capsys, "sql", "select 1", "--data", data)
+    assert (code, "Run `pitchlore run` to make it anew" in err) == (0, True)
+    assert called(capsys, "run", "--data", data)[0] == 0
+    assert called(capsys, "sql", "select 1", "--data", data)[2] == ""
+    assert store.intact(receipt)
+
+
+def test_match_with_a_whole_log(data):
+    """Damaged tables of a match are made again from its log."""
+    store, whole, rng = Store(data), outputs(data), random.Random(3)
+    for receipt in store.receipts("matches"):
+        for role, record in receipt.files.items():
+            if role != "log":
+                flip(data / record.path, rng)
+    assert nothing_new(store, Settings()) is not None
+    assert outputs(data) == whole
+
+
+@pytest.mark.parametrize("noun", ["matches", *STAGES.versioned])
+def test_what_needs_a_backup(data, tmp_path, noun, capsys):
+    """What no stage can make again is named by `run`, `sql` and `verify`, and restored from a backup."""
+    backup = shutil.copytree(data, tmp_path / "backup")
+    store, whole = Store(data), outputs(data)
+    if noun == "matches":
+        receipt = next(iter(store.receipts("matches")))
+        path = data / receipt.files["log"].path
+    else:
+        path = next(store.version_folder(noun, 1).glob("*.parquet"))
+    flip(path, random.Random(4))
+    for words in (("run",), ("verify",)):
+        code, out, _ = called(capsys, *words, "--data", data)
+        assert (code, str(path) in out, "--restore-from" in out) == (1, True, True), words
+    assert str(path) in called(capsys, "sql", "select 1", "--data", data)[2]
+    assert called(capsys, "verify", "--restore-from", backup, "--data", data)[0] == 0
+    assert called(capsys, "run", "--data", data)[0] == 0
+    assert outputs(data) == whole
+
+
+def test_kb_verify_restores(data, tmp_path, capsys):
+    """`kb verify` restores versions of the knowledge, and touches nothing else."""
+    backup = shutil.copytree(data, tmp_path / "backup")
+    store = Store(data)
+    paths = [store.version_folder("knowledge", 1) / "manifest.json", *store.version_folder("knowledge", 1).glob("*.parquet")]
+    other = data / next(iter(store.receipts("grams"))).files["grams"].path
+    for path in (*paths, other):
+        flip(path, random.Random(5))
+    harmed = other.read_bytes()
+    assert called(capsys, "kb", "verify", "--data", data)[0] == 1
+    assert called(capsys, "kb", "verify", "1", "--restore-from", backup, "--data", data)[0] == 0
+    assert other.read_bytes() == harmed
+    code, out, _ = called(capsys, "verify", "--json", "--data", data)
+    assert (code, len(json.loads(out)["problems"])) == (1, 1)
+
+
+def test_a_damaged_backup(data, tmp_path, capsys):
+    """Nothing is restored from a backup that is damaged itself, or is none."""
+    backup = shutil.copytree(data, tmp_path / "backup")
+    name = next(iter(Store(data).receipts("matches"))).files["log"].path
+    for folder in (data, backup):
+        flip(folder / name, random.Random(6))
+    code, out, _ = called(capsys, "verify", "--restore-from", backup, "--data", data)
+    assert (code, "0 restored, 1 problems" in out) == (1, True)
+    code, _, err = called(capsys, "verify", "--restore-from", tmp_path / "none", "--data", data)
+    assert (code, "Name a copy of the data folder" in err) == (1, True)
+
+
+def test_every_flip_in_a_receipt_is_seen(data):
+    """Every bit of a receipt, a manifest and a quarantine record counts: no flip goes unseen."""
+    store = Store(data)
+    store.quarantine("matches", "a-match", CorruptFile("is of no use", where="a-match.csv"))
+    receipt = store.receipt("sides", next(iter(store.receipts("matches"))).name)
+    assert receipt is not None
+    path, seen = data / "sides" / f"{receipt.name}.receipt.json", 0
+    whole = path.read_bytes()
+    for at in range(8 * len(whole)):
+        harmed = bytearray(whole)
+        harmed[at // 8] ^= 1 << at % 8
+        path.write_bytes(harmed)
+        try:
+            read_model(path, Receipt)
+        except CorruptFile:
+            seen += 1
+    assert seen == 8 * len(whole)
+
+
+@pytest.mark.parametrize("noun", STAGES.nouns())
+def test_flips_in_receipts_are_verified(data, noun):
+    """`verify` names a receipt or manifest with a flipped bit."""
+    store, rng = Store(data), random.Random(7)
+    if noun in STAGES.versioned:
+        paths = [store.version_folder(noun, 1) / "manifest.json"]
+    else:
+        paths = sorted((data / noun).glob("*.receipt.json"))
+    for path in paths:
+        whole = path.read_bytes()
+        for _ in range(20):
+            flip(path, rng)
+            if path.read_bytes() != whole:
+                assert any(str(path) in line for line in verify_all(store).problems)
+            path.write_bytes(whole)
+
+
+def test_silent_damage(data):
+    """Bytes that changed under an unchanged time are `verify`'s to find: `sql` trusts size and time."""
+    store = Store(data)
+    path = data / next(iter(store.receipts("situations"))).files["situations"].path
+    before = path.stat()
+    flip(path, random.Random(8))
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert refresh(store)[1] == []
+    assert [line for line in verify_all(store).problems if str(path) in line]
+
+
+def test_lineage(data, capsys):
+    """`verify` names what was made from a match or a version that is gone."""
+    store = Store(data)
+    match = next(iter(store.receipts("matches"))).name
+    (data / "matches" / f"{match}.receipt.json").unlink()
+    shutil.rmtree(store.version_folder("knowledge", 1))
+    problems = verify_all(store).problems
+    assert f"sides {match}: match {match} is gone. Import it again, or remove what is left: `pitchlore forget {match}`." in problems
+    assert any(line.startswith("policies version 1: ") and "no version 1" in line for line in problems)
+    assert called(capsys, "forget", match, "--data", data)[0] == 0
+    assert not [line for line in verify_all(store).problems if match_of(match) in line]
+
+
+def test_receipts_of_an_earlier_version(data, capsys):
+    """Receipts without a checksum are read, and counted by `verify`."""
+    path = next((data / "sides").glob("*.receipt.json"))
+    put_receipt(path, receipt_at(path))
+    code, out, _ = called(capsys, "verify", "--data", data)
+    assert (code, "1 receipts of an earlier version have no checksum of themselves" in out) == (0, True)
+
+
+def test_seal():
+    """A sealed model is JSON that names its checksum first."""
+    receipt = Receipt(noun="goals", name="m", key="0", inputs={}, settings={}, versions={}, software="s", files={})
+    said = json.loads(sealed(receipt))
+    assert next(iter(said)) == "checksum"
+    assert Receipt.model_validate({key: value for key, value in said.items() if key != "checksum"}) == receipt
