@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,10 +27,11 @@ def forget_match(store: Store, match: str, keep: Iterable[str] = ()) -> int:
         keep: nouns whose outputs stay.
     """
     removed = 0
-    for noun in reversed(STAGES.of_matches):
-        if noun not in keep:
-            names = [receipt.name for receipt in store.receipts(noun) if match_of(receipt.name) == match]
-            removed += sum(store.forget(noun, name) for name in names)
+    with store.removing():
+        for noun in reversed(STAGES.of_matches):
+            if noun not in keep:
+                names = [receipt.name for receipt in store.receipts(noun) if match_of(receipt.name) == match]
+                removed += sum(store.forget(noun, name) for name in names)
     return removed
 
 
@@ -78,33 +79,32 @@ def look(store: Store) -> Look:
     are made again. A file whose bytes changed while its size and time did not is not noticed here, but by
     ``pitchlore verify``.
     """
-    return _look(store, catalog.listing(catalog_path(store)))
+    with store.keeping():
+        return _look(store, _receipts(store), catalog.listing(catalog_path(store)))
 
 
-def _look(store: Store, listing: Mapping[tuple[str, str], tuple[int, int] | None] | None) -> Look:
+def _receipts(store: Store) -> list[Receipt]:
+    """All receipts and manifests, as they are at one moment; folders are never listed."""
+    with store.snapshot():
+        return [*(receipt for noun in STAGES.receipted for receipt in store.receipts(noun)),
+                *(manifest for noun in STAGES.versioned for manifest in store.manifests(noun))]
+
+
+def _look(store: Store, receipts: Iterable[Receipt], listing: catalog.Listing | None) -> Look:
     known = {path: glance for (_, path), glance in (listing or {}).items()}
     found = Look([], [])
-    for file in _vouched(store):
-        seen = catalog.glance(file.path)
-        trusted = seen is not None and known.get(str(file.path.resolve())) == seen
-        whole = trusted or (seen is not None and digest(store.foreign(file.path)) == file.record.sha256)
-        (found.whole if whole else found.damaged).append(file)
+    for receipt in receipts:
+        for record in receipt.files.values():
+            path = store.folder(receipt) / record.path
+            seen = catalog.glance(path)
+            trusted = seen is not None and known.get(str(path.resolve())) == seen
+            whole = trusted or (seen is not None and digest(store.foreign(path)) == record.sha256)
+            (found.whole if whole else found.damaged).append(Vouched(receipt, path, record))
     store.doubted = frozenset(file.path for file in found.damaged)
     return found
 
 
-def _vouched(store: Store) -> Iterator[Vouched]:
-    """The files that receipts and manifests name; folders are never listed."""
-    for noun in STAGES.receipted:
-        for receipt in store.receipts(noun):
-            yield from (Vouched(receipt, store.root / each.path, each) for each in receipt.files.values())
-    for noun in STAGES.versioned:
-        for manifest in store.manifests(noun):
-            folder = store.version_folder(noun, manifest.version)
-            yield from (Vouched(manifest, folder / each.path, each) for each in manifest.files.values())
-
-
-def _views(store: Store, files: Iterable[Vouched]) -> dict[str, list[Path]]:
+def _views(store: Store, receipts: Iterable[Receipt], files: Iterable[Vouched]) -> dict[str, list[Path]]:
     """The files with rows of each public table; under ``""`` all other files.
 
     A removed match has no rows. A match in quarantine has no rows of the stage that refused it or of later
@@ -112,7 +112,7 @@ def _views(store: Store, files: Iterable[Vouched]) -> dict[str, list[Path]]:
     """
     names = {tag: name for name, schema in PUBLIC.items() for tag in schema.readable()}
     out = {(record.noun, match_of(record.name)) for record in store.quarantined()}
-    there = {receipt.name for receipt in store.receipts("matches")}
+    there = {receipt.name for receipt in receipts if receipt.noun == "matches"}
     standing: dict[str, set[str]] = {}
     for noun in STAGES.of_matches:
         there = there - {match for stage, match in out if stage == noun and noun != "matches"}
@@ -135,11 +135,12 @@ def refresh(store: Store) -> tuple[Path, list[Vouched]]:
         The catalogue's path, and the files that were left out.
     """
     path = catalog_path(store)
-    listing = catalog.listing(path)
-    whole, damaged = _look(store, listing)
-    views = _views(store, whole)
-    wanted = {(name, str(f.resolve())): catalog.glance(f) for name, files in views.items() for f in files}
-    if wanted != listing:
-        with store.aside(path) as temporary:
-            catalog.build(temporary, views)
+    with store.keeping():
+        receipts, listing = _receipts(store), catalog.listing(path)
+        whole, damaged = _look(store, receipts, listing)
+        views = _views(store, receipts, whole)
+        wanted = {(name, str(f.resolve())): catalog.glance(f) for name, files in views.items() for f in files}
+        if wanted != listing:
+            with store.aside(path) as temporary:
+                catalog.build(temporary, views)
     return path, damaged

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import NamedTuple
 
 from pydantic import BaseModel
@@ -136,7 +137,8 @@ class Chain(Mapping[str, Stage]):
             work, inputs = self.work(store, stage, output, settings, scope)
             assert stage.compute is not None
             before = _files(store, work)
-            return store.commit(work, stage.compute(inputs, settings)).files != before
+            made = stage.compute(inputs, settings)
+            return store.commit(work, made, chain.from_iterable(inputs.values())).files != before
 
     def make(
         self, store: Store, settings: Settings, scope: Scope, nouns: Container[str] | None = None

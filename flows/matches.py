@@ -80,7 +80,7 @@ def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]
         source = open_source(data, recording.file.name)
         store.release("matches", name)
         name = source.match_id
-        there = _same_recording(store, name)
+        there = _same_recording(store, source.sha256)
         if there is not None and _stands(store, there, source.sha256, settings):
             store.release("matches", name)
             return there, False
@@ -95,10 +95,13 @@ def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]
     return receipt, new
 
 
-def _same_recording(store: Store, name: str) -> Receipt | None:
-    """Receipt of the match whose id has the same content hash; None if there is none."""
-    identity = name.rsplit("-", 1)[1]
-    return next((r for r in store.receipts("matches") if r.name.endswith(f"-{identity}")), None)
+def _same_recording(store: Store, *hashes: str | None) -> Receipt | None:
+    """Receipt of the match that was made from content with one of these SHA-256, or is it; else None."""
+    for receipt in store.receipts("matches"):
+        own = (receipt.inputs.get("source"), receipt.details.get("recording"), receipt.files["log"].sha256)
+        if any(sha256 is not None and sha256 in own for sha256 in hashes):
+            return receipt
+    return None
 
 
 def _work(name: str, sha256: str, settings: dict[str, object]) -> Work:
@@ -128,7 +131,7 @@ def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, obje
     Raises:
         BadRecording: if both are complete and differ.
     """
-    there = _same_recording(store, match.info.match_id)
+    there = _same_recording(store, sha256, match.info.recording)
     if there is not None and there.name != match.info.match_id:
         return there, False
     name = match.info.match_id
@@ -183,7 +186,8 @@ def _made(match: MatchLog, data: bytes) -> Made:
         blobs={"log": ("mcap", data)},
         details={
             "pitch": match.info.pitch.model_dump(mode="json"), "complete": match.info.complete,
-            "source": match.info.source, "home": match.info.home, "away": match.info.away,
+            "source": match.info.source, "recording": match.info.recording,
+            "home": match.info.home, "away": match.info.away,
             "duration_s": float(row["duration_s"][0]), "frames": int(row["frames"][0]),
             "decisions": match.decisions.height,
             "flaws": dict(flaws.cast({"flaw": pl.String}).iter_rows()),

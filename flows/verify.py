@@ -15,14 +15,21 @@ from pipeline.store.files import REMEDY_OF_VERSION
 from pipeline.store.verification import Verification, restore, verify
 
 
-def verify_all(store: Store) -> Verification:
-    """Check a data folder, and those of its seasons: files, checksums, lineage."""
+def verify_all(store: Store, *, season: bool = False) -> Verification:
+    """Check a data folder, and those of its seasons: files, checksums, lineage.
+
+    Args:
+        store: the data folder.
+        season: whether it is that of a season, which may discard matches after it has learned from them.
+    """
     versions = [(noun, version) for noun in STAGES.versioned for version in store.versions(noun)]
     found = verify(store, STAGES.receipted, versions)
-    found.others += _lineage(store)
+    found.others += _parents(store)
+    if not season:
+        found.others += _matches(store)
     for folder in sorted({receipt.details["store"] for receipt in store.receipts("seasons")}):
         if (store.root / folder).is_dir():
-            inner = verify_all(Store(store.root / folder))
+            inner = verify_all(Store(store.root / folder), season=True)
             found.files += inner.files
             found.size += inner.size
             found.unsealed += inner.unsealed
@@ -54,8 +61,8 @@ def mend(found: Verification, root: Path, backup: Path) -> list[Path]:
     return [damage.path for damage in found.damages if restore(damage, root, backup)]
 
 
-def _lineage(store: Store) -> Iterator[str]:
-    """What versions and outputs were made from and is gone, a line each."""
+def _parents(store: Store) -> Iterator[str]:
+    """The versions that are gone, and that others follow or were made from, a line each."""
     for noun in STAGES.versioned:
         for manifest in store.manifests(noun):
             where = f"{noun} version {manifest.version}"
@@ -68,6 +75,10 @@ def _lineage(store: Store) -> Iterator[str]:
                     store.manifest("knowledge", manifest.details["knowledge_version"])
             except PitchloreError as error:
                 yield f"{where}: {error}"
+
+
+def _matches(store: Store) -> Iterator[str]:
+    """The outputs whose match is gone, a line each."""
     matches = {receipt.name for receipt in store.receipts("matches")}
     for noun in STAGES.nouns(Per.MATCH, Per.GRAMS):
         for receipt in store.receipts(noun):

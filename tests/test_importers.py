@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import gzip
 import hashlib
+import io
 import random
 import re
 import zlib
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -16,9 +19,11 @@ from conftest import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
 from recordings.make import FILES
+from support import recordings
 from support.recordings import ALL, INSPER, RCSS, RSIM, SSL, imported, recording, same
 
 from flows.matches import Recording, import_recording
+from pipeline import matches
 from pipeline.errors import BadRecording
 from pipeline.importers import readers, source
 from pipeline.importers.readers import READERS, open_source, read
@@ -94,6 +99,7 @@ def test_goals_of_real_matches(name: str) -> None:
 
 # --- what a file is -----------------------------------------------------------------------------
 
+PLAIN = FILES["tracking-csv/plain.csv"]()
 CSV = b"frame,t,team,player,x,y\n0,0.0,ball,,0,0\n0,0.0,a,1,0.1,0\n0,0.0,b,1,-0.1,0\n"
 
 
@@ -299,3 +305,44 @@ def test_table_of_readers() -> None:
     with pytest.raises(BadRecording) as refusal:
         read(open_source(b"no recording", "x"))
     assert all(reader.title in str(refusal.value) for reader in READERS)
+
+
+# --- identity ---------------------------------------------------------------------------------------
+
+
+def log_called(path: Path, match_id: str, **changes: Any) -> Recording:
+    """A log of ours with another id, other teams, and so on."""
+    log = recordings.read(PLAIN, "plain.csv", match_id=match_id)
+    buffer = io.BytesIO()
+    matches.write(replace(log, info=log.info.model_copy(update=changes)), buffer)
+    path.write_bytes(buffer.getvalue())
+    return Recording(file=path)
+
+
+@pytest.mark.parametrize("ids", [("a-1", "b-1"), ("derby", "final"), ("a", "b-a"), ("x-0123456789ab", "y-0123456789ab")])
+def test_ids_that_end_alike(tmp_path: Path, ids: tuple[str, str]) -> None:
+    """Two different logs are two matches, whatever their ids."""
+    store = Store(tmp_path / "data")
+    for name, home in zip(ids, ("Lions", "Tigers"), strict=True):
+        receipt, new = import_recording(store, log_called(tmp_path / f"{name}.mcap", name, home=home, recording=None))
+        assert (receipt.name, new) == (name, True)
+    assert {receipt.name for receipt in store.receipts("matches")} == set(ids)
+
+
+def test_one_recording_under_two_names(tmp_path: Path) -> None:
+    """A log from another machine, of a recording that is here under another name, is the match that is here."""
+    store = Store(tmp_path / "data")
+    (tmp_path / "derby.csv").write_bytes(PLAIN)
+    receipt, _ = import_recording(store, Recording(file=tmp_path / "derby.csv"))
+    other = log_called(tmp_path / "final.mcap", "final-0123456789ab")
+    assert import_recording(store, other) == (receipt, False)
+    assert import_recording(store, Recording(file=tmp_path / "derby.csv")) == (receipt, False)
+
+
+def test_same_id_other_match(tmp_path: Path) -> None:
+    """Of two different matches with the same id the second is refused in one line, and the first stands."""
+    store = Store(tmp_path / "data")
+    receipt, _ = import_recording(store, log_called(tmp_path / "a.mcap", "derby-1", home="Lions", recording=None))
+    with pytest.raises(BadRecording, match="another match is here, with the same id derby-1"):
+        import_recording(store, log_called(tmp_path / "b.mcap", "derby-1", home="Tigers", recording=None))
+    assert store.receipt("matches", "derby-1") == receipt

@@ -68,7 +68,8 @@ def _columns() -> pl.DataFrame:
 
 def _answer(store: Store, query: str, parameters: Sequence[str]) -> pl.DataFrame:
     """The rows of a query; a warning names damaged files that the catalogue leaves out."""
-    path, left_out = refresh(store)
-    for file in left_out:
-        warn(f"{file.advice} Its rows are left out." if file.record.rows else file.advice)
-    return ask(path, query, parameters)
+    with store.keeping():
+        path, left_out = refresh(store)
+        for file in left_out:
+            warn(f"{file.advice} Its rows are left out." if file.record.rows else file.advice)
+        return ask(path, query, parameters)

@@ -118,4 +118,5 @@ def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
     if reader.ours:
         return log
     found = quality_table(log.info.match_id, plausibility_checks(log))
-    return replace(log, quality=pl.concat([log.quality, found]))
+    info = log.info.model_copy(update={"recording": source.sha256})
+    return replace(log, info=info, quality=pl.concat([log.quality, found]))

@@ -22,8 +22,9 @@ _OTHER_VERSION = "Read it with the version that wrote it"
 
 def describe(info: MatchInfo, quality: pl.DataFrame) -> dict[str, str]:
     """Info and quality as JSON, with their own CRC, which tells a good copy from a bad one."""
+    about = info.model_dump(mode="json", exclude={"recording"} if info.recording is None else None)
     texts = {
-        "info": json.dumps(info.model_dump(mode="json"), sort_keys=True),
+        "info": json.dumps(about, sort_keys=True),
         "quality": json.dumps(quality.drop("match_id").to_dicts(), sort_keys=True),
     }
     return {**texts, "crc32": _checksum(texts)}

@@ -63,6 +63,8 @@ class MatchInfo(BaseModel):
         match_id: ``<slug>-<hash>``.
         source: name of the file that was imported.
         format: of the source, as its importer names it; world if the match was played here.
+        recording: SHA-256 of the recording that was imported, inflated; None if the match was played here, or
+            imported by an earlier version. It is the identity of the recording, of which the id has a part.
         home, away: the teams' names.
         started_at: time of the first sample, None where unknown.
         pitch: the field of play and its kind.
@@ -79,6 +81,7 @@ class MatchInfo(BaseModel):
     match_id: str = Field(pattern=r"^[a-z0-9][a-z0-9-]{0,63}$")
     source: str
     format: str = Field(pattern=r"^[a-z0-9][a-z0-9-]*$")
+    recording: str | None = Field(default=None, pattern=r"^[0-9a-f]{64}$")
     home: str
     away: str
     started_at: datetime | None = None

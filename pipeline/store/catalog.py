@@ -12,6 +12,9 @@ import polars as pl
 
 from schemas import PUBLIC, Table
 
+#: Table and path of each file of a catalogue, and the :func:`glance` at the file when it was made.
+Listing = dict[tuple[str, str], tuple[int, int] | None]
+
 FILES = "catalog_files"
 #: The tags of the tables that the views were made for.
 TAGS = "catalog_tags"
@@ -55,7 +58,7 @@ def glance(file: Path) -> tuple[int, int] | None:
     return found.st_size, found.st_mtime_ns
 
 
-def listing(path: Path) -> dict[tuple[str, str], tuple[int, int] | None] | None:
+def listing(path: Path) -> Listing | None:
     """The files of a catalogue: table and path to the :func:`glance` at its making.
 
     None if there is no readable catalogue, or if it was made for other tables or other versions of them.

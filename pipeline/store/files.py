@@ -63,10 +63,7 @@ class Files:
             finally:
                 temporary.unlink(missing_ok=True)
         except OSError as error:
-            raise StorageFailed(
-                f"cannot be written ({error.strerror or error})", where=str(path),
-                next_step="Free space or mend the folder, then run again; nothing that was there is lost",
-            ) from error
+            raise unwritable(path, error) from error
 
     def write_bytes(self, path: Path, data: bytes) -> None:
         """Atomically write bytes (see :meth:`aside`)."""
@@ -91,8 +88,7 @@ class Files:
             raise StorageFailed("is being written by another process", where=str(path),
                                 next_step="Wait until that has ended") from error
         except OSError as error:
-            raise StorageFailed(f"cannot be written ({error.strerror or error})", where=str(path),
-                                next_step="Free space or mend the folder, then try again") from error
+            raise unwritable(path, error) from error
 
     def abandoned(self, folder: str) -> list[Path]:
         """The files in ``folder`` that were growing (:meth:`growing`) until their process was killed."""
@@ -143,11 +139,57 @@ class Files:
     @contextmanager
     def locked(self, noun: str) -> Iterator[None]:
         """Lock a noun against every other thread and process while the body runs."""
-        folder = self.root / noun
-        folder.mkdir(parents=True, exist_ok=True)
-        with (folder / ".lock").open("a") as held:
-            fcntl.flock(held, fcntl.LOCK_EX)
+        with _holding(self.root / noun / ".lock", fcntl.LOCK_EX):
             yield
+
+    @contextmanager
+    def keeping(self) -> Iterator[None]:
+        """No thread or process removes an output while the body runs."""
+        with _holding(self.root / ".lock", fcntl.LOCK_SH):
+            yield
+
+    @contextmanager
+    def removing(self) -> Iterator[None]:
+        """No other thread or process commits or removes an output, or is :meth:`keeping`, meanwhile."""
+        with _holding(self.root / ".lock", fcntl.LOCK_EX):
+            yield
+
+    @contextmanager
+    def committing(self) -> Iterator[None]:
+        """No thread or process removes an output or takes a :meth:`snapshot` while the body runs."""
+        with self.keeping(), _holding(self.root / ".commits", fcntl.LOCK_SH):
+            yield
+
+    @contextmanager
+    def snapshot(self) -> Iterator[None]:
+        """No thread or process commits or removes an output: what the body reads is of one moment."""
+        with self.keeping(), _holding(self.root / ".commits", fcntl.LOCK_EX):
+            yield
+
+
+@contextmanager
+def _holding(path: Path, lock: int) -> Iterator[None]:
+    """A lock on a file, which is made if need be; waits until others let go of it.
+
+    Raises:
+        StorageFailed: if the file can be neither opened nor made.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        held = path.open("a")
+    except OSError as error:
+        raise unwritable(path, error) from error
+    with held:
+        fcntl.flock(held, lock)
+        yield
+
+
+def unwritable(path: Path, error: OSError) -> StorageFailed:
+    """The error of a file or folder that cannot be written."""
+    return StorageFailed(
+        f"cannot be written ({error.strerror or error})", where=str(path),
+        next_step="Free space or mend the folder, then run again; nothing that was there is lost",
+    )
 
 
 def sync(path: Path, flags: int) -> None:

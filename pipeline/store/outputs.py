@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from pipeline.errors import CorruptFile
+from pipeline.errors import CorruptFile, NotFound
 from pipeline.store.files import read_model, safe, sealed
 from pipeline.store.reading import Reading
 from pipeline.store.receipts import Receipt, software
@@ -61,33 +61,45 @@ class Outputs(Reading):
                 return None
         return receipt
 
-    def commit(self, work: Work, made: Made) -> Receipt:
+    def commit(self, work: Work, made: Made, sources: Iterable[Receipt] = ()) -> Receipt:
         """Write an output's files, then its receipt: the commit is the receipt's rename.
 
         A file is named by the SHA-256 of its bytes. A whole file is not written again: if work is done again
         with the same outcome, no file changes and no later stage runs. A receipt of the same work and
         outcome stays as it is, with the software that made it first.
 
+        Args:
+            work: that made it.
+            made: its tables and other files.
+            sources: the receipts of outputs that it was made from.
+
         Raises:
             SchemaMismatch: if a table breaks its schema; nothing is written then.
             StorageFailed: if the disk refuses; the old output stands.
+            NotFound: if a source has been removed meanwhile; nothing is written then.
         """
         name = safe(work.name)
-        files = {}
-        for role, (record, data) in contents(made, where=f"{work.noun} {name}").items():
-            path = f"{work.noun}/{name}-{record.sha256[:12]}.{record.path}"
-            files[role] = record.model_copy(update={"path": path})
-            if not self._whole(files[role], self.root):
-                self.write_bytes(self.root / path, data)
+        written = contents(made, where=f"{work.noun} {name}")
+        files = {role: record.model_copy(
+            update={"path": f"{work.noun}/{name}-{record.sha256[:12]}.{record.path}"})
+            for role, (record, _) in written.items()}
         receipt = Receipt(
             noun=work.noun, name=name, key=work.key, inputs=dict(work.inputs), settings=dict(work.settings),
             seed=work.seed, versions=work.versions, software=software(), files=files,
             details=dict(made.details),
         )
-        before = self.readable(work.noun, name)
-        if before is not None and before.model_copy(update={"software": receipt.software}) == receipt:
-            return before
-        self.write_bytes(self._receipt_path(work.noun, name), sealed(receipt))
+        with self.committing():
+            for source in sources:
+                if not self._receipt_path(source.noun, source.name).exists():
+                    raise NotFound(f"{source.noun} {source.name} has been removed meanwhile",
+                                   where=f"{work.noun} {name}", next_step="Run again")
+            for role, (_, data) in written.items():
+                if not self._whole(files[role], self.root):
+                    self.write_bytes(self.root / files[role].path, data)
+            before = self.readable(work.noun, name)
+            if before is not None and before.model_copy(update={"software": receipt.software}) == receipt:
+                return before
+            self.write_bytes(self._receipt_path(work.noun, name), sealed(receipt))
         return receipt
 
     def mend(self, receipt: Receipt, made: Made) -> None:
@@ -104,7 +116,10 @@ class Outputs(Reading):
         return None
 
     def forget(self, noun: str, name: str) -> bool:
-        """Remove an output, its receipt first. Returns whether it existed."""
+        """Remove an output, its receipt first. Returns whether it existed.
+
+        Call it while :meth:`removing`, unless nobody else uses the folder.
+        """
         path = self._receipt_path(noun, name)
         if not path.exists():
             return False
@@ -116,15 +131,16 @@ class Outputs(Reading):
 
     def prune(self, noun: str) -> list[Path]:
         """Remove the files of a noun that no receipt names any more. Returns their paths."""
-        if self.unreadable_receipts(noun):
-            return []
-        named = {self.root / record.path
-                 for receipt in self.receipts(noun) for record in receipt.files.values()}
-        left = [path for path in sorted((self.root / noun).glob("*"))
-                if path.is_file() and CONTENT_FILE.search(path.name) and path not in named]
-        for path in left:
-            path.unlink()
-        return left
+        with self.removing():
+            if self.unreadable_receipts(noun):
+                return []
+            named = {self.root / record.path
+                     for receipt in self.receipts(noun) for record in receipt.files.values()}
+            left = [path for path in sorted((self.root / noun).glob("*"))
+                    if path.is_file() and CONTENT_FILE.search(path.name) and path not in named]
+            for path in left:
+                path.unlink()
+            return left
 
     def _receipt_path(self, noun: str, name: str) -> Path:
         return self.root / noun / f"{safe(name)}.receipt.json"

@@ -1,0 +1,111 @@
+"""A process that does things to data folders when it is told.
+
+A line of standard input is a delay in seconds, an action and a folder. The answer is a line: what came of it.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from flows.catalog import forget_match, refresh
+from flows.matches import Recording, import_recording
+from flows.progress import RunReport, StageReport
+from flows.season import Turn, done, take
+from flows.stage import Output, Scope, Stage
+from flows.stages import STAGES
+from flows.update import bring_up_to_date
+from flows.versions import emit
+from pipeline.errors import PitchloreError
+from pipeline.settings import Settings
+from pipeline.store import Store
+from pipeline.studies.seasons.settings import Season, parse
+
+SHORT = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 10'
+
+
+def run(store: Store) -> str:
+    """What `pitchlore run` does, in this thread."""
+    report = RunReport()
+
+    def perform(stage: Stage, outputs: list[Output], settings: Settings, scope: Scope) -> StageReport:
+        done = StageReport(noun=stage.noun)
+        for output in outputs:
+            try:
+                STAGES.perform(store, stage, output, stage.settings(settings), scope)
+                done.made.append(output.name)
+            except PitchloreError as error:
+                done.failed[output.name] = str(error)
+        return done
+
+    def version(stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool]:
+        manifest, new = emit(store, stage, stage.settings(settings), scope)
+        return manifest.version, new
+
+    bring_up_to_date(store, Settings(), report, perform, version)
+    refresh(store)
+    return f"{report.knowledge_is_new} {report.policy_is_new}"
+
+
+def bring_in(store: Store) -> str:
+    """Import the recordings of the folder beside the data folder."""
+    for file in sorted((store.root.parent / "recordings").iterdir()):
+        import_recording(store, Recording(file=file))
+    refresh(store)
+    return "imported"
+
+
+def forget(store: Store) -> str:
+    """Forget the first match."""
+    for receipt in store.receipts("matches"):
+        forget_match(store, receipt.name)
+        break
+    refresh(store)
+    return "forgotten"
+
+
+def prune(store: Store) -> str:
+    """Remove superseded files."""
+    return str(sum(len(store.prune(noun)) for noun in STAGES.receipted))
+
+
+def train(store: Store) -> str:
+    """Train a policy, unless one stands."""
+    settings = Settings()
+    scope = Scope(matches=tuple(receipt.name for receipt in store.receipts("matches")), lengths=(4, 3, 2, 1))
+    return str(emit(store, STAGES["policies"], settings.policies, scope)[1])
+
+
+def season(store: Store) -> str:
+    """Play the next game of a short season, and learn from it."""
+    own = Season(name="short", opponent="static", seed=1, settings=parse(SHORT, where="short.toml"))
+    before = done(store, own)
+    game = 1 if before is None else before.details["games"] + 1
+    if game <= own.settings.games:
+        take(store.root, Turn(own, game), discard=False)
+    refresh(store)
+    return f"game {game}"
+
+
+ACTIONS: dict[str, Callable[[Store], str]] = {
+    "run": run, "import": bring_in, "forget": forget, "prune": prune, "train": train, "season": season,
+}
+
+
+def main() -> None:
+    """Answer lines until there are no more."""
+    print("ready", flush=True)
+    for line in sys.stdin:
+        delay, action, folder = line.rstrip("\n").split(" ", 2)
+        time.sleep(float(delay))
+        try:
+            said = ACTIONS[action](Store(Path(folder)))
+        except PitchloreError as error:
+            said = f"error: {error}"
+        print(said, flush=True)
+
+
+if __name__ == "__main__":
+    main()
