@@ -9,6 +9,7 @@ import tracemalloc
 import zlib
 from datetime import UTC, datetime
 
+import lz4.frame
 import numpy as np
 import polars as pl
 import pytest
@@ -26,11 +27,12 @@ from mcap_ros2.decoder import DecoderFactory
 from mcap_ros2.writer import Writer as Ros2Writer
 
 from pipeline import matches
-from pipeline.errors import BadRecording, DamagedLog, SchemaMismatch
+from pipeline.errors import BadRecording, DamagedLog, NoFrames, SchemaMismatch
 from pipeline.matches import description, reader
 from pipeline.matches.channels import COMMAND, DECISION, FRAME, REFEREE, TOPICS
+from pipeline.matches.chunks import unseal
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
-from pipeline.matches.records import as_array, walk
+from pipeline.matches.records import FRAMING_BYTES, as_array, walk
 from pipeline.pitch import PITCHES, Kind
 from schemas import Commands, Decisions, Matches, Quality, Referee
 from schemas.commands import COMMANDS
@@ -640,6 +642,49 @@ def test_truncated_file(share):
     assert rows_of(back.frames) == kept
     assert not back.info.complete
     assert "truncated" in back.quality["flaw"].to_list()
+
+
+@pytest.mark.parametrize("compression", ["zstd", "lz4", ""])
+def test_cut_chunk(compression):
+    """What can be unpacked of the chunk in which a file ends is kept: whole messages, in order, from its start."""
+    rng = np.random.default_rng(1)
+    log = MatchLog(INFO, frames_of([6] * 1800))  # 30 s
+    log.frames.robots["x"] = rng.normal(size=len(log.frames.robots))
+    whole = written(log, chunk_bytes=8 << 20)
+    (index,) = chunk_indexes(whole)
+    start = index.chunk_start_offset
+    content = unseal(memoryview(whole)[start + FRAMING_BYTES:start + index.chunk_length])[0].tobytes()
+    packed = {"zstd": zstandard.compress, "lz4": lz4.frame.compress, "": bytes}[compression](content)
+    builder = RecordBuilder()
+    Chunk(compression, packed, message_end_time=index.message_end_time, message_start_time=0,
+          uncompressed_crc=zlib.crc32(content), uncompressed_size=len(content)).write(builder)
+    data, last = whole[:start] + builder.end(), 0
+    for share in (0.1, 0.3, 0.47, 0.7, 0.9, 0.999):
+        cut = data[:start + int(share * (len(data) - start))]
+        try:
+            back = matches.read(cut, where="a.mcap")
+        except NoFrames:
+            assert share < 0.4
+            continue
+        assert rows_of(back.frames) == rows_of(log.frames)[:len(back.frames)]
+        assert len(back.frames) >= max(last, (share - 0.35) * 1800)
+        last = len(back.frames)
+        assert back.quality["flaw"].sort().to_list() == ["damaged chunk", "truncated"]
+        assert "no CRC vouches for" in back.info.incomplete_reason
+        assert not back.info.complete
+    assert last > 1200
+
+
+def test_cut_bomb():
+    """A cut chunk that unpacks to more than it declares, or declares too much, takes no memory."""
+    for size in (256 << 20, 1000):
+        data = with_chunk("zstd", BOMB, size)
+        tracemalloc.start()
+        back = matches.read(data[:-5], where="a.mcap")
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert peak < 4 << 20
+        assert len(back.frames) == 1
 
 
 def copies_of_metadata(data: bytes) -> list[int]:

@@ -136,6 +136,30 @@ def unseal(body: memoryview) -> tuple[U8, Records]:
     return array, records
 
 
+def unseal_cut(body: memoryview) -> tuple[U8, Records]:
+    """The whole records of a chunk that the file ends in, as far as they decompress; no CRC vouches for them.
+
+    Args:
+        body: of the chunk's record, as far as it is there.
+    """
+    head = ChunkHead.of(body)
+    name_end = _CHUNK_HEAD.size + head.name_bytes
+    blob, compression = body[name_end + 8:], bytes(body[_CHUNK_HEAD.size:name_end])
+    content: bytes | memoryview = b""
+    if head.size <= MAX_CHUNK_BYTES:
+        try:
+            if compression == b"":
+                content = blob[:head.size]
+            elif compression == b"zstd":
+                content = zstandard.ZstdDecompressor().stream_reader(blob).read(head.size)
+            elif compression == b"lz4":
+                content = lz4.frame.LZ4FrameDecompressor().decompress(blob, max_length=head.size)
+        except (zstandard.ZstdError, RuntimeError, EOFError):
+            content = b""
+    array = as_array(content)
+    return array, walk(array, 0, len(array))[0]
+
+
 def _decompress(blob: memoryview, compression: bytes, size: int) -> bytes | memoryview:
     """Decompressed bytes, exactly ``size``; little more is allocated, whatever the compressed bytes say."""
     content: bytes | memoryview

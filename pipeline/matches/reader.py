@@ -20,7 +20,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from pipeline.arrays import U8
 from pipeline.errors import DamagedLog, NoFrames
-from pipeline.matches.chunks import MAX_CHUNK_BYTES, ChunkHead, DamagedChunk, unseal
+from pipeline.matches.chunks import MAX_CHUNK_BYTES, ChunkHead, DamagedChunk, unseal, unseal_cut
 from pipeline.matches.description import METADATA, is_sound, parse
 from pipeline.matches.frame import MatchInfo, MatchLog
 from pipeline.matches.inbox import Inbox
@@ -59,8 +59,9 @@ def read(data: bytes | memoryview, *, where: str, default_info: MatchInfo | None
     Frames keep the order of the file, events are in order of time, decisions and commands in that of
     their schemas. Damaged and missing parts are left out; the rows of ``quality`` and
     ``info.incomplete_reason`` name them. ``info.complete`` is True only if every checksum in the file
-    holds. A chunk that declares more than ``chunks.MAX_CHUNK_BYTES`` counts as damaged and is never
-    decompressed. Messages on other topics, and malformed ones, are counted as 'skipped'.
+    holds. Of a chunk in which the file ends, the whole messages are read. A chunk that declares more than
+    ``chunks.MAX_CHUNK_BYTES`` counts as damaged and is never decompressed. Messages on other topics, and
+    malformed ones, are counted as 'skipped'.
 
     Args:
         data: the file's bytes; they are not changed.
@@ -85,6 +86,7 @@ class _Reading:
         self._reasons: list[str] = []
         self._schemas: dict[int, Schema] = {}
         self._inbox = Inbox()
+        self._cut: memoryview | None = None
 
     def log(self, default_info: MatchInfo | None) -> MatchLog:
         """Match of the file; see :func:`read`."""
@@ -169,6 +171,8 @@ class _Reading:
         records, end, damaged = find_records(content, len(MCAP0_MAGIC), stop, landmarks)
         for place in damaged:
             self._damaged(f"the record at byte {place} is damaged")
+        if summary is None and end + FRAMING_BYTES < len(content) and content[end] == Opcode.CHUNK:
+            self._cut = self._view[end + FRAMING_BYTES:]
         if not self._reasons and (not len(records.opcodes) or records.opcodes[-1] != Opcode.DATA_END):
             self._damaged(f"its data end without notice at byte {end}", flaw="truncated")
         return records
@@ -213,7 +217,8 @@ class _Reading:
             spans[body] = (index.message_start_time, index.message_end_time)
         chunks = {body: self._view[body:bounds[body]] for body in sorted(bounds)}
         heads = {body: ChunkHead.of(chunk) for body, chunk in chunks.items()}
-        declared = sum(head.size for head in heads.values() if head.size <= MAX_CHUNK_BYTES)
+        cut = ChunkHead.of(self._cut if self._cut is not None else memoryview(b""))
+        declared = sum(head.size for head in (*heads.values(), cut) if head.size <= MAX_CHUNK_BYTES)
         if declared > MAX_LOG_BYTES:
             raise self._error(f"declares more than {MAX_LOG_BYTES} bytes", "Split it if you trust it")
         self._inbox.reserve(declared + int(loose.lengths.sum()) + FRAMING_BYTES * len(loose.lengths))
@@ -228,6 +233,18 @@ class _Reading:
             if len(loose.bodies):
                 between = (loose.bodies > body) & (loose.bodies < after)
                 self._read_messages(as_array(self._view), loose.keep(between))
+        if self._cut is not None:
+            self._read_cut(self._cut, cut)
+
+    def _read_cut(self, body: memoryview, head: ChunkHead) -> None:
+        """Read what is there of the chunk that the file ends in."""
+        content, records = unseal_cut(body)
+        if not len(records.opcodes):
+            return
+        self._read_messages(content, records)
+        share = (int(records.bodies[-1]) + int(records.lengths[-1])) / max(head.size, 1)
+        self._damaged(f"the last chunk is cut off: its first {share:.0%} were kept, which no CRC vouches for",
+                      flaw="damaged chunk", span=(head.start_ns, head.end_ns))
 
     def _read_messages(self, content: U8, records: Records) -> None:
         if (records.opcodes != Opcode.MESSAGE).any():
