@@ -14,7 +14,7 @@ from flows.catalog import forget_match, refresh
 from flows.matches import Recording, import_recording
 from flows.progress import RunReport, StageReport
 from flows.season import Turn, done, take
-from flows.stage import Output, Scope, Stage
+from flows.stage import Output, Per, Scope, Stage
 from flows.stages import STAGES
 from flows.update import bring_up_to_date
 from flows.versions import emit
@@ -58,10 +58,11 @@ def bring_in(store: Store) -> str:
 
 
 def forget(store: Store) -> str:
-    """Forget the first match."""
-    for receipt in store.receipts("matches"):
-        forget_match(store, receipt.name)
-        break
+    """Forget the match of the recording ``early``, or what is left of it."""
+    for noun in STAGES.nouns(Per.MATCH):
+        for receipt in store.receipts(noun):
+            if receipt.name.startswith("early"):
+                forget_match(store, receipt.name)
     refresh(store)
     return "forgotten"
 
