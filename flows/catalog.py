@@ -6,7 +6,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
+from flows.progress import StageReport
 from flows.stages import STAGES
+from pipeline.errors import StorageFailed
 from pipeline.store import Store, catalog
 from pipeline.store.files import REMEDY_OF_VERSION, remedy_of
 from pipeline.store.receipts import FileRecord, Manifest, Receipt, digest
@@ -123,6 +125,14 @@ def _views(store: Store, receipts: Iterable[Receipt], files: Iterable[Vouched]) 
         shown = record.rows and (of_match is None or match_of(receipt.name) in of_match)
         views.setdefault(names.get(record.table or "", "") if shown else "", []).append(path)
     return views
+
+
+def refresh_into(store: Store, report: StageReport) -> None:
+    """Bring the catalogue up to date (:func:`refresh`). If that fails, it is one more failure of a report."""
+    try:
+        refresh(store)
+    except StorageFailed as error:
+        report.failed["catalogue"] = str(error)
 
 
 def refresh(store: Store) -> tuple[Path, list[Vouched]]:

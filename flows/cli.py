@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import traceback
+import warnings
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from flows.interrupt import interruptible
@@ -219,7 +220,10 @@ def _call(words: list[str], *, debug: bool) -> None:
 
     _quiet_prefect(debug)
     try:
-        command_line()(words, exit_on_error=False, print_error=False)
+        with warnings.catch_warnings():
+            if not debug and not sys.warnoptions:
+                warnings.simplefilter("ignore")
+            command_line()(words, exit_on_error=False, print_error=False)
     except CycloptsError as error:
         command = " ".join(("pitchlore", *(error.command_chain or ())))
         _fail(f"{' '.join(str(error).split())} See `{command} --help`.")

@@ -23,7 +23,7 @@ GRACE_S = 2.0
 #: Exit code of what Ctrl-C stopped, as shells count it.
 STOPPED = 128 + signal.SIGINT
 
-_LINE = "pitchlore: Stopped. What was finished is kept; run the command again to go on.\n"
+KEPT = "What was finished is kept; run the command again to go on."
 _SHOW_CURSOR = "\x1b[?25h"  # progress bars hide it
 
 _ending = Lock()
@@ -55,10 +55,10 @@ def interruptible() -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        _end()
+        end()
     finally:
         if pressed:  # whatever became of the interrupt on its way here
-            _end()
+            end()
         signal.set_wakeup_fd(before[1])
         signal.signal(signal.SIGINT, before[0])
         os.close(told)
@@ -75,13 +75,18 @@ def _watch(heard: int) -> None:
         pressed += signals.count(signal.SIGINT)
         if pressed > 1:
             break
-    _end()
+    end()
 
 
-def _end() -> NoReturn:
-    """Say what is kept and end the process and its children, without waiting for any thread; only once."""
+def end(why: str = "Stopped", code: int = STOPPED) -> NoReturn:
+    """Say what is kept and end the process and its children, without waiting for any thread; only once.
+
+    Args:
+        why: what is said first.
+        code: exit code.
+    """
     _ending.acquire()
-    line = _LINE
+    line = f"pitchlore: {why}. {KEPT}\n"
     if sys.stderr.isatty():
         line = f"{_SHOW_CURSOR}\r{line}"
     try:
@@ -89,4 +94,4 @@ def _end() -> NoReturn:
         for child in multiprocessing.active_children():  # Prefect's runner has one for each run of a flow
             child.kill()
     finally:
-        os._exit(STOPPED)
+        os._exit(code)

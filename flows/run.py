@@ -5,10 +5,11 @@ from typing import Any
 
 from prefect.artifacts import create_markdown_artifact
 
-from flows.catalog import refresh
+from flows.catalog import refresh_into
 from flows.imports import import_all
 from flows.matches import Recording
 from flows.progress import RunReport
+from flows.stages import STAGES
 from flows.tasks import Runner, data_folder, our_flow
 from flows.update import look_for_damage
 from pipeline.settings import Settings
@@ -23,6 +24,6 @@ def run_flow(
     report = RunReport(stages=[import_all(store, recordings)])
     look_for_damage(store, report)
     Runner(store).update(settings, report, train=train)
-    refresh(store)
+    refresh_into(store, report.stage(STAGES.versioned[-1]))
     create_markdown_artifact(report.markdown(), key="run", description="what the run did")
     return report.model_dump()

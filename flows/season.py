@@ -14,7 +14,7 @@ from prefect.artifacts import create_markdown_artifact
 from prefect.futures import PrefectFuture, as_completed
 from pydantic import PositiveInt
 
-from flows.catalog import forget_match, refresh
+from flows.catalog import forget_match, refresh_into
 from flows.knowledge import of_imitated
 from flows.outputs import match_names, need
 from flows.progress import StageReport, listener
@@ -229,7 +229,7 @@ def season_flow(
             following = _end(turn, future.result(raise_on_failure=False), report)
             if following is not None:
                 waiting.append(following)
-    refresh(store)
+    refresh_into(store, report)
     create_markdown_artifact(_markdown(report), key="season", description="what was played")
     return report.model_dump()
 

@@ -6,11 +6,12 @@ import fcntl
 import os
 import select
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import IO, NamedTuple
@@ -23,6 +24,14 @@ from pipeline.store.files import Files, pretty
 
 #: Where a data folder keeps its server: Prefect's home and database, the record, the log.
 FOLDER = "server"
+#: Prefect's database in its home.
+DATABASE = "prefect.db"
+#: So that the database does not grow for ever: the history of four weeks is kept, events of one.
+_BOUNDED = {
+    "PREFECT_SERVER_SERVICES_DB_VACUUM_ENABLED": "events,flow_runs",
+    "PREFECT_SERVER_SERVICES_DB_VACUUM_RETENTION_PERIOD": str(28 * 86_400),
+    "PREFECT_SERVER_EVENTS_RETENTION_PERIOD": "P7D",
+}
 #: How long a server may take until it answers, seconds: on a busy machine the first start takes a minute.
 START_S = 120.0
 #: How long a server that is told to stop may take, seconds; then it is killed.
@@ -30,8 +39,38 @@ STOP_S = 5.0
 _POLL_S = 0.05
 
 
+#: How long a database may be locked by others, seconds.
+_LOCKED_S = 2.0
+#: Databases up to this size are checked whole before a server uses them.
+_CHECKED_BYTES = 64 << 20
+
+
 class ServerFailed(PitchloreError):
     """A Prefect server cannot be started, or does not answer."""
+
+
+def trouble(home: Path) -> str | None:
+    """Why a server cannot use a folder as its home, or the database in it; None if it can."""
+    try:
+        home.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=home):
+            pass
+    except OSError as error:
+        return f"cannot be written ({error.strerror or error})"
+    database = home / DATABASE
+    if not database.exists():
+        return None
+    try:
+        with closing(sqlite3.connect(database, timeout=_LOCKED_S, isolation_level=None)) as connection:
+            connection.execute("begin immediate")
+            connection.execute("rollback")
+            if database.stat().st_size <= _CHECKED_BYTES:
+                ((found, *_), *_) = connection.execute("pragma quick_check(1)").fetchall()
+                if found != "ok":
+                    return f"{DATABASE} is damaged ({' '.join(str(found).split())})"
+    except sqlite3.Error as error:
+        return f"{DATABASE} cannot be used ({error})"
+    return None
 
 
 class Process:
@@ -73,6 +112,11 @@ class Process:
     def api(self) -> str:
         """Address of its API, as PREFECT_API_URL takes it."""
         return f"http://127.0.0.1:{self.port}/api"
+
+    @property
+    def alive(self) -> bool:
+        """Whether it runs."""
+        return self._process.poll() is None
 
     def wait(self) -> None:
         """Wait until the server answers.
@@ -130,7 +174,7 @@ class Process:
             raise self._failure(f"no answer in {START_S:.0f} s")
         part: bytes = self._process.stdout.read(64)
         if not part:
-            raise self._failure(self._last_words())
+            raise self._failure(self.last_words())
         return part
 
     def _failure(self, why: str) -> ServerFailed:
@@ -141,7 +185,7 @@ class Process:
         return ServerFailed(f"the Prefect server does not start ({why})",
                             next_step="Run again with --debug and report what it says")
 
-    def _last_words(self) -> str:
+    def last_words(self) -> str:
         """The last line that the server has logged."""
         self._log.seek(self._begun)
         lines = self._log.read().decode(errors="replace").split("\n")
@@ -284,6 +328,10 @@ class Keeper:
 
     def _start(self, port: int, lock: int) -> tuple[Kept, Process]:
         self._record.unlink(missing_ok=True)
+        why = trouble(self.folder)
+        if why is not None:
+            raise ServerFailed(why, where=str(self.folder), next_step=(
+                f"Mend the folder, or remove {DATABASE} in it: only the history of past runs is lost"))
         process = Process(self._environment(), port=port, log=self.log, held=lock)
         try:
             process.wait()
@@ -309,10 +357,11 @@ class Keeper:
         """Variables for a Prefect of its own, which reads and changes nothing of the user's."""
         own = {
             "PREFECT_HOME": str(self.folder), "PREFECT_UI_ENABLED": "true",
-            "PREFECT_API_DATABASE_CONNECTION_URL": f"sqlite+aiosqlite:///{self.folder / 'prefect.db'}",
+            "PREFECT_API_DATABASE_CONNECTION_URL": f"sqlite+aiosqlite:///{self.folder / DATABASE}",
             "PREFECT_UI_STATIC_DIRECTORY": str(self.folder / "pages"),
         }
-        return {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"} | own
+        given = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}
+        return _BOUNDED | given | own
 
     def _ends_within(self, seconds: float) -> bool:
         end = time.monotonic() + seconds

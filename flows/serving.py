@@ -2,23 +2,36 @@
 
 It is the first of these: the one that PREFECT_API_URL names in the environment; the one that the data
 folder keeps (`pitchlore server start`); the one that Prefect's settings name; one that is started for this
-process and ends with it.
+process and ends with it. The last keeps its history in Prefect's home, or nowhere if that cannot be used.
+
+If the server ends while flows run, the command ends within seconds: Prefect itself would try for minutes.
 """
 
 from __future__ import annotations
 
 import atexit
 import os
+import socket
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from functools import cache
 from pathlib import Path
+from shutil import rmtree
+from tempfile import mkdtemp
+from threading import Event, Thread
+from urllib.parse import urlsplit
 
-from flows.server import Keeper, Process, ServerFailed
+from flows.interrupt import KEPT, end
+from flows.server import Keeper, Process, ServerFailed, trouble
+from pipeline.errors import in_one_line
 
 #: How long a server that is there may take to answer, seconds.
 ANSWER_S = 5.0
+#: How often to look whether the server is there, seconds; after so many looks in vain it has ended.
+WATCH_S, SILENT = 2.0, 3
+#: Libraries whose errors say that the server does not answer.
+_CLIENTS = ("httpx", "httpcore")
 
 
 @contextmanager
@@ -37,6 +50,8 @@ def serving(root: Path, notice: Callable[[str], None]) -> Iterator[Callable[[], 
         ServerFailed: from that function, if the server does not start or answer.
     """
     kept = None if "PREFECT_API_URL" in os.environ else _kept(root, notice)
+    if "prefect" not in sys.modules:
+        _find_home(notice)
     if kept is None and not _is_named():
         _own()
     with ExitStack() as stack:
@@ -53,6 +68,7 @@ def serving(root: Path, notice: Callable[[str], None]) -> Iterator[Callable[[], 
                 _check(there)
             else:
                 _own().wait()
+            stack.enter_context(_watched(there or _own().api, _alive(root, kept, there)))
             # the thread that sends a flow's heartbeats sleeps a second at a time, and the flow waits for it
             stack.enter_context(temporary_settings(
                 {PREFECT_API_URL: there or _own().api},
@@ -85,6 +101,76 @@ def _prefect_names_one() -> bool:
     from prefect.settings import PREFECT_API_URL  # noqa: PLC0415 (looking at a data folder needs no Prefect)
 
     return bool(PREFECT_API_URL.value())
+
+
+def _find_home(notice: Callable[[str], None]) -> None:
+    """Give Prefect another home if its own cannot be used; call it before Prefect is loaded."""
+    home = Path(os.environ.get("PREFECT_HOME") or "~/.prefect").expanduser()
+    why = trouble(home)
+    if why is None:
+        return
+    notice(f"{home}: {why}. The history of this command's runs is kept nowhere.")
+    other = mkdtemp(prefix="pitchlore-")
+    atexit.register(rmtree, other, ignore_errors=True)
+    os.environ |= {
+        "PREFECT_HOME": other, "PREFECT_API_DATABASE_CONNECTION_URL": "sqlite+aiosqlite:///:memory:",
+        "PREFECT_PROFILES_PATH": str(home / "profiles.toml"),
+    }
+
+
+@contextmanager
+def _watched(url: str, alive: Callable[[], bool]) -> Iterator[None]:
+    """End this process if the server ends while the body runs."""
+    done = Event()
+
+    def watch() -> None:
+        silent = 0
+        while not done.wait(WATCH_S):
+            silent = 0 if alive() else silent + 1
+            if silent == SILENT:
+                end(f"The Prefect server {url} has ended", 1)
+
+    Thread(target=watch, name="server", daemon=True).start()
+    try:
+        yield
+    except Exception as error:
+        if type(error).__module__.partition(".")[0] not in _CLIENTS and not _of_the_server(error):
+            raise
+        answer = getattr(error, "response", None)
+        said = in_one_line(error) if answer is None else f"{answer.status_code} {answer.reason_phrase}"
+        if _own.cache_info().currsize:
+            said += f"; its log ends with: {_own().last_words()}"
+        raise ServerFailed(
+            f"the Prefect server failed ({said})", where=url,
+            next_step=f"Free space or mend its folder. {KEPT.rstrip('.')}",
+        ) from error
+    finally:
+        done.set()
+
+
+def _of_the_server(error: Exception) -> bool:
+    from prefect.exceptions import PrefectHTTPStatusError  # noqa: PLC0415 (see above)
+
+    return isinstance(error, PrefectHTTPStatusError)
+
+
+def _alive(root: Path, kept: str | None, there: str | None) -> Callable[[], bool]:
+    """Whether the server is there, as a function."""
+    if kept is not None:
+        return lambda: Keeper(root).look().alive
+    if there is None:
+        return lambda: _own().alive
+    address = urlsplit(there)
+    place = address.hostname or "127.0.0.1", address.port or (443 if address.scheme == "https" else 80)
+
+    def listens() -> bool:
+        try:
+            socket.create_connection(place, timeout=WATCH_S).close()
+        except OSError:
+            return False
+        return True
+
+    return listens
 
 
 @cache

@@ -16,7 +16,7 @@ from prefect.task_runners import ThreadPoolTaskRunner
 from pydantic import BaseModel
 
 from flows import knowledge, policies
-from flows.catalog import look, refresh
+from flows.catalog import look, refresh, refresh_into
 from flows.progress import RunReport, StageReport, listener
 from flows.stage import Output, Per, Scope, Stage
 from flows.stages import STAGES
@@ -169,7 +169,7 @@ def flow_of(noun: str) -> Flow[..., dict[str, object]]:
 
 def conclude(store: Store, report: StageReport) -> dict[str, object]:
     """Bring the catalogue up to date, and show the report as an artifact. Returns the flow's result."""
-    refresh(store)
+    refresh_into(store, report)
     create_markdown_artifact(report.markdown(), key=report.noun, description="what the flow made")
     return report.model_dump()
 

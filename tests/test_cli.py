@@ -483,7 +483,7 @@ def test_run_shows_quarantine(call, tmp_path):
     bad.rename(data / "inbox" / "notes.txt")
     code, out, _ = call("run", "--data", data)
     assert code == 1
-    assert f"quarantined {data / 'inbox' / 'notes.txt'}" in out.replace("matches ", "")
+    assert f"failed {data / 'inbox' / 'notes.txt'}" in out.replace("matches ", "")
     assert "still in quarantine" not in out
 
 

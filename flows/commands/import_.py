@@ -9,7 +9,7 @@ from typing import Annotated
 import polars as pl
 from cyclopts import Parameter
 
-from flows.catalog import refresh
+from flows.catalog import refresh_into
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import console, print_frame, print_json
@@ -56,7 +56,7 @@ def bring_in(store: Store, recordings: list[Recording]) -> StageReport:
 
             begin()
             report = StageReport.model_validate(matches_flow(store.root, recordings))
-    refresh(store)
+    refresh_into(store, report)
     return report
 
 
@@ -76,5 +76,5 @@ def _print_matches(store: Store, report: StageReport) -> None:
     if rows:
         print_frame(pl.DataFrame(rows))
     for name, why in report.failed.items():
-        out.print(f"[bold red]quarantined[/] {name}: ", end="")
+        out.print(f"[bold red]failed[/] {name}: ", end="")
         out.print(why, markup=False, soft_wrap=True)

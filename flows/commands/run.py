@@ -78,7 +78,7 @@ def _print_run(store: Store, report: RunReport) -> None:
              for s in report.stages]
         ))
     for what, why in report.failures.items():
-        out.print(f"[bold red]quarantined[/] {what}: ", end="")
+        out.print(f"[bold red]failed[/] {what}: ", end="")
         out.print(why, markup=False, soft_wrap=True)
     for note in report.stage("matches").notes:
         out.print(note, markup=False, soft_wrap=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,7 +29,19 @@ def build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
         path: a file that does not exist yet; the caller moves it into place.
         sources: table name to the files that hold its rows, by the receipts and manifests. A table
             without files becomes a view without rows. Files under ``""`` are listed, and are in no view.
+
+    Raises:
+        OSError: if the disk refuses.
     """
+    try:
+        _build(path, sources)
+    except (duckdb.IOException, duckdb.TransactionException, duckdb.FatalException) as error:
+        raise OSError(errno.EIO, str(error).splitlines()[0].rpartition(": ")[2]) from error
+    finally:
+        path.with_name(f"{path.name}.wal").unlink(missing_ok=True)
+
+
+def _build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
     with duckdb.connect(str(path)) as connection:
         connection.begin()  # one write for all statements
         connection.execute(

@@ -9,6 +9,7 @@ import re
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from itertools import chain
 from pathlib import Path
 from typing import BinaryIO, TypeVar
 
@@ -114,8 +115,8 @@ class Files:
     def sweep(self) -> int:
         """Remove temporary files and staging folders of dead processes. Returns their number."""
         swept = 0
-        for path in [*self.root.glob("*/.*.tmp"), *self.root.glob("*/.*.staging"), *self.root.glob(".*.tmp")]:
-            owner = re.search(r"\.(\d+)-[0-9a-f]+\.(?:tmp|staging)$", path.name)
+        for path in [*chain.from_iterable(map(self.root.glob, ("*/.*.tmp", "*/.*.staging", ".*.tmp*")))]:
+            owner = re.search(r"\.(\d+)-[0-9a-f]+\.(?:tmp|tmp\.wal|staging)$", path.name)
             if owner and not _alive(int(owner[1])):
                 if path.is_dir():
                     shutil.rmtree(path, ignore_errors=True)
@@ -145,7 +146,7 @@ class Files:
     @contextmanager
     def keeping(self) -> Iterator[None]:
         """No thread or process removes an output while the body runs."""
-        with _holding(self.root / ".lock", fcntl.LOCK_SH):
+        with _holding(self.root / ".lock", fcntl.LOCK_SH, reading=True):
             yield
 
     @contextmanager
@@ -163,13 +164,19 @@ class Files:
     @contextmanager
     def snapshot(self) -> Iterator[None]:
         """No thread or process commits or removes an output: what the body reads is of one moment."""
-        with self.keeping(), _holding(self.root / ".commits", fcntl.LOCK_EX):
+        with self.keeping(), _holding(self.root / ".commits", fcntl.LOCK_EX, reading=True):
             yield
 
 
 @contextmanager
-def _holding(path: Path, lock: int) -> Iterator[None]:
+def _holding(path: Path, lock: int, *, reading: bool = False) -> Iterator[None]:
     """A lock on a file, which is made if need be; waits until others let go of it.
+
+    Args:
+        path: of the file.
+        lock: as for ``fcntl.flock``.
+        reading: go without the lock if there is no such file and none can be made, as in a folder in which
+            nobody can write.
 
     Raises:
         StorageFailed: if the file can be neither opened nor made.
@@ -178,7 +185,12 @@ def _holding(path: Path, lock: int) -> Iterator[None]:
         path.parent.mkdir(parents=True, exist_ok=True)
         held = path.open("a")
     except OSError as error:
-        raise unwritable(path, error) from error
+        if not reading:
+            raise unwritable(path, error) from error
+        if not path.exists():
+            yield
+            return
+        held = path.open("r")
     with held:
         fcntl.flock(held, lock)
         yield

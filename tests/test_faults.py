@@ -1,0 +1,194 @@
+"""What goes wrong outside is said in one line, and soon: disks, homes, databases and servers.
+
+The same command works when the cause is gone.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from conftest import clip
+from support.outputs import put_goal
+
+from flows.catalog import refresh, refresh_into
+from flows.progress import StageReport
+from flows.server import DATABASE, Keeper, ServerFailed, trouble
+from pipeline.errors import StorageFailed
+from pipeline.store import Store
+
+#: A command has to have ended by then, seconds; here it shares the machine with other tests.
+SOON_S = 60.0
+COMMAND = "import sys; from flows.cli import main; main(sys.argv[1:])"
+
+
+def call(*words: object, before: Callable[[], None] | None = None, **variables: str) -> tuple[int, str, str, float]:
+    """Exit code, output and seconds of a command in a process of its own, which brings its own server."""
+    here = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"} | variables
+    begun = time.monotonic()
+    done = subprocess.run([sys.executable, "-c", COMMAND, *map(str, words)], env=here, text=True, check=False,
+                          capture_output=True, preexec_fn=before, timeout=SOON_S)
+    return done.returncode, done.stdout, done.stderr, time.monotonic() - begun
+
+
+def small_files() -> None:
+    """No file may grow beyond 64 KiB: like a full disk, for a test that may not fill one."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 16, 1 << 16))
+
+
+@pytest.fixture
+def derby(tmp_path: Path) -> Path:
+    path = tmp_path / "derby.csv"
+    clip(0.0, 5.0).write_csv(path)
+    return path
+
+
+def lines(err: str) -> list[str]:
+    """What a command said, without its progress bars."""
+    return [line for line in err.splitlines() if "━" not in line and line.strip()]
+
+
+# --- disks ------------------------------------------------------------------------------------------
+
+
+def test_catalogue_on_a_full_disk(tmp_path):
+    """A catalogue that cannot be written is one line, leaves nothing behind, and stays as it was."""
+    store = Store(tmp_path)
+    put_goal(store, "m-1", 1)
+    refresh(store)
+    put_goal(store, "m-2", 1)
+    words = ("sql", "select count(*) n from goals", "--csv", "--data", tmp_path)
+    code, out, err, _ = call(*words, before=small_files)
+    assert (code, out) == (1, "")
+    (line,) = lines(err)
+    assert line.startswith(f"pitchlore: {tmp_path / 'catalog.duckdb'}: cannot be written (")
+    assert "Free space or mend the folder" in line
+    assert [path.name for path in tmp_path.glob(".*.tmp*")] == []
+    assert call(*words)[:2] == (0, "n\n2\n")
+
+
+def test_log_on_a_full_disk(tmp_path):
+    """So is a match that cannot be logged, and the next try plays it."""
+    words = ("record", "--minutes", "0.5", "--data", tmp_path)
+    code, _, err, _ = call(*words, before=small_files)
+    assert code == 1
+    assert "cannot be written (File too large). Free space" in lines(err)[-1]
+    assert call(*words)[0] == 0
+
+
+def test_catalogue_masks_nothing(tmp_path, monkeypatch):
+    """A catalogue that fails is one more failure of a report; the others are still there."""
+    store, report = Store(tmp_path), StageReport(noun="matches", failed={"derby.csv": "is empty."})
+
+    def full(*_: object) -> None:
+        raise StorageFailed("cannot be written", where="catalog.duckdb", next_step="Free space")
+
+    monkeypatch.setattr("flows.catalog.refresh", full)
+    refresh_into(store, report)
+    assert report.failed == {"derby.csv": "is empty.", "catalogue": "catalog.duckdb: cannot be written. Free space."}
+
+
+def test_a_folder_that_cannot_be_written(tmp_path, monkeypatch):
+    """A data folder without write access is queried like any other, if its catalogue is up to date."""
+    store = Store(tmp_path)
+    put_goal(store, "m-1", 1)
+    refresh(store)
+    for lock in (".lock", ".commits"):
+        (tmp_path / lock).unlink()
+    opened = Path.open
+
+    def refused(path: Path, mode: str = "r", *rest: object, **named: object):
+        if path.is_relative_to(tmp_path) and mode[0] in "wa":
+            raise OSError(30, "Read-only file system")
+        return opened(path, mode, *rest, **named)
+
+    monkeypatch.setattr(Path, "open", refused)
+    assert refresh(store)[1] == []
+    with pytest.raises(StorageFailed, match="Read-only file system"):
+        put_goal(store, "m-2", 1)
+
+
+# --- Prefect's home and database --------------------------------------------------------------------
+
+
+def damaged(home: Path) -> None:
+    (home / DATABASE).write_bytes(b"no database" * 1000)
+
+
+def bitten(home: Path) -> None:
+    with closing(sqlite3.connect(home / DATABASE, isolation_level=None)) as connection:
+        connection.execute("create table t (a text, b text)")
+        connection.executemany("insert into t values (?, ?)", [(f"x{i}", f"{i * 7919 % 2000:050}") for i in range(2000)])
+        connection.execute("create index i on t (b)")
+    with (home / DATABASE).open("r+b") as file:
+        file.seek(3 * 4096)
+        file.write(b"\xff" * 20_000)
+
+
+@pytest.mark.parametrize(("harm", "said"), [(damaged, "not a database"), (bitten, "damaged|malformed")])
+def test_damaged_database(tmp_path, harm, said):
+    """A damaged database of Prefect's is told before a server starts, with what to do."""
+    keeper = Keeper(tmp_path)
+    keeper.folder.mkdir()
+    assert trouble(keeper.folder) is None
+    harm(keeper.folder)
+    with pytest.raises(ServerFailed, match=rf"({said}).*remove {DATABASE} in it: only the history") as refused:
+        keeper.start()
+    assert str(keeper.folder) in str(refused.value)
+    assert keeper.look() == (False, None)
+
+
+def test_locked_database(tmp_path):
+    """So is one that another process has locked for good."""
+    with closing(sqlite3.connect(tmp_path / DATABASE, isolation_level=None)) as other:
+        other.execute("begin exclusive")
+        begun = time.monotonic()
+        assert trouble(tmp_path) == f"{DATABASE} cannot be used (database is locked)"
+        assert time.monotonic() - begun < 10
+    assert trouble(tmp_path) is None
+
+
+@pytest.mark.slow
+def test_home_that_cannot_be_used(tmp_path, derby):
+    """Without a home that can be written a command works, and says that Prefect keeps no history of it."""
+    code, out, err, _ = call("import", derby, "--data", tmp_path / "data", HOME="/dev/null")
+    assert (code, out.splitlines()[0]) == (0, "1 imported, 0 already here, 0 not imported")
+    (line,) = lines(err)
+    assert line.startswith("pitchlore: /dev/null/.prefect: cannot be written (")
+    assert line.endswith("The history of this command's runs is kept nowhere.")
+
+
+@pytest.mark.slow
+def test_server_killed_meanwhile(tmp_path, derby):
+    """If its server is killed while flows run, the command ends within seconds, and can be run again."""
+    script = """
+import os, signal, subprocess, sys, time
+import flows.imports, flows.serving
+def kill(*_):
+    os.kill(flows.serving._own().pid, signal.SIGKILL)
+    print("killed", flush=True)
+    time.sleep(600)
+flows.imports.import_recording = kill
+from flows.cli import main
+main(sys.argv[1:])
+"""
+    here = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}
+    with subprocess.Popen([sys.executable, "-c", script, "import", derby, "--data", tmp_path / "data"], text=True,
+                          env=here, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
+        assert command.stdout is not None
+        assert command.stdout.readline() == "killed\n"
+        begun = time.monotonic()
+        _, err = command.communicate(timeout=SOON_S)
+    assert time.monotonic() - begun < 15
+    assert command.returncode == 1
+    assert "has ended. What was finished is kept; run the command again to go on." in lines(err)[-1]
