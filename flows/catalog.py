@@ -11,7 +11,7 @@ from flows.stages import STAGES
 from pipeline.errors import StorageFailed
 from pipeline.store import Store, catalog
 from pipeline.store.files import REMEDY_OF_VERSION, remedy_of
-from pipeline.store.receipts import FileRecord, Manifest, Receipt, digest
+from pipeline.store.receipts import FileRecord, Manifest, Receipt
 from schemas import PUBLIC
 
 
@@ -100,7 +100,7 @@ def _look(store: Store, receipts: Iterable[Receipt], listing: catalog.Listing | 
             path = store.folder(receipt) / record.path
             seen = catalog.glance(path)
             trusted = seen is not None and known.get(str(path.resolve())) == seen
-            whole = trusted or (seen is not None and digest(store.foreign(path)) == record.sha256)
+            whole = trusted or store.whole(record, store.folder(receipt))
             (found.whole if whole else found.damaged).append(Vouched(receipt, path, record))
     store.doubted = frozenset(file.path for file in found.damaged)
     return found

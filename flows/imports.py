@@ -2,35 +2,41 @@
 
 from pathlib import Path
 
-from flows.matches import Recording, import_recording, inbox, useless
+from flows.matches import Recording, import_recording, inbox, strangers, useless
 from flows.progress import StageReport
 from flows.tasks import conclude, data_folder, our_flow, run_tasks, stage_task
+from pipeline.settings import ImportSettings
 from pipeline.store import Store
+from pipeline.text import printable
 
 
 @stage_task(name="import")
-def make_match(data: Path, name: str, recording: Recording) -> tuple[str, bool]:
+def make_match(data: Path, name: str, recording: Recording, limits: ImportSettings) -> tuple[str, bool]:
     """Import one file; the match id and whether it is new."""
-    receipt, new = import_recording(Store(data), recording)
+    receipt, new = import_recording(Store(data), recording, limits)
     return receipt.name, new
 
 
-def import_all(store: Store, recordings: list[Recording] | None = None) -> StageReport:
+def import_all(
+    store: Store, recordings: list[Recording] | None = None, limits: ImportSettings = ImportSettings()
+) -> StageReport:
     """Import files, one task each. A file whose match is already stored counts as kept.
 
     Args:
         store: receives the matches.
         recordings: files to import. None takes the :func:`inbox`, and removes the logs of matches that were
             killed before anything was logged.
+        limits: what reading a recording may cost.
     """
-    notes = []
+    notes, others = [], {}
     if recordings is None:
         notes = [f"{file}: removed, for its match was killed before anything of it was logged"
                  for file in useless(store)]
-        recordings = inbox(store)
+        recordings, others = inbox(store), strangers(store)
     before = {receipt.name: receipt.key for receipt in store.receipts("matches")}
     work = {
-        str(r.file): {"data": store.root, "name": r.file.name, "recording": r} for r in recordings
+        r.label: {"data": store.root, "name": printable(r.file.name), "recording": r, "limits": limits}
+        for r in recordings
     }
     report = run_tasks(make_match, "matches", work)
     after = {receipt.name: receipt.key for receipt in store.receipts("matches")}
@@ -38,11 +44,14 @@ def import_all(store: Store, recordings: list[Recording] | None = None) -> Stage
     report.made = sorted(name for name, key in after.items() if before.get(name) != key)
     report.kept = done - len(report.made)
     report.notes = notes
+    report.failed |= others
     return report
 
 
 @our_flow(name="matches")
-def matches_flow(data: Path, recordings: list[Recording] | None = None) -> dict[str, object]:
+def matches_flow(
+    data: Path, recordings: list[Recording] | None = None, limits: ImportSettings = ImportSettings()
+) -> dict[str, object]:
     """Import the recordings, by default those in the inbox."""
     store = data_folder(data)
-    return conclude(store, import_all(store, recordings))
+    return conclude(store, import_all(store, recordings, limits))

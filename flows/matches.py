@@ -2,12 +2,12 @@
 
 import io
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import polars as pl
-from pydantic import BaseModel
+from pydantic import BaseModel, field_serializer
 
+from flows.isolated import read_isolated
 from flows.progress import StageReport
 from flows.stages import STAGES
 from pipeline import matches as log
@@ -16,9 +16,11 @@ from pipeline.importers.readers import open_source, read
 from pipeline.importers.source import slug
 from pipeline.importers.tracking_map import TrackingMap, load_map
 from pipeline.matches.frame import MatchLog
+from pipeline.settings import ImportSettings
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt, digest
 from pipeline.store.work import Made, Work
+from pipeline.text import printable
 from schemas import Commands, Matches, Quality, Referee
 
 #: Where recordings are dropped for the next run, in the data folder.
@@ -38,16 +40,46 @@ class Recording(BaseModel):
     file: Path
     mapping: Path | None = None
 
+    @field_serializer("file", "mapping", when_used="json")
+    def _printable(self, path: Path | None) -> str | None:
+        """A path for Prefect's records; its bytes need not be UTF-8."""
+        return None if path is None else printable(str(path))
+
+    @property
+    def label(self) -> str:
+        """The recording's path, for people."""
+        return printable(str(self.file))
+
 
 def inbox(store: Store) -> list[Recording]:
     """Recordings in the data folder's inbox with their maps, sorted by name, then abandoned logs.
 
     A log is abandoned if the process that played its match was killed.
     """
-    files = [p for p in (store.root / INBOX).rglob("*")
-             if p.is_file() and p.suffix != ".toml" and not p.name.startswith(".")]
+    files = [path for path in _in_inbox(store) if path.suffix != ".toml" and _is_inside(path, store)]
     left = [Recording(file=file) for file in store.abandoned(PLAYING)]
-    return [with_map(file) for file in sorted(files)] + left
+    return [with_map(file) for file in files] + left
+
+
+def strangers(store: Store) -> dict[str, str]:
+    """What lies in the inbox and is never read, with the reason: pipes, devices, links that lead out."""
+    why = "is a link that leads out of the inbox, or no regular file; it is not read. Remove it."
+    return {printable(str(path)): why for path in _in_inbox(store) if not _is_inside(path, store)}
+
+
+def _in_inbox(store: Store) -> list[Path]:
+    """All in the inbox that is no folder and not hidden, sorted."""
+    return sorted(path for path in (store.root / INBOX).rglob("*")
+                  if not path.name.startswith(".") and (path.is_symlink() or not path.is_dir()))
+
+
+def _is_inside(path: Path, store: Store) -> bool:
+    """Whether it is a regular file in the inbox, or a link to one there."""
+    try:
+        real = path.resolve(strict=True)
+    except (OSError, RuntimeError):  # a link to nothing, or to itself
+        return False
+    return real.is_file() and real.is_relative_to((store.root / INBOX).resolve())
 
 
 def with_map(file: Path) -> Recording:
@@ -56,15 +88,30 @@ def with_map(file: Path) -> Recording:
     The map of ``x.csv`` is ``x.csv.toml``, else ``map.toml`` in its folder.
     """
     maps = (file.with_name(f"{file.name}.toml"), file.with_name("map.toml"))
-    return Recording(file=file, mapping=next((m for m in maps if m.exists()), None))
+    return Recording(file=file, mapping=next((m for m in maps if _exists(m)), None))
 
 
-def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]:
+def _exists(path: Path) -> bool:
+    """Whether there is something at a path; not if the path is longer than any can be."""
+    try:
+        return path.exists()
+    except OSError:
+        return False
+
+
+def import_recording(
+    store: Store, recording: Recording, limits: ImportSettings = ImportSettings()
+) -> tuple[Receipt, bool]:
     """Receipt of a recording's match, imported if need be, and whether it is new.
 
     The same content is the same match: under another name, gzipped or not, or as the log that we made from
     it. A match is imported again only if its files are damaged or lost, if its stage has another version,
     or if the map is another.
+
+    Args:
+        store: receives the match.
+        recording: the file and its map.
+        limits: what reading may cost, and whether it is done in a process of its own.
 
     Raises:
         BadRecording, DamagedLog: if the recording gives no match. It goes into quarantine under its match
@@ -72,19 +119,20 @@ def import_recording(store: Store, recording: Recording) -> tuple[Receipt, bool]
         BadSettings: if the map cannot be used.
         NotFound: if the file or the map cannot be read.
     """
-    data = store.foreign(recording.file)
+    data = store.foreign(recording.file, megabytes=limits.megabytes)
     mapping = _mapping(store, recording.mapping)
     settings = mapping.settings()
     name = slug(recording.file.name)  # until its content is known
     try:
-        source = open_source(data, recording.file.name)
+        source = open_source(data, recording.file.name, limits)
         store.release("matches", name)
         name = source.match_id
         there = _same_recording(store, source.sha256)
         if there is not None and _stands(store, there, source.sha256, settings):
             store.release("matches", name)
             return there, False
-        match = read(source if there is None else replace(source, match_id=there.name), mapping)
+        source = source if there is None else source.named(there.name)
+        match = read_isolated(recording.file, source, mapping) if limits.isolate else read(source, mapping)
         with store.locked("matches"):
             receipt, new = _commit(store, match, source.sha256, settings)
     except Exception as error:
@@ -195,23 +243,26 @@ def _made(match: MatchLog, data: bytes) -> Made:
     )
 
 
-def all_here(store: Store, recordings: Sequence[Recording]) -> StageReport | None:
+def all_here(
+    store: Store, recordings: Sequence[Recording], limits: ImportSettings = ImportSettings()
+) -> StageReport | None:
     """The report of an import that finds every recording imported already, None if there is work.
 
     An unreadable recording counts as work: its import reports the reason.
     """
     for recording in recordings:
-        there = _here(store, recording)
+        there = _here(store, recording, limits)
         if there is None:
             return None
         store.release("matches", there.name)
     return StageReport(noun="matches", kept=len(recordings))
 
 
-def _here(store: Store, recording: Recording) -> Receipt | None:
+def _here(store: Store, recording: Recording, limits: ImportSettings) -> Receipt | None:
     """The stored match of a recording, None if there is none or if it has to be made anew."""
     try:
-        source = open_source(store.foreign(recording.file), recording.file.name)
+        data = store.foreign(recording.file, megabytes=limits.megabytes)
+        source = open_source(data, recording.file.name, limits)
         settings = _mapping(store, recording.mapping).settings()
     except PitchloreError:
         return None

@@ -68,7 +68,7 @@ def recording(store: Store, match: Match) -> Iterator[Callable[[], None]]:
         finally:  # of a match that breaks off as well
             log_it()
         recorder.close(info=match.info)
-        data = store.foreign(path)
+        data = store.foreign(path, megabytes=log.MAX_LOG_BYTES >> 20)
         played = log.read(data, where=str(path))
         with store.locked("matches"):
             keep(store, played, data, _work(recipe))

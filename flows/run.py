@@ -12,16 +12,17 @@ from flows.progress import RunReport
 from flows.stages import STAGES
 from flows.tasks import Runner, data_folder, our_flow
 from flows.update import look_for_damage
-from pipeline.settings import Settings
+from pipeline.settings import ImportSettings, Settings
 
 
 @our_flow(name="run")
 def run_flow(
-    data: Path, recordings: list[Recording] | None = None, settings: Settings = Settings(), train: bool = True
+    data: Path, recordings: list[Recording] | None = None, settings: Settings = Settings(),
+    train: bool = True, limits: ImportSettings = ImportSettings(),
 ) -> dict[str, Any]:
     """Import the new recordings of the inbox (or ``recordings``), and bring every stage up to date."""
     store = data_folder(data)
-    report = RunReport(stages=[import_all(store, recordings)])
+    report = RunReport(stages=[import_all(store, recordings, limits)])
     look_for_damage(store, report)
     Runner(store).update(settings, report, train=train)
     refresh_into(store, report.stage(STAGES.versioned[-1]))

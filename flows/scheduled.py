@@ -11,26 +11,33 @@ from prefect.states import Completed, Failed
 from flows.progress import RunReport
 from flows.run import run_flow
 from flows.tasks import our_flow
-from pipeline.settings import Settings
+from pipeline.settings import ImportSettings, Settings
 
 #: Name of the state in which a run ends that put something into quarantine.
 QUARANTINED = "Quarantined"
 
 
 @our_flow(name="run")
-def scheduled_run(data: Path, settings: Settings = Settings(), train: bool = True) -> State[dict[str, Any]]:
+def scheduled_run(
+    data: Path, settings: Settings = Settings(), train: bool = True, limits: ImportSettings = ImportSettings()
+) -> State[dict[str, Any]]:
     """Import the new recordings of the inbox, and bring every stage up to date.
+
+    Nobody watches: unless the settings say otherwise, each recording is read in a process of its own.
 
     Args:
         data: the data folder.
         settings: of the stages.
         train: whether to train a policy when the knowledge is new.
+        limits: what reading a recording may cost.
 
     Returns:
         Completed; or Failed with the name Quarantined, if something went into quarantine (`pitchlore run`
         then exits with 1). Everything else is made in either case.
     """
-    report = RunReport.model_validate(run_flow.fn(data, None, settings, train))
+    if limits.isolate is None:
+        limits = limits.model_copy(update={"isolate": True})
+    report = RunReport.model_validate(run_flow.fn(data, None, settings, train, limits))
     line = said_of(report)
     now = f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S}"
     print(f"{now} run {runtime.flow_run.name}: {line}", flush=True)  # noqa: T201 (for who watches `serve`)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from flows.catalog import look, match_of
-from flows.matches import PLAYING, all_here, inbox, mend
+from flows.matches import PLAYING, all_here, inbox, mend, strangers
 from flows.outputs import match_names
 from flows.progress import RunReport, StageReport
 from flows.stage import Output, Scope, Stage
 from flows.stages import STAGES
-from pipeline.settings import Settings
+from pipeline.settings import ImportSettings, Settings
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest
 
@@ -64,11 +64,14 @@ def bring_up_to_date(
     _look_at_versions(store, report)
 
 
-def nothing_new(store: Store, settings: Settings, *, train: bool = True) -> RunReport | None:
+def nothing_new(
+    store: Store, settings: Settings, limits: ImportSettings = ImportSettings(), *, train: bool = True
+) -> RunReport | None:
     """The report of a run without work, None if there is something to import or to make."""
-    imported = None if store.abandoned(PLAYING) else all_here(store, inbox(store))
+    imported = None if store.abandoned(PLAYING) else all_here(store, inbox(store), limits)
     if imported is None:
         return None
+    imported.failed |= strangers(store)
     report = RunReport(stages=[imported])
     look_for_damage(store, report)
 

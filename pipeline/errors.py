@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from pipeline.text import printable
+
+#: Most characters of a part of an error: a recording's own text may be in it.
+_CHARACTERS = 500
+
 
 class PitchloreError(Exception):
     """A failure that the user can act on.
@@ -16,21 +23,29 @@ class PitchloreError(Exception):
     transient = False
 
     def __init__(self, what: str, *, where: str = "", next_step: str = "") -> None:
-        self.what = what.rstrip(". ")
-        self.where = where
+        self.what = printable(what, _CHARACTERS).rstrip(". ")
+        self.where = printable(where, _CHARACTERS)
         self.next_step = next_step
         super().__init__(what, where, next_step)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), self.what, self.where, self.next_step)
 
     def __str__(self) -> str:
         line = f"{self.where}: {self.what}" if self.where else self.what
         return f"{line}. {self.next_step}." if self.next_step else f"{line}."
 
 
+def _again(kind: type[PitchloreError], what: str, where: str, next_step: str) -> PitchloreError:
+    """An error that comes from another process, as itself."""
+    return kind(what, where=where, next_step=next_step)
+
+
 def in_one_line(error: BaseException) -> str:
     """The message of an error in one line; an error that is not ours is named by its class."""
     if isinstance(error, PitchloreError):
         return str(error)
-    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+    return printable(f"{type(error).__name__}: {' '.join(str(error).split())}", _CHARACTERS)
 
 
 class BadRecording(PitchloreError):

@@ -34,10 +34,10 @@ class Pitch(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     kind: Kind
-    length: float = Field(gt=0)
-    width: float = Field(gt=0)
-    goal_width: float = Field(gt=0)
-    goal_depth: float = Field(default=0.1, ge=0)
+    length: float = Field(ge=0.1, le=1000)
+    width: float = Field(ge=0.1, le=1000)
+    goal_width: float = Field(ge=0.01, le=1000)
+    goal_depth: float = Field(default=0.1, ge=0, le=100)
 
     @property
     def goal_x(self) -> float:

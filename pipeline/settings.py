@@ -353,7 +353,34 @@ class Settings(Frozen):
         return self.grams
 
 
-def parse_settings(data: bytes, where: str) -> Settings:
+class ImportSettings(Frozen):
+    """What the reading of one recording may cost. A recording that needs more is refused.
+
+    Attributes:
+        megabytes: size of the file, and of its content when it is unpacked.
+        rows: rows of a table, or lines of a text.
+        line_kilobytes: length of a line of a text.
+        isolate: whether each recording is read in a process of its own, so that one that brings its reader
+            down stops nothing. None: only under ``pitchlore serve``.
+        seconds: how long that process may take.
+        memory_megabytes: how much memory that process may take.
+    """
+
+    megabytes: int = Field(default=1024, ge=1)
+    rows: int = Field(default=4_000_000, ge=1)
+    line_kilobytes: int = Field(default=1024, ge=1)
+    isolate: bool | None = None
+    seconds: float = Field(default=120.0, gt=0)
+    memory_megabytes: int = Field(default=4096, ge=256)
+
+
+class RunSettings(Settings):
+    """All settings of a run, and those of imports, on which no outcome depends."""
+
+    imports: ImportSettings = ImportSettings()
+
+
+def parse_settings(data: bytes, where: str) -> RunSettings:
     """The defaults, overridden by a TOML file.
 
     Args:
@@ -364,4 +391,4 @@ def parse_settings(data: bytes, where: str) -> Settings:
         BadSettings: if it is not TOML, or has a key or value that does not fit; names the first.
     """
     keys = "See pipeline/settings.py for all keys and their bounds"
-    return fitted(Settings, tables(data, where), where, keys)
+    return fitted(RunSettings, tables(data, where), where, keys)

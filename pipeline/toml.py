@@ -10,6 +10,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pipeline.errors import BadSettings
 
 M = TypeVar("M", bound=BaseModel)
+#: Most characters of a settings file, and of a line of it.
+_CHARACTERS, _LINE = 1_000_000, 10_000
 
 
 class Frozen(BaseModel):
@@ -22,10 +24,19 @@ def tables(data: bytes | str, where: str) -> dict[str, Any]:
     """The tables of a TOML file.
 
     Raises:
-        BadSettings: if it is not TOML.
+        BadSettings: if it is not TOML, or longer than any settings are.
     """
     try:
-        return tomllib.loads(data if isinstance(data, str) else data.decode())
+        text = data if isinstance(data, str) else data.decode()
+        longest = max(map(len, text.split("\n")))
+        if len(text) > _CHARACTERS or longest > _LINE:  # dotted keys of such lines would take minutes
+            what = f"has a line of {longest} characters" if longest > _LINE else f"has {len(text)} characters"
+            raise BadSettings(f"{what}, more than any settings need", where=where,
+                              next_step=f"Keep to {_LINE} characters a line, and {_CHARACTERS} in all")
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise BadSettings(
+            "is nested too deeply", where=where, next_step="Write fewer tables in tables") from error
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise BadSettings(
             f"is not TOML ({error})", where=where, next_step="Mend the line it names"

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 
 from pipeline.errors import BadSettings
-from pipeline.settings import RoundSettings, Settings, parse_settings
+from pipeline.settings import RoundSettings, RunSettings, Settings, parse_settings
 
 
 def test_defaults():
     """A setting that is not given has its default."""
-    assert parse_settings(b"", where="s.toml") == Settings()
+    assert parse_settings(b"", where="s.toml") == RunSettings()
     said = parse_settings(b"[policies]\nsweeps = 3\n[knowledge]\nstate_key = 'ego19'", where="s.toml")
     assert said.policies.sweeps == 3
     assert said.policies.discount == Settings().policies.discount

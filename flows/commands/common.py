@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from pipeline.errors import BadSettings, NotFound
-from pipeline.settings import Settings, parse_settings
+from pipeline.settings import RunSettings, parse_settings
 from pipeline.store import Store
 
 #: Any of these makes a folder a data folder.
@@ -64,14 +64,14 @@ class Common:
                            where=str(self.data), next_step=_OTHERWISE)
         return store
 
-    def settings(self, path: Path | None) -> Settings:
+    def settings(self, path: Path | None) -> RunSettings:
         """The defaults, overridden by a TOML file.
 
         Raises:
             NotFound: if the file cannot be read.
             BadSettings: if it is not TOML, or has a key or value that does not fit.
         """
-        return Settings() if path is None else parse_settings(self.store.foreign(path), where=str(path))
+        return RunSettings() if path is None else parse_settings(self.store.foreign(path), where=str(path))
 
 
 DEFAULTS = Common()

@@ -10,19 +10,22 @@ import polars as pl
 from cyclopts import Parameter
 
 from flows.catalog import refresh_into
-from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import console, print_frame, print_json
 from flows.matches import Recording, all_here, with_map
 from flows.progress import StageReport
 from pipeline.errors import NotFound
 from pipeline.importers.readers import FORMATS
+from pipeline.settings import ImportSettings
 from pipeline.store import Store
 
 
 def import_files(
     *files: Annotated[Path, Parameter(help=f"Recordings, plain or gzipped: {FORMATS}.")],
     mapping: Annotated[Path | None, Parameter(name="--map")] = None,
+    settings: Path | None = None,
+    isolate: Flag = False,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
@@ -32,6 +35,8 @@ def import_files(
         files: Recordings. Their format is detected from their content.
         mapping: TOML file that names a tracking table's columns, units, axes and teams (default: FILE.toml
             or map.toml beside the recording, if there is one).
+        settings: TOML file with settings; its table [imports] has the limits on a recording.
+        isolate: Read each recording in a process of its own, with limits on its time and memory.
         json: Print the report as JSON.
         common: Options of every command.
     """
@@ -39,7 +44,8 @@ def import_files(
         raise NotFound("no file was named", next_step="Name one or more recordings: pitchlore import FILE…")
     store = common.store
     recordings = [Recording(file=f, mapping=mapping) if mapping else with_map(f) for f in files]
-    report = bring_in(store, recordings)
+    limits = common.settings(settings).imports
+    report = bring_in(store, recordings, limits.model_copy(update={"isolate": True}) if isolate else limits)
     if json:
         print_json(report.model_dump())
     else:
@@ -47,15 +53,17 @@ def import_files(
     sys.exit(1 if report.failed else 0)
 
 
-def bring_in(store: Store, recordings: list[Recording]) -> StageReport:
+def bring_in(
+    store: Store, recordings: list[Recording], limits: ImportSettings = ImportSettings()
+) -> StageReport:
     """Import recordings. Prefect starts only if one of them is new."""
-    report = all_here(store, recordings)
+    report = all_here(store, recordings, limits)
     if report is None:
         with orchestrated(store) as begin:
             from flows.imports import matches_flow  # noqa: PLC0415 (see orchestrated)
 
             begin()
-            report = StageReport.model_validate(matches_flow(store.root, recordings))
+            report = StageReport.model_validate(matches_flow(store.root, recordings, limits))
     refresh_into(store, report)
     return report
 

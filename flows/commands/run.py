@@ -8,7 +8,7 @@ from pathlib import Path
 import polars as pl
 
 from flows.catalog import catalog_path, refresh
-from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import (
     console,
@@ -20,7 +20,7 @@ from flows.commands.printing import (
 from flows.knowledge import imitates, of_imitated
 from flows.progress import RunReport
 from pipeline.estimates import BY_EVIDENCE
-from pipeline.settings import Settings
+from pipeline.settings import ImportSettings, Settings
 from pipeline.store import Store
 from schemas import Behaviours
 
@@ -29,6 +29,7 @@ def run(
     *,
     settings: Path | None = None,
     train: bool = True,
+    isolate: Flag = False,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
@@ -37,11 +38,13 @@ def run(
     Args:
         settings: TOML file with the settings that differ from the defaults.
         train: Train a policy when the knowledge is new.
+        isolate: Read each recording in a process of its own, with limits on its time and memory.
         json: Print the report as JSON.
         common: Options of every command.
     """
     store, chosen = common.store, common.settings(settings)
-    report = bring_up_to_date(store, chosen, train=train)
+    limits = chosen.imports.model_copy(update={"isolate": True}) if isolate else chosen.imports
+    report = bring_up_to_date(store, chosen, limits, train=train)
     if json:
         print_json(report.model_dump())
     else:
@@ -49,17 +52,19 @@ def run(
     sys.exit(1 if report.failures else 0)
 
 
-def bring_up_to_date(store: Store, settings: Settings, *, train: bool = True) -> RunReport:
+def bring_up_to_date(
+    store: Store, settings: Settings, limits: ImportSettings = ImportSettings(), *, train: bool = True
+) -> RunReport:
     """Run all stages. Prefect starts only if something is new."""
     from flows.update import nothing_new  # noqa: PLC0415 (it loads numba, which --help does without)
 
-    report = nothing_new(store, settings, train=train)
+    report = nothing_new(store, settings, limits, train=train)
     if report is None:
         with orchestrated(store) as begin:
             from flows.run import run_flow  # noqa: PLC0415 (see orchestrated)
 
             begin()
-            report = RunReport.model_validate(run_flow(store.root, None, settings, train))
+            report = RunReport.model_validate(run_flow(store.root, None, settings, train, limits))
     else:
         refresh(store)
     return report

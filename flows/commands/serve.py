@@ -48,5 +48,9 @@ def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Comm
             f" prefect deployment run {scheduled_run.name}/{NAME}", soft_wrap=True, highlight=False)
         scheduled_run.serve(
             name=NAME, cron=cron, print_starting_message=False, entrypoint_type=EntrypointType.MODULE_PATH,
-            parameters={"data": str(store.root.resolve()), "settings": chosen.model_dump(mode="json")},
+            parameters={
+                "data": str(store.root.resolve()),
+                "settings": chosen.model_dump(mode="json", exclude={"imports"}),
+                "limits": chosen.imports.model_dump(mode="json"),
+            },
         )

@@ -19,6 +19,8 @@ from pipeline.importers.source import SourceFile, inflate, slug
 from pipeline.importers.tracking_map import TrackingMap
 from pipeline.matches.frame import MatchLog
 from pipeline.matches.quality import quality_table
+from pipeline.settings import ImportSettings
+from pipeline.text import NAME_CHARACTERS, printable
 
 #: Bytes of the content that ``tells`` is given, at most.
 HEAD_BYTES = 1 << 16
@@ -39,6 +41,7 @@ class Reader:
             BadRecording, one line that begins with the file's name. A format that describes itself does not
             use the map.
         ours: whether the format is our own log, which carries its quality rows: it is not checked again.
+        text: whether the format is text, whose lines have a greatest length.
     """
 
     name: str
@@ -47,6 +50,7 @@ class Reader:
     tells: Callable[[bytes], bool]
     read: Callable[[SourceFile, TrackingMap], MatchLog]
     ours: bool = False
+    text: bool = False
 
 
 #: All formats. No two recognise the same file, so that their order is only that of the help.
@@ -60,12 +64,12 @@ READERS: tuple[Reader, ...] = (
     Reader(
         "tracking-csv", "tracking table in CSV with a header",
         "the same columns, separated by commas, semicolons or tabs",
-        tracking_csv.tells, tracking_csv.read,
+        tracking_csv.tells, tracking_csv.read, text=True,
     ),
     Reader(
         "rcg", "RoboCup 2D text log (.rcg, ULG4 to ULG6)",
         "ball, players, playmodes and the players' counted commands of every cycle; the left team is home",
-        rcg.tells, rcg.read,
+        rcg.tells, rcg.read, text=True,
     ),
     Reader(
         "mcap", "MCAP log (.mcap)",
@@ -82,21 +86,25 @@ FORMATS = ", ".join(reader.title for reader in READERS)
 SUPPORTED = f"Give one of these, plain or gzipped: {FORMATS}"
 
 
-def open_source(data: bytes, name: str) -> SourceFile:
+def open_source(data: bytes, name: str, limits: ImportSettings = ImportSettings()) -> SourceFile:
     """A recording: inflated, hashed, its format detected from its content and never from its name.
 
     Args:
         data: the file's bytes, gzipped or not.
-        name: the file's name; the hash in the match's identity does not depend on it.
+        name: the file's name; the hash in the match's identity does not depend on it. What cannot be printed
+            is escaped here, once.
+        limits: what it may cost.
 
     Raises:
         BadRecording: if the file inflates to too much, or not at all.
     """
-    content, damage = inflate(data, name)
+    match_id = slug(name)
+    name = printable(name, NAME_CHARACTERS)
+    content, damage = inflate(data, name, limits.megabytes)
     head = content[:HEAD_BYTES]
     found = next((reader.name for reader in READERS if reader.tells(head)), None) if head else None
     digest = sha256(content).hexdigest()
-    return SourceFile(name, content, damage, found, digest, f"{slug(name)}-{digest[:12]}")
+    return SourceFile(name, content, damage, found, digest, f"{match_id}-{digest[:12]}", limits)
 
 
 def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
@@ -114,6 +122,8 @@ def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
         what = "is not a recording of a known format" if source.content else "is empty"
         raise BadRecording(what, where=source.name, next_step=SUPPORTED)
     reader = next(reader for reader in READERS if reader.name == source.format)
+    if reader.text:
+        source.check_text()
     log = reader.read(source, mapping)
     if reader.ours:
         return log

@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 import unicodedata
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from pipeline.errors import BadRecording
+from pipeline.settings import ImportSettings
 
-#: Most bytes that a recording is inflated to.
-MAX_BYTES = 2 << 30
 #: Highest compression ratio. Deflate reaches 1,000; recordings of matches were seen to have 5 to 25.
 MAX_RATIO = 400
 _RATIO_MATTERS_FROM = 64 << 20
@@ -30,6 +29,7 @@ class SourceFile:
         format: name of the reader in ``readers.READERS`` that recognises the content, else None.
         sha256: SHA-256 of ``content`` in hex.
         match_id: identity of the match, ``<slug of the name>-<12 hex digits of sha256>``.
+        limits: what reading it may cost.
     """
 
     name: str
@@ -38,9 +38,42 @@ class SourceFile:
     format: str | None
     sha256: str
     match_id: str
+    limits: ImportSettings = ImportSettings()
+
+    def named(self, match_id: str) -> SourceFile:
+        """The same recording under another id of its match."""
+        return replace(self, match_id=match_id)
+
+    def too_much(self, what: str, limit: str) -> BadRecording:
+        """The refusal of a file that exceeds a limit.
+
+        Args:
+            what: what it has too much of.
+            limit: name of the limit in the settings.
+        """
+        return BadRecording(
+            f"has {what}, more than the limit {limit} = {getattr(self.limits, limit)}", where=self.name,
+            next_step=f"Split it into matches; if you trust it, raise {limit} in the [imports] settings",
+        )
+
+    def check_text(self) -> None:
+        """Check the lines of a text against the limits, before it is parsed.
+
+        Raises:
+            BadRecording: if it has too many lines, or one that is too long.
+        """
+        lines = self.content.count(b"\n")
+        if lines > self.limits.rows:
+            raise self.too_much(f"{lines} lines", "rows")
+        longest = self.limits.line_kilobytes << 10
+        for start in range(0, len(self.content), longest):  # a line of twice that spans a whole stretch
+            if self.content.find(b"\n", start, start + longest) < 0 and len(self.content) - start >= longest:
+                end = self.content.find(b"\n", start) % (len(self.content) + 1)
+                length = end - self.content.rfind(b"\n", 0, start)
+                raise self.too_much(f"a line of {length} bytes", "line_kilobytes")
 
 
-def inflate(data: bytes, name: str) -> tuple[bytes, str | None]:
+def inflate(data: bytes, name: str, megabytes: int = ImportSettings().megabytes) -> tuple[bytes, str | None]:
     """Content of a file, and why bytes of it are missing (else None): gunzipped if it is gzipped.
 
     A cut or corrupt gzip stream is inflated up to the damage. Its checksum is not verified then, and
@@ -49,9 +82,10 @@ def inflate(data: bytes, name: str) -> tuple[bytes, str | None]:
     Args:
         data: the file's bytes.
         name: the file's name, for messages.
+        megabytes: greatest size of the content.
 
     Raises:
-        BadRecording: if no byte can be inflated, or if the content exceeds ``MAX_BYTES``, or 64 MiB and
+        BadRecording: if no byte can be inflated, or if the content exceeds its greatest size, or 64 MiB and
             ``MAX_RATIO``.
     """
     if not data.startswith(_GZIP):
@@ -70,7 +104,7 @@ def inflate(data: bytes, name: str) -> tuple[bytes, str | None]:
                 break
             at += len(piece) - len(stream.unused_data)
             total += len(chunks[-1])
-            if total > MAX_BYTES or (total > _RATIO_MATTERS_FROM and total > MAX_RATIO * len(data)):
+            if total > megabytes << 20 or (total > _RATIO_MATTERS_FROM and total > MAX_RATIO * len(data)):
                 raise BadRecording(
                     f"unpacks to more than {total >> 20} MiB from {len(data)} bytes", where=name,
                     next_step="Make sure that it is a recording of one match; unpack it yourself if it is",

@@ -67,10 +67,10 @@ class PitchMap(_Map):
     """The pitch, metres. Absent lengths are those of the kind; an absent kind is inferred."""
 
     kind: Kind | None = None
-    length: float | None = Field(default=None, gt=0)
-    width: float | None = Field(default=None, gt=0)
-    goal_width: float | None = Field(default=None, gt=0)
-    goal_depth: float | None = Field(default=None, ge=0)
+    length: float | None = Field(default=None, ge=0.1, le=1000)
+    width: float | None = Field(default=None, ge=0.1, le=1000)
+    goal_width: float | None = Field(default=None, ge=0.01, le=1000)
+    goal_depth: float | None = Field(default=None, ge=0, le=100)
 
 
 class Teams(_Map):

@@ -16,9 +16,6 @@ from pipeline.importers.tracking_table import TEXT, chosen
 from pipeline.matches.frame import MatchLog
 
 _MAGIC = b"PAR1"
-#: Limits on a file before it is read: rows (a season's worth of samples), and inflated bytes.
-_MAX_ROWS = 100_000_000
-_MAX_BYTES = 8 << 30
 
 
 def tells(head: bytes) -> bool:
@@ -37,11 +34,10 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         file = pq.ParquetFile(io.BytesIO(source.content))
         meta = file.metadata
         size = sum(meta.row_group(i).total_byte_size for i in range(meta.num_row_groups))
-        if meta.num_rows > _MAX_ROWS or size > _MAX_BYTES:
-            raise BadRecording(
-                f"has {meta.num_rows} rows that unpack to {size >> 20} MiB", where=source.name,
-                next_step="Split it into matches",
-            )
+        if meta.num_rows > source.limits.rows:
+            raise source.too_much(f"{meta.num_rows} rows", "rows")
+        if size > source.limits.megabytes << 20:
+            raise source.too_much(f"{size >> 20} MiB when it is unpacked", "megabytes")
         theirs = chosen(file.schema_arrow.names, mapping.columns, source.name)
         arrow = file.read(columns=list(theirs.values()))
         # polars takes text for valid UTF-8 and panics if it is not, in values and in metadata

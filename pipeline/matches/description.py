@@ -56,7 +56,7 @@ def parse(texts: dict[str, str], *, where: str) -> tuple[MatchInfo, pl.DataFrame
     try:
         rows = [{**row, "match_id": info.match_id} for row in json.loads(texts["quality"])]
         quality = pl.DataFrame(rows, schema=Quality.dtypes()) if rows else Quality.empty()
-    except (ValueError, TypeError, KeyError, pl.exceptions.PolarsError) as error:
+    except (ValueError, TypeError, KeyError, RecursionError, pl.exceptions.PolarsError) as error:
         raise unknown from error
     if not Quality.is_valid(quality):  # polars makes null of a word that it does not know
         raise unknown

@@ -9,15 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Literal, TypeVar
+from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from pipeline.arrays import I8, I64, Bools
 from pipeline.pitch import Pitch
+from pipeline.text import NAME_CHARACTERS, printable
 from schemas import Commands, Decisions, Quality, Referee
 
 A = TypeVar("A", np.float32, np.float64)
@@ -56,6 +57,10 @@ class Period(BaseModel):
     inferred: bool
 
 
+#: A name that a recording gives: what cannot be printed is escaped.
+Name = Annotated[str, AfterValidator(lambda text: printable(text, NAME_CHARACTERS))]
+
+
 class MatchInfo(BaseModel):
     """Facts of a match besides its samples; the log's metadata record.
 
@@ -79,11 +84,11 @@ class MatchInfo(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     match_id: str = Field(pattern=r"^[a-z0-9][a-z0-9-]{0,63}$")
-    source: str
+    source: Name
     format: str = Field(pattern=r"^[a-z0-9][a-z0-9-]*$")
     recording: str | None = Field(default=None, pattern=r"^[0-9a-f]{64}$")
-    home: str
-    away: str
+    home: Name
+    away: Name
     started_at: datetime | None = None
     pitch: Pitch
     periods: tuple[Period, ...] = ()

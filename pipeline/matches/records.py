@@ -75,23 +75,21 @@ def find_records(
     parts, damaged = [], []
     ahead = np.array([place for place in landmarks if start < place < stop], dtype=np.int64)
     while True:
-        records, end = walk(content, start, stop)
+        records, end, passed = _walk(content, start, stop, ahead)
         starts = records.bodies - FRAMING_BYTES
         whole = len(starts)
-        missed = np.setdiff1d(ahead, starts)
-        if len(missed) and missed[0] < end:  # the record that covers the landmark has a wrong length
-            whole = int(np.searchsorted(starts, missed[0])) - 1
-        elif len(missed) and whole and records.opcodes[-1] == DATA_END:  # no DataEnd: records follow
+        ahead = ahead[passed:]  # without those that are starts of records
+        # a record that covers a landmark has a wrong length; a DataEnd before one is none, for records follow
+        if len(ahead) and whole and (ahead[0] < end or records.opcodes[-1] == DATA_END):
             whole -= 1
         parts.append(records.keep(slice(0, whole)))
-        if not len(missed):
+        if not len(ahead):
             break
         damaged.append(int(starts[whole]) if whole < len(starts) else end)
-        start, ahead = int(missed[0]), ahead[ahead > missed[0]]
+        start, ahead = int(ahead[0]), ahead[1:]
     return Records(*map(np.concatenate, zip(*parts, strict=True))), end, damaged
 
 
-@njit(cache=True, nogil=True)
 def walk(content: U8, start: int, stop: int) -> tuple[Records, int]:
     """Records in ``content[start:stop]``, up to and including a DataEnd.
 
@@ -99,11 +97,29 @@ def walk(content: U8, start: int, stop: int) -> tuple[Records, int]:
         The records, and the end of the last whole one. It is less than ``stop`` after a DataEnd, and
         before bytes that are no whole record.
     """
-    count, end = 0, np.int64(start)
-    while end + FRAMING_BYTES <= stop:
+    records, end, _ = _walk(content, start, stop, _NOWHERE)
+    return records, end
+
+
+_NOWHERE = np.empty(0, dtype=np.int64)
+
+
+@njit(cache=True, nogil=True)
+def _walk(content: U8, start: int, stop: int, landmarks: I64) -> tuple[Records, int, int]:
+    """As :func:`walk`; it also ends after a record that covers the next landmark.
+
+    No byte is walked over twice for each landmark: a hostile file has many.
+
+    Returns:
+        The records, the end of the last one, and how many landmarks were starts of records.
+    """
+    count, end, passed = 0, np.int64(start), 0
+    while end + FRAMING_BYTES <= stop and (passed == len(landmarks) or landmarks[passed] >= end):
         length = _uint64(content, end + 1)
         if length < 0 or length > stop - end - FRAMING_BYTES:
             break
+        while passed < len(landmarks) and landmarks[passed] == end:
+            passed += 1
         opcode = content[end]
         count += 1
         end += FRAMING_BYTES + length
@@ -119,7 +135,7 @@ def walk(content: U8, start: int, stop: int) -> tuple[Records, int]:
         if opcodes[k] == MESSAGE and lengths[k] >= 22:  # channel, sequence and two times
             channels[k] = np.int64(content[at + 9]) | (np.int64(content[at + 10]) << 8)
         at += FRAMING_BYTES + lengths[k]
-    return Records(opcodes, channels, bodies, lengths), int(end)
+    return Records(opcodes, channels, bodies, lengths), int(end), passed
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import shutil
+import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from itertools import chain
@@ -20,6 +21,8 @@ from pipeline.store.receipts import Manifest, digest
 
 SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}$")
 M = TypeVar("M", bound=BaseModel)
+#: Greatest size of settings, maps and files of ours that are read whole, MiB.
+SMALL_MB = 64
 REMEDY = "Run `pitchlore run` to make it anew"
 _REMEDIES = {
     "matches": "Import the recording again, or `pitchlore verify --restore-from BACKUP`",
@@ -125,17 +128,29 @@ class Files:
                 swept += 1
         return swept
 
-    def foreign(self, path: Path) -> bytes:
+    def foreign(self, path: Path, *, megabytes: int = SMALL_MB) -> bytes:
         """The bytes of a file that is not ours; it is only ever read.
 
+        Args:
+            path: of the file.
+            megabytes: its greatest size.
+
         Raises:
-            NotFound: if it cannot be read.
+            NotFound: if it cannot be read, is no regular file (a pipe or a device might never end), or is
+                larger.
         """
         try:
-            return path.read_bytes()
+            with open(path, "rb", opener=_without_waiting) as file:
+                if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                    raise NotFound("is not a regular file", where=str(path), next_step="Name a file")
+                data = file.read((megabytes << 20) + 1)
         except OSError as error:
             raise NotFound(f"cannot be read ({error.strerror or error})", where=str(path),
                            next_step="Name an existing file that you may read") from error
+        if len(data) > megabytes << 20:
+            raise NotFound(f"is larger than the limit of {megabytes} MiB", where=str(path),
+                           next_step="If you trust it, raise megabytes in the [imports] settings")
+        return data
 
     @contextmanager
     def locked(self, noun: str) -> Iterator[None]:
@@ -166,6 +181,11 @@ class Files:
         """No thread or process commits or removes an output: what the body reads is of one moment."""
         with self.keeping(), _holding(self.root / ".commits", fcntl.LOCK_EX, reading=True):
             yield
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    """A descriptor; a pipe without a writer is opened at once."""
+    return os.open(path, flags | os.O_NONBLOCK)
 
 
 @contextmanager

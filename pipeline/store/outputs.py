@@ -94,7 +94,7 @@ class Outputs(Reading):
                     raise NotFound(f"{source.noun} {source.name} has been removed meanwhile",
                                    where=f"{work.noun} {name}", next_step="Run again")
             for role, (_, data) in written.items():
-                if not self._whole(files[role], self.root):
+                if not self.whole(files[role], self.root):
                     self.write_bytes(self.root / files[role].path, data)
             before = self.readable(work.noun, name)
             if before is not None and before.model_copy(update={"software": receipt.software}) == receipt:
@@ -106,7 +106,7 @@ class Outputs(Reading):
         """Write the files of an output that are not whole, as far as an outcome has the same bytes."""
         for role, (record, data) in contents(made, where=f"{receipt.noun} {receipt.name}").items():
             held = receipt.files.get(role)
-            if held is not None and held.sha256 == record.sha256 and not self._whole(held, self.root):
+            if held is not None and held.sha256 == record.sha256 and not self.whole(held, self.root):
                 self.write_bytes(self.root / held.path, data)
 
     def readable(self, noun: str, name: str) -> Receipt | None:

@@ -60,9 +60,10 @@ class Reading(Files):
 
     def intact(self, receipt: Receipt) -> bool:
         """Whether all files of a receipt or manifest are there, byte for byte."""
-        return all(self._whole(record, self.folder(receipt)) for record in receipt.files.values())
+        return all(self.whole(record, self.folder(receipt)) for record in receipt.files.values())
 
-    def _whole(self, record: FileRecord, folder: Path) -> bool:
+    def whole(self, record: FileRecord, folder: Path) -> bool:
+        """Whether a file in a folder is there, byte for byte."""
         path = folder / record.path
         if not path.exists() or path.stat().st_size != record.size:
             return False

@@ -1,0 +1,31 @@
+"""Text of strangers: made printable once, where it comes in."""
+
+from __future__ import annotations
+
+import unicodedata
+
+#: Most characters of a name that a recording gives.
+NAME_CHARACTERS = 200
+
+
+def printable(text: str, most: int | None = None) -> str:
+    r"""The text without anything that a terminal, a page or a log would not print.
+
+    Control characters (newlines and ESC among them), marks that change the direction of writing, and bytes
+    of a file name that are not UTF-8 become escapes such as ``\x1b``. Spaces of all kinds become ``" "``.
+
+    Args:
+        text: any text, also with lone surrogates.
+        most: greatest length; what is longer ends with ``…``.
+    """
+    if not text.isprintable():
+        text = "".join(c if c.isprintable() else _escaped(c) for c in text)
+    return text if most is None or len(text) <= most else f"{text[:most - 1]}…"
+
+
+def _escaped(character: str) -> str:
+    if unicodedata.category(character) == "Zs":
+        return " "
+    if "\udc80" <= character <= "\udcff":  # a byte of a file name
+        return f"\\x{ord(character) - 0xDC00:02x}"
+    return character.encode("unicode_escape").decode()

@@ -1,0 +1,180 @@
+"""Recordings that mean harm. Each is made by code, and has bounds on what reading it may cost.
+
+A case that a fuzz run finds (`make fuzz`) is kept here.
+"""
+
+from __future__ import annotations
+
+import gzip
+import io
+import json
+import struct
+import zlib
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+import pyarrow as pa
+import pyarrow.parquet as pq
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.records import Chunk, ChunkIndex, Metadata
+from recordings import make
+
+_HEADER = b"frame,t,team,player,x,y\n"
+_MAGIC = b"\x89MCAP0\r\n"
+
+
+class Hostile(NamedTuple):
+    """A recording that means harm.
+
+    Attributes:
+        name: of the file.
+        content: makes its bytes.
+        said: part of what it is refused with; "" if it is read, as far as it is whole.
+        seconds: most that reading it may take, on a busy machine.
+        megabytes: most memory that it may take, besides its own bytes thrice.
+        mapping: text of its map.
+    """
+
+    name: str
+    content: Callable[[], bytes]
+    said: str = ""
+    seconds: float = 10.0
+    megabytes: float = 200.0
+    mapping: str | None = None
+
+
+def _log() -> bytes:
+    return make.mcap()
+
+
+def _unfinished() -> bytes:
+    """A log without its DataEnd and what follows."""
+    whole = _log()
+    return whole[:whole.rindex(b"\x0f" + struct.pack("<Q", 4))]
+
+
+def _encoded(*records: object) -> bytes:
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)  # type: ignore[attr-defined]
+    return builder.end()  # type: ignore[no-any-return, no-untyped-call]
+
+
+def landmarks_that_lead_nowhere() -> bytes:
+    """A summary whose chunk index names 20,000 places between the records: each search begins anew."""
+    whole = _log()
+    filling = b"".join(b"\x20" + struct.pack("<Q", 1) + b"\0" for _ in range(200_000))
+    data = whole[:8] + filling
+    indexes = [ChunkIndex(chunk_length=10, chunk_start_offset=8 + 90 * i + 1, compression="", compressed_size=0,
+                          message_index_length=0, message_index_offsets={}, message_end_time=0,
+                          message_start_time=0, uncompressed_size=0) for i in range(20_000)]
+    summary = _encoded(*indexes)
+    footer = struct.pack("<BQQQ", 0x02, 20, len(data), 0)
+    crc = zlib.crc32(summary + footer)
+    return data + summary + footer + struct.pack("<I", crc) + _MAGIC
+
+
+def lengths_that_lie() -> bytes:
+    """Every record's length is that of the rest of the file."""
+    data = bytearray(_log()[:8])
+    for i in range(100_000):
+        data += b"\x05" + struct.pack("<Q", 10 * (100_000 - i)) + b"\0"
+    return bytes(data)
+
+
+def deep_metadata() -> bytes:
+    """Metadata whose JSON is nested 100,000 deep, with a CRC that holds."""
+    deep = "[" * 100_000 + "]" * 100_000
+    texts = {"info": deep, "quality": deep}
+    crc = zlib.crc32(json.dumps(texts, sort_keys=True).encode())
+    return _log()[:8] + _encoded(Metadata(name="pitchlore", metadata={**texts, "crc32": f"{crc:08x}"})) + _MAGIC
+
+
+def bomb_in_a_chunk() -> bytes:
+    """A chunk of a kilobyte that unpacks to a gigabyte."""
+    packed = zstandard.ZstdCompressor(level=3).compress(bytes(1 << 30))
+    chunk = Chunk("zstd", packed, message_end_time=9, message_start_time=0, uncompressed_crc=0, uncompressed_size=1 << 30)
+    return _unfinished() + _encoded(chunk)
+
+
+def many_chunks() -> bytes:
+    """Chunks that each declare 60 MB: together more than a log may have."""
+    chunk = Chunk("zstd", b"", message_end_time=9, message_start_time=0, uncompressed_crc=0, uncompressed_size=60 << 20)
+    return _unfinished() + _encoded(*[chunk] * 200)
+
+
+def long_line(size: int) -> bytes:
+    """A table with one line of so many bytes."""
+    return _HEADER + b"0,0.0,ball,,0,0\n0,0.0,a,1," + b"1" * size + b",0\n"
+
+
+def many_rows() -> bytes:
+    """A Parquet file of a few kilobytes with 5 million rows."""
+    rows = 5_000_000
+    table = pa.table({"frame": pa.array(np.zeros(rows, np.int64)), "t": pa.array(np.zeros(rows)),
+                      "team": pa.array(["ball"] * rows).dictionary_encode(), "player": pa.nulls(rows, pa.string()),
+                      "x": pa.array(np.zeros(rows)), "y": pa.array(np.zeros(rows))})
+    buffer = io.BytesIO()
+    pq.write_table(table, buffer, compression="zstd")
+    return buffer.getvalue()
+
+
+def many_columns() -> bytes:
+    """A Parquet file with 20,000 columns."""
+    table = make.plain().with_columns(pl.lit(0).alias(f"c{i}") for i in range(20_000))
+    buffer = io.BytesIO()
+    table.write_parquet(buffer)
+    return buffer.getvalue()
+
+
+def wide_header() -> bytes:
+    """A header of 300,000 columns."""
+    return ",".join(["frame", "t", "team", "player", "x", "y", *(f"c{i}" for i in range(100_000))]).encode() + b"\n" + _HEADER
+
+
+def many_robots() -> bytes:
+    """A table in which each row is another robot."""
+    rows = "".join(f"{i // 100},{i // 100}.0,{'ab'[i % 2]},{i},0,0\n" for i in range(60_000))
+    return _HEADER + b"0,0.0,ball,,0,0\n" + rows.encode()
+
+
+def show_lines(count: int) -> bytes:
+    """A 2D log whose show lines have groups within groups."""
+    return b"ULG5\n" + b"(show 1 ((b) 0 0 0 0)" + b" ((l 1) 0 0x1 0 0 0 0 0 0" * count + b")" * count + b")\n"
+
+
+def opened_groups() -> bytes:
+    """A 2D log of opened brackets, for expressions that go back."""
+    return b"ULG5\n" + b"(show 1 (pm 1" * 50_000 + b"\n"
+
+
+DERBY = _HEADER + b"".join(b"%d,%.1f,ball,,0,0\n%d,%.1f,a,1,0.1,0\n%d,%.1f,b,1,-0.1,0\n" % (i, i / 10, i, i / 10, i, i / 10)
+                           for i in range(20))
+
+HOSTILE = (
+    Hostile("quadratic.mcap", landmarks_that_lead_nowhere, "does not say which match it is|damaged"),
+    Hostile("lying.mcap", lengths_that_lie, "does not say which match it is|cut off"),
+    Hostile("deep.mcap", deep_metadata, "metadata|match"),
+    Hostile("bomb.mcap", bomb_in_a_chunk),
+    Hostile("chunks.mcap", many_chunks, "declares more than"),
+    Hostile("line.csv", lambda: long_line(200 << 20), "line_kilobytes = 1024", megabytes=50),
+    Hostile("line.rcg", lambda: b"ULG5\n" + b"(show 1 " + b"9" * (100 << 20), "line_kilobytes = 1024", megabytes=50),
+    Hostile("rows.parquet", many_rows, "5000000 rows, more than the limit rows = 4000000", megabytes=50),
+    Hostile("columns.parquet", many_columns, megabytes=400),
+    Hostile("header.csv", wide_header, "has a header|known format|has no|cannot be read|line", megabytes=400),
+    Hostile("lines.csv", lambda: _HEADER + b"0,0,ball,,0,0\n" * 5_000_000, "5000001 lines, more than the limit rows", megabytes=50),
+    Hostile("robots.csv", many_robots, "", megabytes=600, seconds=30),
+    Hostile("groups.rcg", lambda: show_lines(10_000), "no whole show line|"),
+    Hostile("brackets.rcg", opened_groups, "has no whole show line"),
+    Hostile("bomb.csv.gz", lambda: gzip.compress(bytes(512 << 20), compresslevel=9), "unpacks to more than"),
+    Hostile("deep.csv", lambda: DERBY, "is nested too deeply", mapping="a = " + "[\n" * 100_000 + "]\n" * 100_000),
+    Hostile("tables.csv", lambda: DERBY, "has a line of 200001 characters", mapping="[" + ".".join("a" * 100_000) + "]"),
+    Hostile("pitch.csv", lambda: DERBY, "length", mapping="[pitch]\nlength = 1e308\nwidth = 1e-308\n"),
+    Hostile("infinite.csv", lambda: DERBY, "", mapping="[pitch]\nlength = 1000\nwidth = 0.1\n"),
+    Hostile("states.csv", lambda: DERBY, "has 1000022 characters|has a line of 1000011 characters", mapping='[states]\n"' + "x" * 1_000_000 + '" = "goal"\n'),
+    Hostile("empty.csv", lambda: b"", "is empty"),
+    Hostile("nothing.csv", lambda: b"\0" * 1_000_000, "not a recording of a known format"),
+)

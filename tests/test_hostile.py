@@ -1,0 +1,218 @@
+"""One bad recording never stops the others, whatever it is: names, links, pipes, sizes."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from hostile.make import DERBY, HOSTILE, Hostile
+from hypothesis import given
+from hypothesis import strategies as st
+from recordings.make import FILES
+from support.bounds import Reader
+from support.recordings import same
+
+from flows.imports import import_all
+from flows.isolated import read_isolated
+from flows.matches import Recording, import_recording, inbox, strangers
+from pipeline.errors import BadRecording, BadSettings, NotFound, PitchloreError
+from pipeline.importers.readers import open_source, read
+from pipeline.importers.tracking_map import TrackingMap
+from pipeline.settings import ImportSettings
+from pipeline.store import Store
+from pipeline.text import printable
+
+#: Names of files that have harmed programs: terminals, shells, logs.
+NAMES = [b"newline\nin it.csv", b"\x1b]0;owned\x07\x1b[31mred.csv", b"not utf-8 \xff\xfe.csv", b"-rf.csv", b"$(reboot).csv",
+         "\u202egpj.csv".encode(), b"'; drop table matches; --.csv", b"x" * 251 + b".csv", b" .csv", b"[bold]markup[].csv",
+         "нападающий.csv".encode()]
+
+
+@pytest.fixture(scope="module")
+def reader() -> Iterator[Reader]:
+    """A process that reads, and says what that cost."""
+    process = Reader()
+    yield process
+    process.close()
+
+
+@pytest.mark.parametrize("case", HOSTILE, ids=lambda case: case.name)
+def test_bounds(tmp_path, reader, case: Hostile):
+    """A hostile recording is refused in one line, or read; and both cost little time and memory."""
+    file, mapping = tmp_path / case.name, None
+    file.write_bytes(case.content())
+    if case.mapping is not None:
+        mapping = tmp_path / f"{case.name}.toml"
+        mapping.write_text(case.mapping)
+    said, seconds, megabytes = reader.read(file, mapping)
+    assert re.search(case.said, said) if case.said else said == "read", said
+    assert "\n" not in said
+    assert len(said) < 2_000
+    assert seconds < case.seconds
+    assert megabytes < case.megabytes + 3 * file.stat().st_size / (1 << 20)
+
+
+def test_hostile_names(tmp_path, prefect_server):
+    """Files with hostile names are imported like others; no name reaches a terminal as it is."""
+    data = tmp_path / "data"
+    box = os.fsencode(data / "inbox")
+    Path(os.fsdecode(box)).mkdir(parents=True)
+    for number, name in enumerate(NAMES):
+        with open(os.path.join(box, name), "wb") as file:  # noqa: PTH118, PTH123 (bytes)
+            file.write(DERBY.replace(b"0.1,", b"0.%d1," % (number + 1)))
+    command = [sys.executable, "-c", "import sys; from flows.cli import main; main(sys.argv[1:])"]
+    done = subprocess.run([*command, "import", *(os.path.join(box, name) for name in NAMES), "--data", data],  # noqa: PTH118
+                          capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert b"11 imported" in done.stdout
+    shown = subprocess.run([*command, "sql", "from matches", "--csv", "--data", data], capture_output=True, check=True)
+    assert shown.stdout.count(b"\n") == 1 + len(NAMES)
+    for out in (done.stdout, done.stderr.replace(b"\x1b[?25h", b""), shown.stdout):
+        text = out.decode()
+        assert all(c.isprintable() or c == "\n" for c in re.sub(r"[━╺╸]", "", text)), [c for c in text if not c.isprintable()]
+
+
+def test_pipes_and_links(tmp_path):
+    """Only regular files inside the inbox are read; pipes, devices and links that lead out are named."""
+    store = Store(tmp_path / "data")
+    box = store.root / "inbox"
+    box.mkdir(parents=True)
+    (tmp_path / "secret.csv").write_bytes(DERBY)
+    (box / "derby.csv").write_bytes(DERBY)
+    (box / "again.csv").symlink_to(box / "derby.csv")
+    os.mkfifo(box / "pipe.csv")
+    (box / "out.csv").symlink_to(tmp_path / "secret.csv")
+    (box / "device.csv").symlink_to("/dev/zero")
+    (box / "nothing.csv").symlink_to(box / "gone.csv")
+    (box / "itself.csv").symlink_to(box / "itself.csv")
+    (box / "outside").symlink_to(tmp_path)
+    assert [recording.file.name for recording in inbox(store)] == ["again.csv", "derby.csv"]
+    assert {Path(name).name for name in strangers(store)} == {
+        "pipe.csv", "out.csv", "device.csv", "nothing.csv", "itself.csv", "outside"}
+
+
+def test_pipe_as_a_map(tmp_path):
+    """A pipe as a map or a recording is refused at once; nothing waits for it."""
+    store = Store(tmp_path / "data")
+    (tmp_path / "derby.csv").write_bytes(DERBY)
+    os.mkfifo(tmp_path / "map.toml")
+    os.mkfifo(tmp_path / "pipe.csv")
+    for recording in (Recording(file=tmp_path / "derby.csv", mapping=tmp_path / "map.toml"),
+                      Recording(file=tmp_path / "pipe.csv"), Recording(file=Path("/dev/zero"))):
+        begun = time.monotonic()
+        with pytest.raises(NotFound, match=r"is not a regular file\. Name a file"):
+            import_recording(store, recording)
+        assert time.monotonic() - begun < 5
+
+
+def test_limits_are_settings(tmp_path):
+    """A limit that a file exceeds is named, and can be raised."""
+    store = Store(tmp_path / "data")
+    file = tmp_path / "derby.csv"
+    file.write_bytes(DERBY)
+    with pytest.raises(BadRecording, match=r"derby.csv: has 61 lines, more than the limit rows = 60. .* raise rows in the \[imports\]"):
+        import_recording(store, Recording(file=file), ImportSettings(rows=60))
+    (record,) = store.quarantined()
+    assert "rows = 60" in record.reason
+    import_recording(store, Recording(file=file), ImportSettings(rows=61))
+    assert store.quarantined() == []
+    file.write_bytes(DERBY + b"1" * (1 << 20))
+    with pytest.raises(NotFound, match="is larger than the limit of 1 MiB"):
+        import_recording(store, Recording(file=file), ImportSettings(megabytes=1))
+
+
+def test_bounded_records(tmp_path):
+    """What is said of a recording is bounded, whatever the recording says."""
+    store = Store(tmp_path)
+    store.quarantine("matches", "m", BadRecording("x" * 1_000_000, where="y" * 1_000_000))
+    (record,) = store.quarantined()
+    assert len(record.reason) < 1_100
+
+
+# --- a process of its own ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["mcap/whole.mcap", "rcg/ulg6.rcg", "tracking-csv/plain.csv", "tracking-parquet/plain.parquet"])
+def test_isolated_reading(tmp_path, name):
+    """Read in a process of its own, a recording is the same match."""
+    file = tmp_path / Path(name).name
+    file.write_bytes(FILES[name]())
+    source = open_source(file.read_bytes(), file.name)
+    assert same(read_isolated(file, source, TrackingMap()), read(source))
+
+
+def test_isolated_refusal(tmp_path):
+    """A refusal comes back as itself."""
+    file = tmp_path / "x.csv"
+    file.write_bytes(DERBY.splitlines()[0])
+    with pytest.raises(BadRecording) as here:
+        read(open_source(file.read_bytes(), file.name))
+    with pytest.raises(BadRecording) as there:
+        read_isolated(file, open_source(file.read_bytes(), file.name), TrackingMap())
+    assert str(there.value) == str(here.value)
+
+
+def test_reader_brought_down(tmp_path):
+    """A recording that needs more memory or time than it may have is refused, and the next one is read."""
+    file = tmp_path / "rows.csv"
+    rows = b"".join(b"%d,%.2f,ball,,0,0\n" % (i, i / 100) for i in range(1_000_000))
+    file.write_bytes(DERBY.splitlines(keepends=True)[0] + rows)
+    limits = ImportSettings(memory_megabytes=300)
+    with pytest.raises(BadRecording, match=r"brings its reader down|cannot be read .*emory"):
+        read_isolated(file, open_source(file.read_bytes(), file.name, limits), TrackingMap())
+    limits = ImportSettings(seconds=0.001)
+    with pytest.raises(BadRecording, match=r"takes longer than the limit seconds = 0\.001 to read"):
+        read_isolated(file, open_source(file.read_bytes(), file.name, limits), TrackingMap())
+    store = Store(tmp_path / "data")
+    file.write_bytes(DERBY)
+    assert import_recording(store, Recording(file=file), ImportSettings(isolate=True))[1]
+
+
+def test_others_go_on(tmp_path, prefect_server):
+    """Hostile recordings among others: the others are imported, and each hostile one is named."""
+    folder = tmp_path / "in"
+    folder.mkdir()
+    cases = [case for case in HOSTILE if case.said and case.mapping is None and case.name.startswith(("q", "d", "empty", "rows"))]
+    for case in cases:
+        (folder / case.name).write_bytes(case.content())
+    for number in range(3):
+        (folder / f"good{number}.csv").write_bytes(DERBY.replace(b"0.1,", b"0.%d1," % (number + 1)))
+    store = Store(tmp_path / "data")
+
+    from prefect import flow
+
+    @flow
+    def several() -> list[object]:
+        report = import_all(store, [Recording(file=file) for file in sorted(folder.iterdir())], ImportSettings(isolate=True))
+        return [len(report.made), sorted(Path(name).name for name in report.failed)]
+
+    assert several() == [3, sorted(case.name for case in cases)]
+
+
+# --- text -------------------------------------------------------------------------------------------
+
+
+@given(st.text(st.characters(codec=None)))
+def test_printable(text):
+    """Whatever a stranger writes is printable in the end, and can be encoded."""
+    shown = printable(text, 100)
+    assert shown.isprintable()
+    assert len(shown) <= 100
+    assert shown.encode() is not None
+    assert printable(shown, 100) == shown
+
+
+@pytest.mark.parametrize("kind", [BadRecording, BadSettings, NotFound, PitchloreError])
+def test_errors_cross_processes(kind):
+    """An error that comes from another process is itself: class, parts and line."""
+    import pickle
+
+    error = kind("is empty", where="x\n.csv", next_step="Record it again")
+    again = pickle.loads(pickle.dumps(error))
+    assert (type(again), str(again), again.where) == (kind, r"x\n.csv: is empty. Record it again.", r"x\n.csv")
