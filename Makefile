@@ -17,7 +17,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 # The tests start hundreds of processes: they must find compiled sources.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help demo demo-learners test quick lint docs pythons chain bench study world rules study-labels study-values \
+.PHONY: help demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
   paradigms seasons golden notebooks lock clean
 
 help:  ## list the targets
@@ -78,6 +78,9 @@ study: world rules study-labels study-values paradigms seasons  ## all studies, 
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
 	PYTHONPATH=tests $(BIN)/python -m studies.thousand data/studies/world/thousand.json
 	PYTHONPATH=tests $(BIN)/python -m studies.game data/studies/world/game.csv $(RECORDINGS)
+
+fuzz: $(READY)  ## ten minutes of broken recordings in every format
+	PYTHONPATH=tests $(BIN)/python -m studies.fuzz data/studies/fuzz 600
 
 rules: $(READY)  ## what each rule of the static team is worth (a quarter of an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.rules data/studies/world/rules.csv

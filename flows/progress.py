@@ -7,6 +7,8 @@ from typing import Protocol
 
 from pydantic import BaseModel
 
+from pipeline.text import as_markdown
+
 
 class Listener(Protocol):
     """Progress of a run, as the command line's bars show it."""
@@ -66,9 +68,9 @@ class StageReport(BaseModel):
     def markdown(self) -> str:
         """The report as Markdown."""
         lines = [f"{len(self.made)} made, {self.unchanged} kept, {len(self.failed)} in quarantine", ""]
-        lines += [f"- {name}" for name in self.made]
-        lines += [f"- **{name}**: {why}" for name, why in self.failed.items()]
-        return "\n".join([*lines, *(f"- {note}" for note in self.notes)])
+        lines += [f"- {as_markdown(name)}" for name in self.made]
+        lines += [f"- **{as_markdown(name)}**: {as_markdown(why)}" for name, why in self.failed.items()]
+        return "\n".join([*lines, *(f"- {as_markdown(note)}" for note in self.notes)])
 
 
 class RunReport(BaseModel):
@@ -111,6 +113,6 @@ class RunReport(BaseModel):
         lines = ["| stage | made | kept | failed |", "|---|---|---|---|"]
         lines += [f"| {s.noun} | {len(s.made)} | {s.unchanged} | {len(s.failed)} |"
                   for s in self.stages]
-        lines += [f"- **{what}**: {why}" for what, why in self.failures.items()]
-        lines += [f"- {note}" for stage in self.stages for note in stage.notes]
+        lines += [f"- **{as_markdown(what)}**: {as_markdown(why)}" for what, why in self.failures.items()]
+        lines += [f"- {as_markdown(note)}" for stage in self.stages for note in stage.notes]
         return "\n".join(lines)

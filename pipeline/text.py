@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import unicodedata
 
 #: Most characters of a name that a recording gives.
@@ -21,6 +22,11 @@ def printable(text: str, most: int | None = None) -> str:
     if not text.isprintable():
         text = "".join(c if c.isprintable() else _escaped(c) for c in text)
     return text if most is None or len(text) <= most else f"{text[:most - 1]}…"
+
+
+def as_markdown(text: str) -> str:
+    """The text as Markdown that shows it: no link, picture, table or HTML of a stranger's comes of it."""
+    return re.sub(r"([\\`*_{}\[\]()<>#+!|~&:.-])", r"\\\1", printable(text))
 
 
 def _escaped(character: str) -> str:

@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import polars as pl
 import pytest
 from hostile.make import DERBY, HOSTILE, Hostile
 from hypothesis import given
@@ -18,9 +19,11 @@ from recordings.make import FILES
 from support.bounds import Reader
 from support.recordings import same
 
+from flows.commands.printing import print_frame
 from flows.imports import import_all
 from flows.isolated import read_isolated
 from flows.matches import Recording, import_recording, inbox, strangers
+from flows.progress import StageReport
 from pipeline.errors import BadRecording, BadSettings, NotFound, PitchloreError
 from pipeline.importers.readers import open_source, read
 from pipeline.importers.tracking_map import TrackingMap
@@ -216,3 +219,20 @@ def test_errors_cross_processes(kind):
     error = kind("is empty", where="x\n.csv", next_step="Record it again")
     again = pickle.loads(pickle.dumps(error))
     assert (type(again), str(again), again.where) == (kind, r"x\n.csv: is empty. Record it again.", r"x\n.csv")
+
+
+def test_markdown():
+    """A stranger's text in a report is shown as it is, and becomes no link, picture or HTML."""
+    report = StageReport(noun="matches", failed={"![x](http://a.b/c.png)<script>": "see [this](http://a.b) | `x`"})
+    for line in report.markdown().splitlines()[2:]:
+        bare = re.sub(r"\\.", "", line.replace("**", ""))
+        assert not re.search(r"[\[\]()<>!`|]", bare), line
+
+
+@pytest.mark.parametrize("title", ["", "of \x1b[31m[red]"])
+def test_cells(capsys, title):
+    """A table for people shows what a cell holds, and no more."""
+    print_frame(pl.DataFrame({"a": ["\x1b]0;owned\x07[bold]x[/bold]\nnext"]}), title=title)
+    shown = capsys.readouterr().out
+    assert r"\x1b]0;owned\x07[bold]x[/bold]\nnext" in shown
+    assert "\x1b]" not in shown

@@ -18,6 +18,7 @@ from rich.text import Text
 
 from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
+from pipeline.text import printable
 from schemas import note_on
 
 
@@ -86,7 +87,7 @@ def console() -> Console:
 
 def print_frame(frame: pl.DataFrame, title: str = "") -> None:
     """Write a table for people, every row."""
-    shown = Text("".join(c if c.isprintable() else repr(c)[1:-1] for c in title), style="table.title")
+    shown = Text(printable(title), style="table.title")
     table = Table(title=shown if title else None, header_style="bold", title_justify="left")
     for name, dtype in frame.schema.items():
         table.add_column(name, justify="right" if dtype.is_numeric() else "left", overflow="fold")
@@ -108,7 +109,7 @@ def _cell(value: object) -> str:
         return ""
     if isinstance(value, float):
         return f"{value:.4g}" if abs(value) < 10_000 or not math.isfinite(value) else f"{value:.0f}"
-    return str(value).replace("[", r"\[") if isinstance(value, (str, list)) else str(value)
+    return printable(str(value)).replace("[", r"\[") if isinstance(value, (str, list)) else str(value)
 
 
 def print_training(store: Store) -> None:
