@@ -23,7 +23,7 @@ from pydantic.fields import FieldInfo
 from flows.cli import COMMANDS, command_line
 from pipeline.arena.match.recipe import MatchSettings
 from pipeline.importers.tracking_map import TrackingMap
-from pipeline.settings import Settings
+from pipeline.settings import RunSettings
 from pipeline.studies.seasons.settings import SeasonSettings
 from schemas import PUBLIC, Table
 
@@ -31,7 +31,7 @@ HERE = Path(__file__).parent / "reference"
 
 #: What a user writes in TOML: the option that takes the file, and the model that it fills.
 FILES: dict[str, type[BaseModel]] = {
-    "run --settings FILE": Settings,
+    "run --settings FILE": RunSettings,
     "record --settings FILE": MatchSettings,
     "season --settings FILE": SeasonSettings,
     "import --map FILE": TrackingMap,
