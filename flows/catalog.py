@@ -132,7 +132,7 @@ def refresh_into(store: Store, report: StageReport) -> None:
     try:
         refresh(store)
     except StorageFailed as error:
-        report.failed["catalogue"] = str(error)
+        report.failed["catalog.duckdb"] = str(error)
 
 
 def refresh(store: Store) -> tuple[Path, list[Vouched]]:

@@ -8,8 +8,7 @@ from prefect.artifacts import create_markdown_artifact
 from flows.catalog import refresh_into
 from flows.imports import import_all
 from flows.matches import Recording
-from flows.progress import RunReport
-from flows.stages import STAGES
+from flows.progress import RunReport, StageReport
 from flows.tasks import Runner, data_folder, our_flow
 from flows.update import look_for_damage
 from pipeline.settings import ImportSettings, Settings
@@ -25,6 +24,9 @@ def run_flow(
     report = RunReport(stages=[import_all(store, recordings, limits)])
     look_for_damage(store, report)
     Runner(store).update(settings, report, train=train)
-    refresh_into(store, report.stage(STAGES.versioned[-1]))
+    catalogue = StageReport(noun="catalogue")
+    refresh_into(store, catalogue)
+    if catalogue.failed:
+        report.stages.append(catalogue)
     create_markdown_artifact(report.markdown(), key="run", description="what the run did")
     return report.model_dump()

@@ -70,7 +70,7 @@ def files(data: Path) -> dict[str, bytes]:
         if path.is_file() and path.suffix != ".claim" and path.name != ".lock":
             content = path.read_bytes()
             if path.suffix == ".json":
-                content = json.dumps(json.loads(content) | {"software": None}).encode()
+                content = json.dumps(json.loads(content) | {"software": None, "checksum": None}).encode()
             found[str(path.relative_to(data))] = content
     return found
 

@@ -95,7 +95,7 @@ def test_catalogue_masks_nothing(tmp_path, monkeypatch):
 
     monkeypatch.setattr("flows.catalog.refresh", full)
     refresh_into(store, report)
-    assert report.failed == {"derby.csv": "is empty.", "catalogue": "catalog.duckdb: cannot be written. Free space."}
+    assert report.failed == {"derby.csv": "is empty.", "catalog.duckdb": "catalog.duckdb: cannot be written. Free space."}
 
 
 def test_a_folder_that_cannot_be_written(tmp_path, monkeypatch):

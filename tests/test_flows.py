@@ -127,7 +127,7 @@ def test_damaged_log(tmp_path, finished):
     assert run(data).made == 0, "what was made of it still holds"
     report = run(data, settings=Settings(trajectories=TrajectorySettings(gap_s=0.4)))
     failed = {s.noun: set(s.failed) for s in report.stages if s.failed}
-    assert failed == {"trajectories": {receipt.name}}
+    assert failed == {"matches": {receipt.name}, "trajectories": {receipt.name}}
     assert [q.noun for q in store.quarantined()] == ["trajectories"]
     assert report.knowledge == 2, "the knowledge is emitted without it"
     assert store.manifest("knowledge", 2).details["matches"] == 1
@@ -138,11 +138,11 @@ def test_disk_error(tmp_path, clips, monkeypatch):
     fill(tmp_path, clips)
     commit, failures = Store.commit, [2]
 
-    def flaky(self, work, made):
+    def flaky(self, work, made, sources=()):
         if work.noun == "situations" and failures[0]:
             failures[0] -= 1
             raise StorageFailed("cannot be written (No space left on device)")
-        return commit(self, work, made)
+        return commit(self, work, made, sources)
 
     monkeypatch.setattr(Store, "commit", flaky)
     assert run(tmp_path).failures == {}

@@ -64,7 +64,7 @@ def played(tmp_path_factory, clips) -> Store:
     log = log_format.read(store.read(recorded, "log"), where="log")
     named = pl.lit(PLAYED).alias("match_id")
     ours = dataclasses.replace(
-        log, info=log.info.model_copy(update={"match_id": PLAYED, "source": "played"}),
+        log, info=log.info.model_copy(update={"match_id": PLAYED, "source": "played", "recording": None}),
         referee=log.referee.with_columns(named), quality=log.quality.with_columns(named), decisions=chosen_by_home())
     buffer = io.BytesIO()
     log_format.write(ours, buffer)

@@ -174,9 +174,9 @@ def test_repeated_work(tmp_path):
     for name in ("a", "b"):
         put(Store(tmp_path / name), 4)
         put_version(Store(tmp_path / name), 4)
-    files = {p.relative_to(tmp_path / "a"): p.read_bytes() for p in (tmp_path / "a").rglob("*") if p.is_file()}
+    files = {p.relative_to(tmp_path / "a"): p.read_bytes() for p in (tmp_path / "a").rglob("[!.]*") if p.is_file()}
     assert files == {p.relative_to(tmp_path / "b"): p.read_bytes()
-                     for p in (tmp_path / "b").rglob("*") if p.is_file()}
+                     for p in (tmp_path / "b").rglob("[!.]*") if p.is_file()}
     assert len(files) == 7
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import polars as pl
 
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import console, print_frame, print_json, spelt
+from flows.commands.verify import conclude
 from flows.knowledge import imitates
+from flows.verify import verify_knowledge
 from pipeline.errors import NotFound
 from pipeline.estimates import BY_EVIDENCE
 from pipeline.store import Store
@@ -94,6 +98,21 @@ def diff(before: int, after: int | None = None, *, json: Json = False, common: C
         print_frame(found.behaviours)
     else:
         console().print("the same behaviours")
+
+
+def verify(
+    version: int | None = None, *, restore_from: Path | None = None, json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Check the files of every version of the knowledge, or of one.
+
+    Args:
+        version: Check only this version.
+        restore_from: A copy of the data folder. Files that are damaged here and whole there are restored.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    conclude(lambda store: verify_knowledge(store, version), restore_from, json=json, common=common)
 
 
 def _asked(known: pl.DataFrame, team: str | None, kind: str | None) -> pl.DataFrame:

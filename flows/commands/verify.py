@@ -1,4 +1,4 @@
-"""The commands verify and kb verify: check the data folder, restore what is damaged."""
+"""The command verify: check the data folder, restore what is damaged."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import console, print_json
-from flows.verify import mend, verify_all, verify_knowledge
+from flows.verify import mend, verify_all
 from pipeline.store import Store
 from pipeline.store.verification import Verification
 
@@ -22,27 +22,13 @@ def verify(*, restore_from: Path | None = None, json: Json = False, common: Comm
         json: Print JSON.
         common: Options of every command.
     """
-    _conclude(verify_all, restore_from, json=json, common=common)
+    conclude(verify_all, restore_from, json=json, common=common)
 
 
-def verify_versions(
-    version: int | None = None, *, restore_from: Path | None = None, json: Json = False,
-    common: Common = DEFAULTS,
-) -> None:
-    """Check the files of every version of the knowledge, or of one.
-
-    Args:
-        version: Check only this version.
-        restore_from: A copy of the data folder. Files that are damaged here and whole there are restored.
-        json: Print JSON.
-        common: Options of every command.
-    """
-    _conclude(lambda store: verify_knowledge(store, version), restore_from, json=json, common=common)
-
-
-def _conclude(
+def conclude(
     check: Callable[[Store], Verification], restore_from: Path | None, *, json: bool, common: Common
 ) -> None:
+    """Check, restore, print what was found, and exit with 1 if a problem is left."""
     store, begun = common.existing, time.perf_counter()
     found = check(store)
     seconds = time.perf_counter() - begun
