@@ -2,34 +2,47 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import redirect_stdout
+from html.parser import HTMLParser
 from pathlib import Path
 
 import polars as pl
 import pytest
 from hostile.make import DERBY, HOSTILE, Hostile
-from hypothesis import given
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from recordings.make import FILES
 from support.bounds import Reader
 from support.recordings import same
 
+from flows.catalog import refresh
+from flows.commands.commentary import told_of
 from flows.commands.printing import print_frame
+from flows.commands.replay import write_page
 from flows.imports import import_all
 from flows.isolated import read_isolated
 from flows.matches import Recording, import_recording, inbox, strangers
 from flows.progress import StageReport
+from flows.stage import Scope
+from flows.stages import STAGES
 from pipeline.errors import BadRecording, BadSettings, NotFound, PitchloreError
 from pipeline.importers.readers import open_source, read
 from pipeline.importers.tracking_map import TrackingMap
-from pipeline.settings import ImportSettings
+from pipeline.pitch import Pitch
+from pipeline.settings import ImportSettings, Settings
 from pipeline.store import Store
+from pipeline.store.query import ask
 from pipeline.text import printable
+from pipeline.views.commentary.summary import heading, numbers
+from pipeline.views.replay.animation import animation
+from schemas import Matches, Referee, Situations, Trajectories
 
 #: Names of files that have harmed programs: terminals, shells, logs.
 NAMES = [b"newline\nin it.csv", b"\x1b]0;owned\x07\x1b[31mred.csv", b"not utf-8 \xff\xfe.csv", b"-rf.csv", b"$(reboot).csv",
@@ -236,3 +249,68 @@ def test_cells(capsys, title):
     shown = capsys.readouterr().out
     assert r"\x1b]0;owned\x07[bold]x[/bold]\nnext" in shown
     assert "\x1b]" not in shown
+
+
+# --- names of teams, in all that shows them ---------------------------------------------------------
+
+#: What has harmed terminals, pages, tables, formulas, spreadsheets and shells.
+NASTY = ["<script>alert(1)</script>", "</title>", "{{payload}}", "$\\frac{", "$x", "_", "\x1b[31m", "\x07", "\n", "\r", "\t",
+         "\u2028", "\u202e", "\u200b", "\x85", "[red]", "[/]", "=1+1", "|", "`", "![a](b)", "' or 1=1 --", "%s", "{0}", "\x00",
+         "\ud83d\ude00".encode("utf-16", "surrogatepass").decode("utf-16"), "ב", "名", "x" * 300, '"', "&lt;", "\\", "../.."]
+
+
+class Tags(HTMLParser):
+    """The tags of a page, with the names of their attributes."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.found: list[tuple[str, tuple[str, ...]]] = []
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found.append((tag, tuple(name for name, _ in attrs)))
+
+
+def shown(folder: Path, home: str, away: str) -> tuple[str, list[str], bytes]:
+    """A match of teams of these names through the stages: its page, lines of text, and a film."""
+    store = Store(folder)
+    rows = [(i, i / 50, team, robot, x + i / 500, y) for i in range(60) for team, robot, x, y in (
+        ("ball", None, 0.0, 0.0), (home, "1", -0.3, 0.1), (away, "1", 0.3, -0.1))]
+    pl.DataFrame(rows, schema=["frame", "t", "team", "player", "x", "y"], orient="row").write_parquet(folder / "x.parquet")
+    receipt, _ = import_recording(store, Recording(file=folder / "x.parquet"))
+    scope = Scope(matches=(receipt.name,), lengths=(1,))
+    STAGES.make(store, Settings(), scope, {"sides", "trajectories", "situations", "goals"})
+    path, _ = write_page(store, receipt.name)
+    told, out = told_of(store, receipt.name), io.StringIO()
+    catalogue = refresh(store)[0]
+    with redirect_stdout(out):
+        print_frame(ask(catalogue, "select home, away, source from matches"), title=receipt.details["home"])
+        print_frame(ask(catalogue, "from sides"))
+    lines = [*heading(told.summary), *(moment.line() for moment in told.moments), *numbers(told.summary),
+             *out.getvalue().splitlines(), *ask(catalogue, "from matches").write_csv().splitlines()]
+    film = animation(
+        store.read_table(receipt, "matches", Matches),
+        *(store.read_table(store.receipt(noun, receipt.name), noun, schema)
+          for noun, schema in (("trajectories", Trajectories), ("situations", Situations))),
+        store.read_table(receipt, "referee", Referee), Pitch.model_validate(receipt.details["pitch"]), start_s=0.0,
+        seconds=0.5)
+    return path.read_text(encoding="utf-8"), lines, film
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory) -> list[tuple[str, tuple[str, ...]]]:
+    """The tags of a page of teams with plain names."""
+    return Tags(shown(tmp_path_factory.mktemp("plain"), "Lions", "Tigers")[0]).found
+
+
+@settings(max_examples=5)
+@given(*[st.lists(st.sampled_from(NASTY), min_size=1, max_size=4).map("".join)] * 2)
+@example("<script>alert(1)</script>\x1b]0;owned\x07", "$\\frac{[/red]\u202e\n")
+def test_hostile_teams(plain, tmp_path_factory, home, away):
+    """Whatever teams are called, pages have no tag more, lines no character that cannot be printed, and films are drawn."""
+    assume(printable(home, 200).strip() != printable(away, 200).strip())
+    assume(not {home.strip(), away.strip()} & {"", "ball"})
+    page, lines, film = shown(tmp_path_factory.mktemp("teams"), home, away)
+    assert Tags(page).found == plain
+    assert not [line for line in lines if not line.isprintable()]
+    assert film.startswith(b"GIF89a")

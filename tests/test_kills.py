@@ -21,7 +21,7 @@ from flows.stages import STAGES
 from flows.verify import verify_all
 from pipeline.store import Store
 
-#: One step in so many is taken; of a season, which has most, one in six times as many.
+#: One step in so many is taken; of a season, which has most, one in twelve times as many.
 EVERY = int(os.environ.get("PITCHLORE_STEPS", "25"))
 
 
@@ -76,7 +76,7 @@ def test_killed_at_a_step(finished, tmp_path, told, action, without, times):
         assert told(0, action, data)[1] == 0
     assert told(0, "prune", data)[1] == 0
     quiet = contents(data)
-    every = EVERY * (6 if action == "season" else 1)
+    every = EVERY * (12 if action == "season" else 1)
     for step in range(1 + every // 2, steps + 1, every):
         prepared(finished, data, *without)
         assert told(step, action, data)[1] == -9
