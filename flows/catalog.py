@@ -10,8 +10,8 @@ from flows.progress import StageReport
 from flows.stages import STAGES
 from pipeline.errors import StorageFailed
 from pipeline.store import Store, catalog
-from pipeline.store.files import REMEDY_OF_VERSION, remedy_of
-from pipeline.store.receipts import FileRecord, Manifest, Receipt
+from pipeline.store.reading import remedy_for
+from pipeline.store.receipts import FileRecord, Receipt
 from schemas import PUBLIC
 
 
@@ -57,9 +57,8 @@ class Vouched(NamedTuple):
 
     @property
     def advice(self) -> str:
-        """What to do if it is damaged, a line."""
-        remedy = REMEDY_OF_VERSION if isinstance(self.receipt, Manifest) else remedy_of(self.receipt.noun)
-        return f"{self.path}: is lost or damaged. {remedy}."
+        """The advice if it is damaged, a line."""
+        return f"{self.path}: is lost or damaged. {remedy_for(self.receipt)}."
 
 
 class Look(NamedTuple):

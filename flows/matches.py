@@ -62,7 +62,7 @@ def inbox(store: Store) -> list[Recording]:
 
 
 def strangers(store: Store) -> dict[str, str]:
-    """What lies in the inbox and is never read, with the reason: pipes, devices, links that lead out."""
+    """All in the inbox that is never read, with the reason: pipes, devices, links that lead out."""
     why = "is a link that leads out of the inbox, or no regular file; it is not read. Remove it."
     return {printable(str(path)): why for path in _in_inbox(store) if not _is_inside(path, store)}
 

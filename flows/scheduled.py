@@ -36,7 +36,7 @@ def scheduled_run(
         then exits with 1). Everything else is made in either case.
     """
     if limits.isolate is None:
-        limits = limits.model_copy(update={"isolate": True})
+        limits = limits.isolated()
     report = RunReport.model_validate(run_flow.fn(data, None, settings, train, limits))
     line = said_of(report)
     now = f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S}"

@@ -354,7 +354,7 @@ class Settings(Frozen):
 
 
 class ImportSettings(Frozen):
-    """What the reading of one recording may cost. A recording that needs more is refused.
+    """Limits on the cost of reading one recording. A recording that needs more is refused.
 
     Attributes:
         megabytes: size of the file, and of its content when it is unpacked.
@@ -372,6 +372,10 @@ class ImportSettings(Frozen):
     isolate: bool | None = None
     seconds: float = Field(default=120.0, gt=0)
     memory_megabytes: int = Field(default=4096, ge=256)
+
+    def isolated(self) -> ImportSettings:
+        """The same limits, with each recording read in a process of its own."""
+        return self.model_copy(update={"isolate": True})
 
 
 class RunSettings(Settings):

@@ -45,7 +45,7 @@ def import_files(
     store = common.store
     recordings = [Recording(file=f, mapping=mapping) if mapping else with_map(f) for f in files]
     limits = common.settings(settings).imports
-    report = bring_in(store, recordings, limits.model_copy(update={"isolate": True}) if isolate else limits)
+    report = bring_in(store, recordings, limits.isolated() if isolate else limits)
     if json:
         print_json(report.model_dump())
     else:

@@ -43,7 +43,7 @@ def run(
         common: Options of every command.
     """
     store, chosen = common.store, common.settings(settings)
-    limits = chosen.imports.model_copy(update={"isolate": True}) if isolate else chosen.imports
+    limits = chosen.imports.isolated() if isolate else chosen.imports
     report = bring_up_to_date(store, chosen, limits, train=train)
     if json:
         print_json(report.model_dump())

@@ -108,7 +108,7 @@ _NOWHERE = np.empty(0, dtype=np.int64)
 def _walk(content: U8, start: int, stop: int, landmarks: I64) -> tuple[Records, int, int]:
     """As :func:`walk`; it also ends after a record that covers the next landmark.
 
-    No byte is walked over twice for each landmark: a hostile file has many.
+    So a search walks over each byte at most twice, however many landmarks a hostile file has.
 
     Returns:
         The records, the end of the last one, and how many landmarks were starts of records.

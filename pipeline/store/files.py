@@ -280,7 +280,7 @@ def read_model(path: Path, model: type[M]) -> M:
 
 
 def remedy_of(noun: str) -> str:
-    """What to do about a damaged file of an output."""
+    """Advice on a damaged file of an output."""
     return _REMEDIES.get(noun, REMEDY)
 
 

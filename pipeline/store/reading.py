@@ -13,6 +13,11 @@ from pipeline.store.tables import from_parquet
 from schemas import Table
 
 
+def remedy_for(receipt: Receipt) -> str:
+    """Advice on a damaged file that a receipt or manifest names."""
+    return REMEDY_OF_VERSION if isinstance(receipt, Manifest) else remedy_of(receipt.noun)
+
+
 class Reading(Files):
     """A folder whose files are checked against their receipt or manifest when they are read."""
 
@@ -33,9 +38,9 @@ class Reading(Files):
             NotFound: if the receipt has no such file.
             CorruptFile: if it is gone or its bytes are others.
         """
-        what, remedy = f"{receipt.noun} {receipt.name}", remedy_of(receipt.noun)
+        what, remedy = f"{receipt.noun} {receipt.name}", remedy_for(receipt)
         if isinstance(receipt, Manifest):
-            what, remedy = f"{receipt.noun} version {receipt.version}", REMEDY_OF_VERSION
+            what = f"{receipt.noun} version {receipt.version}"
         if role not in receipt.files:
             raise NotFound(f"{what} has no {role} (there are: {', '.join(sorted(receipt.files))})",
                            next_step="Run the stages again")
