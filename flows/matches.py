@@ -118,7 +118,9 @@ def import_recording(
             id, or under the slug of its name if it cannot be opened.
         BadSettings: if the map cannot be used.
         NotFound: if the file or the map cannot be read.
+        StillWritten: if the file changes meanwhile. It does not go into quarantine.
     """
+    check = store.unchanged(recording.file)
     data = store.foreign(recording.file, megabytes=limits.megabytes)
     mapping = _mapping(store, recording.mapping)
     settings = mapping.settings()
@@ -133,10 +135,12 @@ def import_recording(
             return there, False
         source = source if there is None else source.named(there.name)
         match = read_isolated(recording.file, source, mapping) if limits.isolate else read(source, mapping)
+        check()
         with store.locked("matches"):
             receipt, new = _commit(store, match, source.sha256, settings)
     except Exception as error:
         if not getattr(error, "transient", False):
+            check()
             store.quarantine("matches", name, error)
         raise
     store.release("matches", name)

@@ -86,5 +86,11 @@ class StorageFailed(PitchloreError):
     transient = True
 
 
+class StillWritten(PitchloreError):
+    """A file changed while it was read: somebody writes it."""
+
+    transient = True
+
+
 class WorkerLost(PitchloreError):
     """A process that worked for this one was killed."""

@@ -12,7 +12,7 @@ import pytest
 from conftest import run
 from support.receipts import put_receipt, receipt_at
 
-from flows.catalog import match_of, refresh
+from flows.catalog import forget_match, match_of, refresh
 from flows.cli import main
 from flows.stages import STAGES
 from flows.update import nothing_new
@@ -220,3 +220,20 @@ def test_seal():
     said = json.loads(sealed(receipt))
     assert next(iter(said)) == "checksum"
     assert Receipt.model_validate({key: value for key, value in said.items() if key != "checksum"}) == receipt
+
+
+def test_copy_of_hard_links(data, tmp_path, capsys):
+    """It is a snapshot: whatever is done to the folder afterwards does not reach it (docs/how-to/backup.md)."""
+    copy, asked = tmp_path / "copy", "select match_id, count(*) from situations group by all order by all"
+    shutil.copytree(data, copy, copy_function=os.link)
+    whole, rows = outputs(copy), called(capsys, "sql", asked, "--json", "--data", copy)[1]
+    store = Store(data)
+    forget_match(store, next(iter(store.receipts("matches"))).name)
+    other = Settings.model_validate({"sides": {"watch": ["home"]}})
+    assert run(data, settings=other).knowledge_is_new
+    for noun in STAGES.receipted:
+        store.prune(noun)
+    assert outputs(copy) == whole
+    assert called(capsys, "verify", "--data", copy)[0] == 0
+    assert called(capsys, "sql", asked, "--json", "--data", copy)[1] == rows
+    assert nothing_new(Store(copy), Settings()) is not None

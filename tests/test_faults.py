@@ -20,11 +20,14 @@ import pytest
 from conftest import clip
 from support.outputs import put_goal
 
+import flows.matches
 from flows import serving
 from flows.catalog import refresh, refresh_into
+from flows.matches import Recording, import_recording
 from flows.progress import StageReport
 from flows.server import DATABASE, Keeper, ServerFailed, trouble
-from pipeline.errors import StorageFailed
+from pipeline.errors import StillWritten, StorageFailed
+from pipeline.importers.source import SourceFile
 from pipeline.store import Store
 
 #: A command has to have ended by then, seconds; here it shares the machine with other tests.
@@ -199,3 +202,22 @@ main(sys.argv[1:])
     assert time.monotonic() - begun < 15
     assert command.returncode == 1
     assert "has ended. What was finished is kept; run the command again to go on." in lines(err)[-1]
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_half_a_copy(derby, tmp_path, monkeypatch, whole):
+    """A recording that is still being copied is neither kept nor refused; when it is complete, it is imported."""
+    store, complete, open_ = Store(tmp_path / "data"), derby.read_bytes(), flows.matches.open_source
+
+    def meanwhile(data: bytes, *arguments: object) -> SourceFile:
+        found = open_(data, *arguments)
+        derby.write_bytes(complete)
+        return found
+
+    derby.write_bytes(complete[:len(complete) // 2] if whole else b"frame,t,team,player,x,y\n0,0,ba")
+    monkeypatch.setattr(flows.matches, "open_source", meanwhile)
+    with pytest.raises(StillWritten, match="the next run takes it"):
+        import_recording(store, Recording(file=derby))
+    monkeypatch.undo()
+    assert [list(store.receipts("matches")), store.quarantined()] == [[], []]
+    assert import_recording(store, Recording(file=derby))[1]

@@ -16,7 +16,7 @@ from typing import BinaryIO, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from pipeline.errors import BadSettings, CorruptFile, NotFound, StorageFailed
+from pipeline.errors import BadSettings, CorruptFile, NotFound, StillWritten, StorageFailed
 from pipeline.store.receipts import Manifest, digest
 
 SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}$")
@@ -128,6 +128,23 @@ class Files:
                 swept += 1
         return swept
 
+    def unchanged(self, path: Path) -> Callable[[], None]:
+        """A function that checks that a file that is not ours is as it is now.
+
+        Half a copy is no bad recording; call it before something is made of the file, or said against it.
+
+        Raises:
+            StillWritten: from that function, if the file has changed or is gone.
+        """
+        begun = _stamp(path)
+
+        def check() -> None:
+            if _stamp(path) != begun:
+                raise StillWritten("is still being written", where=str(path),
+                                   next_step="Nothing to do: the next run takes it")
+
+        return check
+
     def foreign(self, path: Path, *, megabytes: int = SMALL_MB) -> bytes:
         """The bytes of a file that is not ours; it is only ever read.
 
@@ -181,6 +198,15 @@ class Files:
         """No thread or process commits or removes an output: what the body reads is of one moment."""
         with self.keeping(), _holding(self.root / ".commits", fcntl.LOCK_EX, reading=True):
             yield
+
+
+def _stamp(path: Path) -> tuple[int, ...] | None:
+    """What of a file changes when it is written; None if there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_size, found.st_mtime_ns
 
 
 def _without_waiting(path: str, flags: int) -> int:

@@ -1,0 +1,356 @@
+"""What happens to the data folder, each in a thread of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import time
+from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from threading import Event, Lock, Thread
+from typing import NamedTuple
+
+from studies.soak.clock import Clock
+from studies.soak.league import NAMES, League
+from studies.soak.processes import running
+from studies.soak.questions import NOTEBOOK, Judge
+from support.terminal import Terminal
+
+from pipeline.store import Store
+
+#: Most that a command may take on a busy machine, and to end once it is told to, seconds.
+COMMAND_S, END_S = 300.0, 20.0
+#: What none of our commands may say.
+FORBIDDEN = ("Traceback", "nexpected", "Exception in thread", "Task exception", "core dumped")
+SEASON = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 10\n'
+#: How far the clock is ahead, one after the other, seconds.
+STEPS = (3_600, -3_600, 86_400, -7 * 86_400, 45, 0)
+
+
+class Sample(NamedTuple):
+    """The soak at a moment.
+
+    Attributes:
+        second: since its beginning.
+        processes: how many there are.
+        mib: their resident memory, MiB.
+        files: most open files of one of them.
+        serve_mib: resident memory of `serve`, MiB; 0 while it does not run.
+        serve_files: its open files.
+        notebook_mib: the notebook's resident memory, MiB.
+        database_mib: size of Prefect's database, MiB.
+        temporary: number of temporary files in the data folder.
+        league_mib: size of the data folder, MiB.
+    """
+
+    second: float
+    processes: int
+    mib: float
+    files: int
+    serve_mib: float
+    serve_files: int
+    notebook_mib: float
+    database_mib: float
+    temporary: int
+    league_mib: float
+
+
+class Soak:
+    """All that happens, and what was seen of it.
+
+    Args:
+        league: the data folder.
+        clock: the clock of its processes.
+        judge: of the answers.
+        seconds: how long it takes.
+        seed: of what happens.
+        room: whether the folder's disk is small, and can be filled.
+        log: receives a line for each event.
+
+    Attributes:
+        counts: of events, by what they are.
+        findings: what must not be.
+        samples: what the processes took.
+    """
+
+    def __init__(
+        self, league: League, clock: Clock, judge: Judge, seconds: float, seed: int, room: bool, log: Path
+    ) -> None:
+        self.league, self.clock, self.judge, self.seconds, self.room = league, clock, judge, seconds, room
+        self.counts: Counter[str] = Counter()
+        self.findings: list[str] = []
+        self.samples: list[Sample] = []
+        self._seed, self._stop, self._lock = seed, Event(), Lock()
+        self._killed: set[int] = set()
+        self._begun, self._log = time.monotonic(), log.open("w", buffering=1)
+        self._serve: subprocess.Popen[bytes] | None = None
+        self._notebook: subprocess.Popen[str] | None = None
+
+    def run(self) -> None:
+        """Let all happen until time is over, then end all of it."""
+        actors: list[Callable[[random.Random], None]] = [
+            self._drop, self._command, self._interrupt, self._kill, self._step, self._ask, self._read, self._keep,
+            self._watch,
+        ]
+        if self.room:
+            actors.append(self._fill)
+        threads = [Thread(target=self._act, args=(actor, random.Random(f"{self._seed} {actor.__name__}")))
+                   for actor in actors]
+        for thread in threads:
+            thread.start()
+        time.sleep(self.seconds)
+        self._stop.set()
+        for thread in threads:
+            thread.join()
+        for process, stop in ((self._serve, signal.SIGINT), (self._notebook, signal.SIGTERM)):
+            if process is not None:
+                self._end(process, stop)
+        self.clock.step(0)
+
+    def note(self, kind: str, text: str = "") -> None:
+        """Count an event, and write it down."""
+        with self._lock:
+            self.counts[kind] += 1
+            if text:
+                self._log.write(f"{time.monotonic() - self._begun:7.1f} {kind}: {text}\n")
+
+    def find(self, what: str) -> None:
+        """Write down what must not be."""
+        with self._lock:
+            self.findings.append(what)
+        self.note("finding", what)
+
+    def _act(self, actor: Callable[[random.Random], None], rng: random.Random) -> None:
+        """Let an actor act again and again."""
+        while not self._stop.is_set():
+            try:
+                actor(rng)
+            except Exception as error:
+                self.find(f"the soak itself: {actor.__name__}: {type(error).__name__}: {error}")
+                self._stop.wait(5.0)
+
+    def _drop(self, rng: random.Random) -> None:
+        """A recording comes into the inbox, at once or in pieces; one that is refused may have a bad name; or one goes."""
+        self._stop.wait(rng.uniform(1.0, 8.0))
+        there = [path for path in self.league.inbox.iterdir() if path.is_file()]
+        if there and rng.random() < 0.35:
+            path = rng.choice(there)
+            path.unlink(missing_ok=True)
+            self.note("recordings removed", repr(path.name))
+            return
+        source = self.league.recording(rng)
+        bad = source in self.league.refused and rng.random() < 0.5
+        target = self.league.inbox / (rng.choice(NAMES).format(source.name) if bad else source.name)
+        try:
+            self._copy(source, target, 0 if rng.random() < 0.5 else rng.randrange(2, 40))
+            self.note("recordings dropped", repr(target.name))
+        except OSError as error:  # the disk is full
+            target.unlink(missing_ok=True)
+            self.note("recordings that found no room", str(error.strerror))
+
+    def _copy(self, source: Path, target: Path, pieces: int) -> None:
+        """Copy a file under a hidden name, and rename it; or in pieces."""
+        if not pieces:
+            shutil.copyfile(source, hidden := target.with_name(f".{source.name}"))
+            hidden.rename(target)
+            return
+        data = source.read_bytes()
+        size = len(data) // pieces + 1
+        with target.open("wb", buffering=0) as file:
+            for at in range(0, len(data), size):
+                file.write(data[at:at + size])
+                self._stop.wait(0.02)
+
+    def _command(self, rng: random.Random) -> None:
+        """Somebody runs a command."""
+        self._stop.wait(rng.uniform(0.0, 5.0))
+        words = self._words(rng)
+        begun = time.monotonic()
+        process = subprocess.Popen(self.league.command(*words), env=self.league.environment, stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT, text=True, errors="replace")
+        said = self._heard(process, words)
+        took = time.monotonic() - begun
+        killed = process.pid in self._killed
+        self.note(f"commands {words[0]}", f"{words[1:2]} {'killed' if killed else process.returncode} in {took:.0f} s:"
+                  f" {said.strip().splitlines()[-1][-120:] if said.strip() else ''!r}")
+        self._check_said(words, said)
+        if not killed and process.returncode not in (0, 1):
+            self.find(f"{words} ended with {process.returncode}: {said[-300:]!r}")
+
+    def _words(self, rng: random.Random) -> list[object]:
+        """A command."""
+        matches = [receipt.name for receipt in Store(self.league.data).receipts("matches")]
+        settings = self.league.data.parent / "short.toml"
+        if not settings.exists():
+            settings.write_text(SEASON)
+        chosen: list[list[object]] = [
+            ["run"], ["run"], ["import", self.league.recording(rng)], ["import", "--isolate", self.league.recording(rng)],
+            ["verify"], ["prune"], ["kb", "list"],
+            ["season", "--settings", settings, "--seed", rng.randrange(1, 4)],
+        ]
+        if matches:
+            chosen += [["forget", rng.choice(matches)]] * 2
+        return rng.choice(chosen)
+
+    def _heard(self, process: subprocess.Popen[str], words: list[object]) -> str:
+        """What a command says until it ends; one that does not end is found, and killed."""
+        try:
+            return process.communicate(timeout=COMMAND_S)[0]
+        except subprocess.TimeoutExpired:
+            self.find(f"{words} does not end in {COMMAND_S:.0f} s")
+            process.kill()
+            return process.communicate()[0]
+
+    def _check_said(self, words: list[object], said: str) -> None:
+        """Find what a command must not say."""
+        for line in said.splitlines():
+            if any(word in line for word in FORBIDDEN):
+                self.find(f"{words[0]} says: {line[:300]!r}")
+
+    def _interrupt(self, rng: random.Random) -> None:
+        """Somebody presses Ctrl-C in a terminal."""
+        self._stop.wait(rng.uniform(10.0, 40.0))
+        terminal = Terminal("run", "--data", self.league.data,
+                            environment={**self.league.environment, "TERM": "xterm"})
+        try:
+            end = time.monotonic() + rng.uniform(0.3, 12.0)
+            while time.monotonic() < end and terminal.process.poll() is None:
+                terminal._read(0.2)
+            was_over = terminal.process.poll() is not None
+            if not was_over:
+                terminal.press()
+            code = terminal.end(END_S)
+            left = terminal.left(END_S)
+            killed = terminal.process.pid in self._killed
+            self.note("Ctrl-C", "too late" if was_over else f"exit code {code}")
+            self._check_said(["run in a terminal"], terminal.text)
+            if left:
+                self.find(f"Ctrl-C leaves {left}")
+            if code not in (0, 1, 130) and not killed:
+                self.find(f"Ctrl-C: exit code {code}: {terminal.text[-300:]!r}")
+        except AssertionError as error:
+            self.find(f"Ctrl-C: {str(error)[-300:]}")
+        finally:
+            terminal.close()
+
+    def _kill(self, rng: random.Random) -> None:
+        """Any process is killed, once a minute."""
+        if self._stop.wait(rng.uniform(40.0, 80.0)):
+            return
+        there = running()
+        if there:
+            victim, how = rng.choice(there), rng.choice((signal.SIGKILL, signal.SIGKILL, signal.SIGTERM))
+            with suppress(ProcessLookupError):
+                self._killed.add(victim.pid)
+                os.kill(victim.pid, how)
+                self.note("kills", f"{victim.role} by {how.name}")
+
+    def _step(self, rng: random.Random) -> None:
+        """The clock steps, every five minutes."""
+        if self.clock.environment and not self._stop.wait(self.seconds / 12):
+            seconds = rng.choice(STEPS)
+            self.clock.step(seconds)
+            self.note("clock steps", f"{seconds:+,} s")
+        self._stop.wait(1.0)
+
+    def _fill(self, _rng: random.Random) -> None:
+        """The disk is full for a minute, twice."""
+        if self._stop.wait(self.seconds * 0.3):
+            return
+        filler = self.league.data.parent / "filler"
+        try:
+            with filler.open("wb", buffering=0) as file, suppress(OSError):
+                while True:
+                    file.write(bytes(1 << 20))
+            self.note("full disk", f"{shutil.disk_usage(filler).free} bytes are free")
+            self._stop.wait(min(60.0, self.seconds / 20))
+        finally:
+            filler.unlink()
+        self.note("disk free again", f"{shutil.disk_usage(self.league.data).free >> 20} MiB")
+
+    def _ask(self, _rng: random.Random) -> None:
+        """`sql` asks without pause."""
+        try:
+            self._judge("sql", self.league.ask())
+        except RuntimeError as error:
+            self._check_said(["sql"], str(error))
+            self.note("sql: refused", str(error).splitlines()[-1][:200])
+        except (ValueError, KeyError) as error:  # it was killed while it wrote
+            self.note("sql: half an answer", str(error)[:100])
+
+    def _judge(self, who: str, answer: list) -> None:
+        wrong = self.judge.wrong(map(tuple, answer))
+        self.note(f"{who}: answers")
+        self.counts[f"{who}: rows"] += len(answer)
+        for what in wrong[:3]:
+            self.find(f"{who}: {what}")
+
+    def _read(self, _rng: random.Random) -> None:
+        """A notebook asks without pause; it is opened again when it is killed."""
+        if self._notebook is None or self._notebook.poll() is not None:
+            self.note("notebooks opened")
+            self._notebook = subprocess.Popen(
+                [os.sys.executable, "-c", NOTEBOOK, str(self.league.data / "catalog.duckdb")],
+                env=self.league.environment, stdout=subprocess.PIPE, text=True)
+        assert self._notebook.stdout is not None
+        line = self._notebook.stdout.readline()
+        if not line.endswith("\n"):
+            self._stop.wait(0.5)
+            return
+        said = json.loads(line)
+        if isinstance(said, str):
+            self.note("notebook: refused", said)
+        else:
+            self._judge("notebook", said)
+
+    def _keep(self, _rng: random.Random) -> None:
+        """`serve` runs each minute; it is started again when it ends."""
+        if self._serve is not None and self._serve.poll() is None:
+            self._stop.wait(2.0)
+            return
+        if self._serve is not None:
+            self.note("serve ended", f"exit code {self._serve.returncode}")
+        with (self.league.data.parent / "serve.txt").open("ab") as said:
+            self._serve = subprocess.Popen(
+                self.league.command("serve", "--cron", "* * * * *"), env=self.league.environment, stdout=said,
+                stderr=said, start_new_session=True)
+        self.note("serve started")
+        self._stop.wait(10.0)
+
+    def _watch(self, _rng: random.Random) -> None:
+        """Count what the processes take."""
+        there = running()
+        self.samples.append(Sample(
+            round(time.monotonic() - self._begun, 1), len(there), round(sum(p.mib for p in there), 1),
+            max((p.files for p in there), default=0),
+            *next(((round(p.mib, 1), p.files) for p in there if self._serve and p.pid == self._serve.pid), (0.0, 0)),
+            round(next((p.mib for p in there if p.role == "notebook"), 0.0), 1),
+            _mib(self.league.data.parent / "prefect", "*.db*"),
+            sum(1 for _ in self.league.data.rglob("*.tmp*")), _mib(self.league.data, "*"),
+        ))
+        self._stop.wait(10.0)
+
+    def _end(self, process: subprocess.Popen, how: int) -> None:
+        """End a process that was kept; it has to end soon."""
+        if process.poll() is None:
+            process.send_signal(how)
+        try:
+            process.wait(END_S)
+        except subprocess.TimeoutExpired:
+            self.find(f"{process.args} does not end in {END_S:.0f} s")
+            process.kill()
+
+
+def _mib(folder: Path, pattern: str) -> float:
+    """Size of the files in a folder, MiB."""
+    total = 0
+    for path in folder.rglob(pattern):
+        with suppress(OSError):
+            total += path.stat().st_size
+    return round(total / (1 << 20), 1)

@@ -1,0 +1,132 @@
+"""The data folder, its recordings, and what a quiet run makes of them."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from conftest import clip
+from hostile.make import HOSTILE
+from studies.soak.processes import MARK
+from studies.soak.questions import QUESTION, Row
+
+from flows.stage import Per
+from flows.stages import STAGES
+from flows.update import nothing_new
+from pipeline.settings import Settings
+from pipeline.store import Store
+from pipeline.store.receipts import digest
+from schemas import Behaviours, Occasions, Policies
+
+#: Recordings that are refused soon, and need little room.
+REFUSED = ("quadratic.mcap", "lying.mcap", "deep.mcap", "chunks.mcap", "rows.parquet", "bomb.csv.gz", "nothing.csv",
+           "empty.csv")
+#: What no file should be named.
+NAMES = ("a\nb{}", "\x1b[2J{}", "<script>{}", "{}" + "x" * 180, "-rf {}")
+STARTS_S, LENGTH_S = range(0, 560, 25), 8.0
+
+
+class League:
+    """A data folder, and recordings to drop into it.
+
+    Args:
+        root: folder of everything.
+        environment: of its commands, besides this process's.
+
+    Attributes:
+        data: the data folder.
+        recordings: files that are matches.
+        refused: files that are none.
+    """
+
+    def __init__(self, root: Path, environment: Mapping[str, str]) -> None:
+        self.data, self._pool = root / "league", root / "recordings"
+        self.environment = {**os.environ, **environment, MARK: "1", "PREFECT_HOME": str(root / "prefect"),
+                            "PREFECT_SERVER_ANALYTICS_ENABLED": "false"}
+        self.environment.pop("PREFECT_API_URL", None)
+        self._pool.mkdir(parents=True)
+        self.inbox.mkdir(parents=True)
+        self.recordings = [self._recording(start) for start in STARTS_S]
+        self.refused = []
+        for case in HOSTILE:
+            if case.name in REFUSED:
+                (self._pool / case.name).write_bytes(case.content())
+                self.refused.append(self._pool / case.name)
+
+    @property
+    def inbox(self) -> Path:
+        """Where recordings are dropped."""
+        return self.data / "inbox"
+
+    def _recording(self, start: int) -> Path:
+        table = clip(start, start + LENGTH_S)
+        if start % 2:
+            path = self._pool / f"w{start:03d}.csv"
+            table.write_csv(path)
+        else:
+            path = self._pool / f"w{start:03d}.parquet"
+            table.write_parquet(path)
+        return path
+
+    def recording(self, rng: random.Random) -> Path:
+        """Some recording, of each seven one that is refused."""
+        return rng.choice(self.recordings if rng.random() < 0.85 else self.refused)
+
+    def command(self, *words: object, data: Path | None = None) -> list[str]:
+        """A command line."""
+        return [str(Path(sys.executable).with_name("pitchlore")), *map(str, words), "--data", str(data or self.data)]
+
+    def call(self, *words: object, data: Path | None = None) -> subprocess.CompletedProcess[str]:
+        """Run a command to its end."""
+        return subprocess.run(self.command(*words, data=data), env=self.environment, text=True, check=False,
+                              capture_output=True, errors="replace")
+
+    def ask(self, data: Path | None = None) -> list[Row]:
+        """The answer to the question.
+
+        Raises:
+            RuntimeError: with what the command said, if it refuses.
+        """
+        asked = self.call("sql", QUESTION, "--json", data=data)
+        if asked.returncode:
+            raise RuntimeError(asked.stderr.strip() or f"exit code {asked.returncode}")
+        return [(row["kind"], row["name"], row["many"], row["content"]) for row in json.loads(asked.stdout)]
+
+    def settle(self, data: Path | None = None) -> None:
+        """Import all recordings, and run until nothing is new.
+
+        Raises:
+            RuntimeError: if a command fails.
+        """
+        for words in (["import", *self.recordings], ["run"], ["run"]):
+            done = self.call(*words, data=data)
+            if done.returncode:
+                raise RuntimeError(f"{words[0]}: {done.stdout[-500:]} {done.stderr[-500:]}")
+
+
+def contents(data: Path) -> dict[str, str]:
+    """What stands: SHA-256 of all files of the outputs, and the rows of knowledge and policy but their numbers.
+
+    Raises:
+        RuntimeError: if a run would find work.
+    """
+    store = Store(data)
+    report = nothing_new(store, Settings())
+    if report is None:
+        raise RuntimeError(f"{data}: a run would find work")
+    nouns = (*STAGES.nouns(Per.MATCH), *STAGES.nouns(Per.GROUP), *STAGES.nouns(Per.GRAMS), *STAGES.nouns(Per.ROUND))
+    found = {f"{noun}/{receipt.name}/{key}": file.sha256
+             for noun in nouns for receipt in store.receipts(noun) for key, file in receipt.files.items()}
+    for noun, version, tables in (("knowledge", report.knowledge, (Behaviours, Occasions)),
+                                  ("policies", report.policy, (Policies,))):
+        manifest = store.manifest(noun, version)
+        for table in tables:
+            rows = store.read_table(manifest, table.NAME, table)
+            numbers = [name for name in rows.columns if name.endswith("version")]
+            found[f"{noun}/{table.NAME}"] = digest(rows.drop(numbers).write_ndjson().encode())
+    return found

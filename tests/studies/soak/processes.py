@@ -1,0 +1,62 @@
+"""All processes of the soak: found by a mark in their environment, counted, killed."""
+
+from __future__ import annotations
+
+import os
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+MARK = "PITCHLORE_SOAK"
+
+
+class Running(NamedTuple):
+    """A process of the soak.
+
+    Attributes:
+        pid: its number.
+        role: what it is, in a word.
+        mib: resident memory, MiB.
+        files: number of its open files.
+    """
+
+    pid: int
+    role: str
+    mib: float
+    files: int
+
+
+def running() -> list[Running]:
+    """The processes that have the mark, without this one and without those that have ended."""
+    found = []
+    for folder in Path("/proc").iterdir():
+        if not folder.name.isdigit() or int(folder.name) == os.getpid():
+            continue
+        with suppress(OSError):
+            if f"{MARK}=".encode() not in (folder / "environ").read_bytes():
+                continue
+            words = (folder / "cmdline").read_bytes().split(b"\0")
+            (kb,) = (line.split()[1] for line in (folder / "status").read_text().splitlines()
+                     if line.startswith("VmRSS"))
+            found.append(Running(int(folder.name), _role(words), int(kb) / 1024,
+                                 len(list((folder / "fd").iterdir()))))
+    return found
+
+
+def _role(words: list[bytes]) -> str:
+    line = b" ".join(words).decode(errors="replace")
+    for sign, role in (("server_process", "server"), ("resource_tracker", "tracker"), ("forkserver", "reader"),
+                       ("spawn_main", "worker"), ("read_only=True", "notebook"), (" serve ", "serve"),
+                       ("prefect", "flow")):
+        if sign in line:
+            return role
+    return "command"
+
+
+def left(seconds: float) -> list[Running]:
+    """The processes that are left after some seconds, or none as soon as there are none."""
+    end = time.monotonic() + seconds
+    while (found := running()) and time.monotonic() < end:
+        time.sleep(0.2)
+    return found

@@ -1,0 +1,70 @@
+"""What `sql` and a notebook ask without pause, and whether an answer can be true."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from threading import Lock
+
+#: Tables whose rows of a match depend on nothing but the match, each with those that it is made from.
+MADE_FROM: dict[str, tuple[str, ...]] = {
+    "matches": (),
+    "sides": ("matches",),
+    "trajectories": ("matches",),
+    "situations": ("trajectories",),
+    "goals": ("matches", "situations"),
+}
+#: How many rows of which content each table has of each match, and each version of the knowledge.
+QUESTION = " union all ".join([
+    *(f"select '{name}' as kind, match_id as name, count(*) as many, bit_xor(hash(t))::varchar as content"
+      f" from {name} t group by all" for name in MADE_FROM),
+    "select 'behaviours', version::varchar, count(*), bit_xor(hash(t))::varchar from behaviours t group by all",
+])
+Row = tuple[str, str, int, str]
+
+#: The notebook: it asks the catalogue as our notebooks do, and prints each answer.
+NOTEBOOK = f"""
+import duckdb, json, sys, time
+while True:
+    try:
+        with duckdb.connect(sys.argv[1], read_only=True) as catalog:
+            said = catalog.sql({QUESTION!r}).fetchall()
+    except duckdb.Error as error:
+        said = f"{{type(error).__name__}}: {{error}}".splitlines()[0][:200]
+    print(json.dumps(said), flush=True)
+    time.sleep(0.5)
+"""
+
+
+class Judge:
+    """Says what of an answer cannot be true.
+
+    Args:
+        truth: the answer of a folder in which nothing else happened.
+    """
+
+    def __init__(self, truth: Iterable[Row]) -> None:
+        self._truth = {(kind, name): (many, content) for kind, name, many, content in truth}
+        self._versions: dict[str, tuple[int, str]] = {}
+        self._lock = Lock()
+
+    def wrong(self, answer: Iterable[Row]) -> list[str]:
+        """What is wrong with an answer; nothing, if it is of one state that the folder can have had.
+
+        A match's rows are all there and no others; what a table is made from is there with it. A version
+        of the knowledge has the rows that it had when it was first seen.
+        """
+        found, there = [], set()
+        for kind, name, many, content in answer:
+            if kind == "behaviours":
+                with self._lock:
+                    first = self._versions.setdefault(name, (many, content))
+                if first != (many, content):
+                    found.append(f"knowledge {name} has changed")
+                continue
+            there.add((kind, name))
+            if self._truth.get((kind, name)) != (many, content):
+                found.append(f"wrong rows: {kind} of {name}, {many}")
+        found += [f"{kind} of {name} without its {source}" for kind, name in sorted(there)
+                  for source in MADE_FROM[kind]
+                  if (source, name) in self._truth and (source, name) not in there]
+        return found
