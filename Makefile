@@ -18,7 +18,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
-  paradigms seasons golden notebooks lock clean
+  paradigms seasons soak golden notebooks lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -81,6 +81,12 @@ world: $(READY)  ## check each frame of a thousand random matches, and measure t
 
 fuzz: $(READY)  ## ten minutes of broken recordings in every format
 	PYTHONPATH=tests $(BIN)/python -m studies.fuzz data/studies/fuzz 600
+
+# Then fifty rounds of each pair of commands at once, and a kill at every step.
+soak: $(READY)  ## an hour of everything at once on one data folder (two hours with what follows)
+	PYTHONPATH=tests $(BIN)/python -m studies.soak data/studies/soak 3600
+	PITCHLORE_ROUNDS=50 PITCHLORE_STEPS=1 $(BIN)/python -m pytest --numprocesses auto --dist load --quiet \
+	  tests/test_at_once.py tests/test_kills.py > data/studies/soak/rounds.txt || { cat data/studies/soak/rounds.txt; exit 1; }
 
 rules: $(READY)  ## what each rule of the static team is worth (a quarter of an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.rules data/studies/world/rules.csv

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-from flows.progress import StageReport
+from flows.progress import RunReport, StageReport
 from flows.stages import STAGES
 from pipeline.errors import StorageFailed
 from pipeline.store import Store, catalog
@@ -132,6 +132,14 @@ def refresh_into(store: Store, report: StageReport) -> None:
         refresh(store)
     except StorageFailed as error:
         report.failed["catalog.duckdb"] = str(error)
+
+
+def refresh_after(store: Store, report: RunReport) -> None:
+    """Bring the catalogue up to date after a run. If that fails, it is one more failure of the run."""
+    catalogue = StageReport(noun="catalogue")
+    refresh_into(store, catalogue)
+    if catalogue.failed:
+        report.stages.append(catalogue)
 
 
 def refresh(store: Store) -> tuple[Path, list[Vouched]]:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import polars as pl
 from pydantic import ValidationError
 
-from flows.catalog import refresh
 from flows.outputs import refusing
 from flows.stages import STAGES
 from flows.teams import Player, apprentice, entrant, labelled
@@ -305,7 +304,6 @@ def write_report(store: Store) -> Written:
     if receipt is None:
         with refusing(store, work.noun, work.name):
             receipt = store.commit(work, _made(found))
-        refresh(store)
     path = store.root / "report" / "index.html"
     store.write_bytes(path, store.read(receipt, "page"))
     return Written(receipt, path, found)

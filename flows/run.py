@@ -5,10 +5,10 @@ from typing import Any
 
 from prefect.artifacts import create_markdown_artifact
 
-from flows.catalog import refresh_into
+from flows.catalog import refresh_after
 from flows.imports import import_all
 from flows.matches import Recording
-from flows.progress import RunReport, StageReport
+from flows.progress import RunReport
 from flows.tasks import Runner, data_folder, our_flow
 from flows.update import look_for_damage
 from pipeline.settings import ImportSettings, Settings
@@ -24,9 +24,6 @@ def run_flow(
     report = RunReport(stages=[import_all(store, recordings, limits)])
     look_for_damage(store, report)
     Runner(store).update(settings, report, train=train)
-    catalogue = StageReport(noun="catalogue")
-    refresh_into(store, catalogue)
-    if catalogue.failed:
-        report.stages.append(catalogue)
+    refresh_after(store, report)
     create_markdown_artifact(report.markdown(), key="run", description="what the run did")
     return report.model_dump()

@@ -16,7 +16,7 @@ from prefect.task_runners import ThreadPoolTaskRunner
 from pydantic import BaseModel
 
 from flows import knowledge, policies
-from flows.catalog import look, refresh, refresh_into
+from flows.catalog import look, refresh_into
 from flows.progress import RunReport, StageReport, listener
 from flows.stage import Output, Per, Scope, Stage
 from flows.stages import STAGES
@@ -157,11 +157,12 @@ def flow_of(noun: str) -> Flow[..., dict[str, object]]:
         scope, runner = scope_of(store, settings), Runner(store)
         if stage.per is Per.VERSION:
             version, new = runner.emit(stage, settings, scope)
-            refresh(store)
-            return {"version": version, "new": new}
-        report = RunReport()
-        bring(store, stage, stage.outputs(scope), settings, scope, report, runner.perform)
-        return conclude(store, report.stage(stage.noun))
+            report = StageReport(noun=stage.noun)
+            refresh_into(store, report)
+            return {"version": version, "new": new, "failed": report.failed}
+        run = RunReport()
+        bring(store, stage, stage.outputs(scope), settings, scope, run, runner.perform)
+        return conclude(store, run.stage(stage.noun))
 
     make_all.description = f"Make what is new of the {stage.noun}."
     return make_all

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import resource
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -20,9 +21,11 @@ import pytest
 from conftest import clip
 from support.outputs import put_goal
 
+import flows.catalog
 import flows.matches
 from flows import serving
 from flows.catalog import refresh, refresh_into
+from flows.cli import main
 from flows.matches import Recording, import_recording
 from flows.progress import StageReport
 from flows.server import DATABASE, Keeper, ServerFailed, trouble
@@ -221,3 +224,24 @@ def test_half_a_copy(derby, tmp_path, monkeypatch, whole):
     monkeypatch.undo()
     assert [list(store.receipts("matches")), store.quarantined()] == [[], []]
     assert import_recording(store, Recording(file=derby))[1]
+
+
+@pytest.mark.parametrize("words", [
+    ["record", "--minutes", "0.05"], ["forget", "early"], ["run"],
+])
+def test_nothing_is_masked(finished, tmp_path, capsys, monkeypatch, words):
+    """A catalogue that fails hides neither what a command made nor what else failed."""
+    data = shutil.copytree(finished, tmp_path / "data")
+    (data / "inbox" / "pipe.csv").symlink_to("/dev/null")
+
+    def full(*_: object) -> None:
+        raise StorageFailed("cannot be written (No space left on device)", where="catalog.duckdb")
+
+    monkeypatch.setattr(flows.catalog.catalog, "build", full)
+    (data / "catalog.duckdb").unlink()
+    with pytest.raises(SystemExit) as stopped:
+        main([*words, "--data", str(data)])
+    told = capsys.readouterr()
+    assert stopped.value.code == 1
+    assert "No space left on device" in told.out + told.err
+    assert {"record": "static-static", "forget": "outputs removed", "run": "pipe.csv"}[words[0]] in told.out

@@ -233,8 +233,8 @@ def test_noun_flows(data):
     assert flow_of("grams")(data)["kept"] == 8
     assert flow_of("behaviours")(data)["kept"] == 4
     assert len(flow_of("decisions")(data)["made"]) == 1
-    assert flow_of("knowledge")(data) == {"version": 1, "new": False}
-    assert flow_of("policies")(data) == {"version": 1, "new": False}
+    assert flow_of("knowledge")(data) == {"version": 1, "new": False, "failed": {}}
+    assert flow_of("policies")(data) == {"version": 1, "new": False, "failed": {}}
     assert ask(catalog_path(store), "select count(distinct match_id) from decisions").item() == 2
 
 

@@ -74,7 +74,6 @@ def evaluate_team(
     with bars() as progress:
         listener.set(progress)
         rows, played = evaluate(store, evaluation, seeds, policies, jobs or cores())
-    refresh(store)
     summary = summarise(rows)
     if export:
         command = _command(evaluation, seeds, {
@@ -83,17 +82,18 @@ def evaluate_team(
     if json:
         print_json(_plain(summary) | {"minutes": minutes, "seed": seed, "played_now": 2 * played,
                                       "note": note_on(summary.team, summary.opponent)})
-        return
-    print_frame(_table(summary), title=(
-        f"{summary.team} against {summary.opponent}: {summary.matches} matches of {minutes:g} min,"
-        f" {how.robots} a side on {how.pitch.length:g} by {how.pitch.width:g} m"))
-    console().print(f"{2 * played} matches played now, {summary.matches - 2 * played} before;"
-                    f" intervals are over {summary.pairs} pairs.")
-    if evaluation.of_itself:
-        console().print("A team against itself: its home side, in matches with seeds of their own.")
-    print_stand_in(summary.team, summary.opponent)
-    if export:
-        console().print(f"{export}: {_stem(summary)} written", soft_wrap=True)
+    else:
+        print_frame(_table(summary), title=(
+            f"{summary.team} against {summary.opponent}: {summary.matches} matches of {minutes:g} min,"
+            f" {how.robots} a side on {how.pitch.length:g} by {how.pitch.width:g} m"))
+        console().print(f"{2 * played} matches played now, {summary.matches - 2 * played} before;"
+                        f" intervals are over {summary.pairs} pairs.")
+        if evaluation.of_itself:
+            console().print("A team against itself: its home side, in matches with seeds of their own.")
+        print_stand_in(summary.team, summary.opponent)
+        if export:
+            console().print(f"{export}: {_stem(summary)} written", soft_wrap=True)
+    refresh(store)
 
 
 def _plain(summary: EvaluationSummary) -> dict[str, object]:

@@ -23,5 +23,5 @@ def forget(match: str, *, common: Common = DEFAULTS) -> None:
     for record in store.quarantined():
         if match_of(record.name) == match:
             store.release(record.noun, record.name)
-    refresh(store)
     console().print(f"{match}: {removed} outputs removed; the next run emits knowledge without it")
+    refresh(store)

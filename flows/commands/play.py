@@ -74,7 +74,6 @@ def play(
     names = ("you", against) if team == HOME else (against, "you")
     with open_window(recipe.pitch, names, recipe.physics.hz) as window, recording(store, match) as log_it:
         _play(window, match, person, team, log_it)
-    refresh(store)
     home, away = match.score
     if json:
         print_json({"match_id": recipe.match_id, "as": side, "score_home": home, "score_away": away,
@@ -85,6 +84,7 @@ def play(
                         f"Kept as {recipe.match_id}; watch it with `pitchlore replay {recipe.match_id}`.",
                         soft_wrap=True)
         print_stand_in(against)
+    refresh(store)
 
 
 def _window() -> type[Window]:

@@ -51,9 +51,9 @@ def record_matches(
             rows.append({**row.select("match_id", "home", "away", "score_home", "score_away", "duration_s")
                          .row(0, named=True), "new": new, "note": note_on(home, away)})
             progress.advance("matches", recipe.match_id)
-    refresh(store)
     if json:
         print_json(rows)
     else:
         print_frame(pl.DataFrame(rows).drop("note"))
         print_stand_in(home, away)
+    refresh(store)

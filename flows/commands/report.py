@@ -7,6 +7,7 @@ from pathlib import Path
 
 import polars as pl
 
+from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import console, print_frame, print_json, warn
 from flows.report import write_report
@@ -64,6 +65,7 @@ def report(*, export: Path | None = None, json: Json = False, common: Common = D
                                  "claims": claims, "preferences": prefer}, export)
         if not json:
             console().print(f"{export}: written", soft_wrap=True)
+    refresh(store)
 
 
 def _interval(of: str, low: str, high: str) -> pl.Expr:

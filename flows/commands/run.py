@@ -7,7 +7,7 @@ from pathlib import Path
 
 import polars as pl
 
-from flows.catalog import catalog_path, refresh
+from flows.catalog import catalog_path, refresh_after
 from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import (
@@ -66,7 +66,7 @@ def bring_up_to_date(
             begin()
             report = RunReport.model_validate(run_flow(store.root, None, settings, train, limits))
     else:
-        refresh(store)
+        refresh_after(store, report)
     return report
 
 

@@ -24,7 +24,6 @@ def train(*, settings: Path | None = None, json: Json = False, common: Common = 
 
         begin()
         done = flow_of("policies")(store.root, chosen)
-    refresh(store)
     if json:
         print_json(done)
     elif done["new"]:
@@ -32,3 +31,4 @@ def train(*, settings: Path | None = None, json: Json = False, common: Common = 
         print_training(store)
     else:
         console().print(f"nothing to learn that policy version {done['version']} has not learned")
+    refresh(store)

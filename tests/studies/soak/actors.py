@@ -232,7 +232,8 @@ class Soak:
             self._check_said(["run in a terminal"], terminal.text)
             if left:
                 self.find(f"Ctrl-C leaves {left}")
-            if code not in (0, 1, 130) and not killed:
+            # -2: the command had ended, and Python was about to
+            if code not in (0, 1, 130, -2) and not killed:
                 self.find(f"Ctrl-C: exit code {code}: {terminal.text[-300:]!r}")
         except AssertionError as error:
             self.find(f"Ctrl-C: {str(error)[-300:]}")
