@@ -17,6 +17,7 @@ import pytest
 
 import pipeline  # noqa: F401 - before any test imports numba: it says where numba keeps its cache
 from flows.server import START_S, Process
+from flows.workers import cores
 
 if TYPE_CHECKING:
     from flows.run import RunReport
@@ -58,6 +59,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 #: Where the session's first process tells the others the address of its Prefect server.
 SERVER = "PITCHLORE_TESTS_SERVER"
+
+
+def pytest_xdist_auto_num_workers() -> int:
+    """More workers than cores: for half of the time tests wait, for servers and for processes to end."""
+    return cores() * 3 // 2
 
 
 def pytest_configure(config: pytest.Config) -> None:
