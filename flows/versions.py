@@ -23,19 +23,18 @@ def emit(store: Store, stage: Stage, settings: BaseModel, scope: Scope) -> tuple
     """
     assert stage.plan is not None
     assert stage.compute is not None
-    with store.locked(stage.noun):
+    with store.claim(stage.noun) as version:
         plan = stage.plan(store, scope, settings, stage)
         work = stage.work(stage.noun, settings, plan.inputs, seed=plan.seed)
         standing = plan.standing or store.standing(work)
         if standing is not None:
             return standing, False
-        with store.claim(stage.noun) as version:
-            made = stage.compute(Inputs(store, plan.receipts, version=version), settings)
-            newest = store.latest(stage.noun)
-            if newest is not None and _holds(store, newest, work, made):
-                store.confirm(work, newest.version)
-                return newest, False
-            return store.commit_version(work, made, version, parent=plan.parent), True
+        made = stage.compute(Inputs(store, plan.receipts, version=version), settings)
+        newest = store.latest(stage.noun)
+        if newest is not None and _holds(store, newest, work, made):
+            store.confirm(work, newest.version)
+            return newest, False
+        return store.commit_version(work, made, version, parent=plan.parent), True
 
 
 def _holds(store: Store, version: Manifest, work: Work, made: Made) -> bool:

@@ -40,8 +40,7 @@ def outputs(folder: Path) -> dict[str, bytes]:
     """The bytes of all outputs, receipts and versions."""
     nouns = [*STAGES.of_matches, *STAGES.versioned]
     return {str(path.relative_to(folder)): path.read_bytes() for noun in nouns
-            for path in (folder / noun).rglob("*") if path.is_file() and not path.name.startswith(".")
-            and not path.name.endswith(".claim")}
+            for path in (folder / noun).rglob("*") if path.is_file() and not path.name.startswith(".")}
 
 
 def flip(path: Path, rng: random.Random) -> None:

@@ -67,7 +67,7 @@ def files(data: Path) -> dict[str, bytes]:
     """Everything in a data folder, receipts without what wrote them."""
     found = {}
     for path in sorted(data.rglob("*")):
-        if path.is_file() and path.suffix != ".claim" and path.name != ".lock":
+        if path.is_file() and path.name != ".lock":
             content = path.read_bytes()
             if path.suffix == ".json":
                 content = json.dumps(json.loads(content) | {"software": None, "checksum": None}).encode()

@@ -48,7 +48,7 @@ def told() -> Iterator[Callable[[int, str, Path], tuple[int, int]]]:
 def contents(data: Path) -> dict[str, bytes]:
     """The bytes of all outputs and versions, without locks and the catalogue."""
     return {str(path.relative_to(data)): path.read_bytes() for path in sorted(data.rglob("*"))
-            if path.is_file() and not path.name.startswith(".") and path.suffix not in (".claim", ".duckdb")}
+            if path.is_file() and not path.name.startswith(".") and path.suffix != ".duckdb"}
 
 
 def prepared(finished: Path, data: Path, *without: str) -> Path:

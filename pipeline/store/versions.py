@@ -1,14 +1,12 @@
-"""Versions: immutable numbered folders, claimed by one process and committed by one rename."""
+"""Versions: immutable numbered folders, made by one process at a time and committed by one rename."""
 
 from __future__ import annotations
 
-import fcntl
 import os
 import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from itertools import count
 from pathlib import Path
 
 from pipeline.errors import CorruptFile, NotFound, StorageFailed
@@ -80,22 +78,12 @@ class Versions(Reading):
 
     @contextmanager
     def claim(self, noun: str) -> Iterator[int]:
-        """Hold the next free version number of a noun against every other process.
+        """Hold the next version number of a noun: no other thread or process makes a version meanwhile.
 
-        The number is held by the lock on a file, which ends with the process. If a process is killed
-        before its commit, its number is free again.
+        If a process is killed before its commit, its number is free again.
         """
-        folder = self.root / noun
-        folder.mkdir(parents=True, exist_ok=True)
-        for version in count((self.versions(noun) or [0])[-1] + 1):
-            with (folder / f"v{version:04d}.claim").open("a") as held:
-                try:
-                    fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                except BlockingIOError:
-                    continue
-                if not self.version_folder(noun, version).exists():
-                    yield version
-                    return
+        with self.locked(noun):
+            yield (self.versions(noun) or [0])[-1] + 1
 
     def commit_version(self, work: Work, made: Made, version: int, *, parent: int | None) -> Manifest:
         """Write a claimed version aside and commit it by one rename.
