@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 from flows.progress import RunReport, StageReport
 from flows.stages import STAGES
-from pipeline.errors import StorageFailed
+from pipeline.errors import CorruptFile, PitchloreError
 from pipeline.store import Store, catalog
 from pipeline.store.reading import remedy_for
 from pipeline.store.receipts import FileRecord, Receipt
@@ -130,7 +131,7 @@ def refresh_into(store: Store, report: StageReport) -> None:
     """Bring the catalogue up to date (:func:`refresh`). If that fails, it is one more failure of a report."""
     try:
         refresh(store)
-    except StorageFailed as error:
+    except PitchloreError as error:
         report.failed["catalog.duckdb"] = str(error)
 
 
@@ -153,11 +154,27 @@ def refresh(store: Store) -> tuple[Path, list[Vouched]]:
     """
     path = catalog_path(store)
     with store.keeping():
-        receipts, listing = _receipts(store), catalog.listing(path)
-        whole, damaged = _look(store, receipts, listing)
-        views = _views(store, receipts, whole)
-        wanted = {(name, str(f.resolve())): catalog.glance(f) for name, files in views.items() for f in files}
-        if wanted != listing:
-            with store.aside(path) as temporary:
-                catalog.build(temporary, views)
+        listing = catalog.listing(path)
+        try:
+            damaged = _bring_up_to_date(store, path, listing)
+        except CorruptFile:  # the bytes of a file changed, while its size and time did not
+            damaged = _bring_up_to_date(store, path, None)
     return path, damaged
+
+
+def _bring_up_to_date(store: Store, path: Path, listing: catalog.Listing | None) -> list[Vouched]:
+    """Build the catalogue unless it has the listing; the files that are left out."""
+    receipts = _receipts(store)
+    whole, damaged = _look(store, receipts, listing)
+    views = _views(store, receipts, whole)
+    wanted = {(name, str(f.resolve())): catalog.glance(f) for name, files in views.items() for f in files}
+    if wanted != listing:
+        with store.aside(path) as temporary:
+            catalog.build(temporary, views)
+    return damaged
+
+
+def distrust(store: Store) -> None:
+    """Forget which files were whole: what looks next reads every byte, and no notebook gets damaged rows."""
+    with suppress(OSError):
+        catalog_path(store).unlink(missing_ok=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 import traceback
@@ -262,6 +263,9 @@ def _quiet_prefect(debug: bool) -> None:
         ("PREFECT_SERVER_ANALYTICS_ENABLED", "false"),
         ("DO_NOT_TRACK", "1"),
         ("PREFECT_LOGGING_LEVEL", "INFO" if debug else "CRITICAL"),
+        ("PREFECT_INTERNAL_LOGGING_LEVEL", "WARNING" if debug else "CRITICAL"),
         ("PREFECT_LOGGING_TO_API_WHEN_MISSING_FLOW", "ignore"),
     ):
         os.environ.setdefault(name, value)
+    if not debug:  # a logger that none of these settings reaches
+        logging.getLogger("EventsWorker").setLevel(logging.CRITICAL)

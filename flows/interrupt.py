@@ -1,4 +1,4 @@
-"""Ctrl-C stops any command within seconds; the command says what is kept, and exits with 130.
+"""Ctrl-C stops any command within seconds; the command says what is kept, and exits with 130. SIGTERM: 143.
 
 Python runs a signal's handler in the main thread only, and only between two steps of Python. Prefect,
 compiled code and threads that are waited for can each delay that for minutes. Every file is written
@@ -20,8 +20,8 @@ from typing import NoReturn
 
 #: How long what was interrupted may clear up, seconds.
 GRACE_S = 2.0
-#: Exit code of what Ctrl-C stopped, as shells count it.
-STOPPED = 128 + signal.SIGINT
+#: Exit codes of what Ctrl-C and SIGTERM stopped, as shells count them.
+STOPPED, TERMINATED = 128 + signal.SIGINT, 128 + signal.SIGTERM
 
 KEPT = "What was finished is kept; run the command again to go on."
 _SHOW_CURSOR = "\x1b[?25h"  # progress bars hide it
@@ -34,6 +34,7 @@ def interruptible() -> Iterator[None]:
     """End the process with one line and exit code 130 when Ctrl-C is pressed while the body runs.
 
     The body gets KeyboardInterrupt and has :data:`GRACE_S` to clear up; a second Ctrl-C ends it at once.
+    SIGTERM ends it at once, too, with exit code 143.
     Nothing changes in a thread other than the main one, or if Ctrl-C is ignored, as in a command that a
     shell starts with `&`.
     """
@@ -51,6 +52,7 @@ def interruptible() -> Iterator[None]:
     heard, told = os.pipe()
     os.set_blocking(told, False)
     before = signal.signal(signal.SIGINT, interrupt), signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+    ending = signal.signal(signal.SIGTERM, lambda *_: None)  # so that the watch hears of it
     Thread(target=_watch, args=(heard,), name="ctrl-c", daemon=True).start()
     try:
         yield
@@ -61,17 +63,23 @@ def interruptible() -> Iterator[None]:
             end()
         signal.set_wakeup_fd(before[1])
         signal.signal(signal.SIGINT, before[0])
+        signal.signal(signal.SIGTERM, ending)
         os.close(told)
 
 
 def _watch(heard: int) -> None:
-    """End the process :data:`GRACE_S` after the first SIGINT, or at the second; not if the pipe closes."""
+    """End the process :data:`GRACE_S` after the first SIGINT, at the second, or at SIGTERM.
+
+    It does nothing if the pipe closes.
+    """
     pressed = 0
     while select.select([heard], [], [], GRACE_S if pressed else None)[0]:
         signals = os.read(heard, 64)
         if not signals:
             os.close(heard)
             return
+        if signal.SIGTERM in signals:
+            end("Terminated", TERMINATED)
         pressed += signals.count(signal.SIGINT)
         if pressed > 1:
             break

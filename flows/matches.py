@@ -1,6 +1,7 @@
 """The noun matches: recordings in, one log a match out."""
 
 import io
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -56,15 +57,19 @@ def inbox(store: Store) -> list[Recording]:
 
     A log is abandoned if the process that played its match was killed.
     """
-    files = [path for path in _in_inbox(store) if path.suffix != ".toml" and _is_inside(path, store)]
     left = [Recording(file=file) for file in store.abandoned(PLAYING)]
-    return [with_map(file) for file in files] + left
+    return [recording for recording in _dropped(store) if _is_inside(recording, store)] + left
 
 
 def strangers(store: Store) -> dict[str, str]:
     """All in the inbox that is never read, with the reason: pipes, devices, links that lead out."""
-    why = "is a link that leads out of the inbox, or no regular file; it is not read. Remove it."
-    return {printable(str(path)): why for path in _in_inbox(store) if not _is_inside(path, store)}
+    why = "or its map is a link that leads out of the inbox, or no regular file; it is not read. Remove that."
+    return {recording.label: why for recording in _dropped(store) if not _is_inside(recording, store)}
+
+
+def _dropped(store: Store) -> list[Recording]:
+    """All recordings in the inbox with their maps, sorted by name."""
+    return [with_map(path) for path in _in_inbox(store) if path.suffix != ".toml"]
 
 
 def _in_inbox(store: Store) -> list[Path]:
@@ -73,13 +78,13 @@ def _in_inbox(store: Store) -> list[Path]:
                   if not path.name.startswith(".") and (path.is_symlink() or not path.is_dir()))
 
 
-def _is_inside(path: Path, store: Store) -> bool:
-    """Whether it is a regular file in the inbox, or a link to one there."""
+def _is_inside(recording: Recording, store: Store) -> bool:
+    """Whether the recording and its map are regular files in the inbox, or links to such."""
     try:
-        real = path.resolve(strict=True)
+        real = [path.resolve(strict=True) for path in (recording.file, recording.mapping) if path is not None]
     except (OSError, RuntimeError):  # a link to nothing, or to itself
         return False
-    return real.is_file() and real.is_relative_to((store.root / INBOX).resolve())
+    return all(path.is_file() and path.is_relative_to((store.root / INBOX).resolve()) for path in real)
 
 
 def with_map(file: Path) -> Recording:
@@ -88,15 +93,7 @@ def with_map(file: Path) -> Recording:
     The map of ``x.csv`` is ``x.csv.toml``, else ``map.toml`` in its folder.
     """
     maps = (file.with_name(f"{file.name}.toml"), file.with_name("map.toml"))
-    return Recording(file=file, mapping=next((m for m in maps if _exists(m)), None))
-
-
-def _exists(path: Path) -> bool:
-    """Whether there is something at a path; not if the path is longer than any can be."""
-    try:
-        return path.exists()
-    except OSError:
-        return False
+    return Recording(file=file, mapping=next((m for m in maps if os.path.lexists(m)), None))
 
 
 def import_recording(

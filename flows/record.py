@@ -1,7 +1,7 @@
 """Played matches: logged during play, committed at the end."""
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import polars as pl
 
@@ -12,6 +12,7 @@ from pipeline import matches as log
 from pipeline.arena.match.controllers import controllers_of
 from pipeline.arena.match.match import PART, Match
 from pipeline.arena.match.recipe import Recipe
+from pipeline.errors import PitchloreError
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt, fingerprint
 from pipeline.store.work import Work
@@ -65,8 +66,11 @@ def recording(store: Store, match: Match) -> Iterator[Callable[[], None]]:
 
         try:
             yield log_it
-        finally:  # of a match that breaks off as well
-            log_it()
+        except BaseException:  # a match that breaks off is logged as far as it came
+            with suppress(PitchloreError):
+                log_it()
+            raise
+        log_it()
         recorder.close(info=match.info)
         data = store.foreign(path, megabytes=log.MAX_LOG_BYTES >> 20)
         played = log.read(data, where=str(path))

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import polars as pl
 from pydantic import ValidationError
 
+from flows.catalog import Vouched, look
 from flows.outputs import refusing
 from flows.stages import STAGES
 from flows.teams import Player, apprentice, entrant, labelled
@@ -44,9 +45,20 @@ _WITHIN: dict[str, Pooling] = {
 }
 
 
+def damaged(store: Store) -> list[Vouched]:
+    """Damaged files of seasons and evaluations. What they are of is left out of the report."""
+    return [file for file in look(store).damaged if file.receipt.noun in ("seasons", "evaluations")]
+
+
+def _whole(store: Store, noun: str) -> list[Receipt]:
+    """Receipts whose files are whole, by name."""
+    without = {file.receipt.name for file in damaged(store) if file.receipt.noun == noun}
+    return [receipt for receipt in store.receipts(noun) if receipt.name not in without]
+
+
 def seasons(store: Store) -> list[Receipt]:
-    """Receipts of all seasons, by name."""
-    return [receipt for receipt in store.receipts("seasons") if {"games", "growth"} <= receipt.files.keys()]
+    """Receipts of all seasons whose files are whole, by name."""
+    return [receipt for receipt in _whole(store, "seasons") if {"games", "growth"} <= receipt.files.keys()]
 
 
 class Measurements(NamedTuple):
@@ -72,7 +84,7 @@ def measurements(store: Store, seasons: Sequence[Receipt]) -> Measurements:
     """
     names = (*(season.name for season in seasons), *CONTROLS)
     played: dict[str, list[Receipt]] = {name: [] for name in names}
-    for receipt in store.receipts("evaluations"):
+    for receipt in _whole(store, "evaluations"):
         played.get(receipt.settings["evaluation"]["team"]["name"], []).append(receipt)
     counted = []
     for season in seasons:
@@ -295,7 +307,7 @@ def write_report(store: Store) -> Written:
 
     Raises:
         NotFound: if no season has been played.
-        CorruptFile: if a file of a season, an evaluation or a policy is gone or its bytes have changed.
+        CorruptFile: if a file of a policy is gone or its bytes have changed.
     """
     of = sources(store)  # looked up once, so that the key is that of what was read
     found = tables(store, of)  # before the stage: what is missing is said, and puts nothing in quarantine

@@ -3,13 +3,11 @@
 from pathlib import Path
 from typing import Any
 
-from prefect.artifacts import create_markdown_artifact
-
 from flows.catalog import refresh_after
 from flows.imports import import_all
 from flows.matches import Recording
 from flows.progress import RunReport
-from flows.tasks import Runner, data_folder, our_flow
+from flows.tasks import Runner, data_folder, our_flow, show
 from flows.update import look_for_damage
 from pipeline.settings import ImportSettings, Settings
 
@@ -25,5 +23,5 @@ def run_flow(
     look_for_damage(store, report)
     Runner(store).update(settings, report, train=train)
     refresh_after(store, report)
-    create_markdown_artifact(report.markdown(), key="run", description="what the run did")
+    show(report.markdown(), key="run", description="what the run did")
     return report.model_dump()

@@ -54,5 +54,5 @@ def said_of(report: RunReport) -> str:
     if report.policy_is_new:
         line += f", policy version {report.policy} is new"
     if report.failures:
-        line += f", {len(report.failures)} in quarantine: {', '.join(sorted(report.failures))}"
+        line += f", {len(report.failures)} not made: {', '.join(sorted(report.failures))}"
     return line

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import polars as pl
-from prefect.artifacts import create_markdown_artifact
 from prefect.futures import PrefectFuture, as_completed
 from pydantic import PositiveInt
 
@@ -21,7 +20,7 @@ from flows.progress import StageReport, listener
 from flows.record import record
 from flows.stage import Scope
 from flows.stages import STAGES
-from flows.tasks import data_folder, our_flow, stage_task
+from flows.tasks import data_folder, our_flow, show, stage_task
 from flows.teams import labelled
 from flows.versions import emit
 from flows.workers import Workers
@@ -230,7 +229,7 @@ def season_flow(
             if following is not None:
                 waiting.append(following)
     refresh_into(store, report)
-    create_markdown_artifact(_markdown(report), key="season", description="what was played")
+    show(_markdown(report), key="season", description="what was played")
     return report.model_dump()
 
 

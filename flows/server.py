@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import re
 import select
 import signal
 import sqlite3
@@ -37,7 +38,8 @@ START_S = 120.0
 #: How long a server that is told to stop may take, seconds; then it is killed.
 STOP_S = 5.0
 _POLL_S = 0.05
-
+#: The last line of a traceback.
+_ERROR = re.compile(r"([a-zA-Z_]\w*\.)*\w*(Error|Exception)\b")
 
 #: How long a database may be locked by others, seconds.
 _LOCKED_S = 2.0
@@ -186,10 +188,12 @@ class Process:
                             next_step="Run again with --debug and report what it says")
 
     def last_words(self) -> str:
-        """The last line that the server has logged."""
+        """The last error that the server has logged, else its last line."""
         self._log.seek(self._begun)
         lines = self._log.read().decode(errors="replace").split("\n")
-        return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
+        said = [line.strip() for line in lines if line.strip()]
+        errors = [line for line in said if _ERROR.match(line)]
+        return next(reversed(errors or said), "it said nothing")
 
 
 class Kept(BaseModel):

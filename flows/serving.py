@@ -50,9 +50,10 @@ def serving(root: Path, notice: Callable[[str], None]) -> Iterator[Callable[[], 
         ServerFailed: from that function, if the server does not start or answer.
     """
     kept = None if "PREFECT_API_URL" in os.environ else _kept(root, notice)
+    own = kept is None and not _is_named()
     if "prefect" not in sys.modules:
-        _find_home(notice)
-    if kept is None and not _is_named():
+        _find_home(notice if own else lambda _: None)
+    if own:
         _own()
     with ExitStack() as stack:
 
@@ -149,9 +150,11 @@ def _watched(url: str, alive: Callable[[], bool]) -> Iterator[None]:
 
 
 def _of_the_server(error: Exception) -> bool:
+    """Whether Prefect's client says by this that the server does not answer, or fails."""
     from prefect.exceptions import PrefectHTTPStatusError  # noqa: PLC0415 (see above)
 
-    return isinstance(error, PrefectHTTPStatusError)
+    unreached = isinstance(error, RuntimeError) and str(error).startswith("Failed to reach API")
+    return unreached or isinstance(error, PrefectHTTPStatusError)
 
 
 def _alive(root: Path, kept: str | None, there: str | None) -> Callable[[], bool]:

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
-from prefect import Flow, Task
+from prefect import Flow, Task, get_run_logger
 from prefect.artifacts import create_markdown_artifact
 from prefect.cache_policies import NO_CACHE
 from prefect.client.schemas.objects import State, TaskRun
@@ -128,8 +128,8 @@ class Runner:
         version, new = _named(make_version, stage)(
             self.store.root, stage.noun, stage.settings(settings), scope)
         listener.get().advance(stage.noun, stage.noun)
-        show = _DESCRIBE[stage.noun](self.store, self.store.manifest(stage.noun, version))
-        create_markdown_artifact(show, key=stage.noun, description=f"the newest of the {stage.noun}")
+        described = _DESCRIBE[stage.noun](self.store, self.store.manifest(stage.noun, version))
+        show(described, key=stage.noun, description=f"the newest of the {stage.noun}")
         return version, new
 
     def update(self, settings: Settings, report: RunReport, *, train: bool) -> None:
@@ -171,8 +171,16 @@ def flow_of(noun: str) -> Flow[..., dict[str, object]]:
 def conclude(store: Store, report: StageReport) -> dict[str, object]:
     """Bring the catalogue up to date, and show the report as an artifact. Returns the flow's result."""
     refresh_into(store, report)
-    create_markdown_artifact(report.markdown(), key=report.noun, description="what the flow made")
+    show(report.markdown(), key=report.noun, description="what the flow made")
     return report.model_dump()
+
+
+def show(markdown: str, *, key: str, description: str) -> None:
+    """Show a text as an artifact of the flow run. A server that refuses it is logged, and ends no flow."""
+    try:
+        create_markdown_artifact(markdown, key=key, description=description)
+    except Exception as error:
+        get_run_logger().warning("The artifact %s could not be kept (%s).", key, in_one_line(error))
 
 
 def data_folder(data: Path) -> Store:

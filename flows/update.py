@@ -10,6 +10,7 @@ from flows.outputs import match_names
 from flows.progress import RunReport, StageReport
 from flows.stage import Output, Scope, Stage
 from flows.stages import STAGES
+from pipeline.errors import PitchloreError
 from pipeline.settings import ImportSettings, Settings
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest
@@ -57,11 +58,20 @@ def bring_up_to_date(
         dropped = {output.match for output in failed}
         scope = scope.model_copy(update={"matches": tuple(m for m in scope.matches if m not in dropped)})
     if scope.matches:
-        knowledge, policies = (STAGES[noun] for noun in STAGES.versioned)
-        _, report.knowledge_is_new = emit(knowledge, settings, scope)
-        if train:
-            _, report.policy_is_new = emit(policies, settings, scope)
+        known = _emitted(STAGES["knowledge"], settings, scope, report, emit)
+        report.knowledge_is_new = bool(known)
+        if train and known is not None:
+            report.policy_is_new = bool(_emitted(STAGES["policies"], settings, scope, report, emit))
     _look_at_versions(store, report)
+
+
+def _emitted(stage: Stage, settings: Settings, scope: Scope, report: RunReport, emit: Emit) -> bool | None:
+    """Whether a new version was made; None if it cannot be, which is one more failure of the report."""
+    try:
+        return emit(stage, settings, scope)[1]
+    except PitchloreError as error:
+        report.stage(stage.noun).failed["version"] = str(error)
+        return None
 
 
 def nothing_new(

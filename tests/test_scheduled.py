@@ -31,7 +31,7 @@ def test_run_states(tmp_path, capsys):
         ("COMPLETED", "Completed"), ("COMPLETED", "Completed"), ("FAILED", "Quarantined")]
     assert re.fullmatch(r"\d+ made, 0 kept, policy version 1 is new", states[0].message)
     assert states[1].message == "nothing new"
-    assert re.fullmatch(rf"0 made, \d+ kept, 1 in quarantine: matches {tmp_path}/inbox/notes.txt", states[2].message)
+    assert re.fullmatch(rf"0 made, \d+ kept, 1 not made: matches {tmp_path}/inbox/notes.txt", states[2].message)
     lines = capsys.readouterr().out.splitlines()
     assert [line.partition(": ")[2] for line in lines] == [state.message for state in states]
     assert all(re.match(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d run [a-z-]+: ", line) for line in lines)

@@ -55,9 +55,9 @@ def demo(*recordings: Path, common: Common = DEFAULTS) -> None:
     for why in imported.failed.values():
         raise PitchloreError(why.rstrip("."), next_step="Name a recording: pitchlore demo FILE")
     played = [_play(store, "static", seed) for seed in (1, 2, 3)]
-    bring_up_to_date(store, Settings())
+    _learn(store)
     played.append(_play(store, "learned:1", 1))
-    bring_up_to_date(store, Settings())
+    _learn(store)
     season = _season(store)
     refresh(store)
     _scores(store, played, out)
@@ -65,6 +65,16 @@ def demo(*recordings: Path, common: Common = DEFAULTS) -> None:
     _behaviours(store, out)
     _question(store, out)
     _paths(store, played, season, common, out)
+
+
+def _learn(store: Store) -> None:
+    """Run all stages.
+
+    Raises:
+        PitchloreError: if one of them fails.
+    """
+    for what, why in bring_up_to_date(store, Settings()).failures.items():
+        raise PitchloreError(why.rstrip("."), where=what)
 
 
 def _play(store: Store, home: str, seed: int) -> str:

@@ -75,10 +75,6 @@ def evaluate_team(
         listener.set(progress)
         rows, played = evaluate(store, evaluation, seeds, policies, jobs or cores())
     summary = summarise(rows)
-    if export:
-        command = _command(evaluation, seeds, {
-            "settings": playing.settings, "robots": playing.robots, **asdict(learners)})
-        _export(store, evaluation, seeds, command, rows, summary, export)
     if json:
         print_json(_plain(summary) | {"minutes": minutes, "seed": seed, "played_now": 2 * played,
                                       "note": note_on(summary.team, summary.opponent)})
@@ -91,7 +87,11 @@ def evaluate_team(
         if evaluation.of_itself:
             console().print("A team against itself: its home side, in matches with seeds of their own.")
         print_stand_in(summary.team, summary.opponent)
-        if export:
+    if export:
+        command = _command(evaluation, seeds, {
+            "settings": playing.settings, "robots": playing.robots, **asdict(learners)})
+        _export(store, evaluation, seeds, command, rows, summary, export)
+        if not json:
             console().print(f"{export}: {_stem(summary)} written", soft_wrap=True)
     refresh(store)
 

@@ -14,7 +14,7 @@ from cyclopts.types import NonNegativeInt, PositiveInt
 
 from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.orchestrated import orchestrated
-from flows.commands.printing import console, print_frame, print_json
+from flows.commands.printing import console, print_frame, print_json, warn
 from flows.outputs import need
 from flows.paradigms import FigureReport, paradigms_flow, points_of, reports
 from flows.progress import StageReport
@@ -66,7 +66,7 @@ def paradigms(
     with orchestrated(store) as begin:
         begin()
         done = StageReport.model_validate(paradigms_flow(store.root, design))
-    told = [report for report in reports(design) if report.name in done.made or not done.failed]
+    told = [report for report in reports(design) if not {report.name, *report.sweeps} & set(done.failed)]
     if json:
         print_json([{"figure": report.figure, "points": points_of(store, report).to_dicts(),
                      "verdicts": _verdicts(store, report).to_dicts()} for report in told])
@@ -76,7 +76,7 @@ def paradigms(
         if export:
             _export(store, report, design, export)
     for what, why in done.failed.items():
-        console().print(f"[bold red]failed[/] {what}: {why}", soft_wrap=True)
+        warn(f"{what}: {why}")
     sys.exit(1 if done.failed else 0)
 
 

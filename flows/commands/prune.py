@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.printing import console
 from flows.stages import STAGES
+from pipeline.errors import StorageFailed
 
 
 def prune(*, common: Common = DEFAULTS) -> None:
@@ -15,6 +18,8 @@ def prune(*, common: Common = DEFAULTS) -> None:
         common: Options of every command.
     """
     store = common.existing
-    refresh(store)
+    with suppress(StorageFailed):  # what is removed may make room
+        refresh(store)
     left = [path for noun in STAGES.receipted for path in store.prune(noun)]
     console().print(f"{len(left)} superseded files removed")
+    refresh(store)

@@ -11,6 +11,7 @@ from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Playing, WhoP
 from flows.commands.printing import bars, print_frame, print_json, print_stand_in
 from flows.record import record
 from pipeline.arena.match.recipe import Recipe
+from pipeline.errors import PitchloreError
 from schemas import Matches, note_on
 
 
@@ -41,19 +42,25 @@ def record_matches(
     store = common.store
     how = playing.matches(store).of_match()
     teams, policies = learners.entrants(store, home, away)
-    rows = []
+    rows, failure = [], None
     with bars() as progress:
         progress.begin("matches", matches)
         for number in range(seed, seed + matches):
             recipe = Recipe(**how, home=teams[0].settings, away=teams[1].settings, seed=number)
-            receipt, new = record(store, recipe, policies)
+            try:
+                receipt, new = record(store, recipe, policies)
+            except PitchloreError as error:
+                failure = error
+                break
             row = store.read_table(receipt, "matches", Matches)
             rows.append({**row.select("match_id", "home", "away", "score_home", "score_away", "duration_s")
                          .row(0, named=True), "new": new, "note": note_on(home, away)})
             progress.advance("matches", recipe.match_id)
     if json:
         print_json(rows)
-    else:
+    elif rows:
         print_frame(pl.DataFrame(rows).drop("note"))
         print_stand_in(home, away)
+    if failure is not None:
+        raise failure
     refresh(store)

@@ -10,7 +10,7 @@ import polars as pl
 from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import console, print_frame, print_json, warn
-from flows.report import write_report
+from flows.report import damaged, write_report
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 from pipeline.studies.seasons.claims import BEST, LEAST_SEASONS, PAPER
@@ -33,6 +33,8 @@ def report(*, export: Path | None = None, json: Json = False, common: Common = D
     for noun in ("seasons", "evaluations"):
         for name, why in store.unreadable_receipts(noun).items():
             warn(f"{noun.removesuffix('s')} {name} is left out: {why}")
+    for file in damaged(store):
+        warn(f"{file.receipt.noun.removesuffix('s')} {file.receipt.name} is left out: {file.advice}")
     receipt, page, (games, growth, evaluations, left_out, prefer) = write_report(store)
     claims = store.read_table(receipt, "claims", Claims)
     if json:

@@ -14,7 +14,7 @@ from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import console, print_frame, print_json, print_stand_in
 from flows.progress import StageReport
-from pipeline.errors import BadSettings
+from pipeline.errors import BadSettings, CorruptFile
 from pipeline.store import Store
 from pipeline.store.files import SAFE_NAME
 from pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse
@@ -68,7 +68,8 @@ def season(
 
         begin()
         report = StageReport.model_validate(season_flow(store.root, wanted, jobs, discard))
-    rows = _summary(store, wanted)
+    rows, damaged = _summary(store, wanted)
+    report.failed |= damaged
     if json:
         print_json({"report": report.model_dump(), "seasons": rows.to_dicts(), "note": note_on(*opponents)})
     else:
@@ -100,16 +101,21 @@ def _settings(word: str, store: Store) -> tuple[str, SeasonSettings]:
     return path.stem, parse(store.foreign(path), where=word)
 
 
-def _summary(store: Store, wanted: list[Season]) -> pl.DataFrame:
-    rows = []
+def _summary(store: Store, wanted: list[Season]) -> tuple[pl.DataFrame, dict[str, str]]:
+    """A row for each season that has games, and the seasons whose table cannot be read, with the reason."""
+    rows, damaged = [], {}
     for own in wanted:
-        receipt = store.receipt("seasons", own.id)
-        if receipt is None:
+        try:
+            receipt = store.receipt("seasons", own.id)
+            if receipt is None:
+                continue
+            games = store.read_table(receipt, "games", Games)
+        except CorruptFile as error:
+            damaged[own.id] = str(error)
             continue
-        games = store.read_table(receipt, "games", Games)
         rows.append(pl.DataFrame({"season": own.id, "games": games.height}).hstack(
             pl.concat([_means(games, ""), _means(games.tail(10), "last ")], how="horizontal")))
-    return pl.concat(rows) if rows else pl.DataFrame()
+    return pl.concat(rows) if rows else pl.DataFrame(), damaged
 
 
 def _means(games: pl.DataFrame, prefix: str) -> pl.DataFrame:

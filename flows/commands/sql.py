@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import polars as pl
 
-from flows.catalog import refresh
+from flows.catalog import distrust, refresh
 from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.printing import console, print_csv, print_frame, print_json, warn
-from pipeline.errors import BadSettings, NotFound
+from pipeline.errors import BadQuery, BadSettings, NotFound
 from pipeline.store import Store
 from pipeline.store.query import ask
 from schemas import PUBLIC
@@ -69,7 +70,19 @@ def _columns() -> pl.DataFrame:
 def _answer(store: Store, query: str, parameters: Sequence[str]) -> pl.DataFrame:
     """The rows of a query; a warning names damaged files that the catalogue leaves out."""
     with store.keeping():
-        path, left_out = refresh(store)
-        for file in left_out:
-            warn(f"{file.advice} Its rows are left out." if file.record.rows else file.advice)
-        return ask(path, query, parameters)
+        path = _refreshed(store)
+        try:
+            return ask(path, query, parameters)
+        except BadQuery as error:
+            if str(store.root.resolve()) not in str(error):
+                raise
+        distrust(store)  # DuckDB cannot read a file: its bytes changed, while its size and time did not
+        return ask(_refreshed(store), query, parameters)
+
+
+def _refreshed(store: Store) -> Path:
+    """The catalogue, up to date; a warning names each damaged file that it leaves out."""
+    path, left_out = refresh(store)
+    for file in left_out:
+        warn(f"{file.advice} Its rows are left out." if file.record.rows else file.advice)
+    return path

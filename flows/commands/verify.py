@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from flows.catalog import distrust
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import console, print_json
 from flows.verify import mend, verify_all
@@ -32,6 +33,8 @@ def conclude(
     store, begun = common.existing, time.perf_counter()
     found = check(store)
     seconds = time.perf_counter() - begun
+    if found.damages:
+        distrust(store)
     left, restored = found, list[Path]()
     while restore_from is not None and (mended := mend(left, store.root, restore_from)):
         restored += mended

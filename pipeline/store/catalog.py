@@ -11,6 +11,7 @@ from typing import Any
 import duckdb
 import polars as pl
 
+from pipeline.errors import CorruptFile
 from schemas import PUBLIC, Table
 
 #: Table and path of each file of a catalogue, and the :func:`glance` at the file when it was made.
@@ -32,9 +33,13 @@ def build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
 
     Raises:
         OSError: if the disk refuses.
+        CorruptFile: if a file is none that DuckDB can read.
     """
     try:
         _build(path, sources)
+    except (duckdb.InvalidInputException, duckdb.BinderException, duckdb.ConversionException) as error:
+        raise CorruptFile(f"a table cannot be read ({str(error).splitlines()[0]})", where=str(path.parent),
+                          next_step="Look for the damage: `pitchlore verify`") from error
     except (duckdb.IOException, duckdb.TransactionException, duckdb.FatalException) as error:
         raise OSError(errno.EIO, str(error).splitlines()[0].rpartition(": ")[2]) from error
     finally:

@@ -26,7 +26,7 @@ SMALL_MB = 64
 REMEDY = "Run `pitchlore run` to make it anew"
 _REMEDIES = {
     "matches": "Import the recording again, or `pitchlore verify --restore-from BACKUP`",
-    "seasons": "Run `pitchlore season` as before, or `pitchlore verify --restore-from BACKUP`",
+    "seasons": "`pitchlore verify --restore-from BACKUP`, or remove its files in seasons/ and play it anew",
     "evaluations": "Run `pitchlore evaluate` as before to make it anew",
     "paradigms": "Run `pitchlore paradigms` as before to make it anew",
     "report": "Run `pitchlore report` to make it anew",

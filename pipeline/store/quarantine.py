@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
-from pipeline.errors import CorruptFile, in_one_line
+from pipeline.errors import CorruptFile, StorageFailed, in_one_line
 from pipeline.store.files import Files, read_model, safe, sealed
 from pipeline.store.receipts import Quarantined
 
@@ -13,9 +14,13 @@ class Quarantine(Files):
     """Records of refused matches and recordings; the files themselves are not touched."""
 
     def quarantine(self, noun: str, name: str, error: Exception) -> None:
-        """Record why a stage refused a match; the match's files are not touched."""
+        """Record why a stage refused a match; the match's files are not touched.
+
+        On a full disk nothing is recorded: the error itself, which the caller raises, says more than that.
+        """
         record = Quarantined(noun=noun, name=name, error=type(error).__name__, reason=in_one_line(error))
-        self.write_bytes(self._quarantine_path(noun, name), sealed(record))
+        with suppress(StorageFailed):
+            self.write_bytes(self._quarantine_path(noun, name), sealed(record))
 
     def release(self, noun: str, name: str) -> None:
         """Delete a record, because the stage now accepts the match."""

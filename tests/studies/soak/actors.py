@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from studies.soak.clock import Clock
 from studies.soak.league import NAMES, League
-from studies.soak.processes import running
+from studies.soak.processes import listens, running
 from studies.soak.questions import NOTEBOOK, Judge
 from support.terminal import Terminal
 
@@ -219,7 +219,9 @@ class Soak:
         terminal = Terminal("run", "--data", self.league.data,
                             environment={**self.league.environment, "TERM": "xterm"})
         try:
-            end = time.monotonic() + rng.uniform(0.3, 12.0)
+            while terminal.process.poll() is None and not listens(terminal.process.pid):
+                terminal._read(0.1)
+            end = time.monotonic() + rng.uniform(0.0, 12.0)
             while time.monotonic() < end and terminal.process.poll() is None:
                 terminal._read(0.2)
             was_over = terminal.process.poll() is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -52,6 +53,15 @@ def _role(words: list[bytes]) -> str:
         if sign in line:
             return role
     return "command"
+
+
+def listens(pid: int) -> bool:
+    """Whether a process handles SIGTERM: from then on our commands answer to Ctrl-C, too."""
+    with suppress(OSError):
+        (caught,) = (line.split()[1] for line in Path(f"/proc/{pid}/status").read_text().splitlines()
+                     if line.startswith("SigCgt"))
+        return bool(int(caught, 16) >> (signal.SIGTERM - 1) & 1)
+    return False
 
 
 def left(seconds: float) -> list[Running]:

@@ -27,6 +27,7 @@ import duckdb, json, sys, time
 while True:
     try:
         with duckdb.connect(sys.argv[1], read_only=True) as catalog:
+            catalog.execute("set enable_progress_bar = false")
             said = catalog.sql({QUESTION!r}).fetchall()
     except duckdb.Error as error:
         said = f"{{type(error).__name__}}: {{error}}".splitlines()[0][:200]
