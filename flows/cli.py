@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import os
 import sys
@@ -220,11 +221,13 @@ def _call(words: list[str], *, debug: bool) -> None:
     from cyclopts import CycloptsError  # noqa: PLC0415 (Ctrl-C is heard before anything slow is loaded)
 
     _quiet_prefect(debug)
+    _show_notices()
     try:
         with warnings.catch_warnings():
             if not debug and not sys.warnoptions:
                 warnings.simplefilter("ignore")
             command_line()(words, exit_on_error=False, print_error=False)
+            sys.stdout.flush()
     except CycloptsError as error:
         command = " ".join(("pitchlore", *(error.command_chain or ())))
         _fail(f"{' '.join(str(error).split())} See `{command} --help`.")
@@ -243,6 +246,9 @@ def _call(words: list[str], *, debug: bool) -> None:
 
 def _unforeseen(error: Exception) -> str:
     """One line on an error that is not ours. A value that settings refuse came from the user."""
+    if isinstance(error, OSError) and error.filename is None and error.errno in (errno.ENOSPC, errno.EBADF):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # so that Python does not try again at its end
+        return f"standard output: cannot be written ({error.strerror}). Free space or name another."
     from pydantic import ValidationError  # noqa: PLC0415 (only what fails waits for it)
 
     from pipeline.toml import unfit  # noqa: PLC0415
@@ -255,6 +261,16 @@ def _unforeseen(error: Exception) -> str:
 def _fail(line: str) -> NoReturn:
     print(f"pitchlore: {line}", file=sys.stderr)  # noqa: T201 (this is the command line)
     sys.exit(1)
+
+
+def _show_notices() -> None:
+    """What the store has to say while it waits goes to standard error."""
+    notices = logging.getLogger("pipeline")
+    if not notices.handlers:
+        shown = logging.StreamHandler()
+        shown.setFormatter(logging.Formatter("pitchlore: %(message)s"))
+        notices.addHandler(shown)
+        notices.propagate = False
 
 
 def _quiet_prefect(debug: bool) -> None:

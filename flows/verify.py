@@ -27,9 +27,10 @@ def verify_all(store: Store, *, season: bool = False) -> Verification:
     found.others += _parents(store)
     if not season:
         found.others += _matches(store)
-    for folder in sorted({receipt.details["store"] for receipt in store.receipts("seasons")}):
-        if (store.root / folder).is_dir():
-            inner = verify_all(Store(store.root / folder), season=True)
+    for receipt in () if season else store.receipts("seasons"):
+        folder = store.root / "seasons" / receipt.name
+        if folder.is_dir():
+            inner = verify_all(Store(folder), season=True)
             found.files += inner.files
             found.size += inner.size
             found.unsealed += inner.unsealed

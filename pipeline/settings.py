@@ -360,6 +360,8 @@ class ImportSettings(Frozen):
         megabytes: size of the file, and of its content when it is unpacked.
         rows: rows of a table, or lines of a text.
         line_kilobytes: length of a line of a text.
+        robots: robots of a team.
+        goals: goals of a match, those that were taken back counted twice.
         isolate: whether each recording is read in a process of its own, so that one that brings its reader
             down stops nothing. None: only under ``pitchlore serve``.
         seconds: how long that process may take.
@@ -369,6 +371,8 @@ class ImportSettings(Frozen):
     megabytes: int = Field(default=1024, ge=1)
     rows: int = Field(default=4_000_000, ge=1)
     line_kilobytes: int = Field(default=1024, ge=1)
+    robots: int = Field(default=128, ge=1)
+    goals: int = Field(default=1000, ge=1)
     isolate: bool | None = None
     seconds: float = Field(default=120.0, gt=0)
     memory_megabytes: int = Field(default=4096, ge=256)

@@ -181,15 +181,74 @@ def test_flips_in_receipts_are_verified(data, noun):
             path.write_bytes(whole)
 
 
-def test_silent_damage(data):
-    """Bytes that changed under an unchanged time are `verify`'s to find: `sql` trusts size and time."""
+def test_silent_damage(data, capsys):
+    """Bytes that changed under an unchanged time are `verify`'s to find; then `run` mends them."""
     store = Store(data)
     path = data / next(iter(store.receipts("situations"))).files["situations"].path
     before = path.stat()
     flip(path, random.Random(8))
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
     assert refresh(store)[1] == []
-    assert [line for line in verify_all(store).problems if str(path) in line]
+    assert called(capsys, "run", "--data", data)[0] == 0  # it does not see it either
+    code, out, _ = called(capsys, "verify", "--data", data)
+    assert (code, str(path) in out) == (1, True)
+    assert called(capsys, "run", "--data", data)[0] == 0
+    assert called(capsys, "verify", "--data", data)[0] == 0
+
+
+def test_table_that_duckdb_cannot_read(data, capsys):
+    """A table whose last bytes changed under an unchanged time stops no query: its rows are left out, and said."""
+    store = Store(data)
+    path = data / next(iter(store.receipts("situations"))).files["situations"].path
+    before = path.stat()
+    with path.open("r+b") as file:
+        file.seek(-1, os.SEEK_END)
+        file.write(b"X")
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    for query in ("select count(*) from situations", "select count(*) from goals"):
+        code, _, err = called(capsys, "sql", query, "--data", data)
+        assert (code, err.count("is lost or damaged")) == (0, 1)
+    os.utime(data / next(iter(store.receipts("goals"))).files["goals"].path)  # so that the catalogue is built anew
+    assert called(capsys, "sql", "select count(*) from goals", "--data", data)[0] == 0
+    assert called(capsys, "run", "--data", data)[0] == 0
+    assert called(capsys, "sql", "select count(*) from situations", "--data", data)[2] == ""
+
+
+@pytest.mark.parametrize("place", ["goals", "knowledge", "quarantine"])
+def test_folder_that_cannot_be_read(data, capsys, place):
+    """What cannot be seen is not gone: a folder that cannot be read is said by every command."""
+    shutil.rmtree(data / place, ignore_errors=True)
+    (data / place).write_text("no folder")
+    for words in (["sql", "select count(*) from goals"], ["run"], ["verify"]):
+        code, out, err = called(capsys, *words, "--data", data)
+        if words == ["verify"] and place == "quarantine":
+            continue  # it checks none
+        assert (code, place in out + err, "(Not a directory)" in out + err) == (1, True, True), words
+
+
+@pytest.mark.parametrize("path", ["../victim.txt", "/etc/hostname", "goals/../../victim.txt", "goals/.lock"])
+def test_paths_of_receipts(data, tmp_path, capsys, path):
+    """A receipt that names a file outside its noun's folder is damaged: nobody reads or removes that file."""
+    store, victim = Store(data), tmp_path / "victim.txt"
+    victim.write_text("mine")
+    receipt = next(iter(store.receipts("goals")))
+    at = data / "goals" / f"{receipt.name}.receipt.json"
+    content = json.loads(at.read_text())
+    content["files"]["goals"]["path"] = path
+    put_receipt(at, content, checksum=None)
+    assert "is not a readable receipt" in called(capsys, "verify", "--data", data)[1]
+    assert called(capsys, "forget", receipt.name, "--data", data)[0] == 0
+    assert victim.read_text() == "mine"
+
+
+def test_restored_receipt_of_another(data, tmp_path, capsys):
+    """A backup that has another output's receipt in a receipt's place restores nothing."""
+    backup = shutil.copytree(data, tmp_path / "backup")
+    first, second = (data / "goals" / f"{receipt.name}.receipt.json" for receipt in Store(data).receipts("goals"))
+    first.write_text("damaged")
+    (backup / first.relative_to(data)).write_bytes(second.read_bytes())
+    code, out, _ = called(capsys, "verify", "--restore-from", backup, "--data", data)
+    assert (code, "0 restored" in out, first.read_text()) == (1, True, "damaged")
 
 
 def test_lineage(data, capsys):

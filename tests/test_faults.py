@@ -5,6 +5,7 @@ The same command works when the cause is gone.
 
 from __future__ import annotations
 
+import logging
 import os
 import resource
 import shutil
@@ -16,9 +17,10 @@ import time
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
+from threading import Thread
 
 import pytest
-from conftest import clip
+from conftest import clip, run
 from support.outputs import put_goal
 
 import flows.catalog
@@ -31,7 +33,8 @@ from flows.progress import StageReport
 from flows.server import DATABASE, Keeper, ServerFailed, trouble
 from pipeline.errors import StillWritten, StorageFailed
 from pipeline.importers.source import SourceFile
-from pipeline.store import Store
+from pipeline.settings import KnowledgeSettings, Settings
+from pipeline.store import Store, files
 
 #: A command has to have ended by then, seconds; here it shares the machine with other tests.
 SOON_S = 60.0
@@ -205,6 +208,53 @@ main(sys.argv[1:])
     assert time.monotonic() - begun < 15
     assert command.returncode == 1
     assert "has ended. What was finished is kept; run the command again to go on." in lines(err)[-1]
+
+
+def test_version_that_cannot_be_made(finished, tmp_path, monkeypatch):
+    """Knowledge that cannot be made is one more failure of a run; the others are still in its report."""
+    data = shutil.copytree(finished, tmp_path / "data")
+    (data / "inbox" / "empty.csv").write_bytes(b"")
+
+    def full(*_: object, **__: object) -> None:
+        raise StorageFailed("cannot be written (No space left on device)", where="knowledge")
+
+    monkeypatch.setattr(Store, "commit_version", full)
+    report = run(data, settings=Settings(knowledge=KnowledgeSettings(state_key="ego19")))
+    assert report.failures.keys() == {f"matches {data}/inbox/empty.csv", "knowledge version"}
+    assert report.stage("policies").failed == {}
+
+
+def test_waiting_is_said(tmp_path, monkeypatch, caplog):
+    """Who waits long for another command's lock says so, and goes on when it is free."""
+    monkeypatch.setattr(files, "PATIENCE_S", 0.05)
+    monkeypatch.setattr(logging.getLogger("pipeline"), "propagate", True)
+    store, done = Store(tmp_path), []
+    waiting = Thread(target=lambda: done.append(put_goal(store, "m-1", 1)))
+    with store.removing():
+        waiting.start()
+        waiting.join(0.5)
+        assert done == []
+        assert f"{tmp_path}: waiting until another command lets go of it" in caplog.text
+    waiting.join()
+    assert done
+
+
+@pytest.mark.parametrize("words", [["sql", "select 1"], ["sql", "select 1", "--json"], ["kb", "list"], ["verify"]])
+def test_full_standard_output(finished, words):
+    """Output that has no room is said in one line."""
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run([sys.executable, "-c", COMMAND, *words, "--data", finished], stdout=full, text=True,
+                              stderr=subprocess.PIPE, check=False, timeout=SOON_S)
+    assert done.returncode == 1
+    assert done.stderr == (
+        "pitchlore: standard output: cannot be written (No space left on device). Free space or name another.\n")
+
+
+def test_devices_are_not_replaced(finished, tmp_path):
+    """A page, a film or an export never takes the place of a device or pipe."""
+    os.mkfifo(pipe := tmp_path / "pipe")
+    code, _, err, _ = call("replay", "early", "-o", pipe, "--data", finished)
+    assert (code, "is no regular file, and is not replaced by one. Name a file." in err, pipe.is_fifo()) == (1, True, True)
 
 
 @pytest.mark.parametrize("whole", [True, False])

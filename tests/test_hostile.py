@@ -46,7 +46,8 @@ from schemas import Matches, Referee, Situations, Trajectories
 
 #: Names of files that have harmed programs: terminals, shells, logs.
 NAMES = [b"newline\nin it.csv", b"\x1b]0;owned\x07\x1b[31mred.csv", b"not utf-8 \xff\xfe.csv", b"-rf.csv", b"$(reboot).csv",
-         "\u202egpj.csv".encode(), b"'; drop table matches; --.csv", b"x" * 251 + b".csv", b" .csv", b"[bold]markup[].csv",
+         "\u202egpj.csv".encode(), b"'; drop table matches; --.csv", b"x" * 251 + b".csv", b" .csv", b"[bold]markup[].csv", b"[] closed.csv",
+         b"\\[link=x]back.csv", b":warning:.csv",
          "нападающий.csv".encode()]
 
 
@@ -86,7 +87,10 @@ def test_hostile_names(tmp_path, prefect_server):
     done = subprocess.run([*command, "import", *(os.path.join(box, name) for name in NAMES), "--data", data],  # noqa: PTH118
                           capture_output=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert b"11 imported" in done.stdout
+    assert b"%d imported" % len(NAMES) in done.stdout
+    again = subprocess.run([*command, "import", b"[bold]markup[].csv", "--data", data], capture_output=True, cwd=box,
+                           check=True)
+    assert b"0 imported, 1 already here" in again.stdout
     shown = subprocess.run([*command, "sql", "from matches", "--csv", "--data", data], capture_output=True, check=True)
     assert shown.stdout.count(b"\n") == 1 + len(NAMES)
     for out in (done.stdout, done.stderr.replace(b"\x1b[?25h", b""), shown.stdout):
@@ -111,6 +115,22 @@ def test_pipes_and_links(tmp_path):
     assert [recording.file.name for recording in inbox(store)] == ["again.csv", "derby.csv"]
     assert {Path(name).name for name in strangers(store)} == {
         "pipe.csv", "out.csv", "device.csv", "nothing.csv", "itself.csv", "outside"}
+
+
+@pytest.mark.parametrize("name", ["derby.csv.toml", "map.toml"])
+def test_map_that_leads_out(tmp_path, name):
+    """A map in the inbox that is a link out of it is not read, nor is its recording: both are named."""
+    store = Store(tmp_path / "data")
+    box = store.root / "inbox"
+    box.mkdir(parents=True)
+    (tmp_path / "secret.toml").write_text("password = 1")
+    (box / "derby.csv").write_bytes(DERBY)
+    (box / name).symlink_to(tmp_path / "secret.toml")
+    assert inbox(store) == []
+    assert [Path(name).name for name in strangers(store)] == ["derby.csv"]
+    (box / name).unlink()
+    (box / name).symlink_to(box / "gone.toml")
+    assert inbox(store) == []
 
 
 def test_pipe_as_a_map(tmp_path):

@@ -155,6 +155,17 @@ def test_killed_command(derby, tmp_path, seconds):
 
 
 @pytest.mark.usefixtures("alone")
+def test_terminated_command(derby, tmp_path):
+    """SIGTERM ends a command at once, with a line; no process outlives it."""
+    with terminal("import", derby, "--data", tmp_path / "data", before=MOMENTS["a task runs"]) as command:
+        command.until("moment")
+        os.kill(command.process.pid, signal.SIGTERM)
+        assert command.end(SOON_S) == 143
+        assert "pitchlore: Terminated. What was finished is kept; run the command again to go on." in command.text
+        assert command.left(SOON_S) == []
+
+
+@pytest.mark.usefixtures("alone")
 def test_finished_command(derby, tmp_path):
     """No process outlives a command that ends well."""
     with terminal("import", derby, "--data", tmp_path / "data") as command:

@@ -178,7 +178,7 @@ def test_repeated_work(tmp_path):
     files = {p.relative_to(tmp_path / "a"): p.read_bytes() for p in (tmp_path / "a").rglob("[!.]*") if p.is_file()}
     assert files == {p.relative_to(tmp_path / "b"): p.read_bytes()
                      for p in (tmp_path / "b").rglob("[!.]*") if p.is_file()}
-    assert len(files) == 7
+    assert len(files) == 6
 
 
 @pytest.mark.parametrize("error", [lambda: OSError(errno.ENOSPC, "No space left on device"), Crash])

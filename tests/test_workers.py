@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from flows.workers import Workers
-from pipeline.errors import WorkerLost
+from pipeline.errors import StorageFailed, WorkerLost
 
 pytestmark = pytest.mark.slow
 
@@ -36,6 +36,10 @@ def fail():
     raise ValueError("no")
 
 
+def refuse():
+    raise StorageFailed("cannot be written", where="m.parquet", next_step="Free space")
+
+
 def wait(file):
     Path(file).write_text(str(os.getpid()))
     time.sleep(60)
@@ -48,6 +52,14 @@ def test_one_job():
         with pytest.raises(ValueError, match="no"):
             workers.run(fail)
         assert workers.run(number) == os.getpid()
+
+
+def test_error_of_another_process():
+    """An error of ours comes back from another process as itself."""
+    with Workers(2) as workers, pytest.raises(StorageFailed) as refused:
+        workers.run(refuse)
+    assert str(refused.value) == "m.parquet: cannot be written. Free space."
+    assert refused.value.transient
 
 
 def test_killed_process(tmp_path):

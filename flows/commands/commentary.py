@@ -33,13 +33,13 @@ def commentary(
         return
     out = console()
     for line in heading(told.summary):
-        out.print(line, style="bold", markup=False, soft_wrap=True)
+        out.print(line, style="bold", soft_wrap=True)
     for moment in moments:
         style = "bold" if moment.kind == "goal" else None
-        out.print(moment.line(), style=style, markup=False, highlight=False, soft_wrap=True)
+        out.print(moment.line(), style=style, highlight=False, soft_wrap=True)
     out.print()
     for line in numbers(told.summary):
-        out.print(line, markup=False, highlight=False, soft_wrap=True)
+        out.print(line, highlight=False, soft_wrap=True)
 
 
 def told_of(store: Store, match: str) -> Commentary:

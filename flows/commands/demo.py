@@ -116,7 +116,7 @@ def _goals(store: Store, match: str, out: Console) -> None:
     goals = [moment for moment in told_of(store, match).moments if moment.kind == "goal"]
     out.print(f"\nHow the goals of {match} came about", style="bold", highlight=False)
     for moment in goals[:_GOALS_SHOWN]:
-        out.print(moment.line(), markup=False, highlight=False, soft_wrap=True)
+        out.print(moment.line(), highlight=False, soft_wrap=True)
     if len(goals) > _GOALS_SHOWN:
         out.print(f"... and {len(goals) - _GOALS_SHOWN} more", highlight=False)
 
@@ -140,7 +140,7 @@ def _behaviours(store: Store, out: Console) -> None:
 
 def _question(store: Store, out: Console) -> None:
     out.print("\nHow often does a goal follow within five seconds?", style="bold", highlight=False)
-    out.print(_QUESTION, markup=False, highlight=False)
+    out.print(_QUESTION, highlight=False)
     print_frame(ask(catalog_path(store), _QUESTION))
 
 
@@ -161,6 +161,6 @@ def _paths(store: Store, played: list[str], season: Season, common: Common, out:
     out.print()
     for what, why in lines:
         if why:
-            out.print(f"  {what}\n      {why}", markup=False, highlight=False, soft_wrap=True)
+            out.print(f"  {what}\n      {why}", highlight=False, soft_wrap=True)
         else:
             out.print(what, style="bold", highlight=False)

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from flows.catalog import refresh_into
 from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.orchestrated import orchestrated
-from flows.commands.printing import console, print_frame, print_json
+from flows.commands.printing import console, print_failed, print_frame, print_json
 from flows.matches import Recording, all_here, with_map
 from flows.progress import StageReport
 from pipeline.errors import NotFound
@@ -22,7 +22,7 @@ from pipeline.store import Store
 
 
 def import_files(
-    *files: Annotated[Path, Parameter(help=f"Recordings, plain or gzipped: {FORMATS}.")],
+    *files: Annotated[Path, Parameter(help=f"Recordings, plain or gzipped: {FORMATS}.", json_list=False)],
     mapping: Annotated[Path | None, Parameter(name="--map")] = None,
     settings: Path | None = None,
     isolate: Flag = False,
@@ -83,6 +83,4 @@ def _print_matches(store: Store, report: StageReport) -> None:
                                         for flaw, n in flaws.items())})
     if rows:
         print_frame(pl.DataFrame(rows))
-    for name, why in report.failed.items():
-        out.print(f"[bold red]failed[/] {name}: ", end="")
-        out.print(why, markup=False, soft_wrap=True)
+    print_failed(report.failed)

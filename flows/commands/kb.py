@@ -60,7 +60,7 @@ def show(
         print_json({"manifest": manifest.model_dump(mode="json"), "behaviours": known.to_dicts()})
         return
     console().print(f"knowledge version {manifest.version}, parent {manifest.parent}; "
-                    f"policies imitate: {_imitated(manifest) or 'nobody'}", markup=False)
+                    f"policies imitate: {_imitated(manifest) or 'nobody'}")
     for (of, league), rows in known.group_by("team", "kind", maintain_order=True):
         print_frame(
             rows.sort(*BY_EVIDENCE, descending=True).select(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from datetime import date, time
 from decimal import Decimal
@@ -81,8 +81,14 @@ def print_stand_in(*teams: str) -> None:
 
 
 def console() -> Console:
-    """The terminal; a file or pipe gets lines that are not wrapped."""
-    return Console() if sys.stdout.isatty() else Console(width=200)
+    """The terminal; a file or pipe gets lines that are not wrapped. What is printed is text, never markup."""
+    return Console(width=None if sys.stdout.isatty() else 200, markup=False, emoji=False)
+
+
+def print_failed(failures: Mapping[str, str], word: str = "failed") -> None:
+    """Print what could not be done and why, a line each."""
+    for what, why in failures.items():
+        console().print(Text.assemble((word, "bold red"), f" {what}: {why}"), soft_wrap=True)
 
 
 def print_frame(frame: pl.DataFrame, title: str = "") -> None:
@@ -90,7 +96,7 @@ def print_frame(frame: pl.DataFrame, title: str = "") -> None:
     shown = Text(printable(title), style="table.title")
     table = Table(title=shown if title else None, header_style="bold", title_justify="left")
     for name, dtype in frame.schema.items():
-        table.add_column(name, justify="right" if dtype.is_numeric() else "left", overflow="fold")
+        table.add_column(printable(name), justify="right" if dtype.is_numeric() else "left", overflow="fold")
     for row in frame.iter_rows():
         table.add_row(*map(_cell, row))
     console().print(table)
@@ -109,7 +115,7 @@ def _cell(value: object) -> str:
         return ""
     if isinstance(value, float):
         return f"{value:.4g}" if abs(value) < 10_000 or not math.isfinite(value) else f"{value:.0f}"
-    return printable(str(value)).replace("[", r"\[") if isinstance(value, (str, list)) else str(value)
+    return printable(str(value)) if isinstance(value, (str, list)) else str(value)
 
 
 def print_training(store: Store) -> None:

@@ -12,6 +12,7 @@ from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import (
     console,
+    print_failed,
     print_frame,
     print_json,
     print_training,
@@ -82,11 +83,9 @@ def _print_run(store: Store, report: RunReport) -> None:
             [{"stage": s.noun, "made": len(s.made), "kept": s.unchanged, "failed": len(s.failed)}
              for s in report.stages]
         ))
-    for what, why in report.failures.items():
-        out.print(f"[bold red]failed[/] {what}: ", end="")
-        out.print(why, markup=False, soft_wrap=True)
+    print_failed(report.failures)
     for note in report.stage("matches").notes:
-        out.print(note, markup=False, soft_wrap=True)
+        out.print(note, soft_wrap=True)
     _print_quarantine(store, report)
     if report.knowledge is None and report.failures:
         return
@@ -117,9 +116,9 @@ def _print_quarantine(store: Store, report: RunReport) -> None:
             and not (record.noun == "matches" and record.reason in refused)]
     if left:
         out = console()
-        out.print("[bold]still in quarantine[/]")
+        out.print("still in quarantine", style="bold")
         for record in left:
-            out.print(f"{record.noun} {record.name}: {record.reason}", markup=False, soft_wrap=True)
+            out.print(f"{record.noun} {record.name}: {record.reason}", soft_wrap=True)
 
 
 def _print_behaviours(store: Store, version: int) -> None:

@@ -12,7 +12,7 @@ from cyclopts.types import NonNegativeInt, PositiveInt
 
 from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.orchestrated import orchestrated
-from flows.commands.printing import console, print_frame, print_json, print_stand_in
+from flows.commands.printing import console, print_failed, print_frame, print_json, print_stand_in
 from flows.progress import StageReport
 from pipeline.errors import BadSettings, CorruptFile
 from pipeline.store import Store
@@ -75,9 +75,7 @@ def season(
     else:
         print_frame(rows, title="all games and the last ten: goals a game; share of actions that are learned")
         print_stand_in(*opponents)
-        for what, why in report.failed.items():
-            console().print(f"[bold red]stopped[/] {what}: ", end="")
-            console().print(why, markup=False, soft_wrap=True)
+        print_failed(report.failed, "stopped")
         console().print("`pitchlore report` writes the page on all seasons of the data folder")
     sys.exit(1 if report.failed else 0)
 

@@ -45,9 +45,9 @@ def conclude(
         sys.exit(1 if left.problems else 0)
     out = console()
     for path in restored:
-        out.print(f"{path}: restored from {restore_from}", markup=False, soft_wrap=True)
+        out.print(f"{path}: restored from {restore_from}", soft_wrap=True)
     for line in left.problems:
-        out.print(line, markup=False, soft_wrap=True)
+        out.print(line, soft_wrap=True)
     if left.unsealed:
         out.print(f"{left.unsealed} receipts of an earlier version have no checksum of themselves")
     speed = found.size / 1e6 / max(seconds, 1e-3)

@@ -130,7 +130,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         raise BadRecording("has no whole show line", where=name, next_step="Record or copy it again")
     players = _players(record)
     frames = _frames(record, players)
-    events, over = _events(record, frames.t_ns)
+    events, over = _events(record, frames.t_ns, source)
     cut = len(whole) < len(source.content) or (record.last_bad and not whole.endswith(b"\n"))
     flaws, reason = _damage(record, frames.t_ns, source.damage, cut=cut)
     if reason is None and not over:
@@ -330,9 +330,14 @@ def _commands(record: _Record, players: _Players, t_ns: I64, match_id: str) -> p
     return Commands.validate(table.select(pl.lit(match_id).alias("match_id"), pl.all()), cast=True)
 
 
-def _events(record: _Record, t_ns: I64) -> tuple[list[Event], bool]:
-    """Referee events, and whether the log reaches time over."""
+def _events(record: _Record, t_ns: I64, source: SourceFile) -> tuple[list[Event], bool]:
+    """Referee events, and whether the log reaches time over.
+
+    Raises:
+        BadRecording: if it has more goals than the limit.
+    """
     events: list[Event] = []
+    told_goals = 0
     score: dict[Side, int] = {"home": 0, "away": 0}
     half_cycles = record.server.half_cycles
     half = record.numbers[0] // half_cycles + 1 if half_cycles > 0 else 1
@@ -344,9 +349,16 @@ def _events(record: _Record, t_ns: I64) -> tuple[list[Event], bool]:
         at = int(t_ns[min(index, len(t_ns) - 1)])
         events.append(Event(at, event, team, score["home"], score["away"], note))
 
+    def count(goals: int) -> None:
+        nonlocal told_goals
+        told_goals += abs(goals)
+        if told_goals > source.limits.goals:
+            raise source.too_much(f"{told_goals} goals", "goals")
+
     for index, cycle, mark in record.marks:
         if isinstance(mark, tuple):
             for team, goals in zip(SIDES, mark, strict=True):
+                count(goals - score[team] if started else 0)
                 # a rise without a playmode; before the first sample it is the score at which the log begins
                 for _ in range(goals - score[team] if started else 0):
                     score[team] += 1
@@ -363,6 +375,7 @@ def _events(record: _Record, t_ns: I64) -> tuple[list[Event], bool]:
                 continue
         if mode == "goal" and side is not None:
             if (index, side) not in told:
+                count(1)
                 score[side] += 1
                 emit(index, "goal", mark, side)
         elif mode == "kick_off":

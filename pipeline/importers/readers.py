@@ -115,7 +115,7 @@ def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
         mapping: how to read a tracking table; the default is the plain form.
 
     Raises:
-        BadRecording: if the file is empty, of no known format, or cannot be read.
+        BadRecording: if the file is empty, of no known format, or cannot be read, or exceeds a limit.
         DamagedLog, NoFrames: if it is a log of ours of which nothing can be read.
     """
     if source.format is None:
@@ -125,6 +125,9 @@ def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
     if reader.text:
         source.check_text()
     log = reader.read(source, mapping)
+    most = log.frames.most_robots()
+    if most > source.limits.robots:
+        raise source.too_much(f"{most} robots of a team", "robots")
     if reader.ours:
         return log
     found = quality_table(log.info.match_id, plausibility_checks(log))

@@ -12,6 +12,8 @@ from pipeline.settings import ImportSettings
 
 #: Highest compression ratio. Deflate reaches 1,000; recordings of matches were seen to have 5 to 25.
 MAX_RATIO = 400
+#: Most gzip streams in one file; rotated logs have a few.
+_MEMBERS = 1_000
 _RATIO_MATTERS_FROM = 64 << 20
 #: Compressed bytes that are inflated at once. If the stream is corrupt, the piece with the damage is lost.
 _PIECE = 1 << 12
@@ -91,9 +93,13 @@ def inflate(data: bytes, name: str, megabytes: int = ImportSettings().megabytes)
     if not data.startswith(_GZIP):
         return data, None
     chunks: list[bytes] = []
-    total = at = 0
+    total = at = members = 0
     damage = None
     while damage is None and data.startswith(_GZIP, at):
+        members += 1
+        if members > _MEMBERS:
+            raise BadRecording(f"has more than {_MEMBERS} gzip streams", where=name,
+                               next_step="Unpack it yourself if it is a recording of one match")
         stream = zlib.decompressobj(wbits=31)
         while not stream.eof and damage is None:
             piece = data[at : at + _PIECE]

@@ -93,7 +93,7 @@ def match_of(
         guessed["pitch"] = pitch.model_dump(mode="json")
     if numbers:
         guessed["players"] = numbers
-    events, unknown = referee_events(course, names, mapping, _CENTRE * pitch.length)
+    events, unknown = referee_events(course, names, mapping, _CENTRE * pitch.length, source)
     attacks = mapping.teams.home_attacks
     periods, inferred = infer_periods(
         frames, [event.t_ns for event in events if event.event == "half"],

@@ -12,6 +12,7 @@ import numpy as np
 
 from pipeline.arrays import F64, I64
 from pipeline.importers.rows import Event, other
+from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking_map import TrackingMap
 from pipeline.matches.quality import Flaw
 from schemas import SIDES, Side
@@ -165,7 +166,8 @@ class _Referee:
 
 
 def referee_events(
-    course: Course, names: tuple[str, str], mapping: TrackingMap, centre: float
+    course: Course, names: tuple[str, str], mapping: TrackingMap, centre: float,
+    source: SourceFile,
 ) -> tuple[list[Event], list[Flaw]]:
     """Referee events in order of time, and flaws of words that are not known.
 
@@ -183,6 +185,10 @@ def referee_events(
         names: of home and away.
         mapping: meaning of the words of states.
         centre: distance from the pitch's centre within which a ball was put back, metres.
+        source: the recording.
+
+    Raises:
+        BadRecording: if the score changes by more goals than the limit.
     """
     said = {index: tokens(state, names, mapping) for index, state in changes(course.states)}
     words = Counter(token.event for known in said.values() for token in known)
@@ -193,7 +199,11 @@ def referee_events(
         ).items()
     ]
     goals: dict[int, list[tuple[Side, int]]] = {}
+    told = 0
     for index, side, step in rises(course.score):
+        told += abs(step)
+        if told > source.limits.goals:
+            raise source.too_much(f"a score that changes by {told} goals", "goals")
         goals.setdefault(index, []).append((SIDES[side], step))
     counted = bool(words["goal"] or words["kick-off"])
     referee = _Referee(course, _first_score(course.score) or ([0, 0] if counted else [None, None]))

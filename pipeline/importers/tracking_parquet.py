@@ -6,6 +6,7 @@ import io
 
 import polars as pl
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from pipeline.errors import BadRecording
@@ -39,7 +40,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         if size > source.limits.megabytes << 20:
             raise source.too_much(f"{size >> 20} MiB when it is unpacked", "megabytes")
         theirs = chosen(file.schema_arrow.names, mapping.columns, source.name)
-        arrow = file.read(columns=list(theirs.values()))
+        arrow = _read(source, list(theirs.values()))
         # polars takes text for valid UTF-8 and panics if it is not, in values and in metadata
         arrow.validate(full=True)
         table = pl.from_arrow(pa.table(arrow.columns, names=list(theirs.values())))
@@ -56,3 +57,28 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
                 f"column {column} is {dtype}, not numbers", where=source.name, next_step="Write it as numbers"
             )
     return match_of(named, source, mapping)
+
+
+def _read(source: SourceFile, columns: list[str]) -> pa.Table:
+    """Columns of a file; texts are decoded only if all of them together are within the limit.
+
+    A page that names one long text many times is small, and so says the footer.
+    """
+    whole = pq.ParquetFile(io.BytesIO(source.content))
+    texts = [name for name in columns if pa.types.is_string(kind := whole.schema_arrow.field(name).type)
+             or pa.types.is_large_string(kind) or pa.types.is_binary(kind) or pa.types.is_large_binary(kind)]
+    table = pq.ParquetFile(io.BytesIO(source.content), read_dictionary=texts).read(columns=columns)
+    size = 0
+    for name in texts:
+        for chunk in table.column(name).chunks:
+            if pa.types.is_dictionary(chunk.type):
+                lengths = pc.fill_null(pc.binary_length(chunk.dictionary), 0)
+                size += pc.sum(pc.take(lengths, chunk.indices)).as_py() or 0
+    if size > source.limits.megabytes << 20:
+        raise source.too_much(f"{size >> 20} MiB of text", "megabytes")
+    for name in texts:
+        column = table.column(name)
+        if pa.types.is_dictionary(column.type):
+            decoded = column.cast(column.type.value_type)
+            table = table.set_column(table.schema.get_field_index(name), name, decoded)
+    return table

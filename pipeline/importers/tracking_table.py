@@ -136,7 +136,7 @@ def _times(column: pl.Series, unit: int, name: str) -> pl.Series:
         whole = real.set(~real.is_finite().fill_null(False), None)
     # the first time is subtracted before the multiplication: nanoseconds since 1970 do not fit a float
     since = whole - whole.min()
-    if (since > _MAX_SPAN_NS // unit).any():
+    if (since > _MAX_SPAN_NS // unit).any() or (since < 0).any():  # an int64 that overflows is negative
         raise BadRecording(
             "spans more than a day", where=name, next_step="Give the unit of t in a map's [units] table"
         )

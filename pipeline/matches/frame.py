@@ -133,6 +133,11 @@ class Frames:
         """Number of robots in each frame, int64 [F]."""
         return np.diff(self.offsets)
 
+    def most_robots(self) -> int:
+        """The most robots that a team has in the whole match, those that were exchanged counted each."""
+        both = self.robots["team"].astype(np.int64) << 16 | self.robots["id"]
+        return int(np.bincount(np.unique(both) >> 16, minlength=1).max())
+
     def robot_frames(self) -> I64:
         """Index of the frame of each row of ``robots``, int64 [offsets[-1]]."""
         return np.repeat(np.arange(len(self), dtype=np.int64), self.counts())

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import fcntl
 import json
+import logging
 import os
 import re
 import shutil
 import stat
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from itertools import chain
 from pathlib import Path
-from typing import BinaryIO, TypeVar
+from typing import IO, BinaryIO, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from pipeline.errors import BadSettings, CorruptFile, NotFound, StillWritten, StorageFailed
 from pipeline.store.receipts import Manifest, digest
 
-SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}$")
+SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}\Z")
 M = TypeVar("M", bound=BaseModel)
 #: Greatest size of settings, maps and files of ours that are read whole, MiB.
 SMALL_MB = 64
@@ -33,8 +35,12 @@ _REMEDIES = {
     "quarantine": "`pitchlore quarantine --clear` removes it",
 }
 REMEDY_OF_VERSION = "Restore it: `pitchlore verify --restore-from BACKUP`; other versions are not affected"
+#: How long a command waits for another one without a word, seconds; and how often it looks meanwhile.
+PATIENCE_S, _POLL_S = 5.0, 0.01
 #: How a sealed model begins.
 _SEAL = re.compile(rb'\{\n "checksum": "([0-9a-f]{64})",\n')
+
+_log = logging.getLogger(__name__)
 
 
 class Files:
@@ -54,9 +60,13 @@ class Files:
         The file is there whole or not at all, even through a crash.
 
         Raises:
-            StorageFailed: if the disk refuses; the old file, if any, is as it was.
+            StorageFailed: if the disk refuses, or if there is a device or a folder; the old file, if any,
+                is as it was.
         """
         temporary = path.with_name(f".{path.name}.{os.getpid()}-{os.urandom(4).hex()}.tmp")
+        if path.exists() and not path.is_file():
+            raise StorageFailed("is no regular file, and is not replaced by one", where=str(path),
+                                next_step="Name a file")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             try:
@@ -96,7 +106,7 @@ class Files:
 
     def abandoned(self, folder: str) -> list[Path]:
         """The files in ``folder`` that were growing (:meth:`growing`) until their process was killed."""
-        return [path for path in sorted((self.root / folder).glob("*")) if path.is_file() and _free(path)]
+        return [path for path in listed(self.root / folder) if path.is_file() and _free(path)]
 
     def discard(self, path: Path, useless: Callable[[bytes], bool]) -> bool:
         """Remove a file that was growing until its process was killed, if it is of no use.
@@ -238,8 +248,20 @@ def _holding(path: Path, lock: int, *, reading: bool = False) -> Iterator[None]:
             return
         held = path.open("r")
     with held:
-        fcntl.flock(held, lock)
+        _wait(held, lock, path)
         yield
+
+
+def _wait(held: IO[str], lock: int, path: Path) -> None:
+    """Take a lock; if that takes long, say so."""
+    patience = time.monotonic() + PATIENCE_S
+    while time.monotonic() < patience:
+        with suppress(BlockingIOError):
+            fcntl.flock(held, lock | fcntl.LOCK_NB)
+            return
+        time.sleep(_POLL_S)
+    _log.warning("%s: waiting until another command lets go of it", path.parent)
+    fcntl.flock(held, lock)
 
 
 def unwritable(path: Path, error: OSError) -> StorageFailed:
@@ -248,6 +270,33 @@ def unwritable(path: Path, error: OSError) -> StorageFailed:
         f"cannot be written ({error.strerror or error})", where=str(path),
         next_step="Free space or mend the folder, then run again; nothing that was there is lost",
     )
+
+
+def listed(folder: Path, end: str = "") -> list[Path]:
+    """What is in a folder under names with an end, sorted; nothing if there is no folder.
+
+    Raises:
+        StorageFailed: if the folder cannot be read: what cannot be seen is not gone.
+    """
+    try:
+        return sorted(path for path in folder.iterdir() if path.name.endswith(end))
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise StorageFailed(f"cannot be read ({error.strerror or error})", where=str(folder),
+                            next_step="Make it a folder that you may read") from error
+
+
+def remove(path: Path) -> None:
+    """Remove a file, if it is there.
+
+    Raises:
+        StorageFailed: if the disk refuses.
+    """
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise unwritable(path, error) from error
 
 
 def sync(path: Path, flags: int) -> None:

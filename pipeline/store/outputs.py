@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from pipeline.errors import CorruptFile, NotFound
-from pipeline.store.files import read_model, safe, sealed
+from pipeline.store.files import listed, read_model, remove, safe, sealed
 from pipeline.store.reading import Reading
 from pipeline.store.receipts import Receipt, software
 from pipeline.store.work import Made, Work, contents
@@ -36,14 +36,14 @@ class Outputs(Reading):
 
     def receipts(self, noun: str) -> Iterator[Receipt]:
         """All readable receipts of a noun, sorted by name; see also :meth:`unreadable_receipts`."""
-        for path in sorted((self.root / noun).glob("*.receipt.json")):
+        for path in listed(self.root / noun, ".receipt.json"):
             with suppress(CorruptFile):
                 yield read_model(path, Receipt)
 
     def unreadable_receipts(self, noun: str) -> dict[str, str]:
         """Problems of unreadable receipts, by name of the output."""
         found = {}
-        for path in sorted((self.root / noun).glob("*.receipt.json")):
+        for path in listed(self.root / noun, ".receipt.json"):
             try:
                 read_model(path, Receipt)
             except CorruptFile as error:
@@ -124,9 +124,9 @@ class Outputs(Reading):
         if not path.exists():
             return False
         receipt = self.readable(noun, name)
-        path.unlink()
+        remove(path)
         for record in receipt.files.values() if receipt else ():
-            (self.root / record.path).unlink(missing_ok=True)
+            remove(self.root / record.path)
         return True
 
     def prune(self, noun: str) -> list[Path]:
@@ -136,10 +136,10 @@ class Outputs(Reading):
                 return []
             named = {self.root / record.path
                      for receipt in self.receipts(noun) for record in receipt.files.values()}
-            left = [path for path in sorted((self.root / noun).glob("*"))
+            left = [path for path in listed(self.root / noun)
                     if path.is_file() and CONTENT_FILE.search(path.name) and path not in named]
             for path in left:
-                path.unlink()
+                remove(path)
             return left
 
     def _receipt_path(self, noun: str, name: str) -> Path:

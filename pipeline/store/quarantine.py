@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from pipeline.errors import CorruptFile, StorageFailed, in_one_line
-from pipeline.store.files import Files, read_model, safe, sealed
+from pipeline.store.files import Files, listed, read_model, remove, safe, sealed
 from pipeline.store.receipts import Quarantined
 
 
@@ -24,12 +24,12 @@ class Quarantine(Files):
 
     def release(self, noun: str, name: str) -> None:
         """Delete a record, because the stage now accepts the match."""
-        self._quarantine_path(noun, name).unlink(missing_ok=True)
+        remove(self._quarantine_path(noun, name))
 
     def quarantined(self) -> list[Quarantined]:
         """All that is in quarantine, in order of stage and name. Of a damaged record only these are known."""
         found = []
-        for path in sorted((self.root / "quarantine").glob("*.json")):
+        for path in listed(self.root / "quarantine", ".json"):
             try:
                 found.append(read_model(path, Quarantined))
             except CorruptFile as error:

@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 #: DuckDB's types that have no equal in a polars table: it refuses them, or loses what they mean.
 _WITHOUT_EQUAL = frozenset(
-    ("interval", "union", "variant", "geometry", "bignum", "bit", "time with time zone")
+    ("interval", "union", "variant", "geometry", "bignum", "bit", "time with time zone", "uhugeint")
 )
 _NESTED = frozenset(("list", "array", "struct", "map"))
 

@@ -70,6 +70,8 @@ class Reading(Files):
     def whole(self, record: FileRecord, folder: Path) -> bool:
         """Whether a file in a folder is there, byte for byte."""
         path = folder / record.path
-        if not path.exists() or path.stat().st_size != record.size:
+        try:
+            return (path.is_file() and path.stat().st_size == record.size
+                    and digest(path.read_bytes()) == record.sha256)
+        except OSError:  # what cannot be read is not whole
             return False
-        return digest(path.read_bytes()) == record.sha256

@@ -49,7 +49,7 @@ class FileRecord(Frozen):
         rows: number of rows of the table.
     """
 
-    path: str
+    path: str = Field(pattern=r"^\w[\w.-]*(/\w[\w.-]*)?$")  # inside the folder
     sha256: str
     size: int
     table: str | None = None

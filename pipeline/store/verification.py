@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pipeline.errors import CorruptFile, NotFound
 from pipeline.store import Store
-from pipeline.store.files import REMEDY_OF_VERSION, read_model
+from pipeline.store.files import REMEDY_OF_VERSION, listed, read_model
 from pipeline.store.receipts import Manifest, Receipt, digest
 
 
@@ -89,9 +89,9 @@ def restore(damage: Damage, root: Path, backup: Path) -> bool:
     source = backup / damage.path.relative_to(root)
     try:
         data = source.read_bytes()
-        if damage.sha256 is None:
-            read_model(source, Manifest if source.name == "manifest.json" else Receipt)
-        elif digest(data) != damage.sha256:
+        if damage.sha256 is None and _place(source) != source.relative_to(backup):
+            return False
+        if damage.sha256 is not None and digest(data) != damage.sha256:
             return False
     except (OSError, CorruptFile):
         return False
@@ -99,12 +99,25 @@ def restore(damage: Damage, root: Path, backup: Path) -> bool:
     return True
 
 
+def _place(path: Path) -> Path:
+    """Where a receipt or manifest belongs in a data folder.
+
+    Raises:
+        CorruptFile: if it is not readable.
+    """
+    if path.name == "manifest.json":
+        manifest = read_model(path, Manifest)
+        return Store(Path()).version_folder(manifest.noun, manifest.version) / path.name
+    receipt = read_model(path, Receipt)
+    return Path(receipt.noun) / f"{receipt.name}.receipt.json"
+
+
 def _read(
     store: Store, nouns: Iterable[str], versions: Iterable[tuple[str, int]], found: Verification
 ) -> Iterator[Receipt]:
     """The readable receipts and manifests; the others go to what was found."""
     for noun in nouns:
-        for path in sorted((store.root / noun).glob("*.receipt.json")):
+        for path in listed(store.root / noun, ".receipt.json"):
             try:
                 receipt = read_model(path, Receipt)
             except CorruptFile as error:

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from pipeline.errors import CorruptFile, NotFound, StorageFailed
-from pipeline.store.files import REMEDY_OF_VERSION, read_model, sealed, sync
+from pipeline.store.files import REMEDY_OF_VERSION, listed, read_model, sealed, sync
 from pipeline.store.reading import Reading
 from pipeline.store.receipts import Manifest, software
 from pipeline.store.work import Made, Work, contents
@@ -32,7 +32,7 @@ class Versions(Reading):
     def versions(self, noun: str) -> list[int]:
         """The committed versions of a noun, ascending."""
         folder = self.root / noun
-        found = (VERSION_FOLDER.match(p.name) for p in folder.iterdir()) if folder.is_dir() else ()
+        found = (VERSION_FOLDER.match(path.name) for path in listed(folder))
         return sorted(int(m[1]) for m in found if m)
 
     def manifest(self, noun: str, version: int) -> Manifest:

@@ -141,6 +141,32 @@ def many_robots() -> bytes:
     return _HEADER + b"0,0.0,ball,,0,0\n" + rows.encode()
 
 
+def score_up_and_down() -> bytes:
+    """A table whose score is 0 and 9,999 in turns."""
+    rows = "".join(f"{i},{i / 10},{team},{player},0,0,{9_999 * (i % 2)},0\n" for i in range(400)
+                   for team, player in (("ball", ""), ("a", 1), ("b", 1)))
+    return b"frame,t,team,player,x,y,score_home,score_away\n" + rows.encode()
+
+
+def rcg_score() -> bytes:
+    """A 2D log whose score is 0 and 9,999 in turns."""
+    return b"ULG5\n" + b"".join(b"(team %d l r %d 0)\n(show %d ((b) 0 0 0 0))\n" % (i, 9_999 * (i % 2), i)
+                                for i in range(1, 2_000))
+
+
+def one_long_word() -> bytes:
+    """A Parquet table that names a text of a megabyte in each of its 20,000 rows."""
+    rows = 20_000
+    number = np.arange(rows)
+    team = pa.DictionaryArray.from_arrays(pa.array(number % 3, pa.int32()), pa.array(["ball", "a", "b"]))
+    state = pa.DictionaryArray.from_arrays(pa.array(np.zeros(rows), pa.int32()), pa.array(["x" * (1 << 20)]))
+    table = pa.table({"frame": number // 3, "t": number // 3 / 10, "team": team, "player": np.ones(rows, np.int64),
+                      "x": np.zeros(rows), "y": np.zeros(rows), "game_state": state})
+    buffer = io.BytesIO()
+    pq.write_table(table, buffer, store_schema=False)
+    return buffer.getvalue()
+
+
 def show_lines(count: int) -> bytes:
     """A 2D log whose show lines have groups within groups."""
     return b"ULG5\n" + b"(show 1 ((b) 0 0 0 0)" + b" ((l 1) 0 0x1 0 0 0 0 0 0" * count + b")" * count + b")\n"
@@ -166,7 +192,16 @@ HOSTILE = (
     Hostile("columns.parquet", many_columns, megabytes=400),
     Hostile("header.csv", wide_header, "has a header|known format|has no|cannot be read|line", megabytes=400),
     Hostile("lines.csv", lambda: _HEADER + b"0,0,ball,,0,0\n" * 5_000_000, "5000001 lines, more than the limit rows", megabytes=50),
-    Hostile("robots.csv", many_robots, "", megabytes=600, seconds=30),
+    Hostile("robots.csv", many_robots, "has 30000 robots of a team, more than the limit robots = 128", megabytes=600,
+            seconds=30),
+    Hostile("score.csv", score_up_and_down, "more than the limit goals = 1000"),
+    Hostile("score.rcg", rcg_score, "more than the limit goals = 1000"),
+    Hostile("goals.rcg", lambda: b"ULG5\n" + b"(playmode 1 goal_l)\n" * 100_000 + b"(show 1 ((b) 0 0 0 0))\n",
+            "more than the limit goals = 1000"),
+    Hostile("words.parquet", one_long_word, "MiB of text, more than the limit megabytes = 1024", megabytes=200),
+    Hostile("streams.csv.gz", lambda: gzip.compress(b"", mtime=0) * 500_000, "has more than 1000 gzip streams"),
+    Hostile("times.csv", lambda: _HEADER + b"".join(b"0,%d,%s,1,0,0\n" % (t, team) for t in (-2**63, 0, 2**63 - 1)
+                                                    for team in (b"a", b"b")), "spans more than a day|not numbers"),
     Hostile("groups.rcg", lambda: show_lines(10_000), "no whole show line|"),
     Hostile("brackets.rcg", opened_groups, "has no whole show line"),
     Hostile("bomb.csv.gz", lambda: gzip.compress(bytes(512 << 20), compresslevel=9), "unpacks to more than"),
