@@ -295,3 +295,17 @@ def test_nothing_is_masked(finished, tmp_path, capsys, monkeypatch, words):
     assert stopped.value.code == 1
     assert "No space left on device" in told.out + told.err
     assert {"record": "static-static", "forget": "outputs removed", "run": "pipe.csv"}[words[0]] in told.out
+
+
+@pytest.mark.parametrize("share", [0.3, 0.8])
+def test_recordings_stay_as_they_are(finished, tmp_path, share):
+    """Whatever is salvaged from a cut log, the log itself is not touched."""
+    (log,) = (finished / "matches").glob("early*.mcap")
+    data = log.read_bytes()
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(data[:int(share * len(data))])
+    before = cut.stat()
+    receipt, new = import_recording(Store(tmp_path / "data"), Recording(file=cut))
+    assert (new, receipt.details["complete"]) == (True, False)
+    assert cut.read_bytes() == data[:int(share * len(data))]
+    assert (cut.stat().st_mtime_ns, cut.stat().st_ino) == (before.st_mtime_ns, before.st_ino)

@@ -57,6 +57,13 @@ def test_lock_has_hashes_and_no_hosts():
     assert "index-url" not in LOCK
 
 
+@pytest.mark.parametrize(("name", "below"), [("fastapi", (0, 140)), ("sqlalchemy", (2, 1))])
+def test_lock_holds_what_prefect_needs(name, below):
+    """Prefect neither serves nor starts with later versions of these (DECISIONS.md)."""
+    version = re.match(r"[^=]*==(\d+)\.(\d+)", pins()[name][0])
+    assert tuple(map(int, version.groups())) < below
+
+
 @pytest.mark.parametrize("group", ["dependencies", "notebooks", "play", "dev", "docs"])
 def test_lock_has_what_the_project_names(group):
     """Every dependency, extra and group is in the lock."""

@@ -1,10 +1,11 @@
+import io
 import math
 from dataclasses import replace
 
 import numpy as np
 import polars as pl
 import pytest
-from conftest import SAMPLE
+from conftest import SAMPLE, clip
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -597,3 +598,16 @@ def test_sim2d_goals(recording):
     put = quality.filter(pl.col("note").str.starts_with("put elsewhere"))
     assert {21_900_000_000, 57_000_000_000, 92_300_000_000} <= set(put["start_ns"])
     assert not table["suspect"].any()
+
+
+def test_swapped_ids():
+    """Two robots that exchange their ids for a moment are flagged as jumps, and are not taken for fast."""
+    table = clip(0.0, 20.0)
+    during = pl.col("t").is_between(8.0, 8.2) & (pl.col("team") == "blue")
+    other = pl.when(during & pl.col("player").is_in([0, 1])).then(1 - pl.col("player")).otherwise(pl.col("player"))
+    table.with_columns(player=other).write_parquet(file := io.BytesIO())
+    moved, quality = trajectories(read(file.getvalue(), "swapped.parquet"), TrajectorySettings())
+    jumps = quality.filter(flaw="robot jump").sort("robot")
+    assert jumps.select("robot", "start_ns").rows() == [(0, 8_000_000_000), (1, 8_000_000_000)]
+    robots = moved.filter(pl.col("team").is_not_null())
+    assert float(robots.select((pl.col("vx") ** 2 + pl.col("vy") ** 2).sqrt().max()).item()) < 2.0

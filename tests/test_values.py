@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+
 import numpy as np
 import polars as pl
 import pytest
@@ -635,3 +637,16 @@ class TestChoose:
         """If fewer are wanted than the models were fitted to, they do not stand."""
         self.choose(store, ["a", "b", "c", "d"])
         assert len(self.choose(store, ["a", "b", "c", "d"], matches_at_most=2)) == 2
+
+
+def test_no_pickle(tmp_path):
+    """Models with a pickle in the place of numbers are refused, and nothing in it runs."""
+    class Harm:
+        def __reduce__(self):
+            return (tmp_path.joinpath("harm").touch, ())
+
+    out = io.BytesIO()
+    np.savez(out, calibration=np.array([Harm()], dtype=object))
+    with pytest.raises(ValueError, match="allow_pickle=False"):
+        from_bytes(out.getvalue())
+    assert not (tmp_path / "harm").exists()
