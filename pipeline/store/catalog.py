@@ -65,6 +65,7 @@ def _build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
         listed = pl.DataFrame(rows, schema=_LISTED, orient="row").to_arrow()
         connection.from_arrow(listed).insert_into(FILES)
         connection.commit()
+        connection.execute("checkpoint")  # what closing would do without a word, if the disk is full
 
 
 def glance(file: Path) -> tuple[int, int] | None:
