@@ -102,7 +102,7 @@ import resource, signal, sys
 from pathlib import Path
 from pipeline.store import catalog
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-for kib in range(16, 1_200, 16):
+for kib in range(64, 1_000, 96):
     resource.setrlimit(resource.RLIMIT_FSIZE, (kib << 10, resource.RLIM_INFINITY))
     path = Path(sys.argv[1]) / f"{kib}.duckdb"
     try:
