@@ -109,7 +109,7 @@ EVALUATE = $(BIN)/pitchlore evaluate --export data/studies/evaluations --data $(
 IDEAS := bold both-teams constant-steps each-decision grams influence one-match optimistic random-tries \
   short-traces states
 
-seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablation of each idea (under 90 minutes)
+seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablation of each idea (two hours)
 	$(SEASON) --settings paper --seasons 5
 	$(SEASON) --settings paper-full35 --opponent static --opponent human-like --seasons 5
 	$(SEASON) --settings paper-level --seasons 5
