@@ -264,7 +264,7 @@ def _fail(line: str) -> NoReturn:
 
 
 def _show_notices() -> None:
-    """What the store has to say while it waits goes to standard error."""
+    """Write to standard error what the store says while it waits."""
     notices = logging.getLogger("pipeline")
     if not notices.handlers:
         shown = logging.StreamHandler()

@@ -211,7 +211,7 @@ class Files:
 
 
 def _stamp(path: Path) -> tuple[int, ...] | None:
-    """What of a file changes when it is written; None if there is none."""
+    """The inode, size and time of change of a file, None if there is none."""
     try:
         found = path.stat()
     except OSError:
@@ -273,7 +273,7 @@ def unwritable(path: Path, error: OSError) -> StorageFailed:
 
 
 def listed(folder: Path, end: str = "") -> list[Path]:
-    """What is in a folder under names with an end, sorted; nothing if there is no folder.
+    """The paths in a folder whose names end so, sorted; none if there is no folder.
 
     Raises:
         StorageFailed: if the folder cannot be read: what cannot be seen is not gone.
