@@ -50,15 +50,10 @@ def damaged(store: Store) -> list[Vouched]:
     return [file for file in look(store).damaged if file.receipt.noun in ("seasons", "evaluations")]
 
 
-def _whole(store: Store, noun: str) -> list[Receipt]:
-    """Receipts whose files are whole, by name."""
-    without = {file.receipt.name for file in damaged(store) if file.receipt.noun == noun}
-    return [receipt for receipt in store.receipts(noun) if receipt.name not in without]
-
-
-def seasons(store: Store) -> list[Receipt]:
-    """Receipts of all seasons whose files are whole, by name."""
-    return [receipt for receipt in _whole(store, "seasons") if {"games", "growth"} <= receipt.files.keys()]
+def _whole(store: Store, noun: str, without: Sequence[Vouched]) -> list[Receipt]:
+    """Receipts of a noun, by name, but those of damaged files."""
+    names = {file.receipt.name for file in without if file.receipt.noun == noun}
+    return [receipt for receipt in store.receipts(noun) if receipt.name not in names]
 
 
 class Measurements(NamedTuple):
@@ -73,7 +68,7 @@ class Measurements(NamedTuple):
     left_out: int
 
 
-def measurements(store: Store, seasons: Sequence[Receipt]) -> Measurements:
+def measurements(store: Store, seasons: Sequence[Receipt], evaluations: Sequence[Receipt]) -> Measurements:
     """Pairs of matches that measure the seasons' apprentices, and the controls beside them.
 
     A pair counts under three conditions. The team plays the policy that the season's last game left (by its
@@ -84,7 +79,7 @@ def measurements(store: Store, seasons: Sequence[Receipt]) -> Measurements:
     """
     names = (*(season.name for season in seasons), *CONTROLS)
     played: dict[str, list[Receipt]] = {name: [] for name in names}
-    for receipt in _whole(store, "evaluations"):
+    for receipt in evaluations:
         played.get(receipt.settings["evaluation"]["team"]["name"], []).append(receipt)
     counted = []
     for season in seasons:
@@ -186,11 +181,14 @@ def sources(store: Store) -> Sources:
     Raises:
         NotFound: if no season has been played.
     """
-    receipts = seasons(store)
+    without = damaged(store)
+    receipts = [receipt for receipt in _whole(store, "seasons", without)
+                if {"games", "growth"} <= receipt.files.keys()]
     if not receipts:
         raise NotFound("no season has been played", where=str(store.root),
                        next_step="Play one with `pitchlore season`")
-    return Sources(receipts, measurements(store, receipts), apprentices(store, receipts))
+    played = _whole(store, "evaluations", without)
+    return Sources(receipts, measurements(store, receipts, played), apprentices(store, receipts))
 
 
 class Tables(NamedTuple):
