@@ -4,23 +4,23 @@ It is the first of these: the one that PREFECT_API_URL names in the environment;
 folder keeps (`pitchlore server start`); the one that Prefect's settings name; one that is started for this
 process and ends with it. The last keeps its history in Prefect's home, or nowhere if that cannot be used.
 
-If the server ends while flows run, the command ends within seconds: Prefect itself would try for minutes.
+If the server ends or falls silent while flows run, the command ends within seconds: Prefect itself would
+try for minutes.
 """
 
 from __future__ import annotations
 
 import atexit
 import os
-import socket
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from shutil import rmtree
+from signal import SIGKILL
 from tempfile import mkdtemp
 from threading import Event, Thread
-from urllib.parse import urlsplit
 
 from flows.interrupt import KEPT, end
 from flows.server import Keeper, Process, ServerFailed, trouble
@@ -28,8 +28,12 @@ from pipeline.errors import in_one_line
 
 #: How long a server that is there may take to answer, seconds.
 ANSWER_S = 5.0
-#: How often to look whether the server is there, seconds; after so many looks in vain it has ended.
-WATCH_S, SILENT = 2.0, 3
+#: How often to ask whether the server is there, and how long it may take to answer, seconds; after so many
+#: times in vain it counts as ended.
+WATCH_S, REPLY_S, SILENT = 2.0, 3.0, 3
+#: How long one request of a flow may take, seconds, and how often it is sent again: a database that another
+#: process has locked lets the server wait a minute for each. Prefect's own: 60 s and five times.
+REQUEST_S, AGAIN = 7.0, 1
 #: Libraries whose errors say that the server does not answer.
 _CLIENTS = ("httpx", "httpcore")
 
@@ -59,7 +63,9 @@ def serving(root: Path, notice: Callable[[str], None]) -> Iterator[Callable[[], 
 
         def ready() -> None:
             from prefect.settings import (  # noqa: PLC0415 (see above)
+                PREFECT_API_REQUEST_TIMEOUT,
                 PREFECT_API_URL,
+                PREFECT_CLIENT_MAX_RETRIES,
                 PREFECT_FLOWS_HEARTBEAT_FREQUENCY,
                 temporary_settings,
             )
@@ -69,11 +75,15 @@ def serving(root: Path, notice: Callable[[str], None]) -> Iterator[Callable[[], 
                 _check(there)
             else:
                 _own().wait()
-            stack.enter_context(_watched(there or _own().api, _alive(root, kept, there)))
+            url = there or _own().api
+            stack.enter_context(_watched(url, _alive(root, kept, there)))
             # the thread that sends a flow's heartbeats sleeps a second at a time, and the flow waits for it
             stack.enter_context(temporary_settings(
-                {PREFECT_API_URL: there or _own().api},
-                set_defaults={PREFECT_FLOWS_HEARTBEAT_FREQUENCY: None},
+                {PREFECT_API_URL: url},
+                set_defaults={
+                    PREFECT_FLOWS_HEARTBEAT_FREQUENCY: None, PREFECT_API_REQUEST_TIMEOUT: REQUEST_S,
+                    PREFECT_CLIENT_MAX_RETRIES: AGAIN,
+                },
             ))
 
         yield ready
@@ -121,15 +131,19 @@ def _find_home(notice: Callable[[str], None]) -> None:
 
 @contextmanager
 def _watched(url: str, alive: Callable[[], bool]) -> Iterator[None]:
-    """End this process if the server ends while the body runs."""
+    """End this process if the server ends or falls silent while the body runs."""
     done = Event()
 
     def watch() -> None:
         silent = 0
         while not done.wait(WATCH_S):
-            silent = 0 if alive() else silent + 1
+            there = alive()
+            silent = 0 if there and _replies(url) else silent + 1
             if silent == SILENT:
-                end(f"The Prefect server {url} has ended", 1)
+                if _own.cache_info().currsize:
+                    with suppress(ProcessLookupError):
+                        os.kill(_own().pid, SIGKILL)  # one that hangs would not end with this process
+                end(f"The Prefect server {url} {'does not answer' if there else 'has ended'}", 1)
 
     Thread(target=watch, name="server", daemon=True).start()
     try:
@@ -158,22 +172,21 @@ def _of_the_server(error: Exception) -> bool:
 
 
 def _alive(root: Path, kept: str | None, there: str | None) -> Callable[[], bool]:
-    """Whether the server is there, as a function."""
+    """Whether the server runs, as a function; one of others runs as long as it replies."""
     if kept is not None:
         return lambda: Keeper(root).look().alive
     if there is None:
         return lambda: _own().alive
-    address = urlsplit(there)
-    place = address.hostname or "127.0.0.1", address.port or (443 if address.scheme == "https" else 80)
+    return lambda: True
 
-    def listens() -> bool:
-        try:
-            socket.create_connection(place, timeout=WATCH_S).close()
-        except OSError:
-            return False
-        return True
 
-    return listens
+def _replies(url: str) -> bool:
+    """Whether a server answers anything within :data:`REPLY_S`."""
+    from prefect.client.orchestration import get_client  # noqa: PLC0415 (see above)
+
+    with _named(url), get_client({"timeout": REPLY_S}, sync_client=True) as client:
+        said = client.api_healthcheck()
+    return said is None or hasattr(said, "response")
 
 
 @cache
@@ -193,14 +206,8 @@ def _check(url: str) -> None:
     """
     import httpx  # noqa: PLC0415 (Prefect brings it and has loaded it)
     from prefect.client.orchestration import get_client  # noqa: PLC0415
-    from prefect.settings import (  # noqa: PLC0415
-        PREFECT_API_URL,
-        PREFECT_CLIENT_MAX_RETRIES,
-        temporary_settings,
-    )
 
-    named = {PREFECT_API_URL: url, PREFECT_CLIENT_MAX_RETRIES: 0}
-    with temporary_settings(named), get_client({"timeout": ANSWER_S}, sync_client=True) as client:
+    with _named(url), get_client({"timeout": ANSWER_S}, sync_client=True) as client:
         try:
             answer = client.hello()
         except httpx.HTTPStatusError as error:  # Prefect Cloud knows no hello
@@ -213,3 +220,14 @@ def _check(url: str) -> None:
     if "json" not in answer.headers.get("content-type", "") or (answer.is_error and "/api" not in url):
         raise ServerFailed("is not the address of a Prefect API", where=url,
                            next_step=f"Set PREFECT_API_URL to {url.rstrip('/')}/api")
+
+
+def _named(url: str) -> AbstractContextManager[object]:
+    """Prefect's settings for one request to a server, while the body runs."""
+    from prefect.settings import (  # noqa: PLC0415 (see above)
+        PREFECT_API_URL,
+        PREFECT_CLIENT_MAX_RETRIES,
+        temporary_settings,
+    )
+
+    return temporary_settings({PREFECT_API_URL: url, PREFECT_CLIENT_MAX_RETRIES: 0})

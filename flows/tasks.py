@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
+from httpx import TransportError
 from prefect import Flow, Task, get_run_logger
 from prefect.artifacts import create_markdown_artifact
 from prefect.cache_policies import NO_CACHE
@@ -176,9 +177,15 @@ def conclude(store: Store, report: StageReport) -> dict[str, object]:
 
 
 def show(markdown: str, *, key: str, description: str) -> None:
-    """Show a text as an artifact of the flow run. A server that refuses it is logged, and ends no flow."""
+    """Show a text as an artifact of the flow run. A server that refuses it is logged, and ends no flow.
+
+    Raises:
+        TransportError: if the server does not answer: then the flow cannot end well either.
+    """
     try:
         create_markdown_artifact(markdown, key=key, description=description)
+    except TransportError:
+        raise
     except Exception as error:
         get_run_logger().warning("The artifact %s could not be kept (%s).", key, in_one_line(error))
 

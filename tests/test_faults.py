@@ -22,6 +22,7 @@ from threading import Thread
 import pytest
 from conftest import clip, run
 from support.outputs import put_goal
+from support.processes import alive, eventually
 
 import flows.catalog
 import flows.matches
@@ -205,30 +206,54 @@ def test_home_that_cannot_be_used(monkeypatch):
     assert len(said) == 1, "the home that it has now can be used"
 
 
-@pytest.mark.slow
-def test_server_killed_meanwhile(tmp_path, derby):
-    """If its server is killed while flows run, the command ends within seconds, and can be run again."""
-    script = """
-import os, signal, subprocess, sys, time
+#: A command whose flow waits, after something was done to its server, when it would import a recording.
+MEANWHILE = """
+import os, signal, sys, time
 import flows.imports, flows.serving
-def kill(*_):
-    os.kill(flows.serving._own().pid, signal.SIGKILL)
-    print("killed", flush=True)
-    time.sleep(600)
-flows.imports.import_recording = kill
+flows.serving.REQUEST_S = 1.0
+def wait(*_):
+    {does}
+    print(flows.serving._own().pid, flush=True)
+    time.sleep({seconds})
+    {then}
+flows.imports.import_recording = wait
 from flows.cli import main
 main(sys.argv[1:])
 """
-    here = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}
-    with subprocess.Popen([sys.executable, "-c", script, "import", derby, "--data", tmp_path / "data"], text=True,
-                          env=here, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
+
+
+def meanwhile(recording: Path, does: str, seconds: float, then: str = "", **variables: str) -> tuple[str, int]:
+    """What an import says last whose server fails meanwhile, and the number of its server's process."""
+    here = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"} | variables
+    script = MEANWHILE.format(does=does, seconds=seconds, then=then)
+    words = [sys.executable, "-c", script, "import", recording, "--data", recording.parent / "data"]
+    with subprocess.Popen(words, text=True, env=here, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
         assert command.stdout is not None
-        assert command.stdout.readline() == "killed\n"
+        server = int(command.stdout.readline())
         begun = time.monotonic()
         _, err = command.communicate(timeout=SOON_S)
-    assert time.monotonic() - begun < 15
+    assert time.monotonic() - begun < 15 + serving.REPLY_S
     assert command.returncode == 1
-    assert "has ended. What was finished is kept; run the command again to go on." in lines(err)[-1]
+    assert "Traceback" not in err
+    return lines(err)[-1], server
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "why"), [("SIGKILL", "has ended"), ("SIGSTOP", "does not answer")])
+def test_server_that_fails_meanwhile(derby, number, why):
+    """If its server ends or hangs while flows run, the command ends within seconds, and the server with it."""
+    said, server = meanwhile(derby, f"os.kill(flows.serving._own().pid, signal.{number})", 600)
+    assert said.endswith(f"{why}. What was finished is kept; run the command again to go on.")
+    assert eventually(lambda: not alive(server), 5)
+
+
+@pytest.mark.slow
+def test_database_locked_meanwhile(tmp_path, derby):
+    """If another process locks Prefect's database while flows run, the command does not wait minutes for it."""
+    lock = "import sqlite3; there = sqlite3.connect(os.environ['PREFECT_HOME'] + '/prefect.db'); there.execute('begin immediate')"
+    said, _ = meanwhile(derby, lock, 0, "raise ValueError('refused')", PREFECT_HOME=str(tmp_path / "home"))
+    assert "the Prefect server failed (ReadTimeout: timed out" in said
+    assert said.endswith("What was finished is kept; run the command again to go on.")
 
 
 def test_version_that_cannot_be_made(finished, tmp_path, monkeypatch):

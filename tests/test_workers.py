@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from support.processes import alive, eventually
 
 from flows.workers import Workers
 from pipeline.errors import StorageFailed, WorkerLost
@@ -92,20 +93,3 @@ def test_killed_parent(tmp_path):
     process.send_signal(signal.SIGKILL)
     process.wait()
     assert eventually(lambda: not alive(worker))
-
-
-def eventually(what, seconds=60):
-    """What is waited for, as soon as it is there."""
-    deadline = time.monotonic() + seconds
-    while not (found := what()):
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-    return found
-
-
-def alive(pid):
-    """Whether a process is there and no zombie that nobody here can wait for."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except FileNotFoundError:
-        return False

@@ -79,7 +79,8 @@ def main(root: Path, out: Path, seconds: float, seed: int) -> int:
     different = sorted(key for key in expected.keys() | last.keys() if expected.get(key) != last.get(key))
     for key in different:
         soak.find(f"other bytes than those of a quiet run: {key}")
-    for line in (root / "serve.txt").read_text(errors="replace").splitlines():
+    shutil.copyfile(root / "serve.txt", out / "serve.txt")
+    for line in (out / "serve.txt").read_text(errors="replace").splitlines():
         if any(word in line for word in FORBIDDEN):
             soak.find(f"serve says: {line[:300]!r}")
 
