@@ -8,6 +8,7 @@ import os
 import sys
 import traceback
 import warnings
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from flows.interrupt import interruptible
@@ -213,11 +214,11 @@ def command_line() -> App:
 def main(arguments: list[str] | None = None) -> None:
     """Run a command; exit code 0 only on success, errors in one line."""
     words = sys.argv[1:] if arguments is None else arguments
-    with interruptible():
-        _call(words, debug="--debug" in words)
+    with interruptible() as interrupted:
+        _call(words, interrupted, debug="--debug" in words)
 
 
-def _call(words: list[str], *, debug: bool) -> None:
+def _call(words: list[str], interrupted: Callable[[], bool], *, debug: bool) -> None:
     from cyclopts import CycloptsError  # noqa: PLC0415 (Ctrl-C is heard before anything slow is loaded)
 
     _quiet_prefect(debug)
@@ -231,17 +232,15 @@ def _call(words: list[str], *, debug: bool) -> None:
     except CycloptsError as error:
         command = " ".join(("pitchlore", *(error.command_chain or ())))
         _fail(f"{' '.join(str(error).split())} See `{command} --help`.")
-    except PitchloreError as error:
-        if debug:
-            traceback.print_exc()
-        _fail(str(error))
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
     except Exception as error:
+        if interrupted():
+            return
         if debug:
             traceback.print_exc()
-        _fail(_unforeseen(error))
+        _fail(str(error) if isinstance(error, PitchloreError) else _unforeseen(error))
 
 
 def _unforeseen(error: Exception) -> str:

@@ -12,7 +12,7 @@ import os
 import select
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Lock, Thread, current_thread, main_thread
 from types import FrameType
@@ -30,16 +30,20 @@ _ending = Lock()
 
 
 @contextmanager
-def interruptible() -> Iterator[None]:
+def interruptible() -> Iterator[Callable[[], bool]]:
     """End the process with one line and exit code 130 when Ctrl-C is pressed while the body runs.
 
     The body gets KeyboardInterrupt and has :data:`GRACE_S` to clear up; a second Ctrl-C ends it at once.
     SIGTERM ends it at once, too, with exit code 143.
     Nothing changes in a thread other than the main one, or if Ctrl-C is ignored, as in a command that a
     shell starts with `&`.
+
+    Yields:
+        Whether Ctrl-C has been pressed, as a function: what fails from then on was interrupted, and need not
+        be told. Compiled code makes errors of its own of KeyboardInterrupt.
     """
     if current_thread() is not main_thread() or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        yield
+        yield lambda: False
         return
     pressed = False
 
@@ -55,7 +59,7 @@ def interruptible() -> Iterator[None]:
     ending = signal.signal(signal.SIGTERM, lambda *_: None)  # so that the watch hears of it
     Thread(target=_watch, args=(heard,), name="ctrl-c", daemon=True).start()
     try:
-        yield
+        yield lambda: pressed
     except KeyboardInterrupt:
         end()
     finally:

@@ -38,6 +38,14 @@ import time, flows.cli
 def forever(): print("moment", flush=True); time.sleep(600)
 flows.cli.command_line = forever
 """,
+    "a library calls it an error": """
+import time, flows.cli
+def forever():
+    print("moment", flush=True)
+    try: time.sleep(600)
+    except KeyboardInterrupt as error: raise ValueError("cannot serialize") from error
+flows.cli.command_line = forever
+""",
     "it has a child": """
 import multiprocessing, time, flows.cli
 deaf = "import os, time; os.setsid(); print('moment', flush=True); time.sleep(600)"
@@ -79,6 +87,7 @@ def assert_stopped(command, presses=1):
     assert command.text.count(STOPPED) == 1
     assert "Traceback" not in command.text
     assert command.text.endswith(STOPPED)
+    assert "Unexpected" not in command.text
     assert command.left(SOON_S) == []
 
 
@@ -101,9 +110,9 @@ def test_stop_while_starting(derby, tmp_path):
         assert_stopped(command)
 
 
-@pytest.mark.parametrize("moment", ["it is loaded", "it has a child"])
+@pytest.mark.parametrize("moment", ["it is loaded", "it has a child", "a library calls it an error"])
 def test_stop_early(tmp_path, moment):
-    """Ctrl-C is heard before anything slow is loaded, and leaves no child behind, as Prefect's runner has them."""
+    """Ctrl-C is heard before anything slow is loaded, leaves no child behind, and is no error of a library."""
     with terminal("kb", "list", "--data", tmp_path, before=MOMENTS[moment]) as command:
         command.until("moment")
         assert_stopped(command)
