@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import errno
 import logging
 import os
@@ -9,8 +10,10 @@ import sys
 import traceback
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
+from flows.child import hush
 from flows.interrupt import interruptible
 from pipeline import __version__
 from pipeline.errors import PitchloreError, in_one_line
@@ -211,11 +214,46 @@ def command_line() -> App:
     return app
 
 
+def script() -> None:
+    """Run the command of the command line, and leave without unwinding the threads that still run.
+
+    Some are Prefect's. If such a thread is in compiled code when Python unwinds it, the process aborts.
+    """
+    code = 1
+
+    def leave() -> None:
+        with suppress(OSError, ValueError):
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(code)
+
+    atexit.register(leave)  # before all others: it is called last
+    try:
+        main()
+        code = 0
+    except SystemExit as error:
+        code = error.code if isinstance(error.code, int) else int(error.code is not None)
+        raise
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Run a command; exit code 0 only on success, errors in one line."""
     words = sys.argv[1:] if arguments is None else arguments
+    _open_streams()
+    os.environ["PYTHONSAFEPATH"] = "1"  # processes of ours load no modules of the working directory
     with interruptible() as interrupted:
         _call(words, interrupted, debug="--debug" in words)
+
+
+def _open_streams() -> None:
+    """Let standard streams that are closed lead nowhere, so that no file of ours gets their numbers."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            nowhere = os.open(os.devnull, os.O_RDWR)
+            if nowhere != number:
+                os.dup2(nowhere, number)
+                os.close(nowhere)
+            setattr(sys, name, open(number, "r" if name == "stdin" else "w"))  # noqa: SIM115, PTH123 (stays open)
 
 
 def _call(words: list[str], interrupted: Callable[[], bool], *, debug: bool) -> None:
@@ -248,6 +286,11 @@ def _unforeseen(error: Exception) -> str:
     if isinstance(error, OSError) and error.filename is None and error.errno in (errno.ENOSPC, errno.EBADF):
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # so that Python does not try again at its end
         return f"standard output: cannot be written ({error.strerror}). Free space or name another."
+    if isinstance(error, OverflowError | MemoryError):
+        return f"a number is too large, or memory too small ({in_one_line(error)}). Give smaller numbers."
+    if type(error).__name__ == "SettingsError":
+        return (f"Prefect's settings cannot be read ({in_one_line(error)}). Mend its profile, or what is in "
+                "this folder: prefect.toml, pyproject.toml or .env.")
     from pydantic import ValidationError  # noqa: PLC0415 (only what fails waits for it)
 
     from pipeline.toml import unfit  # noqa: PLC0415
@@ -282,5 +325,5 @@ def _quiet_prefect(debug: bool) -> None:
         ("PREFECT_LOGGING_TO_API_WHEN_MISSING_FLOW", "ignore"),
     ):
         os.environ.setdefault(name, value)
-    if not debug:  # a logger that none of these settings reaches
-        logging.getLogger("EventsWorker").setLevel(logging.CRITICAL)
+    if not debug:
+        hush()

@@ -47,10 +47,12 @@ def interruptible() -> Iterator[Callable[[], bool]]:
         return
     pressed = False
 
-    def interrupt(_number: int, _frame: FrameType | None) -> None:
+    def interrupt(_number: int, frame: FrameType | None) -> None:
         nonlocal pressed
         if not pressed:
             pressed = True
+            if _loads(frame):
+                end()
             raise KeyboardInterrupt
 
     heard, told = os.pipe()
@@ -69,6 +71,15 @@ def interruptible() -> Iterator[Callable[[], bool]]:
         signal.signal(signal.SIGINT, before[0])
         signal.signal(signal.SIGTERM, ending)
         os.close(told)
+
+
+def _loads(frame: FrameType | None) -> bool:
+    """Whether a module is being loaded: some compiled ones abort the process when they are interrupted."""
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _watch(heard: int) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import multiprocessing
 import resource
+from contextlib import suppress
 from functools import cache
 from io import BytesIO
 from multiprocessing.connection import Connection
@@ -80,9 +81,9 @@ def _answer(
 ) -> None:
     """Read a recording and send its match, in the process of its own."""
     most = limits.memory_megabytes << 20
-    resource.setrlimit(resource.RLIMIT_DATA, (most, most))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     try:
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         data = Files(Path(path).parent).foreign(Path(path), megabytes=limits.megabytes)
         source = open_source(data, Path(path).name, limits)
         if source.sha256 != sha256:
@@ -93,10 +94,11 @@ def _answer(
     except Exception as error:
         ours = error if isinstance(error, PitchloreError) else BadRecording(
             f"cannot be read ({in_one_line(error)})", where=Path(path).name, next_step="Record it again")
-        there.send_bytes(b"e")
-        there.send_bytes(json.dumps({
+        answer = b"e", json.dumps({
             "error": type(ours).__name__, "what": ours.what, "where": ours.where, "next_step": ours.next_step,
-        }).encode())
-        return
-    there.send_bytes(b"m")
-    there.send_bytes(buffer.getvalue())
+        }).encode()
+    else:
+        answer = b"m", buffer.getvalue()
+    with suppress(OSError):  # nobody waits any more
+        for part in answer:
+            there.send_bytes(part)

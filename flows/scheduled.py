@@ -1,6 +1,7 @@
 """The flow that a schedule runs. It prints one line on the outcome; its state tells success."""
 
 from datetime import datetime
+from multiprocessing import parent_process
 from pathlib import Path
 from typing import Any
 
@@ -8,10 +9,16 @@ from prefect import runtime
 from prefect.client.schemas.objects import State
 from prefect.states import Completed, Failed
 
+from flows.child import belong
 from flows.progress import RunReport
 from flows.run import run_flow
 from flows.tasks import our_flow
 from pipeline.settings import ImportSettings, Settings
+
+# Prefect runs the flow in a process of its own, which loads this module first, and then asks the server: if
+# `serve` is killed, there is none any more, and it would ask for minutes
+if parent_process() is not None:
+    belong()
 
 #: Name of the state in which a run ends that put something into quarantine.
 QUARANTINED = "Quarantined"

@@ -98,7 +98,8 @@ class Process:
         self._heard = b""
         self._answers = False
         self._process = subprocess.Popen(  # noqa: S603 (our own interpreter and module)
-            [sys.executable, "-m", "flows.server_process", str(port)],
+            # -P: no modules of the working directory
+            [sys.executable, "-P", "-m", "flows.server_process", str(port)],
             env={**environment}, start_new_session=True, pass_fds=() if held is None else (held,),
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, bufsize=0,
         )
@@ -251,7 +252,7 @@ class Keeper:
     def look(self) -> Seen:
         """State of the server; nothing is changed."""
         alive = False
-        with suppress(FileNotFoundError), self._lock.open("rb") as held:
+        with suppress(OSError), self._lock.open("rb") as held:
             try:
                 fcntl.flock(held, fcntl.LOCK_SH | fcntl.LOCK_NB)
             except BlockingIOError:
@@ -317,7 +318,12 @@ class Keeper:
 
     def _find_or_start(self, port: int) -> tuple[Kept, Process | None]:
         """The record of the server, and its process if it was started now: that ends with this one."""
-        self.folder.mkdir(parents=True, exist_ok=True)
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._lock.touch()
+        except OSError as error:
+            raise ServerFailed(f"cannot be used ({error.strerror})", where=str(self.folder),
+                               next_step="Make it a folder that you may write, or remove it") from error
         end = time.monotonic() + START_S
         while time.monotonic() < end:
             with self._held() as lock:

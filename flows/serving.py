@@ -215,7 +215,8 @@ def _check(url: str) -> None:
         except (httpx.TransportError, httpx.InvalidURL) as error:
             raise ServerFailed(
                 f"no Prefect server answers ({' '.join(str(error).split()) or type(error).__name__})",
-                where=url, next_step="Start it, or correct or unset PREFECT_API_URL",
+                where=url, next_step=(
+                    "Start it, or correct PREFECT_API_URL in the environment, .env or prefect.toml"),
             ) from error
     if "json" not in answer.headers.get("content-type", "") or (answer.is_error and "/api" not in url):
         raise ServerFailed("is not the address of a Prefect API", where=url,

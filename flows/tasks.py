@@ -23,9 +23,10 @@ from flows.stage import Output, Per, Scope, Stage
 from flows.stages import STAGES
 from flows.update import bring, bring_up_to_date, scope_of
 from flows.versions import emit
-from pipeline.errors import BadSettings, in_one_line
+from pipeline.errors import in_one_line
 from pipeline.settings import Settings
 from pipeline.store import Store
+from pipeline.store.files import check_root
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -194,10 +195,9 @@ def data_folder(data: Path) -> Store:
     """The store of a run, without the leftovers of killed runs; it doubts damaged files.
 
     Raises:
-        BadSettings: if the path is not a folder.
+        BadSettings: as for :func:`pipeline.store.files.check_root`.
     """
-    if data.exists() and not data.is_dir():
-        raise BadSettings("is not a folder", where=str(data), next_step="Name the data folder with --data")
+    check_root(data)
     store = Store(data)
     store.sweep()
     look(store)

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
-import warnings
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_context
 from queue import SimpleQueue
-from threading import Thread
 from types import TracebackType
 from typing import ParamSpec, Self, TypeVar
 
+from flows.child import belong
 from pipeline.errors import WorkerLost
 
 P = ParamSpec("P")
@@ -85,19 +83,10 @@ class Workers:
 
 def _process() -> ProcessPoolExecutor:
     """A pool of one process, which starts with its first work."""
-    return ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_end_with_parent)
+    return ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_begin)
 
 
-def _end_with_parent() -> None:
-    """End this process when its parent ends, even if the parent is killed; ignore Ctrl-C."""
+def _begin() -> None:
+    """Belong to the command, which hears Ctrl-C for all its processes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if not sys.warnoptions:
-        warnings.simplefilter("ignore")
-    parent = parent_process()
-    assert parent is not None
-
-    def watch() -> None:
-        parent.join()
-        os._exit(1)
-
-    Thread(target=watch, daemon=True).start()
+    belong()

@@ -353,6 +353,10 @@ class Settings(Frozen):
         return self.grams
 
 
+#: MiB; what is larger overflows.
+_TERABYTE = 1 << 20
+
+
 class ImportSettings(Frozen):
     """Limits on the cost of reading one recording. A recording that needs more is refused.
 
@@ -368,14 +372,14 @@ class ImportSettings(Frozen):
         memory_megabytes: how much memory that process may take.
     """
 
-    megabytes: int = Field(default=1024, ge=1)
+    megabytes: int = Field(default=1024, ge=1, le=_TERABYTE)
     rows: int = Field(default=4_000_000, ge=1)
-    line_kilobytes: int = Field(default=1024, ge=1)
+    line_kilobytes: int = Field(default=1024, ge=1, le=_TERABYTE)
     robots: int = Field(default=128, ge=1)
     goals: int = Field(default=1000, ge=1)
     isolate: bool | None = None
-    seconds: float = Field(default=120.0, gt=0)
-    memory_megabytes: int = Field(default=4096, ge=256)
+    seconds: float = Field(default=120.0, gt=0, le=86_400)
+    memory_megabytes: int = Field(default=4096, ge=256, le=_TERABYTE)
 
     def isolated(self) -> ImportSettings:
         """The same limits, with each recording read in a process of its own."""

@@ -27,7 +27,7 @@ def tables(data: bytes | str, where: str) -> dict[str, Any]:
         BadSettings: if it is not TOML, or longer than any settings are.
     """
     try:
-        text = data if isinstance(data, str) else data.decode()
+        text = data if isinstance(data, str) else data.decode("utf-8-sig")
         longest = max(map(len, text.split("\n")))
         if len(text) > _CHARACTERS or longest > _LINE:  # dotted keys of such lines would take minutes
             what = f"has a line of {longest} characters" if longest > _LINE else f"has {len(text)} characters"
@@ -37,7 +37,7 @@ def tables(data: bytes | str, where: str) -> dict[str, Any]:
     except RecursionError as error:
         raise BadSettings(
             "is nested too deeply", where=where, next_step="Write fewer tables in tables") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except ValueError as error:  # no UTF-8, no TOML, or a number of too many digits
         raise BadSettings(
             f"is not TOML ({error})", where=where, next_step="Mend the line it names"
         ) from error

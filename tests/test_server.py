@@ -209,7 +209,7 @@ def test_nobody_at_address(data, words, monkeypatch):
     code, out, err = call(*words, "--data", data)
     assert (code, out) == (1, "")
     assert err.splitlines()[-1].startswith("pitchlore: http://127.0.0.1:1/api: no Prefect server answers (")
-    assert err.endswith("). Start it, or correct or unset PREFECT_API_URL.\n")
+    assert err.endswith("). Start it, or correct PREFECT_API_URL in the environment, .env or prefect.toml.\n")
     assert "Traceback" not in err
 
 

@@ -8,9 +8,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from pipeline.errors import BadSettings, NotFound
+from pipeline.errors import NotFound
 from pipeline.settings import RunSettings, parse_settings
 from pipeline.store import Store
+from pipeline.store.files import check_root
 
 #: Any of these makes a folder a data folder.
 _SIGNS = ("*/*.receipt.json", "*/*/manifest.json", "quarantine/*.json", "catalog.duckdb", "inbox", "playing",
@@ -40,12 +41,9 @@ class Common:
         """The store in the data folder, for a command that makes something; the folder may be new.
 
         Raises:
-            BadSettings: if the path, or a part of it, is not a folder.
+            BadSettings: as for :func:`pipeline.store.files.check_root`.
         """
-        there = next((path for path in (self.data, *self.data.parents) if path.exists()), None)
-        if there is not None and not there.is_dir():
-            raise BadSettings("is not a folder", where=str(there),
-                              next_step="Name the data folder with --data")
+        check_root(self.data)
         return Store(self.data)
 
     @property

@@ -10,11 +10,10 @@ from typing import Annotated
 
 import polars as pl
 from cyclopts import Parameter
-from cyclopts.types import NonNegativeInt, PositiveInt
 
 from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.playing import AS_LEARNED, AS_USUAL, TEAM_WORDS, Learners, Playing
+from flows.commands.playing import AS_LEARNED, AS_USUAL, TEAM_WORDS, Jobs, Learners, Many, Playing, Seed
 from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in
 from flows.evaluations import evaluate
 from flows.progress import listener
@@ -38,11 +37,11 @@ def evaluate_team(
     *,
     policy: WhoIsMeasured = "learned",
     against: Against = "static",
-    matches: PositiveInt = 200,
-    seed: NonNegativeInt = 0,
+    matches: Many = 200,
+    seed: Seed = 0,
     playing: Playing = AS_USUAL,
     learners: Learners = AS_LEARNED,
-    jobs: PositiveInt | None = None,
+    jobs: Jobs | None = None,
     export: Path | None = None,
     json: Json = False,
     common: Common = DEFAULTS,

@@ -27,9 +27,11 @@ def find_match(store: Store, match: str) -> Receipt:
     """The receipt of the match with this id or beginning of an id.
 
     Raises:
-        NotFound: if the id fits no match or several. If it fits a match of a season, the error names
-            the season's data folder.
+        NotFound: if the id is empty, or fits no match or several. If it fits a match of a season, the error
+            names the season's data folder.
     """
+    if not match:
+        raise NotFound("no match is named", next_step="Give the id of a match, or its beginning")
     receipts = list(store.receipts("matches"))
     found = _called(receipts, match)
     if not found:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import sys
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,6 +14,7 @@ from flows.commands.common import DEFAULTS, Common
 from flows.commands.printing import console
 from flows.shipped import shipped
 from pipeline.errors import NotFound
+from pipeline.store.files import check_root
 
 
 def notebooks(
@@ -32,17 +32,18 @@ def notebooks(
         open_: Open the notebooks in JupyterLab; needs pitchlore[notebooks].
         common: Options of every command.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    check_root(folder)
     for notebook in sorted(shipped("notebooks").glob("*.ipynb")):
         target = folder / notebook.name
         if not target.exists():
-            shutil.copyfile(notebook, target)
+            common.store.write_bytes(target, notebook.read_bytes())
             console().print(f"{target} copied")
     if not open_:
         return
     if find_spec("jupyterlab") is None:
         raise NotFound("JupyterLab is not installed",
                        next_step="Install pitchlore[notebooks], or add --no-open to copy the notebooks only")
-    environment = os.environ | {"PITCHLORE_DATA": str(common.data.resolve())}
-    command = [sys.executable, "-m", "jupyterlab", str(folder)]
+    own = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
+    environment = own | {"PITCHLORE_DATA": str(common.data.resolve())}
+    command = [sys.executable, "-P", "-m", "jupyterlab", str(folder)]
     os.execve(sys.executable, command, environment)  # noqa: S606 (Jupyter takes over; Ctrl-C is its own)

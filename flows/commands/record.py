@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import polars as pl
-from cyclopts.types import NonNegativeInt, PositiveInt
 
 from flows.catalog import refresh
 from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Playing, WhoPlays
+from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Many, Playing, Seed, WhoPlays
 from flows.commands.printing import bars, print_frame, print_json, print_stand_in
 from flows.record import record
 from pipeline.arena.match.recipe import Recipe
@@ -19,8 +18,8 @@ def record_matches(
     *,
     home: WhoPlays = "static",
     away: WhoPlays = "static",
-    seed: NonNegativeInt = 1,
-    matches: PositiveInt = 1,
+    seed: Seed = 1,
+    matches: Many = 1,
     playing: Playing = AS_USUAL,
     learners: Learners = AS_LEARNED,
     json: Json = False,

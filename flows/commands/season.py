@@ -8,10 +8,11 @@ from typing import Annotated
 
 import polars as pl
 from cyclopts import Parameter
-from cyclopts.types import NonNegativeInt, PositiveInt
+from cyclopts.types import PositiveInt
 
 from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.orchestrated import orchestrated
+from flows.commands.playing import Jobs, Seed
 from flows.commands.printing import console, print_failed, print_frame, print_json, print_stand_in
 from flows.progress import StageReport
 from pipeline.errors import BadSettings, CorruptFile
@@ -32,10 +33,10 @@ def season(
     *,
     settings: str = "best",
     opponent: WhoIsPlayed = (),
-    seed: NonNegativeInt = 1,
+    seed: Seed = 1,
     seasons: PositiveInt = 1,
     games: PositiveInt | None = None,
-    jobs: PositiveInt = 1,
+    jobs: Jobs = 1,
     discard: Flag = False,
     json: Json = False,
     common: Common = DEFAULTS,

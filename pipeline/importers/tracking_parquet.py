@@ -35,8 +35,9 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         file = pq.ParquetFile(io.BytesIO(source.content))
         meta = file.metadata
         size = sum(meta.row_group(i).total_byte_size for i in range(meta.num_row_groups))
-        if meta.num_rows > source.limits.rows:
-            raise source.too_much(f"{meta.num_rows} rows", "rows")
+        rows = _rows(meta)
+        if rows > source.limits.rows:
+            raise source.too_much(f"{rows} rows", "rows")
         if size > source.limits.megabytes << 20:
             raise source.too_much(f"{size >> 20} MiB when it is unpacked", "megabytes")
         theirs = chosen(file.schema_arrow.names, mapping.columns, source.name)
@@ -57,6 +58,14 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
                 f"column {column} is {dtype}, not numbers", where=source.name, next_step="Write it as numbers"
             )
     return match_of(named, source, mapping)
+
+
+def _rows(meta: pq.FileMetaData) -> int:
+    """The most rows that any part of the footer speaks of: what is read is not what its head says."""
+    groups = [meta.row_group(i) for i in range(meta.num_row_groups)]
+    flat = [j for j in range(meta.num_columns) if not meta.schema.column(j).max_repetition_level]
+    values = (sum(group.column(j).num_values for group in groups) for j in flat)
+    return int(max(meta.num_rows, sum(group.num_rows for group in groups), *values))
 
 
 def _read(source: SourceFile, columns: list[str]) -> pa.Table:

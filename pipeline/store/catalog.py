@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -113,7 +114,7 @@ def _select(connection: duckdb.DuckDBPyConnection, schema: type[Table], files: S
         f'"{name}"::varchar as "{name}"' if isinstance(dtype, pl.Enum) else f'"{name}"'
         for name, dtype in schema.dtypes().items()
     )
-    listed = ", ".join(map(quote, files))
+    listed = ", ".join(quote(pattern(file)) for file in files)
     if files and len(schema.readable()) == 1:
         return f"select {columns} from read_parquet([{listed}])"
     # DuckDB itself says how it names the types that it reads from our Parquet
@@ -127,6 +128,11 @@ def _select(connection: duckdb.DuckDBPyConnection, schema: type[Table], files: S
     # files of earlier versions lack columns
     every = f"from read_parquet([{listed}], union_by_name = true) union all by name {nothing}"
     return f"select {columns} from ({every})"
+
+
+def pattern(path: str) -> str:
+    """A path as DuckDB's readers take it, who read ``*``, ``?`` and ``[`` in it as wildcards."""
+    return re.sub(r"[*?[]", r"[\g<0>]", path)
 
 
 def quote(text: str) -> str:

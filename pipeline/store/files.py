@@ -63,10 +63,10 @@ class Files:
             StorageFailed: if the disk refuses, or if there is a device or a folder; the old file, if any,
                 is as it was.
         """
-        temporary = path.with_name(f".{path.name}.{os.getpid()}-{os.urandom(4).hex()}.tmp")
-        if path.exists() and not path.is_file():
+        if not path.name or (path.exists() and not path.is_file()):
             raise StorageFailed("is no regular file, and is not replaced by one", where=str(path),
                                 next_step="Name a file")
+        temporary = path.with_name(f".{path.name}.{os.getpid()}-{os.urandom(4).hex()}.tmp")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             try:
@@ -128,7 +128,8 @@ class Files:
     def sweep(self) -> int:
         """Remove temporary files and staging folders of dead processes. Returns their number."""
         swept = 0
-        for path in [*chain.from_iterable(map(self.root.glob, ("*/.*.tmp", "*/.*.staging", ".*.tmp*")))]:
+        kinds = (".*.tmp*", "*/.*.tmp", "*/*/.*.tmp", "*/.*.staging")
+        for path in [*chain.from_iterable(map(self.root.glob, kinds))]:
             owner = re.search(r"\.(\d+)-[0-9a-f]+\.(?:tmp|tmp\.wal|staging)$", path.name)
             if owner and not _alive(int(owner[1])):
                 if path.is_dir():
@@ -168,9 +169,10 @@ class Files:
         """
         try:
             with open(path, "rb", opener=_without_waiting) as file:
-                if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                found = os.fstat(file.fileno())
+                if not stat.S_ISREG(found.st_mode):
                     raise NotFound("is not a regular file", where=str(path), next_step="Name a file")
-                data = file.read((megabytes << 20) + 1)
+                data = file.read(min(found.st_size, megabytes << 20) + 1)
         except OSError as error:
             raise NotFound(f"cannot be read ({error.strerror or error})", where=str(path),
                            next_step="Name an existing file that you may read") from error
@@ -208,6 +210,27 @@ class Files:
         """No thread or process commits or removes an output: what the body reads is of one moment."""
         with self.keeping(), _holding(self.root / ".commits", fcntl.LOCK_EX, reading=True):
             yield
+
+
+def check_root(path: Path) -> None:
+    """Check that a path may be that of a data folder, new or old.
+
+    Raises:
+        BadSettings: if it, or a folder above it, is something else; if it is too long or not UTF-8; or if it
+            has a ``?``, after which DuckDB and SQLite read options.
+    """
+    try:
+        there = next((each for each in (path, *path.parents) if each.exists() or each.is_symlink()), None)
+        what, where = None if there is None or there.is_dir() else "is not a folder", there
+        if what is None and "?" in str(path.resolve()):
+            what, where = "has a ? in its path, after which databases read options", path
+        str(path.resolve()).encode()
+    except UnicodeEncodeError:
+        what, where = "has a path that is not UTF-8", path
+    except (OSError, RuntimeError) as error:  # 3.12 and before raise RuntimeError for links in a circle
+        what, where = f"cannot be used ({getattr(error, 'strerror', None) or 'its links go round'})", path
+    if what is not None:
+        raise BadSettings(what, where=str(where)[:200], next_step="Name the data folder with --data")
 
 
 def _stamp(path: Path) -> tuple[int, ...] | None:

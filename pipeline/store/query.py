@@ -18,7 +18,7 @@ import duckdb
 import polars as pl
 
 from pipeline.errors import BadQuery, NotFound
-from pipeline.store.catalog import FILES, opened, quote
+from pipeline.store.catalog import FILES, opened, pattern, quote
 
 T = TypeVar("T")
 
@@ -64,7 +64,8 @@ def ask(path: Path, sql: str, parameters: Sequence[object] = ()) -> pl.DataFrame
         shown = f"select distinct path from {FILES} where table_name <> ''"
         files = [row[0] for row in connection.execute(shown).fetchall()]
         if files:
-            connection.execute(f"set allowed_paths = [{', '.join(map(quote, files))}]")
+            allowed = {*files, *map(pattern, files)}
+            connection.execute(f"set allowed_paths = [{', '.join(map(quote, sorted(allowed)))}]")
         connection.execute("set temp_directory = ''")  # what does not fit in memory fails
         connection.execute("set enable_external_access = false")
         connection.execute("set python_enable_replacements = false")

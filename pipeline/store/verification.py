@@ -10,8 +10,11 @@ from pathlib import Path
 
 from pipeline.errors import CorruptFile, NotFound
 from pipeline.store import Store
-from pipeline.store.files import REMEDY_OF_VERSION, listed, read_model
+from pipeline.store.files import REMEDY_OF_VERSION, Files, listed, read_model
 from pipeline.store.receipts import Manifest, Receipt, digest
+
+#: Greatest size of a file that is restored, MiB: that of any.
+_WHOLE_MB = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,19 +91,19 @@ def restore(damage: Damage, root: Path, backup: Path) -> bool:
     """
     source = backup / damage.path.relative_to(root)
     try:
-        data = source.read_bytes()
-        if damage.sha256 is None and _place(source) != source.relative_to(backup):
+        data = Files(backup).foreign(source, megabytes=_WHOLE_MB)
+        if damage.sha256 is None and source.parts[-len(place := _place(source).parts):] != place:
             return False
         if damage.sha256 is not None and digest(data) != damage.sha256:
             return False
-    except (OSError, CorruptFile):
+    except (NotFound, CorruptFile):
         return False
     Store(root).write_bytes(damage.path, data)
     return True
 
 
 def _place(path: Path) -> Path:
-    """Where a receipt or manifest belongs in a data folder.
+    """Where a receipt or manifest belongs in its data folder, which may be that of a season.
 
     Raises:
         CorruptFile: if it is not readable.
@@ -140,8 +143,9 @@ def _read(
             continue
         _count(folder / "manifest.json", found)
         known = {record.path for record in manifest.files.values()} | {"manifest.json"}
+        # a temporary file is another command's, or is swept when that is dead
         found.others += [f"{path}: is not in the manifest. Remove it." for path in sorted(folder.iterdir())
-                         if path.name not in known]
+                         if path.name not in known and not path.name.endswith(".tmp")]
         yield manifest
 
 

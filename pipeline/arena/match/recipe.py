@@ -59,7 +59,7 @@ class MatchSettings(Frozen):
         camera: the camera by which teams and log see the match; the referee sees all. Off by default.
     """
 
-    robots: int = Field(default=3, ge=1)
+    robots: int = Field(default=3, ge=1, le=128)
     pitch: Pitch = PITCHES[Kind.VSSS]
     physics: PhysicsSettings = PhysicsSettings()
     referee: RefereeSettings = RefereeSettings()

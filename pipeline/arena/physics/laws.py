@@ -63,7 +63,7 @@ class RefereeSettings(Frozen):
             radians of its heading, so that no two matches are alike. Ours.
     """
 
-    duration_s: float = Field(default=480.0, gt=0)
+    duration_s: float = Field(default=480.0, gt=0, le=86_400)
     halves: int = Field(default=2, ge=1)
     pause_s: float = Field(default=0.5, ge=0)
     stuck_speed: float = Field(default=0.10, gt=0)

@@ -55,7 +55,7 @@ def animation(
         BadSettings: if start or length are out of their bounds.
         NotFound: if nothing is recorded in that time.
     """
-    if not (0 < seconds <= LONGEST_S and 0 <= start_s < math.inf):
+    if not (0 < seconds <= LONGEST_S and 0 <= start_s < _NS):
         raise BadSettings(f"cannot show {seconds:g} s from {start_s:g} s on", where="replay", next_step=(
             f"Begin at 0 or later and show up to {LONGEST_S:g} s"))
     lasts = seconds_shown(match, start_s, seconds)
