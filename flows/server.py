@@ -313,14 +313,15 @@ class Keeper:
             except PermissionError as error:
                 raise ServerFailed(f"process {record.pid} belongs to another user", where=record.ui,
                                    next_step="Have that user stop it") from error
-        self._record.unlink(missing_ok=True)
+        with suppress(NotADirectoryError):
+            self._record.unlink(missing_ok=True)
         return record if alive else None
 
     def _find_or_start(self, port: int) -> tuple[Kept, Process | None]:
         """The record of the server, and its process if it was started now: that ends with this one."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            self._lock.touch()
+            self._lock.open("ab").close()
         except OSError as error:
             raise ServerFailed(f"cannot be used ({error.strerror})", where=str(self.folder),
                                next_step="Make it a folder that you may write, or remove it") from error

@@ -44,6 +44,17 @@ def test_only_receipts(tmp_path):
     assert rows == [("m-1", 1), ("m-2", 3)]
 
 
+def test_wildcards_in_the_path(tmp_path):
+    """A data folder whose name has wildcards shows its own rows, to `sql` and to notebooks, and no other's."""
+    for robot, name in enumerate(("ab", "a*", "a[b]", "*"), 1):
+        store = Store(tmp_path / name)
+        put_goal(store, "m-1", robot)
+        path = refresh(store)[0]
+        assert ask(path, "select robot from goals").rows() == [(robot,)]
+        with duckdb.connect(str(path), read_only=True) as notebook:
+            assert notebook.sql("select robot from goals").fetchall() == [(robot,)]
+
+
 def test_column_comments(tmp_path):
     """Columns have a comment with their meaning and unit."""
     path = refresh(Store(tmp_path))[0]

@@ -241,6 +241,45 @@ def test_paths_of_receipts(data, tmp_path, capsys, path):
     assert victim.read_text() == "mine"
 
 
+def test_seasons_are_restored(data, tmp_path, capsys):
+    """Receipts, manifests and tables of a season's own store come back from a backup."""
+    season = data / "seasons" / "a-1"
+    for noun in (*STAGES.of_matches, *STAGES.versioned):
+        shutil.copytree(data / noun, season / noun)
+    name = next(iter(Store(data).receipts("matches"))).name
+    put_receipt(data / "seasons" / "a-1.receipt.json", receipt_at(data / "matches" / f"{name}.receipt.json"),
+                noun="seasons", name="a-1", files={}, details={"store": "seasons/a-1"})
+    backup, rng = shutil.copytree(data, tmp_path / "backup"), random.Random(7)
+    harmed = [season / "matches" / f"{name}.receipt.json", season / "knowledge" / "v0001" / "manifest.json",
+              next((season / "goals").glob("*.parquet"))]
+    for path in harmed:
+        flip(path, rng)
+    code, out, _ = called(capsys, "verify", "--restore-from", backup, "--data", data)
+    assert (code, "3 restored, 0 problems" in out) == (0, True)
+    assert all(path.read_bytes() == (backup / path.relative_to(data)).read_bytes() for path in harmed)
+
+
+def test_pipe_in_a_backup(data, tmp_path, capsys):
+    """A pipe or a device at a file's place in a backup is not read."""
+    first, second = (data / receipt.files["goals"].path for receipt in Store(data).receipts("goals"))
+    for path in (first, second):
+        flip(path, random.Random(8))
+    (tmp_path / "backup" / "goals").mkdir(parents=True)
+    os.mkfifo(tmp_path / "backup" / first.relative_to(data))
+    (tmp_path / "backup" / second.relative_to(data)).symlink_to("/dev/zero")
+    code, out, _ = called(capsys, "verify", "--restore-from", tmp_path / "backup", "--data", data)
+    assert (code, "0 restored, 2 problems" in out) == (1, True)
+
+
+def test_half_a_file_of_a_version(data, capsys):
+    """What a kill leaves in a version's folder is swept by the next run, and is no damage."""
+    left = data / "knowledge" / "v0001" / ".manifest.json.4194305-00000000.tmp"
+    left.write_bytes(b"half")
+    assert called(capsys, "verify", "--data", data)[0] == 0
+    assert Store(data).sweep() == 1
+    assert not left.exists()
+
+
 def test_restored_receipt_of_another(data, tmp_path, capsys):
     """A backup that has another output's receipt in a receipt's place restores nothing."""
     backup = shutil.copytree(data, tmp_path / "backup")

@@ -39,7 +39,7 @@ from pipeline.store import Store, files
 
 #: A command has to have ended by then, seconds; here it shares the machine with other tests.
 SOON_S = 60.0
-COMMAND = "import sys; from flows.cli import main; main(sys.argv[1:])"
+COMMAND = "from flows.cli import script; script()"
 
 
 def call(*words: object, before: Callable[[], None] | None = None, **variables: str) -> tuple[int, str, str, float]:
@@ -67,6 +67,70 @@ def derby(tmp_path: Path) -> Path:
 def lines(err: str) -> list[str]:
     """What a command said, without its progress bars."""
     return [line for line in err.splitlines() if "━" not in line and line.strip()]
+
+
+# --- the process ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("words", "code"), [(["--version"], 0), (["kb", "list", "--data", "nowhere"], 1), (["--huh"], 1)])
+def test_exit_code(tmp_path, words, code):
+    """A command leaves with its exit code, and all that it says is written, to a pipe, too."""
+    found, out, err, _ = call(*words)
+    assert found == code
+    assert (out if code == 0 else err).strip()
+
+
+def test_leaves_at_once(tmp_path):
+    """A command does not unwind threads that run on: those in compiled code would abort it."""
+    script = """
+import atexit, sys, threading, time
+import flows.cli
+def said(*_):
+    threading.Thread(target=time.sleep, args=(600,), daemon=True).start()
+    atexit.register(print, "cleared up")
+    class Last:
+        def __del__(self, write=sys.stdout.write): write("unwound")
+    sys.kept = Last()
+flows.cli.main = said
+flows.cli.script()
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=SOON_S, check=True)
+    assert done.stdout == "cleared up\n"
+
+
+@pytest.mark.parametrize("closed", [(0,), (1,), (2,), (0, 1, 2)])
+def test_closed_streams(tmp_path, closed):
+    """Where a standard stream is closed, no file gets its number, and the command does its work."""
+
+    def close() -> None:
+        for number in closed:
+            os.close(number)
+
+    here = ("import os; from flows.cli import main\n"
+            "import flows.cli\n"
+            "flows.cli._call = lambda *_, **__: open(os.environ['TOLD'], 'w').write(' '.join(\n"
+            "    str(os.fstat(n).st_rdev == os.stat('/dev/null').st_rdev) for n in range(3)))\n"
+            "main([])")
+    told = tmp_path / "told"
+    subprocess.run([sys.executable, "-c", here], check=True, preexec_fn=close, timeout=SOON_S,
+                   env=os.environ | {"TOLD": str(told)})
+    found = told.read_text().split()
+    assert [found[number] for number in closed] == ["True"] * len(closed)
+
+
+@pytest.mark.slow
+def test_working_directory(tmp_path, derby):
+    """Modules of the folder in which a command is called are not loaded."""
+    for name in ("uvicorn", "json", "prefect", "multiprocessing", "pipeline"):
+        (tmp_path / f"{name}.py").write_text(f"import pathlib; pathlib.Path('{name}-was-here').touch()")
+    (tmp_path / "flows").mkdir()
+    (tmp_path / "flows" / "__init__.py").touch()
+    command = Path(sys.executable).with_name("pitchlore")
+    here = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}
+    subprocess.run([command, "import", "--isolate", derby, "--data", "data"], cwd=tmp_path, env=here, check=True,
+                   capture_output=True, timeout=SOON_S)
+    assert not list(tmp_path.glob("*-was-here"))
+    assert len(list(Store(tmp_path / "data").receipts("matches"))) == 1
 
 
 # --- disks ------------------------------------------------------------------------------------------
@@ -209,7 +273,7 @@ def test_home_that_cannot_be_used(monkeypatch):
 #: A command whose flow waits, after something was done to its server, when it would import a recording.
 MEANWHILE = """
 import os, signal, sys, time
-import flows.imports, flows.serving
+import flows.cli, flows.imports, flows.serving
 flows.serving.REQUEST_S = 1.0
 def wait(*_):
     {does}
@@ -217,8 +281,7 @@ def wait(*_):
     time.sleep({seconds})
     {then}
 flows.imports.import_recording = wait
-from flows.cli import main
-main(sys.argv[1:])
+flows.cli.script()
 """
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import multiprocessing
 import os
 import re
 import subprocess
@@ -27,7 +28,7 @@ from flows.commands.commentary import told_of
 from flows.commands.printing import print_frame
 from flows.commands.replay import write_page
 from flows.imports import import_all
-from flows.isolated import read_isolated
+from flows.isolated import _answer, read_isolated
 from flows.matches import Recording, import_recording, inbox, strangers
 from flows.progress import StageReport
 from flows.stage import Scope
@@ -208,6 +209,14 @@ def test_reader_brought_down(tmp_path):
     store = Store(tmp_path / "data")
     file.write_bytes(DERBY)
     assert import_recording(store, Recording(file=file), ImportSettings(isolate=True))[1]
+
+
+def test_nobody_waits_for_a_reader(tmp_path, monkeypatch):
+    """A reader whose command was killed ends without a word."""
+    monkeypatch.setattr("resource.setrlimit", lambda *_: None)
+    here, there = multiprocessing.Pipe(duplex=False)
+    here.close()
+    _answer(there, str(tmp_path / "none.csv"), "0", "m-1", TrackingMap(), ImportSettings())
 
 
 def test_others_go_on(tmp_path, prefect_server):

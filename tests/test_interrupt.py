@@ -38,6 +38,17 @@ import time, flows.cli
 def forever(): print("moment", flush=True); time.sleep(600)
 flows.cli.command_line = forever
 """,
+    "a compiled module is loaded": """
+import os, sys, tempfile, flows.cli
+def forever():
+    folder = tempfile.mkdtemp()
+    with open(f"{folder}/compiled.py", "w") as file:
+        file.write("import os, time\\nprint('moment', flush=True)\\n"
+                   "try: time.sleep(600)\\nexcept KeyboardInterrupt: os.abort()\\n")
+    sys.path.append(folder)
+    import compiled
+flows.cli.command_line = forever
+""",
     "a library calls it an error": """
 import time, flows.cli
 def forever():
@@ -110,7 +121,8 @@ def test_stop_while_starting(derby, tmp_path):
         assert_stopped(command)
 
 
-@pytest.mark.parametrize("moment", ["it is loaded", "it has a child", "a library calls it an error"])
+@pytest.mark.parametrize("moment", [
+    "it is loaded", "a compiled module is loaded", "it has a child", "a library calls it an error"])
 def test_stop_early(tmp_path, moment):
     """Ctrl-C is heard before anything slow is loaded, leaves no child behind, and is no error of a library."""
     with terminal("kb", "list", "--data", tmp_path, before=MOMENTS[moment]) as command:

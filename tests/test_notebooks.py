@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 
 import pytest
@@ -53,6 +54,27 @@ def test_copies(tmp_path, capsys):
     assert kept.name not in capsys.readouterr().out
 
 
+def test_half_a_copy(tmp_path, monkeypatch, capsys):
+    """A notebook that could not be copied is not there, and the next call copies it."""
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("os.replace", full)
+        assert notebooks(tmp_path, "--no-open") == 1
+    assert "cannot be written (No space left on device)" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+    assert notebooks(tmp_path, "--no-open") == 0
+    assert len(list(tmp_path.iterdir())) == len(NOTEBOOKS)
+
+
+def test_file_as_folder(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    assert notebooks(tmp_path / "file", "--no-open") == 1
+    assert "is not a folder" in capsys.readouterr().err
+
+
 def test_opens(tmp_path, monkeypatch):
     """The command hands over to JupyterLab, with the data folder in the environment."""
     asked = {}
@@ -61,7 +83,7 @@ def test_opens(tmp_path, monkeypatch):
         program=program, command=command, data=environment["PITCHLORE_DATA"]))
     notebooks(tmp_path / "nb", "--data", str(tmp_path / "league"))
     assert asked == {"program": sys.executable, "data": str(tmp_path / "league"),
-                     "command": [sys.executable, "-m", "jupyterlab", str(tmp_path / "nb")]}
+                     "command": [sys.executable, "-P", "-m", "jupyterlab", str(tmp_path / "nb")]}
 
 
 def test_without_jupyterlab(tmp_path, monkeypatch, capsys):

@@ -90,6 +90,22 @@ def test_two_starts(uvicorn, data):
     assert not alive(told[0]["pid"])
 
 
+@pytest.mark.parametrize("spoil", [
+    lambda folder: folder.write_text(""), lambda folder: folder.symlink_to("nothing"), lambda folder: (folder / ".lock").mkdir(parents=True),
+])
+@pytest.mark.parametrize("words", [("server", "start"), ("server", "status"), ("server", "stop")])
+def test_unfit_folder(data, spoil, words):
+    """A `server` in the data folder that is no folder of a server is one line of error, or no server."""
+    spoil(data / "server")
+    code, out, err = call(*words, "--data", data)
+    assert "Unexpected" not in err
+    if words[1] == "start":
+        assert (code, out) == (1, "")
+        assert "cannot be used (" in err
+    else:
+        assert "no server runs" in out
+
+
 def test_dead_server(uvicorn, data):
     """A server that died is said to have died, and the next start brings another."""
     uvicorn(UVICORN)

@@ -25,6 +25,9 @@ def test_defaults():
     (b"[[behaviours.rounds]]\nn = 5\nrows = 1\ncolumns = 1\nactivation = 0.1", "behaviours.rounds.0.n: "),
     (b"[policies\n", "is not TOML (Expected ']'"),
     (b"\xff\xfe", "is not TOML ('utf-8' codec"),
+    (b"[policies]\nsweeps = " + b"1" * 5_000, "is not TOML (Exceeds the limit"),
+    (b"[imports]\nmegabytes = 0x" + b"f" * 5_000, "imports.megabytes: "),
+    (b"[imports]\nseconds = 1e300", "imports.seconds: input should be less than or equal to 86400"),
 ])
 def test_errors(text, said):
     """An error is one line that names the file and the key."""
@@ -32,6 +35,11 @@ def test_errors(text, said):
         parse_settings(text, where="club.toml")
     assert str(caught.value).startswith(f"club.toml: {said}")
     assert "\n" not in str(caught.value)
+
+
+def test_byte_order_mark():
+    """A file that begins with the mark that some editors write is read."""
+    assert parse_settings(b"\xef\xbb\xbf[policies]\nsweeps = 3", where="club.toml").policies.sweeps == 3
 
 
 @pytest.mark.parametrize("backoff", [[], ["full35"], ["team19", "self9", "role0"]])

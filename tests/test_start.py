@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
 import pytest
 
 from flows.cli import COMMANDS, GROUPS, command_line
+from pipeline.store import Store
 
 #: Prints which of these packages a command has loaded.
 LOADED = """
@@ -83,6 +85,49 @@ def test_wrong_data_folder(call, tmp_path, words):
     ):
         assert call(*words, "--data", folder) == (1, "", f"pitchlore: {folder}: {said}\n")
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def ring(folder):
+    (folder / "one").symlink_to(folder / "two")
+    (folder / "two").symlink_to(folder / "one")
+    return folder / "one"
+
+
+def dangling(folder):
+    (folder / "link").symlink_to(folder / "nothing")
+    return folder / "link"
+
+
+@pytest.mark.parametrize(("path", "said"), [
+    (lambda folder: folder / "a?mode=memory", "has a ? in its path, after which databases read options"),
+    (lambda folder: folder / os.fsdecode(b"bad\xff"), "has a path that is not UTF-8"),
+    (lambda folder: folder / ("x" * 300), "cannot be used (File name too long)"),
+    (dangling, "is not a folder"),
+    (ring, "cannot be used ("),
+])
+def test_unfit_data_folder(call, tmp_path, path, said):
+    """What cannot be a data folder is refused in one line before any work, and nothing is made."""
+    data = path(tmp_path)
+    before = sorted(tmp_path.rglob("*"))
+    code, out, err = call("record", "--minutes", "0.01", "--data", data)
+    assert (code, out) == (1, "")
+    assert said in err
+    assert err.count("\n") == 1
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.parametrize("words", [
+    ("record", "--robots", "100000000"), ("record", "--minutes", "1e300"), ("record", "--seed", str(1 << 63)),
+    ("evaluate", "--matches", str(10**12)), ("evaluate", "--jobs", "10000"), ("evaluate", "--seed", str(1 << 63)),
+    ("season", "--jobs", "10000"), ("replay", "x", "-o", ""), ("forget", ""), ("serve", "--cron", "* * * * * *"),
+], ids=" ".join)
+def test_unfit_numbers_and_names(call, finished, words):
+    """A number that is too large, or an empty name, is one line of error, and nothing is done."""
+    code, out, err = call(*words, "--data", finished)
+    assert (code, out) == (1, "")
+    assert err.count("\n") == 1
+    assert "Unexpected" not in err
+    assert len(list(Store(finished).receipts("matches"))) == 2
 
 
 @pytest.mark.parametrize("words", [("situations",), ("sql", "--tables")])

@@ -24,6 +24,7 @@ from pipeline.store.tables import SCHEMA_KEY, from_parquet, to_parquet
 from pipeline.store.verification import verify
 from pipeline.store.work import Made, Work
 from schemas import (
+    SIDES,
     Decisions,
     Goals,
     Grams,
@@ -129,6 +130,14 @@ def test_same_bytes(tmp_path):
     assert (second.key != first.key, second.digests() == first.digests()) == (True, True)
     changed = {p.name for p in tmp_path.rglob("*") if p.is_file() and p.stat().st_mtime_ns != before.get(p)}
     assert changed == {"m-1.receipt.json"}
+
+
+def test_bytes_of_pieces():
+    """A table has the same bytes in however many pieces it came."""
+    whole = goals(rows=2).with_columns(team=pl.Series([None, "away"], dtype=pl.Enum(SIDES)))
+    pieces = pl.concat([whole[:1], whole[1:]], rechunk=False)
+    assert (whole.n_chunks(), pieces.n_chunks()) == (1, 2)
+    assert to_parquet(whole, Goals, where="goals") == to_parquet(pieces, Goals, where="goals")
 
 
 def test_other_code(tmp_path, monkeypatch):

@@ -46,6 +46,12 @@ def wait(file):
     time.sleep(60)
 
 
+def wait_as_a_run(file):
+    import flows.scheduled  # noqa: F401 (what Prefect unpickles first in the process of a run)
+
+    wait(file)
+
+
 def test_one_job():
     """With one job all work is done in this process."""
     with Workers(1) as workers:
@@ -82,10 +88,20 @@ def test_processes_share_the_cores(monkeypatch):
         assert workers.run(threads_of_polars) == 2
 
 
-def test_killed_parent(tmp_path):
+#: What a process is made to do for ever, by who made it: a command, or `serve` (as Prefect does it).
+FOR_EVER = {
+    "a command": "from flows.workers import Workers; from test_workers import wait\n"
+                 "if __name__ == '__main__': Workers(2).run(wait, {0!r})",
+    "serve": "import multiprocessing; from test_workers import wait_as_a_run\n"
+             "if __name__ == '__main__': multiprocessing.get_context('spawn').Process(\n"
+             "    target=wait_as_a_run, args=({0!r},)).start()",
+}
+
+
+@pytest.mark.parametrize("parent", FOR_EVER)
+def test_killed_parent(tmp_path, parent):
     """Processes end with the one that started them, even if that is killed."""
-    script = ("import sys; from flows.workers import Workers; from test_workers import wait\n"
-              f"if __name__ == '__main__': Workers(2).run(wait, {str(tmp_path / 'pid')!r})")
+    script = FOR_EVER[parent].format(str(tmp_path / "pid"))
     (tmp_path / "main.py").write_text(script)
     process = subprocess.Popen([sys.executable, tmp_path / "main.py"],
                                env={**os.environ, "PYTHONPATH": f"{HERE.parent}:{HERE}"})

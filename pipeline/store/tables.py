@@ -23,9 +23,8 @@ def to_parquet(frame: pl.DataFrame, schema: type[Table], *, where: str) -> bytes
         SchemaMismatch: if a column is missing, superfluous, of another type, or out of bounds.
     """
     check(frame, schema, where=where)
-    table = frame.to_arrow().replace_schema_metadata({SCHEMA_KEY: schema.tag()})
-    for place, column in enumerate(table.columns):
-        table = table.set_column(place, table.schema.field(place), _clean(column))
+    # in one piece: Parquet's pages and statistics follow the pieces that a table came in
+    table = frame.rechunk().to_arrow().replace_schema_metadata({SCHEMA_KEY: schema.tag()})
     floats = [name for name, dtype in frame.schema.items() if dtype.is_float()]
     times = [name for name, dtype in frame.schema.items() if dtype in (pl.Int64, pl.UInt32)]
     buffer = io.BytesIO()
@@ -35,17 +34,6 @@ def to_parquet(frame: pl.DataFrame, schema: type[Table], *, where: str) -> bytes
         use_byte_stream_split=floats, column_encoding=dict.fromkeys(times, "DELTA_BINARY_PACKED"),
     )
     return buffer.getvalue()
-
-
-def _clean(column: pyarrow.ChunkedArray) -> pyarrow.ChunkedArray:
-    """The same column. Of categories, what lies under nulls becomes the first: the statistics count it."""
-    if not pyarrow.types.is_dictionary(column.type) or not column.null_count:
-        return column
-    array = column.combine_chunks()
-    index = array.indices.fill_null(0).to_numpy()
-    index = pyarrow.array(index, mask=array.is_null().to_numpy(zero_copy_only=False))
-    clean = pyarrow.DictionaryArray.from_arrays(index, array.dictionary, ordered=column.type.ordered)
-    return pyarrow.chunked_array([clean])
 
 
 def check(frame: pl.DataFrame, schema: type[Table], *, where: str) -> None:

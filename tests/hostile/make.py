@@ -122,6 +122,28 @@ def many_rows() -> bytes:
     return buffer.getvalue()
 
 
+def lying_rows() -> bytes:
+    """A Parquet file of 5 million rows whose footer says, at its head, that there are a thousand."""
+    data = many_rows()
+    (length,) = struct.unpack("<I", data[-8:-4])
+    head, footer = data[:-8 - length], data[-8 - length:-8]
+    # field 3, an i64 in zigzag varint: type 6 (i64), one field after the schema
+    said, lie = _varint(2 * 5_000_000), bytearray(_varint(2 * 1_000))
+    while len(lie) < len(said):  # the same number, with zeros that count nothing
+        lie[-1] |= 0x80
+        lie.append(0)
+    assert said in footer
+    return head + footer.replace(b"\x16" + said, b"\x16" + bytes(lie), 1) + data[-8:]
+
+
+def _varint(number: int) -> bytes:
+    found = bytearray()
+    while number >= 0x80:
+        found.append(number & 0x7F | 0x80)
+        number >>= 7
+    return bytes([*found, number])
+
+
 def many_columns() -> bytes:
     """A Parquet file with 20,000 columns."""
     table = make.plain().with_columns(pl.lit(0).alias(f"c{i}") for i in range(20_000))
@@ -189,6 +211,7 @@ HOSTILE = (
     Hostile("line.csv", lambda: long_line(200 << 20), "line_kilobytes = 1024", megabytes=50),
     Hostile("line.rcg", lambda: b"ULG5\n" + b"(show 1 " + b"9" * (100 << 20), "line_kilobytes = 1024", megabytes=50),
     Hostile("rows.parquet", many_rows, "5000000 rows, more than the limit rows = 4000000", megabytes=50),
+    Hostile("liar.parquet", lying_rows, "5000000 rows, more than the limit rows = 4000000", megabytes=50),
     Hostile("columns.parquet", many_columns, megabytes=400),
     Hostile("header.csv", wide_header, "has a header|known format|has no|cannot be read|line", megabytes=400),
     Hostile("lines.csv", lambda: _HEADER + b"0,0,ball,,0,0\n" * 5_000_000, "5000001 lines, more than the limit rows", megabytes=50),

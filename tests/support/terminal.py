@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 #: The command line, after what a test changes in it.
-COMMAND_LINE = "\nimport sys; from flows.cli import main; main(sys.argv[1:])"
+COMMAND_LINE = "\nfrom flows.cli import script; script()"
 CTRL_C = b"\x03"
 
 
