@@ -1,0 +1,186 @@
+"""What a run costs as the league grows: seconds of CPU and of the clock, memory, tasks, files.
+
+``PYTHONPATH=tests python -m studies.scale data/studies/scale/scale.csv [10 100 1000]``
+
+For each number of matches of one minute, in a data folder of its own with a Prefect home of its own: play them
+(`record`), bring everything up to date from nothing (`run`), again with nothing new, again with one more
+match, the same with a Prefect server that stays, and ask four questions. All processes of a command count.
+Rows are appended as they are measured.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from threading import Event, Thread
+from typing import NamedTuple
+
+import polars as pl
+
+SIZES = (10, 100, 1_000)
+#: README's question, and three of docs/how-to/sql.md's kinds: over situations, over samples, over matches.
+QUESTIONS = {
+    "goals after situations": """
+        select team, name, count(*) as n, avg((exists (from goals g where g.match_id = s.match_id
+            and g.team = s.team and g.t_ns - s.start_ns between 0 and 5e9))::int) as goal_within_5s
+        from situations s where code in (21, 44, 47) group by all order by name, team""",
+    "situations by name": "select name, count(*) as n from situations group by all order by n desc",
+    "mean speed": "select role, avg(sqrt(vx*vx + vy*vy)) as speed from trajectories group by all order by all",
+    "results": "select home, away, avg(score_home - score_away) as lead from matches group by all",
+}
+
+
+class Cost(NamedTuple):
+    """What a command cost.
+
+    Attributes:
+        matches: in the league.
+        what: the command, in words.
+        wall_s: seconds of the clock.
+        cpu_s: seconds of CPU of all its processes.
+        peak_mib: most resident memory of all its processes at once, MiB (sampled 20 times a second).
+        tasks: tasks that Prefect's database has of it.
+        database_mib: size of Prefect's database afterwards, MiB.
+        files: files in the data folder afterwards.
+    """
+
+    matches: int
+    what: str
+    wall_s: float
+    cpu_s: float
+    peak_mib: float
+    tasks: int
+    database_mib: float
+    files: int
+
+
+class Bench:
+    """A league, and what commands on it cost.
+
+    Args:
+        root: an empty folder.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.data, self.home = root / "league", root / "home"
+        self.environment = {**os.environ, "PREFECT_HOME": str(self.home)}
+        self.environment.pop("PREFECT_API_URL", None)
+
+    def call(self, *words: object) -> subprocess.CompletedProcess[str]:
+        """Run a command.
+
+        Raises:
+            CalledProcessError: if it fails.
+        """
+        command = [str(Path(sys.executable).with_name("pitchlore")), *map(str, words), "--data", str(self.data)]
+        return subprocess.run(command, env=self.environment, check=True, capture_output=True, text=True)
+
+    def cost(self, matches: int, what: str, *words: object) -> Cost:
+        """Run a command, and measure it."""
+        before, tasks, begun = _cpu(), self._tasks(), time.monotonic()
+        with _peak() as peak:
+            self.call(*words)
+        wall = time.monotonic() - begun
+        return Cost(matches, what, round(wall, 2), round(_cpu() - before, 2), round(peak[0], 1),
+                    self._tasks() - tasks, round(self._database() / (1 << 20), 1),
+                    sum(1 for path in self.data.rglob("*") if path.is_file()))
+
+    def _databases(self) -> list[Path]:
+        return [path for path in (self.home / "prefect.db", self.data / "server" / "prefect.db") if path.exists()]
+
+    def _database(self) -> int:
+        return sum(path.stat().st_size for path in self._databases())
+
+    def _tasks(self) -> int:
+        count = 0
+        for path in self._databases():
+            with closing(sqlite3.connect(path)) as connection:
+                count += connection.execute("select count(*) from task_run").fetchone()[0]
+        return count
+
+
+def _cpu() -> float:
+    """Seconds of CPU of all children that have ended."""
+    times = os.times()
+    return times.children_user + times.children_system
+
+
+@contextmanager
+def _peak() -> Iterator[list[float]]:
+    """The most memory that the descendants of this process have at once while the body runs, MiB."""
+    most, done = [0.0], Event()
+
+    def watch() -> None:
+        while not done.wait(0.05):
+            most[0] = max(most[0], _resident())
+
+    thread = Thread(target=watch)
+    thread.start()
+    try:
+        yield most
+    finally:
+        done.set()
+        thread.join()
+
+
+def _resident() -> float:
+    """Resident memory of all descendants of this process, MiB."""
+    parents, sizes = {}, {}
+    for folder in Path("/proc").iterdir():
+        if folder.name.isdigit():
+            try:
+                said = (folder / "stat").read_text().rpartition(")")[2].split()
+            except OSError:
+                continue
+            parents[int(folder.name)], sizes[int(folder.name)] = int(said[1]), int(said[21])
+    own, total = os.getpid(), 0
+    for process, size in sizes.items():
+        above = process
+        while above in parents and above != own:
+            above = parents[above]
+        total += size if above == own and process != own else 0
+    return total * os.sysconf("SC_PAGE_SIZE") / (1 << 20)
+
+
+def measure(matches: int) -> Iterator[Cost]:
+    """What a league of so many matches costs, command by command."""
+    root = Path(tempfile.mkdtemp(prefix="pitchlore-scale-"))
+    bench = Bench(root)
+    playing = ("record", "--away", "human-like", "--minutes", 1)
+    try:
+        yield bench.cost(matches, "record", *playing, "--matches", matches)
+        yield bench.cost(matches, "run from nothing", "run")
+        yield bench.cost(matches, "nothing new", "run")
+        bench.call(*playing, "--seed", 1_000_001)
+        yield bench.cost(matches + 1, "one more", "run")
+        bench.call("server", "start")
+        bench.call(*playing, "--seed", 1_000_002)
+        yield bench.cost(matches + 2, "one more, with a server", "run")
+        bench.call("server", "stop")
+        for what, sql in QUESTIONS.items():
+            yield bench.cost(matches + 2, f"sql: {what}", "sql", sql, "--csv")
+    finally:
+        shutil.rmtree(root)
+
+
+def main(out: Path, sizes: list[int]) -> None:
+    """Measure, and write the table as it grows."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    rows: list[Cost] = []
+    for matches in sizes:
+        for cost in measure(matches):
+            print(cost, flush=True)
+            rows.append(cost)
+            pl.DataFrame(rows, schema=list(Cost._fields), orient="row").write_csv(out)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), [int(word) for word in sys.argv[2:]] or list(SIZES))
