@@ -9,6 +9,7 @@ import pytest
 from flows.cli import main
 from pipeline.errors import BadRecording
 from pipeline.store import Store
+from pipeline.store.work import Made, Work
 
 
 @pytest.fixture
@@ -50,11 +51,14 @@ def test_forget_by_beginning(data, capsys):
     """Forget takes the beginning of an id, as replay does, and refuses to choose."""
     store = Store(data)
     name, other = (receipt.name for receipt in store.receipts("matches"))
+    store.commit(Work("matches", "early-2", {}, version=1), Made())
+    assert call("forget", "early", "--data", data) == 1
+    assert f"several matches begin so (there are: {name}, early-2). Name one of them." in capsys.readouterr().err
     assert call("forget", "", "--data", data) == 1
-    assert f"several matches begin so (there are: {name}, {other}). Name one of them." in capsys.readouterr().err
-    assert call("forget", name[:5], "--data", data) == 0
+    assert "no match is named" in capsys.readouterr().err
+    assert call("forget", name[:8], "--data", data) == 0
     assert f"{name}: 12 outputs removed" in capsys.readouterr().out
-    assert [receipt.name for receipt in store.receipts("matches")] == [other]
+    assert [receipt.name for receipt in store.receipts("matches")] == ["early-2", other]
 
 
 def test_prune(data, capsys):
