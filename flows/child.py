@@ -14,14 +14,17 @@ LOUD = ("EventsWorker", "asyncio")
 
 
 def belong() -> None:
-    """Let this process end with the one that started it, even if that is killed, and be as quiet as that."""
+    """Let this process end with the one that started it, even if that is killed, and be as quiet as that.
+
+    In a process that multiprocessing has not started, this does nothing.
+    """
+    parent = parent_process()
+    if parent is None:
+        return
     if not sys.warnoptions:
         warnings.simplefilter("ignore")
     if os.environ.get("PREFECT_LOGGING_LEVEL") == "CRITICAL":
         hush()
-    parent = parent_process()
-    assert parent is not None
-
     def watch() -> None:
         parent.join()
         os._exit(1)

@@ -113,7 +113,9 @@ def end(why: str = "Stopped", code: int = STOPPED) -> NoReturn:
     if sys.stderr.isatty():
         line = f"{_SHOW_CURSOR}\r{line}"
     try:
-        os.write(2, line.encode())
+        heard = os.dup(2)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # a progress bar's thread might draw once more
+        os.write(heard, line.encode())
         for child in multiprocessing.active_children():  # Prefect's runner has one for each run of a flow
             child.kill()
     finally:

@@ -1,7 +1,6 @@
 """The flow that a schedule runs. It prints one line on the outcome; its state tells success."""
 
 from datetime import datetime
-from multiprocessing import parent_process
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,7 @@ from pipeline.settings import ImportSettings, Settings
 
 # Prefect runs the flow in a process of its own, which loads this module first, and then asks the server: if
 # `serve` is killed, there is none any more, and it would ask for minutes
-if parent_process() is not None:
-    belong()
+belong()
 
 #: Name of the state in which a run ends that put something into quarantine.
 QUARANTINED = "Quarantined"

@@ -21,7 +21,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from flows.server_process import TAKEN
 from pipeline.errors import PitchloreError
-from pipeline.store.files import Files, pretty
+from pipeline.store.files import Files
+from pipeline.store.sealed import pretty
 
 #: Where a data folder keeps its server: Prefect's home and database, the record, the log.
 FOLDER = "server"

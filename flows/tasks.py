@@ -26,7 +26,7 @@ from flows.versions import emit
 from pipeline.errors import in_one_line
 from pipeline.settings import Settings
 from pipeline.store import Store
-from pipeline.store.files import check_root
+from pipeline.store.paths import check_root
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -195,7 +195,7 @@ def data_folder(data: Path) -> Store:
     """The store of a run, without the leftovers of killed runs; it doubts damaged files.
 
     Raises:
-        BadSettings: as for :func:`pipeline.store.files.check_root`.
+        BadSettings: as for :func:`pipeline.store.paths.check_root`.
     """
     check_root(data)
     store = Store(data)

@@ -11,7 +11,7 @@ from pipeline.arena.teams.constant import constant
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings, NotFound, PitchloreError
 from pipeline.store import Store
-from pipeline.store.files import SAFE_NAME
+from pipeline.store.paths import SAFE_NAME
 from pipeline.store.receipts import Manifest
 from pipeline.studies.evaluations import Entrant
 from pipeline.studies.seasons.settings import Season

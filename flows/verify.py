@@ -11,7 +11,7 @@ from flows.stage import Per
 from flows.stages import STAGES
 from pipeline.errors import NotFound, PitchloreError
 from pipeline.store import Store
-from pipeline.store.files import REMEDY_OF_VERSION
+from pipeline.store.sealed import REMEDY_OF_VERSION
 from pipeline.store.verification import Verification, restore, verify
 
 

@@ -353,8 +353,8 @@ class Settings(Frozen):
         return self.grams
 
 
-#: MiB; what is larger overflows.
-_TERABYTE = 1 << 20
+#: The greatest limit on a size, in its own unit; a larger number of bytes could overflow.
+_LARGEST = 1 << 20
 
 
 class ImportSettings(Frozen):
@@ -372,14 +372,14 @@ class ImportSettings(Frozen):
         memory_megabytes: how much memory that process may take.
     """
 
-    megabytes: int = Field(default=1024, ge=1, le=_TERABYTE)
+    megabytes: int = Field(default=1024, ge=1, le=_LARGEST)
     rows: int = Field(default=4_000_000, ge=1)
-    line_kilobytes: int = Field(default=1024, ge=1, le=_TERABYTE)
+    line_kilobytes: int = Field(default=1024, ge=1, le=_LARGEST)
     robots: int = Field(default=128, ge=1)
     goals: int = Field(default=1000, ge=1)
     isolate: bool | None = None
     seconds: float = Field(default=120.0, gt=0, le=86_400)
-    memory_megabytes: int = Field(default=4096, ge=256, le=_TERABYTE)
+    memory_megabytes: int = Field(default=4096, ge=256, le=_LARGEST)
 
     def isolated(self) -> ImportSettings:
         """The same limits, with each recording read in a process of its own."""

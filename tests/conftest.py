@@ -62,8 +62,8 @@ SERVER = "PITCHLORE_TESTS_SERVER"
 
 
 def pytest_xdist_auto_num_workers() -> int:
-    """More workers than cores: for half of the time tests wait, for servers and for processes to end."""
-    return cores() * 3 // 2
+    """More workers than cores: often tests wait, for servers and for processes to end."""
+    return cores() * 2
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -20,8 +20,8 @@ from flows.verify import verify_all
 from pipeline.errors import CorruptFile
 from pipeline.settings import Settings
 from pipeline.store import Store
-from pipeline.store.files import read_model, sealed
 from pipeline.store.receipts import Receipt
+from pipeline.store.sealed import read_model, sealed
 from pipeline.store.verification import verify
 
 pytestmark = pytest.mark.usefixtures("prefect_server")

@@ -18,7 +18,7 @@ from support.terminal import terminal
 
 from flows.server import Keeper, Kept, Process, ServerFailed
 from flows.serving import serving
-from pipeline.store.files import pretty
+from pipeline.store.sealed import pretty
 
 pytestmark = pytest.mark.slow
 

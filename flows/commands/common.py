@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from pipeline.errors import NotFound
 from pipeline.settings import RunSettings, parse_settings
 from pipeline.store import Store
-from pipeline.store.files import check_root
+from pipeline.store.paths import check_root
 
 #: Any of these makes a folder a data folder.
 _SIGNS = ("*/*.receipt.json", "*/*/manifest.json", "quarantine/*.json", "catalog.duckdb", "inbox", "playing",
@@ -41,7 +41,7 @@ class Common:
         """The store in the data folder, for a command that makes something; the folder may be new.
 
         Raises:
-            BadSettings: as for :func:`pipeline.store.files.check_root`.
+            BadSettings: as for :func:`pipeline.store.paths.check_root`.
         """
         check_root(self.data)
         return Store(self.data)

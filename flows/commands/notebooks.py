@@ -14,7 +14,7 @@ from flows.commands.common import DEFAULTS, Common
 from flows.commands.printing import console
 from flows.shipped import shipped
 from pipeline.errors import NotFound
-from pipeline.store.files import check_root
+from pipeline.store.paths import check_folder
 
 
 def notebooks(
@@ -32,7 +32,7 @@ def notebooks(
         open_: Open the notebooks in JupyterLab; needs pitchlore[notebooks].
         common: Options of every command.
     """
-    check_root(folder)
+    check_folder(folder, "Name the folder for the notebooks")
     for notebook in sorted(shipped("notebooks").glob("*.ipynb")):
         target = folder / notebook.name
         if not target.exists():

@@ -17,7 +17,7 @@ from flows.commands.printing import console, print_failed, print_frame, print_js
 from flows.progress import StageReport
 from pipeline.errors import BadSettings, CorruptFile
 from pipeline.store import Store
-from pipeline.store.files import SAFE_NAME
+from pipeline.store.paths import SAFE_NAME
 from pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse
 from schemas import Games, note_on
 from schemas.seasons import OPPONENTS, Opponent

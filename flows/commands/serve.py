@@ -34,13 +34,14 @@ def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Comm
 
     from flows.scheduled import scheduled_run  # noqa: PLC0415
 
+    bad = BadSettings(f"{cron!r} is not a schedule", where="--cron",
+                      next_step='Write minute, hour, day, month and weekday, as "0 6 * * 1"')
+    if len(cron.split()) > _FIELDS:
+        raise bad
     try:
-        if len(cron.split()) > _FIELDS:
-            raise ValueError  # noqa: TRY301
         CronSchedule(cron=cron)
     except ValueError as error:
-        raise BadSettings(f"{cron!r} is not a schedule", where="--cron",
-                          next_step='Write minute, hour, day, month and weekday, as "0 6 * * 1"') from error
+        raise bad from error
     with ExitStack() as stack:
         if not there_is_one(store.root, warn):
             server = stack.enter_context(Keeper(store.root).running())

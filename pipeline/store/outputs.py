@@ -8,9 +8,10 @@ from contextlib import suppress
 from pathlib import Path
 
 from pipeline.errors import CorruptFile, NotFound
-from pipeline.store.files import listed, read_model, remove, safe, sealed
+from pipeline.store.paths import listed, remove, safe
 from pipeline.store.reading import Reading
 from pipeline.store.receipts import Receipt, software
+from pipeline.store.sealed import read_model, sealed
 from pipeline.store.work import Made, Work, contents
 
 CONTENT_FILE = re.compile(r"-[0-9a-f]{12}\.(?!receipt\.)[a-z0-9_-]+\.[a-z]+$")

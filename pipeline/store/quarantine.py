@@ -6,8 +6,10 @@ from contextlib import suppress
 from pathlib import Path
 
 from pipeline.errors import CorruptFile, StorageFailed, in_one_line
-from pipeline.store.files import Files, listed, read_model, remove, safe, sealed
+from pipeline.store.files import Files
+from pipeline.store.paths import listed, remove, safe
 from pipeline.store.receipts import Quarantined
+from pipeline.store.sealed import read_model, sealed
 
 
 class Quarantine(Files):

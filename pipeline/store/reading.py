@@ -7,8 +7,9 @@ from pathlib import Path
 import polars as pl
 
 from pipeline.errors import CorruptFile, NotFound
-from pipeline.store.files import REMEDY_OF_VERSION, Files, remedy_of
+from pipeline.store.files import Files
 from pipeline.store.receipts import FileRecord, Manifest, Receipt, digest
+from pipeline.store.sealed import REMEDY_OF_VERSION, remedy_of
 from pipeline.store.tables import from_parquet
 from schemas import Table
 

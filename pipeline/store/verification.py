@@ -10,8 +10,10 @@ from pathlib import Path
 
 from pipeline.errors import CorruptFile, NotFound
 from pipeline.store import Store
-from pipeline.store.files import REMEDY_OF_VERSION, Files, listed, read_model
+from pipeline.store.files import Files
+from pipeline.store.paths import listed
 from pipeline.store.receipts import Manifest, Receipt, digest
+from pipeline.store.sealed import REMEDY_OF_VERSION, parsed, read_model
 
 #: Greatest size of a file that is restored, MiB: that of any.
 _WHOLE_MB = 1 << 20
@@ -92,27 +94,32 @@ def restore(damage: Damage, root: Path, backup: Path) -> bool:
     source = backup / damage.path.relative_to(root)
     try:
         data = Files(backup).foreign(source, megabytes=_WHOLE_MB)
-        if damage.sha256 is None and source.parts[-len(place := _place(source).parts):] != place:
-            return False
-        if damage.sha256 is not None and digest(data) != damage.sha256:
-            return False
+        whole = _belongs(data, source) if damage.sha256 is None else digest(data) == damage.sha256
     except (NotFound, CorruptFile):
+        return False
+    if not whole:
         return False
     Store(root).write_bytes(damage.path, data)
     return True
 
 
-def _place(path: Path) -> Path:
-    """Where a receipt or manifest belongs in its data folder, which may be that of a season.
+def _belongs(data: bytes, path: Path) -> bool:
+    """Whether a receipt or manifest is that of its place in a data folder, which may be that of a season.
+
+    Args:
+        data: its bytes.
+        path: its place.
 
     Raises:
         CorruptFile: if it is not readable.
     """
     if path.name == "manifest.json":
-        manifest = read_model(path, Manifest)
-        return Store(Path()).version_folder(manifest.noun, manifest.version) / path.name
-    receipt = read_model(path, Receipt)
-    return Path(receipt.noun) / f"{receipt.name}.receipt.json"
+        manifest = parsed(data, path, Manifest)
+        place = Store(Path()).version_folder(manifest.noun, manifest.version) / path.name
+    else:
+        receipt = parsed(data, path, Receipt)
+        place = Path(receipt.noun) / f"{receipt.name}.receipt.json"
+    return path.parts[-len(place.parts):] == place.parts
 
 
 def _read(

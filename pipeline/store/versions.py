@@ -10,9 +10,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from pipeline.errors import CorruptFile, NotFound, StorageFailed
-from pipeline.store.files import REMEDY_OF_VERSION, listed, read_model, sealed, sync
+from pipeline.store.paths import listed, sync
 from pipeline.store.reading import Reading
 from pipeline.store.receipts import Manifest, software
+from pipeline.store.sealed import REMEDY_OF_VERSION, read_model, sealed
 from pipeline.store.work import Made, Work, contents
 from pipeline.toml import Frozen
 

@@ -1,0 +1,105 @@
+"""Paths of a data folder: which may be, what a folder holds, and removal."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+from pipeline.errors import BadSettings, StorageFailed
+
+SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}\Z")
+
+
+def check_root(path: Path) -> None:
+    """Check that a path may be that of a data folder, new or old.
+
+    Raises:
+        BadSettings: as for :func:`check_folder`; or if it has a ``?``, after which DuckDB and SQLite read
+            options.
+    """
+    remedy = "Name the data folder with --data"
+    check_folder(path, remedy)
+    if "?" in str(path.resolve()):
+        raise _unusable("has a ? in its path, after which databases read options", path, remedy)
+
+
+def check_folder(path: Path, remedy: str) -> None:
+    """Check that a path may be that of a folder, new or old.
+
+    Args:
+        path: of the folder.
+        remedy: the advice, if it may not.
+
+    Raises:
+        BadSettings: if it, or a folder above it, is something else; or if it is too long or not UTF-8.
+    """
+    try:
+        there = next((each for each in (path, *path.parents) if each.exists() or each.is_symlink()), None)
+        str(path.resolve()).encode()
+    except UnicodeEncodeError as error:
+        raise _unusable("has a path that is not UTF-8", path, remedy) from error
+    except (OSError, RuntimeError) as error:  # 3.12 and before raise RuntimeError for links in a circle
+        reason = getattr(error, "strerror", None) or "its links go round"
+        raise _unusable(f"cannot be used ({reason})", path, remedy) from error
+    if there is not None and not there.is_dir():
+        raise _unusable("is not a folder", there, remedy)
+
+
+def _unusable(what: str, path: Path, remedy: str) -> BadSettings:
+    return BadSettings(what, where=str(path)[:200], next_step=remedy)
+
+
+def unwritable(path: Path, error: OSError) -> StorageFailed:
+    """The error of a file or folder that cannot be written."""
+    return StorageFailed(
+        f"cannot be written ({error.strerror or error})", where=str(path),
+        next_step="Free space or mend the folder, then run again; nothing that was there is lost",
+    )
+
+
+def listed(folder: Path, end: str = "") -> list[Path]:
+    """The paths in a folder whose names end so, sorted; none if there is no folder.
+
+    Raises:
+        StorageFailed: if the folder cannot be read: what cannot be seen is not gone.
+    """
+    try:
+        return sorted(path for path in folder.iterdir() if path.name.endswith(end))
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise StorageFailed(f"cannot be read ({error.strerror or error})", where=str(folder),
+                            next_step="Make it a folder that you may read") from error
+
+
+def remove(path: Path) -> None:
+    """Remove a file, if it is there.
+
+    Raises:
+        StorageFailed: if the disk refuses.
+    """
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise unwritable(path, error) from error
+
+
+def sync(path: Path, flags: int) -> None:
+    """Make a file's bytes, or a folder's renames, survive a power cut."""
+    descriptor = os.open(path, flags)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def safe(name: str) -> str:
+    """The name, if it may become part of a path.
+
+    Raises:
+        BadSettings: if not.
+    """
+    if not SAFE_NAME.match(name):
+        raise BadSettings(f"{name!r} is not a safe file name", next_step="Name it otherwise")
+    return name

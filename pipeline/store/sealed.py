@@ -1,0 +1,90 @@
+"""Receipts and manifests as JSON files that carry a checksum of themselves."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from pipeline.errors import CorruptFile
+from pipeline.store.receipts import Manifest, digest
+
+M = TypeVar("M", bound=BaseModel)
+REMEDY = "Run `pitchlore run` to make it anew"
+_REMEDIES = {
+    "matches": "Import the recording again, or `pitchlore verify --restore-from BACKUP`",
+    "seasons": "`pitchlore verify --restore-from BACKUP`, or remove its files in seasons/ and play it anew",
+    "evaluations": "Run `pitchlore evaluate` as before to make it anew",
+    "paradigms": "Run `pitchlore paradigms` as before to make it anew",
+    "report": "Run `pitchlore report` to make it anew",
+    "quarantine": "`pitchlore quarantine --clear` removes it",
+}
+REMEDY_OF_VERSION = "Restore it: `pitchlore verify --restore-from BACKUP`; other versions are not affected"
+#: How a sealed model begins.
+_SEAL = re.compile(rb'\{\n "checksum": "([0-9a-f]{64})",\n')
+
+
+def pretty(model: BaseModel) -> bytes:
+    """A model as JSON that a person can read, the same bytes for the same model."""
+    text = json.dumps(model.model_dump(mode="json"), indent=1, sort_keys=True, allow_nan=False)
+    return text.encode() + b"\n"
+
+
+def sealed(model: BaseModel) -> bytes:
+    """A model as JSON (:func:`pretty`) with a first key ``checksum``: the SHA-256 of the file without it."""
+    text = pretty(model)
+    return b'{\n "checksum": "%b",\n' % digest(text).encode() + text.removeprefix(b"{\n")
+
+
+def read_model(path: Path, model: type[M]) -> M:
+    """A model from its JSON file, checked against its own checksum.
+
+    Earlier versions of Pitchlore wrote none; such a file is not checked.
+
+    Raises:
+        CorruptFile: if it cannot be read as one, or is not what was written.
+    """
+    try:
+        return parsed(path.read_bytes(), path, model)
+    except OSError as error:
+        raise _unreadable(path, model) from error
+
+
+def parsed(data: bytes, path: Path, model: type[M]) -> M:
+    """A model from the bytes of its JSON file (see :func:`read_model`).
+
+    Args:
+        data: the bytes.
+        path: where they are, for the error.
+        model: the model's class.
+
+    Raises:
+        CorruptFile: if they cannot be read as one, or are not what was written.
+    """
+    seal = _SEAL.match(data)
+    if seal is not None:
+        data = b"{\n" + data[seal.end():]
+        if digest(data).encode() != seal[1]:
+            raise CorruptFile("is not what was written (its checksum differs)", where=str(path),
+                              next_step=_remedy(path, model))
+    try:
+        return model.model_validate_json(data)
+    except ValidationError as error:
+        raise _unreadable(path, model) from error
+
+
+def _unreadable(path: Path, model: type[BaseModel]) -> CorruptFile:
+    return CorruptFile(f"is not a readable {model.__name__.lower()}", where=str(path),
+                       next_step=_remedy(path, model))
+
+
+def _remedy(path: Path, model: type[BaseModel]) -> str:
+    return REMEDY_OF_VERSION if model is Manifest else remedy_of(path.parent.name)
+
+
+def remedy_of(noun: str) -> str:
+    """Advice on a damaged file of an output."""
+    return _REMEDIES.get(noun, REMEDY)
