@@ -128,13 +128,15 @@ class Chain(Mapping[str, Stage]):
             return False
 
     def perform(self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope) -> bool:
-        """Make and commit an output. Returns whether its bytes are new.
+        """Make and commit an output, unless it is done. Returns whether its bytes are new.
 
         Raises:
             Exception: as :func:`refusing`.
         """
         with refusing(store, stage.noun, output.name):
             work, inputs = self.work(store, stage, output, settings, scope)
+            if store.holding(work) is not None:  # by another command, or by a task that was tried before
+                return True
             assert stage.compute is not None
             before = _files(store, work)
             made = stage.compute(inputs, settings)

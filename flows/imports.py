@@ -2,16 +2,16 @@
 
 from pathlib import Path
 
+from flows.jobs import pieces_task, run_pieces
 from flows.matches import Recording, import_recording, inbox, strangers, useless
 from flows.progress import StageReport
-from flows.tasks import conclude, data_folder, our_flow, run_tasks, stage_task
+from flows.tasks import conclude, data_folder, our_flow
 from pipeline.settings import ImportSettings
 from pipeline.store import Store
-from pipeline.text import printable
 
 
-@stage_task(name="import")
-def make_match(data: Path, name: str, recording: Recording, limits: ImportSettings) -> tuple[str, bool]:
+@pieces_task(name="import")
+def make_match(data: Path, recording: Recording, limits: ImportSettings) -> tuple[str, bool]:
     """Import one file; the match id and whether it is new."""
     receipt, new = import_recording(Store(data), recording, limits)
     return receipt.name, new
@@ -35,10 +35,9 @@ def import_all(
         recordings, others = inbox(store), strangers(store)
     before = {receipt.name: receipt.key for receipt in store.receipts("matches")}
     work = {
-        r.label: {"data": store.root, "name": printable(r.file.name), "recording": r, "limits": limits}
-        for r in recordings
+        r.label: {"data": store.root, "recording": r, "limits": limits} for r in recordings
     }
-    report = run_tasks(make_match, "matches", work)
+    report = run_pieces(make_match, "matches", work)
     after = {receipt.name: receipt.key for receipt in store.receipts("matches")}
     done = len(report.made)
     report.made = sorted(name for name, key in after.items() if before.get(name) != key)

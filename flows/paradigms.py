@@ -5,9 +5,10 @@ from pathlib import Path
 import polars as pl
 from pydantic import BaseModel
 
+from flows.jobs import pieces_task, run_pieces
 from flows.outputs import digests, need, refusing
 from flows.stages import STAGES
-from flows.tasks import conclude, data_folder, our_flow, run_tasks, stage_task
+from flows.tasks import conclude, data_folder, our_flow
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 from pipeline.store.work import Made, Work
@@ -101,19 +102,19 @@ def report_work(store: Store, report: FigureReport) -> Work:
     return STAGES[NOUN].work(report.name, report, digests({NOUN: sweeps_of(store, report)}))
 
 
-@stage_task(name="paradigms")
-def make_sweep(data: Path, name: str, sweep: Sweep) -> None:
+@pieces_task(name="paradigms")
+def make_sweep(data: Path, sweep: Sweep) -> None:
     """Play a sweep's curves."""
     store = Store(data)
-    with refusing(store, NOUN, name):
+    with refusing(store, NOUN, sweep.name):
         store.commit(sweep_work(sweep), compute_sweep(sweep))
 
 
-@stage_task(name="paradigms-report")
-def make_report(data: Path, name: str, report: FigureReport) -> None:
+@pieces_task(name="paradigms-report")
+def make_report(data: Path, report: FigureReport) -> None:
     """Judge a figure's claims and draw its plots."""
     store = Store(data)
-    with refusing(store, NOUN, name):
+    with refusing(store, NOUN, report.name):
         store.commit(report_work(store, report), compute_report(store, report))
 
 
@@ -123,15 +124,15 @@ def paradigms_flow(data: Path, design: Design = Design()) -> dict[str, object]:
     store = data_folder(data)
     every = sweeps(design)
     todo = [sweep for sweep in every if store.holding(sweep_work(sweep)) is None]
-    played = run_tasks(make_sweep, NOUN, {
-        sweep.name: {"data": store.root, "name": sweep.name, "sweep": sweep} for sweep in todo})
+    played = run_pieces(make_sweep, NOUN, {
+        sweep.name: {"data": store.root, "sweep": sweep} for sweep in todo}, at_once=1)
     played.kept += len(every) - len(todo)
     for report in reports(design):
         if set(report.sweeps) & set(played.failed):
             continue
         if store.holding(report_work(store, report)) is None:
-            arguments = {"data": store.root, "name": report.name, "report": report}
-            played.add(run_tasks(make_report, NOUN, {report.name: arguments}))
+            arguments = {"data": store.root, "report": report}
+            played.add(run_pieces(make_report, NOUN, {report.name: arguments}))
         else:
             played.kept += 1
     return conclude(store, played)

@@ -14,13 +14,14 @@ from prefect.futures import PrefectFuture, as_completed
 from pydantic import PositiveInt
 
 from flows.catalog import forget_match, refresh_into
+from flows.jobs import stage_task
 from flows.knowledge import of_imitated
 from flows.outputs import match_names, need
 from flows.progress import StageReport, listener
 from flows.record import record
 from flows.stage import Scope
 from flows.stages import STAGES
-from flows.tasks import data_folder, our_flow, show, stage_task
+from flows.tasks import data_folder, our_flow, show
 from flows.teams import labelled
 from flows.versions import emit
 from flows.workers import Workers

@@ -37,6 +37,10 @@ class Scope(BaseModel):
     lengths: tuple[int, ...]
     group: str | None = None
 
+    def of(self, output: Output) -> Scope:
+        """What of the scope decides an output: of its matches that of the output, if it has one."""
+        return self if output.match is None else self.model_copy(update={"matches": (output.match,)})
+
     def round(self, n: int) -> str:
         """Name of the output of the round for grams of length ``n``: ``n4``, ``<group>.n4``."""
         return f"n{n}" if self.group is None else f"{self.group}.n{n}"

@@ -1,8 +1,8 @@
-"""Stages under Prefect: one task for each output, one flow for each noun."""
+"""Stages under Prefect: some outputs a task, one flow for each noun."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
@@ -10,14 +10,12 @@ from typing import Any, ParamSpec, TypeVar, cast
 from httpx import TransportError
 from prefect import Flow, Task, get_run_logger
 from prefect.artifacts import create_markdown_artifact
-from prefect.cache_policies import NO_CACHE
-from prefect.client.schemas.objects import State, TaskRun
-from prefect.futures import as_completed
 from prefect.task_runners import ThreadPoolTaskRunner
 from pydantic import BaseModel
 
 from flows import knowledge, policies
 from flows.catalog import look, refresh_into
+from flows.jobs import pieces_task, run_pieces, stage_task
 from flows.progress import RunReport, StageReport, listener
 from flows.stage import Output, Per, Scope, Stage
 from flows.stages import STAGES
@@ -38,24 +36,6 @@ WORKERS = 2
 _DESCRIBE = {"knowledge": knowledge.describe, "policies": policies.describe}
 
 
-def may_succeed_later(_task: Task[Any, Any], _run: TaskRun, state: State[Any]) -> bool:
-    """Whether to try a failed task again: only if its error is transient."""
-    error = state.result(raise_on_failure=False)
-    return bool(getattr(error, "transient", False))
-
-
-def stage_task(*, name: str) -> Callable[[Callable[P, R]], Task[P, R]]:
-    """A task that makes one output. It retries transient errors only, and caches and pickles nothing."""
-
-    def decorate(function: Callable[P, R]) -> Task[P, R]:
-        return Task(
-            function, name=name, task_run_name=f"{name} {{name}}", retries=2, retry_delay_seconds=1,
-            retry_condition_fn=may_succeed_later, cache_policy=NO_CACHE, persist_result=False,
-        )
-
-    return decorate
-
-
 def our_flow(*, name: str, threads: int | None = WORKERS) -> Callable[[Callable[P, R]], Flow[P, R]]:
     """A flow of ours: its result is JSON, and its tasks share a few threads.
 
@@ -73,10 +53,14 @@ def our_flow(*, name: str, threads: int | None = WORKERS) -> Callable[[Callable[
     return decorate
 
 
-@stage_task(name="make")
-def make_output(data: Path, name: str, stage: str, output: Output, settings: BaseModel, scope: Scope) -> bool:
-    """Make one output of a stage. Returns whether its bytes are new."""
-    return STAGES.perform(Store(data), STAGES[stage], output, settings, scope)
+@pieces_task(name="make")
+def make_output(
+    data: Path, stage: str, output: Output, settings: BaseModel, scope: Scope, doubted: frozenset[Path]
+) -> bool:
+    """Make one output of a stage, unless it is done. Returns whether its bytes are new."""
+    store = Store(data)
+    store.doubted = doubted
+    return STAGES.perform(store, STAGES[stage], output, settings, scope)
 
 
 @stage_task(name="version")
@@ -84,27 +68,6 @@ def make_version(data: Path, name: str, settings: BaseModel, scope: Scope) -> tu
     """Make the next version of a noun unless one holds the same. Returns number, and whether it is new."""
     manifest, new = emit(Store(data), STAGES[name], settings, scope)
     return manifest.version, new
-
-
-def run_tasks(job: Task[..., Any], noun: str, work: Mapping[str, Mapping[str, Any]]) -> StageReport:
-    """Run one task for each piece of work (label to arguments). Failures are reported; the others finish.
-
-    A task that returns False has made the same bytes again.
-    """
-    report = StageReport(noun=noun)
-    listener.get().begin(noun, len(work))
-    futures = {job.submit(**arguments): label for label, arguments in work.items()}
-    for future in as_completed(list(futures)):
-        label = futures[future]
-        result = future.result(raise_on_failure=False)
-        if isinstance(result, BaseException):
-            report.failed[label] = in_one_line(result)
-        else:
-            (report.same if result is False else report.made).append(label)
-        listener.get().advance(noun, label)
-    report.made.sort()
-    report.same.sort()
-    return report
 
 
 class Runner:
@@ -116,11 +79,11 @@ class Runner:
     def perform(
         self, stage: Stage, outputs: Sequence[Output], settings: Settings, scope: Scope
     ) -> StageReport:
-        """Make some outputs of a stage, one task each."""
-        own, job = stage.settings(settings), _named(make_output, stage)
-        return run_tasks(job, stage.noun, {
-            output.name: {"data": self.store.root, "name": output.name, "stage": stage.noun, "output": output,
-                          "settings": own, "scope": scope}
+        """Make some outputs of a stage, some in each task."""
+        own = stage.settings(settings)
+        return run_pieces(_named(make_output, stage), stage.noun, {
+            output.name: {"data": self.store.root, "stage": stage.noun, "output": output, "settings": own,
+                          "scope": scope.of(output), "doubted": self.store.doubted}
             for output in outputs
         })
 
