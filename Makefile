@@ -88,6 +88,9 @@ soak: $(READY)  ## an hour of everything at once on one data folder (two hours w
 	PITCHLORE_ROUNDS=50 PITCHLORE_STEPS=1 $(BIN)/python -m pytest --numprocesses auto --dist load --quiet \
 	  tests/test_at_once.py tests/test_kills.py > data/studies/soak/rounds.txt || { cat data/studies/soak/rounds.txt; exit 1; }
 
+bench-scale: $(READY)  ## what a run costs with 10, 100 and 1,000 matches (an hour)
+	PYTHONPATH=tests $(BIN)/python -m studies.scale data/studies/scale/scale.csv
+
 rules: $(READY)  ## what each rule of the static team is worth (a quarter of an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.rules data/studies/world/rules.csv
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 from flows.progress import RunReport, StageReport
+from flows.stage import Per
 from flows.stages import STAGES
 from pipeline.errors import CorruptFile, PitchloreError
 from pipeline.store import Store, catalog
@@ -16,26 +17,15 @@ from pipeline.store.receipts import FileRecord, Receipt
 from schemas import PUBLIC
 
 
-def match_of(output: str) -> str:
-    """The match that an output is of, ``MATCH`` or ``MATCH.n4``."""
-    return output.rsplit(".n", 1)[0]
+def forget_match(store: Store, match: str) -> int:
+    """Remove a match and the outputs made from it, the last stage first. Returns their number."""
+    return forget_outputs(store, match, STAGES.nouns(Per.MATCH))
 
 
-def forget_match(store: Store, match: str, keep: Iterable[str] = ()) -> int:
-    """Remove a match and the outputs made from it, the last stage first. Returns their number.
-
-    Args:
-        store: holds them.
-        match: id of the match.
-        keep: nouns whose outputs stay.
-    """
-    removed = 0
+def forget_outputs(store: Store, name: str, nouns: Sequence[str]) -> int:
+    """Remove the outputs of a name, that of the last noun first. Returns their number."""
     with store.removing():
-        for noun in reversed(STAGES.of_matches):
-            if noun not in keep:
-                names = [receipt.name for receipt in store.receipts(noun) if match_of(receipt.name) == match]
-                removed += sum(store.forget(noun, name) for name in names)
-    return removed
+        return sum(store.forget(noun, name) for noun in reversed(nouns))
 
 
 def catalog_path(store: Store) -> Path:
@@ -113,16 +103,17 @@ def _views(store: Store, receipts: Iterable[Receipt], files: Iterable[Vouched]) 
     stages: such rows would come from other settings than those of the other matches.
     """
     names = {tag: name for name, schema in PUBLIC.items() for tag in schema.readable()}
-    out = {(record.noun, match_of(record.name)) for record in store.quarantined()}
+    out = {(record.noun, record.name) for record in store.quarantined()}
     there = {receipt.name for receipt in receipts if receipt.noun == "matches"}
     standing: dict[str, set[str]] = {}
     for noun in STAGES.of_matches:
         there = there - {match for stage, match in out if stage == noun and noun != "matches"}
-        standing[noun] = there
+        if STAGES[noun].per is Per.MATCH:
+            standing[noun] = there
     views: dict[str, list[Path]] = {}
     for receipt, path, record in files:
         of_match = standing.get(receipt.noun)
-        shown = record.rows and (of_match is None or match_of(receipt.name) in of_match)
+        shown = record.rows and (of_match is None or receipt.name in of_match)
         views.setdefault(names.get(record.table or "", "") if shown else "", []).append(path)
     return views
 

@@ -2,31 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping
 from itertools import chain
-from typing import NamedTuple
 
 from pydantic import BaseModel
 
 from flows.outputs import digests, need, refusing
-from flows.stage import Inputs, Longer, Output, Per, Scope, Stage
+from flows.stage import Inputs, Output, Part, Per, Scope, Stage
 from pipeline.errors import CorruptFile, NotFound
 from pipeline.settings import Settings
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 from pipeline.store.work import Work
-
-
-class Wave(NamedTuple):
-    """Outputs that can be made at once.
-
-    Attributes:
-        stage: the stage that makes them.
-        lengths: their lengths of grams; None if the stage has no lengths.
-    """
-
-    stage: Stage
-    lengths: tuple[int, ...] | None
 
 
 class Chain(Mapping[str, Stage]):
@@ -51,7 +38,7 @@ class Chain(Mapping[str, Stage]):
     @property
     def of_matches(self) -> tuple[str, ...]:
         """The nouns whose outputs are of matches, in order."""
-        return self.nouns(Per.MATCH, Per.GROUP, Per.GRAMS, Per.ROUND)
+        return self.nouns(Per.MATCH, Per.GROUP)
 
     @property
     def versioned(self) -> tuple[str, ...]:
@@ -63,51 +50,26 @@ class Chain(Mapping[str, Stage]):
         """The nouns whose outputs have receipts, in order."""
         return tuple(noun for noun in self if noun not in self.versioned)
 
-    def waves(self, scope: Scope) -> Iterator[Wave]:
-        """The stages that are computed from matches, in order; stages with gram lengths take turns."""
-        together: list[Stage] = []
-        for noun in self.of_matches:
-            stage = self[noun]
-            if stage.compute is None:
-                continue
-            if stage.per in (Per.MATCH, Per.GROUP):
-                yield from self._by_length(together, scope)
-                together = []
-                yield Wave(stage, None)
-            else:
-                together.append(stage)
-        yield from self._by_length(together, scope)
-
-    @staticmethod
-    def _by_length(together: Sequence[Stage], scope: Scope) -> Iterator[Wave]:
-        if together:
-            for n in scope.lengths:
-                for stage in together:
-                    yield Wave(stage, (n,))
+    def computed(self) -> Iterator[Stage]:
+        """The stages that are computed from matches, in order."""
+        return (self[noun] for noun in self.of_matches if self[noun].compute is not None)
 
     def sources(
         self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope
     ) -> dict[str, list[Receipt]]:
         """The receipts that an output is made from, by noun.
 
-        An input's outputs are taken if they have the same match and length, as far as both have one. A
-        stage may choose among the matches of a group.
+        An input's outputs are taken if they have the same match, as far as both have one. A stage may choose
+        among the matches of a group.
 
         Raises:
             NotFound: if one of them has not been made.
         """
-        found: dict[str, list[Receipt]] = {}
-        for each in stage.inputs:
-            noun = each.noun if isinstance(each, Longer) else each
-            lengths: tuple[int, ...] | None = None if output.n is None else (output.n,)
-            if isinstance(each, Longer):
-                assert output.n is not None
-                lengths = tuple(n for n in scope.lengths if n > output.n)
-            matches: tuple[str, ...] | None = None if output.match is None else (output.match,)
-            if stage.choose is not None:
-                matches = stage.choose(store, output, scope, settings)
-            found[noun] = [need(store, noun, o.name) for o in self[noun].outputs(scope, matches, lengths)]
-        return found
+        matches: tuple[str, ...] | None = None if output.match is None else (output.match,)
+        if stage.choose is not None:
+            matches = stage.choose(store, output, scope, settings)
+        return {noun: [need(store, noun, each.name) for each in self[noun].outputs(scope, matches)]
+                for noun in stage.sources}
 
     def work(
         self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope
@@ -118,7 +80,13 @@ class Chain(Mapping[str, Stage]):
             NotFound: if one of its inputs has not been made.
         """
         receipts = self.sources(store, stage, output, settings, scope)
-        return stage.work(output.name, settings, digests(receipts)), Inputs(store, receipts, n=output.n or 0)
+        parts = {each.noun: each for each in stage.inputs if isinstance(each, Part)}
+        inputs = digests({noun: found for noun, found in receipts.items() if noun not in parts})
+        for noun, part in parts.items():
+            assert output.match is not None
+            for receipt in receipts[noun]:
+                inputs |= part.digest(receipt, output.match)
+        return stage.work(output.name, settings, inputs), Inputs(store, receipts)
 
     def done(self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope) -> bool:
         """Whether the store has an output that was made from the same inputs with the same settings."""
@@ -150,17 +118,17 @@ class Chain(Mapping[str, Stage]):
         Args:
             store: receives the outputs.
             settings: settings of all stages.
-            scope: matches and lengths.
+            scope: its matches.
             nouns: the nouns to make; None: all.
 
         Raises:
             Exception: as :func:`refusing`; the first error ends the work.
         """
-        for stage, lengths in self.waves(scope):
+        for stage in self.computed():
             if nouns is not None and stage.noun not in nouns:
                 continue
             own = stage.settings(settings)
-            for output in stage.outputs(scope, lengths=lengths):
+            for output in stage.outputs(scope):
                 if not self.done(store, stage, output, own, scope):
                     self.perform(store, stage, output, own, scope)
 

@@ -37,7 +37,7 @@ def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) 
         raise NotFound("there is no match to learn from", where=str(store.root),
                        next_step="Import recordings and run the stages first")
     receipts: dict[str, list[Receipt]] = {
-        "behaviours": [need(store, "behaviours", scope.round(n)) for n in scope.lengths],
+        "behaviours": [need(store, "behaviours", scope.name)],
         "sides": [need(store, "sides", match) for match in scope.matches],
         "decisions": [need(store, "decisions", match) for match in scope.matches],
     }
@@ -86,11 +86,11 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
     if before is not None:
         occurred = merge_occasions([inputs.table(_PARENT, Occasions), occurred], version, settings)
         matches += before.details["matches"]
-    lengths = [receipt.name.rpartition("n")[2] for receipt in inputs["behaviours"]]
-    maps = zip(lengths, inputs.blobs("behaviours", "maps"), strict=True)
+    (selected,) = inputs["behaviours"]
+    maps = {role: inputs.blob("behaviours", role) for role in selected.files if role.startswith("maps-")}
     return Made(
         [(known, Behaviours), (occurred, Occasions)],
-        blobs={f"maps-n{n}": ("npz", data) for n, data in maps if data is not None},
+        blobs={role: ("npz", data) for role, data in maps.items() if data is not None},
         details=_counts(known, occurred, matches=matches) | {
             "imitates": learner._asdict() if learner is not None else None,
             "teams": [team._asdict() | record._asdict() for team, record in records.items()],

@@ -13,13 +13,13 @@ import polars as pl
 from prefect.futures import PrefectFuture, as_completed
 from pydantic import PositiveInt
 
-from flows.catalog import forget_match, refresh_into
+from flows.catalog import forget_outputs, refresh_into
 from flows.jobs import stage_task
 from flows.knowledge import of_imitated
 from flows.outputs import match_names, need
 from flows.progress import StageReport, listener
 from flows.record import record
-from flows.stage import Scope
+from flows.stage import Per, Scope
 from flows.stages import STAGES
 from flows.tasks import data_folder, our_flow, show
 from flows.teams import labelled
@@ -83,8 +83,7 @@ def play(data: Path, season: Season, game: int) -> list[str]:
 def learn(data: Path, season: Season, game: int, matches: list[str], discard: bool) -> None:
     """Take a game's matches through all stages, train on them, and commit the game's rows."""
     own, settings, group = store_of(data, season), season.settings.pipeline, f"game-{game:03d}"
-    lengths = tuple(r.n for r in settings.behaviours.rounds)
-    scope = Scope(matches=tuple(sorted(matches)), lengths=lengths, group=group)
+    scope = Scope(matches=tuple(sorted(matches)), group=group)
     STAGES.make(own, settings, scope)
     known, policy = (
         emit(own, stage, stage.settings(settings), scope)[0]
@@ -93,8 +92,9 @@ def learn(data: Path, season: Season, game: int, matches: list[str], discard: bo
     _commit(data, season, game, matches[0], known, policy)
     if discard:
         # with what an earlier game has left, if its process was killed at this point
-        for name in (group, *match_names(own)):
-            forget_match(own, name, keep=_KEPT)
+        for name in match_names(own):
+            forget_outputs(own, name, [noun for noun in STAGES.nouns(Per.MATCH) if noun not in _KEPT])
+        forget_outputs(own, group, STAGES.nouns(Per.GROUP))
 
 
 def _commit(

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import polars as pl
 from pydantic import BaseModel, ConfigDict
 
+from pipeline.errors import NotFound
 from pipeline.pitch import Pitch
 from pipeline.settings import Settings
 from pipeline.store import Store
@@ -22,11 +23,10 @@ ALL = "all"
 
 
 class Scope(BaseModel):
-    """The matches and gram lengths of a run.
+    """The matches of a run.
 
     Attributes:
         matches: ids of the matches, sorted.
-        lengths: lengths of the grams, longest first.
         group: None if behaviours are selected from all matches of the store; else the id of the group
             they are selected from. With groups, learning from a new match always costs the same.
     """
@@ -34,16 +34,16 @@ class Scope(BaseModel):
     model_config = ConfigDict(frozen=True)
 
     matches: tuple[str, ...]
-    lengths: tuple[int, ...]
     group: str | None = None
 
     def of(self, output: Output) -> Scope:
         """What of the scope decides an output: of its matches that of the output, if it has one."""
         return self if output.match is None else self.model_copy(update={"matches": (output.match,)})
 
-    def round(self, n: int) -> str:
-        """Name of the output of the round for grams of length ``n``: ``n4``, ``<group>.n4``."""
-        return f"n{n}" if self.group is None else f"{self.group}.n{n}"
+    @property
+    def name(self) -> str:
+        """Name of an output that is of all matches of the scope."""
+        return self.group or ALL
 
 
 class Output(NamedTuple):
@@ -52,12 +52,10 @@ class Output(NamedTuple):
     Attributes:
         name: unique in its noun.
         match: its match, None if it is of all matches of the scope.
-        n: its length of grams, None if it has no single length.
     """
 
     name: str
     match: str | None = None
-    n: int | None = None
 
 
 class Per(Enum):
@@ -65,20 +63,32 @@ class Per(Enum):
 
     MATCH = "match"
     GROUP = "group of matches"
-    GRAMS = "match and gram length"
-    ROUND = "gram length"
     VERSION = "version"
     OWN = "piece of work of a flow of its own"
 
 
-class Longer(NamedTuple):
-    """An input that is read only for greater gram lengths.
+class Part(NamedTuple):
+    """An input of all matches, of which only a part decides the output of one.
 
     Attributes:
         noun: the stage.
+        held: the detail of its receipts that has the digest of the part, by match.
     """
 
     noun: str
+    held: str
+
+    def digest(self, receipt: Receipt, match: str) -> dict[str, str]:
+        """The digest of the part of an input that decides the output of a match, with its label.
+
+        Raises:
+            NotFound: if the input was made without the match.
+        """
+        held = receipt.details[self.held]
+        if match not in held:
+            raise NotFound(f"{self.noun} {receipt.name} have been made without {match}", where=self.noun,
+                           next_step="Run the stages again")
+        return {f"{self.noun}/{receipt.name}/{match}": held[match]}
 
 
 class Inputs(Mapping[str, Sequence[Receipt]]):
@@ -87,16 +97,14 @@ class Inputs(Mapping[str, Sequence[Receipt]]):
     Args:
         store: holds the inputs.
         receipts: receipts by noun, in order. A manifest stands for a version.
-        n: length of grams of the output, 0 if it has no single length.
         version: number of the version that is being made, 0 if the noun has no versions.
     """
 
     def __init__(
-        self, store: Store, receipts: Mapping[str, Sequence[Receipt]], *, n: int = 0, version: int = 0
+        self, store: Store, receipts: Mapping[str, Sequence[Receipt]], *, version: int = 0
     ) -> None:
         self._store = store
         self._receipts = receipts
-        self.n = n
         self.version = version
 
     def __getitem__(self, noun: str) -> Sequence[Receipt]:
@@ -185,7 +193,7 @@ class Stage:
 
     noun: str
     per: Per
-    inputs: tuple[str | Longer, ...] = ()
+    inputs: tuple[str | Part, ...] = ()
     schemas: tuple[type[Table], ...] = ()
     version: int = 1
     compute: Callable[[Inputs, Any], Made] | None = None
@@ -208,20 +216,17 @@ class Stage:
             inputs=inputs, seed=seed, schemas=self.schemas, through=through or {},
         )
 
-    def outputs(
-        self, scope: Scope, matches: Sequence[str] | None = None, lengths: Sequence[int] | None = None
-    ) -> list[Output]:
-        """The outputs of this stage for a scope, or for some of its matches and lengths."""
-        matches = scope.matches if matches is None else matches
-        lengths = scope.lengths if lengths is None else lengths
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """The nouns that it is made from."""
+        return tuple(each.noun if isinstance(each, Part) else each for each in self.inputs)
+
+    def outputs(self, scope: Scope, matches: Sequence[str] | None = None) -> list[Output]:
+        """The outputs of this stage for a scope, or for some of its matches."""
         match self.per:
             case Per.MATCH:
-                return [Output(match, match) for match in matches]
+                return [Output(match, match) for match in (scope.matches if matches is None else matches)]
             case Per.GROUP:
-                return [Output(scope.group or ALL)]
-            case Per.GRAMS:
-                return [Output(f"{match}.n{n}", match, n) for n in lengths for match in matches]
-            case Per.ROUND:
-                return [Output(scope.round(n), n=n) for n in lengths]
+                return [Output(scope.name)]
             case _:
                 return []

@@ -7,14 +7,13 @@ at tables iterate this list, too.
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import TYPE_CHECKING
 
 import polars as pl
 
 from flows import knowledge, models, policies
 from flows.chain import Chain
-from flows.stage import Inputs, Longer, Per, Stage
+from flows.stage import Inputs, Part, Per, Stage
 from pipeline.settings import (
     BehaviourSettings,
     GoalSettings,
@@ -26,8 +25,9 @@ from pipeline.settings import (
     TrajectorySettings,
     ValueSettings,
 )
+from pipeline.store.receipts import Receipt
 from pipeline.store.work import Made
-from pipeline.teams import Team, as_of, of_sides, of_teams, teams
+from pipeline.teams import Team, of_sides
 from schemas import (
     SIDES,
     Behaviours,
@@ -47,6 +47,7 @@ from schemas import (
     Policies,
     Quality,
     Referee,
+    Sequences,
     Sides,
     Situations,
     StatesPlayed,
@@ -138,55 +139,43 @@ def _values(inputs: Inputs, settings: ValueSettings) -> Made:
     return Made([(table, Values), (changed, Worths)], details={"models": "fitted" if fitted else "shipped"})
 
 
-def _grams(inputs: Inputs, settings: GramSettings) -> Made:
-    from pipeline.grams.count import cover, grams, value  # noqa: PLC0415 (see above)
+def _sequences(inputs: Inputs, settings: GramSettings) -> Made:
+    from pipeline.sequences import sequences  # noqa: PLC0415 (see above)
 
-    changed = inputs.table("values", Worths).select("change", "x", "y")
-    valued = value(
-        inputs.table("situations", Situations), inputs.table("goals", Goals), settings).hstack(changed)
-    longer = list(inputs.tables("behaviours", Patterns))
-    own = inputs.table("sides", Sides)
-    taken = cover(valued, of_sides(pl.concat(longer), own), settings) if longer else None
-    table = grams(valued, inputs.n, taken, settings)
-    return Made([(table, Grams)], details={"windows": int(table["count"].sum())})
+    table = sequences(inputs.table("situations", Situations), inputs.table("goals", Goals),
+                      inputs.table("values", Worths), settings)
+    return Made([(table, Sequences)])
+
+
+def _counting(own: Receipt) -> dict[str, Team]:
+    """The teams that the sides of a match count for, by the receipt of its sides."""
+    return {side: Team(team, own.details["kind"])
+            for side, team in zip(SIDES, own.details["counts_as"], strict=True) if team is not None}
 
 
 def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
-    from pipeline.behaviours.select import select  # noqa: PLC0415 (see above)
+    from pipeline.behaviours.rounds import learn  # noqa: PLC0415 (see above)
     from pipeline.behaviours.som import to_bytes  # noqa: PLC0415 (see above)
-    from pipeline.grams.count import merge  # noqa: PLC0415 (see above)
 
-    sides = list(inputs.tables("sides", Sides))
-    counted = (of_teams(table, own) for table, own in zip(inputs.tables("grams", Grams), sides, strict=True))
-    merged = merge(counted, apart=Team._fields)
-    recognised = Counter[Team]()
-    for receipt, own in zip(inputs["situations"], sides, strict=True):
-        for side, name, kind in own.drop_nulls("counts_as").select("side", "counts_as", "kind").iter_rows():
-            recognised[Team(name, kind)] += receipt.details["situations"][side]
-    round_ = next(r for r in settings.rounds if r.n == inputs.n)
-    patterns, maps, reports = [Patterns.empty()], {}, []
-    for team in teams(pl.concat([Sides.empty(), *sides])):
-        own = merged.filter(**team._asdict()).drop(Team._fields)
-        selection = select(own, recognised[team], settings, round_)
-        patterns.append(as_of(selection.patterns, team))
-        if selection.map is not None:
-            maps[team] = selection.map
-        reports.append(team._asdict() | selection.report._asdict())
+    learned = learn(
+        lambda: inputs.tables("sequences", Sequences),
+        {receipt.name: _counting(receipt) for receipt in inputs["sides"]}, settings)
     return Made(
-        [(pl.concat(patterns), Patterns)],
-        blobs={"maps": ("npz", to_bytes(maps))} if maps else {}, details={"reports": reports},
+        [(learned.patterns, Patterns), (learned.grams, Grams)],
+        blobs={f"maps-n{n}": ("npz", to_bytes(maps)) for n, maps in learned.maps.items()},
+        details={"reports": learned.reports, "held": learned.held},
     )
 
 
 def _decisions(inputs: Inputs, settings: GramSettings) -> Made:
     from pipeline.decisions import complete, observe  # noqa: PLC0415 (see above)
-    from pipeline.grams.count import value  # noqa: PLC0415 (see above)
+    from pipeline.sequences import value  # noqa: PLC0415 (see above)
 
     goals = inputs.table("goals", Goals)
     seen = observe(
         value(inputs.table("situations", Situations), goals, settings),
         inputs.table("trajectories", Trajectories), inputs.table("matches", Referee),
-        of_sides(pl.concat(inputs.tables("behaviours", Patterns)), inputs.table("sides", Sides)),
+        of_sides(inputs.table("behaviours", Patterns), inputs.table("sides", Sides)),
         inputs.pitch, settings,
     )
     # a log that is known to hold no decisions is not read
@@ -207,11 +196,11 @@ STAGES = Chain(
     Stage("models", Per.GROUP, ("matches", "moments"), (), 2, _models, choose=models.choose),
     Stage("values", Per.MATCH, ("matches", "trajectories", "situations", "moments", "models"),
           (Values, Worths), 2, _values),
-    Stage("grams", Per.GRAMS, ("sides", "situations", "goals", "values", Longer("behaviours")), (Grams,), 2,
-          _grams),
-    Stage("behaviours", Per.ROUND, ("sides", "grams", "situations"), (Patterns,), 3, _behaviours),
-    Stage("decisions", Per.MATCH, ("matches", "sides", "trajectories", "situations", "goals", "behaviours"),
-          (Decisions,), 2, _decisions),
+    Stage("sequences", Per.MATCH, ("situations", "goals", "values"), (Sequences,), 1, _sequences),
+    Stage("behaviours", Per.GROUP, ("sides", "sequences"), (Patterns, Grams), 4, _behaviours),
+    Stage("decisions", Per.MATCH,
+          ("matches", "sides", "trajectories", "situations", "goals", Part("behaviours", "held")),
+          (Decisions,), 3, _decisions),
     Stage("knowledge", Per.VERSION, ("sides", "behaviours", "decisions"), (Behaviours, Occasions), 2,
           knowledge.compute, knowledge.plan),
     Stage("policies", Per.VERSION, ("knowledge", "sides", "decisions"), (Policies,), 2,

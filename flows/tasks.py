@@ -119,7 +119,7 @@ def flow_of(noun: str) -> Flow[..., dict[str, object]]:
     @our_flow(name=stage.noun)
     def make_all(data: Path, settings: Settings = Settings()) -> dict[str, object]:
         store = data_folder(data)
-        scope, runner = scope_of(store, settings), Runner(store)
+        scope, runner = scope_of(store), Runner(store)
         if stage.per is Per.VERSION:
             version, new = runner.emit(stage, settings, scope)
             report = StageReport(noun=stage.noun)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from flows.catalog import look, match_of
+from flows.catalog import look
 from flows.matches import PLAYING, all_here, inbox, mend, strangers
 from flows.outputs import match_names
 from flows.progress import RunReport, StageReport
@@ -25,13 +25,10 @@ class NewWork(Exception):
     """Raised when there is something to make."""
 
 
-def scope_of(store: Store, settings: Settings) -> Scope:
+def scope_of(store: Store) -> Scope:
     """The scope of a single stage's flow: all matches that no stage has in quarantine."""
-    bad = {match_of(record.name) for record in store.quarantined()}
-    return Scope(
-        matches=tuple(name for name in match_names(store) if name not in bad),
-        lengths=tuple(round_.n for round_ in settings.behaviours.rounds),
-    )
+    bad = {record.name for record in store.quarantined()}
+    return Scope(matches=tuple(name for name in match_names(store) if name not in bad))
 
 
 def bring_up_to_date(
@@ -47,12 +44,11 @@ def bring_up_to_date(
         emit: makes versions.
         train: whether to make a policy.
     """
-    scope = Scope(
-        matches=tuple(match_names(store)), lengths=tuple(round_.n for round_ in settings.behaviours.rounds))
-    for stage, lengths in STAGES.waves(scope):
+    scope = Scope(matches=tuple(match_names(store)))
+    for stage in STAGES.computed():
         if not scope.matches:
             break
-        failed = bring(store, stage, stage.outputs(scope, lengths=lengths), settings, scope, report, perform)
+        failed = bring(store, stage, stage.outputs(scope), settings, scope, report, perform)
         if any(output.match is None for output in failed):
             scope = scope.model_copy(update={"matches": ()})
         dropped = {output.match for output in failed}

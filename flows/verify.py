@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from flows.catalog import match_of
 from flows.knowledge import lineage
 from flows.stage import Per
 from flows.stages import STAGES
@@ -81,9 +80,8 @@ def _parents(store: Store) -> Iterator[str]:
 def _matches(store: Store) -> Iterator[str]:
     """The outputs whose match is gone, a line each."""
     matches = {receipt.name for receipt in store.receipts("matches")}
-    for noun in STAGES.nouns(Per.MATCH, Per.GRAMS):
+    for noun in STAGES.nouns(Per.MATCH):
         for receipt in store.receipts(noun):
-            match = match_of(receipt.name)
-            if match not in matches:
-                yield (f"{noun} {receipt.name}: match {match} is gone. "
-                       f"Import it again, or remove what is left: `pitchlore forget {match}`.")
+            if receipt.name not in matches:
+                yield (f"{noun} {receipt.name}: its match is gone. "
+                       f"Import it again, or remove what is left: `pitchlore forget {receipt.name}`.")

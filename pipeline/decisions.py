@@ -13,9 +13,10 @@ import polars as pl
 from pipeline.arrays import I64
 from pipeline.episodes import episodes
 from pipeline.pitch import Pitch
-from pipeline.sequences import exact, instances
 from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
+from pipeline.sums import exact
+from pipeline.windows import followed, instances, side_of
 from schemas import SIDES, Decisions
 
 
@@ -30,10 +31,11 @@ def observe(
     """Decisions of all robots of a match, read from their situations.
 
     Args:
-        valued: rows of schema Situations with column ``value`` (``pipeline.grams.count.value``).
+        valued: rows of schema Situations with column ``value`` (``pipeline.sequences.value``).
         trajectories: rows of schema Trajectories of the same match.
         referee: rows of schema Referee of the same match, in order of time.
-        patterns: rows of schema Patterns or Behaviours, of all rounds.
+        patterns: rows of schema Patterns or Behaviours, of all rounds; with a column side, each is of that
+            side.
         pitch: pitch of the match.
         grams: gap_s.
 
@@ -44,7 +46,11 @@ def observe(
         or -1 for a goal. If no event explains the segment's end, the decision is truncated and ends with
         the segment's last sample.
     """
-    first, last, pattern = resolve(valued, patterns, grams.gap_s)
+    sequence = followed(valued, grams.gap_s)
+    if "side" in patterns.columns:
+        sequence = sequence.with_columns(who=side_of(valued["team"]))
+        patterns = patterns.with_columns(who=side_of(patterns["side"]))
+    first, last, pattern = resolve(sequence, patterns)
     begun = valued[first]
     team = begun["team"].cast(pl.Enum(SIDES)).to_physical().to_numpy().astype(np.int64)
     seen, known = elements(trajectories, referee, pitch, team, begun["start_ns"].to_numpy())
@@ -91,7 +97,7 @@ def complete(seen: pl.DataFrame, logged: pl.DataFrame) -> pl.DataFrame:
     Args:
         seen: rows of schema Decisions from :func:`observe`.
         logged: rows of schema Decisions of the same match's log. Their column ``value`` was computed
-            from the match's goals (``pipeline.grams.count.value``), unknown when they were logged.
+            from the match's goals (``pipeline.sequences.value``), unknown when they were logged.
 
     Returns:
         Rows of schema Decisions.
@@ -101,18 +107,22 @@ def complete(seen: pl.DataFrame, logged: pl.DataFrame) -> pl.DataFrame:
     return pl.concat([others, chosen]).sort("team", "robot", "t_ns")
 
 
-def resolve(situations: pl.DataFrame, patterns: pl.DataFrame, gap_s: float) -> tuple[I64, I64, I64]:
+def resolve(sequence: pl.DataFrame, patterns: pl.DataFrame) -> tuple[I64, I64, I64]:
     """Instances of behaviours, none sharing a situation with another.
 
     Longer patterns are matched first, shorter ones in the situations that these leave. Of overlapping
     instances of one length the earliest is kept.
+
+    Args:
+        sequence: a sequence of situations (:mod:`pipeline.windows`).
+        patterns: as for :func:`pipeline.windows.instances`.
 
     Returns:
         Rows of each instance's first situation, increasing, of its last, and of its behaviour in the
         table of patterns, int64 [I] each.
     """
     first, last, pattern = [np.empty(0, dtype=np.int64) for _ in range(3)]
-    for found in instances(situations, patterns, gap_s):
+    for found in instances(sequence, patterns):
         free, free_from = np.zeros(len(found.first), dtype=np.bool_), 0
         for i, start in enumerate(found.first.tolist()):
             if start >= free_from:

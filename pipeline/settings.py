@@ -348,6 +348,11 @@ class Settings(Frozen):
     policies: PolicySettings = PolicySettings()
 
     @property
+    def sequences(self) -> GramSettings:
+        """The settings that sequences of situations depend on."""
+        return self.grams
+
+    @property
     def decisions(self) -> GramSettings:
         """The settings that decisions depend on: values and sequences of situations."""
         return self.grams

@@ -27,7 +27,7 @@ def moves_randomly() -> pl.Expr:
 class Patterns(Table):
     """One behaviour of one team as a round of the selection found it (behaviours before they have a version).
 
-    Sorted by team, kind, role, codes. Source: paper section 3.2.2.
+    Sorted by n (descending), team, kind, role, codes. Source: paper section 3.2.2.
     """
 
     NAME: ClassVar[str] = "patterns"

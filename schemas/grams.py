@@ -6,20 +6,22 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import ROLES, SIDES, Table, match_id, unit
+from schemas.table import ROLES, Table, unit
 
 
 class Grams(Table):
-    """One distinct gram of one match, team and role; tables of matches add up in any order.
+    """One distinct gram of one team and role, over all its matches, in the round for its length.
 
-    Sorted by team, role, codes. Source: paper section 3.2.2.
+    A round counts only the situations that longer behaviours leave. Grams that were seen less often than a
+    behaviour must be (setting ``support_at_least``) are not listed. Sorted by n (descending), team, kind,
+    role, codes. Source: paper section 3.2.2.
     """
 
     NAME: ClassVar[str] = "grams"
-    VERSION: ClassVar[int] = 2
+    VERSION: ClassVar[int] = 3
 
-    match_id = match_id()
-    team = dy.Enum(SIDES, description="team of the robots that showed it")
+    team = dy.String(description="team or pool of teams that showed it")
+    kind = dy.String(description="league that it was shown in: vsss, ssl or 2d")
     role = dy.Enum(ROLES, description="role held when the gram starts")
     codes = dy.List(dy.Int16(min=1, max=194), description="the situations' codes in order")
     n = dy.Int8(min=1, max=4, description="number of situations")
@@ -29,9 +31,9 @@ class Grams(Table):
         "'paper', each the mean of its situations' values by the next goal"
     ))
     value_square_sum = dy.Float64(min=0, description="sum of the squares of its instances' values")
-    match_square_sum = dy.Float64(min=0, description="square of value_sum; over matches, the sum of their squares")
-    match_product_sum = dy.Float64(description="value_sum times count; over matches, the sum of their products")
-    match_count_square_sum = dy.Int64(min=1, description="square of count; over matches, the sum of their squares")
+    match_square_sum = dy.Float64(min=0, description="sum over matches of the square of the match's value_sum")
+    match_product_sum = dy.Float64(description="sum over matches of the match's value_sum times its count")
+    match_count_square_sum = dy.Int64(min=1, description="sum over matches of the square of the match's count")
     paper_sum = dy.Float64(description="sum of its instances' values by the next goal (paper section 3.2.2)")
     placed = dy.Int64(min=0, description="instances whose robot's place at the start is known")
     x_sum = dy.Float64(description="sum of these places along the pitch, each robot's team attacks +x", metadata=unit("m"))

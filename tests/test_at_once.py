@@ -104,7 +104,7 @@ def test_one_policy(folders, at_once, action):
         shutil.rmtree(data / "policies")
         if action == "run":
             shutil.rmtree(data / "knowledge")
-            shutil.rmtree(data / "grams")
+            shutil.rmtree(data / "sequences")
         said = at_once(data, "run", action)
         assert not [line for line in said if line.startswith("error")]
         store = sound(data)
@@ -126,7 +126,7 @@ def test_beside_a_run(folders, at_once, other):
     The next run finishes what the first could not.
     """
     for data in folders:
-        for noun in ("grams", "decisions", "situations"):
+        for noun in ("sequences", "decisions", "situations"):
             shutil.rmtree(data / noun)
         said = at_once(data, "run", other)
         assert not said[1].startswith("error"), said
@@ -160,7 +160,7 @@ def test_forgotten_while_it_is_made(finished, tmp_path, monkeypatch):
         forget_match(store, match)
         return made
 
-    scope, output = Scope(matches=(match,), lengths=(4, 3, 2, 1)), Output(match, match)
+    scope, output = Scope(matches=(match,)), Output(match, match)
     slow = dataclasses.replace(stage, compute=slowly)
     with pytest.raises(NotFound, match=f"matches {match} has been removed meanwhile. Run again"):
         STAGES.perform(store, slow, output, Settings().goals, scope)

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.rows import changed, consecutive, goals, situations
 
+from pipeline.behaviours.grams import cover, grams, merge, spelt
 from pipeline.behaviours.select import select
-from pipeline.grams.count import cover, grams, merge, value
+from pipeline.sequences import sequences
 from pipeline.settings import BehaviourSettings, GramSettings, RoundSettings
 from schemas import ROLES, Grams, Patterns
 
@@ -26,7 +27,7 @@ def table(*rows):
           "value_square_sum": squares, "match_square_sum": squares, "match_product_sum": total,
           "match_count_square_sum": count, "paper_sum": total / 2, "placed": count, "x_sum": count / 4,
           "y_sum": -count / 8} for role, codes, count, total, squares in rows],
-        schema={name: dtype for name, dtype in Grams.dtypes().items() if name not in ("match_id", "team")},
+        schema={name: dtype for name, dtype in Grams.dtypes().items() if name not in ("team", "kind")},
     )
 
 
@@ -112,7 +113,7 @@ def test_partly_random():
 
 def test_no_grams():
     """No grams give no behaviours."""
-    chosen = select(merge([]), 100, ANY, ONE)
+    chosen = select(table(), 100, ANY, ONE)
     assert chosen.patterns.is_empty()
     assert chosen.map is None
     assert chosen.report.windows == 0
@@ -154,16 +155,16 @@ def test_rounds_long_to_short():
     """A gram that recurs before goals is kept whole; what lies between is left for the shorter rounds."""
     words = [44, 1, 11, 21]
     table_ = situations(*(consecutive([*words, 194, 46], start=10.0 * i, segment=i) for i in range(10)))
-    valued = changed(value(table_, goals(*((10.0 * i + 5, "home") for i in range(10))), BY_GOALS))
+    scored = goals(*((10.0 * i + 5, "home") for i in range(10)))
+    valued = sequences(table_, scored, changed(table_), BY_GOALS)
     known = Patterns.empty()
     for n in (4, 3, 2, 1):
         round_ = RoundSettings(n=n, rows=2, columns=2, activation=0.10)
-        taken = cover(valued, known, BY_GOALS)
-        found = merge([grams(valued, n, taken, BY_GOALS)])
+        found = spelt(merge([grams(valued, n, cover(valued, known))]), n)
         chosen = select(found, table_.height, ANY, round_)
         known = pl.concat([known, chosen.patterns])
         if n == 4:
             assert [44, 1, 11, 21] in chosen.patterns["codes"].to_list()
-        assert not grams(valued, n, cover(valued, known, GramSettings()), GramSettings()).join(
+        assert not spelt(grams(valued, n, cover(valued, known)), n).join(
             chosen.patterns, on=("role", "codes"), how="semi").height
     assert known["n"].is_sorted(descending=True)

@@ -226,10 +226,10 @@ def test_kb_commands(call, copied):
 
 
 def test_run_on_an_older_folder(copied):
-    """Rounds of behaviours that another version of the stage made have no counts by team, and run says nothing of them."""
-    (file, *_) = sorted((copied / "behaviours").glob("n4.receipt.json"))
+    """Behaviours that another version of the stage made have no counts by team, and run says nothing of them."""
+    file = copied / "behaviours" / "all.receipt.json"
     said = receipt_at(file)
-    put_receipt(file.with_name("n9.receipt.json"), said, name="n9", details={"report": said["details"]["reports"][0]})
+    put_receipt(file, said, details={"report": said["details"]["reports"][0]})
     _print_rounds(Store(copied))
 
 
@@ -432,7 +432,7 @@ def test_import_run_and_train(call, tmp_path):
     code, out, _ = call("run", "--settings", settings, "--data", data)
     assert code == 0
     assert "nothing was recomputed" in out
-    receipt = data / "grams" / f"{name}.n4.receipt.json"
+    receipt = data / "sequences" / f"{name}.receipt.json"
     put_receipt(receipt, receipt_at(receipt), key="0")  # as if of another version
     code, out, _ = call("run", "--settings", settings, "--data", data)
     assert code == 0

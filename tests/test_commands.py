@@ -125,7 +125,7 @@ def test_old_store_beside_new(old, tmp_path, call):
     """A match that was imported before runs on as it is; commands are those of the matches that have them."""
     new, _ = import_recording(old, recording(tmp_path, "new.rcg", 5))
     chain = ("trajectories", "situations", "goals")
-    STAGES.make(old, SETTINGS, scope_of(old, SETTINGS), chain)
+    STAGES.make(old, SETTINGS, scope_of(old), chain)
     assert all(len(list(old.receipts(noun))) == 2 for noun in chain)
     assert not list(old.quarantined())
     assert rows_of(old) == [(new.name, 5)]

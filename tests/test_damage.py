@@ -12,7 +12,7 @@ import pytest
 from conftest import run
 from support.receipts import put_receipt, receipt_at
 
-from flows.catalog import forget_match, match_of, refresh
+from flows.catalog import forget_match, refresh
 from flows.cli import main
 from flows.stages import STAGES
 from flows.update import nothing_new
@@ -122,7 +122,7 @@ def test_kb_verify_restores(data, tmp_path, capsys):
     backup = shutil.copytree(data, tmp_path / "backup")
     store = Store(data)
     paths = [store.version_folder("knowledge", 1) / "manifest.json", *store.version_folder("knowledge", 1).glob("*.parquet")]
-    other = data / next(iter(store.receipts("grams"))).files["grams"].path
+    other = data / next(iter(store.receipts("sequences"))).files["sequences"].path
     for path in (*paths, other):
         flip(path, random.Random(5))
     harmed = other.read_bytes()
@@ -297,10 +297,10 @@ def test_lineage(data, capsys):
     (data / "matches" / f"{match}.receipt.json").unlink()
     shutil.rmtree(store.version_folder("knowledge", 1))
     problems = verify_all(store).problems
-    assert f"sides {match}: match {match} is gone. Import it again, or remove what is left: `pitchlore forget {match}`." in problems
+    assert f"sides {match}: its match is gone. Import it again, or remove what is left: `pitchlore forget {match}`." in problems
     assert any(line.startswith("policies version 1: ") and "no version 1" in line for line in problems)
     assert called(capsys, "forget", match, "--data", data)[0] == 0
-    assert not [line for line in verify_all(store).problems if match_of(match) in line]
+    assert not [line for line in verify_all(store).problems if match in line]
 
 
 def test_receipts_of_an_earlier_version(data, capsys):

@@ -7,12 +7,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.rows import MATCH, S, bodies, consecutive, patterns, situations
 
+from pipeline.behaviours.grams import cover
 from pipeline.decisions import complete, observe, resolve
 from pipeline.episodes import episodes
-from pipeline.grams.count import cover, value
 from pipeline.pitch import PITCHES, Kind
+from pipeline.sequences import value
 from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
+from pipeline.windows import followed
 from schemas import Decisions, Goals, Referee
 
 VSSS = PITCHES[Kind.VSSS]
@@ -176,7 +178,7 @@ class TestResolve:
         """Long instances are taken before short ones, and early ones before late ones."""
         known = patterns(("m", [1, 11, 21, 46]), ("m", [1, 11, 1]), ("m", [1]))
         table = situations(consecutive([1, 11, 1, 11, 21, 46, 1, 11, 1, 11, 1]))
-        first, last, pattern = resolve(table, known, 0.2)
+        first, last, pattern = resolve(followed(table, 0.2), known)
         spans = list(zip(first.tolist(), last.tolist(), strict=True))
         # 0-1 is left over as [1, 11]: 0 alone; of the two [1, 11, 1] at 6 and 8 the earlier is taken
         assert spans == [(0, 0), (2, 5), (6, 8)]
@@ -191,13 +193,13 @@ class TestResolve:
         """Instances never share a situation and lie in what the rounds cover."""
         table = situations(consecutive(codes))
         shapes = patterns(*(("m", gram) for gram in known))
-        found = resolve(table, shapes, 0.2)
+        found = resolve(followed(table, 0.2), shapes)
         used = np.zeros(table.height, dtype=int)
         for first, last, pattern in zip(*found, strict=True):
             used[first : last + 1] += 1
             assert table["code"][int(first) : int(last) + 1].to_list() == shapes["codes"][int(pattern)].to_list()
         assert used.max(initial=0) <= 1
-        assert not (used.astype(bool) & ~cover(table, shapes, GRAMS)).any()
+        assert not (used.astype(bool) & ~cover(followed(table, 0.2), shapes)).any()
 
 
 def test_goal_after_stop():

@@ -46,14 +46,14 @@ def test_second_run(tmp_path, clips):
     first = run(tmp_path)
     assert first.failures == {}
     assert [s.noun for s in first.stages] == [
-        "matches", "sides", "trajectories", "situations", "goals", "moments", "models", "values", "grams",
+        "matches", "sides", "trajectories", "situations", "goals", "moments", "models", "values", "sequences",
         "behaviours", "decisions"]
-    assert [len(s.made) for s in first.stages] == [2, 2, 2, 2, 2, 2, 1, 2, 8, 4, 2]
+    assert [len(s.made) for s in first.stages] == [2, 2, 2, 2, 2, 2, 1, 2, 2, 1, 2]
     assert (first.knowledge, first.knowledge_is_new, first.policy, first.policy_is_new) == (1, True, 1, True)
     before = products(tmp_path)
     second = run(tmp_path)
     assert second.made == 0
-    assert [s.kept for s in second.stages] == [2, 2, 2, 2, 2, 2, 1, 2, 8, 4, 2]
+    assert [s.kept for s in second.stages] == [2, 2, 2, 2, 2, 2, 1, 2, 2, 1, 2]
     assert products(tmp_path) == before
 
 
@@ -94,10 +94,10 @@ def test_other_settings(tmp_path, finished):
     report = run(data, settings=Settings(grams=GramSettings(alpha=0.99)))
     made = {s.noun: len(s.made) for s in report.stages}
     assert made["matches"] == made["trajectories"] == made["situations"] == made["goals"] == 0
-    assert made["grams"] > 0
+    assert made["sequences"] > 0
     report = run(data, settings=Settings(
         grams=GramSettings(alpha=0.99), behaviours=BehaviourSettings(value_over=-1.0)))
-    assert {s.noun: len(s.made) for s in report.stages}["behaviours"] == 4
+    assert {s.noun: len(s.made) for s in report.stages}["behaviours"] == 1
 
 
 def test_bad_match(tmp_path, clips):
@@ -176,7 +176,7 @@ def test_two_at_once(tmp_path, finished):
         "import sys; from pathlib import Path; from flows.versions import emit; from flows.stages import STAGES\n"
         "from flows.update import scope_of\n"
         "from pipeline.settings import KnowledgeSettings, Settings; from pipeline.store import Store\n"
-        "store = Store(Path(sys.argv[1])); scope = scope_of(store, Settings())\n"
+        "store = Store(Path(sys.argv[1])); scope = scope_of(store)\n"
         "print(emit(store, STAGES['knowledge'], KnowledgeSettings(optimistic=float(sys.argv[2])), scope)[0].version)"
     )
     emitters = [

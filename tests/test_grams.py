@@ -8,11 +8,13 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from support.rows import SIDES, changed, consecutive, goals, patterns, situations
 
+from pipeline.behaviours.grams import cover, grams, merge, spelt
 from pipeline.errors import SchemaMismatch
-from pipeline.grams.count import cover, grams, merge, value
-from pipeline.sequences import codes_of, exact, keys_of, role_of, windows
+from pipeline.sequences import sequences, value
 from pipeline.settings import GramSettings
-from schemas import Grams
+from pipeline.sums import exact
+from pipeline.windows import codes_of, followed, keys_of, owned_by, owner_of, role_of, side_of, windows
+from schemas import Sequences
 
 HALF = GramSettings(alpha=0.5, tick_s=1.0, outcome="paper")
 
@@ -22,15 +24,23 @@ matches = st.tuples(sequence, sequence, st.lists(st.tuples(st.integers(0, 12), s
                                                  unique_by=lambda goal: goal[0]))
 
 
-def valued_by_goals(table, scored):
-    """Situations valued by the next goal, that change nothing of V."""
-    return changed(value(table, scored, HALF))
+def sequence_of(table, scored=None, *changes, settings=HALF, x=0.0, y=0.0):
+    """The situations as sequences, each side by itself; they change nothing of V, unless that is given."""
+    worths = changed(table, *changes, x=x, y=y).select("change", "x", "y")
+    found = sequences(table, goals() if scored is None else scored, worths, settings)
+    Sequences.validate(found)
+    return found.with_columns(who=side_of(found["team"]))
+
+
+def counted(sequence, n, taken=None):
+    """The grams of a sequence, spelt, in order."""
+    return spelt(merge([grams(sequence, n, taken)]), n)
 
 
 def table_of(match, n):
     home, away, scored = match
     table = situations(consecutive(home), consecutive(away, team="away", role="s"))
-    return grams(valued_by_goals(table, goals(*scored)), n, None, HALF)
+    return grams(sequence_of(table, goals(*scored)), n)
 
 
 class TestValue:
@@ -83,7 +93,7 @@ class TestValue:
 class TestWindows:
     def test_all_runs(self):
         """Windows are all runs of n situations in order."""
-        found = windows(situations(consecutive([1, 11, 21, 46, 184])), 4, None, 0.2)
+        found = windows(followed(situations(consecutive([1, 11, 21, 46, 184])), 0.2), 4)
         assert found.first.tolist() == [0, 1]
         assert codes_of(found.key, 4).tolist() == [[1, 11, 21, 46], [11, 21, 46, 184]]
 
@@ -94,61 +104,60 @@ class TestWindows:
             consecutive([46], start=2.0, segment=1),
         )
         assert table["code"].to_list() == [1, 11, 21, 46, 44, 45]
-        assert codes_of(windows(table, 2, None, 0.2).key, 2).tolist() == [[1, 11]]
+        assert codes_of(windows(followed(table, 0.2), 2).key, 2).tolist() == [[1, 11]]
 
     def test_short_hole(self):
         """Windows reach over a hole that is shorter than the gap."""
         table = situations(consecutive([1], each=1.0), consecutive([11], start=1.19, each=1.0))
-        assert len(windows(table, 2, None, 0.2).first) == 1
-        assert len(windows(table, 2, None, 0.19).first) == 0
+        assert len(windows(followed(table, 0.2), 2).first) == 1
+        assert len(windows(followed(table, 0.19), 2).first) == 0
 
     def test_taken(self):
         """Windows never use what is taken, nor reach over it."""
         table = situations(consecutive([1, 11, 21, 46]))
         taken = np.array([False, True, False, False])
-        assert codes_of(windows(table, 2, taken, 0.2).key, 2).tolist() == [[21, 46]]
+        assert codes_of(windows(followed(table, 0.2), 2, taken).key, 2).tolist() == [[21, 46]]
 
     @given(st.lists(st.integers(0, 30), min_size=1, max_size=5), st.integers(1, 4))
     @settings(max_examples=50, deadline=None)
     def test_number_of_windows(self, lengths, n):
         """A run of m situations has m - n + 1 windows."""
         table = situations(*(consecutive([1] * m, start=100.0 * i, segment=i) for i, m in enumerate(lengths)))
-        assert len(windows(table, n, None, 0.2).first) == sum(max(0, m - n + 1) for m in lengths)
+        assert len(windows(followed(table, 0.2), n).first) == sum(max(0, m - n + 1) for m in lengths)
 
     def test_out_of_order(self):
         """Situations out of order are refused."""
         table = situations(consecutive([1, 11, 21])).reverse()
         with pytest.raises(SchemaMismatch, match="out of order"):
-            windows(table, 2, None, 0.2)
+            followed(table, 0.2)
 
-    @given(st.integers(0, 2), st.lists(st.integers(1, 194), min_size=1, max_size=4))
-    def test_keys(self, role, gram):
-        """Keys keep the role and the codes."""
-        key = keys_of(np.array([role]), np.array([gram], dtype=np.int16))
-        assert (role_of(key).item(), codes_of(key, len(gram)).tolist()) == (
-            role, [gram])
+    @given(st.integers(0, 2), st.lists(st.integers(1, 194), min_size=1, max_size=4), st.integers(0, 1 << 20))
+    def test_keys(self, role, gram, who):
+        """Keys keep the owner, the role and the codes."""
+        key = keys_of(np.array([role]), np.array([gram], dtype=np.int16), np.array([who]))
+        assert (owner_of(key).item(), role_of(key).item(), codes_of(key, len(gram)).tolist()) == (who, role, [gram])
+        own = keys_of(np.array([role]), np.array([gram], dtype=np.int16))
+        assert owned_by(np.array([who]), own) == key
 
 
 class TestGrams:
     def test_count_and_value(self):
         """Grams count and value the distinct runs by team and role."""
         table = situations(consecutive([1, 11, 1, 11], each=1.0), consecutive([1, 11], team="away", role="s", each=1.0))
-        found = grams(valued_by_goals(table, goals((4.0, "home"))), 2, None, HALF)
-        Grams.validate(found)
+        found = counted(sequence_of(table, goals((4.0, "home"))), 2)
         # values at 0, 1, 2, 3 s are 1/16, 1/8, 1/4, 1/2; means of (1, 11) 3/32 and 3/8
-        assert found.select("team", "role", "codes", "count", "value_sum", "value_square_sum").rows() == [
-            ("home", "midfield", [1, 11], 2, 3 / 32 + 3 / 8, (3 / 32) ** 2 + (3 / 8) ** 2),
-            ("home", "midfield", [11, 1], 1, 3 / 16, (3 / 16) ** 2),
-            ("away", "striker", [1, 11], 1, -3 / 32, (3 / 32) ** 2),
+        assert found.select("who", "role", "codes", "count", "value_sum", "value_square_sum").rows() == [
+            (0, "midfield", [1, 11], 2, 3 / 32 + 3 / 8, (3 / 32) ** 2 + (3 / 8) ** 2),
+            (0, "midfield", [11, 1], 1, 3 / 16, (3 / 16) ** 2),
+            (1, "striker", [1, 11], 1, -3 / 32, (3 / 32) ** 2),
         ]
 
     def test_change(self):
         """A gram's value is the sum of what its situations change; that by the next goal stays beside it."""
         table = situations(consecutive([1, 11, 1, 11], each=1.0), consecutive([1, 11], team="away", role="s", each=1.0))
-        valued = changed(value(table, goals((4.0, "home")), HALF), 0.25, -0.5, 0.125, 0.75, -0.25, 1.0)
         by_change = GramSettings(alpha=0.5, tick_s=1.0)
-        found = grams(valued, 2, None, by_change)
-        Grams.validate(found)
+        found = counted(
+            sequence_of(table, goals((4.0, "home")), 0.25, -0.5, 0.125, 0.75, -0.25, 1.0, settings=by_change), 2)
         # (1, 11) of home: 0.25 - 0.5 and 0.125 + 0.75
         assert found.select("codes", "count", "value_sum", "value_square_sum", "paper_sum").rows() == [
             ([1, 11], 2, -0.25 + 0.875, 0.25**2 + 0.875**2, 3 / 32 + 3 / 8),
@@ -159,31 +168,31 @@ class TestGrams:
     def test_by_match(self):
         """Squares and products of whole matches tell how much their sums differ."""
         table = situations(consecutive([1, 1, 1]))
-        one = grams(changed(value(table, goals(), HALF), 0.5, 0.25, 0.25), 1, None, GramSettings())
-        two = grams(changed(value(table, goals(), HALF), -0.5, 0.0, 0.0), 1, None, GramSettings())
+        one = sequence_of(table, None, 0.5, 0.25, 0.25, settings=GramSettings())
+        two = sequence_of(table, None, -0.5, 0.0, 0.0, settings=GramSettings())
         columns = ["count", "value_sum", "match_square_sum", "match_product_sum", "match_count_square_sum"]
-        assert one.select(columns).row(0) == (3, 1.0, 1.0, 3.0, 9)
-        assert merge([one, two]).select(columns).row(0) == (6, 0.5, 1.25, 1.5, 18)
+        assert grams(one, 1).select(columns).row(0) == (3, 1.0, 1.0, 3.0, 9)
+        both = (6, 0.5, 1.25, 1.5, 18)
+        assert merge([grams(one, 1), grams(two, 1)]).select(columns).row(0) == both
+        named = [part.with_columns(match_id=pl.lit(name)) for part, name in ((one, "a"), (two, "b"))]
+        assert grams(pl.concat(named), 1).select(columns).row(0) == both, "of both matches at once"
 
     def test_places(self):
         """Places at the start are summed where they are known."""
-        table = value(situations(consecutive([1, 1, 1])), goals(), HALF)
-        places = changed(table).with_columns(
+        places = sequence_of(situations(consecutive([1, 1, 1]))).with_columns(
             x=pl.Series([0.5, None, -0.25], dtype=pl.Float32), y=pl.Series([0.25, None, 0.25], dtype=pl.Float32))
-        found = grams(places, 1, None, HALF)
-        Grams.validate(found)
+        found = grams(places, 1)
         assert found.select("placed", "x_sum", "y_sum").row(0) == (2, 0.25, 0.5)
-        assert grams(places, 3, None, HALF).select("placed", "x_sum").row(0) == (1, 0.5), "that of the first situation"
+        assert grams(places, 3).select("placed", "x_sum").row(0) == (1, 0.5), "that of the first situation"
 
     def test_role_at_start(self):
         """A gram has the role that is held when it starts."""
         table = situations(consecutive([1, 11, 21], role="gms"))
-        assert grams(valued_by_goals(table, goals()), 2, None, HALF)["role"].to_list() == ["goalkeeper", "midfield"]
+        assert counted(sequence_of(table), 2)["role"].to_list() == ["goalkeeper", "midfield"]
 
     def test_no_situations(self):
         """No situations have no grams."""
-        assert grams(valued_by_goals(situations(), goals()), 4, None, HALF).is_empty()
-        assert Grams.is_valid(grams(valued_by_goals(situations(), goals()), 4, None, HALF))
+        assert counted(sequence_of(situations()), 4).is_empty()
 
     @pytest.mark.slow
     @given(matches, st.integers(1, 4))
@@ -192,10 +201,9 @@ class TestGrams:
         """Grams hold every window once."""
         home, away, scored = match
         table = situations(consecutive(home), consecutive(away, team="away", role="s"))
-        valued = valued_by_goals(table, goals(*scored))
-        found = grams(valued, n, None, HALF)
-        runs = windows(table, n, None, HALF.gap_s)
-        assert Grams.is_valid(found)
+        valued = sequence_of(table, goals(*scored))
+        found = grams(valued, n)
+        runs = windows(valued, n)
         assert found["count"].sum() == len(runs.first)
         means = exact(valued["value"].to_numpy()[runs.first[:, None] + np.arange(n)].mean(axis=1))
         assert found["value_sum"].sum() == means.sum()
@@ -207,65 +215,56 @@ class TestMerge:
     @settings(max_examples=40, deadline=None)
     def test_any_order(self, found, n, random):
         """A merge gives the same in any order and for any split."""
+        none = table_of(([], [], []), n)
         tables = [table_of(match, n) for match in found]
-        whole = merge(tables)
+        whole = merge([none, *tables])
         rows = [table[i : i + 1] for table in tables for i in range(table.height)]
         random.shuffle(rows)
         cut = random.randint(0, len(rows))
-        assert_frame_equal(merge(rows), whole, check_exact=True)
-        assert_frame_equal(merge([merge(rows[cut:]), merge(rows[:cut])]), whole, check_exact=True)
+        assert_frame_equal(merge([none, *rows]), whole, check_exact=True)
+        parts = [merge([none, *rows[cut:]]), merge([none, *rows[:cut]])]
+        assert_frame_equal(merge(parts), whole, check_exact=True)
         assert whole["count"].sum() == sum(table["count"].sum() for table in tables)
 
     def test_sum_and_order(self):
         """A merge adds over teams and matches, and sorts."""
         table = situations(consecutive([21, 1, 21]), consecutive([1, 21], team="away"))
-        one = grams(valued_by_goals(table, goals((8.0, "home"))), 1, None, HALF)
-        total = merge(iter([one, one]))
+        one = grams(sequence_of(table, goals((8.0, "home"))).drop("who"), 1)
+        total = spelt(merge(iter([one, one])), 1)
         assert total.select("role", "codes", "n", "count").rows() == [
             ("midfield", [1], 1, 4), ("midfield", [21], 1, 6)]
-
-    def test_several_lengths(self):
-        """A merge takes grams of several lengths."""
-        valued = valued_by_goals(situations(consecutive([21, 1, 21], role="gms")), goals())
-        total = merge([grams(valued, n, None, HALF) for n in (3, 1, 2)])
-        assert total["n"].to_list() == [1, 1, 1, 2, 2, 3]
-        assert total.filter(n=2)["codes"].to_list() == [[21, 1], [1, 21]]
 
     def test_small_buffer(self, monkeypatch):
         """A merge gives the same however little it holds back."""
         tables = [table_of(([1, 11, 21], [1], [(3, "home")]), 1) for _ in range(9)]
         whole = merge(tables)
-        monkeypatch.setattr("pipeline.sequences._BUFFERED_ROWS", 2)
+        monkeypatch.setattr("pipeline.sums._BUFFERED_ROWS", 2)
         assert_frame_equal(merge(iter(tables)), whole, check_exact=True)
-
-    def test_of_nothing_is_empty(self):
-        """A merge of nothing is empty."""
-        assert merge([]).is_empty()
 
 
 class TestCover:
     def test_overlaps(self):
         """A cover takes all members of all instances, overlapping or not."""
         table = situations(consecutive([1, 11, 1, 11, 1, 194]))
-        taken = cover(table, patterns(("m", [1, 11, 1])), HALF)
+        taken = cover(followed(table, HALF.gap_s), patterns(("m", [1, 11, 1])))
         assert taken.tolist() == [True] * 5 + [False]
 
     def test_role_at_start(self):
         """A pattern covers only what starts in its role."""
         table = situations(consecutive([1, 11, 1, 11], role="mmss"))
-        assert cover(table, patterns(("s", [1, 11])), HALF).tolist() == [False, False, True, True]
+        assert cover(followed(table, HALF.gap_s), patterns(("s", [1, 11]))).tolist() == [False, False, True, True]
 
     def test_longest_first(self):
         """The longest patterns are applied first, and shorter ones to the rest."""
         table = situations(consecutive([1, 11, 21, 46, 11, 21]))
         both = patterns(("m", [11, 21]), ("m", [1, 11, 21, 46]))
-        assert cover(table, both, HALF).all()
+        assert cover(followed(table, HALF.gap_s), both).all()
         # 46 was used up, so 46-11 no longer occurs
-        assert cover(table, patterns(("m", [46, 11]), ("m", [1, 11, 21, 46])), HALF).sum() == 4
+        assert cover(followed(table, HALF.gap_s), patterns(("m", [46, 11]), ("m", [1, 11, 21, 46]))).sum() == 4
 
     def test_no_patterns(self):
         """No patterns cover nothing."""
-        assert not cover(situations(consecutive([1, 11])), patterns(), HALF).any()
+        assert not cover(followed(situations(consecutive([1, 11])), HALF.gap_s), patterns()).any()
 
     @given(sequence, st.lists(st.lists(codes, min_size=1, max_size=4), max_size=6, unique_by=tuple))
     @settings(max_examples=60, deadline=None)
@@ -275,11 +274,11 @@ class TestCover:
         step = np.zeros(table.height, dtype=bool)
         for n in (4, 3, 2, 1):
             wanted = {tuple(gram) for gram in found if len(gram) == n}
-            runs = windows(table, n, step, HALF.gap_s)
+            runs = windows(followed(table, HALF.gap_s), n, step)
             for first, gram in zip(runs.first, codes_of(runs.key, n).tolist(), strict=True):
                 if tuple(gram) in wanted:
                     step[first : first + n] = True
-        assert cover(table, patterns(*(("m", gram) for gram in found)), HALF).tolist() == step.tolist()
+        assert cover(followed(table, HALF.gap_s), patterns(*(("m", gram) for gram in found))).tolist() == step.tolist()
 
 
 def test_default_half_life():

@@ -20,7 +20,6 @@ from flows.update import scope_of
 from flows.versions import emit as emit_version
 from pipeline import matches as log_format
 from pipeline.errors import BadSettings, NotFound
-from pipeline.grams.count import merge
 from pipeline.knowledge import merge_behaviours, merge_occasions, occasions
 from pipeline.settings import (
     BehaviourSettings,
@@ -34,14 +33,25 @@ from pipeline.state.table import LEVELS
 from pipeline.store import Store
 from pipeline.store.query import ask
 from pipeline.teams import Team
-from schemas import Behaviours, Decisions, Goals, Grams, Occasions, Patterns, Policies, Sides, Situations
+from pipeline.windows import windows
+from schemas import (
+    Behaviours,
+    Decisions,
+    Goals,
+    Grams,
+    Occasions,
+    Patterns,
+    Policies,
+    Sequences,
+    Sides,
+    Situations,
+)
 
 S = 1_000_000_000
 #: A clip has too few goals for a model of V, so groups are selected as the paper does.
 SETTINGS = Settings(
     sides=SideSettings(pools={"both": ("*",)}), grams=GramSettings(outcome="paper"),
     behaviours=BehaviourSettings(select_by="value", shrink=False))
-LENGTHS = tuple(round_.n for round_ in SETTINGS.behaviours.rounds)
 PLAYED = "played-0123456789ab"
 ADDS_UP = KnowledgeSettings(accumulate=True, backoff=("self9", "role0"), own="chosen")
 
@@ -70,7 +80,7 @@ def played(tmp_path_factory, clips) -> Store:
     log_format.write(ours, buffer)
     (store.root / "played.mcap").write_bytes(buffer.getvalue())
     import_recording(store, Recording(file=store.root / "played.mcap"))
-    STAGES.make(store, SETTINGS, scope_of(store, SETTINGS), ("trajectories", "situations", "goals"))
+    STAGES.make(store, SETTINGS, scope_of(store), ("trajectories", "situations", "goals"))
     return store
 
 
@@ -80,7 +90,7 @@ def store(played, tmp_path) -> Store:
 
 
 def group(match: str) -> Scope:
-    return Scope(matches=(match,), lengths=LENGTHS, group=match)
+    return Scope(matches=(match,), group=match)
 
 
 def learn(store: Store, scope: Scope, settings: Settings = SETTINGS) -> None:
@@ -109,10 +119,10 @@ class TestGroups:
         """A group makes behaviours of its match alone."""
         name = recording_of(store)
         learn(store, group(name))
-        assert [r.name for r in store.receipts("behaviours")] == sorted(f"{name}.n{n}" for n in LENGTHS)
-        found = pl.concat(table(store, "behaviours", f"{name}.n{n}", "patterns", Patterns) for n in LENGTHS)
-        learn(store, Scope(matches=(name,), lengths=LENGTHS))
-        whole = pl.concat(table(store, "behaviours", f"n{n}", "patterns", Patterns) for n in LENGTHS)
+        assert [r.name for r in store.receipts("behaviours")] == [name]
+        found = table(store, "behaviours", name, "patterns", Patterns)
+        learn(store, Scope(matches=(name,)))
+        whole = table(store, "behaviours", "all", "patterns", Patterns)
         assert found.height > 0
         assert_frame_equal(found, whole)
 
@@ -124,17 +134,17 @@ class TestGroups:
         refresh(store)
         rows = "select distinct match_id from decisions order by match_id"
         assert set(ask(catalog_path(store), rows)["match_id"]) == {name, PLAYED}
-        store.quarantine("behaviours", f"{name}.n3", ValueError("no"))
-        assert scope_of(store, SETTINGS).matches == (PLAYED,)
+        store.quarantine("behaviours", name, ValueError("no"))
+        assert scope_of(store).matches == (PLAYED,)
         refresh(store)
         assert ask(catalog_path(store), rows)["match_id"].to_list() == [PLAYED]
-        assert set(ask(catalog_path(store), "select distinct match_id from grams")["match_id"]) == {name, PLAYED}
+        assert set(ask(catalog_path(store), "select distinct match_id from values")["match_id"]) == {name, PLAYED}
 
     def test_refused_store(self, store):
         """If behaviours of the whole store are refused, no match is blamed."""
         learn(store, group(PLAYED))
-        store.quarantine("behaviours", "n3", ValueError("no"))
-        assert len(scope_of(store, SETTINGS).matches) == 2
+        store.quarantine("behaviours", "all", ValueError("no"))
+        assert len(scope_of(store).matches) == 2
 
 
 @pytest.mark.parametrize("share_of", ["groups", "situations"])
@@ -145,15 +155,15 @@ def test_learned_teams(store, share_of):
     (name,) = scope.matches
     away = SideSettings(watch=("away",))
     learn(store, scope, SETTINGS.model_copy(update={"behaviours": any_of, "sides": away}))
-    counted = table(store, "grams", f"{name}.n4", "grams", Grams)
-    theirs = merge([counted.filter(pl.col("team") == "away")])
-    found = table(store, "behaviours", f"{name}.n4", "patterns", Patterns)
+    theirs = table(store, "behaviours", name, "grams", Grams).filter(n=4)
+    found = table(store, "behaviours", name, "patterns", Patterns).filter(n=4)
     assert found.height > 0
     joined = found.join(theirs, on=("role", "codes"), how="left", maintain_order="left")
     assert joined["support"].to_list() == joined["count"].to_list()
     seen = table(store, "situations", name, "situations", Situations)
-    whole = {"groups": theirs["count"].sum(), "situations": seen.filter(pl.col("team") == "away").height}[share_of]
-    (report,) = store.receipt("behaviours", f"{name}.n4").details["reports"]
+    own = table(store, "sequences", name, "sequences", Sequences).filter(pl.col("team") == "away")
+    whole = {"groups": len(windows(own, 4).first), "situations": seen.filter(pl.col("team") == "away").height}[share_of]
+    (report, *_) = store.receipt("behaviours", name).details["reports"]
     assert report["threshold"] == pytest.approx(0.1 * whole)
     assert found["team"].unique().to_list() == [report["team"]] == [store.receipt("matches", name).details["away"]]
 
@@ -177,10 +187,9 @@ class TestTeams:
         names = {"home": match["home"], "away": match["away"]}
         assert set(known["team"]) == set(names.values())
         for side, name in names.items():
-            counted = pl.concat(table(store, "grams", f"{recording_of(store)}.n{n}", "grams", Grams).filter(
-                pl.col("team") == side).select("role", "codes", "count") for n in LENGTHS)
+            counted = table(store, "behaviours", recording_of(store), "grams", Grams).filter(team=name)
             own = known.filter(team=name)
-            assert own.join(counted, on=("role", "codes"), how="left", maintain_order="left")["count"].equals(
+            assert own.join(counted.select("role", "codes", "count"), on=("role", "codes"), how="left", maintain_order="left")["count"].equals(
                 own["support"], check_names=False)
             decided = table(store, "decisions", recording_of(store), "decisions", Decisions).filter(pl.col("team") == side)
             assert set(decided["behaviour_id"]) <= set(own["behaviour_id"])
@@ -269,8 +278,8 @@ class TestAddingUp:
         second, new = emit(store, ADDS_UP, group(PLAYED))
         assert (second.version, second.parent, new, second.details["matches"]) == (2, 1, True, 2)
         known, seen = version(store, first)
-        patterns = [table(store, "behaviours", f"{PLAYED}.n{n}", "patterns", Patterns) for n in LENGTHS]
-        alone = pl.concat(patterns).with_columns(version=pl.lit(2, pl.Int32)).select(list(Behaviours.dtypes()))
+        patterns = table(store, "behaviours", PLAYED, "patterns", Patterns)
+        alone = patterns.with_columns(version=pl.lit(2, pl.Int32)).select(list(Behaviours.dtypes()))
         both = merge_behaviours([known, alone], 2)
         known, _ = version(store, second)
         assert_frame_equal(known, both)

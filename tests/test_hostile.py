@@ -307,7 +307,7 @@ def shown(folder: Path, home: str, away: str) -> tuple[str, list[str], bytes]:
         ("ball", None, 0.0, 0.0), (home, "1", -0.3, 0.1), (away, "1", 0.3, -0.1))]
     pl.DataFrame(rows, schema=["frame", "t", "team", "player", "x", "y"], orient="row").write_parquet(folder / "x.parquet")
     receipt, _ = import_recording(store, Recording(file=folder / "x.parquet"))
-    scope = Scope(matches=(receipt.name,), lengths=(1,))
+    scope = Scope(matches=(receipt.name,))
     STAGES.make(store, Settings(), scope, {"sides", "trajectories", "situations", "goals"})
     path, _ = write_page(store, receipt.name)
     told, out = told_of(store, receipt.name), io.StringIO()

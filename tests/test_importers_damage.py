@@ -15,11 +15,12 @@ from hypothesis import strategies as st
 from support.recordings import RSIM, imported, recording
 from support.tracking import FRAME, HEADER, flaws, parquet, read, robots
 
+from pipeline.behaviours.grams import grams, spelt
 from pipeline.decisions import observe
 from pipeline.errors import BadRecording, BadSettings
 from pipeline.goals import attribute
-from pipeline.grams.count import grams, value
 from pipeline.importers.tracking_map import load_map
+from pipeline.sequences import sequences, value
 from pipeline.settings import (
     GoalSettings,
     GramSettings,
@@ -34,7 +35,7 @@ from pipeline.trajectories.derive import trajectories
 from pipeline.values.models import fit
 from pipeline.values.moments import moments
 from pipeline.values.worths import values, worths
-from schemas import Decisions, Goals, Moments, Values, Worths
+from schemas import Decisions, Goals, Moments, Sequences, Values, Worths
 
 
 def test_not_numbers() -> None:
@@ -214,9 +215,9 @@ def test_match_of_one_team() -> None:
     of_moments = Values.validate(values(looked, models))
     changes = Worths.validate(worths(done, of_moments, match.referee, tracks, ValueSettings()))
     assert changes["change"].max() > 0  # type: ignore[operator]
-    found = grams(valued.hstack(changes.select("change", "x", "y")), 1, None, GramSettings())
+    found = Sequences.validate(sequences(done, made, changes, GramSettings()))
     assert set(found["team"].cast(pl.String)) == {"home"}
-    known = found.sort("count", descending=True).head(3).with_row_index("i").with_columns(
+    known = spelt(grams(found, 1), 1).sort("count", descending=True).head(3).with_row_index("i").with_columns(
         behaviour_id=pl.format("b-{}", "i")
     )
     seen = observe(valued, tracks, match.referee, known, pitch, GramSettings())

@@ -73,7 +73,7 @@ def add(store: Store) -> Manifest:
     ):
         details = {"choosing": []} if noun == "decisions" else {}
         store.commit(STAGES[noun].work(name, STAGES[noun].settings(settings), {}), Made([table], details=details))
-    scope = Scope(matches=("second",), lengths=(1,), group="second")
+    scope = Scope(matches=("second",), group="second")
     manifest, new = emit(store, STAGES["knowledge"], ADDS_UP, scope)
     assert (manifest.version, manifest.parent, new) == (2, 1, True)
     return manifest

@@ -47,7 +47,7 @@ def know(store, *receipts, accumulate, imitates="us"):
 
 def learn(store, settings):
     """The policy that stands after training, and whether it is new."""
-    return emit(store, STAGES["policies"], settings, Scope(matches=(), lengths=()))
+    return emit(store, STAGES["policies"], settings, Scope(matches=()))
 
 
 def names(store, knowledge, last_matches=None):

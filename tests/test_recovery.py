@@ -194,7 +194,7 @@ def test_removed_match(data):
     assert store.forget("matches", name)
     assert not store.forget("matches", name)
     assert run(data).failures == {}
-    for table in ("matches", "trajectories", "situations", "grams", "decisions"):
+    for table in ("matches", "trajectories", "situations", "decisions"):
         rows = ask(catalog_path(store), f"select count(*) from {table} where match_id = ?", [name])
         assert rows.item() == 0
     assert matches_known(data) == 1
@@ -230,8 +230,8 @@ def test_noun_flows(data):
     for flow in (flow_of("trajectories"), flow_of("situations"), flow_of("goals")):
         report = flow(data)
         assert (len(report["made"]), report["kept"], report["failed"]) == (1, 1, {})
-    assert flow_of("grams")(data)["kept"] == 8
-    assert flow_of("behaviours")(data)["kept"] == 4
+    assert flow_of("sequences")(data)["kept"] == 2
+    assert flow_of("behaviours")(data)["kept"] == 1
     assert len(flow_of("decisions")(data)["made"]) == 1
     assert flow_of("knowledge")(data) == {"version": 1, "new": False, "failed": {}}
     assert flow_of("policies")(data) == {"version": 1, "new": False, "failed": {}}

@@ -14,14 +14,14 @@ from pipeline.behaviours.shrinkage import valued
 from pipeline.errors import SchemaMismatch
 from pipeline.estimates import estimated
 from pipeline.knowledge import merge_behaviours
-from pipeline.sequences import exact
 from pipeline.settings import BehaviourSettings, RoundSettings
 from pipeline.store.tables import SCHEMA_KEY, from_parquet, to_parquet
+from pipeline.sums import exact
 from schemas import Behaviours, Grams
 
 Z = 1.959964
 NEW = ("low", "high", "mean", "error", "family", "family_spread", "family_size", "paper", "x", "y")
-TABLE = {name: dtype for name, dtype in Grams.dtypes().items() if name not in ("match_id", "team")}
+TABLE = {name: dtype for name, dtype in Grams.dtypes().items() if name not in ("team", "kind")}
 
 
 def table(*found, role="striker"):

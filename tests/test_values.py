@@ -582,7 +582,7 @@ class TestChoose:
             kind = "ssl" if match in ssl else "vsss"
             store.commit(Work("matches", match, {}, version=1), Made(details={"pitch": {"kind": kind}}))
         own = ModelSettings(**settings)
-        scope = Scope(matches=tuple(sorted(matches)), lengths=(1,))
+        scope = Scope(matches=tuple(sorted(matches)))
         chosen = flow.choose(store, Output("all"), scope, own)
         if commit:
             leagues = {"ssl": [m for m in chosen if m in ssl], "vsss": [m for m in chosen if m not in ssl]}

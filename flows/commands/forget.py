@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flows.catalog import forget_match, match_of, refresh
+from flows.catalog import forget_match, refresh
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.match_id import find_match
 from flows.commands.printing import console
@@ -21,7 +21,7 @@ def forget(match: str, *, common: Common = DEFAULTS) -> None:
         match = find_match(store, match).name
         removed = forget_match(store, match)
     for record in store.quarantined():
-        if match_of(record.name) == match:
+        if record.name == match:
             store.release(record.noun, record.name)
     console().print(f"{match}: {removed} outputs removed; the next run emits knowledge without it")
     refresh(store)

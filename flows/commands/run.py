@@ -20,6 +20,7 @@ from flows.commands.printing import (
 )
 from flows.knowledge import imitates, of_imitated
 from flows.progress import RunReport
+from flows.stage import ALL
 from pipeline.estimates import BY_EVIDENCE
 from pipeline.settings import ImportSettings, Settings
 from pipeline.store import Store
@@ -134,13 +135,13 @@ def _print_behaviours(store: Store, version: int) -> None:
 
 
 def _print_rounds(store: Store) -> None:
-    rows = []
-    for receipt in store.receipts("behaviours"):
-        rows += [{"round": receipt.name, "team": report["team"], "kind": report["kind"],
+    selected, rows = store.readable("behaviours", ALL), []
+    if selected is not None:
+        rows = [{"n": report["n"], "team": report["team"], "kind": report["kind"],
                   "distinct grams": report["distinct"], "windows": report["windows"],
                   "neurons": len(report["activations"]), "kept neurons": report["neurons_kept"],
                   "behaviours": report["groups_kept"], "instances covered": report["instances_kept"]}
-                 for report in receipt.details.get("reports", ())]
+                 for report in selected.details.get("reports", ())]
     if rows:
-        print_frame(pl.DataFrame(rows).sort("team", "kind", "round", descending=[False, False, True]),
+        print_frame(pl.DataFrame(rows).sort("team", "kind", "n", descending=[False, False, True]),
                     title="rounds")

@@ -64,7 +64,7 @@ def select(
     value, or the lower end of its interval, is above the threshold become behaviours, role by role.
 
     Args:
-        grams: one row a distinct (role, codes), all of the round's n (``pipeline.grams.count.merge``).
+        grams: one row a distinct (role, codes), all of the round's n (``pipeline.behaviours.grams.merge``).
         recognised: situations recognised in all matches, including those that longer behaviours
             use up.
         settings: settings of all rounds.

@@ -28,7 +28,7 @@ def valued(grams: pl.DataFrame, *, shrink: bool) -> pl.DataFrame:
     instances were independent, at least 1.
 
     Args:
-        grams: columns of ``pipeline.grams.count.merge``, all of one length.
+        grams: columns of ``pipeline.behaviours.grams.merge``, all of one length.
         shrink: whether values are shrunk; else ``value`` is the mean.
 
     Returns:

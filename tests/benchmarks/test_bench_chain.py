@@ -29,7 +29,7 @@ UP_TO_GRAMS = tuple(takewhile(lambda noun: noun != "behaviours", STAGES.of_match
 
 def scope(match: str) -> Scope:
     """A match, and grams of four."""
-    return Scope(matches=(match,), lengths=(4,))
+    return Scope(matches=(match,))
 
 
 def chain(data: Path) -> None:
@@ -84,7 +84,7 @@ MERGE = textwrap.dedent("""
     from pipeline.store import Store
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     store, settings = Store(Path(sys.argv[1])), Settings()
-    STAGES.perform(store, STAGES["behaviours"], Output("n4", n=4), settings.behaviours, scope_of(store, settings))
+    STAGES.perform(store, STAGES["behaviours"], Output("all"), settings.behaviours, scope_of(store))
     print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024)
 """)
 
@@ -97,11 +97,11 @@ def test_many(benchmark, tmp_path, copies):
     chain(tmp_path)
     (name,) = (receipt.name for receipt in store.receipts("matches"))
     for index in range(copies - 1):
-        for noun, suffix in (("matches", ""), ("sides", ""), ("situations", ""), ("grams", ".n4")):
-            said = receipt_at(tmp_path / noun / f"{name}{suffix}.receipt.json")
-            copy = f"copy{index}-{name}{suffix}"
+        for noun in ("matches", "sides", "sequences"):
+            said = receipt_at(tmp_path / noun / f"{name}.receipt.json")
+            copy = f"copy{index}-{name}"
             put_receipt(tmp_path / noun / f"{copy}.receipt.json", said, name=copy)
-    assert len(list(store.receipts("grams"))) == copies
+    assert len(list(store.receipts("sequences"))) == copies
 
     def run() -> str:
         return subprocess.run([sys.executable, "-c", MERGE, str(tmp_path)], check=True, capture_output=True,

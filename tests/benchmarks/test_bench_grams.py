@@ -4,8 +4,10 @@ import numpy as np
 import polars as pl
 import pytest
 
-from pipeline.grams.count import grams, merge, value
+from pipeline.behaviours.grams import grams, merge, spelt
+from pipeline.sequences import sequences
 from pipeline.settings import GramSettings
+from pipeline.windows import side_of
 from schemas import ROLES, SIDES, Goals, Situations
 
 SETTINGS = GramSettings(outcome="paper")
@@ -28,8 +30,9 @@ def valued(seed=0, situations=8_000):
     times = np.arange(1, 20) * 25_000_000_000
     goals = pl.DataFrame({"match_id": "bench-0", "t_ns": times, "team": rng.choice(SIDES, 19), "robot": None,
                           "kind": None}, schema=Goals.dtypes())
-    return value(table, goals, SETTINGS).with_columns(
-        change=pl.Series(rng.normal(0, 0.1, table.height)), x=pl.lit(0.0), y=pl.lit(0.0))
+    worths = pl.DataFrame({"change": rng.normal(0, 0.1, table.height), "x": 0.0, "y": 0.0})
+    found = sequences(table, goals, worths, SETTINGS).with_columns(who=side_of(table["team"]))
+    return table.hstack(found.select("follows", "value", "change", "x", "y", "who"))
 
 
 def with_polars(table, n):
@@ -54,17 +57,17 @@ def with_polars(table, n):
 @pytest.mark.parametrize("how", ["ours", "polars window functions"])
 def test_of_a_match(benchmark, how):
     table = valued()
-    ours = grams(table, 4, None, SETTINGS)
+    ours = spelt(merge([grams(table, 4)]), 4)
     theirs = with_polars(table, 4)
     assert ours["count"].to_list() == theirs["count"].to_list()
     assert np.allclose(ours["value_sum"], theirs["value_sum"], atol=1e-6)
-    run = (lambda: grams(table, 4, None, SETTINGS)) if how == "ours" else (lambda: with_polars(table, 4))
+    run = (lambda: grams(table, 4)) if how == "ours" else (lambda: with_polars(table, 4))
     benchmark.pedantic(run, rounds=20, warmup_rounds=2)
     benchmark.extra_info.update(units=table.height, unit="situations")
 
 
 @pytest.mark.benchmark(group="merge the 4-grams of 100 matches")
 def test_ours_of_many_matches(benchmark):
-    tables = [grams(valued(seed), 4, None, SETTINGS) for seed in range(10)] * 10
+    tables = [grams(valued(seed), 4) for seed in range(10)] * 10
     benchmark.pedantic(merge, (tables,), rounds=3, warmup_rounds=1)
     benchmark.extra_info.update(units=sum(table.height for table in tables), unit="rows")

@@ -130,7 +130,7 @@ def _data() -> tempfile.TemporaryDirectory[str]:
     file = store.root / "clip.csv"  # its bytes do not depend on how Parquet is written
     _clip(*CLIP).write_csv(file)
     import_recording(store, Recording(file=file))
-    scope = scope_of(store, settings)
+    scope = scope_of(store)
     STAGES.make(store, settings, scope)
     for noun in STAGES.versioned:
         emit(store, STAGES[noun], STAGES[noun].settings(settings), scope)
@@ -146,12 +146,11 @@ def chain(noun: str) -> Golden:
         (receipt.name, schema): store.read_table(receipt, schema.NAME, schema)
         for receipt in receipts for schema in stage.schemas
     }
-    sources = [each for each in stage.inputs if isinstance(each, str)]  # not what follows it in a ring
     return Golden(
         "\n\n".join(f"{name} {schema.tag()}, {table.height} rows\n{_csv(_shown(table, schema))}"
                     for (name, schema), table in tables.items()),
         {noun: stage.version}, {} if stage.compute is None else stage.settings(Settings()).model_dump(mode="json"),
-        inputs=_digest(*(schema.tag() for schema in stage.schemas), *(chain(source).content for source in sources if STAGES[source].schemas)),
+        inputs=_digest(*(schema.tag() for schema in stage.schemas), *(chain(source).content for source in stage.sources if STAGES[source].schemas)),
         content=_digest(*map(_csv, tables.values())),
     )
 

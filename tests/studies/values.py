@@ -26,11 +26,12 @@ from pipeline.arena.match.controllers import controllers_of
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.behaviours.grams import grams, merge, spelt
 from pipeline.behaviours.shrinkage import valued
 from pipeline.goals import attribute
-from pipeline.grams.count import grams, merge, value
 from pipeline.importers import readers
 from pipeline.importers.tracking_map import TrackingMap
+from pipeline.sequences import value
 from pipeline.settings import (
     GoalSettings,
     GramSettings,
@@ -45,6 +46,7 @@ from pipeline.trajectories.derive import trajectories
 from pipeline.values import models, trees
 from pipeline.values.moments import moments
 from pipeline.values.worths import values, worths
+from pipeline.windows import followed
 
 #: Pairings and the first seed; no choice was made on these seeds.
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
@@ -233,9 +235,11 @@ def changed(parts: list[Watched], own: models.Models) -> list[pl.DataFrame]:
 
 
 def counted(parts: Iterable[pl.DataFrame], n: int, outcome: str) -> pl.DataFrame:
-    """The grams of one length with their estimated values."""
-    settings = GramSettings(outcome=outcome)
-    return valued(merge(grams(part, n, None, settings) for part in parts), shrink=True)
+    """The grams of one length of both sides together, with their estimated values."""
+    of_matches = (followed(part, GramSettings().gap_s) for part in parts)
+    if outcome == "paper":
+        of_matches = (part.with_columns(change=pl.lit(None, dtype=pl.Float64)) for part in of_matches)
+    return valued(spelt(merge(grams(part, n) for part in of_matches), n), shrink=True)
 
 
 def learned_apart(split: list[list[Watched]]) -> list[list[pl.DataFrame]] | None:

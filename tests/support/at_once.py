@@ -75,7 +75,7 @@ def prune(store: Store) -> str:
 def train(store: Store) -> str:
     """Train a policy, unless one stands."""
     settings = Settings()
-    scope = Scope(matches=tuple(receipt.name for receipt in store.receipts("matches")), lengths=(4, 3, 2, 1))
+    scope = Scope(matches=tuple(receipt.name for receipt in store.receipts("matches")))
     return str(emit(store, STAGES["policies"], settings.policies, scope)[1])
 
 

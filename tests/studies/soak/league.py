@@ -119,7 +119,7 @@ def contents(data: Path) -> dict[str, str]:
     report = nothing_new(store, Settings())
     if report is None:
         raise RuntimeError(f"{data}: a run would find work")
-    nouns = (*STAGES.nouns(Per.MATCH), *STAGES.nouns(Per.GROUP), *STAGES.nouns(Per.GRAMS), *STAGES.nouns(Per.ROUND))
+    nouns = STAGES.nouns(Per.MATCH, Per.GROUP)
     found = {f"{noun}/{receipt.name}/{key}": file.sha256
              for noun in nouns for receipt in store.receipts(noun) for key, file in receipt.files.items()}
     for noun, version, tables in (("knowledge", report.knowledge, (Behaviours, Occasions)),

@@ -1,1 +1,0 @@
-"""The noun grams: runs of consecutive situations, valued and counted."""

@@ -1,0 +1,179 @@
+"""Rounds: one columnar pass over all matches gives what each match by itself does."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from conftest import clip
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from polars.testing import assert_frame_equal
+from support.rows import changed, consecutive, goals, situations
+
+from flows.matches import Recording, import_recording
+from flows.stages import STAGES
+from flows.update import scope_of
+from pipeline.behaviours import rounds
+from pipeline.behaviours.grams import cover, grams, merge, spelt
+from pipeline.behaviours.rounds import learn
+from pipeline.behaviours.select import select
+from pipeline.decisions import resolve
+from pipeline.sequences import sequences
+from pipeline.settings import BehaviourSettings, GramSettings, ModelSettings, RoundSettings, Settings
+from pipeline.store import Store
+from pipeline.teams import Team, as_of, of_sides
+from pipeline.windows import side_of
+from schemas import SIDES, Grams, Patterns
+
+#: Nearly everything that recurs becomes a behaviour.
+ANY = BehaviourSettings(
+    select_by="value", value_over=-9.0, shrink=False, support_at_least=2, keep_random=True, epochs=3,
+    rounds=tuple(RoundSettings(n=n, rows=1, columns=2, activation=0.3) for n in (4, 3, 1)))
+ONE, TWO = Team("one", "vsss"), Team("two", "vsss")
+
+codes = st.lists(st.one_of(st.sampled_from([1, 11, 21, 46]), st.none()), min_size=0, max_size=20)
+leagues = st.lists(st.tuples(codes, codes, st.sampled_from([(ONE, TWO), (TWO, ONE), (ONE, ONE), (ONE, None)])), min_size=1, max_size=5)
+
+
+def league_of(found):
+    """Sequences and sides of matches: what home and away did, and whom they count for."""
+    tables, sides = {}, {}
+    for number, (home, away, teams) in enumerate(found):
+        name = f"match-{number:012d}"
+        table = situations(consecutive(home), consecutive(away, team="away", role="s")).with_columns(match_id=pl.lit(name))
+        worths = changed(table, *(0.125 * (i % 5 - 2) for i in range(table.height)))
+        tables[name] = sequences(table, goals((3.0, "home")), worths, GramSettings())
+        sides[name] = {side: team for side, team in zip(SIDES, teams, strict=True) if team is not None}
+    return tables, sides
+
+
+def one_by_one(tables, sides):
+    """The same, each match by itself and each team by itself, as the paper says it."""
+    known, counted = [Patterns.empty()], []
+    for round_ in ANY.rounds:
+        before = pl.concat(known)
+        for team in sorted({team for own in sides.values() for team in own.values()}):
+            parts, recognised = [], 0
+            for name, table in tables.items():
+                for side in (side for side, of in sides[name].items() if of == team):
+                    own = table.filter(pl.col("team") == side)
+                    recognised += own.height
+                    parts.append((name, own))
+            mine = before.filter(pl.col("team") == team.team)
+            of_match = {name: pl.concat(own for match, own in parts if match == name) for name, _ in parts}
+            merged = merge([grams(table.clear(), round_.n), *(
+                grams(own, round_.n, cover(own, mine)) for own in of_match.values())])
+            own = spelt(merged, round_.n).drop("who")
+            known.append(as_of(select(own, recognised, ANY, round_).patterns, team))
+            counted.append(as_of(own.filter(pl.col("count") >= 2), team).select(list(Grams.dtypes())))
+    return pl.concat(known), pl.concat(counted)
+
+
+@pytest.mark.slow
+@given(leagues)
+@settings(max_examples=40, deadline=None)
+def test_all_at_once(found):
+    """All matches at once give the patterns and grams of each match and team by itself."""
+    tables, sides = league_of(found)
+    learned = learn(tables.values, sides, ANY)
+    patterns, counted = one_by_one(tables, sides)
+    assert_frame_equal(learned.patterns, patterns, check_exact=True)
+    assert_frame_equal(learned.grams, counted, check_exact=True)
+    assert Patterns.is_valid(learned.patterns)
+    assert Grams.is_valid(learned.grams)
+
+
+@pytest.mark.slow
+@given(leagues, st.randoms(use_true_random=False))
+@settings(max_examples=25, deadline=None)
+def test_any_order_and_chunks(found, random):
+    """Neither the order of the matches, nor the chunks, nor reading them again for each round makes a difference."""
+    tables, sides = league_of(found)
+    whole = learn(tables.values, sides, ANY)
+    shuffled = list(tables.values())
+    random.shuffle(shuffled)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rounds, "_CHUNK", 10)
+        patch.setattr(rounds, "_KEPT", 15)
+        again = learn(lambda: shuffled, sides, ANY)
+    assert_frame_equal(again.patterns, whole.patterns, check_exact=True)
+    assert_frame_equal(again.grams, whole.grams, check_exact=True)
+    assert again.reports == whole.reports
+    assert again.held == whole.held
+    for n, maps in whole.maps.items():
+        for team, som in maps.items():
+            assert np.array_equal(som.weights, again.maps[n][team].weights)
+
+
+@pytest.mark.slow
+@given(leagues)
+@settings(max_examples=25, deadline=None)
+def test_held(found):
+    """What a match holds is the same exactly if the same behaviours of the same sides have instances in it."""
+    tables, sides = league_of(found)
+    learned = learn(tables.values, sides, ANY)
+    assert learned.held.keys() == tables.keys()
+    seen = {}
+    for name, table in tables.items():
+        own = pl.DataFrame([{"side": side, "kind": team.kind, "counts_as": team.team} for side, team in sides[name].items()],
+                           schema={"side": pl.Enum(SIDES), "kind": pl.String, "counts_as": pl.String})
+        known = of_sides(learned.patterns, own)
+        sequence = table.with_columns(who=side_of(table["team"]))
+        _, _, pattern = resolve(sequence, known.with_columns(who=side_of(known["side"])))
+        seen[name] = frozenset(known[pattern].select("side", "behaviour_id").iter_rows())
+    for one in tables:
+        for other in tables:
+            if learned.held[one] == learned.held[other]:
+                assert seen[one] == seen[other]
+
+
+def test_nobody():
+    """If no side counts there is nothing to learn."""
+    tables, _ = league_of([([1, 11], [1], (ONE, TWO))])
+    learned = learn(tables.values, {name: {} for name in tables}, ANY)
+    assert (learned.patterns.height, learned.grams.height, learned.maps, learned.reports) == (0, 0, {}, [])
+    assert learned.held.keys() == tables.keys()
+
+
+#: Values are known of these minutes, and groups are selected that are not surely good.
+SETTINGS = Settings(
+    models=ModelSettings(goals_at_least=2, block_s=5), behaviours=BehaviourSettings(select_by="value", shrink=False))
+
+
+def brought(folder: Path, matches: int) -> Store:
+    """A data folder with so many stretches of the sample as matches of their own."""
+    store = Store(folder)
+    for number in range(matches):
+        file = folder / f"part-{number}.csv"
+        folder.mkdir(exist_ok=True)
+        clip(60.0 * number, 60.0 * number + 40.0).write_csv(file)
+        import_recording(store, Recording(file=file))
+        file.unlink()
+    return store
+
+
+def contents(store: Store) -> dict[str, str]:
+    """SHA-256 of all files of the outputs."""
+    return {label: sha256 for noun in STAGES.of_matches for receipt in store.receipts(noun)
+            for label, sha256 in receipt.digests().items()}
+
+
+@pytest.mark.slow
+def test_one_more_match(tmp_path):
+    """One more match gives the bytes of doing all of it again; decisions with other behaviours are made anew."""
+    store = brought(tmp_path / "grown", 5)
+    STAGES.make(store, SETTINGS, scope_of(store))
+    before = {receipt.name: receipt.key for receipt in store.receipts("decisions")}
+    held = store.receipt("behaviours", "all").details["held"]
+    brought(tmp_path / "grown", 6)
+    STAGES.make(store, SETTINGS, scope_of(store))
+    now = store.receipt("behaviours", "all").details["held"]
+    anew = {receipt.name for receipt in store.receipts("decisions") if before.get(receipt.name) != receipt.key}
+    assert anew == {match for match in now if held.get(match) != now[match]}
+    assert len(anew) > 1, "the behaviours are others, too"
+    again = brought(tmp_path / "again", 6)
+    shutil.copytree(store.root / "models", again.root / "models")  # they stand until there are twice as many matches
+    STAGES.make(again, SETTINGS, scope_of(again))
+    assert contents(again) == contents(store)
