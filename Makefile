@@ -18,7 +18,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
-  paradigms seasons soak golden notebooks lock clean
+  paradigms seasons soak bench-scale golden notebooks lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'

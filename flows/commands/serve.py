@@ -51,7 +51,9 @@ def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Comm
             f"serving {store.root} at {cron!r}; to run at once: PREFECT_API_URL={PREFECT_API_URL.value()}"
             f" prefect deployment run {scheduled_run.name}/{NAME}", soft_wrap=True, highlight=False)
         scheduled_run.serve(
-            name=NAME, cron=cron, print_starting_message=False, entrypoint_type=EntrypointType.MODULE_PATH,
+            # one at a time: after a sleep of the machine a hundred may be late
+            name=NAME, cron=cron, limit=1, print_starting_message=False,
+            entrypoint_type=EntrypointType.MODULE_PATH,
             parameters={
                 "data": str(store.root.resolve()),
                 "settings": chosen.model_dump(mode="json", exclude={"imports"}),

@@ -53,15 +53,15 @@ class Terminal:
         end = time.monotonic() + seconds
         while text.encode() not in self.said:
             assert time.monotonic() < end, f"{text!r} was not written in {seconds} s: {self.said!r}"
-            assert self._read(0.1), f"ended before it wrote {text!r}: {self.said!r}"
+            assert self.read(0.1), f"ended before it wrote {text!r}: {self.said!r}"
 
     def end(self, seconds: float) -> int:
         """The exit code; whatever is written until then is read."""
         end = time.monotonic() + seconds
         while self.process.poll() is None:
             assert time.monotonic() < end, f"does not end in {seconds} s: {self.said!r}"
-            self._read(0.05)
-        while self._read(0.0):
+            self.read(0.05)
+        while self.read(0.0):
             pass
         return self.process.returncode
 
@@ -86,7 +86,8 @@ class Terminal:
                                check=True, errors="replace").stdout
         return [line for line in every.splitlines() if self.mark in line and line.split()[1][0] != "Z"]
 
-    def _read(self, seconds: float) -> bool:
+    def read(self, seconds: float) -> bool:
+        """Read what comes within some seconds; False if the terminal has closed, or nothing comes."""
         """Read what is there; False if there is nothing and the terminal has closed or time is up."""
         if not select.select([self._hand], [], [], seconds)[0]:
             return seconds > 0 and self.process.poll() is None

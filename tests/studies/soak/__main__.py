@@ -20,6 +20,8 @@ from studies.soak.league import League, contents
 from studies.soak.processes import left
 from studies.soak.questions import Judge
 
+#: More processes at once are a finding: all that the actors call, with their servers and readers.
+MOST = 25
 #: Size of the disk, MiB; set when this process has one of its own.
 DISK_MIB = 2_000
 _OWN = "SOAK_DISK"
@@ -88,6 +90,9 @@ def main(root: Path, out: Path, seconds: float, seed: int) -> int:
 
     samples = pl.DataFrame(soak.samples, schema=list(Sample._fields), orient="row")
     samples.write_csv(out / "samples.csv")
+    most = int(samples["processes"].max())
+    if most > MOST:
+        soak.find(f"{most} processes at once")
     figures = {
         "seconds": seconds, "seed": seed, "own disk": _OWN in os.environ, "clock": bool(clock.environment),
         "counts": dict(sorted(soak.counts.items())),
