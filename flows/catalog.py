@@ -12,6 +12,7 @@ from flows.stage import Per
 from flows.stages import STAGES
 from pipeline.errors import CorruptFile, PitchloreError
 from pipeline.store import Store, catalog
+from pipeline.store.paths import SAFE_NAME
 from pipeline.store.reading import remedy_for
 from pipeline.store.receipts import FileRecord, Receipt
 from schemas import PUBLIC
@@ -24,6 +25,8 @@ def forget_match(store: Store, match: str) -> int:
 
 def forget_outputs(store: Store, name: str, nouns: Sequence[str]) -> int:
     """Remove the outputs of a name, that of the last noun first. Returns their number."""
+    if not SAFE_NAME.match(name):  # no output can have it
+        return 0
     with store.removing():
         return sum(store.forget(noun, name) for noun in reversed(nouns))
 

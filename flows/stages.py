@@ -200,7 +200,7 @@ STAGES = Chain(
     Stage("behaviours", Per.GROUP, ("sides", "sequences"), (Patterns, Grams), 4, _behaviours),
     Stage("decisions", Per.MATCH,
           ("matches", "sides", "trajectories", "situations", "goals", Part("behaviours", "held")),
-          (Decisions,), 3, _decisions),
+          (Decisions,), 2, _decisions),
     Stage("knowledge", Per.VERSION, ("sides", "behaviours", "decisions"), (Behaviours, Occasions), 2,
           knowledge.compute, knowledge.plan),
     Stage("policies", Per.VERSION, ("knowledge", "sides", "decisions"), (Policies,), 2,

@@ -162,6 +162,7 @@ def test_forgotten_while_it_is_made(finished, tmp_path, monkeypatch):
 
     scope, output = Scope(matches=(match,)), Output(match, match)
     slow = dataclasses.replace(stage, compute=slowly)
+    store.forget("goals", match)
     with pytest.raises(NotFound, match=f"matches {match} has been removed meanwhile. Run again"):
         STAGES.perform(store, slow, output, Settings().goals, scope)
     assert store.receipt("goals", match) is None

@@ -274,7 +274,7 @@ def test_home_that_cannot_be_used(monkeypatch):
 MEANWHILE = """
 import os, signal, sys, time
 import flows.cli, flows.imports, flows.serving
-flows.serving.REQUEST_S = 1.0
+flows.serving.REQUEST_S, flows.serving.AGAIN = 1.0, 1
 def wait(*_):
     {does}
     print(flows.serving._own().pid, flush=True)
@@ -317,7 +317,7 @@ def test_server_that_fails_meanwhile(derby, number, why, within_s):
 @pytest.mark.slow
 def test_database_locked_meanwhile(tmp_path, derby):
     """If another process locks Prefect's database while flows run, the command does not wait minutes for it."""
-    lock = "import sqlite3; there = sqlite3.connect(os.environ['PREFECT_HOME'] + '/prefect.db'); there.execute('begin immediate')"
+    lock = "import sqlite3; flows.lock = sqlite3.connect(os.environ['PREFECT_HOME'] + '/prefect.db'); flows.lock.execute('begin immediate')"
     said, _ = meanwhile(derby, lock, 0, "raise ValueError('refused')", 15 + serving.REPLY_S,
                         PREFECT_HOME=str(tmp_path / "home"))
     assert "the Prefect server failed (ReadTimeout: timed out" in said

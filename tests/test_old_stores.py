@@ -68,7 +68,7 @@ def add(store: Store) -> Manifest:
     """The next version: of another match, added to what is there."""
     settings = Settings()
     for noun, name, table in (
-        ("behaviours", "second.n1", (patterns(), Patterns)), ("decisions", "second", (Decisions.empty(), Decisions)),
+        ("behaviours", "second", (patterns(), Patterns)), ("decisions", "second", (Decisions.empty(), Decisions)),
         ("sides", "second", (Sides.empty(), Sides)),
     ):
         details = {"choosing": []} if noun == "decisions" else {}
