@@ -32,8 +32,8 @@ ANSWER_S = 5.0
 #: times in vain it counts as ended.
 WATCH_S, REPLY_S, SILENT = 2.0, 3.0, 3
 #: How long one request of a flow may take, seconds, and how often it is sent again, each time after twice as
-#: long: a server says 503 while other commands write to its database. If that is locked for good, it lets each
-#: request wait a minute. Prefect's own: 60 s and five times.
+#: long: a server says 503 while other commands write to its database. If that is locked for good, it lets
+#: each request wait a minute. Prefect's own: 60 s and five times.
 REQUEST_S, AGAIN = 7.0, 3
 #: Libraries whose errors say that the server does not answer.
 _CLIENTS = ("httpx", "httpcore")
