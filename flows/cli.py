@@ -202,6 +202,7 @@ def command_line() -> App:
         version=__version__,
         help="Recorded robot-soccer matches in; situations, behaviours, knowledge and a trained policy out.",
         suppress_keyboard_interrupt=False,  # see flows.interrupt
+        result_action="return_value",  # else it exits, before the output is flushed
     )
     groups = {word: App(name=word, help=meaning) for word, meaning in GROUPS.items()}
     for command in COMMANDS:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 os.environ["PREFECT_SERVER_ANALYTICS_ENABLED"] = "false"
 os.environ["PREFECT_LOGGING_LEVEL"] = "CRITICAL"
 os.environ["DO_NOT_TRACK"] = "1"
+os.environ.pop("PYTHONUNBUFFERED", None)  # commands buffer their output, as a user's do
 
 # a slow machine is no failure; CI repeats the same examples, a developer's runs try new ones each time
 hypothesis.settings.register_profile(

@@ -353,7 +353,7 @@ def test_waiting_is_said(tmp_path, monkeypatch, caplog):
     assert done
 
 
-@pytest.mark.parametrize("words", [["sql", "select 1"], ["sql", "select 1", "--json"]])
+@pytest.mark.parametrize("words", [["sql", "select 1"], ["sql", "select 1", "--json"], ["kb", "list"]])
 def test_full_standard_output(finished, words):
     """Output that has no room is said in one line."""
     with Path("/dev/full").open("w") as full:
