@@ -238,12 +238,13 @@ def script() -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run a command; exit code 0 only on success, errors in one line."""
+    """Run a command, and exit; the exit code is 0 only on success, and errors are one line."""
     words = sys.argv[1:] if arguments is None else arguments
     _open_streams()
     os.environ["PYTHONSAFEPATH"] = "1"  # processes of ours load no modules of the working directory
     with interruptible() as interrupted:
         _call(words, interrupted, debug="--debug" in words)
+    sys.exit(0)
 
 
 def _open_streams() -> None:
