@@ -73,7 +73,7 @@ def one_by_one(tables, sides):
 
 @pytest.mark.slow
 @given(leagues)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_all_at_once(found):
     """All matches at once give the patterns and grams of each match and team by itself."""
     tables, sides = league_of(found)
@@ -87,7 +87,7 @@ def test_all_at_once(found):
 
 @pytest.mark.slow
 @given(leagues, st.randoms(use_true_random=False))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_any_order_and_chunks(found, random):
     """Neither the order of the matches, nor the chunks, nor reading them again for each round makes a difference."""
     tables, sides = league_of(found)
@@ -109,7 +109,7 @@ def test_any_order_and_chunks(found, random):
 
 @pytest.mark.slow
 @given(leagues)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_held(found):
     """What a match holds is the same exactly if the same behaviours of the same sides have instances in it."""
     tables, sides = league_of(found)
