@@ -46,7 +46,7 @@ from pipeline.trajectories.derive import trajectories
 from pipeline.values import models, trees
 from pipeline.values.moments import moments
 from pipeline.values.worths import values, worths
-from pipeline.windows import followed
+from pipeline.windows import followed, owned_by, side_of
 
 #: Pairings and the first seed; no choice was made on these seeds.
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
@@ -235,11 +235,15 @@ def changed(parts: list[Watched], own: models.Models) -> list[pl.DataFrame]:
 
 
 def counted(parts: Iterable[pl.DataFrame], n: int, outcome: str) -> pl.DataFrame:
-    """The grams of one length of both sides together, with their estimated values."""
-    of_matches = (followed(part, GramSettings().gap_s) for part in parts)
-    if outcome == "paper":
-        of_matches = (part.with_columns(change=pl.lit(None, dtype=pl.Float64)) for part in of_matches)
-    return valued(spelt(merge(grams(part, n) for part in of_matches), n), shrink=True)
+    """The grams of one length of all sides together, each side of a match by itself, with their estimated values."""
+    found = []
+    for part in parts:
+        sequence = followed(part, GramSettings().gap_s).with_columns(who=side_of(part["team"]))
+        if outcome == "paper":
+            sequence = sequence.with_columns(change=pl.lit(None, dtype=pl.Float64))
+        of_sides = grams(sequence, n)
+        found.append(of_sides.with_columns(key=owned_by(np.zeros(of_sides.height, np.int64), of_sides["key"].to_numpy())))
+    return valued(spelt(merge(found), n), shrink=True)
 
 
 def learned_apart(split: list[list[Watched]]) -> list[list[pl.DataFrame]] | None:
