@@ -25,21 +25,21 @@ from schemas import Trajectories
 
 PLAY_S = 600.0
 SETTINGS = Settings()
-UP_TO_GRAMS = tuple(takewhile(lambda noun: noun != "behaviours", STAGES.of_matches))
+UP_TO_BEHAVIOURS = tuple(takewhile(lambda noun: noun != "decisions", STAGES.of_matches))
+
 
 def scope(match: str) -> Scope:
-    """A match, and grams of four."""
     return Scope(matches=(match,))
 
 
 def chain(data: Path) -> None:
-    """Recording to 4-grams, every file written, checked and synced."""
+    """Recording to behaviours, every file written, checked and synced."""
     store = Store(data)
     receipt, _ = import_recording(store, Recording(file=SAMPLE))
-    STAGES.make(store, SETTINGS, scope(receipt.name), UP_TO_GRAMS)
+    STAGES.make(store, SETTINGS, scope(receipt.name), UP_TO_BEHAVIOURS)
 
 
-@pytest.mark.benchmark(group="a match from recording to grams, files written and synced")
+@pytest.mark.benchmark(group="a match from recording to behaviours, files written and synced")
 def test_ours(benchmark, tmp_path):
     chain(tmp_path / "warm")
     folders = iter(range(100))

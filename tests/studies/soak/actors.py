@@ -220,10 +220,10 @@ class Soak:
                             environment={**self.league.environment, "TERM": "xterm"})
         try:
             while terminal.process.poll() is None and not listens(terminal.process.pid):
-                terminal._read(0.1)
+                terminal.read(0.1)
             end = time.monotonic() + rng.uniform(0.0, 12.0)
             while time.monotonic() < end and terminal.process.poll() is None:
-                terminal._read(0.2)
+                terminal.read(0.2)
             was_over = terminal.process.poll() is not None
             if not was_over:
                 terminal.press()
