@@ -231,7 +231,6 @@ def script() -> None:
     atexit.register(leave)  # before all others: it is called last
     try:
         main()
-        code = 0
     except SystemExit as error:
         code = error.code if isinstance(error.code, int) else int(error.code is not None)
         raise

@@ -36,19 +36,14 @@ class SomeFailed(Exception):
         transient: whether it may help to try again.
     """
 
-    def __init__(self, done: dict[str, Any], failed: dict[str, str], *, transient: bool) -> None:
-        super().__init__("; ".join(f"{label}: {line}" for label, line in failed.items()))
+    def __init__(self, done: dict[str, Any], failed: dict[str, str], transient: bool) -> None:
+        super().__init__(done, failed, transient)  # so that it comes from another process as itself
         self.done = done
         self.failed = failed
         self.transient = transient
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _again, (self.done, self.failed, self.transient)
-
-
-def _again(done: dict[str, Any], failed: dict[str, str], transient: bool) -> SomeFailed:
-    """An error that comes from another process, as itself."""
-    return SomeFailed(done, failed, transient=transient)
+    def __str__(self) -> str:
+        return "; ".join(f"{label}: {line}" for label, line in self.failed.items())
 
 
 def may_succeed_later(_task: Task[Any, Any], _run: TaskRun, state: State[Any]) -> bool:

@@ -37,7 +37,7 @@ class Scope(BaseModel):
     group: str | None = None
 
     def of(self, output: Output) -> Scope:
-        """What of the scope decides an output: of its matches that of the output, if it has one."""
+        """The part of the scope that decides an output: its match, if it has one."""
         return self if output.match is None else self.model_copy(update={"matches": (output.match,)})
 
     @property

@@ -28,6 +28,7 @@ _CODES_MASK = (1 << _ROLE_SHIFT) - 1
 #: What a key is greater by for each next owner.
 _OWNER = len(ROLES) << _ROLE_SHIFT
 
+
 class Windows(NamedTuple):
     """Runs of n consecutive situations.
 

@@ -91,6 +91,7 @@ def said(*_):
     class Last:
         def __del__(self, write=sys.stdout.write): write("unwound")
     sys.kept = Last()
+    sys.exit(0)
 flows.cli.main = said
 flows.cli.script()
 """
