@@ -107,7 +107,7 @@ paradigms: $(READY)  ## section 5 of the paper in full (about 45 minutes)
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 6 --runs 200 --sensitivity
 
 # The settings were searched for with seeds below 101.
-SEASON = $(BIN)/pitchlore season --seed 101 --jobs 2 --discard --data $(STUDY_DATA)
+SEASON = $(BIN)/pitchlore season --seed 101 --on processes:2 --discard --data $(STUDY_DATA)
 EVALUATE = $(BIN)/pitchlore evaluate --export data/studies/evaluations --data $(STUDY_DATA)
 IDEAS := bold both-teams constant-steps each-decision grams influence one-match optimistic random-tries \
   short-traces states

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,13 +42,15 @@ class Vouched(NamedTuple):
 
     Attributes:
         receipt: the receipt or manifest.
-        path: of the file.
+        path: of the file, absolute and without links.
         record: what is known of it.
+        seen: its size and time of change when it was looked at.
     """
 
     receipt: Receipt
-    path: Path
+    path: str
     record: FileRecord
+    seen: catalog.Glance
 
     @property
     def advice(self) -> str:
@@ -87,38 +90,55 @@ def _receipts(store: Store) -> list[Receipt]:
 
 def _look(store: Store, receipts: Iterable[Receipt], listing: catalog.Listing | None) -> Look:
     known = {path: glance for (_, path), glance in (listing or {}).items()}
-    found = Look([], [])
+    found, root = Look([], []), store.root.resolve()
     for receipt in receipts:
+        folder = store.folder(receipt)
+        resolved = root / folder.relative_to(store.root) if folder != store.root else root
         for record in receipt.files.values():
-            path = store.folder(receipt) / record.path
+            path = f"{resolved}/{record.path}"
             seen = catalog.glance(path)
-            trusted = seen is not None and known.get(str(path.resolve())) == seen
-            whole = trusted or store.whole(record, store.folder(receipt))
-            (found.whole if whole else found.damaged).append(Vouched(receipt, path, record))
-    store.doubted = frozenset(file.path for file in found.damaged)
+            trusted = seen is not None and known.get(path) == seen
+            whole = trusted or store.whole(record, folder)
+            (found.whole if whole else found.damaged).append(Vouched(receipt, path, record, seen))
+    store.doubted = frozenset(store.folder(file.receipt) / file.record.path for file in found.damaged)
     return found
 
 
-def _views(store: Store, receipts: Iterable[Receipt], files: Iterable[Vouched]) -> dict[str, list[Path]]:
+def _views(
+    store: Store, receipts: Iterable[Receipt], files: Iterable[Vouched]
+) -> dict[str, dict[str, catalog.Glance]]:
     """The files with rows of each public table; under ``""`` all other files.
 
-    A removed match has no rows. A match in quarantine has no rows of the stage that refused it or of later
-    stages: such rows would come from other settings than those of the other matches.
+    A removed match has no rows. A match or group in quarantine has no rows of the stage that refused it or of
+    later stages: such rows would come from other settings than those of the other matches.
     """
     names = {tag: name for name, schema in PUBLIC.items() for tag in schema.readable()}
     out = {(record.noun, record.name) for record in store.quarantined()}
     there = {receipt.name for receipt in receipts if receipt.noun == "matches"}
     standing: dict[str, set[str]] = {}
+    refused: dict[str, set[str]] = {}
+    gone = set[str]()
     for noun in STAGES.of_matches:
-        there = there - {match for stage, match in out if stage == noun and noun != "matches"}
+        gone = gone | {name for stage, name in out if stage == noun and noun != "matches"}
         if STAGES[noun].per is Per.MATCH:
-            standing[noun] = there
-    views: dict[str, list[Path]] = {}
-    for receipt, path, record in files:
-        of_match = standing.get(receipt.noun)
-        shown = record.rows and (of_match is None or receipt.name in of_match)
-        views.setdefault(names.get(record.table or "", "") if shown else "", []).append(path)
+            standing[noun] = there - gone
+        else:
+            refused[noun] = gone
+    views: dict[str, dict[str, catalog.Glance]] = {}
+    for receipt, path, record, seen in files:
+        noun, name = receipt.noun, receipt.name
+        shown = record.rows and name in standing.get(noun, {name}) and name not in refused.get(noun, ())
+        if noun in refused and name in there and receipt.versions.get(noun) != STAGES[noun].version:
+            shown = False  # once, decisions had an output for each match
+        views.setdefault(names.get(record.table or "", "") if shown else "", {})[path] = seen
     return views
+
+
+@cache
+def _of_groups() -> frozenset[str]:
+    """The tables with rows of many matches in a file."""
+    return frozenset(schema.NAME for noun in STAGES.nouns(Per.GROUP) for schema in STAGES[noun].schemas
+                     if "match_id" in schema.columns())
 
 
 def refresh_into(store: Store, report: StageReport) -> None:
@@ -161,10 +181,10 @@ def _bring_up_to_date(store: Store, path: Path, listing: catalog.Listing | None)
     receipts = _receipts(store)
     whole, damaged = _look(store, receipts, listing)
     views = _views(store, receipts, whole)
-    wanted = {(name, str(f.resolve())): catalog.glance(f) for name, files in views.items() for f in files}
+    wanted = {(name, path): seen for name, files in views.items() for path, seen in files.items()}
     if wanted != listing:
         with store.aside(path) as temporary:
-            catalog.build(temporary, views)
+            catalog.build(temporary, views, _of_groups())
     return damaged
 
 

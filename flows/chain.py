@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterator, Mapping
-from itertools import chain
+from itertools import chain, groupby
 
 from pydantic import BaseModel
 
 from flows.outputs import digests, need, refusing
-from flows.stage import Inputs, Output, Part, Per, Scope, Stage
+from flows.stage import Inputs, Output, Per, Scope, Seen, Stage
 from pipeline.errors import CorruptFile, NotFound
 from pipeline.settings import Settings
 from pipeline.store import Store
@@ -54,6 +54,15 @@ class Chain(Mapping[str, Stage]):
         """The stages that are computed from matches, in order."""
         return (self[noun] for noun in self.of_matches if self[noun].compute is not None)
 
+    def legs(self) -> Iterator[tuple[Stage, ...]]:
+        """The computed stages in legs: stages of matches that follow each other make one, another is its own.
+
+        What a leg makes of a match depends on no other match but by the legs before.
+        """
+        for of_match, group in groupby(self.computed(), lambda stage: stage.per is Per.MATCH):
+            stages = tuple(group)
+            yield from [stages] if of_match else [(stage,) for stage in stages]
+
     def sources(
         self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope
     ) -> dict[str, list[Receipt]]:
@@ -69,24 +78,19 @@ class Chain(Mapping[str, Stage]):
         if stage.choose is not None:
             matches = stage.choose(store, output, scope, settings)
         return {noun: [need(store, noun, each.name) for each in self[noun].outputs(scope, matches)]
-                for noun in stage.sources}
+                for noun in stage.inputs}
 
     def work(
-        self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope
+        self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope,
+        seen: Seen | None = None,
     ) -> tuple[Work, Inputs]:
-        """An output as a piece of work, and what it is made from.
+        """An output as a piece of work, and what it is made from; ``seen`` as for :class:`Inputs`.
 
         Raises:
             NotFound: if one of its inputs has not been made.
         """
         receipts = self.sources(store, stage, output, settings, scope)
-        parts = {each.noun: each for each in stage.inputs if isinstance(each, Part)}
-        inputs = digests({noun: found for noun, found in receipts.items() if noun not in parts})
-        for noun, part in parts.items():
-            assert output.match is not None
-            for receipt in receipts[noun]:
-                inputs |= part.digest(receipt, output.match)
-        return stage.work(output.name, settings, inputs), Inputs(store, receipts)
+        return stage.work(output.name, settings, digests(receipts)), Inputs(store, receipts, seen=seen)
 
     def done(self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope) -> bool:
         """Whether the store has an output that was made from the same inputs with the same settings."""
@@ -95,16 +99,27 @@ class Chain(Mapping[str, Stage]):
         except (NotFound, CorruptFile):
             return False
 
-    def perform(self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope) -> bool:
-        """Make and commit an output, unless it is done. Returns whether its bytes are new.
+    def perform(
+        self, store: Store, stage: Stage, output: Output, settings: BaseModel, scope: Scope,
+        seen: Seen | None = None,
+    ) -> bool | None:
+        """Make and commit an output. Returns whether its bytes are new, None if it was done before.
+
+        Args:
+            store: receives the output.
+            stage: of the output.
+            output: to make.
+            settings: of the stage.
+            scope: its matches.
+            seen: as for :class:`Inputs`.
 
         Raises:
             Exception: as :func:`refusing`.
         """
         with refusing(store, stage.noun, output.name):
-            work, inputs = self.work(store, stage, output, settings, scope)
-            if store.holding(work) is not None:  # by another command, or by a task that was tried before
-                return True
+            work, inputs = self.work(store, stage, output, settings, scope, seen)
+            if store.holding(work) is not None:
+                return None
             assert stage.compute is not None
             before = _files(store, work)
             made = stage.compute(inputs, settings)

@@ -2,15 +2,16 @@
 
 from pathlib import Path
 
-from flows.jobs import pieces_task, run_pieces
+from flows.jobs import run_pieces
 from flows.matches import Recording, import_recording, inbox, strangers, useless
+from flows.placement.crew import crew
+from flows.placement.places import placed
 from flows.progress import StageReport
 from flows.tasks import conclude, data_folder, our_flow
 from pipeline.settings import ImportSettings
 from pipeline.store import Store
 
 
-@pieces_task(name="import")
 def make_match(data: Path, recording: Recording, limits: ImportSettings) -> tuple[str, bool]:
     """Import one file; the match id and whether it is new."""
     receipt, new = import_recording(Store(data), recording, limits)
@@ -34,10 +35,10 @@ def import_all(
                  for file in useless(store)]
         recordings, others = inbox(store), strangers(store)
     before = {receipt.name: receipt.key for receipt in store.receipts("matches")}
-    work = {
-        r.label: {"data": store.root, "recording": r, "limits": limits} for r in recordings
-    }
-    report = run_pieces(make_match, "matches", work)
+    path = crew.get().path
+    data = path(store.root)
+    work = {r.label: {"data": data, "recording": r.at(path), "limits": limits} for r in recordings}
+    report = run_pieces(make_match, "matches", work, task="import")
     after = {receipt.name: receipt.key for receipt in store.receipts("matches")}
     done = len(report.made)
     report.made = sorted(name for name, key in after.items() if before.get(name) != key)
@@ -49,8 +50,10 @@ def import_all(
 
 @our_flow(name="matches")
 def matches_flow(
-    data: Path, recordings: list[Recording] | None = None, limits: ImportSettings = ImportSettings()
+    data: Path, recordings: list[Recording] | None = None, limits: ImportSettings = ImportSettings(),
+    on: str | None = None,
 ) -> dict[str, object]:
     """Import the recordings, by default those in the inbox."""
     store = data_folder(data)
-    return conclude(store, import_all(store, recordings, limits))
+    with placed(on, store.root):
+        return conclude(store, import_all(store, recordings, limits))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import Any, ParamSpec, TypeVar
 
 from prefect import Task
@@ -11,39 +11,16 @@ from prefect.client.schemas.objects import State, TaskRun
 from prefect.futures import PrefectFuture, as_completed
 from prefect.utilities.annotations import quote
 
+from flows.placement.crew import crew
+from flows.placement.pieces import Failure, Part, Pieces, parted
 from flows.progress import StageReport, listener
-from flows.workers import cores
-from pipeline.errors import in_one_line
+from pipeline.errors import ClusterFailed, in_one_line
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-#: Arguments of each piece of work, by its label.
-Pieces = Mapping[str, Mapping[str, Any]]
-
 #: Most pieces of work of a task: Prefect takes 28 ms for a task, an output of a short match a few.
 AT_ONCE = 32
-#: So many tasks for each core, if there is work for them, so that all cores have work to the end.
-_TASKS_A_CORE = 4
-
-
-class SomeFailed(Exception):
-    """Some pieces of a task's work have failed.
-
-    Args:
-        done: results of the others, by label.
-        failed: the error of each in one line, by label.
-        transient: whether it may help to try again.
-    """
-
-    def __init__(self, done: dict[str, Any], failed: dict[str, str], transient: bool) -> None:
-        super().__init__(done, failed, transient)  # so that it comes from another process as itself
-        self.done = done
-        self.failed = failed
-        self.transient = transient
-
-    def __str__(self) -> str:
-        return "; ".join(f"{label}: {line}" for label, line in self.failed.items())
 
 
 def may_succeed_later(_task: Task[Any, Any], _run: TaskRun, state: State[Any]) -> bool:
@@ -53,7 +30,7 @@ def may_succeed_later(_task: Task[Any, Any], _run: TaskRun, state: State[Any]) -
 
 
 def stage_task(*, name: str) -> Callable[[Callable[P, R]], Task[P, R]]:
-    """A task for one piece of work. It retries transient errors only, and caches and pickles nothing."""
+    """A task for a piece of work. It retries transient errors only, and caches and pickles nothing."""
 
     def decorate(function: Callable[P, R]) -> Task[P, R]:
         return Task(
@@ -64,76 +41,74 @@ def stage_task(*, name: str) -> Callable[[Callable[P, R]], Task[P, R]]:
     return decorate
 
 
-def pieces_task(*, name: str) -> Callable[[Callable[..., R]], Task[[str, Pieces], dict[str, R]]]:
-    """A task that calls a function for some pieces of work, one after the other; else as :func:`stage_task`.
+@stage_task(name="pieces")
+def do_part(name: str, part: Part) -> None:
+    """Give some pieces of work to the crew."""
+    part.do()
 
-    If it is tried again, all its pieces are: the function does not do again what is done.
+
+def carried_out(
+    name: str, function: Callable[..., Any], pieces: Pieces, at_once: int = AT_ONCE
+) -> Iterator[tuple[str, Any]]:
+    """Do pieces of work as tasks of the running flow, some in each; the crew is that of the flow.
+
+    Args:
+        name: of the tasks.
+        function: of a module; does a piece, and does not do again what is done.
+        pieces: its named arguments, by label.
+        at_once: most pieces of a task.
+
+    Yields:
+        Label and result of each piece, or its :class:`flows.placement.pieces.Failure`, as tasks end.
+
+    Raises:
+        ClusterFailed: if the cluster that works ends, or cannot do this work.
     """
-
-    def decorate(function: Callable[..., R]) -> Task[[str, Pieces], dict[str, R]]:
-        def work(name: str, pieces: Pieces) -> dict[str, R]:
-            done: dict[str, R] = {}
-            failed: dict[str, str] = {}
-            transient = False
-            for label, arguments in pieces.items():
-                try:
-                    done[label] = function(**arguments)
-                except Exception as error:
-                    failed[label] = in_one_line(error)
-                    transient |= getattr(error, "transient", False)
-            if failed:
-                raise SomeFailed(done, failed, transient=transient)
-            return done
-
-        work.__doc__ = function.__doc__
-        return stage_task(name=name)(work)
-
-    return decorate
+    task = do_part.with_options(name=name, task_run_name=f"{name} {{name}}")
+    submit: Any = task.submit
+    workers = crew.get()
+    parts = list(parted(pieces, at_once, workers.width))
+    if len(parts) == 1:
+        workers = workers.alone()
+    running: dict[PrefectFuture[Any], Part] = {}
+    waiting = iter(parts)
+    while True:
+        while len(running) < workers.width and (some := next(waiting, None)) is not None:
+            part = Part(workers, function, some)
+            # quoted: else Prefect looks for futures in every part of the arguments
+            running[submit(_named(list(some)), quote(part))] = part
+        if not running:
+            return
+        future = next(iter(as_completed(list(running))))
+        part, error = running.pop(future), future.result(raise_on_failure=False)
+        if isinstance(error, ClusterFailed):  # it would fail all the others, too
+            raise error
+        for label in part.pieces:
+            yield label, part.results[label] if label in part.results else Failure(in_one_line(error))
 
 
 def run_pieces(
-    job: Task[[str, Pieces], dict[str, Any]], noun: str, pieces: Pieces, at_once: int = AT_ONCE
+    function: Callable[..., Any], noun: str, pieces: Pieces, at_once: int = AT_ONCE, *, task: str = ""
 ) -> StageReport:
-    """Do pieces of work, some in each task. Failures are reported; the others finish.
-
-    A piece whose result is False has made the same bytes again.
+    """Do pieces of work that each make an output of a noun. Failures are reported; the others finish.
 
     Args:
-        job: from :func:`pieces_task`.
+        function: as for :func:`carried_out`.
         noun: what is made.
         pieces: the arguments of each piece, by its label.
         at_once: most pieces of a task.
+        task: name of the tasks, by default the noun.
     """
     report = StageReport(noun=noun)
     listener.get().begin(noun, len(pieces))
-    submit: Any = job.submit
-    # quoted: else Prefect looks for futures in every part of the arguments
-    futures: dict[PrefectFuture[Any], list[str]] = {
-        submit(_named(part), quote({label: pieces[label] for label in part})): part
-        for part in _parts(list(pieces), at_once)
-    }
-    for future in as_completed(list(futures)):
-        part, result = futures[future], future.result(raise_on_failure=False)
-        if isinstance(result, SomeFailed):
-            report.failed |= result.failed
-            result = result.done
-        elif isinstance(result, BaseException):
-            report.failed |= dict.fromkeys(part, in_one_line(result))
-            result = {}
-        for label, outcome in result.items():
-            (report.same if outcome is False else report.made).append(label)
-        for label in part:
-            listener.get().advance(noun, label)
+    for label, result in carried_out(task or noun, function, pieces, at_once):
+        if isinstance(result, Failure):
+            report.failed[label] = result.line
+        else:
+            report.made.append(label)
+        listener.get().advance(noun, label)
     report.made.sort()
-    report.same.sort()
     return report
-
-
-def _parts(labels: list[str], at_once: int) -> Iterator[list[str]]:
-    """The labels in parts, one for each task."""
-    size = max(1, min(at_once, len(labels) // (_TASKS_A_CORE * cores())))
-    for begin in range(0, len(labels), size):
-        yield labels[begin:begin + size]
 
 
 def _named(part: list[str]) -> str:

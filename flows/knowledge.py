@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import polars as pl
 
@@ -20,6 +20,8 @@ from schemas import ROLES, Behaviours, Decisions, Occasions, Patterns, Sides
 
 #: First part of the labels of a parent's tables, among the inputs of a version that accumulates.
 _PARENT = "parent"
+#: Decisions whose occasions are counted at once: this bounds memory.
+_AT_ONCE = 1 << 17
 
 
 def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) -> Plan:
@@ -39,9 +41,11 @@ def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) 
     receipts: dict[str, list[Receipt]] = {
         "behaviours": [need(store, "behaviours", scope.name)],
         "sides": [need(store, "sides", match) for match in scope.matches],
-        "decisions": [need(store, "decisions", match) for match in scope.matches],
+        "decisions": [need(store, "decisions", scope.name)],
     }
-    inputs = digests(receipts)
+    (decisions,) = receipts["decisions"]
+    inputs = digests({noun: receipts[noun] for noun in ("behaviours", "sides")}) | {
+        label_of(decisions, match): sha256_of(decisions, match) for match in scope.matches}
     parent = store.latest("knowledge")
     follows = None if parent is None else parent.version
     seed = receipts["behaviours"][0].settings["seed"]
@@ -72,17 +76,17 @@ def compute(inputs: Inputs, settings: KnowledgeSettings) -> Made:
 
     (before,) = inputs.get(_PARENT) or (None,)
     version = inputs.version
-    sides = list(inputs.tables("sides", Sides))
-    choosing = {receipt.name: receipt.details["choosing"] for receipt in inputs["decisions"]}
-    records = _added_up(before, teams(pl.concat([Sides.empty(), *sides]), choosing))
+    sides = pl.concat(inputs.batches("sides", Sides))
+    choosing = {match: told["choosing"] for match, told in inputs.details("decisions")["matches"].items()}
+    records = _added_up(before, teams(sides, choosing))
     learner = imitated(records, settings.imitate, imitates(before) if before is not None else None)
     known = behaviours(inputs.tables("behaviours", Patterns), version)
     if before is not None:
         known = merge_behaviours([inputs.table(_PARENT, Behaviours), known], version)
-    decisions = zip(inputs.tables("decisions", Decisions), sides, strict=True)
+    decisions = ((part, sides) for part in inputs.table("decisions", Decisions).iter_slices(_AT_ONCE))
     can = known.filter(**learner._asdict())["behaviour_id"] if learner is not None else None
     occurred = occasions(decisions, learner, version, settings, can)
-    matches = len(inputs["decisions"])
+    matches = len(inputs["sides"])
     if before is not None:
         occurred = merge_occasions([inputs.table(_PARENT, Occasions), occurred], version, settings)
         matches += before.details["matches"]
@@ -132,10 +136,46 @@ def lineage(store: Store, knowledge: Manifest | None) -> Iterator[Manifest]:
         knowledge = None if adds_to is None else store.manifest("knowledge", adds_to)
 
 
-def matches_of(knowledge: Manifest) -> list[str]:
-    """The matches whose decisions a version names itself, sorted."""
-    labels = (label.split("/") for label in knowledge.inputs)
-    return sorted({label[1] for label in labels if label[0] == "decisions"})
+def label_of(decisions: Receipt, match: str) -> str:
+    """The label of a match's decisions among the inputs of versions; the receipt is that of its group."""
+    return f"decisions/{decisions.name}/{match}"
+
+
+def sha256_of(decisions: Receipt, match: str) -> str:
+    """SHA-256 of a match's rows among the decisions of its group.
+
+    Raises:
+        NotFound: if the decisions were made without the match.
+    """
+    told = decisions.details.get("matches", {})
+    if match not in told:
+        raise NotFound(f"decisions {decisions.name} have been made without {match}", where="decisions",
+                       next_step="Run the stages again")
+    return str(told[match]["sha256"])
+
+
+class Learned(NamedTuple):
+    """A match that a version learned from.
+
+    Attributes:
+        group: name of the output of its decisions.
+        sha256: of its decisions.
+    """
+
+    group: str
+    sha256: str
+
+
+def learned_from(version: Manifest) -> dict[str, Learned]:
+    """The matches whose decisions a version names itself, by id, in order."""
+    found = {}
+    for label, sha256 in sorted(version.inputs.items()):
+        noun, group, *rest = label.split("/")
+        if noun == "decisions" and rest:
+            # each match had an output of its own once: decisions/MATCH/decisions
+            match = group if rest == ["decisions"] else rest[0]
+            found[match] = Learned(group, sha256)
+    return dict(sorted(found.items()))
 
 
 def _of_parent(before: Manifest | None) -> dict[str, str]:
@@ -157,7 +197,7 @@ def _added(
 
 
 def _refuse_twice(store: Store, before: Manifest, scope: Scope) -> None:
-    held = {match for version in lineage(store, before) for match in matches_of(version)}
+    held = {match for version in lineage(store, before) for match in learned_from(version)}
     twice = held.intersection(scope.matches)
     if twice:
         raise BadSettings(

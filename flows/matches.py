@@ -1,8 +1,10 @@
 """The noun matches: recordings in, one log a match out."""
 
+from __future__ import annotations
+
 import io
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import polars as pl
@@ -45,6 +47,10 @@ class Recording(BaseModel):
     def _printable(self, path: Path | None) -> str | None:
         """A path for Prefect's records; its bytes need not be UTF-8."""
         return None if path is None else printable(str(path))
+
+    def at(self, path: Callable[[Path], Path]) -> Recording:
+        """The recording with its paths by a function of paths."""
+        return Recording(file=path(self.file), mapping=None if self.mapping is None else path(self.mapping))
 
     @property
     def label(self) -> str:

@@ -5,8 +5,11 @@ from pathlib import Path
 import polars as pl
 from pydantic import BaseModel
 
-from flows.jobs import pieces_task, run_pieces
+from flows.jobs import run_pieces
 from flows.outputs import digests, need, refusing
+from flows.placement.crew import crew
+from flows.placement.places import placed
+from flows.progress import StageReport
 from flows.stages import STAGES
 from flows.tasks import conclude, data_folder, our_flow
 from pipeline.store import Store
@@ -102,7 +105,6 @@ def report_work(store: Store, report: FigureReport) -> Work:
     return STAGES[NOUN].work(report.name, report, digests({NOUN: sweeps_of(store, report)}))
 
 
-@pieces_task(name="paradigms")
 def make_sweep(data: Path, sweep: Sweep) -> None:
     """Play a sweep's curves."""
     store = Store(data)
@@ -110,7 +112,6 @@ def make_sweep(data: Path, sweep: Sweep) -> None:
         store.commit(sweep_work(sweep), compute_sweep(sweep))
 
 
-@pieces_task(name="paradigms-report")
 def make_report(data: Path, report: FigureReport) -> None:
     """Judge a figure's claims and draw its plots."""
     store = Store(data)
@@ -119,20 +120,25 @@ def make_report(data: Path, report: FigureReport) -> None:
 
 
 @our_flow(name="paradigms")
-def paradigms_flow(data: Path, design: Design = Design()) -> dict[str, object]:
+def paradigms_flow(data: Path, design: Design = Design(), on: str | None = None) -> dict[str, object]:
     """Play the missing curves of a design, then report on its figures."""
     store = data_folder(data)
-    every = sweeps(design)
+    with placed(on, store.root):
+        return conclude(store, _bring_up_to_date(store, design))
+
+
+def _bring_up_to_date(store: Store, design: Design) -> StageReport:
+    every, data = sweeps(design), crew.get().path(store.root)
     todo = [sweep for sweep in every if store.holding(sweep_work(sweep)) is None]
     played = run_pieces(make_sweep, NOUN, {
-        sweep.name: {"data": store.root, "sweep": sweep} for sweep in todo}, at_once=1)
+        sweep.name: {"data": data, "sweep": sweep} for sweep in todo}, at_once=1)
     played.kept += len(every) - len(todo)
     for report in reports(design):
         if set(report.sweeps) & set(played.failed):
             continue
         if store.holding(report_work(store, report)) is None:
-            arguments = {"data": store.root, "report": report}
-            played.add(run_pieces(make_report, NOUN, {report.name: arguments}))
+            arguments = {"data": data, "report": report}
+            played.add(run_pieces(make_report, NOUN, {report.name: arguments}, task="paradigms-report"))
         else:
             played.kept += 1
-    return conclude(store, played)
+    return played

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
+from functools import cache
+from typing import NamedTuple
 
 import polars as pl
 
-from flows.knowledge import imitates, lineage, matches_of, of_imitated
+from flows.knowledge import imitates, label_of, learned_from, lineage, of_imitated, sha256_of
 from flows.outputs import digests, need
 from flows.stage import Inputs, Plan, Scope, Stage
 from pipeline.errors import NotFound
@@ -17,8 +19,6 @@ from pipeline.store.receipts import Manifest, Receipt, digest
 from pipeline.store.work import Made
 from pipeline.teams import Team, sides_of
 from schemas import Decisions, Occasions, Policies, Sides
-
-_DECISIONS = "decisions/"
 
 
 def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
@@ -35,21 +35,23 @@ def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
     if knowledge is None:
         raise NotFound("there is no knowledge to train on", where=str(store.root),
                        next_step="Import recordings and run `pitchlore run` first")
-    decisions = batch(store, knowledge, settings.last_matches)
+    known = batch(store, knowledge, settings.last_matches)
     inputs = {f"knowledge/{role}": record.sha256 for role, record in sorted(knowledge.files.items())}
     inputs["knowledge/imitates"] = digest(json.dumps(knowledge.details.get("imitates")).encode())
-    sides = [need(store, "sides", receipt.name) for receipt in decisions]
-    inputs |= digests({"sides": sides, "decisions": decisions})
+    sides = {each.match: need(store, "sides", each.match) for each in known}
+    inputs |= digests({"sides": list(sides.values())})
+    inputs |= {label_of(each.receipt, each.match): sha256_of(each.receipt, each.match) for each in known}
     parent = _parent(store, knowledge) if settings.parent else None
-    fresh = decisions if parent is None else _unlearned(store, parent, decisions)
-    if parent is not None and fresh:
-        new = {receipt.name for receipt in fresh}
-        receipts: dict[str, list[Receipt]] = {
-            "knowledge": [knowledge], "sides": [receipt for receipt in sides if receipt.name in new],
-            "decisions": fresh, "parent": [parent],
-        }
-        return Plan(receipts, inputs, parent.version)
-    return Plan({"knowledge": [knowledge], "sides": sides, "decisions": decisions}, inputs)
+    fresh = known if parent is None else _unlearned(store, parent, known)
+    goes_on = parent is not None and bool(fresh)
+    taken = fresh if goes_on else known
+    receipts: dict[str, list[Receipt]] = {
+        "knowledge": [knowledge], "sides": [sides[each.match] for each in taken],
+        "decisions": list({each.receipt.name: each.receipt for each in taken}.values()),
+    }
+    if goes_on and parent is not None:
+        return Plan(receipts | {"parent": [parent]}, inputs, parent.version)
+    return Plan(receipts, inputs)
 
 
 def compute(inputs: Inputs, settings: PolicySettings) -> Made:
@@ -62,16 +64,18 @@ def compute(inputs: Inputs, settings: PolicySettings) -> Made:
     (knowledge,) = inputs["knowledge"]
     assert isinstance(knowledge, Manifest)
     team, seen = imitates(knowledge), of_imitated(knowledge, inputs.table("knowledge", Occasions))
-    tables = zip(inputs.tables("decisions", Decisions), inputs.tables("sides", Sides), strict=True)
+    order = pl.DataFrame({"match_id": [receipt.name for receipt in inputs["sides"]]}).with_row_index("place")
+    mine = sides_of(team, pl.concat(inputs.batches("sides", Sides)))
+    decisions = pl.concat(inputs.tables("decisions", Decisions)).join(order, on="match_id").join(
+        mine, on=("match_id", "team"), how="left").filter(pl.col("chosen") | pl.col("own"))
     policy, report = train(
-        (table.filter(pl.col("chosen") | pl.col("team").is_in(sides_of(team, own))) for table, own in tables),
-        seen,
+        [decisions.sort("place", maintain_order=True).select(list(Decisions.dtypes()))], seen,
         inputs.table("parent", Policies) if "parent" in inputs else None,
         settings, inputs.version, knowledge.version,
     )
     return Made([(policy, Policies)], details={
         "knowledge_version": knowledge.version, "imitates": knowledge.details.get("imitates"),
-        **asdict(report),
+        **asdict(report), "matches": len(inputs["sides"]),
     })
 
 
@@ -82,8 +86,20 @@ def _parent(store: Store, knowledge: Manifest) -> Manifest | None:
     return newest if same else None
 
 
-def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) -> list[Receipt]:
-    """The receipts of the decisions that policies of a version of the knowledge learn from, oldest first.
+class Known(NamedTuple):
+    """A match that policies learn from.
+
+    Attributes:
+        match: its id.
+        receipt: of the decisions of its group.
+    """
+
+    match: str
+    receipt: Receipt
+
+
+def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) -> list[Known]:
+    """The matches whose decisions policies of a version of the knowledge learn from, oldest first.
 
     These are the matches of the version in which the imitated team was watched, or in whose league a player
     decided. A version that accumulates names only the matches that it added to its parent's. They count as
@@ -98,47 +114,44 @@ def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) ->
         NotFound: if decisions were made anew since, so that the knowledge is out of date, or if a version
             that the knowledge builds on is missing.
     """
-    team, newest_first = imitates(knowledge), dict[str, Receipt]()
+    team, newest_first = imitates(knowledge), dict[str, Known]()
+    held = cache(lambda group: need(store, "decisions", group))
     for version in lineage(store, knowledge):
-        for match in reversed(matches_of(version)):
+        for match, learned in reversed(learned_from(version).items()):
             if len(newest_first) == last_matches:
                 return list(newest_first.values())[::-1]
             if match not in newest_first:
-                held = _held(store, version, match)
-                if team is None or _tells(store, held, team):
-                    newest_first[match] = held
+                known = Known(match, held(learned.group))
+                if sha256_of(known.receipt, match) != learned.sha256:
+                    raise NotFound(
+                        f"the decisions of {match} are newer than knowledge {version.version}",
+                        where=str(store.root), next_step="Run `pitchlore run` to emit knowledge first")
+                if team is None or _tells(store, known, team):
+                    newest_first[match] = known
     return list(newest_first.values())[::-1]
 
 
-def _tells(store: Store, decisions: Receipt, team: Team) -> bool:
+def _tells(store: Store, known: Known, team: Team) -> bool:
     """Whether some decisions of a match are of a team, or were chosen in its league."""
-    sides = need(store, "sides", decisions.name).details
-    watched = team.team in sides["counts_as"] or bool(decisions.details["choosing"])
-    return bool(sides["kind"] == team.kind and watched)
+    sides = need(store, "sides", known.match).details
+    chosen = known.receipt.details["matches"][known.match]["choosing"]
+    return bool(sides["kind"] == team.kind and (team.team in sides["counts_as"] or chosen))
 
 
-def _held(store: Store, knowledge: Manifest, match: str) -> Receipt:
-    """The receipt of a match's decisions, if they are those that the knowledge was made from."""
-    receipt = need(store, "decisions", match)
-    if any(knowledge.inputs.get(label) != sha for label, sha in receipt.digests().items()):
-        raise NotFound(f"the decisions of {match} are newer than knowledge {knowledge.version}",
-                       where=str(store.root), next_step="Run `pitchlore run` to emit knowledge first")
-    return receipt
-
-
-def _unlearned(store: Store, parent: Manifest, decisions: list[Receipt]) -> list[Receipt]:
-    """The decisions that no policy of a line has learned from.
+def _unlearned(store: Store, parent: Manifest, known: list[Known]) -> list[Known]:
+    """The matches that no policy of a line has learned from.
 
     None of them, if a policy learned from other decisions of one of the matches.
     """
     learned: dict[str, str] = {}
     policy: Manifest | None = parent
     while policy is not None:
-        learned |= {label: sha for label, sha in policy.inputs.items() if label.startswith(_DECISIONS)}
+        learned |= {match: of.sha256 for match, of in learned_from(policy).items()}
         policy = None if policy.parent is None else store.manifest("policies", policy.parent)
-    fresh = [receipt for receipt in decisions if not receipt.digests().keys() & learned.keys()]
-    changed = any(learned.get(label, sha) != sha for r in decisions for label, sha in r.digests().items())
-    return [] if changed else fresh
+    now = {each.match: sha256_of(each.receipt, each.match) for each in known}
+    if any(learned.get(match, sha256) != sha256 for match, sha256 in now.items()):
+        return []
+    return [each for each in known if each.match not in learned]
 
 
 def describe(store: Store, manifest: Manifest) -> str:

@@ -57,6 +57,13 @@ class StageReport(BaseModel):
         """Number of outputs whose bytes are what they were."""
         return self.kept + len(self.same)
 
+    def count(self, name: str, new: bool | None) -> None:
+        """Count an output: its bytes are new or the same, or it was done before (None)."""
+        if new is None:
+            self.kept += 1
+        else:
+            (self.made if new else self.same).append(name)
+
     def add(self, other: StageReport) -> None:
         """Add another report on the same stage."""
         self.made += other.made

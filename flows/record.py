@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from pathlib import Path
 
 import polars as pl
 
@@ -41,6 +42,13 @@ def record(
         assert there is not None
         return there, True
     return there, False
+
+
+def record_match(
+    data: Path, recipe: Recipe, policies: Mapping[str, pl.DataFrame]
+) -> tuple[Receipt, bool]:
+    """Play a match for a data folder (:func:`record`)."""
+    return record(Store(data), recipe, policies)
 
 
 @contextmanager

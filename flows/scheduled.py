@@ -24,7 +24,8 @@ QUARANTINED = "Quarantined"
 
 @our_flow(name="run")
 def scheduled_run(
-    data: Path, settings: Settings = Settings(), train: bool = True, limits: ImportSettings = ImportSettings()
+    data: Path, settings: Settings = Settings(), train: bool = True,
+    limits: ImportSettings = ImportSettings(), on: str | None = None,
 ) -> State[dict[str, Any]]:
     """Import the new recordings of the inbox, and bring every stage up to date.
 
@@ -35,6 +36,7 @@ def scheduled_run(
         settings: of the stages.
         train: whether to train a policy when the knowledge is new.
         limits: what reading a recording may cost.
+        on: where work is done, as for :func:`flows.placement.places.place_of`.
 
     Returns:
         Completed; or Failed with the name Quarantined, if something went into quarantine (`pitchlore run`
@@ -42,7 +44,7 @@ def scheduled_run(
     """
     if limits.isolate is None:
         limits = limits.isolated()
-    report = RunReport.model_validate(run_flow.fn(data, None, settings, train, limits))
+    report = RunReport.model_validate(run_flow.fn(data, None, settings, train, limits, on))
     line = said_of(report)
     now = f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S}"
     print(f"{now} run {runtime.flow_run.name}: {line}", flush=True)  # noqa: T201 (for who watches `serve`)

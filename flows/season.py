@@ -11,12 +11,13 @@ from typing import Any, NamedTuple
 
 import polars as pl
 from prefect.futures import PrefectFuture, as_completed
-from pydantic import PositiveInt
 
 from flows.catalog import forget_outputs, refresh_into
 from flows.jobs import stage_task
 from flows.knowledge import of_imitated
 from flows.outputs import match_names, need
+from flows.placement.crew import Crew
+from flows.placement.places import placed
 from flows.progress import StageReport, listener
 from flows.record import record
 from flows.stage import Per, Scope
@@ -24,7 +25,6 @@ from flows.stages import STAGES
 from flows.tasks import data_folder, our_flow, show
 from flows.teams import labelled
 from flows.versions import emit
-from flows.workers import Workers
 from pipeline import arena
 from pipeline.errors import BadSettings, PitchloreError, in_one_line
 from pipeline.state import project
@@ -66,6 +66,11 @@ def done(store: Store, season: Season) -> Receipt | None:
     )
 
 
+def group_of(game: int) -> str:
+    """The id of the group of a game's matches."""
+    return f"game-{game:03d}"
+
+
 def play(data: Path, season: Season, game: int) -> list[str]:
     """Play the missing matches of a game. Returns the ids of all its matches, the counted one first."""
     own, before = store_of(data, season), done(Store(data), season)
@@ -82,7 +87,7 @@ def play(data: Path, season: Season, game: int) -> list[str]:
 
 def learn(data: Path, season: Season, game: int, matches: list[str], discard: bool) -> None:
     """Take a game's matches through all stages, train on them, and commit the game's rows."""
-    own, settings, group = store_of(data, season), season.settings.pipeline, f"game-{game:03d}"
+    own, settings, group = store_of(data, season), season.settings.pipeline, group_of(game)
     scope = Scope(matches=tuple(sorted(matches)), group=group)
     STAGES.make(own, settings, scope)
     known, policy = (
@@ -94,7 +99,7 @@ def learn(data: Path, season: Season, game: int, matches: list[str], discard: bo
         # with what an earlier game has left, if its process was killed at this point
         for name in match_names(own):
             forget_outputs(own, name, [noun for noun in STAGES.nouns(Per.MATCH) if noun not in _KEPT])
-        forget_outputs(own, group, STAGES.nouns(Per.GROUP))
+        forget_outputs(own, group, [noun for noun in STAGES.nouns(Per.GROUP) if noun not in _KEPT])
 
 
 def _commit(
@@ -112,7 +117,7 @@ def _commit(
     """
     store, own = Store(data), store_of(data, season)
     before = done(store, season)
-    decided = _decided(own, match, season.settings.pipeline.knowledge.state_key)
+    decided = _decided(own, number, match, season.settings.pipeline.knowledge.state_key)
     played = states_played(_so_far(store, before, StatesPlayed), decided)
     played_with = None if before is None else own.manifest("knowledge", before.details["knowledge"])
     row = game_row(
@@ -138,9 +143,10 @@ def _commit(
     ))
 
 
-def _decided(own: Store, match: str, key: Key) -> pl.DataFrame:
-    """The decisions of a match, with their states by a key."""
-    made = own.read_table(need(own, "decisions", match), "decisions", Decisions)
+def _decided(own: Store, game: int, match: str, key: Key) -> pl.DataFrame:
+    """The decisions of a match of a game, with their states by a key."""
+    table = own.read_table(need(own, "decisions", group_of(game)), "decisions", Decisions)
+    made = table.filter(match_id=match)
     states = project(made["state"].to_numpy(), key, made["role"].to_physical().to_numpy())
     return made.with_columns(state=pl.Series(states, dtype=pl.Int64))
 
@@ -193,34 +199,35 @@ def take(data: Path, turn: Turn, discard: bool) -> None:
 
 
 @stage_task(name="game")
-def play_game(name: str, workers: Workers, data: Path, turn: Turn, discard: bool) -> None:
-    """Play a game and learn from it, in a worker process."""
-    workers.run(take, data, turn, discard)
+def play_game(name: str, workers: Crew, data: Path, turn: Turn, discard: bool) -> None:
+    """Let a crew play a game and learn from it."""
+    workers.run(take, workers.path(data), turn, discard)
 
 
-@our_flow(name="season", threads=None)
+@our_flow(name="season")
 def season_flow(
-    data: Path, seasons: list[Season], jobs: PositiveInt = 1, discard: bool = False
+    data: Path, seasons: list[Season], discard: bool = False, on: str | None = None
 ) -> dict[str, Any]:
-    """Play the remaining games of some seasons, ``jobs`` games at a time; a season's games follow each other.
+    """Play the remaining games of some seasons, as many at once as the crew can.
 
-    The season with most games left is next, so that all processes have work to the end. A season that
-    fails stops at that game; the others continue.
+    The games of a season follow each other. The season with most games left is next, so that all workers
+    have work to the end. A season that fails stops at that game; the others continue.
 
     Args:
         data: the data folder.
         seasons: seasons to play.
-        jobs: number of processes.
         discard: delete the logs and tables of a game after learning from it, except its sides and decisions.
+        on: where games are played, as for :func:`flows.placement.places.place_of`.
     """
     store = data_folder(data)
     report = StageReport(noun=NOUN)
     waiting = list(_begin(store, seasons, report))
     running: dict[PrefectFuture[Any], Turn] = {}
-    with Workers(jobs) as workers:
+    with placed(on, store.root) as crew:
+        workers = crew if len(waiting) > 1 else crew.alone()
 
         while waiting or running:
-            while waiting and len(running) < jobs:
+            while waiting and len(running) < workers.width:
                 turn = max(waiting, key=lambda turn: turn.left)
                 waiting.remove(turn)
                 running[play_game.submit(turn.label, workers, data, turn, discard)] = turn

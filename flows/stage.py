@@ -10,13 +10,18 @@ from typing import Any, NamedTuple
 import polars as pl
 from pydantic import BaseModel, ConfigDict
 
-from pipeline.errors import NotFound
 from pipeline.pitch import Pitch
 from pipeline.settings import Settings
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest, Receipt
 from pipeline.store.work import Made, Work
 from schemas import Table
+
+#: Tables by the SHA-256 of their files.
+Seen = dict[str, pl.DataFrame]
+
+#: Files that are read together, bytes.
+_TOGETHER = 8 << 20
 
 #: Name of the output of a group, where the group is all matches of the store.
 ALL = "all"
@@ -67,30 +72,6 @@ class Per(Enum):
     OWN = "piece of work of a flow of its own"
 
 
-class Part(NamedTuple):
-    """An input of all matches, of which only a part decides the output of one.
-
-    Attributes:
-        noun: the stage.
-        held: the detail of its receipts that has the digest of the part, by match.
-    """
-
-    noun: str
-    held: str
-
-    def digest(self, receipt: Receipt, match: str) -> dict[str, str]:
-        """The digest of the part of an input that decides the output of a match, with its label.
-
-        Raises:
-            NotFound: if the input was made without the match.
-        """
-        held = receipt.details[self.held]
-        if match not in held:
-            raise NotFound(f"{self.noun} {receipt.name} have been made without {match}", where=self.noun,
-                           next_step="Run the stages again")
-        return {f"{self.noun}/{receipt.name}/{match}": held[match]}
-
-
 class Inputs(Mapping[str, Sequence[Receipt]]):
     """The inputs of one output, by noun; a table is read when it is asked for.
 
@@ -98,13 +79,17 @@ class Inputs(Mapping[str, Sequence[Receipt]]):
         store: holds the inputs.
         receipts: receipts by noun, in order. A manifest stands for a version.
         version: number of the version that is being made, 0 if the noun has no versions.
+        seen: tables that were read before, by their SHA-256; those that are read now are added. None: each is
+            read when it is asked for, and none is kept.
     """
 
     def __init__(
-        self, store: Store, receipts: Mapping[str, Sequence[Receipt]], *, version: int = 0
+        self, store: Store, receipts: Mapping[str, Sequence[Receipt]], *, version: int = 0,
+        seen: Seen | None = None,
     ) -> None:
         self._store = store
         self._receipts = receipts
+        self._seen = seen
         self.version = version
 
     def __getitem__(self, noun: str) -> Sequence[Receipt]:
@@ -128,7 +113,25 @@ class Inputs(Mapping[str, Sequence[Receipt]]):
     def tables(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
         """The tables of all outputs of a noun, each read when its turn comes."""
         for receipt in self[noun]:
-            yield self._store.read_table(receipt, schema.NAME, schema)
+            sha256 = receipt.files[schema.NAME].sha256 if schema.NAME in receipt.files else None
+            if self._seen is None or sha256 is None:
+                yield self._store.read_table(receipt, schema.NAME, schema)
+                continue
+            if sha256 not in self._seen:
+                self._seen[sha256] = self._store.read_table(receipt, schema.NAME, schema)
+            yield self._seen[sha256]
+
+    def batches(self, noun: str, schema: type[Table]) -> Iterator[pl.DataFrame]:
+        """The tables of the outputs of a noun that have one, many of them joined in each."""
+        batch, size = list[Receipt](), 0
+        for receipt in self[noun]:
+            if schema.NAME in receipt.files:
+                batch.append(receipt)
+                size += receipt.files[schema.NAME].size
+            if size > _TOGETHER:
+                yield self._store.read_tables(batch, schema.NAME, schema)
+                batch, size = [], 0
+        yield self._store.read_tables(batch, schema.NAME, schema)
 
     def blob(self, noun: str, role: str) -> bytes | None:
         """A file other than a table, of the only output of a noun; None if there is none."""
@@ -193,7 +196,7 @@ class Stage:
 
     noun: str
     per: Per
-    inputs: tuple[str | Part, ...] = ()
+    inputs: tuple[str, ...] = ()
     schemas: tuple[type[Table], ...] = ()
     version: int = 1
     compute: Callable[[Inputs, Any], Made] | None = None
@@ -215,11 +218,6 @@ class Stage:
             noun=self.noun, name=name, settings=settings.model_dump(mode="json"), version=self.version,
             inputs=inputs, seed=seed, schemas=self.schemas, through=through or {},
         )
-
-    @property
-    def sources(self) -> tuple[str, ...]:
-        """The nouns that it is made from."""
-        return tuple(each.noun if isinstance(each, Part) else each for each in self.inputs)
 
     def outputs(self, scope: Scope, matches: Sequence[str] | None = None) -> list[Output]:
         """The outputs of this stage for a scope, or for some of its matches."""

@@ -7,13 +7,14 @@ at tables iterate this list, too.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import polars as pl
 
 from flows import knowledge, models, policies
 from flows.chain import Chain
-from flows.stage import Inputs, Part, Per, Stage
+from flows.stage import Inputs, Per, Stage
 from pipeline.settings import (
     BehaviourSettings,
     GoalSettings,
@@ -25,12 +26,14 @@ from pipeline.settings import (
     TrajectorySettings,
     ValueSettings,
 )
-from pipeline.store.receipts import Receipt
+from pipeline.store.receipts import Receipt, digest
 from pipeline.store.work import Made
-from pipeline.teams import Team, of_sides
+from pipeline.teams import Team
+from pipeline.toml import Frozen
 from schemas import (
     SIDES,
     Behaviours,
+    Choices,
     Claims,
     Commands,
     Decisions,
@@ -112,7 +115,8 @@ def _moments(inputs: Inputs, settings: MomentSettings) -> Made:
 
 
 def _models(inputs: Inputs, settings: ModelSettings) -> Made:
-    from pipeline.values.models import fit, shipped, to_bytes  # noqa: PLC0415 (see above)
+    from pipeline.values.fitting import fit  # noqa: PLC0415 (see above)
+    from pipeline.values.models import shipped, to_bytes  # noqa: PLC0415 (see above)
 
     leagues: dict[str, dict[str, pl.DataFrame]] = {}
     for match, table in zip(inputs["matches"], inputs.tables("moments", Moments), strict=True):
@@ -140,50 +144,52 @@ def _values(inputs: Inputs, settings: ValueSettings) -> Made:
 
 
 def _sequences(inputs: Inputs, settings: GramSettings) -> Made:
-    from pipeline.sequences import sequences  # noqa: PLC0415 (see above)
+    from pipeline.sequences import choices, sequences  # noqa: PLC0415 (see above)
 
-    table = sequences(inputs.table("situations", Situations), inputs.table("goals", Goals),
-                      inputs.table("values", Worths), settings)
-    return Made([(table, Sequences)])
+    goals = inputs.table("goals", Goals)
+    table = sequences(
+        inputs.table("situations", Situations), goals, inputs.table("values", Worths),
+        inputs.table("trajectories", Trajectories), inputs.table("matches", Referee), inputs.pitch, settings,
+    )
+    if inputs.details("matches").get("decisions") == 0:  # a log that is known to hold none is not read
+        return Made([(table, Sequences)])
+    logged = choices(_log(inputs).decisions, goals, settings)
+    return Made([(table, Sequences), (logged, Choices)])
 
 
-def _counting(own: Receipt) -> dict[str, Team]:
-    """The teams that the sides of a match count for, by the receipt of its sides."""
-    return {side: Team(team, own.details["kind"])
-            for side, team in zip(SIDES, own.details["counts_as"], strict=True) if team is not None}
+def _counting(sides: Sequence[Receipt]) -> dict[str, dict[str, Team]]:
+    """The teams that the sides of matches count for, by match and side, by the receipts of their sides."""
+    return {
+        own.name: {side: Team(team, own.details["kind"])
+                   for side, team in zip(SIDES, own.details["counts_as"], strict=True) if team is not None}
+        for own in sides
+    }
 
 
 def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
     from pipeline.behaviours.rounds import learn  # noqa: PLC0415 (see above)
     from pipeline.behaviours.som import to_bytes  # noqa: PLC0415 (see above)
 
-    learned = learn(
-        lambda: inputs.tables("sequences", Sequences),
-        {receipt.name: _counting(receipt) for receipt in inputs["sides"]}, settings)
+    learned = learn(lambda: inputs.batches("sequences", Sequences), _counting(inputs["sides"]), settings)
     return Made(
         [(learned.patterns, Patterns), (learned.grams, Grams)],
         blobs={f"maps-n{n}": ("npz", to_bytes(maps)) for n, maps in learned.maps.items()},
-        details={"reports": learned.reports, "held": learned.held},
+        details={"reports": learned.reports},
     )
 
 
-def _decisions(inputs: Inputs, settings: GramSettings) -> Made:
-    from pipeline.decisions import complete, observe  # noqa: PLC0415 (see above)
-    from pipeline.sequences import value  # noqa: PLC0415 (see above)
+def _decisions(inputs: Inputs, settings: Frozen) -> Made:
+    from pipeline.decisions import choosing, decide, digests  # noqa: PLC0415 (see above)
 
-    goals = inputs.table("goals", Goals)
-    seen = observe(
-        value(inputs.table("situations", Situations), goals, settings),
-        inputs.table("trajectories", Trajectories), inputs.table("matches", Referee),
-        of_sides(inputs.table("behaviours", Patterns), inputs.table("sides", Sides)),
-        inputs.pitch, settings,
+    table = decide(
+        lambda: inputs.batches("sequences", Sequences), _counting(inputs["sides"]),
+        inputs.table("behaviours", Patterns), pl.concat(inputs.batches("sequences", Choices)),
     )
-    # a log that is known to hold no decisions is not read
-    logged = Decisions.empty() if inputs.details("matches").get("decisions") == 0 else _log(inputs).decisions
-    table = complete(seen, value(logged, goals, settings, start="t_ns"))
-    choosing = table.filter("chosen")["team"].unique(maintain_order=True).to_list()
+    found, logged = digests(table), choosing(table)
+    told = {receipt.name: {"sha256": found.get(receipt.name, digest(b"")),
+                           "choosing": logged.get(receipt.name, [])} for receipt in inputs["sequences"]}
     return Made([(table, Decisions)], details={
-        "decisions": table.height, "chosen": int(table["chosen"].sum()), "choosing": choosing})
+        "decisions": table.height, "chosen": int(table["chosen"].sum()), "matches": told})
 
 
 STAGES = Chain(
@@ -193,14 +199,13 @@ STAGES = Chain(
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 2, _situations),
     Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 2, _goals),
     Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),
-    Stage("models", Per.GROUP, ("matches", "moments"), (), 2, _models, choose=models.choose),
+    Stage("models", Per.GROUP, ("matches", "moments"), (), 3, _models, choose=models.choose),
     Stage("values", Per.MATCH, ("matches", "trajectories", "situations", "moments", "models"),
-          (Values, Worths), 2, _values),
-    Stage("sequences", Per.MATCH, ("situations", "goals", "values"), (Sequences,), 1, _sequences),
-    Stage("behaviours", Per.GROUP, ("sides", "sequences"), (Patterns, Grams), 4, _behaviours),
-    Stage("decisions", Per.MATCH,
-          ("matches", "sides", "trajectories", "situations", "goals", Part("behaviours", "held")),
-          (Decisions,), 2, _decisions),
+          (Values, Worths), 3, _values),
+    Stage("sequences", Per.MATCH, ("matches", "trajectories", "situations", "goals", "values"),
+          (Sequences, Choices), 2, _sequences),
+    Stage("behaviours", Per.GROUP, ("sides", "sequences"), (Patterns, Grams), 5, _behaviours),
+    Stage("decisions", Per.GROUP, ("sides", "sequences", "behaviours"), (Decisions,), 3, _decisions),
     Stage("knowledge", Per.VERSION, ("sides", "behaviours", "decisions"), (Behaviours, Occasions), 2,
           knowledge.compute, knowledge.plan),
     Stage("policies", Per.VERSION, ("knowledge", "sides", "decisions"), (Policies,), 2,

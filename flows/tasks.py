@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
+from itertools import chain
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
 from httpx import TransportError
-from prefect import Flow, Task, get_run_logger
+from prefect import Flow, get_run_logger
 from prefect.artifacts import create_markdown_artifact
 from prefect.task_runners import ThreadPoolTaskRunner
 from pydantic import BaseModel
 
 from flows import knowledge, policies
 from flows.catalog import look, refresh_into
-from flows.jobs import pieces_task, run_pieces, stage_task
+from flows.jobs import carried_out, stage_task
+from flows.making import Outcome, make
+from flows.placement.crew import crew
+from flows.placement.pieces import Failure
+from flows.placement.places import placed
 from flows.progress import RunReport, StageReport, listener
 from flows.stage import Output, Per, Scope, Stage
 from flows.stages import STAGES
@@ -29,38 +35,20 @@ from pipeline.store.paths import check_root
 P = ParamSpec("P")
 R = TypeVar("R")
 
-#: Threads that work at once: the kernels release the GIL, polars brings threads of its own.
-WORKERS = 2
-
 #: How a version is shown as an artifact of the flow run.
 _DESCRIBE = {"knowledge": knowledge.describe, "policies": policies.describe}
 
 
-def our_flow(*, name: str, threads: int | None = WORKERS) -> Callable[[Callable[P, R]], Flow[P, R]]:
-    """A flow of ours: its result is JSON, and its tasks share a few threads.
-
-    Args:
-        name: name of the flow.
-        threads: number of threads; None: each task gets a thread when it is submitted.
-    """
+def our_flow(*, name: str) -> Callable[[Callable[P, R]], Flow[P, R]]:
+    """A flow of ours: its result is JSON; each of its tasks has a thread, and gives work to a crew."""
 
     def decorate(function: Callable[P, R]) -> Flow[P, R]:
         return Flow(
             function, name=name, persist_result=True, result_serializer="json",
-            task_runner=cast("Any", ThreadPoolTaskRunner(max_workers=threads)),
+            task_runner=cast("Any", ThreadPoolTaskRunner()),
         )
 
     return decorate
-
-
-@pieces_task(name="make")
-def make_output(
-    data: Path, stage: str, output: Output, settings: BaseModel, scope: Scope, doubted: frozenset[Path]
-) -> bool:
-    """Make one output of a stage, unless it is done. Returns whether its bytes are new."""
-    store = Store(data)
-    store.doubted = doubted
-    return STAGES.perform(store, STAGES[stage], output, settings, scope)
 
 
 @stage_task(name="version")
@@ -77,20 +65,35 @@ class Runner:
         self.store = store
 
     def perform(
-        self, stage: Stage, outputs: Sequence[Output], settings: Settings, scope: Scope
-    ) -> StageReport:
-        """Make some outputs of a stage, some in each task."""
-        own = stage.settings(settings)
-        return run_pieces(_named(make_output, stage), stage.noun, {
-            output.name: {"data": self.store.root, "stage": stage.noun, "output": output, "settings": own,
-                          "scope": scope.of(output), "doubted": self.store.doubted}
-            for output in outputs
-        })
+        self, todo: Mapping[Output, Sequence[Stage]], settings: Settings, scope: Scope
+    ) -> Iterator[tuple[Output, Outcome]]:
+        """Make outputs, each by some stages in order, some outputs in each task.
+
+        Yields:
+            Each output with its outcome, as tasks end.
+        """
+        nouns = {output: [stage.noun for stage in stages] for output, stages in todo.items()}
+        counts = Counter(chain.from_iterable(nouns.values()))
+        for noun in counts:
+            listener.get().begin(noun, counts[noun])
+        outputs = {output.name: output for output in todo}
+        path = crew.get().path
+        data, doubted = path(self.store.root), frozenset(map(path, self.store.doubted))
+        for name, result in carried_out(_leg(counts), make, {
+            name: {"data": data, "nouns": nouns[output], "output": output, "settings": settings,
+                   "scope": scope.of(output), "doubted": doubted}
+            for name, output in outputs.items()
+        }):
+            output = outputs[name]
+            for noun in nouns[output]:
+                listener.get().advance(noun, name)
+            lost = isinstance(result, Failure)
+            yield output, Outcome({}, {nouns[output][0]: result.line}) if lost else result
 
     def emit(self, stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool]:
         """Make the next version of a noun unless one holds the same, and show it as an artifact."""
         listener.get().begin(stage.noun, 1)
-        version, new = _named(make_version, stage)(
+        version, new = make_version.with_options(name=stage.noun, task_run_name=f"{stage.noun} {{name}}")(
             self.store.root, stage.noun, stage.settings(settings), scope)
         listener.get().advance(stage.noun, stage.noun)
         described = _DESCRIBE[stage.noun](self.store, self.store.manifest(stage.noun, version))
@@ -102,9 +105,10 @@ class Runner:
         bring_up_to_date(self.store, settings, report, self.perform, self.emit, train=train)
 
 
-def _named(job: Task[P, R], stage: Stage) -> Task[P, R]:
-    """A task under the name of its stage."""
-    return job.with_options(name=stage.noun, task_run_name=f"{stage.noun} {{name}}")
+def _leg(nouns: Iterable[str]) -> str:
+    """The name of a leg: its first stage, and its last."""
+    first, *others = nouns
+    return f"{first} to {others[-1]}" if others else first
 
 
 @cache
@@ -117,7 +121,9 @@ def flow_of(noun: str) -> Flow[..., dict[str, object]]:
     stage = STAGES[noun]
 
     @our_flow(name=stage.noun)
-    def make_all(data: Path, settings: Settings = Settings()) -> dict[str, object]:
+    def make_all(
+        data: Path, settings: Settings = Settings(), on: str | None = None
+    ) -> dict[str, object]:
         store = data_folder(data)
         scope, runner = scope_of(store), Runner(store)
         if stage.per is Per.VERSION:
@@ -126,7 +132,8 @@ def flow_of(noun: str) -> Flow[..., dict[str, object]]:
             refresh_into(store, report)
             return {"version": version, "new": new, "failed": report.failed}
         run = RunReport()
-        bring(store, stage, stage.outputs(scope), settings, scope, run, runner.perform)
+        with placed(on, store.root):
+            bring(store, (stage,), settings, scope, run, runner.perform)
         return conclude(store, run.stage(stage.noun))
 
     make_all.description = f"Make what is new of the {stage.noun}."
@@ -160,8 +167,18 @@ def data_folder(data: Path) -> Store:
     Raises:
         BadSettings: as for :func:`pipeline.store.paths.check_root`.
     """
+    store = swept(data)
+    look(store)
+    return store
+
+
+def swept(data: Path) -> Store:
+    """The store of a run, without the leftovers of killed runs.
+
+    Raises:
+        BadSettings: as for :func:`pipeline.store.paths.check_root`.
+    """
     check_root(data)
     store = Store(data)
     store.sweep()
-    look(store)
     return store

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import takewhile
 
 from flows.catalog import look
+from flows.making import Outcome
 from flows.matches import PLAYING, all_here, inbox, mend, strangers
 from flows.outputs import match_names
-from flows.progress import RunReport, StageReport
+from flows.progress import RunReport
 from flows.stage import Output, Scope, Stage
 from flows.stages import STAGES
 from pipeline.errors import PitchloreError
@@ -15,8 +17,8 @@ from pipeline.settings import ImportSettings, Settings
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest
 
-#: Makes some outputs of a stage and reports on them.
-Perform = Callable[[Stage, Sequence[Output], Settings, Scope], StageReport]
+#: Makes outputs, each by some stages in order; gives each with its outcome, as it ends.
+Perform = Callable[[Mapping[Output, Sequence[Stage]], Settings, Scope], Iterator[tuple[Output, Outcome]]]
 #: Makes the next version of a noun unless one stands: its number, and whether it is new.
 Emit = Callable[[Stage, Settings, Scope], tuple[int, bool]]
 
@@ -45,10 +47,10 @@ def bring_up_to_date(
         train: whether to make a policy.
     """
     scope = Scope(matches=tuple(match_names(store)))
-    for stage in STAGES.computed():
+    for leg in STAGES.legs():
         if not scope.matches:
             break
-        failed = bring(store, stage, stage.outputs(scope), settings, scope, report, perform)
+        failed = bring(store, leg, settings, scope, report, perform)
         if any(output.match is None for output in failed):
             scope = scope.model_copy(update={"matches": ()})
         dropped = {output.match for output in failed}
@@ -81,7 +83,7 @@ def nothing_new(
     report = RunReport(stages=[imported])
     look_for_damage(store, report)
 
-    def refuse(*_: object) -> StageReport:
+    def refuse(*_: object) -> Iterator[tuple[Output, Outcome]]:
         raise NewWork
 
     def standing(stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool]:
@@ -119,18 +121,33 @@ def look_for_damage(store: Store, report: RunReport) -> None:
 
 
 def bring(
-    store: Store, stage: Stage, outputs: Sequence[Output], settings: Settings, scope: Scope,
-    report: RunReport, perform: Perform,
+    store: Store, leg: Sequence[Stage], settings: Settings, scope: Scope, report: RunReport, perform: Perform
 ) -> list[Output]:
-    """Make the new ones among some outputs of a stage, add to the report, and return the failed ones."""
-    own = stage.settings(settings)
-    todo = [output for output in outputs if not STAGES.done(store, stage, output, own, scope)]
-    for output in set(outputs).difference(todo):
-        store.release(stage.noun, output.name)
-    made = perform(stage, todo, settings, scope) if todo else StageReport(noun=stage.noun)
-    made.kept += len(outputs) - len(todo)
-    report.stage(stage.noun).add(made)
-    return [output for output in todo if output.name in made.failed]
+    """Make the new outputs of a leg's stages, add to the report, and return those that failed."""
+    reports = [report.stage(stage.noun) for stage in leg]
+    refused = {(record.noun, record.name) for record in store.quarantined()}
+    todo: dict[Output, Sequence[Stage]] = {}
+    for output in leg[0].outputs(scope):
+        own = scope.of(output)
+        done = takewhile(lambda stage: STAGES.done(store, stage, output, stage.settings(settings), own), leg)  # noqa: B023 (called at once)
+        kept = [stage.noun for stage in done]
+        for noun, stage_report in zip(kept, reports, strict=False):
+            stage_report.kept += 1
+            if (noun, output.name) in refused:
+                store.release(noun, output.name)
+        if len(kept) < len(leg):
+            todo[output] = leg[len(kept):]
+    failed = []
+    for output, outcome in perform(todo, settings, scope) if todo else ():
+        for noun, new in outcome.made.items():
+            report.stage(noun).count(output.name, new)
+        for noun, why in outcome.failed.items():
+            report.stage(noun).failed[output.name] = why
+            failed.append(output)
+    for stage_report in reports:
+        stage_report.made.sort()
+        stage_report.same.sort()
+    return failed
 
 
 def _look_at_versions(store: Store, report: RunReport) -> None:

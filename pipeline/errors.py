@@ -94,3 +94,7 @@ class StillWritten(PitchloreError):
 
 class WorkerLost(PitchloreError):
     """A process that worked for this one was killed."""
+
+
+class ClusterFailed(PitchloreError):
+    """A cluster cannot be reached, has ended, or has workers that cannot do this work."""

@@ -111,7 +111,7 @@ def occasions(
     distinct (team, role, key, state, behaviour).
 
     Args:
-        decisions: rows of schema Decisions and of schema Sides, two tables a match. A null behaviour,
+        decisions: rows of schema Decisions, and rows of schema Sides of their matches. A null behaviour,
             "moves randomly", counts as the behaviour of the one code 194. The paper's learner starts from
             it in every new state and values it like any other (sections 4 and 6).
         learner: team that policies imitate: states in which players decided in its league are added to
@@ -148,10 +148,12 @@ def _by_keys(
     table: pl.DataFrame, sides: pl.DataFrame, learner: Team | None, settings: KnowledgeSettings,
     known: pl.Series | None,
 ) -> pl.DataFrame:
-    """Occasions from the decisions of a match, by every key of the settings."""
+    """Occasions from the decisions of some matches, by every key of the settings."""
     begun = _counted(of_teams(table.filter(~pl.col("chosen")), sides))
-    if learner is not None and learner.kind in sides["kind"]:
-        begun = pl.concat([begun, _own(as_of(table.filter("chosen"), learner), settings, known)])
+    if learner is not None:
+        there = sides.filter(kind=learner.kind)
+        chosen = table.filter("chosen").join(there, on="match_id", how="semi", maintain_order="left")
+        begun = pl.concat([begun, _own(as_of(chosen, learner), settings, known)])
     slot = begun["role"].to_physical().to_numpy()
     return pl.concat(
         begun.select(

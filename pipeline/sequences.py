@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
+from pipeline.episodes import episodes
+from pipeline.pitch import Pitch
 from pipeline.settings import GramSettings
+from pipeline.state import elements, encode
+from pipeline.sums import exact
 from pipeline.windows import followed
 from schemas import SIDES, Sequences
 
@@ -46,21 +50,58 @@ def value(
 
 
 def sequences(
-    situations: pl.DataFrame, goals: pl.DataFrame, worths: pl.DataFrame, settings: GramSettings
+    situations: pl.DataFrame,
+    goals: pl.DataFrame,
+    worths: pl.DataFrame,
+    trajectories: pl.DataFrame,
+    referee: pl.DataFrame,
+    pitch: Pitch,
+    settings: GramSettings,
 ) -> pl.DataFrame:
-    """The situations of a match as sequences, with what grams of them are valued by.
+    """The situations of a match as sequences: with their values, and with all that decisions say of them.
 
     Args:
         situations: rows of schema Situations of one match.
         goals: rows of schema Goals of the same match.
         worths: rows of schema Worths of the same match.
+        trajectories: rows of schema Trajectories of the same match.
+        referee: rows of schema Referee of the same match, in order of time.
+        pitch: pitch of the match.
         settings: all of them decide.
 
     Returns:
-        Rows of schema Sequences.
+        Rows of schema Sequences. The reward of an episode's end is +1 or -1 if it is a goal. If no event
+        explains the end, the episode is truncated.
     """
-    valued = followed(value(situations, goals, settings), settings.gap_s).hstack(
-        worths.select("change", "x", "y"))
-    if settings.outcome == "paper":
-        valued = valued.with_columns(change=pl.lit(None, dtype=pl.Float64))
-    return valued.select(list(Sequences.dtypes()))
+    team = situations["team"].cast(pl.Enum(SIDES)).to_physical().to_numpy().astype(np.int64)
+    seen, known = elements(trajectories, referee, pitch, team, situations["start_ns"].to_numpy())
+    scored = pl.col("outcome") == "goal"
+    sign = pl.when(pl.col("scorer") == pl.col("team").cast(pl.String)).then(1.0).otherwise(-1.0)
+    terminal = pl.col("outcome").is_not_null()
+    return (
+        followed(value(situations, goals, settings), settings.gap_s)
+        .hstack(worths.select("change", "x", "y"))
+        .rename({"segment": "episode"})
+        .join(episodes(trajectories, referee), on="episode", how="left", maintain_order="left")
+        .with_columns(
+            pl.when(settings.outcome != "paper").then("change"),
+            state=pl.Series(np.where(known, encode(seen, "full36"), -1)).replace(-1, None),
+            reward=pl.when(scored).then(sign).otherwise(0.0),
+            ends=pl.when(terminal).then(pl.lit("terminal")).otherwise(pl.lit("truncated")),
+        )
+        .select(list(Sequences.dtypes()))
+        .cast(pl.Schema(Sequences.dtypes()))
+    )
+
+
+def choices(logged: pl.DataFrame, goals: pl.DataFrame, settings: GramSettings) -> pl.DataFrame:
+    """The decisions that players logged, as rows of schema Choices.
+
+    Args:
+        logged: rows of schema Decisions of a match's log. Their values are computed anew: the match's goals
+            were unknown when they were logged.
+        goals: rows of schema Goals of the same match.
+        settings: alpha and tick_s.
+    """
+    valued = value(logged, goals, settings, start="t_ns")
+    return valued.with_columns(pl.Series("value", exact(valued["value"].to_numpy())))

@@ -6,6 +6,7 @@ Units are in the names (``_s`` seconds, ``_ns`` nanoseconds, ``_m`` metres).
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, field_validator, model_validator
@@ -353,9 +354,9 @@ class Settings(Frozen):
         return self.grams
 
     @property
-    def decisions(self) -> GramSettings:
-        """The settings that decisions depend on: values and sequences of situations."""
-        return self.grams
+    def decisions(self) -> Frozen:
+        """Decisions depend on no settings but those of what they are made from."""
+        return Frozen()
 
 
 #: The greatest limit on a size, in its own unit; a larger number of bytes could overflow.
@@ -391,10 +392,28 @@ class ImportSettings(Frozen):
         return self.model_copy(update={"isolate": True})
 
 
+#: Words for a place where work is done.
+PLACE = re.compile(
+    r"(?P<kind>threads|processes|dask:local)(:(?P<width>[1-9]\d{0,2}))?|dask://(?P<address>[\w.\[\]:-]+:\d+)")
+
+
+class PlacementSettings(Frozen):
+    """Where pieces of work are done: matches read and played, outputs of stages, games, pairs, sweeps.
+
+    Attributes:
+        on: threads:N of the command's process; processes:N; dask:local:N, a Dask cluster of N processes for
+            this command; or dask://HOST:PORT, a cluster's scheduler. Without ``:N`` there are as many as the
+            machine has cores. None: what PITCHLORE_ON says in the environment, else processes.
+    """
+
+    on: str | None = Field(default=None, pattern=f"^({PLACE.pattern})$")
+
+
 class RunSettings(Settings):
-    """All settings of a run, and those of imports, on which no outcome depends."""
+    """All settings of a run, and those of imports and of the place of work, on which no outcome depends."""
 
     imports: ImportSettings = ImportSettings()
+    placement: PlacementSettings = PlacementSettings()
 
 
 def parse_settings(data: bytes, where: str) -> RunSettings:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import polars as pl
 
 from pipeline.errors import NotFound
+from schemas import SIDES
 
 
 class Team(NamedTuple):
@@ -83,11 +84,10 @@ def imitated(records: Mapping[Team, Record], name: str | None, before: Team | No
     return min(there, default=None, key=lambda team: (-there[team].watched, -there[team].difference, team))
 
 
-def sides_of(team: Team | None, own: pl.DataFrame) -> list[str]:
-    """The sides that count for a team in the matches of rows of schema Sides."""
-    if team is None:
-        return []
-    return own.filter(counts_as=team.team, kind=team.kind)["side"].cast(pl.String).unique().to_list()
+def sides_of(team: Team | None, own: pl.DataFrame) -> pl.DataFrame:
+    """The sides that count for a team by rows of schema Sides: match_id, team (a side), and own, true."""
+    counting = own.clear() if team is None else own.filter(counts_as=team.team, kind=team.kind)
+    return counting.select("match_id", pl.col("side").cast(pl.Enum(SIDES)).alias("team"), own=True)
 
 
 def as_of(table: pl.DataFrame, team: Team) -> pl.DataFrame:

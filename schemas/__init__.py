@@ -22,6 +22,7 @@ from schemas.seasons import Claims as Claims
 from schemas.seasons import Games as Games
 from schemas.seasons import Growth as Growth
 from schemas.seasons import StatesPlayed as StatesPlayed
+from schemas.sequences import Choices as Choices
 from schemas.sequences import Sequences as Sequences
 from schemas.situations import Situations as Situations
 from schemas.table import BODIES as BODIES

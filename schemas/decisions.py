@@ -14,7 +14,7 @@ ENDS = ("terminal", "truncated")
 class Decisions(Table):
     """One decision of one robot: logged by the player that chose it, or read from its situations.
 
-    Sorted by team, robot, t_ns. Consecutive rows of one (team, robot, episode) are the
+    Sorted by match, team, robot, t_ns. Consecutive rows of one (match, team, robot, episode) are the
     transitions that the trainer learns from.
     """
 

@@ -62,7 +62,16 @@ class Table(dy.Schema):
     @classmethod
     def dtypes(cls) -> dict[str, pl.DataType]:
         """Column name to polars dtype, in order."""
-        return {name: column.dtype for name, column in cls.columns().items()}
+        return dict(_dtypes(cls))
+
+    @classmethod
+    def holds(cls, frame: pl.DataFrame) -> bool:
+        """Whether a table with these columns breaks none of the schema's rules.
+
+        The answer is that of :meth:`dataframely.Schema.is_valid`, which plans all rules anew for each table:
+        2 ms, several times what most tables take to check.
+        """
+        return all(frame.select(_rules(cls)).row(0))
 
     @classmethod
     def meanings(cls) -> dict[str, str]:
@@ -85,6 +94,18 @@ def match_id() -> dy.String:
         regex=r"^[a-z0-9][a-z0-9-]{0,63}$",
         description="match the row belongs to: slug of its source and a hash of its bytes",
     )
+
+
+@cache
+def _dtypes(schema: type[Table]) -> dict[str, pl.DataType]:
+    return {name: column.dtype for name, column in schema.columns().items()}
+
+
+@cache
+def _rules(schema: type[Table]) -> list[pl.Expr]:
+    """For each rule of a schema whether it holds in all rows; a rule that gives null holds."""
+    rules = schema._validation_rules(with_cast=False)
+    return [rule.expr.all(ignore_nulls=True).alias(name) for name, rule in rules.items()]
 
 
 @cache

@@ -16,8 +16,8 @@ import polars as pl
 import pytest
 
 import pipeline  # noqa: F401 - before any test imports numba: it says where numba keeps its cache
+from flows.placement.crew import cores
 from flows.server import START_S, Process
-from flows.workers import cores
 
 if TYPE_CHECKING:
     from flows.run import RunReport
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 os.environ["PREFECT_SERVER_ANALYTICS_ENABLED"] = "false"
 os.environ["PREFECT_LOGGING_LEVEL"] = "CRITICAL"
 os.environ["DO_NOT_TRACK"] = "1"
+os.environ.setdefault("PITCHLORE_ON", "threads:2")  # processes take a second to start: tests that want some say so
 os.environ.pop("PYTHONUNBUFFERED", None)  # commands buffer their output, as a user's do
 
 # a slow machine is no failure; CI repeats the same examples, a developer's runs try new ones each time

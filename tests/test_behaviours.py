@@ -5,11 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
-from support.rows import changed, consecutive, goals, situations
+from support.rows import changed, consecutive, goals, sequences_of, situations
 
 from pipeline.behaviours.grams import cover, grams, merge, spelt
 from pipeline.behaviours.select import select
-from pipeline.sequences import sequences
 from pipeline.settings import BehaviourSettings, GramSettings, RoundSettings
 from schemas import ROLES, Grams, Patterns
 
@@ -156,7 +155,7 @@ def test_rounds_long_to_short():
     words = [44, 1, 11, 21]
     table_ = situations(*(consecutive([*words, 194, 46], start=10.0 * i, segment=i) for i in range(10)))
     scored = goals(*((10.0 * i + 5, "home") for i in range(10)))
-    valued = sequences(table_, scored, changed(table_), BY_GOALS)
+    valued = sequences_of(table_, scored, changed(table_), BY_GOALS)
     known = Patterns.empty()
     for n in (4, 3, 2, 1):
         round_ = RoundSettings(n=n, rows=2, columns=2, activation=0.10)

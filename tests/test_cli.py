@@ -289,7 +289,7 @@ def test_commentary_output(call, finished):
 def test_evaluate_output(call, tmp_path):
     """`evaluate` prints text for people, and JSON for programs, and plays no match twice."""
     words = ("evaluate", "--policy", "static", "--against", "human-like", "--matches", "2", "--minutes", "0.05",
-             "--jobs", "1", "--data", tmp_path)
+             "--on", "processes:1", "--data", tmp_path)
     code, out, _ = call(*words, "--json")
     found = json.loads(out)
     assert code == 0
@@ -334,7 +334,7 @@ def test_exported_evaluation(call, tmp_path):
     """An exported evaluation says what it is of, and is the same when it is made again."""
     words = ("evaluate", "--policy", "human-like", "--against", "random", "--matches", "4", "--seed", "3", "--minutes", "0.05")
     first, again = tmp_path / "first", tmp_path / "again"
-    _, out, _ = call(*words, "--jobs", "1", "--json", "--export", first, "--data", tmp_path / "data")
+    _, out, _ = call(*words, "--on", "processes:1", "--json", "--export", first, "--data", tmp_path / "data")
     told = json.loads(out)
     said = json.loads((first / "human-like-random.json").read_text())
     assert said["command"] == "pitchlore " + " ".join(words)
@@ -349,14 +349,14 @@ def test_exported_evaluation(call, tmp_path):
     assert matches["goals_for"].mean() == told["goals_for"]["value"]
     # played by others, then not at all
     for data in ("other", "data"):
-        assert call(*said["command"].split()[1:], "--jobs", "2", "--export", again, "--data", tmp_path / data)[0] == 0
+        assert call(*said["command"].split()[1:], "--on", "processes:2", "--export", again, "--data", tmp_path / data)[0] == 0
         assert {file.name: file.read_bytes() for file in again.iterdir()} == {
             file.name: file.read_bytes() for file in first.iterdir()}
 
 
 def test_failed_export(call, tmp_path, monkeypatch):
     """An export that fails leaves what was there."""
-    words = ("evaluate", "--policy", "static", "--against", "random", "--minutes", "0.02", "--jobs", "1",
+    words = ("evaluate", "--policy", "static", "--against", "random", "--minutes", "0.02", "--on", "processes:1",
              "--export", tmp_path / "export", "--data", tmp_path)
     assert call(*words, "--matches", "2")[0] == 0
     before = {file: file.read_bytes() for file in (tmp_path / "export").iterdir()}

@@ -158,7 +158,7 @@ def test_every_flip_in_a_receipt_is_seen(data):
         harmed[at // 8] ^= 1 << at % 8
         path.write_bytes(harmed)
         try:
-            read_model(path, Receipt)
+            read_model(str(path), Receipt)
         except CorruptFile:
             seen += 1
     assert seen == len(range(0, 8 * len(whole), 5))

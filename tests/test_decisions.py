@@ -11,11 +11,11 @@ from pipeline.behaviours.grams import cover
 from pipeline.decisions import complete, observe, resolve
 from pipeline.episodes import episodes
 from pipeline.pitch import PITCHES, Kind
-from pipeline.sequences import value
+from pipeline.sequences import choices, sequences
 from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
 from pipeline.windows import followed
-from schemas import Decisions, Goals, Referee
+from schemas import Decisions, Goals, Referee, Sequences
 
 VSSS = PITCHES[Kind.VSSS]
 GRAMS = GramSettings(alpha=0.5, tick_s=1.0)
@@ -48,8 +48,9 @@ def tracks(until=10.0, **segments):
 
 
 def seen(table, trajectories, events, known=KNOWN):
-    found = observe(value(table, goals_of(events), GRAMS), trajectories, events, known, VSSS, GRAMS)
-    return Decisions.validate(found)
+    worths = table.select("match_id", "team", "robot", "start_ns", change=pl.lit(0.0), x=pl.lit(0.0), y=pl.lit(0.0))
+    sequence = Sequences.validate(sequences(table, goals_of(events), worths, trajectories, events, VSSS, GRAMS), cast=True)
+    return Decisions.validate(observe(sequence, known))
 
 
 def test_goal_reward():
@@ -152,7 +153,7 @@ class TestComplete:
         events = referee((2.5, "goal", "home"))
         shown = seen(table, tracks(s0=(0, 2), s1=(3, 9)), events)
         log = self.logged(("away", 0, None), ("away", 1, "striker-099"))
-        found = complete(shown, value(log, goals_of(events), GRAMS, start="t_ns"))
+        found = complete(shown, choices(log, goals_of(events), GRAMS))
         Decisions.validate(found)
         assert found.select("team", "t_ns", "behaviour_id", "chosen", "random").rows() == [
             ("home", 0, "midfield-046", False, False), ("home", S // 2, "midfield-046", False, False),
@@ -163,14 +164,14 @@ class TestComplete:
         """A logged decision is valued by the next goal."""
         log = self.logged(("home", 0, None), ("home", 2, None), ("home", 4, None), ("home", 5, None))
         goals = goals_of(referee((2.0, "goal", "away"), (4.5, "goal", "home")))
-        found = complete(Decisions.empty(), value(log, goals, GRAMS, start="t_ns"))
+        found = complete(Decisions.empty(), choices(log, goals, GRAMS))
         # a tick a second, alpha one half; a decision at the very time of a goal is after it
         assert found["value"].to_list() == pytest.approx([-(0.5**2), 0.5**2.5, 0.5**0.5, 0.0], abs=1e-8)
 
     def test_no_log(self):
         """Of teams that logged nothing, decisions are what was seen."""
         shown = seen(situations(consecutive([46])), tracks(), referee())
-        assert complete(shown, value(Decisions.empty(), goals_of(referee()), GRAMS, start="t_ns")).equals(shown)
+        assert complete(shown, choices(Decisions.empty(), goals_of(referee()), GRAMS)).equals(shown)
 
 
 class TestResolve:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from flows import evaluations as flow
+from flows.placement.processes import Processes
 from flows.teams import entrant
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
@@ -147,10 +148,10 @@ def test_names_of_settings():
 
 def test_processes(tmp_path):
     """What is played does not depend on the number of processes."""
-    alone, made = flow.evaluate(Store(tmp_path / "a"), short(), range(2), {}, jobs=1)
+    alone, made = flow.evaluate(Store(tmp_path / "a"), short(), range(2), {})
     assert made == 2
-    store = Store(tmp_path / "b")
-    together, made = flow.evaluate(store, short(), range(2), {}, jobs=2)
+    with Processes(2) as crew:
+        together, made = flow.evaluate(Store(tmp_path / "b"), short(), range(2), {}, crew)
     assert made == 2
     assert together.equals(alone)
     assert alone["seed"].to_list() == [0, 0, 1, 1]
@@ -180,20 +181,18 @@ def test_learned_team():
     assert rows["side"].to_list() == ["home", "away"]
 
 
-def dies(pair, policies):
-    """Plays the first pair; whoever plays another is killed."""
-    if pair.seed:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return play(pair, policies)
+def dies(data, pair, policies):
+    """Plays no pair: whoever should is killed."""
+    os.kill(os.getpid(), signal.SIGKILL)
 
 
 def test_killed_process(tmp_path, monkeypatch):
     """A killed process is one line of error, and what was over is kept."""
     store = Store(tmp_path)
     flow.evaluate(store, short(), [0], {})
-    monkeypatch.setattr(flow, "play", dies)
-    with pytest.raises(WorkerLost, match="killed") as said:
-        flow.evaluate(store, short(), range(3), {}, jobs=2)
+    monkeypatch.setattr(flow, "play_pair", dies)
+    with Processes(2) as crew, pytest.raises(WorkerLost, match="killed") as said:
+        flow.evaluate(store, short(), range(3), {}, crew)
     assert "\n" not in str(said.value)
     assert [receipt.name for receipt in store.receipts("evaluations")] == [Pair(evaluation=short(), seed=0).name]
 

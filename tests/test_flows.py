@@ -17,10 +17,10 @@ from conftest import ROOT, clip, fill, run
 from prefect import Flow, Task
 
 from flows.catalog import catalog_path
-from flows.imports import make_match, matches_flow
+from flows.imports import matches_flow
 from flows.matches import Recording, import_recording, inbox
 from flows.stages import STAGES
-from flows.tasks import flow_of, make_output, make_version
+from flows.tasks import flow_of, make_version
 from pipeline import matches as log_format
 from pipeline.errors import BadRecording, StorageFailed
 from pipeline.settings import BehaviourSettings, GramSettings, PolicySettings, Settings, TrajectorySettings
@@ -48,12 +48,12 @@ def test_second_run(tmp_path, clips):
     assert [s.noun for s in first.stages] == [
         "matches", "sides", "trajectories", "situations", "goals", "moments", "models", "values", "sequences",
         "behaviours", "decisions"]
-    assert [len(s.made) for s in first.stages] == [2, 2, 2, 2, 2, 2, 1, 2, 2, 1, 2]
+    assert [len(s.made) for s in first.stages] == [2, 2, 2, 2, 2, 2, 1, 2, 2, 1, 1]
     assert (first.knowledge, first.knowledge_is_new, first.policy, first.policy_is_new) == (1, True, 1, True)
     before = products(tmp_path)
     second = run(tmp_path)
     assert second.made == 0
-    assert [s.kept for s in second.stages] == [2, 2, 2, 2, 2, 2, 1, 2, 2, 1, 2]
+    assert [s.kept for s in second.stages] == [2, 2, 2, 2, 2, 2, 1, 2, 2, 1, 1]
     assert products(tmp_path) == before
 
 
@@ -304,13 +304,14 @@ def test_flow_from_file(monkeypatch):
 
 def test_no_pickles():
     """Prefect keeps results as JSON and never as pickles."""
-    from flows.paradigms import make_report, make_sweep, paradigms_flow
+    from flows.jobs import do_part
+    from flows.paradigms import paradigms_flow
     from flows.run import run_flow
     from flows.season import play_game, season_flow
 
     of_nouns = [flow_of(noun) for noun, stage in STAGES.items() if stage.compute is not None]
     found = [*of_nouns, matches_flow, run_flow, season_flow, paradigms_flow]
-    tasks = [make_output, make_version, make_match, make_sweep, make_report, play_game]
+    tasks = [do_part, make_version, play_game]
     assert all(isinstance(flow, Flow) for flow in found)
     assert all(isinstance(task, Task) for task in tasks)
     assert {flow.result_serializer for flow in found} == {"json"}

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
-from support.rows import SIDES, changed, consecutive, goals, patterns, situations
+from support.rows import SIDES, changed, consecutive, goals, patterns, sequences_of, situations
 
 from pipeline.behaviours.grams import cover, grams, merge, spelt
 from pipeline.errors import SchemaMismatch
-from pipeline.sequences import sequences, value
+from pipeline.sequences import value
 from pipeline.settings import GramSettings
 from pipeline.sums import exact
 from pipeline.windows import codes_of, followed, keys_of, owned_by, owner_of, role_of, side_of, windows
@@ -27,7 +27,7 @@ matches = st.tuples(sequence, sequence, st.lists(st.tuples(st.integers(0, 12), s
 def sequence_of(table, scored=None, *changes, settings=HALF, x=0.0, y=0.0):
     """The situations as sequences, each side by itself; they change nothing of V, unless that is given."""
     worths = changed(table, *changes, x=x, y=y).select("change", "x", "y")
-    found = sequences(table, goals() if scored is None else scored, worths, settings)
+    found = sequences_of(table, goals() if scored is None else scored, worths, settings)
     Sequences.validate(found)
     return found.with_columns(who=side_of(found["team"]))
 

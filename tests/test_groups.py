@@ -19,6 +19,7 @@ from flows.stages import STAGES
 from flows.update import scope_of
 from flows.versions import emit as emit_version
 from pipeline import matches as log_format
+from pipeline.decisions import digests
 from pipeline.errors import BadSettings, NotFound
 from pipeline.knowledge import merge_behaviours, merge_occasions, occasions
 from pipeline.settings import (
@@ -254,7 +255,8 @@ class TestDecisions:
         assert own["value"].abs().max() > 0
         assert others["team"].unique().to_list() == ["away"]
         assert store.receipt("decisions", PLAYED).details == {
-            "decisions": found.height, "chosen": own.height, "choosing": ["home"]}
+            "decisions": found.height, "chosen": own.height,
+            "matches": {PLAYED: {"sha256": digests(found)[PLAYED], "choosing": ["home"]}}}
 
     def test_other_team(self, store):
         """The other team's decisions are what they are without a log."""

@@ -32,7 +32,7 @@ from pipeline.settings import (
 )
 from pipeline.situations.recognise import recognise
 from pipeline.trajectories.derive import trajectories
-from pipeline.values.models import fit
+from pipeline.values.fitting import fit
 from pipeline.values.moments import moments
 from pipeline.values.worths import values, worths
 from schemas import Decisions, Goals, Moments, Sequences, Values, Worths
@@ -215,12 +215,13 @@ def test_match_of_one_team() -> None:
     of_moments = Values.validate(values(looked, models))
     changes = Worths.validate(worths(done, of_moments, match.referee, tracks, ValueSettings()))
     assert changes["change"].max() > 0  # type: ignore[operator]
-    found = Sequences.validate(sequences(done, made, changes, GramSettings()))
+    found = Sequences.validate(
+        sequences(done, made, changes, tracks, match.referee, pitch, GramSettings()))
     assert set(found["team"].cast(pl.String)) == {"home"}
     known = spelt(grams(found, 1), 1).sort("count", descending=True).head(3).with_row_index("i").with_columns(
         behaviour_id=pl.format("b-{}", "i")
     )
-    seen = observe(valued, tracks, match.referee, known, pitch, GramSettings())
+    seen = observe(found, known)
     # a state has both teams: without the adversary none is known
     assert Decisions.validate(seen).is_empty()
 

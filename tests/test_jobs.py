@@ -2,77 +2,125 @@
 
 from __future__ import annotations
 
-import pickle
+import os
+import signal
+import threading
 
 import pytest
 
-from flows import jobs
-from flows.jobs import SomeFailed, pieces_task, run_pieces
+from flows.jobs import run_pieces
+from flows.making import Outcome
+from flows.placement import pieces as parts
+from flows.placement.crew import Here, crew
+from flows.placement.pieces import Failure, Part, TryAgain, parted
+from flows.placement.places import placed
+from flows.placement.processes import Processes
 from flows.progress import StageReport
 from flows.tasks import our_flow
 from pipeline.errors import NotFound, StorageFailed
 
 
-def done(job, pieces) -> StageReport:
+def done(function, pieces, on="threads:1", **options) -> StageReport:
     """The report on some pieces of work, as a flow's."""
     @our_flow(name="pieces")
     def flow() -> dict[str, object]:
-        return run_pieces(job, "things", pieces).model_dump()
+        with placed(on, "."):
+            return run_pieces(function, "things", pieces, **options).model_dump()
 
     return StageReport.model_validate(flow())
 
 
+def numbered(count):
+    return {f"p{n}": {"number": n} for n in range(count)}
+
+
 @pytest.fixture
 def few(monkeypatch):
-    """Two tasks, whatever the machine."""
-    monkeypatch.setattr(jobs, "cores", lambda: 1)
-    monkeypatch.setattr(jobs, "_TASKS_A_CORE", 2)
+    """Two tasks for one thread."""
+    monkeypatch.setattr(parts, "_PARTS_EACH", 2)
 
 
 @pytest.mark.usefixtures("prefect_server", "few")
 def test_failures():
     """A piece that fails is reported, and those of its task and of the others are done."""
-    def work(number: int) -> bool:
+    def work(number: int) -> None:
         if number == 4:
             raise NotFound("is not here", where="four")
         if number == 5:
             raise ZeroDivisionError
-        return number % 2 == 1
 
-    report = done(pieces_task(name="thing")(work), {f"p{n}": {"number": n} for n in range(8)})
-    assert (report.made, report.same) == (["p1", "p3", "p7"], ["p0", "p2", "p6"])
+    report = done(work, numbered(8))
+    assert report.made == ["p0", "p1", "p2", "p3", "p6", "p7"]
     assert report.failed == {"p4": "four: is not here.", "p5": "ZeroDivisionError: "}
 
 
 @pytest.mark.usefixtures("prefect_server", "few")
 def test_tried_again():
-    """A task with a piece that may succeed later is tried again; the others of its pieces, too, and find their work done."""
+    """A piece that may succeed later is tried again, and no other piece is done twice."""
     calls: list[int] = []
 
-    def work(number: int) -> bool:
+    def work(number: int) -> None:
         calls.append(number)
         if number == 1 and calls.count(1) < 3:
             raise StorageFailed("cannot be written")
-        return True
 
-    report = done(pieces_task(name="thing")(work), {f"p{n}": {"number": n} for n in range(6)})
+    report = done(work, numbered(6))
     assert (report.made, report.failed) == ([f"p{n}" for n in range(6)], {})
-    assert [calls.count(n) for n in range(6)] == [3, 3, 3, 1, 1, 1]
+    assert [calls.count(n) for n in range(6)] == [1, 3, 1, 1, 1, 1]
+
+
+def test_what_an_earlier_try_made():
+    """Outputs that an earlier try made count as made, although they are there in the next."""
+    tries = iter([Outcome({"a": True, "b": False}, {"c": "full"}, transient=True),
+                  Outcome({"a": None, "b": None, "c": True})])
+    part = Part(Here(1), lambda: next(tries), {"match": {}})
+    with pytest.raises(TryAgain):
+        part.do()
+    part.do()
+    assert part.results == {"match": Outcome({"a": True, "b": False, "c": True})}
 
 
 @pytest.mark.usefixtures("prefect_server")
-def test_few_pieces():
-    """Where there is little work each piece has a task, so that all cores work and progress is seen."""
-    parts = list(jobs._parts([str(n) for n in range(8)], 32))
-    assert [len(part) for part in parts] == [1] * 8
-    many = list(jobs._parts([str(n) for n in range(10_000)], 32))
+def test_all_at_once():
+    """As many pieces are done at once as the crew can do."""
+    met = threading.Barrier(3, timeout=60)
+
+    def work(number: int) -> None:
+        met.wait()
+
+    assert done(work, numbered(6), "threads:3").failed == {}
+    assert done(work, {}) == StageReport(noun="things")
+
+
+def test_parts():
+    """Where there is little work each piece has a task, so that all workers work and progress is seen."""
+    few = list(parted(numbered(8), 32, 2))
+    assert [len(part) for part in few] == [1] * 8
+    many = list(parted(numbered(10_000), 32, 2))
     assert {len(part) for part in many[:-1]} == {32}
-    assert [label for part in many for label in part] == [str(n) for n in range(10_000)]
-    assert done(pieces_task(name="thing")(bool), {}) == StageReport(noun="things")
+    assert [label for part in many for label in part] == list(numbered(10_000))
 
 
-def test_failures_cross_processes():
-    """Failures of pieces come from another process as they are."""
-    error = SomeFailed({"a": 1}, {"b": "no."}, transient=True)
-    again = pickle.loads(pickle.dumps(error))
-    assert (again.done, again.failed, again.transient, str(again)) == ({"a": 1}, {"b": "no."}, True, "b: no.")
+def dies(number: int) -> int:
+    """Does all pieces but one, which brings its process down."""
+    if number == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+@pytest.mark.slow
+def test_lost_worker():
+    """A piece that brings its worker down is lost alone: those that it shared the worker with are done."""
+    with Processes(2) as both:
+        part = Part(both, dies, numbered(4))
+        part.do()
+    lost = part.results.pop("p2")
+    assert part.results == {"p0": 0, "p1": 1, "p3": 3}
+    assert isinstance(lost, Failure)
+    assert not lost.transient
+    assert lost.line.startswith("a process that worked for this command was killed")
+
+
+def test_default_crew():
+    """Outside of a flow pieces are done here."""
+    assert isinstance(crew.get(), Here)

@@ -108,7 +108,7 @@ def test_options_before_file(recorded):
 def test_evaluation_settings(tmp_path, capsys):
     """An evaluation is played by the same settings file."""
     (tmp_path / "match.toml").write_text('robots = 2\n[pitch]\nkind = "ssl"\n[referee]\nduration_s = 3.0')
-    words = ["evaluate", "--policy", "static", "--against", "human-like", "--matches", "2", "--jobs", "1", "--json",
+    words = ["evaluate", "--policy", "static", "--against", "human-like", "--matches", "2", "--on", "processes:1", "--json",
              "--data", str(tmp_path / "data")]
     with pytest.raises(SystemExit, match="0"):
         main([*words, "--settings", str(tmp_path / "match.toml")])

@@ -71,7 +71,7 @@ def add(store: Store) -> Manifest:
         ("behaviours", "second", (patterns(), Patterns)), ("decisions", "second", (Decisions.empty(), Decisions)),
         ("sides", "second", (Sides.empty(), Sides)),
     ):
-        details = {"choosing": []} if noun == "decisions" else {}
+        details = {"matches": {"second": {"sha256": "1" * 64, "choosing": []}}} if noun == "decisions" else {}
         store.commit(STAGES[noun].work(name, STAGES[noun].settings(settings), {}), Made([table], details=details))
     scope = Scope(matches=("second",), group="second")
     manifest, new = emit(store, STAGES["knowledge"], ADDS_UP, scope)

@@ -3,10 +3,12 @@
 import polars as pl
 import pytest
 
+from flows.knowledge import label_of
 from flows.policies import batch
 from flows.stage import Scope
 from flows.stages import STAGES
 from flows.versions import emit
+from pipeline.decisions import digests
 from pipeline.errors import NotFound
 from pipeline.settings import PolicySettings
 from pipeline.store import Store
@@ -28,8 +30,14 @@ def play(store, match, reward=1.0, *, chosen=True, team="home"):
                          schema=Sides.dtypes(), orient="row")
     store.commit(Work("sides", match, {}, version=1),
                  Made([(sides, Sides)], details={"kind": "vsss", "counts_as": ["us", "them"]}))
-    return store.commit(Work("decisions", match, {"reward": reward, "chosen": chosen, "team": team}, version=1),
-                        Made([(table, Decisions)], details={"choosing": [team] if chosen else []}))
+    told = {"sha256": digests(table)[match], "choosing": [team] if chosen else []}
+    return store.commit(Work("decisions", group_of(match), {"reward": reward, "chosen": chosen, "team": team}, version=1),
+                        Made([(table, Decisions)], details={"matches": {match: told}}))
+
+
+def group_of(match):
+    """The group of a match: in these tests each has one of its own."""
+    return f"group-{match}"
 
 
 def know(store, *receipts, accumulate, imitates="us"):
@@ -40,7 +48,8 @@ def know(store, *receipts, accumulate, imitates="us"):
     with store.claim("knowledge") as version:
         made = Made([(Behaviours.empty(), Behaviours), (pl.DataFrame([row], schema=Occasions.dtypes()), Occasions)],
                     details={"imitates": {"team": imitates, "kind": "vsss"}})
-        inputs = {label: sha for receipt in receipts for label, sha in receipt.digests().items()}
+        inputs = {label_of(receipt, match): told["sha256"]
+                  for receipt in receipts for match, told in receipt.details["matches"].items()}
         of = Work("knowledge", "knowledge", {"accumulate": accumulate}, version=1, inputs=inputs)
         return store.commit_version(of, made, version, parent=parent.version if parent else None)
 
@@ -51,7 +60,7 @@ def learn(store, settings):
 
 
 def names(store, knowledge, last_matches=None):
-    return [receipt.name for receipt in batch(store, knowledge, last_matches)]
+    return [known.match for known in batch(store, knowledge, last_matches)]
 
 
 @pytest.fixture
@@ -92,7 +101,7 @@ def test_newer_decisions(store, season):
 
 def matches(policy):
     """The matches whose decisions a policy, or one of its line, was trained on."""
-    return {label.split("/")[1] for label in policy.inputs if label.startswith("decisions/")}
+    return {label.split("/")[2] for label in policy.inputs if label.startswith("decisions/")}
 
 
 def visits(store, policy):

@@ -66,10 +66,10 @@ def test_failure_everywhere(tmp_path, clips, finished, monkeypatch):
     fill(tmp_path, clips)
 
     def broken(*_args, **_kwargs):
-        raise ZeroDivisionError("observe")
+        raise ZeroDivisionError("sequences")
 
     with monkeypatch.context() as patch:
-        patch.setattr("pipeline.decisions.observe", broken)
+        patch.setattr("pipeline.sequences.sequences", broken)
         report = run(tmp_path)
     assert len(report.failures) == 2
     assert report.knowledge is report.policy is None
@@ -206,7 +206,7 @@ def test_lost_files(data):
     receipt = next(iter(store.receipts("situations")))
     path = data / receipt.files["situations"].path
     path.unlink()
-    assert [file.path for file in refresh(store)[1]] == [path]
+    assert [file.path for file in refresh(store)[1]] == [str(path)]
     assert ask(refresh(store)[0], "select count(distinct match_id) from situations").item() == 1
     run(data)
     assert refresh(store)[1] == []

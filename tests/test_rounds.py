@@ -10,22 +10,22 @@ from conftest import clip
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
-from support.rows import changed, consecutive, goals, situations
+from support.rows import changed, consecutive, goals, sequences_of, situations
 
 from flows.matches import Recording, import_recording
+from flows.stage import Per
 from flows.stages import STAGES
 from flows.update import scope_of
-from pipeline.behaviours import rounds
+from pipeline import league
 from pipeline.behaviours.grams import cover, grams, merge, spelt
 from pipeline.behaviours.rounds import learn
 from pipeline.behaviours.select import select
-from pipeline.decisions import resolve
-from pipeline.sequences import sequences
-from pipeline.settings import BehaviourSettings, GramSettings, ModelSettings, RoundSettings, Settings
+from pipeline.decisions import decide, digests, observe
+from pipeline.settings import BehaviourSettings, ModelSettings, RoundSettings, Settings
 from pipeline.store import Store
 from pipeline.teams import Team, as_of, of_sides
 from pipeline.windows import side_of
-from schemas import SIDES, Grams, Patterns
+from schemas import SIDES, Choices, Decisions, Grams, Patterns
 
 #: Nearly everything that recurs becomes a behaviour.
 ANY = BehaviourSettings(
@@ -44,7 +44,7 @@ def league_of(found):
         name = f"match-{number:012d}"
         table = situations(consecutive(home), consecutive(away, team="away", role="s")).with_columns(match_id=pl.lit(name))
         worths = changed(table, *(0.125 * (i % 5 - 2) for i in range(table.height)))
-        tables[name] = sequences(table, goals((3.0, "home")), worths, GramSettings())
+        tables[name] = sequences_of(table, goals((3.0, "home")), worths)
         sides[name] = {side: team for side, team in zip(SIDES, teams, strict=True) if team is not None}
     return tables, sides
 
@@ -95,38 +95,55 @@ def test_any_order_and_chunks(found, random):
     shuffled = list(tables.values())
     random.shuffle(shuffled)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(rounds, "_CHUNK", 10)
-        patch.setattr(rounds, "_KEPT", 15)
+        patch.setattr(league, "_CHUNK", 10)
+        patch.setattr(league, "_KEPT", 15)
         again = learn(lambda: shuffled, sides, ANY)
     assert_frame_equal(again.patterns, whole.patterns, check_exact=True)
     assert_frame_equal(again.grams, whole.grams, check_exact=True)
     assert again.reports == whole.reports
-    assert again.held == whole.held
     for n, maps in whole.maps.items():
         for team, som in maps.items():
             assert np.array_equal(som.weights, again.maps[n][team].weights)
 
 
 @pytest.mark.slow
-@given(leagues)
+@given(leagues, st.randoms(use_true_random=False))
 @settings(max_examples=10, deadline=None)
-def test_held(found):
-    """What a match holds is the same exactly if the same behaviours of the same sides have instances in it."""
+def test_decisions(found, random):
+    """All matches at once, in any order and in any chunks, give the decisions of each match by itself."""
     tables, sides = league_of(found)
-    learned = learn(tables.values, sides, ANY)
-    assert learned.held.keys() == tables.keys()
-    seen = {}
+    patterns = learn(tables.values, sides, ANY).patterns
+    alone = []
     for name, table in tables.items():
         own = pl.DataFrame([{"side": side, "kind": team.kind, "counts_as": team.team} for side, team in sides[name].items()],
                            schema={"side": pl.Enum(SIDES), "kind": pl.String, "counts_as": pl.String})
-        known = of_sides(learned.patterns, own)
-        sequence = table.with_columns(who=side_of(table["team"]))
-        _, _, pattern = resolve(sequence, known.with_columns(who=side_of(known["side"])))
-        seen[name] = frozenset(known[pattern].select("side", "behaviour_id").iter_rows())
-    for one in tables:
-        for other in tables:
-            if learned.held[one] == learned.held[other]:
-                assert seen[one] == seen[other]
+        known = of_sides(patterns, own)
+        alone.append(observe(table.with_columns(who=side_of(table["team"])), known.with_columns(who=side_of(known["side"]))))
+    shuffled = list(tables.values())
+    random.shuffle(shuffled)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(league, "_CHUNK", 10)
+        together = decide(lambda: shuffled, sides, patterns, Choices.empty())
+    assert_frame_equal(together, pl.concat([Decisions.empty(), *(part.cast(pl.Schema(Decisions.dtypes())) for part in alone)]), check_exact=True)
+
+
+@given(leagues, st.data())
+@settings(max_examples=20, deadline=None)
+def test_digests(found, data):
+    """A match has the same digest exactly if it has the same rows, whatever the other matches have."""
+    tables, sides = league_of(found)
+    patterns = learn(tables.values, sides, ANY).patterns
+    rows = decide(tables.values, sides, patterns, Choices.empty())
+    said = digests(rows)
+    assert said.keys() == set(rows["match_id"])
+    for name, part in rows.group_by("match_id"):
+        assert digests(part) == {name[0]: said[name[0]]}
+        at = data.draw(st.integers(0, part.height - 1))
+        for column in ("t_ns", "state", "reward", "value"):
+            other = part.with_columns(pl.when(pl.int_range(pl.len()) == at).then(pl.col(column) + 1).otherwise(column))
+            assert digests(other)[name[0]] != said[name[0]]
+        other = part.with_columns(pl.when(pl.int_range(pl.len()) != at).then("behaviour_id"))
+        assert digests(other)[name[0]] != said[name[0]]
 
 
 def test_nobody():
@@ -134,7 +151,6 @@ def test_nobody():
     tables, _ = league_of([([1, 11], [1], (ONE, TWO))])
     learned = learn(tables.values, {name: {} for name in tables}, ANY)
     assert (learned.patterns.height, learned.grams.height, learned.maps, learned.reports) == (0, 0, {}, [])
-    assert learned.held.keys() == tables.keys()
 
 
 #: Values are known of these minutes, and groups are selected that are not surely good.
@@ -162,17 +178,14 @@ def contents(store: Store) -> dict[str, str]:
 
 @pytest.mark.slow
 def test_one_more_match(tmp_path):
-    """One more match gives the bytes of doing all of it again; decisions with other behaviours are made anew."""
+    """One more match gives the bytes of doing all of it again, and no output of another match is made anew."""
     store = brought(tmp_path / "grown", 5)
     STAGES.make(store, SETTINGS, scope_of(store))
-    before = {receipt.name: receipt.key for receipt in store.receipts("decisions")}
-    held = store.receipt("behaviours", "all").details["held"]
+    before = {(noun, receipt.name): receipt.key for noun in STAGES.nouns(Per.MATCH) for receipt in store.receipts(noun)}
     brought(tmp_path / "grown", 6)
     STAGES.make(store, SETTINGS, scope_of(store))
-    now = store.receipt("behaviours", "all").details["held"]
-    anew = {receipt.name for receipt in store.receipts("decisions") if before.get(receipt.name) != receipt.key}
-    assert anew == {match for match in now if held.get(match) != now[match]}
-    assert len(anew) > 1, "the behaviours are others, too"
+    after = {(noun, receipt.name): receipt.key for noun in STAGES.nouns(Per.MATCH) for receipt in store.receipts(noun)}
+    assert before.items() <= after.items()
     again = brought(tmp_path / "again", 6)
     shutil.copytree(store.root / "models", again.root / "models")  # they stand until there are twice as many matches
     STAGES.make(again, SETTINGS, scope_of(again))

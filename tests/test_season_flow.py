@@ -28,15 +28,15 @@ def season(seed, text=SHORT):
     return Season(name="short", opponent="static", seed=seed, settings=parse(text, where="short.toml"))
 
 
-def flow(data, *seasons, jobs):
-    return StageReport.model_validate(season_flow(data, list(seasons), jobs))
+def flow(data, *seasons, on):
+    return StageReport.model_validate(season_flow(data, list(seasons), on=on))
 
 
 @pytest.fixture(scope="module")
 def together(tmp_path_factory, prefect_server):
     """A data folder with two seasons that two processes played at once."""
     data = tmp_path_factory.mktemp("together")
-    report = flow(data, season(1), season(2), jobs=2)
+    report = flow(data, season(1), season(2), on="processes:2")
     assert report.failed == {}
     assert sorted(report.made) == [f"short-static-{seed} game {game}" for seed in (1, 2) for game in (1, 2, 3)]
     return data
@@ -53,21 +53,16 @@ def test_seasons_at_once(together):
         assert growth.height == 9
         matches.append(games["match_id"].to_list())
     assert not set(matches[0]) & set(matches[1])
-    again = flow(together, season(1), season(2), season(2), jobs=2)
+    again = flow(together, season(1), season(2), season(2), on="processes:2")
     assert (again.made, again.kept, again.failed) == ([], 2, {})
 
 
 def test_jobs(tmp_path, monkeypatch):
-    """As many seasons are played at once as there are jobs."""
+    """As many seasons are played at once as there are workers."""
     met = Barrier(3, timeout=60)
-
-    class Meeting(loop.Workers):
-        def run(self, *_):
-            met.wait()
-
-    monkeypatch.setattr(loop, "Workers", Meeting)
+    monkeypatch.setattr(loop, "take", lambda *_: met.wait())
     one_game = SHORT.replace("games = 3", "games = 1")
-    report = flow(tmp_path, *(season(seed, one_game) for seed in range(6)), jobs=3)
+    report = flow(tmp_path, *(season(seed, one_game) for seed in range(6)), on="threads:3")
     assert (len(report.made), report.failed) == (6, {})
 
 
@@ -85,7 +80,7 @@ def test_failed_season(tmp_path, monkeypatch):
 
     monkeypatch.setattr(loop, "take", take)
     longer = season(4, SHORT.replace("games = 3", "games = 4"))
-    report = flow(tmp_path, *map(season, (1, 2, 3)), longer, jobs=1)
+    report = flow(tmp_path, *map(season, (1, 2, 3)), longer, on="threads:1")
     assert report.failed == {
         "short-static-1 game 2":
             "unexpected ValueError: a bug, say. Run again with --debug and report what it says.",

@@ -140,8 +140,8 @@ class TestRows:
         assert there["row"].to_list() == [SIDES.index(side) for side in watch]
         for team in teams(own):
             mine = there.filter(**team._asdict())
-            assert sorted(SIDES[row] for row in mine["row"]) == sorted(sides_of(team, own))
+            assert sorted(SIDES[row] for row in mine["row"]) == sorted(sides_of(team, own)["team"].cast(pl.String))
         back = of_sides(there.unique(("team", "kind")), own)
         assert_frame_equal(back.select("side").sort("side"), pl.DataFrame({"side": sorted(watch, key=SIDES.index)},
                                                                         schema={"side": pl.Enum(SIDES)}))
-        assert sides_of(None, own) == []
+        assert sides_of(None, own).is_empty()

@@ -19,7 +19,8 @@ from pipeline.settings import ModelSettings, MomentSettings, ValueSettings
 from pipeline.store import Store
 from pipeline.store.work import Made, Work
 from pipeline.values import trees
-from pipeline.values.models import Logistic, Models, fit, from_bytes, shipped, to_bytes, to_json
+from pipeline.values.fitting import fit, grow
+from pipeline.values.models import Logistic, Models, from_bytes, shipped, to_bytes, to_json
 from pipeline.values.moments import Ball, Robots, features, moments
 from pipeline.values.worths import values, worths
 from schemas import Moments, Referee, Values, Worths
@@ -287,7 +288,7 @@ class TestTrees:
         table = rng.normal(size=(400, 6)).astype(np.float32)
         table[rng.random(table.shape) < 0.1] = np.nan
         scores = (np.nan_to_num(table[:, 0]) + np.nan_to_num(table[:, 1]) ** 2 + rng.normal(size=400)) > 1
-        return table, scores, trees.grow(table, scores, settings)
+        return table, scores, grow(table, scores, settings)
 
     @pytest.mark.parametrize("settings", [SMALL, SMALL.model_copy(update={"trees": 12, "leaves": 12})])
     def test_same_as_scikit_learn(self, settings):
@@ -312,7 +313,7 @@ class TestTrees:
         missing = np.arange(300) % 3 == 0
         table[missing] = np.nan
         for scores in (missing, ~missing):
-            ours = trees.grow(table, scores, SMALL)
+            ours = grow(table, scores, SMALL)
             unknown, known = trees.logits(ours, np.array([[np.nan], [0.0]], dtype=np.float32))
             assert (unknown > known) == scores[0]
 

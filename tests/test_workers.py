@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from support.processes import alive, eventually
 
-from flows.workers import Workers
+from flows.placement.processes import Processes
 from pipeline.errors import StorageFailed, WorkerLost
 
 pytestmark = pytest.mark.slow
@@ -54,7 +54,7 @@ def wait_as_a_run(file):
 
 def test_one_job():
     """With one job all work is done in this process."""
-    with Workers(1) as workers:
+    with Processes(1) as workers:
         assert workers.run(number, add=1) == os.getpid() + 1
         with pytest.raises(ValueError, match="no"):
             workers.run(fail)
@@ -63,7 +63,7 @@ def test_one_job():
 
 def test_error_of_another_process():
     """An error of ours comes back from another process as itself."""
-    with Workers(2) as workers, pytest.raises(StorageFailed) as refused:
+    with Processes(2) as workers, pytest.raises(StorageFailed) as refused:
         workers.run(refuse)
     assert str(refused.value) == "m.parquet: cannot be written. Free space."
     assert refused.value.transient
@@ -71,9 +71,9 @@ def test_error_of_another_process():
 
 def test_killed_process(tmp_path):
     """A killed process takes only its own work with it."""
-    with Workers(2) as workers, ThreadPoolExecutor(2) as threads:
+    with Processes(2) as workers, ThreadPoolExecutor(2) as threads:
         slow = threads.submit(workers.run, time.sleep, 2)
-        with pytest.raises(WorkerLost, match=r"was killed.*--jobs"):
+        with pytest.raises(WorkerLost, match=r"was killed.*--on"):
             workers.run(die)
         others = {workers.run(number) for _ in range(2)}
         slow.result()
@@ -83,15 +83,15 @@ def test_killed_process(tmp_path):
 def test_processes_share_the_cores(monkeypatch):
     monkeypatch.setenv("POLARS_MAX_THREADS", "9")  # so that what it is set to is undone
     monkeypatch.delenv("POLARS_MAX_THREADS")
-    monkeypatch.setattr("flows.workers.cores", lambda: 6)
-    with Workers(3) as workers:
+    monkeypatch.setattr("flows.placement.processes.cores", lambda: 6)
+    with Processes(3) as workers:
         assert workers.run(threads_of_polars) == 2
 
 
 #: What a process is made to do for ever, by who made it: a command, or `serve` (as Prefect does it).
 FOR_EVER = {
-    "a command": "from flows.workers import Workers; from test_workers import wait\n"
-                 "if __name__ == '__main__': Workers(2).run(wait, {0!r})",
+    "a command": "from flows.placement.processes import Processes; from test_workers import wait\n"
+                 "if __name__ == '__main__': Processes(2).run(wait, {0!r})",
     "serve": "import multiprocessing; from test_workers import wait_as_a_run\n"
              "if __name__ == '__main__': multiprocessing.get_context('spawn').Process(\n"
              "    target=wait_as_a_run, args=({0!r},)).start()",

@@ -8,6 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from flows.placement.places import VARIABLE
 from pipeline.errors import NotFound
 from pipeline.settings import RunSettings, parse_settings
 from pipeline.store import Store
@@ -73,4 +74,9 @@ class Common:
 
 
 DEFAULTS = Common()
+#: Option: where pieces of work are done.
+On = Annotated[str | None, Parameter(name="--on", show_default=False, help=(
+    "Where work is done: threads:N, processes:N, dask:local:N or dask://HOST:PORT (default: what the "
+    f"settings say, else {VARIABLE} in the environment, else processes, one for each core)."
+))]  # fmt: skip
 Json = Annotated[bool, Parameter(name="--json", negative=(), show_default=False)]

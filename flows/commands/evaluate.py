@@ -12,12 +12,12 @@ import polars as pl
 from cyclopts import Parameter
 
 from flows.catalog import refresh
-from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.playing import AS_LEARNED, AS_USUAL, TEAM_WORDS, Jobs, Learners, Many, Playing, Seed
+from flows.commands.common import DEFAULTS, Common, Json, On
+from flows.commands.playing import AS_LEARNED, AS_USUAL, TEAM_WORDS, Learners, Many, Playing, Seed
 from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in
 from flows.evaluations import evaluate
+from flows.placement.places import crew_at
 from flows.progress import listener
-from flows.workers import cores
 from pipeline.errors import BadSettings
 from pipeline.store import Store
 from pipeline.store.receipts import software
@@ -41,7 +41,7 @@ def evaluate_team(
     seed: Seed = 0,
     playing: Playing = AS_USUAL,
     learners: Learners = AS_LEARNED,
-    jobs: Jobs | None = None,
+    on: On = None,
     export: Path | None = None,
     json: Json = False,
     common: Common = DEFAULTS,
@@ -55,7 +55,7 @@ def evaluate_team(
         seed: Seed of the first pair of matches; each later pair has the next seed.
         playing: How the matches are played.
         learners: How learned teams play.
-        jobs: Number of processes that play (default: one per core).
+        on: Where matches are played.
         export: Also write the results into this folder: the matches as CSV, and the summary with command,
             settings, seeds and software as JSON.
         json: Print JSON.
@@ -70,9 +70,9 @@ def evaluate_team(
     evaluation = Evaluation(**how.of_match(), team=team, opponent=opponent)
     minutes = how.referee.duration_s / 60
     seeds = range(seed, seed + matches // 2)
-    with bars() as progress:
+    with crew_at(on, store.root) as crew, bars() as progress:
         listener.set(progress)
-        rows, played = evaluate(store, evaluation, seeds, policies, jobs or cores())
+        rows, played = evaluate(store, evaluation, seeds, policies, crew)
     summary = summarise(rows)
     if json:
         print_json(_plain(summary) | {"minutes": minutes, "seed": seed, "played_now": 2 * played,

@@ -10,10 +10,11 @@ import polars as pl
 from cyclopts import Parameter
 
 from flows.catalog import refresh_into
-from flows.commands.common import DEFAULTS, Common, Flag, Json
+from flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import console, print_failed, print_frame, print_json
 from flows.matches import Recording, all_here, with_map
+from flows.placement.places import place_of
 from flows.progress import StageReport
 from pipeline.errors import NotFound
 from pipeline.importers.readers import FORMATS
@@ -26,6 +27,7 @@ def import_files(
     mapping: Annotated[Path | None, Parameter(name="--map")] = None,
     settings: Path | None = None,
     isolate: Flag = False,
+    on: On = None,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
@@ -37,6 +39,7 @@ def import_files(
             or map.toml beside the recording, if there is one).
         settings: TOML file with settings; its table [imports] has the limits on a recording.
         isolate: Read each recording in a process of its own, with limits on its time and memory.
+        on: Where recordings are read.
         json: Print the report as JSON.
         common: Options of every command.
     """
@@ -44,8 +47,9 @@ def import_files(
         raise NotFound("no file was named", next_step="Name one or more recordings: pitchlore import FILE…")
     store = common.store
     recordings = [Recording(file=f, mapping=mapping) if mapping else with_map(f) for f in files]
-    limits = common.settings(settings).imports
-    report = bring_in(store, recordings, limits.isolated() if isolate else limits)
+    chosen = common.settings(settings)
+    limits = chosen.imports.isolated() if isolate else chosen.imports
+    report = bring_in(store, recordings, limits, on or chosen.placement.on)
     if json:
         print_json(report.model_dump())
     else:
@@ -54,16 +58,18 @@ def import_files(
 
 
 def bring_in(
-    store: Store, recordings: list[Recording], limits: ImportSettings = ImportSettings()
+    store: Store, recordings: list[Recording], limits: ImportSettings = ImportSettings(),
+    on: str | None = None,
 ) -> StageReport:
     """Import recordings. Prefect starts only if one of them is new."""
+    place_of(on)  # so that a word that names none is refused at once
     report = all_here(store, recordings, limits)
     if report is None:
         with orchestrated(store) as begin:
             from flows.imports import matches_flow  # noqa: PLC0415 (see orchestrated)
 
             begin()
-            report = StageReport.model_validate(matches_flow(store.root, recordings, limits))
+            report = StageReport.model_validate(matches_flow(store.root, recordings, limits, on))
     refresh_into(store, report)
     return report
 

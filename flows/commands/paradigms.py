@@ -12,11 +12,12 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt, PositiveInt
 
-from flows.commands.common import DEFAULTS, Common, Flag, Json
+from flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import console, print_frame, print_json, warn
 from flows.outputs import need
 from flows.paradigms import FigureReport, paradigms_flow, points_of, reports
+from flows.placement.places import place_of
 from flows.progress import StageReport
 from pipeline.store import Store
 from pipeline.studies.paradigms.claims import PEAK
@@ -41,6 +42,7 @@ def paradigms(
     quick: Flag = False,
     sensitivity: Flag = False,
     seed: NonNegativeInt = 0,
+    on: On = None,
     export: Path | None = None,
     json: Json = False,
     common: Common = DEFAULTS,
@@ -53,6 +55,7 @@ def paradigms(
         quick: Play only a few points of each curve, with 20 runs. This takes seconds.
         sensitivity: Also play every reading of the paper's open details, and confirm the best ones.
         seed: Seed of the runs.
+        on: Where the curves are played.
         export: Also write tables, plots and settings into this folder.
         json: Print points and verdicts as JSON.
         common: Options of every command.
@@ -62,10 +65,11 @@ def paradigms(
         runs=runs or (QUICK_RUNS if quick else None), quick=quick, sensitivity=sensitivity, seed=seed,
     )
     store = common.store
+    place_of(on)  # so that a word that names none is refused at once
     Thread(target=warm_up, daemon=True).start()  # what is compiled is compiled while Prefect starts
     with orchestrated(store) as begin:
         begin()
-        done = StageReport.model_validate(paradigms_flow(store.root, design))
+        done = StageReport.model_validate(paradigms_flow(store.root, design, on))
     told = [report for report in reports(design) if not {report.name, *report.sweeps} & set(done.failed)]
     if json:
         print_json([{"figure": report.figure, "points": points_of(store, report).to_dicts(),

@@ -29,8 +29,6 @@ TEAM_WORDS = (
 #: Option of a command: a team that plays.
 WhoPlays = Annotated[str, Parameter(help=f"Team: {TEAM_WORDS}.")]
 
-#: Number of processes; each takes open files.
-Jobs = Annotated[int, Parameter(validator=Number(gte=1, lte=128))]
 #: Seed of the first of many matches: the last one's, too, is an integer of 64 bits.
 Seed = Annotated[int, Parameter(validator=Number(gte=0, lte=1 << 62))]
 #: Number of matches.

@@ -5,10 +5,12 @@ from __future__ import annotations
 import polars as pl
 
 from flows.catalog import refresh
-from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.common import DEFAULTS, Common, Json, On
 from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Many, Playing, Seed, WhoPlays
 from flows.commands.printing import bars, print_frame, print_json, print_stand_in
-from flows.record import record
+from flows.placement.pieces import spread
+from flows.placement.places import crew_at
+from flows.record import record_match
 from pipeline.arena.match.recipe import Recipe
 from pipeline.errors import PitchloreError
 from schemas import Matches, note_on
@@ -22,6 +24,7 @@ def record_matches(
     matches: Many = 1,
     playing: Playing = AS_USUAL,
     learners: Learners = AS_LEARNED,
+    on: On = None,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
@@ -35,26 +38,31 @@ def record_matches(
         matches: Number of matches.
         playing: How the matches are played.
         learners: How learned teams play.
+        on: Where matches are played; a single one is played by this process.
         json: Print JSON.
         common: Options of every command.
     """
     store = common.store
     how = playing.matches(store).of_match()
     teams, policies = learners.entrants(store, home, away)
-    rows, failure = [], None
-    with bars() as progress:
+    recipes = (Recipe(**how, home=teams[0].settings, away=teams[1].settings, seed=number)
+               for number in range(seed, seed + matches))
+    played: dict[int, dict[str, object]] = {}  # by seed: matches of several workers end in any order
+    failure = None
+    with crew_at(on, store.root) as crew, bars() as progress:
         progress.begin("matches", matches)
-        for number in range(seed, seed + matches):
-            recipe = Recipe(**how, home=teams[0].settings, away=teams[1].settings, seed=number)
-            try:
-                receipt, new = record(store, recipe, policies)
-            except PitchloreError as error:
-                failure = error
-                break
-            row = store.read_table(receipt, "matches", Matches)
-            rows.append({**row.select("match_id", "home", "away", "score_home", "score_away", "duration_s")
-                         .row(0, named=True), "new": new, "note": note_on(home, away)})
-            progress.advance("matches", recipe.match_id)
+        pieces = ((recipe.match_id, {"data": crew.path(store.root), "recipe": recipe, "policies": policies})
+                  for recipe in recipes)
+        try:
+            for name, (receipt, new) in spread(crew, record_match, pieces, matches):
+                row = store.read_table(receipt, "matches", Matches)
+                played[receipt.settings["seed"]] = {
+                    **row.select("match_id", "home", "away", "score_home", "score_away", "duration_s")
+                    .row(0, named=True), "new": new, "note": note_on(home, away)}
+                progress.advance("matches", name)
+        except PitchloreError as error:
+            failure = error
+    rows = [played[number] for number in sorted(played)]
     if json:
         print_json(rows)
     elif rows:

@@ -8,8 +8,9 @@ from pathlib import Path
 import polars as pl
 
 from flows.catalog import refresh
-from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.common import DEFAULTS, Common, Json, On
 from flows.commands.printing import console, print_frame, print_json, warn
+from flows.placement.places import crew_at
 from flows.report import damaged, write_report
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
@@ -20,10 +21,13 @@ from pipeline.studies.seasons.table3 import GAMES
 from schemas import Claims
 
 
-def report(*, export: Path | None = None, json: Json = False, common: Common = DEFAULTS) -> None:
+def report(
+    *, on: On = None, export: Path | None = None, json: Json = False, common: Common = DEFAULTS
+) -> None:
     """Report on all seasons: Table 3 and Figures 8 to 10 beside the paper's, claims with verdicts, plots.
 
     Args:
+        on: Where the report is made.
         export: Also write the tables, the plots and the report as Markdown into this folder.
         json: Print the games, the claims, the comparison of settings, the evaluations and the preferences
             as JSON.
@@ -35,7 +39,9 @@ def report(*, export: Path | None = None, json: Json = False, common: Common = D
             warn(f"{noun.removesuffix('s')} {name} is left out: {why}")
     for file in damaged(store):
         warn(f"{file.receipt.noun.removesuffix('s')} {file.receipt.name} is left out: {file.advice}")
-    receipt, page, (games, growth, evaluations, left_out, prefer) = write_report(store)
+    with crew_at(on, store.root) as crew:
+        receipt, page, (games, growth, evaluations, left_out, prefer) = crew.alone().run(
+            write_report, Store(crew.path(store.root)))
     claims = store.read_table(receipt, "claims", Claims)
     if json:
         print_json({"page": str(page), "played": played(games).to_dicts(), "claims": claims.to_dicts(),

@@ -8,7 +8,7 @@ from pathlib import Path
 import polars as pl
 
 from flows.catalog import catalog_path, refresh_after
-from flows.commands.common import DEFAULTS, Common, Flag, Json
+from flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import (
     console,
@@ -19,6 +19,7 @@ from flows.commands.printing import (
     spelt,
 )
 from flows.knowledge import imitates, of_imitated
+from flows.placement.places import place_of
 from flows.progress import RunReport
 from flows.stage import ALL
 from pipeline.estimates import BY_EVIDENCE
@@ -32,6 +33,7 @@ def run(
     settings: Path | None = None,
     train: bool = True,
     isolate: Flag = False,
+    on: On = None,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
@@ -41,12 +43,13 @@ def run(
         settings: TOML file with the settings that differ from the defaults.
         train: Train a policy when the knowledge is new.
         isolate: Read each recording in a process of its own, with limits on its time and memory.
+        on: Where work is done.
         json: Print the report as JSON.
         common: Options of every command.
     """
     store, chosen = common.store, common.settings(settings)
     limits = chosen.imports.isolated() if isolate else chosen.imports
-    report = bring_up_to_date(store, chosen, limits, train=train)
+    report = bring_up_to_date(store, chosen, limits, train=train, on=on or chosen.placement.on)
     if json:
         print_json(report.model_dump())
     else:
@@ -55,9 +58,11 @@ def run(
 
 
 def bring_up_to_date(
-    store: Store, settings: Settings, limits: ImportSettings = ImportSettings(), *, train: bool = True
+    store: Store, settings: Settings, limits: ImportSettings = ImportSettings(), *, train: bool = True,
+    on: str | None = None,
 ) -> RunReport:
     """Run all stages. Prefect starts only if something is new."""
+    place_of(on)  # so that a word that names none is refused at once
     from flows.update import nothing_new  # noqa: PLC0415 (it loads numba, which --help does without)
 
     report = nothing_new(store, settings, limits, train=train)
@@ -66,7 +71,7 @@ def bring_up_to_date(
             from flows.run import run_flow  # noqa: PLC0415 (see orchestrated)
 
             begin()
-            report = RunReport.model_validate(run_flow(store.root, None, settings, train, limits))
+            report = RunReport.model_validate(run_flow(store.root, None, settings, train, limits, on))
     else:
         refresh_after(store, report)
     return report

@@ -10,10 +10,11 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import PositiveInt
 
-from flows.commands.common import DEFAULTS, Common, Flag, Json
+from flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from flows.commands.orchestrated import orchestrated
-from flows.commands.playing import Jobs, Seed
+from flows.commands.playing import Seed
 from flows.commands.printing import console, print_failed, print_frame, print_json, print_stand_in
+from flows.placement.places import place_of
 from flows.progress import StageReport
 from pipeline.errors import BadSettings, CorruptFile
 from pipeline.store import Store
@@ -36,7 +37,7 @@ def season(
     seed: Seed = 1,
     seasons: PositiveInt = 1,
     games: PositiveInt | None = None,
-    jobs: Jobs = 1,
+    on: On = None,
     discard: Flag = False,
     json: Json = False,
     common: Common = DEFAULTS,
@@ -50,7 +51,7 @@ def season(
         seasons: Number of seasons against each opponent.
         games: Number of games in a season (default: from the settings). With more games a finished season
             continues, unless its settings change exploration from game to game.
-        jobs: Number of games that are played at the same time, each in its own process.
+        on: Where games are played; each worker plays one at a time.
         discard: Delete a game's logs and tables after learning from it.
         json: Print JSON.
         common: Options of every command.
@@ -64,11 +65,12 @@ def season(
         for number in range(seed, seed + seasons) for against in opponents
     ]
     store = common.store
+    place_of(on)  # so that a word that names none is refused at once
     with orchestrated(store) as begin:
         from flows.season import season_flow  # noqa: PLC0415 (see orchestrated)
 
         begin()
-        report = StageReport.model_validate(season_flow(store.root, wanted, jobs, discard))
+        report = StageReport.model_validate(season_flow(store.root, wanted, discard, on))
     rows, damaged = _summary(store, wanted)
     report.failed |= damaged
     if json:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from contextlib import ExitStack
 from pathlib import Path
 
-from flows.commands.common import DEFAULTS, Common
+from flows.commands.common import DEFAULTS, Common, On
 from flows.commands.printing import console, warn
+from flows.placement.places import place_of
 from flows.server import Keeper
 from flows.serving import serving, there_is_one
 from pipeline.errors import BadSettings
@@ -17,7 +18,9 @@ NAME = "pitchlore"
 _FIELDS = 5
 
 
-def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Common = DEFAULTS) -> None:
+def serve(
+    *, cron: str = "0 6 * * 1", settings: Path | None = None, on: On = None, common: Common = DEFAULTS
+) -> None:
     """Call ``run`` on a schedule, until Ctrl-C.
 
     Without a Prefect server (see `pitchlore server start`), one runs as long as this does.
@@ -25,9 +28,11 @@ def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Comm
     Args:
         cron: Schedule: minute, hour, day of month, month, day of week.
         settings: TOML file with the settings that differ from the defaults.
+        on: Where the runs' work is done.
         common: Options of every command.
     """
     store, chosen = common.store, common.settings(settings)
+    place_of(on or chosen.placement.on)  # so that a word that names none is refused at once
     from prefect.client.schemas.schedules import CronSchedule  # noqa: PLC0415 (Prefect takes seconds to load)
     from prefect.settings import PREFECT_API_URL  # noqa: PLC0415
     from prefect.types.entrypoint import EntrypointType  # noqa: PLC0415
@@ -56,7 +61,8 @@ def serve(*, cron: str = "0 6 * * 1", settings: Path | None = None, common: Comm
             entrypoint_type=EntrypointType.MODULE_PATH,
             parameters={
                 "data": str(store.root.resolve()),
-                "settings": chosen.model_dump(mode="json", exclude={"imports"}),
+                "settings": chosen.model_dump(mode="json", exclude={"imports", "placement"}),
                 "limits": chosen.imports.model_dump(mode="json"),
+                "on": on or chosen.placement.on,
             },
         )

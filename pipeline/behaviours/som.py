@@ -78,8 +78,8 @@ def train(
     gap = np.maximum(abs(first // columns - second // columns), abs(first % columns - second % columns))
     return SelfOrganisingMap(
         rows, columns, neurons,
-        quantisation_error=float(weight @ distance / weight.sum()),
-        topographic_error=float(weight @ (gap > 1) / weight.sum()),
+        quantisation_error=float((weight * distance).sum() / weight.sum()),
+        topographic_error=float((weight * (gap > 1)).sum() / weight.sum()),
     )
 
 

@@ -105,8 +105,8 @@ def train(
     decisions outside a key's table are passed over.
 
     Args:
-        decisions: tables of schema Decisions, one match each, of the robots that learn. They are
-            consumed one at a time and learned from in this order, in every key. About 30 bytes a
+        decisions: tables of schema Decisions, of one or more matches each, of the robots that learn. They
+            are consumed one at a time; matches are learned from in this order, in every key. About 30 bytes a
             decision are kept, 48 with influence values. Training takes some 150 bytes more a
             decision, for any number of keys.
         occasions: schema Occasions, of one version of the knowledge: the pairs to value.
@@ -129,8 +129,11 @@ def train(
     """
     pairs = _initial(occasions, parent, settings)
     known = pl.Enum(pairs["behaviour_id"].unique().sort())
-    matches = [_batch_of(match, number, known, settings) for number, match in enumerate(decisions)]
-    rows = pl.concat([_batch_of(Decisions.empty(), 0, known, settings), *matches])
+    parts, matches = [_batch_of(Decisions.empty(), 0, known, settings)], 0
+    for table in decisions:
+        parts.append(_batch_of(table, matches, known, settings))
+        matches += max(table["match_id"].rle().len(), 1)
+    rows = pl.concat(parts)
     q, visits, evidence = (pairs[name].to_numpy().copy() for name in ("q", "visits", "evidence"))
     tables = {}
     for key in pairs["key"].unique().sort():
@@ -148,7 +151,7 @@ def train(
         pl.Series("visits", visits, dtype=pl.Int64),
         pl.Series("evidence", evidence, dtype=pl.Float64),
     )
-    return policy, TrainingReport(len(matches), len(rows), tables)
+    return policy, TrainingReport(matches, len(rows), tables)
 
 
 def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, settings: PolicySettings) -> pl.DataFrame:
@@ -176,24 +179,26 @@ def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, settings: Pol
     )
 
 
-def _batch_of(match: pl.DataFrame, number: int, known: pl.Enum, settings: PolicySettings) -> pl.DataFrame:
-    """The decisions of one match to learn from, in order and in few bytes each.
+def _batch_of(table: pl.DataFrame, before: int, known: pl.Enum, settings: PolicySettings) -> pl.DataFrame:
+    """The decisions of some matches to learn from, in order and in few bytes each.
 
     Columns role, state, behaviour_id (null if not ``known``), elapsed, reward and ends. For influence
-    values also robot, t_ns and team_episode, which packs the match's ``number``, team and episode.
+    values also robot, t_ns and team_episode, which packs the match's number (from ``before``), team and
+    episode.
     """
+    table = table.with_columns(match=pl.col("match_id").rle_id().cast(pl.Int64) + before)
     if settings.learn_from != "both":
-        match = match.filter(pl.col("chosen") == (settings.learn_from == "chosen"))
-    sequence = ("team", "robot", "chosen")
+        table = table.filter(pl.col("chosen") == (settings.learn_from == "chosen"))
+    sequence = ("match", "team", "robot", "chosen")
     episode = pl.struct(*sequence, "episode").rle_id()
     team, kind = pl.col("team").to_physical().cast(pl.Int64), pl.col("chosen").cast(pl.Int64)
     team_episode = [
         "robot",
         "t_ns",
-        ((pl.lit(number, pl.Int64) * 2**31 + pl.col("episode")) * 4 + team * 2 + kind).alias("team_episode"),
+        ((pl.col("match") * 2**31 + pl.col("episode")) * 4 + team * 2 + kind).alias("team_episode"),
     ]
     return (
-        match.sort(*sequence, "t_ns")
+        table.sort(*sequence, "t_ns")
         .with_columns(last=(episode != episode.shift(-1)).fill_null(value=True))
         .select(
             "role",

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import polars as pl
 
 from pipeline.arrays import F64, I64, U8
@@ -86,8 +88,8 @@ def recognise(trajectories: pl.DataFrame, pitch: Pitch, settings: SituationSetti
             parts.append(_situations(row, match, samples, found, settings))
     if not parts:
         return Situations.empty()
-    table = pl.concat(parts).with_columns(match_id=pl.lit(match_id))
-    return table.select(*Situations.dtypes()).cast(pl.Schema(Situations.dtypes()))
+    return _table(match, str(match_id), {
+        name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
 
 
 def _ns(seconds: float) -> int:
@@ -192,8 +194,8 @@ def _occurrences(
 
 def _situations(
     row: int, match: DenseMatch, samples: Samples, found: Rows, settings: SituationSettings
-) -> pl.DataFrame:
-    """Rows of schema Situations, without the match, of the robot in ``row`` from its occurrences."""
+) -> dict[str, npt.NDArray[Any]]:
+    """The situations of the robot in ``row`` from its occurrences, for :func:`_table`."""
     code, target = _codes_and_targets(row, match, samples, found)
     named = code > 0
     found, code, target = found[named], code[named], target[named]
@@ -209,24 +211,36 @@ def _situations(
     )
     rows = resolve(np.argsort(key), found, meanings, samples, gaps)
     index = samples.place[rows["k0"]]
+    return {
+        "row": np.full(len(rows), row),
+        "role": match.role[row, index],
+        "code": rows["code"],
+        "start_ns": samples.t_ns[rows["k0"]],
+        "end_ns": samples.until_ns[rows["k1"] - 1],
+        "strength": rows["strength"],
+        "target": rows["target"],
+        "segment": match.segment[index],
+    }
+
+
+def _table(match: DenseMatch, match_id: str, found: dict[str, npt.NDArray[Any]]) -> pl.DataFrame:
+    """Rows of schema Situations from those of :func:`_situations`, one robot after the other."""
     robots = [f"{SIDES[team]}-{robot}" for team, robot in zip(match.team, match.robot, strict=True)]
     targets = pl.Series([*robots, *map(str, _THINGS), None], dtype=pl.String)
-    return pl.DataFrame(
-        {
-            "role": _ROLES.gather(match.role[row, index]),
-            "code": rows["code"],
-            "name": _NAMES.gather(rows["code"]),
-            "start_ns": samples.t_ns[rows["k0"]],
-            "end_ns": samples.until_ns[rows["k1"] - 1],
-            "strength": rows["strength"],
-            "target": targets.gather(rows["target"] % len(targets)),
-            "segment": match.segment[index],
-        }
-    ).with_columns(
-        pl.col("strength").fill_nan(None),
-        team=pl.lit(SIDES[match.team[row]]),
-        robot=pl.lit(match.robot[row]),
-    )
+    return pl.DataFrame({
+        "team": pl.Series(SIDES, dtype=pl.Enum(SIDES)).gather(match.team[found["row"]]),
+        "robot": match.robot[found["row"]],
+        "role": _ROLES.gather(found["role"]),
+        "code": found["code"],
+        "name": _NAMES.gather(found["code"]),
+        "start_ns": found["start_ns"],
+        "end_ns": found["end_ns"],
+        "strength": found["strength"],
+        "target": targets.gather(found["target"] % len(targets)),
+        "segment": found["segment"],
+    }).select(
+        pl.lit(match_id).alias("match_id"), pl.exclude("strength"), pl.col("strength").fill_nan(None),
+    ).select(*Situations.dtypes()).cast(pl.Schema(Situations.dtypes()))
 
 
 def _codes_and_targets(row: int, match: DenseMatch, samples: Samples, found: Rows) -> tuple[I64, I64]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import errno
+import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,10 @@ import polars as pl
 from pipeline.errors import CorruptFile
 from schemas import PUBLIC, Table
 
+#: Size and time of change [ns] of a file, None if it does not exist.
+Glance = tuple[int, int] | None
 #: Table and path of each file of a catalogue, and the :func:`glance` at the file when it was made.
-Listing = dict[tuple[str, str], tuple[int, int] | None]
+Listing = dict[tuple[str, str], Glance]
 
 FILES = "catalog_files"
 #: The tags of the tables that the views were made for.
@@ -24,20 +27,25 @@ TAGS = "catalog_tags"
 _LISTED = {"table_name": pl.String, "path": pl.String, "size": pl.Int64, "changed_ns": pl.Int64}
 
 
-def build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
+def build(
+    path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: Collection[str] = ()
+) -> None:
     """Make a catalogue with a view for every public table.
 
     Args:
         path: a file that does not exist yet; the caller moves it into place.
-        sources: table name to the files that hold its rows, by the receipts and manifests. A table
-            without files becomes a view without rows. Files under ``""`` are listed, and are in no view.
+        sources: table name to the files that hold its rows, by the receipts and manifests: absolute paths,
+            each with the :func:`glance` at the file. A table without files becomes a view without rows. Files
+            under ``""`` are listed, and are in no view.
+        of_groups: tables whose files have rows of many matches; those of matches that are not in the table
+            matches are left out.
 
     Raises:
         OSError: if the disk refuses.
         CorruptFile: if a file is none that DuckDB can read.
     """
     try:
-        _build(path, sources)
+        _build(path, sources, of_groups)
     except (duckdb.InvalidInputException, duckdb.BinderException, duckdb.ConversionException) as error:
         raise CorruptFile(f"a table cannot be read ({str(error).splitlines()[0]})", where=str(path.parent),
                           next_step="Look for the damage: `pitchlore verify`") from error
@@ -47,32 +55,36 @@ def build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
         path.with_name(f"{path.name}.wal").unlink(missing_ok=True)
 
 
-def _build(path: Path, sources: Mapping[str, Sequence[Path]]) -> None:
+def _build(
+    path: Path, sources: Mapping[str, Mapping[str, Glance]], of_groups: Collection[str]
+) -> None:
     with duckdb.connect(str(path)) as connection:
         connection.begin()  # one write for all statements
         connection.execute(
             f"create table {FILES} (table_name varchar, path varchar, size bigint, changed_ns bigint)"
         )
         connection.execute(f"create table {TAGS} (tag varchar)")
-        for name, schema in PUBLIC.items():
+        for name, schema in sorted(PUBLIC.items(), key=lambda item: item[0] in of_groups):
             connection.execute(f"insert into {TAGS} values (?)", [schema.tag()])
-            files = [str(file.resolve()) for file in sources.get(name, ())]
-            connection.execute(f"create view {name} as {_select(connection, schema, files)}")
+            rows = _select(connection, schema, list(sources.get(name, ())))
+            if name in of_groups:
+                rows = f"from ({rows}) where match_id in (select match_id from matches)"
+            connection.execute(f"create view {name} as {rows}")
             connection.execute(f"comment on view {name} is {quote(str(schema.__doc__).splitlines()[0])}")
             for column, meaning in schema.meanings().items():
                 connection.execute(f'comment on column {name}."{column}" is {quote(meaning)}')
-        rows = [(name, str(file.resolve()), *(glance(file) or (None, None)))
-                for name, files in sources.items() for file in files]
-        listed = pl.DataFrame(rows, schema=_LISTED, orient="row").to_arrow()
+        listing = [(name, file, *(seen or (None, None)))
+                   for name, files in sources.items() for file, seen in files.items()]
+        listed = pl.DataFrame(listing, schema=_LISTED, orient="row").to_arrow()
         connection.from_arrow(listed).insert_into(FILES)
         connection.commit()
         connection.execute("checkpoint")  # what closing would do without a word, if the disk is full
 
 
-def glance(file: Path) -> tuple[int, int] | None:
+def glance(file: Path | str) -> Glance:
     """Size and time of change [ns] of a file, None if it does not exist."""
     try:
-        found = file.stat()
+        found = os.stat(file)  # noqa: PTH116 (a path object takes longer to make than the call)
     except OSError:
         return None
     return found.st_size, found.st_mtime_ns

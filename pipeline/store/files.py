@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import fcntl
 import os
-import re
-import shutil
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from itertools import chain
 from pathlib import Path
 from typing import BinaryIO
 
 from pipeline.errors import NotFound, StillWritten, StorageFailed
 from pipeline.store.locks import free, holding, take
 from pipeline.store.paths import listed, safe, sync, unwritable
+from pipeline.store.temporaries import beside, sweep
 
 #: Greatest size of settings, maps and files of ours that are read whole, MiB.
 SMALL_MB = 64
@@ -44,7 +42,7 @@ class Files:
         if not path.name or (path.exists() and not path.is_file()):
             raise StorageFailed("is no regular file, and is not replaced by one", where=str(path),
                                 next_step="Name a file")
-        temporary = path.with_name(f".{path.name}.{os.getpid()}-{os.urandom(4).hex()}.tmp")
+        temporary = beside(path, "tmp")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             try:
@@ -84,7 +82,7 @@ class Files:
 
     def abandoned(self, folder: str) -> list[Path]:
         """The files in ``folder`` that were growing (:meth:`growing`) until their process was killed."""
-        return [path for path in listed(self.root / folder) if path.is_file() and free(path)]
+        return [path for path in map(Path, listed(self.root / folder)) if path.is_file() and free(path)]
 
     def discard(self, path: Path, useless: Callable[[bytes], bool]) -> bool:
         """Remove a file that was growing until its process was killed, if it is of no use.
@@ -105,17 +103,7 @@ class Files:
 
     def sweep(self) -> int:
         """Remove temporary files and staging folders of dead processes. Returns their number."""
-        swept = 0
-        kinds = (".*.tmp*", "*/.*.tmp", "*/*/.*.tmp", "*/.*.staging")
-        for path in [*chain.from_iterable(map(self.root.glob, kinds))]:
-            owner = re.search(r"\.(\d+)-[0-9a-f]+\.(?:tmp|tmp\.wal|staging)$", path.name)
-            if owner and not _alive(int(owner[1])):
-                if path.is_dir():
-                    shutil.rmtree(path, ignore_errors=True)
-                else:
-                    path.unlink(missing_ok=True)
-                swept += 1
-        return swept
+        return sweep(self.root)
 
     def unchanged(self, path: Path) -> Callable[[], None]:
         """A function that checks that a file that is not ours is as it is now.
@@ -202,11 +190,3 @@ def _stamp(path: Path) -> tuple[int, ...] | None:
 def _without_waiting(path: str, flags: int) -> int:
     """A descriptor; a pipe without a writer is opened at once."""
     return os.open(path, flags | os.O_NONBLOCK)
-
-
-def _alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except OSError as error:
-        return isinstance(error, PermissionError)
-    return True

@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, BinaryIO
 
+from pipeline.errors import StorageFailed
 from pipeline.store.paths import unwritable
 
 #: How long a command waits for another one without a word, seconds; and how often it looks meanwhile.
@@ -27,10 +28,10 @@ def holding(path: Path, lock: int, *, reading: bool = False) -> Iterator[None]:
         path: of the file.
         lock: as for ``fcntl.flock``.
         reading: go without the lock if there is no such file and none can be made, as in a folder in which
-            nobody can write.
+            nobody can write; or if the disk has no locks.
 
     Raises:
-        StorageFailed: if the file can be neither opened nor made.
+        StorageFailed: if the file can be neither opened nor made, or the disk has no locks.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -43,7 +44,14 @@ def holding(path: Path, lock: int, *, reading: bool = False) -> Iterator[None]:
             return
         held = path.open("r")
     with held:
-        _wait(held, lock, path)
+        try:
+            _wait(held, lock, path)
+        except OSError as error:
+            if not reading:
+                raise StorageFailed(
+                    f"cannot be locked ({error.strerror or error})", where=str(path),
+                    next_step="Mount the disk with locks that hold between machines, as NFS 4 has them",
+                ) from error
         yield
 
 

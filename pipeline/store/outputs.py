@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
@@ -14,6 +15,7 @@ from pipeline.store.receipts import Receipt, software
 from pipeline.store.sealed import read_model, sealed
 from pipeline.store.work import Made, Work, contents
 
+_RECEIPT = ".receipt.json"
 CONTENT_FILE = re.compile(r"-[0-9a-f]{12}\.(?!receipt\.)[a-z0-9_-]+\.[a-z]+$")
 
 
@@ -32,23 +34,24 @@ class Outputs(Reading):
         Raises:
             CorruptFile: if the receipt is not readable.
         """
-        path = self._receipt_path(noun, name)
-        return read_model(path, Receipt) if path.exists() else None
+        return read_model(f"{self.root}/{noun}/{safe(name)}{_RECEIPT}", Receipt)
 
     def receipts(self, noun: str) -> Iterator[Receipt]:
         """All readable receipts of a noun, sorted by name; see also :meth:`unreadable_receipts`."""
-        for path in listed(self.root / noun, ".receipt.json"):
+        for path in listed(self.root / noun, _RECEIPT):
             with suppress(CorruptFile):
-                yield read_model(path, Receipt)
+                receipt = read_model(path, Receipt)
+                if receipt is not None:
+                    yield receipt
 
     def unreadable_receipts(self, noun: str) -> dict[str, str]:
         """Problems of unreadable receipts, by name of the output."""
         found = {}
-        for path in listed(self.root / noun, ".receipt.json"):
+        for path in listed(self.root / noun, _RECEIPT):
             try:
                 read_model(path, Receipt)
             except CorruptFile as error:
-                found[path.name.removesuffix(".receipt.json")] = str(error)
+                found[Path(path).name.removesuffix(_RECEIPT)] = str(error)
         return found
 
     def holding(self, work: Work) -> Receipt | None:
@@ -57,8 +60,11 @@ class Outputs(Reading):
         if receipt is None or receipt.key != work.key:
             return None
         for record in receipt.files.values():
-            path = self.root / record.path
-            if path in self.doubted or not path.exists() or path.stat().st_size != record.size:
+            try:
+                size = os.stat(f"{self.root}/{record.path}").st_size  # noqa: PTH116 (see sealed.read_model)
+            except OSError:
+                return None
+            if size != record.size or (self.doubted and self.root / record.path in self.doubted):
                 return None
         return receipt
 
@@ -137,11 +143,11 @@ class Outputs(Reading):
                 return []
             named = {self.root / record.path
                      for receipt in self.receipts(noun) for record in receipt.files.values()}
-            left = [path for path in listed(self.root / noun)
+            left = [path for path in map(Path, listed(self.root / noun))
                     if path.is_file() and CONTENT_FILE.search(path.name) and path not in named]
             for path in left:
                 remove(path)
             return left
 
     def _receipt_path(self, noun: str, name: str) -> Path:
-        return self.root / noun / f"{safe(name)}.receipt.json"
+        return self.root / noun / f"{safe(name)}{_RECEIPT}"

@@ -58,14 +58,17 @@ def unwritable(path: Path, error: OSError) -> StorageFailed:
     )
 
 
-def listed(folder: Path, end: str = "") -> list[Path]:
+def listed(folder: Path, end: str = "") -> list[str]:
     """The paths in a folder whose names end so, sorted; none if there is no folder.
+
+    They are texts: a folder may have many thousands.
 
     Raises:
         StorageFailed: if the folder cannot be read: what cannot be seen is not gone.
     """
     try:
-        return sorted(path for path in folder.iterdir() if path.name.endswith(end))
+        with os.scandir(folder) as entries:
+            return sorted(entry.path for entry in entries if entry.name.endswith(end))
     except FileNotFoundError:
         return []
     except OSError as error:

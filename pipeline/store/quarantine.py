@@ -33,10 +33,12 @@ class Quarantine(Files):
         found = []
         for path in listed(self.root / "quarantine", ".json"):
             try:
-                found.append(read_model(path, Quarantined))
+                record = read_model(path, Quarantined)
             except CorruptFile as error:
-                noun, _, name = path.stem.partition(".")
-                found.append(Quarantined(noun=noun, name=name, error="CorruptFile", reason=str(error)))
+                noun, _, name = Path(path).stem.partition(".")
+                record = Quarantined(noun=noun, name=name, error="CorruptFile", reason=str(error))
+            if record is not None:
+                found.append(record)
         return found
 
     def _quarantine_path(self, noun: str, name: str) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import polars as pl
@@ -10,7 +11,7 @@ from pipeline.errors import CorruptFile, NotFound
 from pipeline.store.files import Files
 from pipeline.store.receipts import FileRecord, Manifest, Receipt, digest
 from pipeline.store.sealed import REMEDY_OF_VERSION, remedy_of
-from pipeline.store.tables import from_parquet
+from pipeline.store.tables import from_parquet, joined
 from schemas import Table
 
 
@@ -63,6 +64,16 @@ class Reading(Files):
         """
         data = self.read(receipt, role)
         return from_parquet(data, schema, where=str(self.folder(receipt) / receipt.files[role].path))
+
+    def read_tables(self, receipts: Sequence[Receipt], role: str, schema: type[Table]) -> pl.DataFrame:
+        """The tables of some outputs, joined in their order; several times faster than one by one.
+
+        Raises:
+            NotFound, CorruptFile, SchemaMismatch: as for :meth:`read_table`.
+        """
+        data = [self.read(receipt, role) for receipt in receipts]
+        where = [str(self.folder(receipt) / receipt.files[role].path) for receipt in receipts]
+        return joined(data, schema, where=where)
 
     def intact(self, receipt: Receipt) -> bool:
         """Whether all files of a receipt or manifest are there, byte for byte."""

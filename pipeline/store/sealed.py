@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import time
 from pathlib import Path
 from typing import TypeVar
 
@@ -23,6 +25,11 @@ _REMEDIES = {
     "quarantine": "`pitchlore quarantine --clear` removes it",
 }
 REMEDY_OF_VERSION = "Restore it: `pitchlore verify --restore-from BACKUP`; other versions are not affected"
+#: Models that were read, by path, each with the stamp of its file; and their greatest number, some 100 MB.
+_known: dict[str, tuple[tuple[int, int, int], BaseModel]] = {}
+_MOST = 1 << 15
+#: A younger file is always read.
+_TICK_NS = 1_000_000_000
 #: How a sealed model begins.
 _SEAL = re.compile(rb'\{\n "checksum": "([0-9a-f]{64})",\n')
 
@@ -39,18 +46,40 @@ def sealed(model: BaseModel) -> bytes:
     return b'{\n "checksum": "%b",\n' % digest(text).encode() + text.removeprefix(b"{\n")
 
 
-def read_model(path: Path, model: type[M]) -> M:
-    """A model from its JSON file, checked against its own checksum.
+def read_model(path: str, model: type[M]) -> M | None:
+    """A model from its JSON file, checked against its own checksum; None if there is no such file.
 
-    Earlier versions of Pitchlore wrote none; such a file is not checked.
+    A file that is as it was when this process read it last (by inode, size and time) is not read again.
+    Earlier versions of Pitchlore wrote no checksum; such a file is not checked.
 
     Raises:
         CorruptFile: if it cannot be read as one, or is not what was written.
     """
     try:
-        return parsed(path.read_bytes(), path, model)
+        found = os.stat(path)  # noqa: PTH116 (a path object takes longer to make than the call)
+    except FileNotFoundError:
+        return None
     except OSError as error:
-        raise _unreadable(path, model) from error
+        raise _unreadable(Path(path), model) from error
+    stamp = found.st_ino, found.st_size, found.st_mtime_ns
+    known = _known.get(path)
+    if known is not None and known[0] == stamp and isinstance(known[1], model):
+        return known[1]
+    try:
+        read = parsed(Path(path).read_bytes(), Path(path), model)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise _unreadable(Path(path), model) from error
+    # the clock of a file system ticks every few milliseconds: two files of one tick may look the same
+    if time.time_ns() - found.st_mtime_ns > _TICK_NS and (len(_known) < _MOST or path in _known):
+        _known[path] = stamp, read
+    return read
+
+
+def read_anew() -> None:
+    """Forget what was read: whoever checks the folder reads every file."""
+    _known.clear()
 
 
 def parsed(data: bytes, path: Path, model: type[M]) -> M:

@@ -13,7 +13,7 @@ from pipeline.store import Store
 from pipeline.store.files import Files
 from pipeline.store.paths import listed
 from pipeline.store.receipts import Manifest, Receipt, digest
-from pipeline.store.sealed import REMEDY_OF_VERSION, parsed, read_model
+from pipeline.store.sealed import REMEDY_OF_VERSION, parsed, read_anew, read_model
 
 #: Greatest size of a file that is restored, MiB: that of any.
 _WHOLE_MB = 1 << 20
@@ -67,6 +67,7 @@ def verify(store: Store, nouns: Iterable[str], versions: Iterable[tuple[str, int
         versions: the versions that are checked, noun and number.
     """
     found = Verification()
+    read_anew()
     vouched = [(receipt, role) for receipt in _read(store, nouns, versions, found) for role in receipt.files]
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # hashing releases the GIL
         for damage, size in pool.map(lambda each: _check(store, *each), vouched):
@@ -127,11 +128,13 @@ def _read(
 ) -> Iterator[Receipt]:
     """The readable receipts and manifests; the others go to what was found."""
     for noun in nouns:
-        for path in listed(store.root / noun, ".receipt.json"):
+        for path in map(Path, listed(store.root / noun, ".receipt.json")):
             try:
-                receipt = read_model(path, Receipt)
+                receipt = read_model(str(path), Receipt)
             except CorruptFile as error:
                 found.damages.append(Damage(path, error))
+                continue
+            if receipt is None:
                 continue
             _count(path, found)
             if path != store.root / receipt.noun / f"{receipt.name}.receipt.json":

@@ -14,6 +14,7 @@ from pipeline.store.paths import listed, sync
 from pipeline.store.reading import Reading
 from pipeline.store.receipts import Manifest, software
 from pipeline.store.sealed import REMEDY_OF_VERSION, read_model, sealed
+from pipeline.store.temporaries import beside
 from pipeline.store.work import Made, Work, contents
 from pipeline.toml import Frozen
 
@@ -33,7 +34,7 @@ class Versions(Reading):
     def versions(self, noun: str) -> list[int]:
         """The committed versions of a noun, ascending."""
         folder = self.root / noun
-        found = (VERSION_FOLDER.match(path.name) for path in listed(folder))
+        found = (VERSION_FOLDER.match(Path(path).name) for path in listed(folder))
         return sorted(int(m[1]) for m in found if m)
 
     def manifest(self, noun: str, version: int) -> Manifest:
@@ -44,11 +45,11 @@ class Versions(Reading):
             CorruptFile: if it is not readable.
         """
         path = self.version_folder(noun, version) / "manifest.json"
-        if not path.exists():
+        manifest = read_model(str(path), Manifest)
+        if manifest is None:
             have = ", ".join(map(str, self.versions(noun))) or "none yet"
             raise NotFound(f"{noun} has no version {version} (there are: {have})", where=str(self.root),
                            next_step="Name one of them, or run the stages first")
-        manifest = read_model(path, Manifest)
         if manifest.version != version or manifest.noun != noun:
             raise CorruptFile(f"claims to be {manifest.noun} {manifest.version}", where=str(path),
                               next_step=REMEDY_OF_VERSION)
@@ -108,7 +109,7 @@ class Versions(Reading):
             details=dict(made.details),
         )
         final = self.version_folder(noun, version)
-        staging = final.with_name(f".{final.name}.{os.getpid()}-{os.urandom(4).hex()}.staging")
+        staging = beside(final, "staging")
         try:
             staging.mkdir(parents=True)
             try:
@@ -136,9 +137,8 @@ class Versions(Reading):
         if newest is None or newest.key == work.key:
             return newest
         with suppress(CorruptFile):
-            path = self._confirmed(work.noun)
             same = Confirmed(key=work.key, version=newest.version)
-            return newest if path.exists() and read_model(path, Confirmed) == same else None
+            return newest if read_model(str(self._confirmed(work.noun)), Confirmed) == same else None
         return None
 
     def _confirmed(self, noun: str) -> Path:

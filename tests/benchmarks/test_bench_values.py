@@ -13,7 +13,8 @@ from pipeline.importers import readers
 from pipeline.importers.tracking_map import TrackingMap
 from pipeline.settings import ModelSettings, MomentSettings, TrajectorySettings
 from pipeline.trajectories.derive import trajectories
-from pipeline.values import models, trees
+from pipeline.values import trees
+from pipeline.values.fitting import fit, grow
 from pipeline.values.moments import moments
 
 ASKED = 100_000
@@ -48,14 +49,14 @@ def test_moments_ours(benchmark):
 def test_fit_ours(benchmark):
     found = looked()[3]
     every = pl.concat(found.with_columns(match_id=pl.lit(f"m{i}")) for i in range(16))
-    _, report = benchmark.pedantic(models.fit, (every, SETTINGS), rounds=1)
+    _, report = benchmark.pedantic(fit, (every, SETTINGS), rounds=1)
     assert {"boosting", "logistic"} <= report.keys()
 
 
 @pytest.mark.benchmark(group="ask boosted trees, one thread")
 def test_trees_ours(benchmark):
     features, scores = table()
-    grown = trees.grow(features[:20_000], scores[:20_000], SETTINGS)
+    grown = grow(features[:20_000], scores[:20_000], SETTINGS)
     trees.logits(grown, features[:10])
     benchmark.extra_info.update(units=ASKED, unit="moments")
     benchmark.pedantic(trees.logits, (grown, features), rounds=5)
@@ -73,5 +74,5 @@ def test_trees_scikit_learn(benchmark):
         model = builder.fit(features[:20_000], scores[:20_000])
         benchmark.extra_info.update(units=ASKED, unit="moments")
         theirs = benchmark.pedantic(model.decision_function, (features,), rounds=5)
-    grown = trees.grow(features[:20_000], scores[:20_000], SETTINGS)
+    grown = grow(features[:20_000], scores[:20_000], SETTINGS)
     np.testing.assert_allclose(trees.logits(grown, features), theirs, atol=1e-9)

@@ -40,6 +40,7 @@ from pipeline.studies.paradigms.claims import verdicts
 from pipeline.studies.paradigms.experiments import Design, sweeps
 from pipeline.trajectories.derive import trajectories
 from pipeline.values import models
+from pipeline.values.fitting import fit
 from pipeline.values.moments import moments
 from pipeline.views.commentary import CommentarySettings, commentary
 from pipeline.views.commentary.summary import heading, numbers
@@ -144,13 +145,13 @@ def chain(noun: str) -> Golden:
     receipts: list[Receipt] = [*store.receipts(noun), *store.manifests(noun)]
     tables = {
         (receipt.name, schema): store.read_table(receipt, schema.NAME, schema)
-        for receipt in receipts for schema in stage.schemas
+        for receipt in receipts for schema in stage.schemas if schema.NAME in receipt.files
     }
     return Golden(
         "\n\n".join(f"{name} {schema.tag()}, {table.height} rows\n{_csv(_shown(table, schema))}"
                     for (name, schema), table in tables.items()),
         {noun: stage.version}, {} if stage.compute is None else stage.settings(Settings()).model_dump(mode="json"),
-        inputs=_digest(*(schema.tag() for schema in stage.schemas), *(chain(source).content for source in stage.sources if STAGES[source].schemas)),
+        inputs=_digest(*(schema.tag() for schema in stage.schemas), *(chain(source).content for source in stage.inputs if STAGES[source].schemas)),
         content=_digest(*map(_csv, tables.values())),
     )
 
@@ -256,7 +257,7 @@ def fitted() -> Golden:
     """The models of the whole sample, whose clip has too few goals for any."""
     read = recordings.imported(recordings.RSIM)
     bodies, _ = trajectories(read, TrajectorySettings())
-    found, report = models.fit(moments(bodies, read.referee, read.info.pitch, MomentSettings()), ModelSettings())
+    found, report = fit(moments(bodies, read.referee, read.info.pitch, MomentSettings()), ModelSettings())
     assert found is not None
     return Golden(
         json.dumps({"report": report, **models.to_json(found)}, indent=1), _versions("models"),

@@ -17,6 +17,7 @@ from studies.values import _played
 
 from pipeline.settings import ModelSettings
 from pipeline.values import models
+from pipeline.values.fitting import fit
 
 _MATCHES, _FIRST_SEED = 20, 8001
 _PAIRINGS = (("static", "static"), ("human-like", "human-like"))
@@ -28,7 +29,7 @@ def main(path: Path) -> None:
     with ProcessPoolExecutor(2) as pool:
         parts = [part.moments for part in pool.map(_played, jobs, chunksize=5)]
     every = pl.concat(parts)
-    found, report = models.fit(every, ModelSettings(boosting_goals=10**9, matches_at_most=len(parts)))
+    found, report = fit(every, ModelSettings(boosting_goals=10**9, matches_at_most=len(parts)))
     assert found is not None
     path.write_text(json.dumps({
         "from": f"{_MATCHES} matches each of {', '.join(' - '.join(pair) for pair in _PAIRINGS)}",

@@ -44,6 +44,7 @@ from pipeline.settings import (
 from pipeline.situations.recognise import recognise
 from pipeline.trajectories.derive import trajectories
 from pipeline.values import models, trees
+from pipeline.values.fitting import fit, grow
 from pipeline.values.moments import moments
 from pipeline.values.worths import values, worths
 from pipeline.windows import followed, owned_by, side_of
@@ -114,7 +115,7 @@ def _played(job: tuple[TeamKind, TeamKind, int]) -> Watched:
 def chances(parts: list[Watched]) -> tuple[pl.DataFrame, dict[str, object]]:
     """Each moment with the chance that models of other matches give it, and the models' report."""
     every = pl.concat(part.moments for part in parts)
-    found, report = models.fit(every, ModelSettings(), models.shipped())
+    found, report = fit(every, ModelSettings(), models.shipped())
     if found is None:
         return every.clear().with_columns(chance=pl.lit(0.0)), report
     return every.with_columns(pl.Series("chance", found.chances(every))), report
@@ -146,7 +147,7 @@ def by_actions(parts: list[Watched]) -> dict[str, float] | None:
     for f in range(_FOLDS):
         own = fold == f
         if own.any():
-            grown = trees.grow(table[~own].astype(np.float32), scores[~own], ModelSettings())
+            grown = grow(table[~own].astype(np.float32), scores[~own], ModelSettings())
             chance[own] = 1 / (1 + np.exp(-trees.logits(grown, table[own].astype(np.float32))))
     return _of(scores, chance)
 
@@ -248,7 +249,7 @@ def counted(parts: Iterable[pl.DataFrame], n: int, outcome: str) -> pl.DataFrame
 
 def learned_apart(split: list[list[Watched]]) -> list[list[pl.DataFrame]] | None:
     """The situations of each half of the matches, by models of its own; None if a half has too few goals."""
-    fits = [models.fit(pl.concat(part.moments for part in half), ModelSettings(), models.shipped())[0]
+    fits = [fit(pl.concat(part.moments for part in half), ModelSettings(), models.shipped())[0]
             for half in split]
     if None in fits:
         return None

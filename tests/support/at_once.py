@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from flows.catalog import forget_match, refresh
+from flows.making import Outcome, make
 from flows.matches import Recording, import_recording
-from flows.progress import RunReport, StageReport
+from flows.progress import RunReport
 from flows.season import Turn, done, take
 from flows.stage import Output, Per, Scope, Stage
 from flows.stages import STAGES
@@ -30,15 +31,12 @@ def run(store: Store) -> str:
     """What `pitchlore run` does, in this thread."""
     report = RunReport()
 
-    def perform(stage: Stage, outputs: list[Output], settings: Settings, scope: Scope) -> StageReport:
-        done = StageReport(noun=stage.noun)
-        for output in outputs:
-            try:
-                STAGES.perform(store, stage, output, stage.settings(settings), scope)
-                done.made.append(output.name)
-            except PitchloreError as error:
-                done.failed[output.name] = str(error)
-        return done
+    def perform(
+        todo: Mapping[Output, Sequence[Stage]], settings: Settings, scope: Scope
+    ) -> Iterator[tuple[Output, Outcome]]:
+        for output, stages in todo.items():
+            nouns = [stage.noun for stage in stages]
+            yield output, make(store.root, nouns, output, settings, scope.of(output), store.doubted)
 
     def version(stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool]:
         manifest, new = emit(store, stage, stage.settings(settings), scope)

@@ -66,7 +66,7 @@ def dying(step: int, root: Path) -> Callable[[], int]:
 
 #: What stages load when they are first called; the children have it from here.
 _LOADED = ("arena", "behaviours.rounds", "decisions", "goals", "sequences", "knowledge", "policies.train", "sides",
-           "situations.recognise", "trajectories.derive", "values.models", "values.moments", "values.worths")
+           "situations.recognise", "trajectories.derive", "values.fitting", "values.models", "values.moments", "values.worths")
 
 
 def main() -> None:

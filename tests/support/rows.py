@@ -1,8 +1,12 @@
 """Hand-written situations, trajectories and patterns for tests."""
 
+import numpy as np
 import polars as pl
 
-from schemas import ROLES, SIDES, Patterns, Situations, Trajectories
+from pipeline.pitch import PITCHES, Kind
+from pipeline.sequences import sequences
+from pipeline.settings import GramSettings
+from schemas import ROLES, SIDES, Patterns, Referee, Situations, Trajectories
 
 S = 1_000_000_000
 MATCH = "match-0123456789ab"
@@ -68,4 +72,12 @@ def bodies(times, **places):
     return Trajectories.validate(table.sort("team", "robot", "t_ns"))
 
 
-__all__ = ["MATCH", "ROLES", "SIDES", "S", "bodies", "changed", "consecutive", "goals", "patterns", "situations"]
+def sequences_of(situations, goals, worths, settings=GramSettings()):
+    """Sequences of situations on a field where bodies stand still, and home scores after 3 s."""
+    field = bodies(np.arange(0, 10, 0.5), ball=(0.0, 0.0), home_1=(-0.3, 0.1, 0.0, "m"), away_1=(0.4, -0.2, 3.0, "s"),
+                   away_2=(0.7, 0.0, 3.0, "g"))
+    events = pl.DataFrame([(MATCH, 3 * S, "goal", "home", None, None, None)], schema=Referee.dtypes(), orient="row")
+    return sequences(situations, goals, worths, field, events, PITCHES[Kind.VSSS], settings)
+
+
+__all__ = ["MATCH", "ROLES", "SIDES", "S", "bodies", "changed", "consecutive", "goals", "patterns", "sequences_of", "situations"]

@@ -7,41 +7,41 @@ import signal
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context
+from multiprocessing import get_context, resource_tracker
+from pathlib import Path
 from queue import SimpleQueue
 from types import TracebackType
 from typing import ParamSpec, Self, TypeVar
 
 from flows.child import belong
+from flows.placement.crew import Crew, Here, cores
 from pipeline.errors import WorkerLost
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def cores() -> int:
-    """Number of processes that can work at once on this machine."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-class Workers:
-    """A number of processes that do one piece of work at a time; with one job, work is done in this process.
+class Processes:
+    """A number of processes that do one piece of work at a time; a single one is this process.
 
     The processes share the cores: in each, polars takes only its part of them. If a process is killed, only
-    its own work is lost, and another process is started for the next. All end with the process that started
-    them, however it ends: no process is left that could write files of a new run.
+    its own work is lost, and another process is started for the next (Prefect's own pool of processes, like
+    that of the standard library, loses all work with it). All end with the process that started them, however
+    it ends: no process is left that could write files of a new run.
 
     Args:
-        jobs: number of processes, at least 1.
+        width: number of processes, at least 1.
     """
 
-    def __init__(self, jobs: int) -> None:
+    def __init__(self, width: int) -> None:
+        self.width = width
         self._free: SimpleQueue[ProcessPoolExecutor | None] = SimpleQueue()
-        if jobs > 1:
+        if width > 1:
             # read by polars when it is imported: of this process it is too late to change anything
-            os.environ.setdefault("POLARS_MAX_THREADS", str(max(1, cores() // jobs)))
-        for _ in range(jobs):
-            self._free.put(_process() if jobs > 1 else None)
+            os.environ.setdefault("POLARS_MAX_THREADS", str(max(1, cores() // width)))
+            _start_tracker()
+        for _ in range(width):
+            self._free.put(_process() if width > 1 else None)
 
     def __enter__(self) -> Self:
         return self
@@ -54,18 +54,16 @@ class Workers:
             if process is not None:
                 process.shutdown(wait=False, cancel_futures=True)
 
+    def alone(self) -> Crew:
+        """Here: to start another process takes a second, and no other work is lost with this one."""
+        return Here(1)
+
+    def path(self, path: Path) -> Path:
+        """The same: the processes are in the folder of this one."""
+        return path
+
     def run(self, work: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
-        """Do a piece of work as soon as a process is free; several threads may call this at once.
-
-        Args:
-            work: a function of a module; the function, its arguments and its result must be picklable.
-            arguments: positional arguments of the function.
-            named: named arguments of the function.
-
-        Raises:
-            WorkerLost: if the process was killed.
-            Exception: whatever the work raised.
-        """
+        """Do a piece of work as soon as a process is free (:meth:`flows.placement.crew.Crew.run`)."""
         process = self._free.get()
         try:
             if process is None:
@@ -75,7 +73,8 @@ class Workers:
             process = _process()
             raise WorkerLost(
                 "a process that worked for this command was killed, perhaps for lack of memory",
-                next_step="Run the command again with fewer --jobs; finished work is kept",
+                next_step="Run the command again on fewer processes, as with --on processes:1; "
+                          "finished work is kept",
             ) from error
         finally:
             self._free.put(process)
@@ -84,6 +83,19 @@ class Workers:
 def _process() -> ProcessPoolExecutor:
     """A pool of one process, which starts with its first work."""
     return ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_begin)
+
+
+def _start_tracker() -> None:
+    """Start the process that frees the semaphores of an interrupted command, without a word on them."""
+    said = os.environ.get("PYTHONWARNINGS")
+    os.environ["PYTHONWARNINGS"] = "ignore"
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        if said is None:
+            del os.environ["PYTHONWARNINGS"]
+        else:
+            os.environ["PYTHONWARNINGS"] = said
 
 
 def _begin() -> None:

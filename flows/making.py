@@ -1,0 +1,58 @@
+"""Outputs of a match, or of a group of matches, made stage after stage."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from flows.stage import Output, Scope, Seen
+from flows.stages import STAGES
+from pipeline.errors import in_one_line
+from pipeline.settings import Settings
+from pipeline.store import Store
+
+
+class Outcome(NamedTuple):
+    """What became of the outputs of some stages.
+
+    Attributes:
+        made: by noun, whether the output's bytes are new; None if it was done before.
+        failed: the error of the stage that failed, in one line, by its noun; later stages were not tried.
+        transient: whether it may help to try again.
+    """
+
+    made: Mapping[str, bool | None]
+    failed: Mapping[str, str] = {}
+    transient: bool = False
+
+    def after(self, before: Outcome) -> Outcome:
+        """The outcome with what an earlier try made."""
+        return self._replace(made={**self.made, **{k: v for k, v in before.made.items() if v is not None}})
+
+
+def make(
+    data: Path, nouns: Sequence[str], output: Output, settings: Settings, scope: Scope,
+    doubted: frozenset[Path],
+) -> Outcome:
+    """Make the outputs of some stages with one name, unless they are done; the first error ends the work.
+
+    Args:
+        data: the data folder.
+        nouns: the stages, in order.
+        output: what each of them makes.
+        settings: of all stages.
+        scope: matches of the run; of a match's output, that match.
+        doubted: files that count as damaged (:class:`pipeline.store.outputs.Outputs`).
+    """
+    store = Store(data)
+    store.doubted = doubted
+    made: dict[str, bool | None] = {}
+    seen: Seen | None = None if output.match is None else {}  # what several stages of a match read
+    for noun in nouns:
+        stage = STAGES[noun]
+        try:
+            made[noun] = STAGES.perform(store, stage, output, stage.settings(settings), scope, seen)
+        except Exception as error:
+            return Outcome(made, {noun: in_one_line(error)}, getattr(error, "transient", False))
+    return Outcome(made)

@@ -1,0 +1,197 @@
+"""The workers of a Dask cluster: one for this command, or one that others keep.
+
+Only this package imports distributed. Workers need neither Prefect's server nor its settings: Prefect's tasks
+stay in the command's process, and wait there for the work of theirs (DECISIONS.md has what was measured).
+"""
+
+from __future__ import annotations
+
+import fcntl
+import logging
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+import dask
+from distributed import Client, Future, LocalCluster
+from distributed.scheduler import KilledWorker
+
+from flows.placement.crew import Crew, cores
+from flows.placement.identity import difference, identity
+from pipeline.errors import ClusterFailed, WorkerLost
+from pipeline.store.temporaries import beside
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+#: How long a scheduler may take to answer, and a cluster to have its first worker, seconds.
+ANSWER_S, WORKER_S = 5, 10
+_SETTINGS = {
+    "distributed.comm.timeouts.connect": ANSWER_S,
+    "distributed.worker.daemon": True,
+    # the library's own words for what our errors say in one line
+    "distributed.logging.distributed": "critical",
+    "distributed.admin.large-graph-warning-threshold": "1GB",
+}
+
+
+class Cluster:
+    """The workers of a Dask cluster. A worker that dies loses nothing: others do its work again.
+
+    Args:
+        client: connected to the scheduler.
+        address: of the scheduler, for errors.
+    """
+
+    def __init__(self, client: Client, address: str) -> None:
+        self._client = client
+        self._address = address
+
+    @property
+    def width(self) -> int:
+        """Number of threads of all workers, now.
+
+        Raises:
+            ClusterFailed: if the scheduler has ended.
+        """
+        try:
+            return max(1, sum(self._client.nthreads().values()))  # type: ignore[no-untyped-call]
+        except Exception as error:
+            raise self._ended() from error
+
+    def alone(self) -> Crew:
+        """The same."""
+        return self
+
+    def path(self, path: Path) -> Path:
+        """The absolute path: workers are in folders of their own."""
+        return path.resolve()
+
+    def run(self, work: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
+        """Do a piece of work on one of the workers (:meth:`flows.placement.crew.Crew.run`).
+
+        Raises:
+            ClusterFailed: if the scheduler ends, or if the worker has other code than this process.
+        """
+        future: Future[R] | None = None
+        try:
+            future = self._client.submit(_call, identity(), work, arguments, named, pure=False)
+            return future.result()
+        except KilledWorker as error:
+            raise WorkerLost(
+                f"{error.allowed_failures + 1} workers that did this were killed, perhaps for lack of memory",
+                where=self._address, next_step="Look at the logs of the workers",
+            ) from error
+        except Exception as error:
+            if future is not None and future.status == "error":
+                raise  # the work's own
+            raise self._ended() from error
+
+    def _ended(self) -> ClusterFailed:
+        return ClusterFailed("the Dask scheduler has ended", where=self._address, next_step=(
+            "Start it and its workers, and run the command again; finished work is kept"))
+
+
+@contextmanager
+def opened(address: str, width: int, root: Path) -> Iterator[Cluster]:
+    """A cluster's workers, after a check that they can do the work of this command.
+
+    Args:
+        address: of the scheduler, as tcp://host:port; empty for a cluster of processes for this command.
+        width: number of these processes.
+        root: the data folder; all workers have to see it under this path.
+
+    Raises:
+        ClusterFailed: if no scheduler answers, if it has no workers, or if one of these has other code, does
+            not see the data folder, or does not respect its locks.
+    """
+    dask.config.set(_SETTINGS)
+    for name in ("distributed", *logging.root.manager.loggerDict):
+        if name.partition(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+    with ExitStack() as stack:
+        if address:
+            client = stack.enter_context(_connected(address))
+        else:
+            local = stack.enter_context(LocalCluster(
+                n_workers=width, threads_per_worker=1, processes=True, dashboard_address=":0",
+                silence_logs=logging.CRITICAL, env={"POLARS_MAX_THREADS": str(max(1, cores() // width))},
+            ))  # type: ignore[no-untyped-call]
+            client = stack.enter_context(Client(local, set_as_default=False))  # type: ignore[no-untyped-call]
+        where = address or "dask:local"
+        try:
+            client.wait_for_workers(1, timeout=WORKER_S)
+        except TimeoutError as error:
+            raise ClusterFailed("the Dask scheduler has no workers", where=where,
+                                next_step=f"Start some: dask worker {where}") from error
+        _check(client, root, where)
+        yield Cluster(client, where)
+
+
+def _connected(address: str) -> Client:
+    try:
+        return Client(address, timeout=ANSWER_S, set_as_default=False)  # type: ignore[no-untyped-call]
+    except (OSError, TimeoutError, ValueError) as error:
+        raise ClusterFailed("no Dask scheduler answers", where=address,
+                            next_step="Start one (dask scheduler), and its workers (dask worker)") from error
+
+
+def _check(client: Client, root: Path, where: str) -> None:
+    """Check that all workers have the code of this process, and share its data folder and locks."""
+    root.mkdir(parents=True, exist_ok=True)
+    token = beside(root / "token", "tmp")
+    try:
+        with token.open("wb") as held:
+            held.write(os.urandom(16))
+            held.flush()
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            answers: Mapping[str, Any] = client.run(
+                _look, str(token.resolve()), on_error="return")
+            wanted = token.read_bytes()
+    finally:
+        token.unlink(missing_ok=True)
+    for worker, answer in answers.items():
+        said = f"worker {worker} of {where}"
+        if isinstance(answer, Exception):
+            raise ClusterFailed(f"cannot work ({type(answer).__name__}: {answer})", where=said,
+                                next_step="Install this version of Pitchlore where the worker runs")
+        theirs, seen, locked = answer
+        if (differs := difference(theirs)):
+            raise ClusterFailed(f"has other code ({differs})", where=said, next_step=(
+                "Install the same version of Pitchlore and its packages there, and start the worker again"))
+        if seen != wanted:
+            raise ClusterFailed(f"does not see the data folder {root.resolve()}", where=said, next_step=(
+                "Mount it there under the same path, or take a bucket"))
+        if not locked:
+            raise ClusterFailed(f"does not respect the locks of {root.resolve()}", where=said, next_step=(
+                "Mount the disk there so that flock works between machines, or take a bucket"))
+
+
+def _look(token: str) -> tuple[dict[str, str], bytes | None, bool]:
+    """What a worker says of itself: its code, what it sees in a file, and whether that is locked for it."""
+    seen, locked = None, True
+    with suppress(OSError), open(token, "rb") as file:  # noqa: PTH123 (a path of another machine is a text)
+        seen = file.read()
+        with suppress(BlockingIOError):
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            locked = False
+    return identity(), seen, locked
+
+
+def _call(
+    caller: dict[str, str], work: Callable[..., R], arguments: tuple[Any, ...], named: Mapping[str, Any]
+) -> R:
+    """Do a piece of work on a worker, which may have come after the check.
+
+    Raises:
+        ClusterFailed: if it has other code than the caller.
+    """
+    theirs = identity()
+    if theirs != caller:
+        name = next(name for name in [*caller, *theirs] if caller.get(name) != theirs.get(name))
+        raise ClusterFailed(
+            f"a worker has other code than the command ({name} {theirs.get(name, 'none')}, there "
+            f"{caller.get(name, 'none')})", next_step="Install the same version there, and start it again")
+    return work(*arguments, **named)

@@ -1,0 +1,71 @@
+"""Those who do pieces of work."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from contextvars import ContextVar
+from pathlib import Path
+from typing import ParamSpec, Protocol, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class Crew(Protocol):
+    """Those who do pieces of work; several threads may give them work at once."""
+
+    @property
+    def width(self) -> int:
+        """Number of pieces that are done at once; more of them wait."""
+
+    def alone(self) -> Crew:
+        """Those who do a piece of work when there is no other."""
+
+    def path(self, path: Path) -> Path:
+        """A path of this process as the workers name it."""
+
+    def run(self, work: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
+        """Do a piece of work, and wait for its result.
+
+        Args:
+            work: a function of a module; the function, its arguments and its result must be picklable.
+            arguments: positional arguments of the function.
+            named: named arguments of the function.
+
+        Raises:
+            WorkerLost: if the worker that did it was lost.
+            Exception: whatever the work raised.
+        """
+
+
+class Here:
+    """The threads of this process: each piece of work is done by the one that gives it.
+
+    Args:
+        width: number of threads that are to give work at once.
+    """
+
+    def __init__(self, width: int) -> None:
+        self.width = width
+
+    def alone(self) -> Crew:
+        """The same."""
+        return self
+
+    def path(self, path: Path) -> Path:
+        """The same."""
+        return path
+
+    def run(self, work: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
+        """Do a piece of work."""
+        return work(*arguments, **named)
+
+
+def cores() -> int:
+    """Number of processes that can work at once on this machine."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+#: The crew of the flow that runs.
+crew: ContextVar[Crew] = ContextVar("crew", default=Here(cores()))  # noqa: B039 (nobody changes it)

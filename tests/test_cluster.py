@@ -1,0 +1,322 @@
+"""Dask: workers of a cluster do the same work with the same bytes, whoever of them is killed."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from conftest import ROOT, clip, run
+from support.processes import eventually
+
+pytest.importorskip("distributed", reason="the extra dask is not installed")
+
+from flows.evaluations import evaluate
+from flows.placement import cluster
+from flows.placement.identity import identity
+from flows.placement.pieces import spread
+from flows.placement.places import crew_at, place_of
+from flows.record import record_match
+from flows.season import season_flow
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.errors import BadSettings, ClusterFailed, StorageFailed, WorkerLost
+from pipeline.store import Store
+from pipeline.studies.evaluations import Entrant, Evaluation
+from pipeline.studies.seasons.settings import Season, parse
+
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("prefect_server")]
+
+#: A season of seconds.
+STATIC = TeamSettings(kind="static")
+SEASON = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 10'
+
+
+class Cluster:
+    """A scheduler and two workers, each in a folder of its own with another HOME and another PATH."""
+
+    def __init__(self, root: Path, port: int = 0) -> None:
+        self.root = root
+        self.processes: dict[str, subprocess.Popen[bytes]] = {}
+        self.begin("scheduler", "dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard",
+                   "--scheduler-file", str(root / "scheduler.json"))
+        said = json.loads(eventually(lambda: (root / "scheduler.json").exists() and (root / "scheduler.json").read_text()))
+        self.port = int(said["address"].rpartition(":")[2])
+        for name in ("one", "two"):
+            self.work(name)
+
+    @property
+    def on(self) -> str:
+        return f"dask://127.0.0.1:{self.port}"
+
+    def work(self, name: str, **environment: str) -> None:
+        """Start a worker."""
+        self.begin(name, "dask_worker", f"tcp://127.0.0.1:{self.port}", "--nthreads", "1", "--nworkers", "1",
+                   "--no-dashboard", "--local-directory", str(self.root / f"{name}-space"), **environment)
+
+    def begin(self, name: str, program: str, *words: str, **environment: str) -> None:
+        home = self.root / name
+        home.mkdir(exist_ok=True)
+        there = {"HOME": str(home), "PATH": f"{home}:/usr/bin:/bin", **environment}
+        with (home / "log").open("ab") as log:
+            self.processes[name] = subprocess.Popen(
+                [sys.executable, "-m", f"distributed.cli.{program}", *words], cwd=home, env=there,
+                stdout=log, stderr=subprocess.STDOUT)
+
+    def pids(self, name: str) -> list[int]:
+        """The processes that a worker's keeper has started."""
+        found = []
+        for folder in Path("/proc").glob("[0-9]*"):
+            try:
+                parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
+                words = (folder / "cmdline").read_text()
+            except OSError:
+                continue
+            if parent == self.processes[name].pid and "spawn_main" in words:
+                found.append(int(folder.name))
+        return found
+
+    def stop(self) -> None:
+        for process in self.processes.values():
+            process.kill()
+        for process in self.processes.values():
+            process.wait()
+
+
+@contextmanager
+def started(root: Path, port: int = 0) -> Iterator[Cluster]:
+    own = Cluster(root, port)
+    try:
+        with crew_at(own.on, root / "data") as crew:
+            eventually(lambda: crew.width == 2)
+        yield own
+    finally:
+        own.stop()
+
+
+@pytest.fixture(scope="module")
+def workers(tmp_path_factory) -> Iterator[Cluster]:
+    with started(tmp_path_factory.mktemp("cluster")) as own:
+        yield own
+
+
+def pitchlore(*words: object, cwd: Path, **options) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([Path(sys.executable).with_name("pitchlore"), *map(str, words)], cwd=cwd, text=True,
+                          capture_output=True, check=False, **options)
+
+
+def league(folder: Path, matches: int = 3) -> Path:
+    """A folder with a data folder named league, and recordings in its inbox."""
+    inbox = folder / "league" / "inbox"
+    inbox.mkdir(parents=True)
+    for number in range(matches):
+        clip(60.0 * number, 60.0 * number + 30.0).write_csv(inbox / f"part-{number}.csv")
+    return folder
+
+
+def brought(folder: Path, on: str) -> dict[str, bytes]:
+    """All files of a data folder, named by a relative path, after a run, two seasons, an evaluation and a record."""
+    data, before = Path("league"), Path.cwd()
+    os.chdir(folder)
+    try:
+        assert run(data, on=on).failures == {}
+        seasons = [Season(name="short", opponent="static", seed=seed, settings=parse(SEASON, where="short.toml")) for seed in (1, 2)]
+        assert season_flow(data, seasons, on=on)["failed"] == {}
+        with crew_at(on, data) as crew:
+            pairs = Evaluation(team=scripted("static"), opponent=scripted("random"), referee=RefereeSettings(duration_s=4.0))
+            evaluate(Store(data), pairs, range(2), {}, crew)
+            recipes = [Recipe(home=STATIC, away=STATIC, referee=RefereeSettings(duration_s=4.0), seed=seed) for seed in (1, 2)]
+            list(spread(crew, record_match, ((recipe.match_id, {"data": crew.path(data), "recipe": recipe, "policies": {}})
+                                             for recipe in recipes), 2))
+        return products(data)
+    finally:
+        os.chdir(before)
+
+
+def scripted(kind: str) -> Entrant:
+    return Entrant(name=kind, settings=TeamSettings(kind=kind))
+
+
+def products(data: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(data)): path.read_bytes() for path in sorted(data.rglob("*"))
+            if path.is_file() and not path.name.startswith(".") and path.suffix not in (".duckdb", ".csv")}
+
+
+def same(made: dict[str, bytes], wanted: dict[str, bytes]) -> bool:
+    """Whether the same files have the same bytes; the names of those that have not are shown."""
+    assert sorted(made) == sorted(wanted)
+    assert [name for name in made if made[name] != wanted[name]] == []
+    return bool(made)
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory, prefect_server) -> dict[str, bytes]:
+    """What one process makes."""
+    return brought(league(tmp_path_factory.mktemp("alone")), "threads:1")
+
+
+def test_same_bytes(workers, alone, tmp_path):
+    """Two workers in other folders, with another HOME and PATH, make the bytes of one process."""
+    assert same(brought(league(tmp_path), workers.on), alone)
+
+
+def test_processes(alone, tmp_path):
+    """So do two processes of the command."""
+    assert same(brought(league(tmp_path), "processes:2"), alone)
+
+
+def test_killed_worker(workers, alone, tmp_path):
+    """A worker that is killed loses nothing: another does its work, and finds what is done."""
+    folder = league(tmp_path)
+    ended = threading.Event()
+
+    def kill() -> None:
+        eventually(lambda: list((folder / "league").glob("trajectories/*.receipt.json")))
+        for pid in workers.pids("one"):
+            os.kill(pid, signal.SIGKILL)
+        ended.set()
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    done = pitchlore("run", "--on", workers.on, "--data", "league", cwd=folder)
+    killer.join()
+    assert (done.returncode, ended.is_set()) == (0, True), done.stderr
+    made = products(folder / "league")
+    assert same(made, {name: data for name, data in alone.items() if name in made})
+
+
+def test_killed_scheduler(alone, tmp_path):
+    """If the scheduler ends the command says so in one line; run again, it goes on with what is left."""
+    folder = league(tmp_path / "here")
+    (tmp_path / "cluster").mkdir()
+    with started(tmp_path / "cluster") as own:
+        command = subprocess.Popen(
+            [Path(sys.executable).with_name("pitchlore"), "run", "--on", own.on, "--data", "league"], cwd=folder,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        eventually(lambda: list((folder / "league").glob("matches/*.receipt.json")))
+        own.processes["scheduler"].kill()
+        _, said = command.communicate(timeout=60)
+    assert command.returncode == 1
+    assert "the Dask scheduler has ended" in said
+    assert "Traceback" not in said
+    shutil.rmtree(tmp_path / "cluster")
+    (tmp_path / "cluster").mkdir()
+    with started(tmp_path / "cluster") as own:
+        done = pitchlore("run", "--on", own.on, "--data", "league", cwd=folder)
+        assert done.returncode == 0, done.stderr
+    made = products(folder / "league")
+    assert same(made, {name: data for name, data in alone.items() if name in made})
+
+
+def test_local_cluster(tmp_path):
+    """A cluster of processes for one command, which ends with it."""
+    with crew_at("dask:local:2", tmp_path) as crew:
+        assert crew.width == 2
+        assert crew.run(os.getpid) != os.getpid()
+        with pytest.raises(StorageFailed) as refused:
+            crew.run(refuse)
+    assert str(refused.value) == "m.parquet: cannot be written. Free space."
+
+
+def refuse():
+    raise StorageFailed("cannot be written", where="m.parquet", next_step="Free space")
+
+
+def die():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_work_that_kills(tmp_path):
+    """Work that kills every worker that tries it is given up with a line; others is done."""
+    with crew_at("dask:local:2", tmp_path) as crew:
+        with pytest.raises(WorkerLost, match="4 workers that did this were killed"):
+            crew.run(die)
+        assert crew.run(int, "7") == 7
+
+
+def test_other_code(tmp_path):
+    """A worker of other code is refused in one line before it works."""
+    copy = tmp_path / "copy"
+    for package in ("flows", "pipeline", "schemas"):
+        shutil.copytree(ROOT / package, copy / package, ignore=shutil.ignore_patterns("__pycache__"))
+    with (copy / "pipeline" / "pitch.py").open("a") as file:
+        file.write("# other code\n")
+    (tmp_path / "cluster").mkdir()
+    with started(tmp_path / "cluster") as own:
+        own.work("other", PYTHONPATH=str(copy))
+        crew = crew_at(own.on, tmp_path / "data")
+
+        def refused() -> str:
+            try:
+                with crew_at(own.on, tmp_path / "data"):
+                    return ""
+            except ClusterFailed as error:
+                return str(error)
+
+        said = eventually(refused)
+        assert "has other code (pitchlore 0.1.0+" in said
+        done = pitchlore("run", "--on", own.on, "--data", "league", cwd=league(tmp_path / "here"))
+        assert (done.returncode, done.stdout) == (1, "")
+        assert "has other code" in done.stderr
+        assert not list((tmp_path / "here" / "league").glob("*/*.receipt.json"))
+    del crew
+
+
+def answering(*answers):
+    """A client whose workers give these answers."""
+    return SimpleNamespace(run=lambda *_, **__: {f"tcp://w{n}": answer for n, answer in enumerate(answers)})
+
+
+@pytest.mark.parametrize(("answer", "says"), [
+    (ModuleNotFoundError("No module named 'flows'"), "cannot work (ModuleNotFoundError: No module named 'flows')"),
+    (({"pitchlore": "0.0.1"}, b"", True), "has other code (pitchlore 0.0.1, here 0.1.0+"),
+    ((None, None, True), "does not see the data folder"),
+    ((None, "seen", False), "does not respect the locks of"),
+])
+def test_unfit_worker(tmp_path, monkeypatch, answer, says):
+    """A worker without Pitchlore, with another, without the disk or without its locks is refused in one line."""
+    monkeypatch.setattr(os, "urandom", lambda n: b"t" * n)
+    if isinstance(answer, tuple):
+        answer = (answer[0] or identity(), b"t" * 16 if answer[1] == "seen" else answer[1], answer[2])
+    with pytest.raises(ClusterFailed) as refused:
+        cluster._check(answering((identity(), b"t" * 16, True), answer), tmp_path, "tcp://s:8786")
+    said = str(refused.value)
+    assert said.startswith("worker tcp://w1 of tcp://s:8786: ")
+    assert says in said
+    assert "\n" not in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_late_worker():
+    """A worker that comes after the check checks itself."""
+    with pytest.raises(ClusterFailed, match=r"a worker has other code than the command \(pitchlore .*, there 0\.0\.1\)"):
+        cluster._call({**identity(), "pitchlore": "0.0.1"}, int, (), {})
+
+
+def test_nobody_there(tmp_path):
+    """Nobody at the address is one line within seconds, before anything is done."""
+    folder = league(tmp_path, 1)
+    for words in (("run",), ("record", "--matches", "2")):
+        done = pitchlore(*words, "--on", "dask://127.0.0.1:9", "--data", "league", cwd=folder, timeout=30)
+        assert done.returncode == 1
+        assert done.stderr.splitlines()[-1] == (
+            "pitchlore: tcp://127.0.0.1:9: no Dask scheduler answers. Start one (dask scheduler), and its workers (dask worker).")
+
+
+def test_words():
+    """Words for places."""
+    assert place_of("threads:3")[:2] == ("threads", 3)
+    assert place_of("dask:local:2")[:2] == ("dask:local", 2)
+    assert place_of("dask://host:8786").address == "tcp://host:8786"
+    for word in ("threads:0", "thread:1", "dask://host", "dask:3", "processes:", "threads:10000", ""):
+        with pytest.raises(BadSettings, match="is no place to work"):
+            place_of(word or " ")

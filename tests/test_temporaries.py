@@ -1,0 +1,118 @@
+"""Shared disks: temporaries, locks and clocks of other machines."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from pipeline.errors import StorageFailed
+from pipeline.store import Store, temporaries
+from pipeline.store.receipts import Receipt
+from pipeline.store.sealed import read_model, sealed
+from pipeline.store.temporaries import beside, machine
+from pipeline.store.work import Made, Work
+
+#: No process has this number: Linux's are at most 2**22.
+NOBODY = (1 << 22) + 1
+OTHER = "0" * 8
+
+
+def left(root: Path, *names: str) -> None:
+    for name in names:
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.mkdir() if name.endswith("staging") else path.touch()
+
+
+def test_temporaries_of_other_machines(tmp_path):
+    """What a dead process of this machine left is removed; another machine's is not, whatever process has its number here."""
+    own, dead = f"{machine()}.{os.getpid()}-0a", f"{machine()}.{NOBODY}-0a"
+    theirs = f"{OTHER}.{NOBODY}-0a"
+    left(tmp_path, f"sides/.a.{own}.tmp", f"sides/.a.{dead}.tmp", f"sides/.a.{theirs}.tmp", f".c.{dead}.tmp.wal",
+         f"knowledge/.v0001.{dead}.staging", f"knowledge/.v0001.{theirs}.staging", f"knowledge/v0001/.b.{dead}.tmp",
+         f"sides/.old.{NOBODY}-0a.tmp", f"sides/.old.{os.getpid()}-0a.tmp", "inbox/.mine", "sides/kept.tmp")
+    assert Store(tmp_path).sweep() == 5
+    assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.suffix) == sorted([
+        f"sides/.a.{own}.tmp", f"sides/.a.{theirs}.tmp", f"knowledge/.v0001.{theirs}.staging",
+        f"sides/.old.{os.getpid()}-0a.tmp", "sides/kept.tmp"])
+
+
+def test_old_temporaries_of_other_machines(tmp_path):
+    """What another machine left is removed after a day, by the disk's clock."""
+    young, old = beside(tmp_path / "young", "tmp"), beside(tmp_path / "old", "tmp")
+    for path, age in ((young, 3600), (old, 25 * 3600)):
+        path = path.with_name(path.name.replace(machine(), OTHER))
+        path.touch()
+        os.utime(path, (time.time() - age,) * 2)
+    assert Store(tmp_path).sweep() == 1
+    assert [path.name.split(".")[1] for path in tmp_path.iterdir()] == ["young"]
+
+
+def test_machine(monkeypatch):
+    """A machine is another after a restart, and a container is another machine."""
+    def said() -> str:
+        machine.cache_clear()
+        return machine()
+
+    try:
+        before = said()
+        assert said() == before
+        monkeypatch.setattr(temporaries, "node", lambda: "another")
+        assert said() != before
+    finally:
+        monkeypatch.undo()
+        machine.cache_clear()
+    assert machine() == before
+
+
+@pytest.mark.parametrize("skew_s", [-3600.0, -0.5, 0.0, 0.5, 3600.0])
+def test_clocks(tmp_path, skew_s):
+    """A receipt that another machine changes is read as it is now, however its clock differs from this one's."""
+    store = Store(tmp_path)
+    path = str(tmp_path / "sides" / "m.receipt.json")
+    when = time.time() + skew_s
+    for number in range(20):
+        store.commit(Work("sides", "m", {"number": number % 10}, version=1), Made())
+        os.utime(path, (when, when))  # all in one tick of the disk's clock, and of one size
+        found = store.receipt("sides", "m")
+        assert found is not None
+        assert found.settings == {"number": number % 10}
+
+
+def test_read_once(tmp_path, monkeypatch):
+    """An old receipt is read once; a removed one is gone."""
+    store = Store(tmp_path)
+    receipt = store.commit(Work("sides", "m", {}, version=1), Made())
+    path = tmp_path / "sides" / "m.receipt.json"
+    os.utime(path, (0, 0))
+    assert read_model(str(path), Receipt) == receipt
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "read_bytes", lambda _: pytest.fail("it was read again"))
+        assert read_model(str(path), Receipt) is read_model(str(path), Receipt)
+    path.write_bytes(sealed(receipt.model_copy(update={"key": "0" * 16})))
+    assert read_model(str(path), Receipt).key == "0" * 16
+    path.unlink()
+    assert read_model(str(path), Receipt) is None
+
+
+@pytest.mark.parametrize("error", [errno.ENOLCK, errno.EOPNOTSUPP])
+def test_disk_without_locks(tmp_path, monkeypatch, error):
+    """A disk without locks is one line before anything is written; what is there can be read."""
+    store = Store(tmp_path)
+    receipt = store.commit(Work("sides", "m", {}, version=1), Made())
+
+    def refuse(*_: object) -> None:
+        raise OSError(error, os.strerror(error))
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    with pytest.raises(StorageFailed, match=r"cannot be locked .*\. Mount the disk") as refused:
+        store.commit(Work("sides", "n", {}, version=1), Made())
+    assert "\n" not in str(refused.value)
+    assert store.receipt("sides", "n") is None
+    with store.keeping():
+        assert store.receipt("sides", "m") == receipt
