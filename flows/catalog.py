@@ -13,7 +13,7 @@ from flows.stage import Per
 from flows.stages import STAGES
 from pipeline.errors import CorruptFile, PitchloreError
 from pipeline.store import Store, catalog
-from pipeline.store.paths import SAFE_NAME
+from pipeline.store.paths import SAFE_NAME, listed
 from pipeline.store.reading import remedy_for
 from pipeline.store.receipts import FileRecord, Receipt
 from schemas import PUBLIC
@@ -35,6 +35,10 @@ def forget_outputs(store: Store, name: str, nouns: Sequence[str]) -> int:
 def catalog_path(store: Store) -> Path:
     """Path of the catalogue."""
     return store.root / "catalog.duckdb"
+
+
+#: Among the files of a catalogue, what it was made by; only where all files were whole.
+_RECORDS = "."
 
 
 class Vouched(NamedTuple):
@@ -62,7 +66,7 @@ class Look(NamedTuple):
     """A look at the files of a data folder.
 
     Attributes:
-        whole: the whole files.
+        whole: the whole files; none if the catalogue stands, for then nobody needs them.
         damaged: the files that are damaged or lost.
     """
 
@@ -78,7 +82,11 @@ def look(store: Store) -> Look:
     ``pitchlore verify``.
     """
     with store.keeping():
-        return _look(store, _receipts(store), catalog.listing(catalog_path(store)))
+        listing = catalog.listing(catalog_path(store))
+        if _stands(listing, _records(store)):
+            store.doubted = frozenset()
+            return Look([], [])
+        return _look(store, _receipts(store), listing)
 
 
 def _receipts(store: Store) -> list[Receipt]:
@@ -86,6 +94,28 @@ def _receipts(store: Store) -> list[Receipt]:
     with store.snapshot():
         return [*(receipt for noun in STAGES.receipted for receipt in store.receipts(noun)),
                 *(manifest for noun in STAGES.versioned for manifest in store.manifests(noun))]
+
+
+def _records(store: Store) -> dict[str, catalog.Glance]:
+    """The glance at each receipt, manifest and record of quarantine: what the catalogue is made by."""
+    paths = [path for noun in STAGES.receipted for path in listed(store.root / noun, ".receipt.json")]
+    paths += [str(store.version_folder(noun, version) / "manifest.json")
+              for noun in STAGES.versioned for version in store.versions(noun)]
+    paths += listed(store.root / "quarantine", ".json")
+    there, root = len(str(store.root)), str(store.root.resolve())
+    return {root + path[there:]: catalog.glance(path) for path in paths}
+
+
+def _stands(listing: catalog.Listing | None, records: dict[str, catalog.Glance]) -> bool:
+    """Whether nothing has changed since the catalogue was made, when all files were whole.
+
+    This takes no reading: so a question about thousands of matches is answered at once.
+    """
+    if listing is None:
+        return False
+    made_by = {path: seen for (name, path), seen in listing.items() if name == _RECORDS}
+    return made_by == records and all(
+        catalog.glance(path) == seen for (name, path), seen in listing.items() if name != _RECORDS)
 
 
 def _look(store: Store, receipts: Iterable[Receipt], listing: catalog.Listing | None) -> Look:
@@ -178,9 +208,14 @@ def refresh(store: Store) -> tuple[Path, list[Vouched]]:
 
 def _bring_up_to_date(store: Store, path: Path, listing: catalog.Listing | None) -> list[Vouched]:
     """Build the catalogue unless it has the listing; the files that are left out."""
+    records = _records(store)
+    if _stands(listing, records):
+        return []
     receipts = _receipts(store)
     whole, damaged = _look(store, receipts, listing)
     views = _views(store, receipts, whole)
+    if not damaged and not any(store.unreadable(noun) for noun in STAGES):
+        views[_RECORDS] = records  # made before they were read: if one has changed since, it does not stand
     wanted = {(name, path): seen for name, files in views.items() for path, seen in files.items()}
     if wanted != listing:
         with store.aside(path) as temporary:
