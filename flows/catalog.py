@@ -13,6 +13,7 @@ from flows.stage import Per
 from flows.stages import STAGES
 from pipeline.errors import CorruptFile, PitchloreError
 from pipeline.store import Store, catalog
+from pipeline.store.outputs import RECEIPT
 from pipeline.store.paths import SAFE_NAME, listed
 from pipeline.store.reading import remedy_for
 from pipeline.store.receipts import FileRecord, Receipt
@@ -98,7 +99,7 @@ def _receipts(store: Store) -> list[Receipt]:
 
 def _records(store: Store) -> dict[str, catalog.Glance]:
     """The glance at each receipt, manifest and record of quarantine: what the catalogue is made by."""
-    paths = [path for noun in STAGES.receipted for path in listed(store.root / noun, ".receipt.json")]
+    paths = [path for noun in STAGES.receipted for path in listed(store.root / noun, RECEIPT)]
     paths += [str(store.version_folder(noun, version) / "manifest.json")
               for noun in STAGES.versioned for version in store.versions(noun)]
     paths += listed(store.root / "quarantine", ".json")

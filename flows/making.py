@@ -14,7 +14,7 @@ from pipeline.store import Store
 
 
 class Outcome(NamedTuple):
-    """What became of the outputs of some stages.
+    """Outcome of the work on some stages' outputs of one name.
 
     Attributes:
         made: by noun, whether the output's bytes are new; None if it was done before.

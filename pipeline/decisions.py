@@ -151,7 +151,7 @@ def resolve(sequence: pl.DataFrame, patterns: pl.DataFrame) -> tuple[I64, I64, I
 
 @njit(cache=True, nogil=True)
 def _apart(first: I64, n: int) -> Bools:
-    """Which of some runs of n are kept, so that none overlaps an earlier one that is, bool [I]."""
+    """Mask of the runs of n that are kept, so that none overlaps an earlier one that is, bool [I]."""
     free = np.zeros(len(first), dtype=np.bool_)
     free_from = 0
     for i in range(len(first)):

@@ -18,7 +18,7 @@ import dask
 from distributed import Client, Future, LocalCluster
 from distributed.scheduler import KilledWorker
 
-from flows.placement.crew import Crew, cores
+from flows.placement.crew import Crew, polars_threads
 from flows.placement.identity import difference, identity
 from pipeline.errors import ClusterFailed, WorkerLost
 from pipeline.store.temporaries import beside
@@ -117,7 +117,7 @@ def opened(address: str, width: int, root: Path) -> Iterator[Cluster]:
         else:
             local = stack.enter_context(LocalCluster(
                 n_workers=width, threads_per_worker=1, processes=True, dashboard_address=":0",
-                silence_logs=logging.CRITICAL, env={"POLARS_MAX_THREADS": str(max(1, cores() // width))},
+                silence_logs=logging.CRITICAL, env={"POLARS_MAX_THREADS": polars_threads(width)},
             ))  # type: ignore[no-untyped-call]
             client = stack.enter_context(Client(local, set_as_default=False))  # type: ignore[no-untyped-call]
         where = address or "dask:local"
@@ -158,8 +158,8 @@ def _check(client: Client, root: Path, where: str) -> None:
             raise ClusterFailed(f"cannot work ({type(answer).__name__}: {answer})", where=said,
                                 next_step="Install this version of Pitchlore where the worker runs")
         theirs, seen, locked = answer
-        if (differs := difference(theirs)):
-            raise ClusterFailed(f"has other code ({differs})", where=said, next_step=(
+        if (other := difference(theirs, identity())) is not None:
+            raise ClusterFailed("has other code ({} {}, here {})".format(*other), where=said, next_step=(
                 "Install the same version of Pitchlore and its packages there, and start the worker again"))
         if seen != wanted:
             raise ClusterFailed(f"does not see the data folder {root.resolve()}", where=said, next_step=(
@@ -170,7 +170,7 @@ def _check(client: Client, root: Path, where: str) -> None:
 
 
 def _look(token: str) -> tuple[dict[str, str], bytes | None, bool]:
-    """What a worker says of itself: its code, what it sees in a file, and whether that is locked for it."""
+    """The answer of a worker: its code, what it sees in a file, and whether that is locked for it."""
     seen, locked = None, True
     with suppress(OSError), open(token, "rb") as file:  # noqa: PTH123 (a path of another machine is a text)
         seen = file.read()
@@ -188,10 +188,7 @@ def _call(
     Raises:
         ClusterFailed: if it has other code than the caller.
     """
-    theirs = identity()
-    if theirs != caller:
-        name = next(name for name in [*caller, *theirs] if caller.get(name) != theirs.get(name))
-        raise ClusterFailed(
-            f"a worker has other code than the command ({name} {theirs.get(name, 'none')}, there "
-            f"{caller.get(name, 'none')})", next_step="Install the same version there, and start it again")
+    if (other := difference(identity(), caller)) is not None:
+        raise ClusterFailed("a worker has other code than the command ({} {}, there {})".format(*other),
+                            next_step="Install the same version there, and start it again")
     return work(*arguments, **named)

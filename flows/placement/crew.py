@@ -67,5 +67,10 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def polars_threads(processes: int) -> str:
+    """POLARS_MAX_THREADS for each of some processes that share the cores."""
+    return str(max(1, cores() // processes))
+
+
 #: The crew of the flow that runs.
 crew: ContextVar[Crew] = ContextVar("crew", default=Here(cores()))  # noqa: B039 (nobody changes it)

@@ -20,7 +20,7 @@ _PARTS_EACH = 4
 
 
 class Failure(NamedTuple):
-    """What a piece of work that has failed gives in place of a result.
+    """Stand-in for the result of a piece of work that has failed.
 
     Attributes:
         line: the error in one line.

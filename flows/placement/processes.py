@@ -14,7 +14,7 @@ from types import TracebackType
 from typing import ParamSpec, Self, TypeVar
 
 from flows.child import belong
-from flows.placement.crew import Crew, Here, cores
+from flows.placement.crew import Crew, Here, polars_threads
 from pipeline.errors import WorkerLost
 
 P = ParamSpec("P")
@@ -38,7 +38,7 @@ class Processes:
         self._free: SimpleQueue[ProcessPoolExecutor | None] = SimpleQueue()
         if width > 1:
             # read by polars when it is imported: of this process it is too late to change anything
-            os.environ.setdefault("POLARS_MAX_THREADS", str(max(1, cores() // width)))
+            os.environ.setdefault("POLARS_MAX_THREADS", polars_threads(width))
             _start_tracker()
         for _ in range(width):
             self._free.put(_process() if width > 1 else None)

@@ -15,7 +15,8 @@ from pipeline.store.receipts import Receipt, software
 from pipeline.store.sealed import read_model, sealed
 from pipeline.store.work import Made, Work, contents
 
-_RECEIPT = ".receipt.json"
+#: How the names of receipts end.
+RECEIPT = ".receipt.json"
 CONTENT_FILE = re.compile(r"-[0-9a-f]{12}\.(?!receipt\.)[a-z0-9_-]+\.[a-z]+$")
 
 
@@ -34,11 +35,11 @@ class Outputs(Reading):
         Raises:
             CorruptFile: if the receipt is not readable.
         """
-        return read_model(f"{self.root}/{noun}/{safe(name)}{_RECEIPT}", Receipt)
+        return read_model(self._receipt_path(noun, name), Receipt)
 
     def receipts(self, noun: str) -> Iterator[Receipt]:
         """All readable receipts of a noun, sorted by name; see also :meth:`unreadable_receipts`."""
-        for path in listed(self.root / noun, _RECEIPT):
+        for path in listed(self.root / noun, RECEIPT):
             with suppress(CorruptFile):
                 receipt = read_model(path, Receipt)
                 if receipt is not None:
@@ -47,11 +48,11 @@ class Outputs(Reading):
     def unreadable_receipts(self, noun: str) -> dict[str, str]:
         """Problems of unreadable receipts, by name of the output."""
         found = {}
-        for path in listed(self.root / noun, _RECEIPT):
+        for path in listed(self.root / noun, RECEIPT):
             try:
                 read_model(path, Receipt)
             except CorruptFile as error:
-                found[Path(path).name.removesuffix(_RECEIPT)] = str(error)
+                found[Path(path).name.removesuffix(RECEIPT)] = str(error)
         return found
 
     def holding(self, work: Work) -> Receipt | None:
@@ -97,7 +98,7 @@ class Outputs(Reading):
         )
         with self.committing():
             for source in sources:
-                if not self._receipt_path(source.noun, source.name).exists():
+                if not Path(self._receipt_path(source.noun, source.name)).exists():
                     raise NotFound(f"{source.noun} {source.name} has been removed meanwhile",
                                    where=f"{work.noun} {name}", next_step="Run again")
             for role, (_, data) in written.items():
@@ -106,7 +107,7 @@ class Outputs(Reading):
             before = self.readable(work.noun, name)
             if before is not None and before.model_copy(update={"software": receipt.software}) == receipt:
                 return before
-            self.write_bytes(self._receipt_path(work.noun, name), sealed(receipt))
+            self.write_bytes(Path(self._receipt_path(work.noun, name)), sealed(receipt))
         return receipt
 
     def mend(self, receipt: Receipt, made: Made) -> None:
@@ -127,7 +128,7 @@ class Outputs(Reading):
 
         Call it while :meth:`removing`, unless nobody else uses the folder.
         """
-        path = self._receipt_path(noun, name)
+        path = Path(self._receipt_path(noun, name))
         if not path.exists():
             return False
         receipt = self.readable(noun, name)
@@ -149,5 +150,5 @@ class Outputs(Reading):
                 remove(path)
             return left
 
-    def _receipt_path(self, noun: str, name: str) -> Path:
-        return self.root / noun / f"{safe(name)}{_RECEIPT}"
+    def _receipt_path(self, noun: str, name: str) -> str:
+        return f"{self.root}/{noun}/{safe(name)}{RECEIPT}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -23,15 +24,19 @@ def digest(data: bytes) -> str:
 @cache
 def software() -> str:
     """Name, version and source hash of this code: provenance of its outputs, never part of a key."""
+    return f"{RELEASE}+{source_hash(('pipeline', 'schemas'), ('.py', '.msg', '.csv'))}"
+
+
+def source_hash(packages: Sequence[str], suffixes: Sequence[str]) -> str:
+    """First 8 hex digits of the SHA-256 of all files of some packages whose names end so."""
     sources = sorted(
         (f"{package}/{path.relative_to(root).as_posix()}", path)
-        for package in ("pipeline", "schemas")
+        for package in packages
         for root in [Path(str(files(package)))]
         for path in root.rglob("*")
-        if path.suffix in (".py", ".msg", ".csv")
+        if path.suffix in suffixes
     )
-    code = digest(b"\0".join(name.encode() + b"\0" + path.read_bytes() for name, path in sources))
-    return f"{RELEASE}+{code[:8]}"
+    return digest(b"\0".join(name.encode() + b"\0" + path.read_bytes() for name, path in sources))[:8]
 
 
 #: Name and version of this software, as logs and reports state their writer.

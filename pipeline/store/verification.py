@@ -11,6 +11,7 @@ from pathlib import Path
 from pipeline.errors import CorruptFile, NotFound
 from pipeline.store import Store
 from pipeline.store.files import Files
+from pipeline.store.outputs import RECEIPT
 from pipeline.store.paths import listed
 from pipeline.store.receipts import Manifest, Receipt, digest
 from pipeline.store.sealed import REMEDY_OF_VERSION, parsed, read_anew, read_model
@@ -119,7 +120,7 @@ def _belongs(data: bytes, path: Path) -> bool:
         place = Store(Path()).version_folder(manifest.noun, manifest.version) / path.name
     else:
         receipt = parsed(data, path, Receipt)
-        place = Path(receipt.noun) / f"{receipt.name}.receipt.json"
+        place = Path(receipt.noun) / f"{receipt.name}{RECEIPT}"
     return path.parts[-len(place.parts):] == place.parts
 
 
@@ -128,7 +129,7 @@ def _read(
 ) -> Iterator[Receipt]:
     """The readable receipts and manifests; the others go to what was found."""
     for noun in nouns:
-        for path in map(Path, listed(store.root / noun, ".receipt.json")):
+        for path in map(Path, listed(store.root / noun, RECEIPT)):
             try:
                 receipt = read_model(str(path), Receipt)
             except CorruptFile as error:
@@ -137,7 +138,7 @@ def _read(
             if receipt is None:
                 continue
             _count(path, found)
-            if path != store.root / receipt.noun / f"{receipt.name}.receipt.json":
+            if path != store.root / receipt.noun / f"{receipt.name}{RECEIPT}":
                 found.others.append(f"{path}: is the receipt of {receipt.noun} {receipt.name}. Remove it.")
             yield receipt
     for noun, version in versions:
