@@ -26,8 +26,8 @@ from flows.interrupt import KEPT, end
 from flows.server import Keeper, Process, ServerFailed, trouble
 from pipeline.errors import in_one_line
 
-#: How long a server that is there may take to answer, seconds.
-ANSWER_S = 5.0
+#: How long a server that is there may take to answer, seconds: one that other commands keep busy takes some.
+ANSWER_S = 15.0
 #: How often to ask whether the server is there, and how long it may take to answer, seconds; after so many
 #: times in vain it counts as ended.
 WATCH_S, REPLY_S, SILENT = 2.0, 3.0, 3

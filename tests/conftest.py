@@ -107,8 +107,8 @@ def prefect_server(request: pytest.FixtureRequest) -> Iterator[str]:
 
 
 @pytest.fixture
-def call(capsys, monkeypatch):
-    """Call `pitchlore …`; exit code, standard output, standard error."""
+def call(capsys, monkeypatch, request):
+    """Call `pitchlore …`; exit code, standard output, standard error. What it says on errors is in the report."""
     monkeypatch.setenv("COLUMNS", "250")
 
     from flows.cli import main
@@ -120,6 +120,7 @@ def call(capsys, monkeypatch):
         except SystemExit as stop:
             code = int(stop.code or 0)
         said = capsys.readouterr()
+        request.node.add_report_section("call", f"standard error of {words[0]}, which ended with {code}", said.err)
         return code, said.out, said.err
 
     return run
