@@ -15,6 +15,7 @@ import tomllib
 import polars as pl
 import pytest
 from conftest import ROOT, clip
+from support.processes import pitchlore
 from support.receipts import put_receipt, receipt_at
 
 from flows.cli import COMMANDS
@@ -529,7 +530,7 @@ def test_no_traceback_without_debug(call, finished, monkeypatch):
 def test_data_from_environment(finished):
     """The data folder can come from PITCHLORE_DATA."""
     done = subprocess.run(
-        [sys.executable, "-c", "from flows.cli import main; main()", "kb", "list", "--json"],
+        pitchlore("kb", "list", "--json"),
         env={**os.environ, "PITCHLORE_DATA": str(finished)}, capture_output=True, text=True, check=True,
     )
     assert json.loads(done.stdout)[0]["version"] == 1

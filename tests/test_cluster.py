@@ -8,7 +8,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,7 +15,7 @@ from types import SimpleNamespace
 
 import pytest
 from conftest import ROOT, clip, run
-from support.processes import eventually
+from support.processes import eventually, pitchlore
 
 pytest.importorskip("distributed", reason="the extra dask is not installed")
 
@@ -62,6 +61,19 @@ class Cluster:
         """Start a worker."""
         self.begin(name, "dask_worker", f"tcp://127.0.0.1:{self.port}", "--nthreads", "1", "--nworkers", "1",
                    "--no-dashboard", "--local-directory", str(self.root / f"{name}-space"), **environment)
+
+    @contextmanager
+    def joined(self, name: str, **environment: str) -> Iterator[None]:
+        """One more worker, while the body runs."""
+        self.work(name, **environment)
+        try:
+            yield
+        finally:
+            for pid in (*self.pids(name), self.processes[name].pid):
+                os.kill(pid, signal.SIGKILL)
+            self.processes.pop(name).wait()
+            with crew_at(self.on, self.root / "data") as crew:
+                eventually(lambda: crew.width == 2)
 
     def begin(self, name: str, program: str, *words: str, **environment: str) -> None:
         home = self.root / name
@@ -109,12 +121,14 @@ def workers(tmp_path_factory) -> Iterator[Cluster]:
         yield own
 
 
-def pitchlore(*words: object, cwd: Path, **options) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([Path(sys.executable).with_name("pitchlore"), *map(str, words)], cwd=cwd, text=True,
-                          capture_output=True, check=False, **options)
+def running(cluster: Cluster, folder: Path, server: str) -> subprocess.Popen[str]:
+    """A command that runs the league of a folder on a cluster."""
+    return subprocess.Popen(pitchlore("run", "--on", cluster.on, "--data", "league"), cwd=folder, text=True,
+                            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                            env={**os.environ, "PREFECT_API_URL": server})
 
 
-def league(folder: Path, matches: int = 3) -> Path:
+def league(folder: Path, matches: int = 2) -> Path:
     """A folder with a data folder named league, and recordings in its inbox."""
     inbox = folder / "league" / "inbox"
     inbox.mkdir(parents=True)
@@ -174,56 +188,48 @@ def test_processes(alone, tmp_path):
     assert same(brought(league(tmp_path), "processes:2"), alone)
 
 
-def test_killed_worker(workers, alone, tmp_path):
+def test_killed_worker(workers, alone, tmp_path, prefect_server):
     """A worker that is killed loses nothing: another does its work, and finds what is done."""
     folder = league(tmp_path)
-    ended = threading.Event()
-
-    def kill() -> None:
+    with running(workers, folder, prefect_server) as command:
         eventually(lambda: list((folder / "league").glob("trajectories/*.receipt.json")))
         for pid in workers.pids("one"):
             os.kill(pid, signal.SIGKILL)
-        ended.set()
-
-    killer = threading.Thread(target=kill)
-    killer.start()
-    done = pitchlore("run", "--on", workers.on, "--data", "league", cwd=folder)
-    killer.join()
-    assert (done.returncode, ended.is_set()) == (0, True), done.stderr
+        assert command.poll() is None
+        _, said = command.communicate(timeout=60)
+    assert command.returncode == 0, said
     made = products(folder / "league")
     assert same(made, {name: data for name, data in alone.items() if name in made})
 
 
-def test_killed_scheduler(alone, tmp_path):
+def test_killed_scheduler(workers, alone, tmp_path, prefect_server):
     """If the scheduler ends the command says so in one line; run again, it goes on with what is left."""
     folder = league(tmp_path / "here")
     (tmp_path / "cluster").mkdir()
-    with started(tmp_path / "cluster") as own:
-        command = subprocess.Popen(
-            [Path(sys.executable).with_name("pitchlore"), "run", "--on", own.on, "--data", "league"], cwd=folder,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    with started(tmp_path / "cluster") as own, running(own, folder, prefect_server) as command:
         eventually(lambda: list((folder / "league").glob("matches/*.receipt.json")))
         own.processes["scheduler"].kill()
         _, said = command.communicate(timeout=60)
     assert command.returncode == 1
     assert "the Dask scheduler has ended" in said
     assert "Traceback" not in said
-    shutil.rmtree(tmp_path / "cluster")
-    (tmp_path / "cluster").mkdir()
-    with started(tmp_path / "cluster") as own:
-        done = pitchlore("run", "--on", own.on, "--data", "league", cwd=folder)
-        assert done.returncode == 0, done.stderr
+    with running(workers, folder, prefect_server) as command:
+        _, said = command.communicate(timeout=60)
+    assert command.returncode == 0, said
     made = products(folder / "league")
     assert same(made, {name: data for name, data in alone.items() if name in made})
 
 
 def test_local_cluster(tmp_path):
-    """A cluster of processes for one command, which ends with it."""
-    with crew_at("dask:local:2", tmp_path) as crew:
+    """A cluster of processes for one command. Work that kills all who try it is given up; other work is done."""
+    with cluster.dask.config.set({"distributed.scheduler.allowed-failures": 1}), crew_at("dask:local:2", tmp_path) as crew:
         assert crew.width == 2
         assert crew.run(os.getpid) != os.getpid()
         with pytest.raises(StorageFailed) as refused:
             crew.run(refuse)
+        with pytest.raises(WorkerLost, match="2 workers that did this were killed"):
+            crew.run(die)
+        assert crew.run(int, "7") == 7
     assert str(refused.value) == "m.parquet: cannot be written. Free space."
 
 
@@ -235,40 +241,20 @@ def die():
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_work_that_kills(tmp_path):
-    """Work that kills every worker that tries it is given up with a line; others is done."""
-    with crew_at("dask:local:2", tmp_path) as crew:
-        with pytest.raises(WorkerLost, match="4 workers that did this were killed"):
-            crew.run(die)
-        assert crew.run(int, "7") == 7
-
-
-def test_other_code(tmp_path):
+def test_other_code(workers, call, tmp_path):
     """A worker of other code is refused in one line before it works."""
     copy = tmp_path / "copy"
     for package in ("flows", "pipeline", "schemas"):
         shutil.copytree(ROOT / package, copy / package, ignore=shutil.ignore_patterns("__pycache__"))
     with (copy / "pipeline" / "pitch.py").open("a") as file:
         file.write("# other code\n")
-    (tmp_path / "cluster").mkdir()
-    with started(tmp_path / "cluster") as own:
-        own.work("other", PYTHONPATH=str(copy))
-        crew = crew_at(own.on, tmp_path / "data")
-
-        def refused() -> str:
-            try:
-                with crew_at(own.on, tmp_path / "data"):
-                    return ""
-            except ClusterFailed as error:
-                return str(error)
-
-        said = eventually(refused)
-        assert "has other code (pitchlore 0.1.0+" in said
-        done = pitchlore("run", "--on", own.on, "--data", "league", cwd=league(tmp_path / "here"))
-        assert (done.returncode, done.stdout) == (1, "")
-        assert "has other code" in done.stderr
-        assert not list((tmp_path / "here" / "league").glob("*/*.receipt.json"))
-    del crew
+    data = league(tmp_path, 1) / "league"
+    with crew_at(workers.on, tmp_path / "data") as crew, workers.joined("other", PYTHONPATH=str(copy)):
+        eventually(lambda: crew.width == 3)
+        code, out, err = call("run", "--on", workers.on, "--data", data)
+    assert (code, out) == (1, "")
+    assert "has other code (pitchlore 0.1.0+" in err.splitlines()[-1]
+    assert not list(data.glob("*/*.receipt.json"))
 
 
 def answering(*answers):
@@ -302,14 +288,14 @@ def test_late_worker():
         cluster._call({**identity(), "pitchlore": "0.0.1"}, int, (), {})
 
 
-def test_nobody_there(tmp_path):
-    """Nobody at the address is one line within seconds, before anything is done."""
-    folder = league(tmp_path, 1)
-    for words in (("run",), ("record", "--matches", "2")):
-        done = pitchlore(*words, "--on", "dask://127.0.0.1:9", "--data", "league", cwd=folder, timeout=30)
-        assert done.returncode == 1
-        assert done.stderr.splitlines()[-1] == (
-            "pitchlore: tcp://127.0.0.1:9: no Dask scheduler answers. Start one (dask scheduler), and its workers (dask worker).")
+@pytest.mark.parametrize("words", [("run",), ("record", "--matches", "2")])
+def test_nobody_there(tmp_path, call, monkeypatch, words):
+    """Nobody at the address is one line, before anything is done."""
+    monkeypatch.setattr(cluster, "ANSWER_S", 1)
+    code, _, err = call(*words, "--on", "dask://127.0.0.1:9", "--data", league(tmp_path, 1) / "league")
+    assert code == 1
+    assert err.splitlines()[-1] == (
+        "pitchlore: tcp://127.0.0.1:9: no Dask scheduler answers. Start one (dask scheduler), and its workers (dask worker).")
 
 
 def test_words():

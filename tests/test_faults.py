@@ -22,7 +22,7 @@ from threading import Thread
 import pytest
 from conftest import clip, run
 from support.outputs import put_goal
-from support.processes import alive, eventually
+from support.processes import alive, eventually, pitchlore
 
 import flows.catalog
 import flows.matches
@@ -39,14 +39,13 @@ from pipeline.store import Store, locks
 
 #: A command has to have ended by then, seconds; here it shares the machine with other tests.
 SOON_S = 60.0
-COMMAND = "from flows.cli import script; script()"
 
 
 def call(*words: object, before: Callable[[], None] | None = None, **variables: str) -> tuple[int, str, str, float]:
     """Exit code, output and seconds of a command in a process of its own, which brings its own server."""
     here = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"} | variables
     begun = time.monotonic()
-    done = subprocess.run([sys.executable, "-c", COMMAND, *map(str, words)], env=here, text=True, check=False,
+    done = subprocess.run(pitchlore(*words), env=here, text=True, check=False,
                           capture_output=True, preexec_fn=before, timeout=SOON_S)
     return done.returncode, done.stdout, done.stderr, time.monotonic() - begun
 
@@ -274,7 +273,7 @@ def test_home_that_cannot_be_used(monkeypatch):
 #: A command whose flow waits, after something was done to its server, when it would import a recording.
 MEANWHILE = """
 import os, signal, sys, time
-import flows.cli, flows.imports, flows.serving
+import flows.imports, flows.serving
 flows.serving.REQUEST_S, flows.serving.AGAIN = 1.0, 1
 def wait(*_):
     {does}
@@ -282,7 +281,6 @@ def wait(*_):
     time.sleep({seconds})
     {then}
 flows.imports.import_recording = wait
-flows.cli.script()
 """
 
 
@@ -292,7 +290,7 @@ def meanwhile(
     """What an import says last whose server fails meanwhile, and the number of its server's process."""
     here = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"} | variables
     script = MEANWHILE.format(does=does, seconds=seconds, then=then)
-    words = [sys.executable, "-c", script, "import", recording, "--data", recording.parent / "data"]
+    words = pitchlore("import", recording, "--data", recording.parent / "data", before=script)
     with subprocess.Popen(words, text=True, env=here, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
         assert command.stdout is not None
         server = int(command.stdout.readline())
@@ -358,7 +356,7 @@ def test_waiting_is_said(tmp_path, monkeypatch, caplog):
 def test_full_standard_output(finished, words):
     """Output that has no room is said in one line."""
     with Path("/dev/full").open("w") as full:
-        done = subprocess.run([sys.executable, "-c", COMMAND, *words, "--data", finished], stdout=full, text=True,
+        done = subprocess.run(pitchlore(*words, "--data", finished), stdout=full, text=True,
                               stderr=subprocess.PIPE, check=False, timeout=SOON_S)
     assert done.returncode == 1
     assert done.stderr == (

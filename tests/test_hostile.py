@@ -7,7 +7,6 @@ import multiprocessing
 import os
 import re
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import redirect_stdout
@@ -21,6 +20,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from recordings.make import FILES
 from support.bounds import Reader
+from support.processes import pitchlore
 from support.recordings import same
 
 from flows.catalog import refresh
@@ -84,7 +84,7 @@ def test_hostile_names(tmp_path, prefect_server):
     for number, name in enumerate(NAMES):
         with open(os.path.join(box, name), "wb") as file:  # noqa: PTH118, PTH123 (bytes)
             file.write(DERBY.replace(b"0.1,", b"0.%d1," % (number + 1)))
-    command = [sys.executable, "-c", "import sys; from flows.cli import main; main(sys.argv[1:])"]
+    command = pitchlore()
     done = subprocess.run([*command, "import", *(os.path.join(box, name) for name in NAMES), "--data", data],  # noqa: PTH118
                           capture_output=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.processes import pitchlore
 
 from flows.cli import main
 from flows.imports import import_all
@@ -26,7 +27,6 @@ from schemas import Matches
 
 #: Of a match that is certainly not over when it is killed.
 MINUTES = 100
-RECORD = "import sys; from flows.cli import main; main(sys.argv[1:])"
 CHUNKS, HEAD = 300_000, 8_192  # bytes: more than a chunk, more than what is before the first
 
 
@@ -35,7 +35,7 @@ def killed(tmp_path_factory):
     """A data folder in which a match was killed as it was played."""
     data = tmp_path_factory.mktemp("killed")
     words = ["record", "--home", "static", "--away", "static", "--minutes", MINUTES, "--data", data]
-    with subprocess.Popen([sys.executable, "-c", RECORD, *map(str, words)]) as process:
+    with subprocess.Popen(pitchlore(*words)) as process:
         try:
             deadline = time.monotonic() + 120
             while not any(file.stat().st_size > CHUNKS for file in (data / "playing").glob("*.mcap")):
@@ -85,7 +85,6 @@ from test_record import short
 flows.record.keep = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)
 flows.record.record(Store(Path(sys.argv[1])), short(1))
 """
-PLAY = "import sys; from flows.cli import main; main(['play', '--data', sys.argv[1]])"
 
 
 def short(seed):
@@ -114,8 +113,8 @@ def test_killed_early_or_late(tmp_path, capsys, prefect_server):
     folders = os.pathsep.join([str(Path(__file__).parent), *sys.path])
     here = {**os.environ, "PYTHONPATH": folders, "SDL_VIDEODRIVER": "dummy"}
     committing, person = (
-        subprocess.Popen([sys.executable, "-c", code, tmp_path], env=here, stdout=subprocess.DEVNULL)
-        for code in (COMMITTING, PLAY)
+        subprocess.Popen(words, env=here, stdout=subprocess.DEVNULL)
+        for words in ([sys.executable, "-c", COMMITTING, tmp_path], pitchlore("play", "--data", tmp_path))
     )
     try:
         deadline = time.monotonic() + 120

@@ -3,11 +3,11 @@
 import os
 import signal
 import subprocess
-import sys
 import time
 from threading import Barrier
 
 import pytest
+from support.processes import pitchlore
 
 from flows import season as loop
 from flows.cli import main
@@ -100,7 +100,7 @@ def test_killed_season(together, tmp_path, prefect_server):
     data, own = tmp_path / "data", season(1)
     words = ["season", "--settings", str(tmp_path / "short.toml"), "--data", str(data)]
     process = subprocess.Popen(
-        [sys.executable, "-c", "from flows.cli import main; main()", *words],
+        pitchlore(*words),
         env={**os.environ, "PREFECT_API_URL": prefect_server},
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )

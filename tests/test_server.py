@@ -7,13 +7,12 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 import threading
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 
 import pytest
-from support.processes import alive
+from support.processes import alive, pitchlore
 from support.terminal import terminal
 
 from flows.server import Keeper, Kept, Process, ServerFailed
@@ -60,9 +59,7 @@ def data(tmp_path):
 
 
 def begin(*words: object) -> subprocess.Popen[str]:
-    script = "import sys; from flows.cli import main; main(sys.argv[1:])"
-    return subprocess.Popen([sys.executable, "-c", script, *map(str, words)], text=True,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    return subprocess.Popen(pitchlore(*words), text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
 def call(*words: object) -> tuple[int, str, str]:

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from conftest import ROOT, clip
 from support import trees
+from support.processes import COMMAND_LINE
 
 import pipeline
 
@@ -71,7 +72,7 @@ def installed(wheel, tmp_path_factory) -> Installed:
     own = [path for path in sys.path if Path(path).name == "site-packages"]
     (site / "dependencies.pth").write_text("\n".join(own), encoding="utf-8")
     script = place / "bin" / "pitchlore"
-    script.write_text(f"#!{place}/bin/python\nfrom flows.cli import main\nmain()\n", encoding="utf-8")
+    script.write_text(f"#!{place}/bin/python{COMMAND_LINE}\n", encoding="utf-8")
     script.chmod(0o755)
     return Installed(place / "bin", folder)
 

@@ -11,12 +11,12 @@ from collections import Counter
 
 import pytest
 from conftest import SAMPLE, clip
+from support.processes import COMMAND_LINE
 
 from flows.matches import Recording, import_recording
 from flows.server import Keeper
 from pipeline.store import Store
 
-COMMAND_LINE = "import sys; from flows.cli import main; main(sys.argv[1:])"
 #: Ends the process where its first task would begin.
 TO_THE_FIRST_TASK = "import os, flows.imports; flows.imports.import_recording = lambda *_: os._exit(0)\n"
 #: Packages that are named beside a command.

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
 T = TypeVar("T")
+
+#: The command line as it is installed: it leaves without unwinding the threads of Prefect, which could abort it.
+COMMAND_LINE = "\nfrom flows.cli import script; script()"
+
+
+def pitchlore(*words: object, before: str = "") -> list[str]:
+    """The words that call the command line in a process of its own, after some Python of a test's."""
+    return [sys.executable, "-c", before + COMMAND_LINE, *map(str, words)]
 
 
 def eventually(what: Callable[[], T], seconds: float = 60.0) -> T:

@@ -6,14 +6,13 @@ import os
 import pty
 import select
 import subprocess
-import sys
 import time
 import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
-#: The command line, after what a test changes in it.
-COMMAND_LINE = "\nfrom flows.cli import script; script()"
+from support.processes import pitchlore
+
 CTRL_C = b"\x03"
 
 
@@ -32,7 +31,7 @@ class Terminal:
         self.said = b""
         self._hand, screen = pty.openpty()
         self.process = subprocess.Popen(
-            [sys.executable, "-c", before + COMMAND_LINE, *map(str, words)],
+            pitchlore(*words, before=before),
             stdin=screen, stdout=screen, stderr=screen, start_new_session=True,
             env={**os.environ, name: value, **environment},
             preexec_fn=_take_terminal,
