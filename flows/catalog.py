@@ -173,9 +173,9 @@ def _of_groups() -> frozenset[str]:
 
 
 def refresh_into(store: Store, report: StageReport) -> None:
-    """Bring the catalogue up to date (:func:`refresh`). If that fails, it is one more failure of a report."""
+    """Bring the catalogue up to date (:func:`renew`). If that fails, it is one more failure of a report."""
     try:
-        refresh(store)
+        renew(store)
     except PitchloreError as error:
         report.failed["catalog.duckdb"] = str(error)
 
@@ -186,6 +186,15 @@ def refresh_after(store: Store, report: RunReport) -> None:
     refresh_into(store, catalogue)
     if catalogue.failed:
         report.stages.append(catalogue)
+
+
+def renew(store: Store) -> None:
+    """Bring the catalogue up to date after a change.
+
+    That of a bucket is a cache, which is made where somebody asks: it takes the files of all tables.
+    """
+    if store.mirror is None:
+        refresh(store)
 
 
 def refresh(store: Store) -> tuple[Path, list[Vouched]]:
@@ -213,6 +222,7 @@ def _bring_up_to_date(store: Store, path: Path, listing: catalog.Listing | None)
     if _stands(listing, records):
         return []
     receipts = _receipts(store)
+    store.bring(receipts, PUBLIC)
     whole, damaged = _look(store, receipts, listing)
     views = _views(store, receipts, whole)
     if not damaged and not any(store.unreadable(noun) for noun in STAGES):

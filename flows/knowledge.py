@@ -36,7 +36,7 @@ def plan(store: Store, scope: Scope, settings: KnowledgeSettings, stage: Stage) 
             other settings.
     """
     if not scope.matches:
-        raise NotFound("there is no match to learn from", where=str(store.root),
+        raise NotFound("there is no match to learn from", where=store.where,
                        next_step="Import recordings and run the stages first")
     receipts: dict[str, list[Receipt]] = {
         "behaviours": [need(store, "behaviours", scope.name)],
@@ -203,7 +203,7 @@ def _refuse_twice(store: Store, before: Manifest, scope: Scope) -> None:
         raise BadSettings(
             f"knowledge version {before.version} holds {min(twice)} already, made from other files, by "
             "another version of the stage or by other settings, and would count it twice",
-            where=str(store.root),
+            where=store.where,
             next_step="Begin again in another data folder, or say accumulate = false",
         )
 

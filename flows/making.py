@@ -11,6 +11,7 @@ from flows.stages import STAGES
 from pipeline.errors import in_one_line
 from pipeline.settings import Settings
 from pipeline.store import Store
+from pipeline.store.mirrors import located
 
 
 class Outcome(NamedTuple):
@@ -46,7 +47,7 @@ def make(
         doubted: files that count as damaged (:class:`pipeline.store.outputs.Outputs`).
     """
     store = Store(data)
-    store.doubted = doubted
+    store.doubted = frozenset(map(located, doubted))
     made: dict[str, bool | None] = {}
     seen: Seen | None = None if output.match is None else {}  # what several stages of a match read
     for noun in nouns:

@@ -61,8 +61,14 @@ class Recording(BaseModel):
 def inbox(store: Store) -> list[Recording]:
     """Recordings in the data folder's inbox with their maps, sorted by name, then abandoned logs.
 
-    A log is abandoned if the process that played its match was killed.
+    A log is abandoned if the process that played its match was killed. The copy of a bucket gets the files
+    of its inbox first.
+
+    Raises:
+        StorageFailed: if the bucket cannot be reached.
     """
+    if store.mirror is not None:
+        store.mirror.pull(store.root / INBOX)
     left = [Recording(file=file) for file in store.abandoned(PLAYING)]
     return [recording for recording in _dropped(store) if _is_inside(recording, store)] + left
 

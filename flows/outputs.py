@@ -54,7 +54,7 @@ def need(store: Store, noun: str, name: str) -> Receipt:
     """
     receipt = store.receipt(noun, name)
     if receipt is None:
-        raise NotFound(f"{noun} of {name} have not been made", where=str(store.root),
+        raise NotFound(f"{noun} of {name} have not been made", where=store.where,
                        next_step=f"Run the stage {noun} first (`pitchlore run` runs them all)")
     return receipt
 

@@ -33,7 +33,7 @@ def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
     """
     knowledge = store.latest("knowledge")
     if knowledge is None:
-        raise NotFound("there is no knowledge to train on", where=str(store.root),
+        raise NotFound("there is no knowledge to train on", where=store.where,
                        next_step="Import recordings and run `pitchlore run` first")
     known = batch(store, knowledge, settings.last_matches)
     inputs = {f"knowledge/{role}": record.sha256 for role, record in sorted(knowledge.files.items())}
@@ -125,7 +125,7 @@ def batch(store: Store, knowledge: Manifest, last_matches: int | None = None) ->
                 if sha256_of(known.receipt, match) != learned.sha256:
                     raise NotFound(
                         f"the decisions of {match} are newer than knowledge {version.version}",
-                        where=str(store.root), next_step="Run `pitchlore run` to emit knowledge first")
+                        where=store.where, next_step="Run `pitchlore run` to emit knowledge first")
                 if team is None or _tells(store, known, team):
                     newest_first[match] = known
     return list(newest_first.values())[::-1]

@@ -185,7 +185,7 @@ def sources(store: Store) -> Sources:
     receipts = [receipt for receipt in _whole(store, "seasons", without)
                 if {"games", "growth"} <= receipt.files.keys()]
     if not receipts:
-        raise NotFound("no season has been played", where=str(store.root),
+        raise NotFound("no season has been played", where=store.where,
                        next_step="Play one with `pitchlore season`")
     played = _whole(store, "evaluations", without)
     return Sources(receipts, measurements(store, receipts, played), apprentices(store, receipts))
@@ -315,5 +315,5 @@ def write_report(store: Store) -> Written:
         with refusing(store, work.noun, work.name):
             receipt = store.commit(work, _made(found))
     path = store.root / "report" / "index.html"
-    store.write_bytes(path, store.read(receipt, "page"))
+    store.keep(path, store.read(receipt, "page"))
     return Written(receipt, path, found)

@@ -62,7 +62,7 @@ def done(store: Store, season: Season) -> Receipt | None:
                 " because its exploration depends on their number (explore is not explore_last)")
     raise BadSettings(
         why, where=season.id,
-        next_step=f"Take another seed, or remove {store.root / NOUN}/{season.id}* to play it anew",
+        next_step=f"Take another seed, or remove {store.where}/{NOUN}/{season.id}* to play it anew",
     )
 
 

@@ -35,6 +35,8 @@ from pipeline.store.paths import check_root
 P = ParamSpec("P")
 R = TypeVar("R")
 
+#: The copy of a bucket that the command has brought up to date so many seconds ago is up to date.
+_YOUNG_S = 5.0
 #: How a version is shown as an artifact of the flow run.
 _DESCRIBE = {"knowledge": knowledge.describe, "policies": policies.describe}
 
@@ -177,8 +179,10 @@ def swept(data: Path) -> Store:
 
     Raises:
         BadSettings: as for :func:`pipeline.store.paths.check_root`.
+        StorageFailed: if it is in a bucket that cannot be reached.
     """
-    check_root(data)
     store = Store(data)
+    check_root(store.root)
+    store.catch_up(within=_YOUNG_S)
     store.sweep()
     return store

@@ -124,7 +124,7 @@ def policy(store: Store, version: int | None = None) -> Manifest:
     """
     manifest = store.latest("policies") if version is None else store.manifest("policies", version)
     if manifest is None:
-        raise NotFound("there is no policy to play", where=str(store.root),
+        raise NotFound("there is no policy to play", where=store.where,
                        next_step="Import or record matches, then `pitchlore run`")
     return manifest
 

@@ -86,6 +86,10 @@ class StorageFailed(PitchloreError):
     transient = True
 
 
+class Overtaken(PitchloreError):
+    """Another machine has written to a bucket what was to be written now; what it wrote stands."""
+
+
 class StillWritten(PitchloreError):
     """A file changed while it was read: somebody writes it."""
 

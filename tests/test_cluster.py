@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -15,6 +16,7 @@ from types import SimpleNamespace
 
 import pytest
 from conftest import ROOT, clip, run
+from support.buckets import Served, served
 from support.processes import eventually, pitchlore
 
 pytest.importorskip("distributed", reason="the extra dask is not installed")
@@ -26,6 +28,7 @@ from flows.placement.pieces import spread
 from flows.placement.places import crew_at, place_of
 from flows.record import record_match
 from flows.season import season_flow
+from flows.verify import verify_all
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.errors import BadSettings, ClusterFailed, StorageFailed, WorkerLost
@@ -43,10 +46,11 @@ SEASON = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 10'
 class Cluster:
     """A scheduler and two workers, each in a folder of its own with another HOME and another PATH."""
 
-    def __init__(self, root: Path, port: int = 0) -> None:
+    def __init__(self, root: Path, **environment: str) -> None:
         self.root = root
+        self.environment = environment
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
-        self.begin("scheduler", "dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard",
+        self.begin("scheduler", "dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
                    "--scheduler-file", str(root / "scheduler.json"))
         said = json.loads(eventually(lambda: (root / "scheduler.json").exists() and (root / "scheduler.json").read_text()))
         self.port = int(said["address"].rpartition(":")[2])
@@ -78,7 +82,7 @@ class Cluster:
     def begin(self, name: str, program: str, *words: str, **environment: str) -> None:
         home = self.root / name
         home.mkdir(exist_ok=True)
-        there = {"HOME": str(home), "PATH": f"{home}:/usr/bin:/bin", **environment}
+        there = {"HOME": str(home), "PATH": f"{home}:/usr/bin:/bin", **self.environment, **environment}
         with (home / "log").open("ab") as log:
             self.processes[name] = subprocess.Popen(
                 [sys.executable, "-m", f"distributed.cli.{program}", *words], cwd=home, env=there,
@@ -105,8 +109,8 @@ class Cluster:
 
 
 @contextmanager
-def started(root: Path, port: int = 0) -> Iterator[Cluster]:
-    own = Cluster(root, port)
+def started(root: Path, **environment: str) -> Iterator[Cluster]:
+    own = Cluster(root, **environment)
     try:
         with crew_at(own.on, root / "data") as crew:
             eventually(lambda: crew.width == 2)
@@ -116,8 +120,14 @@ def started(root: Path, port: int = 0) -> Iterator[Cluster]:
 
 
 @pytest.fixture(scope="module")
-def workers(tmp_path_factory) -> Iterator[Cluster]:
-    with started(tmp_path_factory.mktemp("cluster")) as own:
+def buckets() -> Iterator[Served]:
+    with served() as own:
+        yield own
+
+
+@pytest.fixture(scope="module")
+def workers(tmp_path_factory, buckets) -> Iterator[Cluster]:
+    with started(tmp_path_factory.mktemp("cluster"), **buckets.environment) as own:
         yield own
 
 
@@ -142,18 +152,23 @@ def brought(folder: Path, on: str) -> dict[str, bytes]:
     data, before = Path("league"), Path.cwd()
     os.chdir(folder)
     try:
-        assert run(data, on=on).failures == {}
-        seasons = [Season(name="short", opponent="static", seed=seed, settings=parse(SEASON, where="short.toml")) for seed in (1, 2)]
-        assert season_flow(data, seasons, on=on)["failed"] == {}
-        with crew_at(on, data) as crew:
-            pairs = Evaluation(team=scripted("static"), opponent=scripted("random"), referee=RefereeSettings(duration_s=4.0))
-            evaluate(Store(data), pairs, range(2), {}, crew)
-            recipes = [Recipe(home=STATIC, away=STATIC, referee=RefereeSettings(duration_s=4.0), seed=seed) for seed in (1, 2)]
-            list(spread(crew, record_match, ((recipe.match_id, {"data": crew.path(data), "recipe": recipe, "policies": {}})
-                                             for recipe in recipes), 2))
+        work(data, on)
         return products(data)
     finally:
         os.chdir(before)
+
+
+def work(data: Path, on: str) -> None:
+    """A run, two seasons, an evaluation and a record."""
+    assert run(data, on=on).failures == {}
+    seasons = [Season(name="short", opponent="static", seed=seed, settings=parse(SEASON, where="short.toml")) for seed in (1, 2)]
+    assert season_flow(data, seasons, on=on)["failed"] == {}
+    with crew_at(on, Store(data).root) as crew:
+        pairs = Evaluation(team=scripted("static"), opponent=scripted("random"), referee=RefereeSettings(duration_s=4.0))
+        evaluate(Store(data), pairs, range(2), {}, crew)
+        recipes = [Recipe(home=STATIC, away=STATIC, referee=RefereeSettings(duration_s=4.0), seed=seed) for seed in (1, 2)]
+        list(spread(crew, record_match, ((recipe.match_id, {"data": crew.path(Store(data).root), "recipe": recipe, "policies": {}})
+                                         for recipe in recipes), 2))
 
 
 def scripted(kind: str) -> Entrant:
@@ -181,6 +196,24 @@ def alone(tmp_path_factory, prefect_server) -> dict[str, bytes]:
 def test_same_bytes(workers, alone, tmp_path):
     """Two workers in other folders, with another HOME and PATH, make the bytes of one process."""
     assert same(brought(league(tmp_path), workers.on), alone)
+
+
+def test_bucket(workers, buckets, alone, tmp_path, monkeypatch):
+    """So do workers that share nothing but a bucket, each with a copy of its own; that of the command knows all."""
+    for name, value in {**buckets.environment, "XDG_CACHE_HOME": str(tmp_path / "cache")}.items():
+        monkeypatch.setenv(name, value)
+    url, recordings = buckets.new(), league(tmp_path) / "league" / "inbox"
+    for file in recordings.iterdir():
+        buckets.put(url, f"inbox/{file.name}", file.read_bytes())
+    work(Path(url), workers.on)
+    made = {re.sub(r"(/v\d{4,}/)[0-9a-f]{12}\.", r"\1", key): data for key, data in buckets.objects(url).items()
+            if not key.endswith(".csv")}
+    assert same(made, alone)
+    store = Store(Path(url))
+    known = {path.name for path in store.root.rglob("*.receipt.json")}
+    assert known == {Path(key).name for key in made if key.endswith(".receipt.json")}
+    assert verify_all(store).problems == []
+    assert len(list(workers.root.rglob(".bucket.json"))) == 2
 
 
 def test_processes(alone, tmp_path):
@@ -285,7 +318,7 @@ def test_unfit_worker(tmp_path, monkeypatch, answer, says):
 def test_late_worker():
     """A worker that comes after the check checks itself."""
     with pytest.raises(ClusterFailed, match=r"a worker has other code than the command \(pitchlore .*, there 0\.0\.1\)"):
-        cluster._call({**identity(), "pitchlore": "0.0.1"}, int, (), {})
+        cluster._call({**identity(), "pitchlore": "0.0.1"}, None, int, (), {})
 
 
 @pytest.mark.parametrize("words", [("run",), ("record", "--matches", "2")])

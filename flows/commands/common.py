@@ -42,10 +42,13 @@ class Common:
         """The store in the data folder, for a command that makes something; the folder may be new.
 
         Raises:
-            BadSettings: as for :func:`pipeline.store.paths.check_root`.
+            BadSettings: as for :func:`pipeline.store.paths.check_root`, or :class:`pipeline.store.Store`.
+            StorageFailed: if it is in a bucket that cannot be reached.
         """
-        check_root(self.data)
-        return Store(self.data)
+        store = Store(self.data)
+        check_root(store.root)
+        store.catch_up()
+        return store
 
     @property
     def existing(self) -> Store:
@@ -54,13 +57,16 @@ class Common:
         Raises:
             BadSettings: if it is not a folder.
             NotFound: if it does not exist, or holds nothing of a data folder.
+            StorageFailed: if it is in a bucket that cannot be reached, and there is no copy.
         """
-        store = self.store
-        if not self.data.exists():
-            raise NotFound("there is no such folder", where=str(self.data), next_step=_OTHERWISE)
-        if not any(next(self.data.glob(sign), None) for sign in _SIGNS):
+        store = Store(self.data)
+        check_root(store.root)
+        store.catch_up_or_say()
+        if not store.root.exists():
+            raise NotFound("there is no such folder", where=store.where, next_step=_OTHERWISE)
+        if not any(next(store.root.glob(sign), None) for sign in _SIGNS):
             raise NotFound("is not a data folder, or nothing has been imported into it",
-                           where=str(self.data), next_step=_OTHERWISE)
+                           where=store.where, next_step=_OTHERWISE)
         return store
 
     def settings(self, path: Path | None) -> RunSettings:

@@ -8,7 +8,7 @@ import polars as pl
 from rich.console import Console
 
 from flows import season as loop
-from flows.catalog import catalog_path, refresh
+from flows.catalog import catalog_path, renew
 from flows.commands.commentary import told_of
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.import_ import bring_in
@@ -59,7 +59,7 @@ def demo(*recordings: Path, common: Common = DEFAULTS) -> None:
     played.append(_play(store, "learned:1", 1))
     _learn(store)
     season = _season(store)
-    refresh(store)
+    renew(store)
     _scores(store, played, out)
     _goals(store, played[0], out)
     _behaviours(store, out)

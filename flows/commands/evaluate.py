@@ -11,7 +11,7 @@ from typing import Annotated
 import polars as pl
 from cyclopts import Parameter
 
-from flows.catalog import refresh
+from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common, Json, On
 from flows.commands.playing import AS_LEARNED, AS_USUAL, TEAM_WORDS, Learners, Many, Playing, Seed
 from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in
@@ -92,7 +92,7 @@ def evaluate_team(
         _export(store, evaluation, seeds, command, rows, summary, export)
         if not json:
             console().print(f"{export}: {_stem(summary)} written", soft_wrap=True)
-    refresh(store)
+    renew(store)
 
 
 def _plain(summary: EvaluationSummary) -> dict[str, object]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flows.catalog import forget_match, refresh
+from flows.catalog import forget_match, renew
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.match_id import find_match
 from flows.commands.printing import console
@@ -24,4 +24,4 @@ def forget(match: str, *, common: Common = DEFAULTS) -> None:
         if record.name == match:
             store.release(record.noun, record.name)
     console().print(f"{match}: {removed} outputs removed; the next run emits knowledge without it")
-    refresh(store)
+    renew(store)

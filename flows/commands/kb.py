@@ -139,6 +139,6 @@ def _imitated(knowledge: Manifest) -> str | None:
 def _newest(store: Store) -> int:
     versions = store.versions("knowledge")
     if not versions:
-        raise NotFound("there is no knowledge yet", where=str(store.root),
+        raise NotFound("there is no knowledge yet", where=store.where,
                        next_step="Run `pitchlore run` first")
     return versions[-1]

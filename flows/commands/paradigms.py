@@ -107,7 +107,7 @@ def _print(store: Store, report: FigureReport) -> None:
     print_frame(_judged(_verdicts(store, report)), title=f"{name}: what the paper claims (details: verdicts)")
     receipt = need(store, "paradigms", report.name)
     for role, record in receipt.files.items():
-        console().print(f"{role}: {store.root / record.path}", soft_wrap=True)
+        console().print(f"{role}: {store.named(store.root / record.path)}", soft_wrap=True)
 
 
 def _judged(verdicts: pl.DataFrame) -> pl.DataFrame:

@@ -10,7 +10,7 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt
 
-from flows.catalog import refresh
+from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.playing import AS_USUAL, Playing, WhoPlays
 from flows.commands.printing import console, print_json, print_stand_in
@@ -84,7 +84,7 @@ def play(
                         f"Kept as {recipe.match_id}; watch it with `pitchlore replay {recipe.match_id}`.",
                         soft_wrap=True)
         print_stand_in(against)
-    refresh(store)
+    renew(store)
 
 
 def _window() -> type[Window]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from flows.catalog import refresh
+from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.printing import console
 from flows.stages import STAGES
@@ -19,7 +19,7 @@ def prune(*, common: Common = DEFAULTS) -> None:
     """
     store = common.existing
     with suppress(StorageFailed):  # what is removed may make room
-        refresh(store)
+        renew(store)
     left = [path for noun in STAGES.receipted for path in store.prune(noun)]
     console().print(f"{len(left)} superseded files removed")
-    refresh(store)
+    renew(store)

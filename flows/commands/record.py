@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import polars as pl
 
-from flows.catalog import refresh
+from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common, Json, On
 from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Many, Playing, Seed, WhoPlays
 from flows.commands.printing import bars, print_frame, print_json, print_stand_in
@@ -70,4 +70,4 @@ def record_matches(
         print_stand_in(home, away)
     if failure is not None:
         raise failure
-    refresh(store)
+    renew(store)

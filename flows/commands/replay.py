@@ -86,5 +86,8 @@ def write_page(
         hz=hz,
     )
     path = output or store.root / "replays" / f"{log.name}.html"
-    store.write_bytes(path, text.encode())
+    if output is None:
+        store.keep(path, text.encode())
+    else:
+        store.write_bytes(path, text.encode())
     return path, log

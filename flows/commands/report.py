@@ -7,7 +7,7 @@ from pathlib import Path
 
 import polars as pl
 
-from flows.catalog import refresh
+from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common, Json, On
 from flows.commands.printing import console, print_frame, print_json, warn
 from flows.placement.places import crew_at
@@ -73,7 +73,7 @@ def report(
                                  "claims": claims, "preferences": prefer}, export)
         if not json:
             console().print(f"{export}: written", soft_wrap=True)
-    refresh(store)
+    renew(store)
 
 
 def _interval(of: str, low: str, high: str) -> pl.Expr:

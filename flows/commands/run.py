@@ -96,20 +96,20 @@ def _print_run(store: Store, report: RunReport) -> None:
     if report.knowledge is None and report.failures:
         return
     if report.knowledge is None:
-        out.print(f"No match yet: drop recordings into {store.root / 'inbox'} or `pitchlore import` them.")
+        out.print(f"No match yet: drop recordings into {store.where}/inbox or `pitchlore import` them.")
         return
     if not idle:
         _print_behaviours(store, report.knowledge)
         _print_rounds(store)
     new = {True: "new", False: "unchanged"}
     out.print(f"knowledge version {report.knowledge} ({new[report.knowledge_is_new]}): "
-              f"{store.version_folder('knowledge', report.knowledge)}")
+              f"{store.named(store.version_folder('knowledge', report.knowledge))}")
     if report.policy is not None:
         if not idle:
             print_training(store)
         out.print(f"policy version {report.policy} ({new[report.policy_is_new]}): "
-                  f"{store.version_folder('policies', report.policy)}")
-    where = "" if store.root == DEFAULTS.data else f" --data {store.root}"
+                  f"{store.named(store.version_folder('policies', report.policy))}")
+    where = "" if store.root == DEFAULTS.data else f" --data {store.where}"
     out.print(f"catalogue: {catalog_path(store)} (try: pitchlore sql{where} \"from behaviours limit 20\")",
               soft_wrap=True)
 

@@ -53,14 +53,14 @@ def serve(
             console().print(f"started {server.ui}, which ends with this", highlight=False)
         stack.enter_context(serving(store.root, warn))()
         console().print(
-            f"serving {store.root} at {cron!r}; to run at once: PREFECT_API_URL={PREFECT_API_URL.value()}"
+            f"serving {store.where} at {cron!r}; to run at once: PREFECT_API_URL={PREFECT_API_URL.value()}"
             f" prefect deployment run {scheduled_run.name}/{NAME}", soft_wrap=True, highlight=False)
         scheduled_run.serve(
             # one at a time: after a sleep of the machine a hundred may be late
             name=NAME, cron=cron, limit=1, print_starting_message=False,
             entrypoint_type=EntrypointType.MODULE_PATH,
             parameters={
-                "data": str(store.root.resolve()),
+                "data": store.where if store.mirror else str(store.root.resolve()),
                 "settings": chosen.model_dump(mode="json", exclude={"imports", "placement"}),
                 "limits": chosen.imports.model_dump(mode="json"),
                 "on": on or chosen.placement.on,

@@ -83,6 +83,8 @@ def _answer(store: Store, query: str, parameters: Sequence[str]) -> pl.DataFrame
 def _refreshed(store: Store) -> Path:
     """The catalogue, up to date; a warning names each damaged file that it leaves out."""
     path, left_out = refresh(store)
+    if store.mirror is not None:
+        warn(f"{store.where}: {store.mirror.age()}")
     for file in left_out:
         warn(f"{file.advice} Its rows are left out." if file.record.rows else file.advice)
     return path

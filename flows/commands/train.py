@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flows.catalog import refresh
+from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.orchestrated import orchestrated
 from flows.commands.printing import console, print_json, print_training
@@ -31,4 +31,4 @@ def train(*, settings: Path | None = None, json: Json = False, common: Common = 
         print_training(store)
     else:
         console().print(f"nothing to learn that policy version {done['version']} has not learned")
-    refresh(store)
+    renew(store)

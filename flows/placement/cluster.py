@@ -12,6 +12,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from threading import Lock
 from typing import Any, ParamSpec, TypeVar
 
 import dask
@@ -20,7 +21,9 @@ from distributed.scheduler import KilledWorker
 
 from flows.placement.crew import Crew, polars_threads
 from flows.placement.identity import difference, identity
-from pipeline.errors import ClusterFailed, WorkerLost
+from pipeline.errors import ClusterFailed, PitchloreError, WorkerLost
+from pipeline.store.buckets import Bucket
+from pipeline.store.mirrors import Change, Mirror, located, mirror_of
 from pipeline.store.temporaries import beside
 
 P = ParamSpec("P")
@@ -43,11 +46,15 @@ class Cluster:
     Args:
         client: connected to the scheduler.
         address: of the scheduler, for errors.
+        mirror: of the data folder, if that is in a bucket. Then the workers need not see the folder: each has
+            a copy of its own, and what a worker writes is told to the copy here.
     """
 
-    def __init__(self, client: Client, address: str) -> None:
+    def __init__(self, client: Client, address: str, mirror: Mirror | None = None) -> None:
         self._client = client
         self._address = address
+        self._mirror = mirror
+        self._moment = ""
 
     @property
     def width(self) -> int:
@@ -66,8 +73,14 @@ class Cluster:
         return self
 
     def path(self, path: Path) -> Path:
-        """The absolute path: workers are in folders of their own."""
-        return path.resolve()
+        """The absolute path: workers are in folders of their own. In a bucket, the URL.
+
+        Workers bring their copies of the bucket up to date before they do the work that is given from now on.
+        """
+        if self._mirror is None or not path.is_relative_to(self._mirror.folder):
+            return path.resolve()
+        self._moment = os.urandom(8).hex()
+        return Path(self._mirror.where(path))
 
     def run(self, work: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
         """Do a piece of work on one of the workers (:meth:`flows.placement.crew.Crew.run`).
@@ -75,10 +88,11 @@ class Cluster:
         Raises:
             ClusterFailed: if the scheduler ends, or if the worker has other code than this process.
         """
-        future: Future[R] | None = None
+        future: Future[tuple[R, list[Change]]] | None = None
+        bucket = None if self._mirror is None else (self._mirror.url, self._moment)
         try:
-            future = self._client.submit(_call, identity(), work, arguments, named, pure=False)
-            return future.result()
+            future = self._client.submit(_call, identity(), bucket, work, arguments, named, pure=False)
+            result, changes = future.result()
         except KilledWorker as error:
             raise WorkerLost(
                 f"{error.allowed_failures + 1} workers that did this were killed, perhaps for lack of memory",
@@ -86,12 +100,22 @@ class Cluster:
             ) from error
         except Exception as error:
             if future is not None and future.status == "error":
+                if self._mirror is not None:
+                    self._mirror.sync()  # it may have written something before
                 raise  # the work's own
             raise self._ended() from error
+        if self._mirror is not None:
+            self._mirror.learn(changes)
+        return result
 
     def _ended(self) -> ClusterFailed:
         return ClusterFailed("the Dask scheduler has ended", where=self._address, next_step=(
             "Start it and its workers, and run the command again; finished work is kept"))
+
+
+#: At a worker: the last moment of its copy, by URL.
+_moments: dict[str, str] = {}
+_syncing = Lock()
 
 
 @contextmanager
@@ -126,8 +150,9 @@ def opened(address: str, width: int, root: Path) -> Iterator[Cluster]:
         except TimeoutError as error:
             raise ClusterFailed("the Dask scheduler has no workers", where=where,
                                 next_step=f"Start some: dask worker {where}") from error
-        _check(client, root, where)
-        yield Cluster(client, where)
+        mirror = mirror_of(root)
+        _check(client, mirror or root, where)
+        yield Cluster(client, where, mirror)
 
 
 def _connected(address: str) -> Client:
@@ -138,20 +163,13 @@ def _connected(address: str) -> Client:
                             next_step="Start one (dask scheduler), and its workers (dask worker)") from error
 
 
-def _check(client: Client, root: Path, where: str) -> None:
-    """Check that all workers have the code of this process, and share its data folder and locks."""
-    root.mkdir(parents=True, exist_ok=True)
-    token = beside(root / "token", "tmp")
-    try:
-        with token.open("wb") as held:
-            held.write(os.urandom(16))
-            held.flush()
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            answers: Mapping[str, Any] = client.run(
-                _look, str(token.resolve()), on_error="return")
-            wanted = token.read_bytes()
-    finally:
-        token.unlink(missing_ok=True)
+def _check(client: Client, place: Path | Mirror, where: str) -> None:
+    """Check that all workers have the code of this process, and share its bucket, or its folder and locks."""
+    wanted = os.urandom(16)
+    root = place.resolve() if isinstance(place, Path) else place.url
+    shown = _in_folder(place, wanted) if isinstance(place, Path) else _in_bucket(place, wanted)
+    with shown as (look, *token):
+        answers: Mapping[str, Any] = client.run(look, *token, on_error="return")
     for worker, answer in answers.items():
         said = f"worker {worker} of {where}"
         if isinstance(answer, Exception):
@@ -162,11 +180,45 @@ def _check(client: Client, root: Path, where: str) -> None:
             raise ClusterFailed("has other code ({} {}, here {})".format(*other), where=said, next_step=(
                 "Install the same version of Pitchlore and its packages there, and start the worker again"))
         if seen != wanted:
-            raise ClusterFailed(f"does not see the data folder {root.resolve()}", where=said, next_step=(
-                "Mount it there under the same path, or take a bucket"))
+            raise ClusterFailed(f"does not see the data folder {root}", where=said, next_step=(
+                "Mount it there under the same path, or take a bucket; workers need its credentials"))
         if not locked:
-            raise ClusterFailed(f"does not respect the locks of {root.resolve()}", where=said, next_step=(
+            raise ClusterFailed(f"does not respect the locks of {root}", where=said, next_step=(
                 "Mount the disk there so that flock works between machines, or take a bucket"))
+
+
+@contextmanager
+def _in_folder(root: Path, wanted: bytes) -> Iterator[tuple[Any, ...]]:
+    """A locked file with some bytes in a data folder, and how a worker looks at it."""
+    root.mkdir(parents=True, exist_ok=True)
+    token = beside(root / "token", "tmp")
+    try:
+        with token.open("wb") as held:
+            held.write(wanted)
+            held.flush()
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            yield _look, str(token.resolve())
+    finally:
+        token.unlink(missing_ok=True)
+
+
+@contextmanager
+def _in_bucket(mirror: Mirror, wanted: bytes) -> Iterator[tuple[Any, ...]]:
+    """An object with some bytes in a bucket, and how a worker looks at it."""
+    key = f".token-{wanted.hex()}"
+    mirror.bucket.put(key, wanted)
+    try:
+        yield _look_into, mirror.url, key
+    finally:
+        mirror.bucket.delete(key)
+
+
+def _look_into(url: str, key: str) -> tuple[dict[str, str], bytes | None, bool]:
+    """The answer of a worker: its code, what it sees in an object, and that nobody needs locks there."""
+    found = None
+    with suppress(PitchloreError):
+        found = Bucket(url).get(key)
+    return identity(), None if found is None else found[0], True
 
 
 def _look(token: str) -> tuple[dict[str, str], bytes | None, bool]:
@@ -181,9 +233,20 @@ def _look(token: str) -> tuple[dict[str, str], bytes | None, bool]:
 
 
 def _call(
-    caller: dict[str, str], work: Callable[..., R], arguments: tuple[Any, ...], named: Mapping[str, Any]
-) -> R:
+    caller: dict[str, str], bucket: tuple[str, str] | None, work: Callable[..., R],
+    arguments: tuple[Any, ...], named: Mapping[str, Any],
+) -> tuple[R, list[Change]]:
     """Do a piece of work on a worker, which may have come after the check.
+
+    Args:
+        caller: the identity of its code.
+        bucket: the URL of the data folder, and a moment, if it is in one.
+        work: what is done.
+        arguments: its positional arguments.
+        named: its named arguments.
+
+    Returns:
+        The result, and what was written to the bucket.
 
     Raises:
         ClusterFailed: if it has other code than the caller.
@@ -191,4 +254,14 @@ def _call(
     if (other := difference(identity(), caller)) is not None:
         raise ClusterFailed("a worker has other code than the command ({} {}, there {})".format(*other),
                             next_step="Install the same version there, and start it again")
-    return work(*arguments, **named)
+    if bucket is None:
+        return work(*arguments, **named), []
+    url, moment = bucket
+    mirror = mirror_of(located(Path(url)))
+    assert mirror is not None
+    with _syncing:
+        if _moments.get(url) != moment:
+            mirror.sync()
+            _moments[url] = moment
+    with mirror.journal() as changes:
+        return work(*arguments, **named), changes

@@ -6,14 +6,17 @@ import fcntl
 import os
 import stat
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
+from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
 
 from pipeline.errors import NotFound, StillWritten, StorageFailed
+from pipeline.store.atomic import aside
 from pipeline.store.locks import free, holding, take
-from pipeline.store.paths import listed, safe, sync, unwritable
-from pipeline.store.temporaries import beside, sweep
+from pipeline.store.mirrors import Mirror, located, mirror_of
+from pipeline.store.paths import listed, remove, safe, unwritable
+from pipeline.store.temporaries import sweep
 
 #: Greatest size of settings, maps and files of ours that are read whole, MiB.
 SMALL_MB = 64
@@ -23,42 +26,65 @@ class Files:
     """A folder whose files are written atomically.
 
     Args:
-        root: the folder; made when something is written.
+        root: the folder, made when something is written; or the URL of a bucket.
+
+    Attributes:
+        root: the folder; of a bucket, that of its local copy (:mod:`pipeline.store.mirrors`).
+
+    Raises:
+        BadSettings: if a URL is not that of a bucket, or the environment does not say how to reach it.
     """
 
     def __init__(self, root: Path) -> None:
-        self.root = root
+        self.root = located(root)
 
-    @contextmanager
-    def aside(self, path: Path) -> Iterator[Path]:
-        """A temporary path beside ``path``; what is there in the end is moved to ``path``.
+    @cached_property
+    def mirror(self) -> Mirror | None:
+        """The bucket that the folder is the copy of; None if the folder is the data itself."""
+        return mirror_of(self.root)
 
-        The file is there whole or not at all, even through a crash.
+    @property
+    def where(self) -> str:
+        """The folder's path, or its bucket's URL, for messages."""
+        return self.named(self.root)
 
-        Raises:
-            StorageFailed: if the disk refuses, or if there is a device or a folder; the old file, if any,
-                is as it was.
-        """
-        if not path.name or (path.exists() and not path.is_file()):
-            raise StorageFailed("is no regular file, and is not replaced by one", where=str(path),
-                                next_step="Name a file")
-        temporary = beside(path, "tmp")
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            try:
-                yield temporary
-                sync(temporary, os.O_RDONLY)
-                os.replace(temporary, path)  # noqa: PTH105 (the tests make os.replace fail)
-                sync(path.parent, os.O_RDONLY | os.O_DIRECTORY)
-            finally:
-                temporary.unlink(missing_ok=True)
-        except OSError as error:
-            raise unwritable(path, error) from error
+    def named(self, path: Path) -> str:
+        """The path of a file of the folder, or its URL in the bucket, for messages."""
+        return str(path) if self.mirror is None else self.mirror.where(path)
+
+    def catch_up(self, within: float = 0.0) -> None:
+        """Bring the copy of a bucket up to date (:meth:`pipeline.store.mirrors.Mirror.sync`)."""
+        if self.mirror is not None:
+            self.mirror.sync(within)
+
+    def catch_up_or_say(self) -> None:
+        """Bring the copy of a bucket up to date (:meth:`pipeline.store.mirrors.Mirror.sync_or_say`)."""
+        if self.mirror is not None:
+            self.mirror.sync_or_say()
+
+    @staticmethod
+    def aside(path: Path) -> AbstractContextManager[Path]:
+        """A temporary path that is moved to ``path`` (:func:`pipeline.store.atomic.aside`)."""
+        return aside(path)
 
     def write_bytes(self, path: Path, data: bytes) -> None:
-        """Atomically write bytes (see :meth:`aside`)."""
+        """Atomically write bytes to a file that is none of the data folder's own (see :meth:`aside`)."""
         with self.aside(path) as temporary:
             temporary.write_bytes(data)
+
+    def keep(self, path: Path, data: bytes) -> None:
+        """Write a file of the data folder, whatever was there: to the bucket first, if it is in one."""
+        if self.mirror is not None and path.is_relative_to(self.mirror.folder):
+            self.mirror.put(path, data)
+        else:
+            self.write_bytes(path, data)
+
+    def drop(self, path: Path) -> None:
+        """Remove a file of the data folder, if it is there."""
+        if self.mirror is not None:
+            self.mirror.remove(path)
+        else:
+            remove(path)
 
     @contextmanager
     def growing(self, folder: str, name: str) -> Iterator[tuple[Path, BinaryIO]]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from pipeline.errors import CorruptFile, NotFound
-from pipeline.store.paths import listed, remove, safe
+from pipeline.errors import CorruptFile, NotFound, Overtaken
+from pipeline.store.paths import listed, safe
 from pipeline.store.reading import Reading
 from pipeline.store.receipts import Receipt, software
 from pipeline.store.sealed import read_model, sealed
@@ -17,6 +17,8 @@ from pipeline.store.work import Made, Work, contents
 
 #: How the names of receipts end.
 RECEIPT = ".receipt.json"
+#: A file in a bucket that no receipt names is another machine's, perhaps, until it is so old, seconds.
+_OLD_S = 24 * 3600.0
 CONTENT_FILE = re.compile(r"-[0-9a-f]{12}\.(?!receipt\.)[a-z0-9_-]+\.[a-z]+$")
 
 
@@ -62,15 +64,15 @@ class Outputs(Reading):
             return None
         for record in receipt.files.values():
             try:
-                size = os.stat(f"{self.root}/{record.path}").st_size  # noqa: PTH116 (see sealed.read_model)
+                size: int | None = os.stat(f"{self.root}/{record.path}").st_size  # noqa: PTH116 (see sealed.read_model)
             except OSError:
-                return None
+                size = None if self.mirror is None else self.mirror.size(self.root / record.path)
             if size != record.size or (self.doubted and self.root / record.path in self.doubted):
                 return None
         return receipt
 
     def commit(self, work: Work, made: Made, sources: Iterable[Receipt] = ()) -> Receipt:
-        """Write an output's files, then its receipt: the commit is the receipt's rename.
+        """Write an output's files, then its receipt: the commit is the receipt's rename, or conditional put.
 
         A file is named by the SHA-256 of its bytes. A whole file is not written again: if work is done again
         with the same outcome, no file changes and no later stage runs. A receipt of the same work and
@@ -85,6 +87,7 @@ class Outputs(Reading):
             SchemaMismatch: if a table breaks its schema; nothing is written then.
             StorageFailed: if the disk refuses; the old output stands.
             NotFound: if a source has been removed meanwhile; nothing is written then.
+            Overtaken: if another machine has committed another outcome to the bucket meanwhile; that stands.
         """
         name = safe(work.name)
         written = contents(made, where=f"{work.noun} {name}")
@@ -98,24 +101,26 @@ class Outputs(Reading):
         )
         with self.committing():
             for source in sources:
-                if not Path(self._receipt_path(source.noun, source.name)).exists():
+                if not self._stands(source):
                     raise NotFound(f"{source.noun} {source.name} has been removed meanwhile",
                                    where=f"{work.noun} {name}", next_step="Run again")
-            for role, (_, data) in written.items():
-                if not self.whole(files[role], self.root):
-                    self.write_bytes(self.root / files[role].path, data)
             before = self.readable(work.noun, name)
-            if before is not None and before.model_copy(update={"software": receipt.software}) == receipt:
+            named = list(files.values())
+            if self.mirror is not None:  # another machine may have removed what no receipt names
+                named = list(before.files.values()) if before else []
+            lacking = {self.root / files[role].path: data for role, (_, data) in written.items()
+                       if files[role] not in named or not self.whole(files[role], self.root)}
+            self._keep_all(lacking)
+            if before is not None and _same(before, receipt):
                 return before
-            self.write_bytes(Path(self._receipt_path(work.noun, name)), sealed(receipt))
-        return receipt
+            return self._keep_receipt(receipt)
 
     def mend(self, receipt: Receipt, made: Made) -> None:
         """Write the files of an output that are not whole, as far as an outcome has the same bytes."""
         for role, (record, data) in contents(made, where=f"{receipt.noun} {receipt.name}").items():
             held = receipt.files.get(role)
             if held is not None and held.sha256 == record.sha256 and not self.whole(held, self.root):
-                self.write_bytes(self.root / held.path, data)
+                self.keep(self.root / held.path, data)
 
     def readable(self, noun: str, name: str) -> Receipt | None:
         """The receipt of an output, None if there is none that can be read."""
@@ -132,23 +137,72 @@ class Outputs(Reading):
         if not path.exists():
             return False
         receipt = self.readable(noun, name)
-        remove(path)
+        self.drop(path)
         for record in receipt.files.values() if receipt else ():
-            remove(self.root / record.path)
+            self.drop(self.root / record.path)
         return True
 
     def prune(self, noun: str) -> list[Path]:
-        """Remove the files of a noun that no receipt names any more. Returns their paths."""
+        """Remove the files of a noun that no receipt names any more. Returns their paths.
+
+        In a bucket those of the last day stay: they may be of an output that another machine commits now.
+        """
+        self.catch_up()
         with self.removing():
             if self.unreadable_receipts(noun):
                 return []
             named = {self.root / record.path
                      for receipt in self.receipts(noun) for record in receipt.files.values()}
-            left = [path for path in map(Path, listed(self.root / noun))
-                    if path.is_file() and CONTENT_FILE.search(path.name) and path not in named]
+            left = [path for path in self._content(noun)
+                    if CONTENT_FILE.search(path.name) and path not in named]
             for path in left:
-                remove(path)
+                self.drop(path)
             return left
+
+    def _content(self, noun: str) -> list[Path]:
+        """The files of a noun that are old enough to be nobody's."""
+        if self.mirror is None:
+            return [path for path in map(Path, listed(self.root / noun)) if path.is_file()]
+        return self.mirror.older(self.root / noun, _OLD_S)
+
+    def _stands(self, source: Receipt) -> bool:
+        """Whether a receipt is there still."""
+        path = Path(self._receipt_path(source.noun, source.name))
+        return path.exists() if self.mirror is None else self.mirror.there(path)
+
+    def _keep_all(self, files: Mapping[Path, bytes]) -> None:
+        if self.mirror is not None:
+            self.mirror.put_all(files)
+            return
+        for path, data in files.items():
+            self.write_bytes(path, data)
+
+    def _keep_receipt(self, receipt: Receipt) -> Receipt:
+        """Write a receipt. Of two machines that commit the same output to a bucket at once, one does.
+
+        Returns:
+            The receipt that stands.
+
+        Raises:
+            Overtaken: if it is another one.
+        """
+        path = Path(self._receipt_path(receipt.noun, receipt.name))
+        if self.mirror is None:
+            self.write_bytes(path, sealed(receipt))
+            return receipt
+        if self.mirror.swap(path, sealed(receipt)):
+            return receipt
+        self.mirror.sync()
+        standing = self.readable(receipt.noun, receipt.name)
+        if standing is None or not _same(standing, receipt):
+            raise Overtaken("has been written or removed by another machine meanwhile",
+                            where=self.mirror.where(path), next_step="Run again: it goes on from what stands")
+        return standing
 
     def _receipt_path(self, noun: str, name: str) -> str:
         return f"{self.root}/{noun}/{safe(name)}{RECEIPT}"
+
+
+def _same(one: Receipt, other: Receipt) -> bool:
+    """Whether two receipts are of the same work and outcome, whatever software made them."""
+    return one.model_copy(update={"software": other.software}) == other

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pipeline.errors import CorruptFile, StorageFailed, in_one_line
 from pipeline.store.files import Files
-from pipeline.store.paths import listed, remove, safe
+from pipeline.store.paths import listed, safe
 from pipeline.store.receipts import Quarantined
 from pipeline.store.sealed import read_model, sealed
 
@@ -22,11 +22,13 @@ class Quarantine(Files):
         """
         record = Quarantined(noun=noun, name=name, error=type(error).__name__, reason=in_one_line(error))
         with suppress(StorageFailed):
-            self.write_bytes(self._quarantine_path(noun, name), sealed(record))
+            self.keep(self._quarantine_path(noun, name), sealed(record))
 
     def release(self, noun: str, name: str) -> None:
         """Delete a record, because the stage now accepts the match."""
-        remove(self._quarantine_path(noun, name))
+        path = self._quarantine_path(noun, name)
+        if path.exists():
+            self.drop(path)
 
     def quarantined(self) -> list[Quarantined]:
         """All that is in quarantine, in order of stage and name. Of a damaged record only these are known."""

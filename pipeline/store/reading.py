@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
 import polars as pl
@@ -33,12 +33,18 @@ class Reading(Files):
             return self.version_folder(receipt.noun, receipt.version)
         return self.root
 
-    def read(self, receipt: Receipt, role: str) -> bytes:
+    def read(self, receipt: Receipt, role: str, *, anew: bool = False) -> bytes:
         """Bytes of a file, checked against its receipt or manifest.
+
+        Args:
+            receipt: the receipt or manifest.
+            role: of the file.
+            anew: read it from the bucket, if the folder is in one, whatever the copy has.
 
         Raises:
             NotFound: if the receipt has no such file.
             CorruptFile: if it is gone or its bytes are others.
+            StorageFailed: if it is in a bucket that cannot be reached.
         """
         what, remedy = f"{receipt.noun} {receipt.name}", remedy_for(receipt)
         if isinstance(receipt, Manifest):
@@ -46,13 +52,15 @@ class Reading(Files):
         if role not in receipt.files:
             raise NotFound(f"{what} has no {role} (there are: {', '.join(sorted(receipt.files))})",
                            next_step="Run the stages again")
-        path = self.folder(receipt) / receipt.files[role].path
+        path, wanted = self.folder(receipt) / receipt.files[role].path, receipt.files[role].sha256
+        if self.mirror is not None:
+            return self.mirror.bytes_of(path, wanted, remedy, anew=anew)
         try:
             data = path.read_bytes()
         except OSError as error:
             raise CorruptFile(f"cannot be read ({error.strerror})", where=str(path),
                               next_step=remedy) from error
-        if digest(data) != receipt.files[role].sha256:
+        if digest(data) != wanted:
             raise CorruptFile("is not what was written (SHA-256 differs)", where=str(path), next_step=remedy)
         return data
 
@@ -71,17 +79,31 @@ class Reading(Files):
         Raises:
             NotFound, CorruptFile, SchemaMismatch: as for :meth:`read_table`.
         """
+        self.bring(receipts, [role])
         data = [self.read(receipt, role) for receipt in receipts]
         where = [str(self.folder(receipt) / receipt.files[role].path) for receipt in receipts]
         return joined(data, schema, where=where)
+
+    def bring(self, receipts: Iterable[Receipt], roles: Collection[str]) -> None:
+        """Bring files that the copy of a bucket lacks, many at a time; what is damaged is left.
+
+        Raises:
+            StorageFailed: if the bucket cannot be reached.
+        """
+        if self.mirror is not None:
+            self.mirror.fetch_all(
+                (self.folder(receipt) / record.path, record.sha256)
+                for receipt in receipts for role, record in receipt.files.items() if role in roles)
 
     def intact(self, receipt: Receipt) -> bool:
         """Whether all files of a receipt or manifest are there, byte for byte."""
         return all(self.whole(record, self.folder(receipt)) for record in receipt.files.values())
 
     def whole(self, record: FileRecord, folder: Path) -> bool:
-        """Whether a file in a folder is there, byte for byte."""
+        """Whether a file in a folder is there, byte for byte; in a bucket, by its size."""
         path = folder / record.path
+        if self.mirror is not None:
+            return self.mirror.size(path, record.sha256) == record.size
         try:
             return (path.is_file() and path.stat().st_size == record.size
                     and digest(path.read_bytes()) == record.sha256)

@@ -74,14 +74,15 @@ def _hidden(folder: Path | str, depth: int) -> Iterator[os.DirEntry[str]]:
 def _is_dead(entry: os.DirEntry[str], where: str, pid: int) -> bool:
     """Whether nobody writes a temporary any more."""
     if where == machine():
-        return not _alive(pid)
+        return not alive(pid)
     try:
         return time.time() - entry.stat(follow_symlinks=False).st_mtime > _OLD_S
     except OSError:
         return False
 
 
-def _alive(pid: int) -> bool:
+def alive(pid: int) -> bool:
+    """Whether there is a process of a number on this machine."""
     try:
         os.kill(pid, 0)
     except OSError as error:

@@ -69,6 +69,7 @@ def verify(store: Store, nouns: Iterable[str], versions: Iterable[tuple[str, int
     """
     found = Verification()
     read_anew()
+    store.catch_up()
     vouched = [(receipt, role) for receipt in _read(store, nouns, versions, found) for role in receipt.files]
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # hashing releases the GIL
         for damage, size in pool.map(lambda each: _check(store, *each), vouched):
@@ -101,7 +102,7 @@ def restore(damage: Damage, root: Path, backup: Path) -> bool:
         return False
     if not whole:
         return False
-    Store(root).write_bytes(damage.path, data)
+    Store(root).keep(damage.path, data)
     return True
 
 
@@ -171,6 +172,6 @@ def _check(store: Store, receipt: Receipt, role: str) -> tuple[Damage | None, in
     """The damage of a file, None if it is whole; and its size."""
     record = receipt.files[role]
     try:
-        return None, len(store.read(receipt, role))
+        return None, len(store.read(receipt, role, anew=True))
     except CorruptFile as error:
         return Damage(store.folder(receipt) / record.path, error, record.sha256), record.size

@@ -5,14 +5,16 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from pipeline.errors import CorruptFile, NotFound, StorageFailed
+from pipeline.errors import CorruptFile, NotFound, Overtaken, StorageFailed
+from pipeline.store.claims import claimed
+from pipeline.store.mirrors import Mirror
 from pipeline.store.paths import listed, sync
 from pipeline.store.reading import Reading
-from pipeline.store.receipts import Manifest, software
+from pipeline.store.receipts import FileRecord, Manifest, software
 from pipeline.store.sealed import REMEDY_OF_VERSION, read_model, sealed
 from pipeline.store.temporaries import beside
 from pipeline.store.work import Made, Work, contents
@@ -48,7 +50,7 @@ class Versions(Reading):
         manifest = read_model(str(path), Manifest)
         if manifest is None:
             have = ", ".join(map(str, self.versions(noun))) or "none yet"
-            raise NotFound(f"{noun} has no version {version} (there are: {have})", where=str(self.root),
+            raise NotFound(f"{noun} has no version {version} (there are: {have})", where=self.where,
                            next_step="Name one of them, or run the stages first")
         if manifest.version != version or manifest.noun != noun:
             raise CorruptFile(f"claims to be {manifest.noun} {manifest.version}", where=str(path),
@@ -82,13 +84,17 @@ class Versions(Reading):
     def claim(self, noun: str) -> Iterator[int]:
         """Hold the next version number of a noun: no other thread or process makes a version meanwhile.
 
-        If a process is killed before its commit, its number is free again.
+        If a process is killed before its commit, its number is free again. In a bucket that is known at once
+        on the same machine, and after some minutes on others (:func:`pipeline.store.claims.claimed`).
         """
-        with self.locked(noun):
+        with self.locked(noun), ExitStack() as stack:
+            if self.mirror is not None:
+                stack.enter_context(claimed(self.mirror, self.root / noun))
+                self.mirror.sync()
             yield (self.versions(noun) or [0])[-1] + 1
 
     def commit_version(self, work: Work, made: Made, version: int, *, parent: int | None) -> Manifest:
-        """Write a claimed version aside and commit it by one rename.
+        """Write a claimed version aside and commit it by one rename; in a bucket by its manifest, the last.
 
         Args:
             work: that made it.
@@ -99,6 +105,7 @@ class Versions(Reading):
         Raises:
             SchemaMismatch: if a table breaks its schema; nothing is written then.
             StorageFailed: if the disk refuses; the versions before it are as they were.
+            Overtaken: if another machine made the version, because it took this one for dead.
         """
         noun = work.noun
         written = contents(made, where=f"{noun} {version}")
@@ -116,6 +123,8 @@ class Versions(Reading):
                 for record, data in written.values():
                     self.write_bytes(staging / record.path, data)
                 self.write_bytes(staging / "manifest.json", sealed(manifest))
+                if self.mirror is not None:
+                    self._publish(self.mirror, final, dict(written.values()), sealed(manifest))
                 os.rename(staging, final)  # noqa: PTH104 (the tests make os.rename fail)
                 sync(final.parent, os.O_RDONLY | os.O_DIRECTORY)
             finally:
@@ -127,9 +136,18 @@ class Versions(Reading):
             ) from error
         return manifest
 
+    @staticmethod
+    def _publish(mirror: Mirror, final: Path, files: Mapping[FileRecord, bytes], manifest: bytes) -> None:
+        """Write a version to a bucket, the manifest last, unless there is one."""
+        mirror.put_all({final / record.path: data for record, data in files.items()}, local=False)
+        if not mirror.create(final / "manifest.json", manifest, local=False):
+            raise Overtaken("has been made by another machine meanwhile", where=mirror.where(final),
+                            next_step="Run again: it goes on from what stands")
+        shutil.rmtree(final, ignore_errors=True)  # if it is there, it is the same one
+
     def confirm(self, work: Work, version: int) -> None:
         """Note that this work gives the content of an existing version, so that it is not done again."""
-        self.write_bytes(self._confirmed(work.noun), sealed(Confirmed(key=work.key, version=version)))
+        self.keep(self._confirmed(work.noun), sealed(Confirmed(key=work.key, version=version)))
 
     def standing(self, work: Work) -> Manifest | None:
         """The newest version, if it is of this work or was confirmed for it; else None."""

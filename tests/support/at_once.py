@@ -100,7 +100,9 @@ def main() -> None:
         delay, action, folder = line.rstrip("\n").split(" ", 2)
         time.sleep(float(delay))
         try:
-            said = ACTIONS[action](Store(Path(folder)))
+            store = Store(Path(folder))
+            store.catch_up()
+            said = ACTIONS[action](store)
         except PitchloreError as error:
             said = f"error: {error}"
         print(said, flush=True)

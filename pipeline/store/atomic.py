@@ -1,0 +1,45 @@
+"""Files that are written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from pipeline.errors import StorageFailed
+from pipeline.store.paths import sync, unwritable
+from pipeline.store.temporaries import beside
+
+
+@contextmanager
+def aside(path: Path) -> Iterator[Path]:
+    """A temporary path beside ``path``; what is there in the end is moved to ``path``.
+
+    The file is there whole or not at all, even through a crash.
+
+    Raises:
+        StorageFailed: if the disk refuses, or if there is a device or a folder; the old file, if any, is as
+            it was.
+    """
+    if not path.name or (path.exists() and not path.is_file()):
+        raise StorageFailed("is no regular file, and is not replaced by one", where=str(path),
+                            next_step="Name a file")
+    temporary = beside(path, "tmp")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            yield temporary
+            sync(temporary, os.O_RDONLY)
+            os.replace(temporary, path)  # noqa: PTH105 (the tests make os.replace fail)
+            sync(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise unwritable(path, error) from error
+
+
+def write(path: Path, data: bytes) -> None:
+    """Atomically write bytes (see :func:`aside`)."""
+    with aside(path) as temporary:
+        temporary.write_bytes(data)

@@ -1,0 +1,235 @@
+"""Buckets: objects of a store like S3, by URL. The only module that imports obstore.
+
+No error of the library is passed on: it may hold what a server answered, or a signed address. Credentials
+come from the environment, as each provider's own tools take them, and are never part of a URL here.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from datetime import timedelta
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+from pipeline.errors import BadSettings, StorageFailed
+
+if TYPE_CHECKING:
+    from obstore.store import ObjectStore
+
+T = TypeVar("T")
+
+#: Schemes of URLs that name a bucket.
+SCHEMES = ("s3", "s3a", "gs", "az", "memory")
+#: A path object makes one slash of two.
+_URL = re.compile(r"({}):(?:$|/{{1,3}})(.*)".format("|".join(SCHEMES)), re.DOTALL)
+_OTHER_URL = re.compile(r"(?:https?|ftp|hdfs|abfss?|adl|azure|r2|oss):/")
+#: What in a URL would be a secret or an option, and a bucket's name that is none.
+_UNFIT = re.compile(r"[@?#\s\\]|//|(?:^|/)\.\.?(?:/|$)")
+
+#: How long one request may take, and how long it is sent again when the bucket is busy, seconds.
+REQUEST_S, AGAIN_S = 30.0, 20.0
+#: Requests at once.
+_AT_ONCE = 16
+_STATUS = re.compile(r"status code: (\d{3})")
+_WHY = {
+    "401": "it refuses these credentials", "403": "it refuses these credentials",
+    "404": "there is no such bucket", "429": "it is too busy", "503": "it is too busy",
+}
+
+
+class Entry(NamedTuple):
+    """What a bucket says of an object.
+
+    Attributes:
+        key: of the object, relative to the bucket's URL.
+        size: in bytes.
+        tag: changes with the object.
+        modified: seconds since 1970, by the bucket's clock.
+    """
+
+    key: str
+    size: int
+    tag: str
+    modified: float
+
+
+def bucket_url(word: str) -> str | None:
+    """The URL of a bucket, in one form; None if the word is none.
+
+    Args:
+        word: a URL, or the path that a URL was taken for (``s3:/league``).
+
+    Raises:
+        BadSettings: if the URL has credentials or options, names no bucket, or is of another kind.
+    """
+    found = _URL.fullmatch(word)
+    scheme, rest = (found[1], found[2].strip("/")) if found else ("", "")
+    if _OTHER_URL.match(word) or (found and (_UNFIT.search(rest) or (not rest and scheme != "memory"))):
+        raise BadSettings(
+            "this URL is not that of a bucket's folder", where="--data", next_step=(
+                f"Name {scheme or 's3'}://BUCKET/FOLDER; credentials and options come from the environment"))
+    if found is None:
+        return None
+    return f"{scheme}:///{rest}" if scheme == "memory" else f"{scheme}://{rest}"
+
+
+class Bucket:
+    """The objects under a URL.
+
+    Args:
+        url: from :func:`bucket_url`.
+
+    Raises:
+        BadSettings: if the environment does not say enough of how to reach it, or the extra is not installed.
+    """
+
+    def __init__(self, url: str) -> None:
+        self.url = url
+        self._store = _opened(url)
+
+    def __repr__(self) -> str:
+        return f"Bucket({self.url!r})"
+
+    def listing(self, prefix: str = "") -> list[Entry]:
+        """All objects whose keys begin with a prefix, which is empty or a folder's; in order of their keys.
+
+        Raises:
+            StorageFailed: as every method here does, if the bucket cannot be reached or refuses.
+        """
+        import obstore  # noqa: PLC0415 (an extra)
+
+        def ask() -> list[Entry]:
+            pages = obstore.list(self._store, prefix or None, chunk_size=1_000)
+            return sorted(_entry(each) for page in pages for each in page)
+
+        return self._asked(ask, prefix)
+
+    def get(self, key: str) -> tuple[bytes, Entry] | None:
+        """The bytes of an object, and what the bucket says of it; None if there is none."""
+        import obstore  # noqa: PLC0415 (an extra)
+
+        def ask() -> tuple[bytes, Entry]:
+            found = obstore.get(self._store, key)
+            return bytes(found.bytes()), _entry({**found.meta, "path": key})
+
+        try:
+            return self._asked(ask, key)
+        except FileNotFoundError:
+            return None
+
+    def get_all(self, keys: Iterable[str]) -> Iterator[tuple[str, tuple[bytes, Entry] | None]]:
+        """Keys, and what :meth:`get` gives for them; many at a time."""
+        with ThreadPoolExecutor(_AT_ONCE) as pool:
+            listed = list(keys)
+            yield from zip(listed, pool.map(self.get, listed), strict=True)
+
+    def put(self, key: str, data: bytes) -> Entry:
+        """Write an object, whatever was there."""
+        import obstore  # noqa: PLC0415 (an extra)
+
+        return self._put(key, data, lambda: obstore.put(self._store, key, data))
+
+    def create(self, key: str, data: bytes) -> Entry | None:
+        """Write an object if there is none of its key; None if there is, with other bytes."""
+        import obstore  # noqa: PLC0415 (an extra)
+
+        return self._conditionally(key, data, lambda: obstore.put(self._store, key, data, mode="create"))
+
+    def replace(self, key: str, data: bytes, tag: str) -> Entry | None:
+        """Write an object in place of the one that has a tag; None if that is not there, but other bytes."""
+        import obstore  # noqa: PLC0415 (an extra)
+
+        return self._conditionally(
+            key, data, lambda: obstore.put(self._store, key, data, mode={"e_tag": tag}))
+
+    def delete(self, key: str) -> None:
+        """Remove an object, if it is there."""
+        import obstore  # noqa: PLC0415 (an extra)
+
+        with suppress(FileNotFoundError):
+            self._asked(lambda: obstore.delete(self._store, key), key)
+
+    def _put(self, key: str, data: bytes, write: Callable[[], Any]) -> Entry:
+        try:
+            done = self._asked(write, key)
+        except FileNotFoundError as error:
+            raise self._failed("there is no such bucket", key) from error
+        return Entry(key, len(data), str(done["e_tag"]), 0.0)
+
+    def _conditionally(self, key: str, data: bytes, write: Callable[[], Any]) -> Entry | None:
+        """Write under a condition. If an answer was lost and sent for again, the condition fails by our own.
+
+        An answer that was lost for good is an error; then the object may be there.
+        """
+        from obstore.exceptions import AlreadyExistsError, PreconditionError  # noqa: PLC0415 (an extra)
+
+        try:
+            return self._put(key, data, write)
+        except (AlreadyExistsError, PreconditionError):
+            there = self.get(key)
+            return there[1] if there is not None and there[0] == data else None
+
+    def _asked(self, ask: Callable[[], T], key: str) -> T:
+        """The answer to a request.
+
+        Raises:
+            FileNotFoundError: if there is no such object.
+            obstore.exceptions.AlreadyExistsError, obstore.exceptions.PreconditionError: if a condition does
+                not hold.
+            StorageFailed: if the bucket cannot be reached or refuses.
+        """
+        from obstore.exceptions import (  # noqa: PLC0415 (an extra)
+            AlreadyExistsError,
+            BaseError,
+            PreconditionError,
+        )
+
+        why = ""
+        try:
+            return ask()
+        except (AlreadyExistsError, PreconditionError, FileNotFoundError):
+            raise
+        except (BaseError, OSError, ValueError) as error:
+            status = _STATUS.search(str(error))
+            why = "it does not answer" if status is None else _WHY.get(status[1], f"it answers {status[1]}")
+        raise self._failed(why, key)  # outside, so that the library's error is not its context
+
+    def _failed(self, why: str, key: str) -> StorageFailed:
+        return StorageFailed(
+            f"the bucket cannot be used ({why})", where=f"{self.url.rstrip('/')}/{key}".rstrip("/"),
+            next_step="Look at its address, your credentials and the network, then run again; nothing that "
+                      "was there is lost")
+
+
+def _entry(meta: Any) -> Entry:
+    return Entry(meta["path"], meta["size"], str(meta["e_tag"]), meta["last_modified"].timestamp())
+
+
+@cache
+def _opened(url: str) -> ObjectStore:
+    """The store of a URL: one for a process, whose connections are used again; memory has no other."""
+    try:
+        from obstore.store import from_url  # noqa: PLC0415 (an extra)
+    except ImportError:
+        raise BadSettings("buckets need the extra bucket", where=url,
+                          next_step="pip install 'pitchlore[bucket]'") from None
+    if url.startswith("memory:"):
+        return from_url("memory:///")
+    plain = "true" in (os.environ.get("AWS_ALLOW_HTTP", "").lower(), os.environ.get("ALLOW_HTTP", "").lower())
+    reason = ""
+    try:
+        return from_url(
+            url,
+            client_options={"timeout": timedelta(seconds=REQUEST_S), "connect_timeout": timedelta(seconds=5),
+                            "allow_http": plain},
+            retry_config={"max_retries": 8, "retry_timeout": timedelta(seconds=AGAIN_S), "backoff": {
+                "init_backoff": timedelta(milliseconds=100), "max_backoff": timedelta(seconds=5), "base": 2}},
+        )
+    except Exception as error:  # many classes; its text may hold what the environment says
+        reason = type(error).__name__
+    raise BadSettings(f"the environment does not say how to reach it ({reason})", where=url,
+                      next_step="Set its provider's variables, as AWS_REGION or AZURE_STORAGE_ACCOUNT_NAME")

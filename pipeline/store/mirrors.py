@@ -1,0 +1,471 @@
+"""The local copy of a data folder that is in a bucket.
+
+The bucket is the data folder. The copy is a cache in the user's own, which may be removed at any time: it has
+all receipts and manifests, brought by :meth:`Mirror.sync`, and those other files that were made or read here.
+So whatever reads a data folder reads the copy; whatever writes to it writes to the bucket first. Locks hold
+on this machine only: between machines the conditions of :meth:`Mirror.swap` and :meth:`Mirror.create` decide.
+"""
+
+from __future__ import annotations
+
+import atexit
+import fcntl
+import json
+import logging
+import os
+import re
+import shutil
+import sqlite3
+import tempfile
+import threading
+import time
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from datetime import datetime
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import NamedTuple
+
+from pipeline.errors import BadSettings, CorruptFile, NotFound, StorageFailed
+from pipeline.store.atomic import write
+from pipeline.store.buckets import Bucket, Entry, bucket_url
+from pipeline.store.locks import holding
+from pipeline.store.paths import remove
+
+_log = logging.getLogger(__name__)
+
+#: In the folder of a copy: the URL, and what is known of the bucket.
+MARKER, INDEX = ".bucket.json", ".bucket.sqlite"
+#: Objects that every copy has.
+_RECORD = re.compile(r"\.receipt\.json$|/manifest\.json$|/confirmed\.json$|(?:^|/)quarantine/[^/]+\.json$")
+#: A file of a version. Its key has the hash of its bytes in it: of two machines that make the same version
+#: at once, neither writes over the other's files.
+_OF_VERSION = re.compile(r"(.*/v\d{4,}/)((?!manifest\.json$)[^/]+)$")
+_SCHEMA = """
+create table if not exists objects
+    (key text primary key, size integer, tag text, here text, noted real) without rowid;
+create table if not exists doubted (tag text primary key) without rowid;
+create table if not exists state (name text primary key, value real) without rowid;
+"""
+#: How many folders below a data folder a store may be: that of a season.
+_DEPTH = 2
+#: Files that are fetched at once.
+_AT_ONCE = 16
+
+
+class Change(NamedTuple):
+    """A change of the bucket that a process made.
+
+    Attributes:
+        entry: what was written; of what was removed, only the key counts.
+        data: its bytes, if every copy has it; None if it was removed.
+        removed: whether it was.
+    """
+
+    entry: Entry
+    data: bytes | None
+    removed: bool = False
+
+
+#: The changes that are made in this context, where somebody keeps them.
+_journal: ContextVar[list[Change] | None] = ContextVar("journal", default=None)
+
+
+class Mirror:
+    """A bucket and its local copy.
+
+    Args:
+        folder: the copy's.
+        url: the bucket's.
+    """
+
+    def __init__(self, folder: Path, url: str) -> None:
+        self.folder = folder
+        self.url = url
+        self.bucket = Bucket(url)
+        self._lock = threading.Lock()
+        self._index = sqlite3.connect(
+            folder / INDEX, timeout=60, check_same_thread=False, isolation_level=None)
+        self._index.execute("pragma journal_mode=wal")
+        self._index.execute("pragma synchronous=off")  # what a crash takes from it is asked for again
+        self._index.executescript(_SCHEMA)
+
+    def __repr__(self) -> str:
+        return f"Mirror({self.url!r})"
+
+    def key(self, path: Path, sha: str | None = None) -> str:
+        """The key of a file; of a file of a version with the SHA-256 of its bytes."""
+        key = path.relative_to(self.folder).as_posix()
+        found = _OF_VERSION.match(key) if sha else None
+        return f"{found[1]}{sha[:12]}.{found[2]}" if found and sha else key
+
+    def where(self, path: Path) -> str:
+        """The URL of a file, for a message."""
+        key = path.relative_to(self.folder).as_posix()
+        return f"{self.url.rstrip('/')}/{key}" if key != "." else self.url
+
+    # --- from the bucket ----------------------------------------------------------------------------
+
+    def synced(self) -> float | None:
+        """When the copy was last brought up to date, seconds since 1970; None if never."""
+        with self._lock:
+            found = self._index.execute("select value from state where name = 'synced'").fetchone()
+        return found[0] if found else None
+
+    def sync(self, within: float = 0.0) -> None:
+        """Bring the copy up to date with the bucket.
+
+        Args:
+            within: not if that was done in the last so many seconds.
+
+        Raises:
+            StorageFailed: if the bucket cannot be reached; the copy is as it was, and may be read.
+        """
+        with holding(self.folder / ".sync", fcntl.LOCK_EX):
+            last = self.synced()
+            begun = time.time()
+            if last is not None and 0 <= begun - last < within:
+                return
+            listed = {entry.key: entry for entry in self.bucket.listing()}
+            with self._lock:
+                rows = {key: (here, noted) for key, here, noted in
+                        self._index.execute("select key, here, noted from objects")}
+            older = {key for key, (_, noted) in rows.items() if noted < begun}
+            wanted = [key for key, entry in listed.items()
+                      if _RECORD.search(key) and (key not in rows or key in older)
+                      and (rows.get(key, ("", 0))[0] != entry.tag or not (self.folder / key).exists())]
+            fetched = dict(self.bucket.get_all(wanted))
+            with holding(self.folder / ".commits", fcntl.LOCK_SH):  # those who want one moment wait
+                # manifests last: their versions' folders are there with them
+                for key in sorted(wanted, key=lambda key: key.endswith("/manifest.json")):
+                    found = fetched[key]
+                    if found is not None:
+                        listed[key] = found[1]
+                        write(self.folder / key, found[0])
+                    else:
+                        listed.pop(key)
+                for key in older - listed.keys():
+                    self._gone(key)
+                self._note_all(
+                    (entry, entry.tag if key in fetched else rows.get(key, (None, 0))[0], begun)
+                    for key, entry in listed.items() if key not in rows or key in older)
+            with self._lock:
+                self._index.execute("insert or replace into state values ('synced', ?)", [begun])
+
+    def sync_or_say(self) -> None:
+        """Bring the copy up to date (:meth:`sync`); if the bucket cannot be reached, say how old the copy is.
+
+        Raises:
+            StorageFailed: if the bucket cannot be reached, and there is no copy.
+        """
+        try:
+            self.sync()
+        except StorageFailed as error:
+            last = self.synced()
+            if last is None:
+                raise
+            _log.warning("%s What follows is of the copy here.", error)
+
+    def age(self) -> str:
+        """Of when the copy is, for people."""
+        last = self.synced()
+        if last is None:
+            return "never read"
+        return f"as of {datetime.fromtimestamp(last).astimezone():%Y-%m-%d %H:%M:%S}"
+
+    def size(self, path: Path, sha: str | None = None) -> int | None:
+        """The size of a file in the bucket, as far as is known; None if there is none."""
+        for key in dict.fromkeys((self.key(path, sha), self.key(path))):
+            with self._lock:
+                found = self._index.execute(
+                    "select size from objects where key = ? and tag not in (select tag from doubted)",
+                    [key]).fetchone()
+            if found is not None:
+                return int(found[0])
+        return None
+
+    def fetch(self, path: Path, sha: str | None = None) -> bytes:
+        """The bytes of a file, from the bucket; the copy has them then.
+
+        Args:
+            path: in the copy.
+            sha: of its bytes, if known.
+
+        Raises:
+            CorruptFile: if the bucket has none, or other bytes; :meth:`size` knows none from now on.
+            StorageFailed: if the bucket cannot be reached.
+        """
+        for key in dict.fromkeys((self.key(path, sha), self.key(path))):
+            found = self.bucket.get(key)
+            if found is not None and (sha is None or sha256(found[0]).hexdigest() == sha):
+                write(path, found[0])
+                self._note(found[1], found[1].tag)
+                return found[0]
+            with self._lock:
+                if found is None:
+                    self._index.execute("delete from objects where key = ?", [key])
+                else:
+                    self._index.execute("insert or ignore into doubted values (?)", [found[1].tag])
+        raise CorruptFile("is lost or damaged in the bucket", where=self.where(path), next_step="Run again")
+
+    def bytes_of(self, path: Path, sha: str, remedy: str, *, anew: bool = False) -> bytes:
+        """The bytes of a file with a SHA-256, from the copy; from the bucket if they are not there.
+
+        Args:
+            path: in the copy.
+            sha: of the bytes.
+            remedy: the advice if the bucket has not got them either.
+            anew: from the bucket in any case.
+
+        Raises:
+            CorruptFile, StorageFailed: as for :meth:`fetch`.
+        """
+        if not anew:
+            with suppress(OSError):
+                data = path.read_bytes()
+                if sha256(data).hexdigest() == sha:
+                    return data
+        try:
+            return self.fetch(path, sha)
+        except CorruptFile as error:
+            raise CorruptFile(error.what, where=error.where, next_step=remedy) from error
+
+    def fetch_all(self, files: Iterable[tuple[Path, str]]) -> None:
+        """Bring files that the copy lacks, paths and SHA-256, many at a time; what is damaged is left.
+
+        Raises:
+            StorageFailed: if the bucket cannot be reached.
+        """
+
+        def fetch(wanted: tuple[Path, str]) -> None:
+            with suppress(CorruptFile):
+                self.bytes_of(*wanted, "")
+
+        lacking = [(path, sha) for path, sha in files if not path.exists()]
+        with ThreadPoolExecutor(_AT_ONCE) as pool:
+            list(pool.map(fetch, lacking))
+
+    def pull(self, folder: Path) -> None:
+        """Bring all files of a folder that are new or changed; what was pulled and is gone goes.
+
+        Raises:
+            StorageFailed: if the bucket cannot be reached.
+        """
+        listed = {entry.key: entry for entry in self.bucket.listing(self.key(folder) + "/")}
+        with self._lock:
+            here = dict(self._index.execute("select key, here from objects"))
+        for key, entry in listed.items():
+            path = self.folder / key
+            if path.resolve().is_relative_to(self.folder.resolve()) and (
+                    here.get(key) != entry.tag or not path.exists()):
+                self.fetch(path)
+
+    def older(self, folder: Path, seconds: float) -> list[Path]:
+        """The files of a folder of the bucket that are so old, by the bucket's own clock and ours.
+
+        Raises:
+            StorageFailed: if the bucket cannot be reached.
+        """
+        return [self.folder / entry.key for entry in self.bucket.listing(self.key(folder) + "/")
+                if time.time() - entry.modified > seconds]
+
+    def there(self, path: Path) -> bool:
+        """Whether the bucket has a file now.
+
+        Raises:
+            StorageFailed: if the bucket cannot be reached.
+        """
+        return self.bucket.get(self.key(path)) is not None
+
+    # --- to the bucket ------------------------------------------------------------------------------
+
+    def put(self, path: Path, data: bytes) -> None:
+        """Write a file, whatever was there."""
+        self.put_all({path: data})
+
+    def put_all(self, files: Mapping[Path, bytes], *, local: bool = True) -> None:
+        """Write files whose names, or whose version's folder and bytes, say what they hold; many at a time.
+
+        Args:
+            files: paths in the copy, and bytes.
+            local: whether they are written there, too.
+        """
+
+        def put(path: Path) -> None:
+            data = files[path]
+            entry = self.bucket.put(self.key(path, sha256(data).hexdigest()), data)
+            if local:
+                self._kept(path, data, entry)
+            else:
+                self._note(entry, None)
+            changes.append(entry)
+
+        changes: list[Entry] = []
+        if len(files) == 1:
+            put(*files)
+        else:
+            with ThreadPoolExecutor(4) as pool:
+                list(pool.map(put, files))
+        for entry in changes:  # the threads have no journal
+            self._tell(Change(entry, files[self.folder / entry.key] if _RECORD.search(entry.key) else None))
+
+    def create(self, path: Path, data: bytes, *, local: bool = True) -> bool:
+        """Write a file that is not there. Returns False if there is one, with other bytes."""
+        entry = self.bucket.create(self.key(path), data)
+        if entry is not None:
+            if local:
+                self._kept(path, data, entry)
+            else:
+                self._note(entry, None)
+            self._tell(Change(entry, data))
+        return entry is not None
+
+    def swap(self, path: Path, data: bytes) -> bool:
+        """Write a file in place of the one that the copy has, or of none.
+
+        Returns:
+            False if the bucket has another one than the copy; nothing is written then.
+        """
+        key = self.key(path)
+        with self._lock:
+            found = self._index.execute("select here from objects where key = ?", [key]).fetchone()
+        before = found[0] if found else None
+        entry = self.bucket.create(key, data) if before is None else self.bucket.replace(key, data, before)
+        if entry is not None:
+            self._kept(path, data, entry)
+            self._tell(Change(entry, data))
+        return entry is not None
+
+    def remove(self, path: Path, sha: str | None = None) -> None:
+        """Remove a file from the bucket and the copy, if it is there."""
+        for key in dict.fromkeys((self.key(path, sha), self.key(path))):
+            self.bucket.delete(key)
+            self._tell(Change(Entry(key, 0, "", 0.0), None, removed=True))
+            self._gone(key)
+
+    # --- what other processes did -------------------------------------------------------------------
+
+    @contextmanager
+    def journal(self) -> Iterator[list[Change]]:
+        """The changes that the body makes, for :meth:`learn` of another machine's copy."""
+        kept: list[Change] = []
+        token = _journal.set(kept)
+        try:
+            yield kept
+        finally:
+            _journal.reset(token)
+
+    def learn(self, changes: Collection[Change]) -> None:
+        """Make the changes of another machine's process in this copy."""
+        for entry, data, removed in changes:
+            if removed:
+                self._gone(entry.key)
+            elif data is not None:
+                write(self.folder / entry.key, data)
+                self._note(entry, entry.tag)
+            else:
+                self._note(entry, None)
+
+    def _tell(self, change: Change) -> None:
+        journal = _journal.get()
+        if journal is not None:
+            journal.append(change)
+
+    def _kept(self, path: Path, data: bytes, entry: Entry) -> None:
+        """Write to the copy what the bucket has, then note it: what is noted is there."""
+        write(path, data)
+        self._note(entry, entry.tag)
+
+    def _gone(self, key: str) -> None:
+        path = self.folder / key
+        remove(path)
+        with self._lock:
+            self._index.execute("delete from objects where key = ?", [key])
+        if path.name == "manifest.json":
+            shutil.rmtree(path.parent, ignore_errors=True)
+
+    def _note(self, entry: Entry, here: str | None) -> None:
+        with self._lock:
+            self._index.execute("delete from doubted where tag = ?", [entry.tag])
+        self._note_all([(entry, here, time.time())])
+
+    def _note_all(self, entries: Iterable[tuple[Entry, str | None, float]]) -> None:
+        with self._lock:
+            self._index.execute("begin immediate")
+            self._index.executemany(
+                "insert or replace into objects values (?, ?, ?, ?, ?)",
+                [(entry.key, entry.size, entry.tag, here, noted) for entry, here, noted in entries])
+            self._index.execute("commit")
+
+
+def located(path: Path) -> Path:
+    """The local folder of a data folder: the path itself, or that of the copy if it is a bucket's URL.
+
+    Raises:
+        BadSettings: if the URL is not that of a bucket, or the environment does not say how to reach it.
+    """
+    word = str(path)
+    if word.startswith("file:/"):
+        return Path("/" + word.removeprefix("file:").lstrip("/"))
+    url = bucket_url(word)
+    if url is None:
+        return path
+    for known, folder in _copies.items():
+        if url.startswith(known.rstrip("/") + "/"):
+            return folder / url.removeprefix(known.rstrip("/") + "/")
+    if url not in _copies:
+        _copies[url] = _copy(url)
+    return _copies[url]
+
+
+#: The copies of this process, by URL.
+_copies: dict[str, Path] = {}
+
+
+def _copy(url: str) -> Path:
+    Bucket(url)  # what is wrong with the URL or the environment is said before anything is made
+    if url.startswith("memory:"):
+        folder = Path(tempfile.mkdtemp(prefix="pitchlore-memory-"))
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    else:
+        # another endpoint's bucket of the same name is another bucket
+        full = f"{url}\n{os.environ.get('AWS_ENDPOINT_URL', '')}"
+        slug = re.sub(r"[^a-z0-9]+", "-", url.lower()).strip("-")[-40:]
+        home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+        folder = home / "pitchlore" / "buckets" / f"{slug}-{sha256(full.encode()).hexdigest()[:8]}"
+    if not (folder / MARKER).exists():
+        write(folder / MARKER, json.dumps({"url": url, "process": os.getpid()}).encode())
+    return folder
+
+
+def mirror_of(root: Path) -> Mirror | None:
+    """The mirror that a local folder, or a folder above it, is the copy of; None if it is none.
+
+    Raises:
+        BadSettings: if it is that of a bucket in the memory of another process, or the environment does not
+            say how to reach the bucket.
+    """
+    for folder in (root, *root.parents[:_DEPTH]):
+        try:
+            said = (folder / MARKER).read_bytes()
+        except OSError:
+            continue
+        return _mirror(folder, said)
+    return None
+
+
+@cache
+def _mirror(folder: Path, said: bytes) -> Mirror:
+    try:
+        marker = json.loads(said)
+        url, process = str(marker["url"]), int(marker["process"])
+    except (ValueError, TypeError, KeyError) as error:
+        raise NotFound("does not say of which bucket this folder is the copy", where=str(folder / MARKER),
+                       next_step="Remove the folder: it is a cache") from error
+    if url.startswith("memory:") and process != os.getpid():
+        raise BadSettings("a bucket in memory is that of one process", where=url,
+                          next_step="Work on threads: --on threads")
+    return Mirror(folder, url)

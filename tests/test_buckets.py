@@ -1,0 +1,585 @@
+"""A data folder in a bucket: the bytes of a local one, whatever the network does and whoever else writes."""
+
+from __future__ import annotations
+
+import io
+import json
+import logging
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from conftest import ROOT, clip
+from support import at_once
+from support.buckets import CREDENTIALS, FAULTS, Served, files, served
+from support.processes import eventually
+
+pytest.importorskip("obstore", reason="the extra bucket is not installed")
+
+from flows.catalog import distrust, look, refresh
+from flows.matches import Recording, import_recording
+from flows.stages import STAGES
+from flows.verify import verify_all
+from pipeline.errors import BadSettings, NotFound, Overtaken, StorageFailed
+from pipeline.store import Store, buckets, claims, mirrors
+from pipeline.store.query import ask
+from pipeline.store.work import Made, Work
+
+pytestmark = pytest.mark.slow
+
+ROUNDS = int(os.environ.get("PITCHLORE_ROUNDS", "1"))
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[Served]:
+    with served() as own:
+        yield own
+
+
+@pytest.fixture
+def machine(server, tmp_path, monkeypatch):
+    """A function that gives the store of a URL as another machine has it, with a copy of its own."""
+    server.mend()
+    for name, value in server.environment.items():
+        monkeypatch.setenv(name, value)
+    # patience enough for what is mended at once
+    monkeypatch.setattr(buckets, "REQUEST_S", 1.0)
+    monkeypatch.setattr(buckets, "AGAIN_S", 1.0)
+
+    def store(url: str, name: str = "one") -> Store:
+        buckets._opened.cache_clear()
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / name))
+        monkeypatch.setattr(mirrors, "_copies", {})
+        return Store(Path(url))
+
+    yield store
+    server.mend()
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory) -> Path:
+    """A folder with a recording of ten seconds."""
+    folder = tmp_path_factory.mktemp("recordings")
+    clip(60.0, 70.0).write_csv(folder / "derby.csv")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def local(recordings, tmp_path_factory) -> dict[str, bytes]:
+    """The files of a local folder after a run."""
+    store = Store(tmp_path_factory.mktemp("local") / "league")
+    brought(store, recordings)
+    return files(store.root)
+
+
+def brought(store: Store, recordings: Path) -> None:
+    """Import the recordings, and run every stage."""
+    store.catch_up()
+    for file in sorted(recordings.iterdir()):
+        import_recording(store, Recording(file=file))
+    at_once.run(store)
+
+
+def plain(objects: dict[str, bytes]) -> dict[str, bytes]:
+    """The objects of a bucket by the names of a local folder's files."""
+    return {re.sub(r"(/v\d{4,}/)[0-9a-f]{12}\.", r"\1", key): data for key, data in objects.items()}
+
+
+def work(noun: str = "goals", name: str = "m-1", version: int = 1) -> Work:
+    return Work(noun=noun, name=name, settings={}, version=version)
+
+
+def made(text: str) -> Made:
+    return Made(blobs={"note": ("txt", text.encode())})
+
+
+# --- one machine ------------------------------------------------------------------------------------
+
+
+def test_same_bytes(server, machine, recordings, local):
+    """A bucket holds the bytes of a local folder; so does its copy; another machine finds it all done."""
+    url = server.new()
+    one = machine(url)
+    brought(one, recordings)
+    assert plain(server.objects(url)) == local == files(one.root)
+    two = machine(url, "two")
+    two.catch_up()
+    server.asked = 0
+    assert at_once.run(two) == "False False"
+    assert server.asked <= len(local), "what is done is known without reading it"
+    assert plain(server.objects(url)) == local
+    found = verify_all(two)
+    assert (found.problems, found.files) == ([], len(local))
+    assert files(two.root) == local
+
+
+def test_another_library(server, machine, local, recordings, tmp_path):
+    """What another program copies into a bucket, file by file, is a data folder; and back."""
+    url = server.new()
+    for key, data in local.items():
+        server.put(url, key, data)
+    store = machine(url)
+    store.catch_up()
+    assert at_once.run(store) == "False False"
+    assert verify_all(store).problems == []
+
+
+def test_sql(server, machine, recordings):
+    """Questions are answered from the files that a copy fetches, and without the bucket from those it has."""
+    url = server.new()
+    brought(machine(url), recordings)
+    reader = machine(url, "reader")
+    reader.catch_up()
+    path, _ = refresh(reader)
+    question = "select count(*) n, count(distinct match_id) from situations"
+    answer = ask(path, question).rows()
+    assert answer[0][0] > 100
+    server.fault = lambda _: "cut before"
+    path, left_out = refresh(reader)
+    assert (ask(path, question).rows(), left_out) == (answer, [])
+
+
+def test_lost_copy(server, machine, recordings, local):
+    """The copy is a cache: damaged or removed, it is brought again."""
+    url = server.new()
+    store = machine(url)
+    brought(store, recordings)
+    for path in store.root.rglob("*.parquet"):
+        path.write_bytes(b"x" * path.stat().st_size)
+    (receipt,) = store.receipts("situations")
+    assert store.read(receipt, "situations") == local[receipt.files["situations"].path]
+    shutil.rmtree(store.root)
+    again = machine(url, "again")
+    again.catch_up()
+    assert at_once.run(again) == "False False"
+    assert verify_all(again).problems == []
+
+
+def test_damaged_object(server, machine, recordings, local):
+    """`verify` names an object that is not what was written, and the next run makes it anew."""
+    url = server.new()
+    store = machine(url)
+    brought(store, recordings)
+    (receipt,) = store.receipts("situations")
+    path = receipt.files["situations"].path
+    server.put(url, path, b"x" * receipt.files["situations"].size)
+    (problem,) = verify_all(store).problems
+    assert problem.startswith(f"{url}/{path}: is lost or damaged in the bucket. ")
+    distrust(store)  # as the command does
+    store.catch_up()
+    look(store)
+    at_once.run(store)
+    assert plain(server.objects(url)) == local
+    assert verify_all(store).problems == []
+
+
+def test_forget_and_prune(server, machine, recordings):
+    """`forget` removes objects; `prune` leaves those of the last day, which may be another machine's."""
+    url = server.new()
+    store = machine(url)
+    store.commit(work(), made("one"))
+    store.commit(work(version=2), made("two"))
+    assert sorted(data for key, data in server.objects(url).items() if key.endswith("txt")) == [b"one", b"two"]
+    assert store.prune("goals") == []
+    long_ago = store.mirror.older
+    store.mirror.older = lambda folder, _: long_ago(folder, -60)
+    (left,) = store.prune("goals")
+    assert not left.exists()
+    assert [data for key, data in server.objects(url).items() if key.endswith("txt")] == [b"two"]
+    other = machine(url, "two")
+    other.catch_up()
+    assert other.receipt("goals", "m-1") is not None
+    assert store.forget("goals", "m-1")
+    assert server.objects(url) == {}
+    other.catch_up()
+    assert other.receipt("goals", "m-1") is None
+
+
+def test_memory(monkeypatch):
+    """A bucket in memory is that of one process."""
+    store = Store(Path("memory:///of-a-test"))
+    receipt = store.commit(work(), made("one"))
+    assert store.where == "memory:///of-a-test"
+    assert Store(Path("memory:///of-a-test")).read(receipt, "note") == b"one"
+    monkeypatch.setattr(os, "getpid", lambda: -1)
+    mirrors._mirror.cache_clear()
+    with pytest.raises(BadSettings, match=r"is that of one process\. Work on threads"):
+        Store(store.root).read(receipt, "note")
+
+
+def test_file_url(tmp_path):
+    """A file's URL is a folder like any other."""
+    store = Store(Path(f"file://{tmp_path}/league"))
+    store.commit(work(), made("one"))
+    assert store.mirror is None
+    assert (tmp_path / "league" / "goals" / "m-1.receipt.json").exists()
+
+
+# --- a network that fails ---------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def requests(server, recordings, tmp_path_factory) -> int:
+    """The number of requests of a run from nothing."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in {**server.environment, "XDG_CACHE_HOME": str(tmp_path_factory.mktemp("count"))}.items():
+            patch.setenv(name, value)
+        server.mend()
+        brought(Store(Path(server.new())), recordings)
+    return server.asked
+
+
+def test_passing_faults(server, machine, recordings, local):
+    """Requests that fail once are sent again, those whose answer was lost, too."""
+    url = server.new()
+    store = machine(url)
+    server.fault = lambda number: FAULTS[number // 9 % 4] if number % 9 == 0 else None
+    brought(store, recordings)
+    assert server.asked > 9 * len(FAULTS)
+    server.mend()
+    assert plain(server.objects(url)) == local
+    assert verify_all(machine(url, "two")).problems == []
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_outage(server, machine, recordings, local, requests, fault, monkeypatch):
+    """An outage between any two requests is one line; nobody sees half an output; a run again ends it."""
+    monkeypatch.setattr(buckets, "REQUEST_S", 0.3)
+    monkeypatch.setattr(buckets, "AGAIN_S", 0.2)
+    steps = max(2, ROUNDS)
+    for step in range(steps):
+        begins = 1 + (requests - 2) * (FAULTS.index(fault) + len(FAULTS) * step) // (len(FAULTS) * steps)
+        url, name = server.new(), f"{step}"
+        store = machine(url, name)
+        server.mend()
+        server.fault = lambda number, begins=begins: fault if number >= begins else None
+        with pytest.raises(StorageFailed) as failed:
+            brought(store, recordings)
+        assert re.fullmatch(rf"{url}\S*: the bucket cannot be used \((it is too busy|it answers 500|"
+                            r"it does not answer)\)\. Look at its address, .*", str(failed.value))
+        server.mend()
+        witness = machine(url, f"witness-{step}")
+        assert [line for line in verify_all(witness).problems if "match is gone" not in line] == []
+        store = machine(url, name)  # as the next command of the machine finds it
+        mirrors._mirror.cache_clear()
+        brought(store, recordings)
+        assert plain(server.objects(url)) == local, begins
+        assert verify_all(store).problems == []
+
+
+def test_nobody_answers(machine, monkeypatch, call):
+    """A bucket that nobody serves is one line within seconds; so is an unknown one, and one without a name."""
+    monkeypatch.setattr(buckets, "AGAIN_S", 0.2)
+    machine("s3://league/somewhere")
+    said = call("kb", "list", "--data", "s3://no-such-bucket/x")
+    assert said[:2] == (1, "")
+    assert said[2].startswith("pitchlore: s3://no-such-bucket/x: the bucket cannot be used (there is no such bucket).")
+    monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")
+    buckets._opened.cache_clear()
+    code, _, err = call("run", "--data", "s3://league/nowhere")
+    assert code == 1
+    assert err.startswith("pitchlore: s3://league/nowhere: the bucket cannot be used (it does not answer).")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("url", ["s3://key:secret@league/x", "s3://league/x?secret=1", "s3:///", "https://league/x",
+                                 "s3://league/../x", "gs://league//x#y"])
+def test_bad_url(call, url):
+    """A URL with credentials or options, or none of a bucket, is refused, and not repeated."""
+    code, _, err = call("kb", "list", "--data", url)
+    assert code == 1
+    assert err.startswith("pitchlore: --data: this URL is not that of a bucket's folder. Name ")
+    assert "secret" not in err
+
+
+def test_not_installed(call, monkeypatch):
+    """Without the extra, one line says which."""
+    buckets._opened.cache_clear()
+    monkeypatch.setitem(sys.modules, "obstore.store", None)
+    code, _, err = call("kb", "list", "--data", "s3://league/x")
+    assert (code, err) == (
+        1, "pitchlore: s3://league/x: buckets need the extra bucket. pip install 'pitchlore[bucket]'.\n")
+
+
+# --- two machines -----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def two(server, machine):
+    """The stores of two machines on one bucket; each knows that it is empty."""
+    url = server.new()
+    stores = [machine(url, name) for name in ("one", "two")]
+    for store in stores:
+        store.catch_up()
+        assert store.mirror is not None
+    assert stores[0].root != stores[1].root
+    return stores
+
+
+def between(monkeypatch, mirror, method: str, happens: Callable[[], object]) -> None:
+    """Let something happen before a mirror's next call of a method."""
+    before = getattr(mirror, method)
+
+    def call(*arguments, **named):
+        monkeypatch.setattr(mirror, method, before)
+        happens()
+        return before(*arguments, **named)
+
+    monkeypatch.setattr(mirror, method, call)
+
+
+@pytest.mark.parametrize("moment", ["put_all", "swap"])
+def test_same_work(two, monkeypatch, moment):
+    """The loser of two that commit the same finds the work done."""
+    one, other = two
+    between(monkeypatch, one.mirror, moment, lambda: other.commit(work(), made("same")))
+    assert one.commit(work(), made("same")) == other.receipt("goals", "m-1")
+    assert one.receipt("goals", "m-1") == other.receipt("goals", "m-1")
+
+
+@pytest.mark.parametrize("before", [False, True])
+@pytest.mark.parametrize("moment", ["put_all", "swap"])
+def test_other_work(two, monkeypatch, moment, before, server):
+    """The loser of two that commit something else says so; what the winner wrote is whole, for both."""
+    one, other = two
+    if before:
+        other.commit(work(), made("before"))
+        one.catch_up()
+    between(monkeypatch, one.mirror, moment, lambda: other.commit(work(version=3), made("theirs")))
+    with pytest.raises(Overtaken, match=r"goals/m-1.receipt.json: has been written or removed by another machine"):
+        one.commit(work(version=2), made("ours"))
+    for store in (one, other):
+        assert store.read(store.receipt("goals", "m-1"), "note") == b"theirs"
+    assert one.commit(work(version=2), made("ours")).key == work(version=2).key
+    assert server.asked > 0
+
+
+def test_forgotten_meanwhile(two, monkeypatch):
+    """An output is not made from what another machine has removed."""
+    one, other = two
+    source = other.commit(work("matches"), made("log"))
+    one.catch_up()
+    other.forget("matches", "m-1")
+    with pytest.raises(NotFound, match="matches m-1 has been removed meanwhile"):
+        one.commit(work(), made("of it"), [source])
+    one.catch_up()
+    assert one.receipt("matches", "m-1") is None
+
+
+def test_removed_blob(two):
+    """A file that another machine's `forget` took is written again with the next receipt."""
+    one, other = two
+    one.commit(work(), made("same"))
+    other.catch_up()
+    other.forget("goals", "m-1")
+    one.catch_up()
+    receipt = one.commit(work(), made("same"))
+    other.catch_up()
+    assert other.read(receipt, "note") == b"same"
+
+
+def test_versions_in_turn(two):
+    """Two machines that emit at once make one version after the other."""
+    held, go, order = threading.Event(), threading.Event(), []
+
+    def emit_one(store: Store, name: str, wait: bool) -> None:
+        with store.claim("knowledge") as version:
+            if wait:
+                held.set()
+                go.wait(30)
+            store.commit_version(work("knowledge", version=version), made(name), version, parent=None)
+            order.append((name, version))
+
+    first = threading.Thread(target=emit_one, args=(two[0], "one", True))
+    first.start()
+    assert held.wait(30)
+    second = threading.Thread(target=emit_one, args=(two[1], "two", False))
+    second.start()
+    time.sleep(0.3)
+    assert order == []
+    go.set()
+    first.join()
+    second.join()
+    assert order == [("one", 1), ("two", 2)]
+    two[0].catch_up()
+    assert [manifest.version for manifest in two[0].manifests("knowledge")] == [1, 2]
+    assert two[0].read(two[0].manifest("knowledge", 2), "note") == b"two"
+
+
+def test_claims_of_the_dead(two, server, monkeypatch):
+    """The claim of a dead process is taken over at once; of another machine, when it is not renewed."""
+    mirror = two[0].mirror
+    for said in ({"machine": claims.machine(), "process": 2**22 + 1}, {"machine": "ffffffff", "process": 1}, "nonsense"):
+        mirror.bucket.put("knowledge/claim.json", json.dumps(said).encode())
+        begun = time.monotonic()
+        monkeypatch.setattr(claims, "GONE_S", 0.5)
+        monkeypatch.setattr(claims, "_POLL_S", 0.1)
+        with two[0].claim("knowledge") as version:
+            assert version == 1
+        assert (time.monotonic() - begun > 0.5) == (said == "nonsense" or said["process"] == 1)
+        assert server.objects(mirror.url) == {}
+
+
+def test_slow_maker(two, monkeypatch):
+    """Who was taken for gone finds out when it commits; the version of the other is whole."""
+    one, other = two
+    monkeypatch.setattr(claims, "GONE_S", 0.2)
+    monkeypatch.setattr(claims, "_POLL_S", 0.05)
+    with one.claim("knowledge") as version:
+        with other.claim("knowledge") as same:
+            assert same == version == 1
+            other.commit_version(work("knowledge"), made("theirs"), same, parent=None)
+        with pytest.raises(Overtaken, match="has been made by another machine meanwhile"):
+            one.commit_version(work("knowledge", version=2), made("ours"), version, parent=None)
+    for store in two:
+        store.catch_up()
+        assert store.read(store.manifest("knowledge", 1), "note") == b"theirs"
+        assert verify_all(store).problems == []
+
+
+def test_renewed_claim(two, monkeypatch):
+    """A claim that is renewed is nobody else's, however long it lasts."""
+    monkeypatch.setattr(claims, "RENEWED_S", 0.1)
+    monkeypatch.setattr(claims, "GONE_S", 0.6)
+    monkeypatch.setattr(claims, "_POLL_S", 0.05)
+    ended = []
+    with two[0].claim("knowledge"):
+        other = threading.Thread(target=lambda: ended.append(two[1].claim("knowledge").__enter__()))
+        other.start()
+        time.sleep(1.5)
+        assert ended == []
+    other.join()
+    assert ended == [1]
+
+
+@contextmanager
+def processes(server: Served, tmp_path: Path, names: tuple[str, ...]) -> Iterator[list[subprocess.Popen[str]]]:
+    """Processes that do what they are told, each with a home of its own."""
+    started = []
+    for name in names:
+        home = tmp_path / name
+        home.mkdir(exist_ok=True)
+        here = {**os.environ, **server.environment, "HOME": str(home), "XDG_CACHE_HOME": str(home / "cache"),
+                "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests"), *sys.path])}
+        started.append(subprocess.Popen([sys.executable, "-m", "support.at_once"], env=here, text=True,
+                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE))
+    try:
+        yield started
+    finally:
+        for process in started:
+            process.kill()
+            process.communicate()
+
+
+def tell(process: subprocess.Popen[str], action: str, url: str) -> None:
+    process.stdin.write(f"0 {action} {url}\n")
+    process.stdin.flush()
+
+
+def test_two_processes(server, machine, recordings, local, tmp_path):
+    """Two machines that run at once end in the bytes of one; one that is killed leaves nothing half done."""
+    names = ("ada", "bea")
+    with processes(server, tmp_path, names) as both:
+        assert [process.stdout.readline() for process in both] == ["ready\n"] * 2
+        for _ in range(ROUNDS):
+            url = server.new()
+            import_recording(machine(url, "importer"), Recording(file=recordings / "derby.csv"))
+            for process in both:
+                tell(process, "run", url)
+            said = [process.stdout.readline().strip() for process in both]
+            assert "True True" in said
+            assert all(line in ("True True", "False False", "True False", "False True") or "Run again" in line
+                       for line in said), said
+            store = machine(url, "after")
+            store.catch_up()
+            at_once.run(store)
+            assert plain(server.objects(url)) == local
+        url = server.new()
+        import_recording(machine(url, "importer"), Recording(file=recordings / "derby.csv"))
+        tell(both[0], "run", url)
+        eventually(lambda: any(key.startswith("situations") for key in server.objects(url)))
+        both[0].send_signal(signal.SIGKILL)
+        both[0].wait()
+    witness = machine(url, "witness")
+    assert verify_all(witness).problems == []
+    at_once.run(witness)
+    assert plain(server.objects(url)) == local
+
+
+# --- commands ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("prefect_server")
+def test_commands(server, machine, call, monkeypatch, caplog, tmp_path):
+    """The commands work on a bucket as on a folder; no credentials are anywhere, and nothing else in it."""
+    url = server.new()
+    store = machine(url)
+    caplog.set_level(logging.DEBUG)
+    buffer = io.StringIO()
+    clip(60.0, 75.0).write_csv(buffer)
+    server.put(url, "inbox/derby.csv", buffer.getvalue().encode())
+    server.put(url, "inbox/notes.txt", b"dear diary")
+    said = [call("run", "--data", url)]
+    assert said[0][0] == 1, "there is a stranger in the inbox"
+    assert call("quarantine", "--clear", "--data", url)[0] == 0
+    said += [
+        call("record", "--home", "static", "--away", "random", "--minutes", "0.1", "--data", url),
+        call("run", "--on", "processes:2", "--data", url, "--no-train"),
+        call("sql", "select count(*) n from matches", "--csv", "--data", url),
+        call("kb", "list", "--data", url), call("replay", "derby", "--data", url),
+        call("commentary", "derby", "--data", url), call("forget", "derby", "--data", url),
+        call("sql", "select count(*) n from matches", "--csv", "--data", url),
+        call("prune", "--data", url), call("verify", "--data", url),
+    ]
+    codes = [code for code, _, _ in said]
+    assert said[3][1] == "n\n2\n"
+    assert re.search(rf"{url}: as of \d{{4}}-\d\d-\d\d \d\d:\d\d:\d\d", said[3][2])
+    assert said[8][1] == "n\n1\n"
+    assert codes[:2] == [1, 0], said
+    assert f"knowledge version 1 (new): {url}/knowledge/v0001" in said[0][1]
+    objects = server.objects(url)
+    assert any(key.startswith("replays/") for key in objects)
+    assert {key.partition("/")[0] for key in objects} <= {
+        *STAGES, "matches", "inbox", "replays", "quarantine"}, "neither locks nor the catalogue"
+
+    def down(_: int) -> str:
+        return "cut before"
+
+    monkeypatch.setattr(buckets, "AGAIN_S", 0.2)
+    buckets._opened.cache_clear()
+    mirrors._mirror.cache_clear()
+    server.fault = down
+    code, out, err = call("sql", "select count(*) n from matches", "--csv", "--data", url)
+    assert (code, out) == (0, "n\n1\n"), err
+    assert "the bucket cannot be used (it does not answer)" in err
+    assert "What follows is of the copy here." in err
+
+    everything = [repr(store), repr(store.mirror), repr(store.mirror.bucket), caplog.text, err,
+                  *(text for _, *texts in said for text in texts)]
+    everything += [data.decode(errors="replace") for data in objects.values()]
+    everything += [path.read_bytes().decode(errors="replace") for path in store.root.rglob("*") if path.is_file()]
+    for secret in CREDENTIALS.values():
+        assert [text[:200] for text in everything if secret in text] == []
+
+
+def test_refused(server, machine, monkeypatch):
+    """A bucket that refuses says so, without what it or the environment says of the credentials."""
+    store = machine(server.new())
+    from obstore.exceptions import PermissionDeniedError
+
+    monkeypatch.setattr("obstore.put", lambda *_, **__: (_ for _ in ()).throw(
+        PermissionDeniedError(f"status code: 403 {CREDENTIALS}")))
+    with pytest.raises(StorageFailed) as refused:
+        store.commit(work(), made("one"))
+    assert "it refuses these credentials" in str(refused.value)
+    assert refused.value.__cause__ is None
+    assert refused.value.__context__ is None
