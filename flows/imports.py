@@ -37,7 +37,7 @@ def import_all(
     before = {receipt.name: receipt.key for receipt in store.receipts("matches")}
     path = crew.get().path
     data = path(store.root)
-    work = {r.label: {"data": data, "recording": r.at(path), "limits": limits} for r in recordings}
+    work = {r.label(store): {"data": data, "recording": r.at(path), "limits": limits} for r in recordings}
     report = run_pieces(make_match, "matches", work, task="import")
     after = {receipt.name: receipt.key for receipt in store.receipts("matches")}
     done = len(report.made)

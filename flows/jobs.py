@@ -14,7 +14,7 @@ from prefect.utilities.annotations import quote
 from flows.placement.crew import crew
 from flows.placement.pieces import Failure, Part, Pieces, parted
 from flows.progress import StageReport, listener
-from pipeline.errors import ClusterFailed, in_one_line
+from pipeline.errors import in_one_line
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -62,7 +62,7 @@ def carried_out(
         Label and result of each piece, or its :class:`flows.placement.pieces.Failure`, as tasks end.
 
     Raises:
-        ClusterFailed: if the cluster that works ends, or cannot do this work.
+        PitchloreError: by which all others would fail, too: the cluster or the bucket cannot be used.
     """
     task = do_part.with_options(name=name, task_run_name=f"{name} {{name}}")
     submit: Any = task.submit
@@ -81,7 +81,7 @@ def carried_out(
             return
         future = next(iter(as_completed(list(running))))
         part, error = running.pop(future), future.result(raise_on_failure=False)
-        if isinstance(error, ClusterFailed):  # it would fail all the others, too
+        if error is not None and getattr(error, "for_all", False):
             raise error
         for label in part.pieces:
             yield label, part.results[label] if label in part.results else Failure(in_one_line(error))

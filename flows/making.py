@@ -45,6 +45,9 @@ def make(
         settings: of all stages.
         scope: matches of the run; of a match's output, that match.
         doubted: files that count as damaged (:class:`pipeline.store.outputs.Outputs`).
+
+    Raises:
+        PitchloreError: by which all other work would fail, too.
     """
     store = Store(data)
     store.doubted = frozenset(map(located, doubted))
@@ -55,5 +58,7 @@ def make(
         try:
             made[noun] = STAGES.perform(store, stage, output, stage.settings(settings), scope, seen)
         except Exception as error:
+            if getattr(error, "for_all", False):
+                raise
             return Outcome(made, {noun: in_one_line(error)}, getattr(error, "transient", False))
     return Outcome(made)

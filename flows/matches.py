@@ -52,10 +52,9 @@ class Recording(BaseModel):
         """The recording with its paths by a function of paths."""
         return Recording(file=path(self.file), mapping=None if self.mapping is None else path(self.mapping))
 
-    @property
-    def label(self) -> str:
-        """The recording's path, for people."""
-        return printable(str(self.file))
+    def label(self, store: Store) -> str:
+        """The recording's path, or its URL in the store's bucket, for people."""
+        return printable(store.named(self.file))
 
 
 def inbox(store: Store) -> list[Recording]:
@@ -76,7 +75,7 @@ def inbox(store: Store) -> list[Recording]:
 def strangers(store: Store) -> dict[str, str]:
     """All in the inbox that is never read, with the reason: pipes, devices, links that lead out."""
     why = "or its map is a link that leads out of the inbox, or no regular file; it is not read. Remove that."
-    return {recording.label: why for recording in _dropped(store) if not _is_inside(recording, store)}
+    return {recording.label(store): why for recording in _dropped(store) if not _is_inside(recording, store)}
 
 
 def _dropped(store: Store) -> list[Recording]:
@@ -129,6 +128,7 @@ def import_recording(
         NotFound: if the file or the map cannot be read.
         StillWritten: if the file changes meanwhile. It does not go into quarantine.
     """
+    recording = recording.at(store.here)
     check = store.unchanged(recording.file)
     data = store.foreign(recording.file, megabytes=limits.megabytes)
     mapping = _mapping(store, recording.mapping)

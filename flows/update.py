@@ -68,6 +68,8 @@ def _emitted(stage: Stage, settings: Settings, scope: Scope, report: RunReport, 
     try:
         return emit(stage, settings, scope)[1]
     except PitchloreError as error:
+        if error.for_all:
+            raise
         report.stage(stage.noun).failed["version"] = str(error)
         return None
 

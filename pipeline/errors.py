@@ -21,6 +21,8 @@ class PitchloreError(Exception):
 
     #: Whether the same call may succeed when it is simply tried again.
     transient = False
+    #: Whether all other work would fail by it, too, so that none is begun any more.
+    for_all = False
 
     def __init__(self, what: str, *, where: str = "", next_step: str = "") -> None:
         self.what = printable(what, _CHARACTERS).rstrip(". ")
@@ -86,6 +88,12 @@ class StorageFailed(PitchloreError):
     transient = True
 
 
+class BucketFailed(StorageFailed):
+    """A bucket cannot be reached, or refuses, however often it was asked."""
+
+    for_all = True
+
+
 class Overtaken(PitchloreError):
     """Another machine has written to a bucket what was to be written now; what it wrote stands."""
 
@@ -102,3 +110,5 @@ class WorkerLost(PitchloreError):
 
 class ClusterFailed(PitchloreError):
     """A cluster cannot be reached, has ended, or has workers that cannot do this work."""
+
+    for_all = True

@@ -77,10 +77,11 @@ class Cluster:
 
         Workers bring their copies of the bucket up to date before they do the work that is given from now on.
         """
-        if self._mirror is None or not path.is_relative_to(self._mirror.folder):
-            return path.resolve()
+        local = located(path)
+        if self._mirror is None or not local.is_relative_to(self._mirror.folder):
+            return local.resolve()
         self._moment = os.urandom(8).hex()
-        return Path(self._mirror.where(path))
+        return Path(self._mirror.where(local))
 
     def run(self, work: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> R:
         """Do a piece of work on one of the workers (:meth:`flows.placement.crew.Crew.run`).

@@ -60,7 +60,7 @@ class Part:
 
         Raises:
             TryAgain: if some may succeed later.
-            ClusterFailed: if the cluster ends.
+            PitchloreError: by which all others would fail, too.
         """
         todo = {label: arguments for label, arguments in self.pieces.items()
                 if label not in self.results or _transient(self.results[label])}
@@ -86,12 +86,18 @@ class Part:
 
 
 def each(function: Callable[..., Any], pieces: Pieces) -> dict[str, Any]:
-    """Do pieces of work one after the other; for each its result, or its :class:`Failure`."""
+    """Do pieces of work one after the other; for each its result, or its :class:`Failure`.
+
+    Raises:
+        PitchloreError: by which all others would fail, too.
+    """
     results: dict[str, Any] = {}
     for label, arguments in pieces.items():
         try:
             results[label] = function(**arguments)
         except Exception as error:
+            if getattr(error, "for_all", False):
+                raise
             results[label] = Failure(in_one_line(error), getattr(error, "transient", False))
     return results
 

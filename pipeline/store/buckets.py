@@ -15,7 +15,7 @@ from datetime import timedelta
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from pipeline.errors import BadSettings, StorageFailed
+from pipeline.errors import BadSettings, BucketFailed
 
 if TYPE_CHECKING:
     from obstore.store import ObjectStore
@@ -98,7 +98,7 @@ class Bucket:
         """All objects whose keys begin with a prefix, which is empty or a folder's; in order of their keys.
 
         Raises:
-            StorageFailed: as every method here does, if the bucket cannot be reached or refuses.
+            BucketFailed: as every method here does, if the bucket cannot be reached or refuses.
         """
         import obstore  # noqa: PLC0415 (an extra)
 
@@ -180,7 +180,7 @@ class Bucket:
             FileNotFoundError: if there is no such object.
             obstore.exceptions.AlreadyExistsError, obstore.exceptions.PreconditionError: if a condition does
                 not hold.
-            StorageFailed: if the bucket cannot be reached or refuses.
+            BucketFailed: if the bucket cannot be reached or refuses.
         """
         from obstore.exceptions import (  # noqa: PLC0415 (an extra)
             AlreadyExistsError,
@@ -198,8 +198,8 @@ class Bucket:
             why = "it does not answer" if status is None else _WHY.get(status[1], f"it answers {status[1]}")
         raise self._failed(why, key)  # outside, so that the library's error is not its context
 
-    def _failed(self, why: str, key: str) -> StorageFailed:
-        return StorageFailed(
+    def _failed(self, why: str, key: str) -> BucketFailed:
+        return BucketFailed(
             f"the bucket cannot be used ({why})", where=f"{self.url.rstrip('/')}/{key}".rstrip("/"),
             next_step="Look at its address, your credentials and the network, then run again; nothing that "
                       "was there is lost")

@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Event, Thread
 
-from pipeline.errors import StorageFailed
+from pipeline.errors import BucketFailed
 from pipeline.store.mirrors import Mirror
 from pipeline.store.temporaries import alive, machine
 
@@ -36,7 +36,7 @@ def claimed(mirror: Mirror, folder: Path) -> Iterator[None]:
     when it commits: a manifest, too, is created only if there is none.
 
     Raises:
-        StorageFailed: if the bucket cannot be reached.
+        BucketFailed: if the bucket cannot be reached.
     """
     own = _Claim(mirror, folder)
     _held.add(own.token)
@@ -98,7 +98,7 @@ class _Claim:
         renewed = 0
         while not self.ended.wait(RENEWED_S):
             renewed += 1
-            with suppress(StorageFailed):  # the bucket may be reached the next time
+            with suppress(BucketFailed):  # the bucket may be reached the next time
                 again = self._bucket.replace(self._key, self._words(renewed), self._tag)
                 if again is None:
                     return
@@ -106,7 +106,7 @@ class _Claim:
 
     def leave(self) -> None:
         """Remove it, unless it is somebody else's; if the bucket cannot be reached, it is seen to be dead."""
-        with suppress(StorageFailed):
+        with suppress(BucketFailed):
             there = self._bucket.get(self._key)
             if there is not None and there[1].tag == self._tag:
                 self._bucket.delete(self._key)

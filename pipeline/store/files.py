@@ -50,7 +50,20 @@ class Files:
 
     def named(self, path: Path) -> str:
         """The path of a file of the folder, or its URL in the bucket, for messages."""
-        return str(path) if self.mirror is None else self.mirror.where(path)
+        inside = self.mirror is not None and path.is_relative_to(self.mirror.folder)
+        return self.mirror.where(path) if self.mirror is not None and inside else str(path)
+
+    def here(self, path: Path) -> Path:
+        """The local path of a file; what is in the bucket is brought to the copy.
+
+        Raises:
+            CorruptFile: if the bucket has it no more.
+            BucketFailed: if the bucket cannot be reached.
+        """
+        local = located(path)
+        if self.mirror is not None and local.is_relative_to(self.mirror.folder):
+            self.mirror.bring(local)
+        return local
 
     def catch_up(self, within: float = 0.0) -> None:
         """Bring the copy of a bucket up to date (:meth:`pipeline.store.mirrors.Mirror.sync`)."""
@@ -163,13 +176,13 @@ class Files:
             with open(path, "rb", opener=_without_waiting) as file:
                 found = os.fstat(file.fileno())
                 if not stat.S_ISREG(found.st_mode):
-                    raise NotFound("is not a regular file", where=str(path), next_step="Name a file")
+                    raise NotFound("is not a regular file", where=self.named(path), next_step="Name a file")
                 data = file.read(min(found.st_size, megabytes << 20) + 1)
         except OSError as error:
-            raise NotFound(f"cannot be read ({error.strerror or error})", where=str(path),
+            raise NotFound(f"cannot be read ({error.strerror or error})", where=self.named(path),
                            next_step="Name an existing file that you may read") from error
         if len(data) > megabytes << 20:
-            raise NotFound(f"is larger than the limit of {megabytes} MiB", where=str(path),
+            raise NotFound(f"is larger than the limit of {megabytes} MiB", where=self.named(path),
                            next_step="If you trust it, raise megabytes in the [imports] settings")
         return data
 

@@ -29,7 +29,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
-from pipeline.errors import BadSettings, CorruptFile, NotFound, StorageFailed
+from pipeline.errors import BadSettings, CorruptFile, NotFound, BucketFailed
 from pipeline.store.atomic import write
 from pipeline.store.buckets import Bucket, Entry, bucket_url
 from pipeline.store.locks import holding
@@ -122,7 +122,7 @@ class Mirror:
             within: not if that was done in the last so many seconds.
 
         Raises:
-            StorageFailed: if the bucket cannot be reached; the copy is as it was, and may be read.
+            BucketFailed: if the bucket cannot be reached; the copy is as it was, and may be read.
         """
         with holding(self.folder / ".sync", fcntl.LOCK_EX):
             last = self.synced()
@@ -159,11 +159,11 @@ class Mirror:
         """Bring the copy up to date (:meth:`sync`); if the bucket cannot be reached, say how old the copy is.
 
         Raises:
-            StorageFailed: if the bucket cannot be reached, and there is no copy.
+            BucketFailed: if the bucket cannot be reached, and there is no copy.
         """
         try:
             self.sync()
-        except StorageFailed as error:
+        except BucketFailed as error:
             last = self.synced()
             if last is None:
                 raise
@@ -196,7 +196,7 @@ class Mirror:
 
         Raises:
             CorruptFile: if the bucket has none, or other bytes; :meth:`size` knows none from now on.
-            StorageFailed: if the bucket cannot be reached.
+            BucketFailed: if the bucket cannot be reached.
         """
         for key in dict.fromkeys((self.key(path, sha), self.key(path))):
             found = self.bucket.get(key)
@@ -221,7 +221,7 @@ class Mirror:
             anew: from the bucket in any case.
 
         Raises:
-            CorruptFile, StorageFailed: as for :meth:`fetch`.
+            CorruptFile, BucketFailed: as for :meth:`fetch`.
         """
         if not anew:
             with suppress(OSError):
@@ -233,11 +233,22 @@ class Mirror:
         except CorruptFile as error:
             raise CorruptFile(error.what, where=error.where, next_step=remedy) from error
 
+    def bring(self, path: Path) -> None:
+        """Bring a file, unless the copy has it as the last listing had it.
+
+        Raises:
+            CorruptFile, BucketFailed: as for :meth:`fetch`.
+        """
+        with self._lock:
+            found = self._index.execute("select here = tag from objects where key = ?", [self.key(path)]).fetchone()
+        if found is None or not found[0] or not path.exists():
+            self.fetch(path)
+
     def fetch_all(self, files: Iterable[tuple[Path, str]]) -> None:
         """Bring files that the copy lacks, paths and SHA-256, many at a time; what is damaged is left.
 
         Raises:
-            StorageFailed: if the bucket cannot be reached.
+            BucketFailed: if the bucket cannot be reached.
         """
 
         def fetch(wanted: tuple[Path, str]) -> None:
@@ -252,7 +263,7 @@ class Mirror:
         """Bring all files of a folder that are new or changed; what was pulled and is gone goes.
 
         Raises:
-            StorageFailed: if the bucket cannot be reached.
+            BucketFailed: if the bucket cannot be reached.
         """
         listed = {entry.key: entry for entry in self.bucket.listing(self.key(folder) + "/")}
         with self._lock:
@@ -267,7 +278,7 @@ class Mirror:
         """The files of a folder of the bucket that are so old, by the bucket's own clock and ours.
 
         Raises:
-            StorageFailed: if the bucket cannot be reached.
+            BucketFailed: if the bucket cannot be reached.
         """
         return [self.folder / entry.key for entry in self.bucket.listing(self.key(folder) + "/")
                 if time.time() - entry.modified > seconds]
@@ -276,7 +287,7 @@ class Mirror:
         """Whether the bucket has a file now.
 
         Raises:
-            StorageFailed: if the bucket cannot be reached.
+            BucketFailed: if the bucket cannot be reached.
         """
         return self.bucket.get(self.key(path)) is not None
 
