@@ -51,9 +51,6 @@ def machine(server, tmp_path, monkeypatch):
     server.mend()
     for name, value in server.environment.items():
         monkeypatch.setenv(name, value)
-    # patience enough for what is mended at once
-    monkeypatch.setattr(buckets, "REQUEST_S", 1.0)
-    monkeypatch.setattr(buckets, "AGAIN_S", 1.0)
 
     def store(url: str, name: str = "one") -> Store:
         buckets._opened.cache_clear()
@@ -238,8 +235,9 @@ def requests(server, recordings, tmp_path_factory) -> int:
     return server.asked
 
 
-def test_passing_faults(server, machine, recordings, local):
+def test_passing_faults(server, machine, recordings, local, monkeypatch):
     """Requests that fail once are sent again, those whose answer was lost, too."""
+    monkeypatch.setattr(buckets, "REQUEST_S", 1.0)
     url = server.new()
     store = machine(url)
     server.fault = lambda number: FAULTS[number // 9 % 4] if number % 9 == 0 else None
