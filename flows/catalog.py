@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
+from flows import memo
 from flows.progress import RunReport, StageReport
 from flows.stage import Per
 from flows.stages import STAGES
@@ -235,6 +236,10 @@ def _bring_up_to_date(store: Store, path: Path, listing: catalog.Listing | None)
 
 
 def distrust(store: Store) -> None:
-    """Forget which files were whole: what looks next reads every byte, and no notebook gets damaged rows."""
+    """Forget which files were whole, and which outputs were done.
+
+    What looks next reads every byte, and no notebook gets damaged rows.
+    """
     with suppress(OSError):
         catalog_path(store).unlink(missing_ok=True)
+    memo.forget(store)

@@ -8,6 +8,7 @@ from itertools import takewhile
 from flows.catalog import look
 from flows.making import Outcome
 from flows.matches import PLAYING, all_here, inbox, mend, strangers
+from flows.memo import Memo
 from flows.outputs import match_names
 from flows.progress import RunReport
 from flows.stage import Output, Scope, Stage
@@ -128,17 +129,19 @@ def bring(
     """Make the new outputs of a leg's stages, add to the report, and return those that failed."""
     reports = [report.stage(stage.noun) for stage in leg]
     refused = {(record.noun, record.name) for record in store.quarantined()}
+    memo = Memo(store, leg, settings, scope)
     todo: dict[Output, Sequence[Stage]] = {}
     for output in leg[0].outputs(scope):
-        own = scope.of(output)
-        done = takewhile(lambda stage: STAGES.done(store, stage, output, stage.settings(settings), own), leg)  # noqa: B023 (called at once)
-        kept = [stage.noun for stage in done]
-        for noun, stage_report in zip(kept, reports, strict=False):
+        done = leg if memo.holds(output) else _done(store, leg, output, settings, scope)
+        for stage, stage_report in zip(done, reports, strict=False):
             stage_report.kept += 1
-            if (noun, output.name) in refused:
-                store.release(noun, output.name)
-        if len(kept) < len(leg):
-            todo[output] = leg[len(kept):]
+            if (stage.noun, output.name) in refused:
+                store.release(stage.noun, output.name)
+        if len(done) < len(leg):
+            todo[output] = leg[len(done):]
+        else:
+            memo.note(output)
+    memo.keep()
     failed = []
     for output, outcome in perform(todo, settings, scope) if todo else ():
         for noun, new in outcome.made.items():
@@ -150,6 +153,15 @@ def bring(
         stage_report.made.sort()
         stage_report.same.sort()
     return failed
+
+
+def _done(
+    store: Store, leg: Sequence[Stage], output: Output, settings: Settings, scope: Scope
+) -> Sequence[Stage]:
+    """The first stages of a leg that have made their output of a name."""
+    own = scope.of(output)
+    return list(takewhile(
+        lambda stage: STAGES.done(store, stage, output, stage.settings(settings), own), leg))
 
 
 def _look_at_versions(store: Store, report: RunReport) -> None:

@@ -29,7 +29,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
-from pipeline.errors import BadSettings, CorruptFile, NotFound, BucketFailed
+from pipeline.errors import BadSettings, BucketFailed, CorruptFile, NotFound
 from pipeline.store.atomic import write
 from pipeline.store.buckets import Bucket, Entry, bucket_url
 from pipeline.store.locks import holding
@@ -240,7 +240,8 @@ class Mirror:
             CorruptFile, BucketFailed: as for :meth:`fetch`.
         """
         with self._lock:
-            found = self._index.execute("select here = tag from objects where key = ?", [self.key(path)]).fetchone()
+            found = self._index.execute(
+                "select here = tag from objects where key = ?", [self.key(path)]).fetchone()
         if found is None or not found[0] or not path.exists():
             self.fetch(path)
 

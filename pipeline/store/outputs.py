@@ -12,7 +12,7 @@ from pipeline.errors import CorruptFile, NotFound, Overtaken
 from pipeline.store.paths import listed, safe
 from pipeline.store.reading import Reading
 from pipeline.store.receipts import Receipt, software
-from pipeline.store.sealed import read_model, sealed
+from pipeline.store.sealed import Stamp, read_model, sealed, settled, stamp_of
 from pipeline.store.work import Made, Work, contents
 
 #: How the names of receipts end.
@@ -46,6 +46,14 @@ class Outputs(Reading):
                 receipt = read_model(path, Receipt)
                 if receipt is not None:
                     yield receipt
+
+    def stamps(self, noun: str) -> dict[str, Stamp]:
+        """The stamps of the receipts of a noun, by name, except of those that were written just now."""
+        found = {}
+        for path in listed(self.root / noun, RECEIPT):
+            with suppress(OSError):
+                found[path.rpartition("/")[2].removesuffix(RECEIPT)] = stamp_of(path)
+        return {name: stamp for name, stamp in found.items() if settled(stamp)}
 
     def unreadable_receipts(self, noun: str) -> dict[str, str]:
         """Problems of unreadable receipts, by name of the output."""

@@ -19,6 +19,7 @@ import polars as pl
 
 from pipeline.errors import BadQuery, NotFound
 from pipeline.store.catalog import FILES, opened, pattern, quote
+from schemas import PUBLIC
 
 T = TypeVar("T")
 
@@ -36,6 +37,10 @@ _FUNCTIONS = frozenset((
     "generate_series", "icu_calendar_names", "json_each", "json_tree", "pg_timezone_names", "query_table",
     "range", "repeat", "repeat_row", "summary", "unnest",
 ))
+#: The table function that names a table by a text, which may be put together.
+_BY_TEXT = "query_table"
+#: The tables that views of other tables look into.
+_BESIDE = frozenset(("matches",))
 _DESCRIBING = ("duckdb_", "parquet_", "pragma_")
 
 #: What a user is told who asked for something else.
@@ -61,12 +66,8 @@ def ask(path: Path, sql: str, parameters: Sequence[object] = ()) -> pl.DataFrame
     if not path.exists():
         raise NotFound("there is no catalogue yet", where=str(path), next_step="Run `pitchlore run` first")
     with opened(path) as connection:
-        shown = f"select distinct path from {FILES} where table_name <> ''"
-        files = [row[0] for row in connection.execute(shown).fetchall()]
-        if files:
-            allowed = {*files, *map(pattern, files)}
-            connection.execute(f"set allowed_paths = [{', '.join(map(quote, sorted(allowed)))}]")
         connection.execute("set temp_directory = ''")  # what does not fit in memory fails
+        _allow(connection, sql)
         connection.execute("set enable_external_access = false")
         connection.execute("set python_enable_replacements = false")
         connection.execute("set lock_configuration = true")
@@ -76,6 +77,17 @@ def ask(path: Path, sql: str, parameters: Sequence[object] = ()) -> pl.DataFrame
             raise BadQuery(
                 " ".join(str(error).split()), next_step="`pitchlore sql --tables` lists tables and columns"
             ) from error
+
+
+def _allow(connection: duckdb.DuckDBPyConnection, sql: str) -> None:
+    """Allow the files of the tables that a query can name: DuckDB takes 25 µs for each."""
+    said = sql.lower()
+    named = [name for name in PUBLIC if name in said or name in _BESIDE or _BY_TEXT in said]
+    shown = f"select distinct path from {FILES} where list_contains(?, table_name)"
+    files = [row[0] for row in connection.execute(shown, [named]).fetchall()]
+    if files:
+        allowed = {*files, *map(pattern, files)}
+        connection.execute(f"set allowed_paths = [{', '.join(map(quote, sorted(allowed)))}]")
 
 
 def _rows(connection: duckdb.DuckDBPyConnection, sql: str, parameters: Sequence[object]) -> pl.DataFrame:

@@ -25,8 +25,10 @@ _REMEDIES = {
     "quarantine": "`pitchlore quarantine --clear` removes it",
 }
 REMEDY_OF_VERSION = "Restore it: `pitchlore verify --restore-from BACKUP`; other versions are not affected"
+#: Inode, size and time of change [ns] of a file: another stamp, another file.
+Stamp = tuple[int, int, int]
 #: Models that were read, by path, each with the stamp of its file; and their greatest number, some 100 MB.
-_known: dict[str, tuple[tuple[int, int, int], BaseModel]] = {}
+_known: dict[str, tuple[Stamp, BaseModel]] = {}
 _MOST = 1 << 15
 #: A younger file is always read.
 _TICK_NS = 1_000_000_000
@@ -56,25 +58,38 @@ def read_model(path: str, model: type[M]) -> M | None:
         CorruptFile: if it cannot be read as one, or is not what was written.
     """
     try:
-        found = os.stat(path)  # noqa: PTH116 (a path object takes longer to make than the call)
+        stamp = stamp_of(path)
+        known = _known.get(path)
+        if known is not None and known[0] == stamp and isinstance(known[1], model):
+            return known[1]
+        with open(path, "rb") as file:  # noqa: PTH123 (as in stamp_of)
+            data = file.read()
     except FileNotFoundError:
         return None
     except OSError as error:
         raise _unreadable(Path(path), model) from error
-    stamp = found.st_ino, found.st_size, found.st_mtime_ns
-    known = _known.get(path)
-    if known is not None and known[0] == stamp and isinstance(known[1], model):
-        return known[1]
-    try:
-        read = parsed(Path(path).read_bytes(), Path(path), model)
-    except FileNotFoundError:
-        return None
-    except OSError as error:
-        raise _unreadable(Path(path), model) from error
-    # the clock of a file system ticks every few milliseconds: two files of one tick may look the same
-    if time.time_ns() - found.st_mtime_ns > _TICK_NS and (len(_known) < _MOST or path in _known):
+    read = parsed(data, Path(path), model)
+    if settled(stamp) and (len(_known) < _MOST or path in _known):
         _known[path] = stamp, read
     return read
+
+
+def stamp_of(path: str) -> Stamp:
+    """The stamp of a file.
+
+    Raises:
+        OSError: if there is none, or it cannot be looked at.
+    """
+    found = os.stat(path)  # noqa: PTH116 (a path object takes longer to make than the call)
+    return found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def settled(stamp: Stamp) -> bool:
+    """Whether a file is so old that another one would have another stamp.
+
+    The clock of a file system ticks every few milliseconds: two files of one tick may look the same.
+    """
+    return time.time_ns() - stamp[2] > _TICK_NS
 
 
 def read_anew() -> None:

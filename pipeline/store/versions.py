@@ -35,8 +35,7 @@ class Versions(Reading):
 
     def versions(self, noun: str) -> list[int]:
         """The committed versions of a noun, ascending."""
-        folder = self.root / noun
-        found = (VERSION_FOLDER.match(Path(path).name) for path in listed(folder))
+        found = (VERSION_FOLDER.match(path.rpartition("/")[2]) for path in listed(self.root / noun))
         return sorted(int(m[1]) for m in found if m)
 
     def manifest(self, noun: str, version: int) -> Manifest:
