@@ -273,10 +273,11 @@ def test_home_that_cannot_be_used(monkeypatch):
 #: A command whose flow waits, after something was done to its server, when it would import a recording.
 MEANWHILE = """
 import os, signal, sys, time
-import flows.imports, flows.serving
+import flows.imports, flows.server, flows.serving
 flows.serving.REQUEST_S, flows.serving.AGAIN = 1.0, 1
 def wait(*_):
     {does}
+    flows.serving.WATCH_S, flows.serving.REPLY_S, flows.server.STOP_S = 0.5, 1.0, 0.5
     print(flows.serving._own().pid, flush=True)
     time.sleep({seconds})
     {then}

@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from threading import Event, Thread
 from typing import NamedTuple
@@ -46,7 +46,9 @@ class Cost(NamedTuple):
         what: the command, in words.
         wall_s: seconds of the clock.
         cpu_s: seconds of CPU of all its processes.
-        peak_mib: most resident memory of all its processes at once, MiB (sampled 20 times a second).
+        peak_mib: most memory of all its processes at once, MiB (sampled 10 times a second). What several
+            processes share counts once: each has its proportional share.
+        largest_mib: most memory of one process, MiB.
         tasks: tasks that Prefect's database has of it.
         database_mib: size of Prefect's database afterwards, MiB.
         files: files in the data folder afterwards.
@@ -57,6 +59,7 @@ class Cost(NamedTuple):
     wall_s: float
     cpu_s: float
     peak_mib: float
+    largest_mib: float
     tasks: int
     database_mib: float
     files: int
@@ -89,7 +92,7 @@ class Bench:
         with _peak() as peak:
             self.call(*words)
         wall = time.monotonic() - begun
-        return Cost(matches, what, round(wall, 2), round(_cpu() - before, 2), round(peak[0], 1),
+        return Cost(matches, what, round(wall, 2), round(_cpu() - before, 2), round(peak[0], 1), round(peak[1], 1),
                     self._tasks() - tasks, round(self._database() / (1 << 20), 1),
                     sum(1 for path in self.data.rglob("*") if path.is_file()))
 
@@ -115,12 +118,13 @@ def _cpu() -> float:
 
 @contextmanager
 def _peak() -> Iterator[list[float]]:
-    """The most memory that the descendants of this process have at once while the body runs, MiB."""
-    most, done = [0.0], Event()
+    """The most memory of the descendants of this process while the body runs, MiB: of all at once, of one."""
+    most, done = [0.0, 0.0], Event()
 
     def watch() -> None:
-        while not done.wait(0.05):
-            most[0] = max(most[0], _resident())
+        while not done.wait(0.1):
+            shares = _shares()
+            most[:] = max(most[0], sum(shares)), max(most[1], *shares, 0.0)
 
     thread = Thread(target=watch)
     thread.start()
@@ -131,23 +135,23 @@ def _peak() -> Iterator[list[float]]:
         thread.join()
 
 
-def _resident() -> float:
-    """Resident memory of all descendants of this process, MiB."""
-    parents, sizes = {}, {}
+def _shares() -> list[float]:
+    """The proportional share of memory of each descendant of this process, MiB."""
+    parents = {}
     for folder in Path("/proc").iterdir():
         if folder.name.isdigit():
-            try:
-                said = (folder / "stat").read_text().rpartition(")")[2].split()
-            except OSError:
-                continue
-            parents[int(folder.name)], sizes[int(folder.name)] = int(said[1]), int(said[21])
-    own, total = os.getpid(), 0
-    for process, size in sizes.items():
-        above = process
+            with suppress(OSError):
+                parents[int(folder.name)] = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
+    own, found = os.getpid(), list[float]()
+    for process, parent in parents.items():
+        above = parent
         while above in parents and above != own:
             above = parents[above]
-        total += size if above == own and process != own else 0
-    return total * os.sysconf("SC_PAGE_SIZE") / (1 << 20)
+        if above == own:
+            with suppress(OSError):
+                said = Path(f"/proc/{process}/smaps_rollup").read_text()
+                found += [int(line.split()[1]) / 1024 for line in said.splitlines() if line.startswith("Pss:")]
+    return found
 
 
 def measure(matches: int) -> Iterator[Cost]:
