@@ -15,9 +15,11 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 import pytest
 from mcap.writer import Writer
+from support.by_attribute import ByAttribute
 
 from flows.record import record
 from pipeline import matches
+from pipeline.arena import physics
 from pipeline.arena.match.controllers import controller_of
 from pipeline.arena.match.match import PART, Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
@@ -59,10 +61,11 @@ def recorded(folder, frames, seed):
     return receipt
 
 
-def as_plain_tuples():
-    """Measures as Python has them: what is packed for numba has no attributes in Python, and is slower."""
+def as_plain_python():
+    """Measures and an arena as Python has them: what is packed for compiled code has no attributes in Python."""
     assert os.environ["NUMBA_DISABLE_JIT"] == "1"
     Measures.packed = lambda self: [self]
+    physics.arena.Exchange = ByAttribute
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +74,7 @@ def interpreted(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("NUMBA_DISABLE_JIT", "1")
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(1, mp_context=context, initializer=as_plain_tuples) as pool:
+        with ProcessPoolExecutor(1, mp_context=context, initializer=as_plain_python) as pool:
             pool.submit(recorded, tmp_path_factory.mktemp("warm"), 10, 0).result()
             yield lambda work, *arguments: pool.submit(work, *arguments).result()
 

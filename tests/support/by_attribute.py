@@ -1,4 +1,4 @@
-"""State out of pymunk and forces into it body by body, by pymunk's attributes: what its batch interface must equal."""
+"""Steps with state and forces body by body, by pymunk's attributes and its own step: what ours must equal."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 import pymunk
 
 from pipeline.arena.physics.arena import Arena
+from pipeline.arena.physics.drive import drive, publish
 from pipeline.bodies import COLUMNS, OMEGA, THETA, VX, VY, X, Y
 from pipeline.pitch import Pitch
 
@@ -18,17 +19,27 @@ class ByAttribute:
         self.forces = np.zeros((count, 3))
 
     def attach(self, space: pymunk.Space) -> None:
-        self._bodies = space.bodies
-        self.take()
+        self._space, self._bodies = space, space.bodies
+        self._take()
 
-    def take(self) -> None:
+    def advance(self, steps, step_s, wheels, rims, of, bodies) -> bool:
+        for _ in range(steps):
+            if not drive(self.state, wheels, rims, of, self.forces):
+                return False
+            self._give()
+            self._space.step(step_s)
+            self._take()
+        publish(self.state, bodies)
+        return True
+
+    def _take(self) -> None:
         for row, body in zip(self.state, self._bodies, strict=True):
             row[X], row[Y] = body.position
             row[THETA] = body.angle
             row[VX], row[VY] = body.velocity
             row[OMEGA] = body.angular_velocity
 
-    def give(self) -> None:
+    def _give(self) -> None:
         for (fx, fy, torque), body in zip(self.forces.tolist(), self._bodies, strict=True):
             body.force, body.torque = (fx, fy), torque
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pymunk
 
-from pipeline.arena.physics.drive import constants, drive, publish, roll
+from pipeline.arena.physics.drive import constants, publish, roll
 from pipeline.arena.physics.exchange import Exchange
 from pipeline.arena.physics.settings import PhysicsSettings
 from pipeline.arena.physics.walls import walls
@@ -92,19 +92,13 @@ class Arena:
         Raises:
             BadSettings: if a command is missing or not a finite number; nothing has moved then.
         """
-        space, exchange, rims, of = self._space, self._exchange, self._rims, self._constants
-        for _ in range(self._substeps):
-            if not drive(exchange.state, wheels, rims, of, exchange.forces):
-                raise BadSettings(
-                    f"wheel speeds must be finite numbers of shape {rims.shape}",
-                    where="Arena.frame", next_step="Look at what the players command",
-                )  # fmt: skip
-            exchange.give()
-            # Always as long: with another length pymunk would take back more of a contact's last
-            # impulse than it has given, and bodies would gain energy.
-            space.step(self._step_s)
-            exchange.take()
-        publish(exchange.state, self.bodies)
+        if not self._exchange.advance(
+            self._substeps, self._step_s, wheels, self._rims, self._constants, self.bodies
+        ):
+            raise BadSettings(
+                f"wheel speeds must be finite numbers of shape {self._rims.shape}",
+                where="Arena.frame", next_step="Look at what the players command",
+            )  # fmt: skip
         return self.bodies
 
     def _build(self, bodies: F64) -> pymunk.Space:
