@@ -104,8 +104,13 @@ def _dtypes(schema: type[Table]) -> dict[str, pl.DataType]:
 @cache
 def _rules(schema: type[Table]) -> list[pl.Expr]:
     """For each rule of a schema whether it holds in all rows; a rule that gives null holds."""
-    rules = schema._validation_rules(with_cast=False)
-    return [rule.expr.all(ignore_nulls=True).alias(name) for name, rule in rules.items()]
+    rules = {name: rule.expr for name, rule in schema._validation_rules(with_cast=False).items()}
+    for name, column in schema.columns().items():
+        if isinstance(column, dy.String) and column.regex is not None:
+            # once for each run of equal texts: most tables are of one match
+            texts = pl.col(name).rle().struct.field("value")
+            rules[f"{name}|regex"] = column.validation_rules(texts)["regex"]
+    return [rule.all(ignore_nulls=True).alias(name) for name, rule in rules.items()]
 
 
 @cache

@@ -26,6 +26,8 @@ def test_rules(name):
         harmed = [nothing, pl.when(pl.int_range(pl.len()) != 3).then(column)]
         if dtype.is_numeric():
             harmed += [pl.lit(-999).cast(dtype, strict=False)] if dtype.is_signed_integer() or dtype.is_float() else []
+        if dtype == pl.String:
+            harmed += [pl.when(pl.int_range(pl.len()) != at).then(column).otherwise(pl.lit("Ä b")) for at in (0, 3, 5)]
         if dtype.is_float():
             harmed += [pl.lit(float("nan")).cast(dtype), pl.lit(float("inf")).cast(dtype)]
         for values in harmed:
