@@ -42,7 +42,7 @@ def grams(sequence: pl.DataFrame, n: int, taken: Bools | None = None) -> pl.Data
         taken: bool [S], situations that are used up (:func:`cover`); None for none.
 
     Returns:
-        One row a distinct (owner, role at the start, codes), in no particular order: ``key`` of
+        One row a distinct (owner, role at the start, codes), sorted by ``key``: that of
         :func:`pipeline.windows.keys_of`, and the counts and sums of schema Grams. Tables of other matches
         are added up by :func:`merge`.
     """
@@ -72,7 +72,7 @@ def grams(sequence: pl.DataFrame, n: int, taken: Bools | None = None) -> pl.Data
         pl.Series("match_product_sum", exact(total * count, _COARSE)),
         pl.Series("match_count_square_sum", count**2),
         "paper_sum", "placed", "x_sum", "y_sum",
-    )], ["key"])
+    )], "key")
 
 
 def merge(tables: Iterable[pl.DataFrame]) -> pl.DataFrame:
@@ -84,7 +84,7 @@ def merge(tables: Iterable[pl.DataFrame]) -> pl.DataFrame:
     Returns:
         One row a distinct key, sorted by key: by owner, role and codes.
     """
-    return added_up(tables, ["key"]).sort("key")
+    return added_up(tables, "key")
 
 
 def spelt(merged: pl.DataFrame, n: int) -> pl.DataFrame:

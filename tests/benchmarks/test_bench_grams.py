@@ -3,10 +3,12 @@
 import numpy as np
 import polars as pl
 import pytest
+from polars.testing import assert_frame_equal
+from support.rows import sequences_of
 
 from pipeline.behaviours.grams import grams, merge, spelt
-from pipeline.sequences import sequences
 from pipeline.settings import GramSettings
+from pipeline.sums import QUANTUM
 from pipeline.windows import side_of
 from schemas import ROLES, SIDES, Goals, Situations
 
@@ -31,7 +33,7 @@ def valued(seed=0, situations=8_000):
     goals = pl.DataFrame({"match_id": "bench-0", "t_ns": times, "team": rng.choice(SIDES, 19), "robot": None,
                           "kind": None}, schema=Goals.dtypes())
     worths = pl.DataFrame({"change": rng.normal(0, 0.1, table.height), "x": 0.0, "y": 0.0})
-    found = sequences(table, goals, worths, SETTINGS).with_columns(who=side_of(table["team"]))
+    found = sequences_of(table, goals, worths, SETTINGS).with_columns(who=side_of(table["team"]))
     return table.hstack(found.select("follows", "value", "change", "x", "y", "who"))
 
 
@@ -66,8 +68,19 @@ def test_of_a_match(benchmark, how):
     benchmark.extra_info.update(units=table.height, unit="situations")
 
 
+def added_up_by_polars(tables):
+    """The same sums, unsorted."""
+    return pl.concat(tables).lazy().group_by("key").agg(pl.all().sum()).collect()
+
+
 @pytest.mark.benchmark(group="merge the 4-grams of 100 matches")
-def test_ours_of_many_matches(benchmark):
+@pytest.mark.parametrize("how", ["ours, sorted", "polars group_by of whole numbers"])
+def test_of_many_matches(benchmark, how):
     tables = [grams(valued(seed), 4) for seed in range(10)] * 10
-    benchmark.pedantic(merge, (tables,), rounds=3, warmup_rounds=1)
+    floats = pl.selectors.float()
+    whole = [table.with_columns((floats / QUANTUM).cast(pl.Int64)) for table in tables]
+    ours, theirs = merge(tables), added_up_by_polars(whole).sort("key")
+    assert_frame_equal(ours, theirs.with_columns(pl.col(ours.select(floats).columns) * QUANTUM), check_exact=True)
+    run = (lambda: merge(tables)) if how.startswith("ours") else (lambda: added_up_by_polars(whole))
+    benchmark.pedantic(run, rounds=30, warmup_rounds=1)
     benchmark.extra_info.update(units=sum(table.height for table in tables), unit="rows")
