@@ -118,11 +118,11 @@ class Inbox:
         rows, sound = unpack(messages)
         self._skip(_malformed(topic), messages.heads["log_time"][~sound])
         table = rows.with_columns(match_id=pl.lit(match_id)).select(*schema.dtypes())
-        good, failure = schema.filter(table)
-        if len(failure):
+        if not schema.holds(table):
+            table, failure = schema.filter(table)
             broken: I64 = failure.invalid()["t_ns"].to_numpy()
             self._skip(f"messages on {TOPICS[topic].name} that break the rules of {schema.tag()}", broken)
-        return good.sort(by, maintain_order=True)
+        return table.sort(by, maintain_order=True)
 
 
 def _malformed(topic: int) -> str:
