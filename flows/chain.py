@@ -123,7 +123,10 @@ class Chain(Mapping[str, Stage]):
             assert stage.compute is not None
             before = _files(store, work)
             made = stage.compute(inputs, settings)
-            return store.commit(work, made, chain.from_iterable(inputs.values())).files != before
+            receipt = store.commit(work, made, chain.from_iterable(inputs.values()))
+            if seen is not None:
+                seen |= {receipt.files[schema.NAME].sha256: frame.rechunk() for frame, schema in made.tables}
+            return receipt.files != before
 
     def make(
         self, store: Store, settings: Settings, scope: Scope, nouns: Container[str] | None = None

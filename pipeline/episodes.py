@@ -22,20 +22,10 @@ def episodes(trajectories: pl.DataFrame, referee: pl.DataFrame) -> pl.DataFrame:
         without an event), outcome (the event or null) and scorer ('home', 'away' or null), sorted
         by episode.
     """
-    segments = (
-        trajectories.lazy()
-        .filter(pl.col("segment").is_not_null())
-        .group_by(episode="segment")
-        .agg(start=pl.col("t_ns").min(), stop=pl.col("t_ns").max())
-        .sort("episode")
-        .collect()
-    )
+    segments, starts, stops = _spans(trajectories)
     events = referee.filter(pl.col("event").is_in(FINAL)).select("t_ns", "event", "team").rows()
-    starts = segments["start"].to_list()
     rows = []
-    for episode, start, stop, until in zip(
-        segments["episode"], starts, segments["stop"], [*starts[1:], np.inf], strict=True
-    ):
+    for episode, start, stop, until in zip(segments, starts, stops, [*starts[1:], np.inf], strict=True):
         within = [event for event in events if start < event[0] <= until]
         goals = [event for event in within if event[1] == "goal"]
         over_ns, outcome, scorer = next(iter([*goals, *within]), (stop, None, None))
@@ -47,3 +37,15 @@ def episodes(trajectories: pl.DataFrame, referee: pl.DataFrame) -> pl.DataFrame:
         schema={"episode": pl.Int32, "over_ns": pl.Int64, "outcome": pl.String, "scorer": pl.String},
         orient="row",
     )
+
+
+def _spans(trajectories: pl.DataFrame) -> tuple[list[int], list[int], list[int]]:
+    """The segments of play in order, and the times of the first and last sample of each."""
+    rows = trajectories.select("segment", "t_ns").drop_nulls("segment")
+    segment, t_ns = rows["segment"].to_numpy(), rows["t_ns"].to_numpy()
+    most = np.iinfo(np.int64).max
+    start, stop = (np.full(segment.max(initial=-1) + 1, edge) for edge in (most, -most))
+    np.minimum.at(start, segment, t_ns)
+    np.maximum.at(stop, segment, t_ns)
+    found = np.flatnonzero(start <= stop)
+    return found.tolist(), start[found].tolist(), stop[found].tolist()

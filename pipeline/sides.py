@@ -29,7 +29,7 @@ def sides(match: pl.DataFrame, settings: SideSettings) -> pl.DataFrame:
             "counts_as": of if wanted and right and side in settings.watch else None,
             "goals": played[f"score_{side}"], "against": played[f"score_{other}"],
         })
-    return Sides.validate(pl.DataFrame(rows, schema=Sides.dtypes()))
+    return Sides.of(rows)
 
 
 def _pool(name: str, settings: SideSettings) -> str:

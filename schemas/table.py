@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any, ClassVar, Literal, get_args
 
@@ -58,6 +59,16 @@ class Table(dy.Schema):
     def empty(cls) -> pl.DataFrame:
         """No rows, all columns."""
         return _empty(cls).clone()  # many times cheaper than a new one
+
+    @classmethod
+    def of(cls, rows: Sequence[Mapping[str, Any]]) -> pl.DataFrame:
+        """Rows, by column name, as a table.
+
+        Raises:
+            ValidationError: if they break a rule of the schema (dataframely's).
+        """
+        frame = pl.DataFrame(rows, schema=cls.dtypes())
+        return frame if cls.holds(frame) else cls.validate(frame)
 
     @classmethod
     def dtypes(cls) -> dict[str, pl.DataType]:

@@ -37,7 +37,7 @@ def other(team: Side) -> Side:
 def referee(match_id: str, events: Sequence[Event]) -> pl.DataFrame:
     """Rows of schema Referee in order of time; events of one time keep their order."""
     rows = [{"match_id": match_id, **asdict(event)} for event in sorted(events, key=lambda e: e.t_ns)]
-    return Referee.validate(pl.DataFrame(rows, schema=Referee.dtypes()))
+    return Referee.of(rows)
 
 
 def pack(

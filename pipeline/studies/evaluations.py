@@ -113,7 +113,7 @@ def play(pair: Pair, policies: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
             "actions": len(decided) if learned else None,
             "other_actions": sum(d.behaviour_id is not None for d in decided) if learned else None,
         })  # fmt: skip
-    return Evaluations.validate(pl.DataFrame(rows, schema=Evaluations.dtypes()))
+    return Evaluations.of(rows)
 
 
 class Measured(NamedTuple):

@@ -409,4 +409,4 @@ def told(call: int, state: Record, laws: Laws) -> tuple[RefereeEvent, ...]:
 def table(match_id: str, events: Iterable[RefereeEvent]) -> pl.DataFrame:
     """Rows of schema Referee, in the order in which they were told."""
     rows = [{"match_id": match_id, **event._asdict()} for event in events]
-    return Referee.validate(pl.DataFrame(rows, schema=Referee.dtypes()))
+    return Referee.of(rows)
