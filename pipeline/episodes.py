@@ -18,9 +18,9 @@ def episodes(trajectories: pl.DataFrame, referee: pl.DataFrame) -> pl.DataFrame:
     counts as truncated.
 
     Returns:
-        Columns episode (int32), over_ns (int64: the event's time, or the segment's last sample
-        without an event), outcome (the event or null) and scorer ('home', 'away' or null), sorted
-        by episode.
+        Columns episode (int32), last_ns (int64: the segment's last sample), over_ns (int64: the event's
+        time, or ``last_ns`` without an event), outcome (the event or null) and scorer ('home', 'away' or
+        null), sorted by episode.
     """
     segments, starts, stops = _spans(trajectories)
     events = referee.filter(pl.col("event").is_in(FINAL)).select("t_ns", "event", "team").rows()
@@ -31,10 +31,11 @@ def episodes(trajectories: pl.DataFrame, referee: pl.DataFrame) -> pl.DataFrame:
         over_ns, outcome, scorer = next(iter([*goals, *within]), (stop, None, None))
         if outcome == "goal" and scorer is None:
             over_ns, outcome = stop, None
-        rows.append((episode, over_ns, outcome, scorer))
+        rows.append((episode, stop, over_ns, outcome, scorer))
     return pl.DataFrame(
         rows,
-        schema={"episode": pl.Int32, "over_ns": pl.Int64, "outcome": pl.String, "scorer": pl.String},
+        schema={"episode": pl.Int32, "last_ns": pl.Int64, "over_ns": pl.Int64, "outcome": pl.String,
+                "scorer": pl.String},
         orient="row",
     )
 

@@ -207,4 +207,4 @@ def test_goal_after_stop():
     """An episode ends with its goal even if play was stopped before."""
     found = episodes(tracks(s0=(0, 2), s1=(3, 9)), referee((2.2, "stop", None), (2.5, "goal", "away"),
                                                           (9.5, "end", None)))
-    assert found.rows() == [(0, 5 * S // 2, "goal", "away"), (1, 19 * S // 2, "end", None)]
+    assert found.rows() == [(0, 2 * S, 5 * S // 2, "goal", "away"), (1, 9 * S, 19 * S // 2, "end", None)]

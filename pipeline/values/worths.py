@@ -89,9 +89,8 @@ def _goals(
     situations: pl.DataFrame, trajectories: pl.DataFrame, referee: pl.DataFrame, goal_ns: int
 ) -> F64:
     """Goals with which situations end: 1 for home, -1 for away, 0 without, float64 [S]."""
-    ends = trajectories.drop_nulls("segment").group_by("segment").agg(last=pl.col("t_ns").max())
     scored = episodes(trajectories, referee).filter(pl.col("outcome") == "goal").select(
-        "scorer", segment="episode").join(ends, on="segment")
+        "scorer", segment="episode", last="last_ns")
     looked = situations.select("team", "robot", "segment", "end_ns").join(
         scored, on="segment", how="left", maintain_order="left"
     ).select(
