@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import cache
@@ -12,13 +13,15 @@ from flows import memo
 from flows.progress import RunReport, StageReport
 from flows.stage import Per
 from flows.stages import STAGES
-from pipeline.errors import CorruptFile, PitchloreError
+from pipeline.errors import CorruptFile, NotFound, PitchloreError
 from pipeline.store import Store, catalog
 from pipeline.store.outputs import RECEIPT
 from pipeline.store.paths import SAFE_NAME, listed
 from pipeline.store.reading import remedy_for
 from pipeline.store.receipts import FileRecord, Receipt
 from schemas import PUBLIC
+
+_log = logging.getLogger(__name__)
 
 
 def forget_match(store: Store, match: str) -> int:
@@ -233,6 +236,33 @@ def _bring_up_to_date(store: Store, path: Path, listing: catalog.Listing | None)
         with store.aside(path) as temporary:
             catalog.build(temporary, views, _of_groups())
     return damaged
+
+
+def opened(data: Path) -> Path:
+    """The catalogue of a data folder, for a notebook, which opens it with DuckDB, read-only.
+
+    That of a folder is as the last command left it. That of a bucket is brought up to date here, and a
+    warning says of which moment it is.
+
+    Args:
+        data: the folder, or the URL of a bucket.
+
+    Raises:
+        NotFound: if there is none.
+        StorageFailed: if it is in a bucket that cannot be reached, and there is no copy.
+    """
+    store = Store(data)
+    path = catalog_path(store)
+    if store.mirror is not None:
+        store.catch_up_or_say()
+        _log.warning("%s: %s", store.where, store.mirror.age())
+        path, left_out = refresh(store)
+        for file in left_out:
+            _log.warning("%s", file.advice)
+    if not path.exists():
+        raise NotFound("there is no catalogue", where=store.where,
+                       next_step="Set PITCHLORE_DATA, or run `pitchlore run`")
+    return path
 
 
 def distrust(store: Store) -> None:

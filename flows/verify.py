@@ -10,6 +10,7 @@ from flows.stage import Per
 from flows.stages import STAGES
 from pipeline.errors import NotFound, PitchloreError
 from pipeline.store import Store
+from pipeline.store.files import Files
 from pipeline.store.sealed import REMEDY_OF_VERSION
 from pipeline.store.verification import Verification, restore, verify
 
@@ -50,15 +51,33 @@ def verify_knowledge(store: Store, version: int | None = None) -> Verification:
     return verify(store, (), [("knowledge", number) for number in numbers])
 
 
-def mend(found: Verification, root: Path, backup: Path) -> list[Path]:
+def backup_at(path: Path) -> Files:
+    """A backup of the data folder.
+
+    Args:
+        path: its folder, or the URL of its bucket.
+
+    Raises:
+        NotFound: if there is none.
+        StorageFailed: if it is in a bucket that cannot be reached.
+    """
+    backup = Files(path)
+    backup.catch_up()
+    if not backup.root.is_dir():
+        raise NotFound("is not a folder", where=str(path), next_step="Name a copy of the data folder")
+    if backup.mirror is not None and next(backup.root.glob("*/*.receipt.json"), None) is None:
+        raise NotFound("there is no data folder", where=backup.where,
+                       next_step="Name a copy of the data folder")
+    return backup
+
+
+def mend(found: Verification, store: Store, backup: Files) -> list[Path]:
     """Restore damaged files from a backup of the data folder. Returns those that were restored.
 
     Raises:
-        NotFound: if the backup is no folder.
+        StorageFailed: if the disk or the bucket refuses.
     """
-    if not backup.is_dir():
-        raise NotFound("is not a folder", where=str(backup), next_step="Name a copy of the data folder")
-    return [damage.path for damage in found.damages if restore(damage, root, backup)]
+    return [damage.path for damage in found.damages if restore(damage, store, backup)]
 
 
 def _parents(store: Store) -> Iterator[str]:

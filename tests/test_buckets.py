@@ -21,6 +21,7 @@ import pytest
 from conftest import ROOT, clip
 from support import at_once
 from support.buckets import CREDENTIALS, FAULTS, Served, files, served
+from support.notebooks import NOTEBOOKS, executed, shown
 from support.processes import eventually
 
 pytest.importorskip("obstore", reason="the extra bucket is not installed")
@@ -30,7 +31,8 @@ from flows.matches import Recording, import_recording
 from flows.stages import STAGES
 from flows.verify import verify_all
 from pipeline.errors import BadSettings, NotFound, Overtaken, StorageFailed
-from pipeline.store import Store, buckets, claims, mirrors
+from pipeline.store import Store, buckets, claims, leftovers, mirrors
+from pipeline.store.leftovers import prune_versions
 from pipeline.store.query import ask
 from pipeline.store.work import Made, Work
 
@@ -201,6 +203,77 @@ def test_forget_and_prune(server, machine, recordings):
     assert other.receipt("goals", "m-1") is None
 
 
+def copied(server: Served, objects: dict[str, bytes]) -> str:
+    """The URL of a bucket's folder with these objects."""
+    url = server.new()
+    for key, data in objects.items():
+        server.put(url, key, data)
+    return url
+
+
+def test_notebook(server, machine, local, tmp_path):
+    """A notebook opens a bucket by its URL: it builds the catalogue, and says of when it is."""
+    url = copied(server, local)
+    machine(url, "reader")
+    (path,) = (path for path in NOTEBOOKS if "PITCHLORE_DATA" in path.read_text())
+    notebook = executed(path, url)
+    said = [output.text for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs
+            if output.output_type == "stream"]
+    assert len(said) == 1
+    assert re.search(rf"{url}: as of \d{{4}}-\d\d-\d\d", said[0])
+    (table,) = shown(notebook)[0][1:]
+    assert "derby" in table
+
+
+@pytest.fixture(scope="module")
+def raw(server, recordings, local, tmp_path_factory) -> dict[str, bytes]:
+    """The objects of a bucket after a run."""
+    with pytest.MonkeyPatch.context() as patch:
+        home = tmp_path_factory.mktemp("raw")
+        for name, value in {**server.environment, "XDG_CACHE_HOME": str(home)}.items():
+            patch.setenv(name, value)
+        url = server.new()
+        brought(Store(Path(url)), recordings)
+    return server.objects(url)
+
+
+def test_restore(server, machine, call, local, raw, tmp_path):
+    """Damage in a bucket is mended from a folder, from a copy of the objects, and from a bucket; and in a folder."""
+    folder, objects = tmp_path / "backup", tmp_path / "objects"
+    for root, entries in ((folder, local), (objects, raw)):
+        for key, data in entries.items():
+            (root / key).parent.mkdir(parents=True, exist_ok=True)
+            (root / key).write_bytes(data)
+    other, url = copied(server, raw), copied(server, raw)
+    damaged = [next(key for key in raw if re.search(pattern, key)) for pattern in (
+        r"situations/.*parquet$", r"goals/.*receipt.json$", r"knowledge/v0001/(?!manifest)", r"policies/v0001/manifest")]
+    store = machine(url)
+    for backup in (folder, objects, other):
+        for key in damaged:
+            server.put(url, key, b"x")
+        code, out, err = call("verify", "--data", url, "--restore-from", backup)
+        assert code == 0, out + err
+        assert f"{len(damaged)} restored, 0 problems" in out
+        assert out.count(f": restored from {backup}") == len(damaged)
+        assert all(line.startswith(f"{url}/") for line in out.splitlines() if ": restored from " in line)
+        assert server.objects(url) == raw
+    place = re.sub(r"(/v\d{4,}/)[0-9a-f]{12}\.", r"\1", damaged[2])
+    for key in (place, damaged[0]):
+        (folder / key).write_bytes(b"y")
+    assert call("verify", "--data", folder, "--restore-from", other)[0] == 0
+    assert files(folder) == local
+    assert store.mirror is not None
+
+
+def test_no_backup(server, machine, call, raw):
+    """A backup that is not there is one line."""
+    url = copied(server, raw)
+    machine(url)
+    code, out, err = call("verify", "--data", url, "--restore-from", f"{url}-backup")
+    assert (code, out, err) == (
+        1, "", f"pitchlore: {url}-backup: there is no data folder. Name a copy of the data folder.\n")
+
+
 def test_memory(monkeypatch):
     """A bucket in memory is that of one process."""
     store = Store(Path("memory:///of-a-test"))
@@ -297,6 +370,24 @@ def test_bad_url(call, url):
     assert code == 1
     assert err.startswith("pitchlore: --data: this URL is not that of a bucket's folder. Name ")
     assert "secret" not in err
+
+
+@pytest.mark.parametrize("words", [
+    ("import", "s3://league/derby.csv"), ("import", "https://host/derby.csv"),
+    ("import", "derby.csv", "--map", "s3://league/map.toml"), ("run", "--settings", "gs://league/club.toml"),
+    ("season", "--settings", "s3://league/short.toml"), ("record", "--settings", "s3://league/match.toml"),
+    ("situations", "--plot", "s3://key:secret@league/terms.png"), ("notebooks", "s3://league/notebooks", "--no-open"),
+    ("notebooks", "file:///tmp/notebooks", "--no-open"),
+], ids=" ".join)
+def test_url_of_a_file(call, tmp_path, monkeypatch, words):
+    """Options that name files take no URLs: no folder named ``s3:`` appears, and no secret is repeated."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "derby.csv").write_text("t\n")
+    code, _, err = call(*words, "--data", tmp_path / "league")
+    assert code == 1
+    assert "a URL is no path of this machine. Name a path; of buckets only the data folder and its inbox are read" in err
+    assert "secret" not in err
+    assert [path.name for path in tmp_path.iterdir() if path.name not in ("derby.csv", "league")] == []
 
 
 def test_not_installed(call, monkeypatch):
@@ -413,18 +504,76 @@ def test_versions_in_turn(two):
     assert two[0].read(two[0].manifest("knowledge", 2), "note") == b"two"
 
 
-def test_claims_of_the_dead(two, server, monkeypatch):
+#: Claims of a dead process of this machine, of another machine, and what is none.
+DEAD = {"machine": claims.machine(), "process": 2**22 + 1}
+FOREIGN: tuple[object, ...] = ({"machine": "ffffffff", "process": 1}, "nonsense")
+
+
+@pytest.mark.parametrize("said", [DEAD, *FOREIGN], ids=str)
+def test_claims_of_the_dead(two, server, monkeypatch, said):
     """The claim of a dead process is taken over at once; of another machine, when it is not renewed."""
     mirror = two[0].mirror
-    for said in ({"machine": claims.machine(), "process": 2**22 + 1}, {"machine": "ffffffff", "process": 1}, "nonsense"):
-        mirror.bucket.put("knowledge/claim.json", json.dumps(said).encode())
-        begun = time.monotonic()
-        monkeypatch.setattr(claims, "GONE_S", 0.5)
-        monkeypatch.setattr(claims, "_POLL_S", 0.1)
-        with two[0].claim("knowledge") as version:
-            assert version == 1
-        assert (time.monotonic() - begun > 0.5) == (said == "nonsense" or said["process"] == 1)
-        assert server.objects(mirror.url) == {}
+    monkeypatch.setattr(mirror, "now", lambda: 0.0)  # by the bucket's clock it is young
+    monkeypatch.setattr(claims, "GONE_S", 0.5)
+    monkeypatch.setattr(claims, "_POLL_S", 0.1)
+    mirror.bucket.put("knowledge/claim.json", json.dumps(said).encode())
+    begun = time.monotonic()
+    with two[0].claim("knowledge") as version:
+        assert version == 1
+    assert (time.monotonic() - begun > 0.5) == (said != DEAD)
+    assert server.objects(mirror.url) == {}
+
+
+def test_old_claim(two, monkeypatch):
+    """A claim that is old by the bucket's clock is taken over at once, whatever this machine's clock says."""
+    mirror = two[0].mirror
+    mirror.bucket.put("knowledge/claim.json", json.dumps(FOREIGN[0]).encode())
+    monkeypatch.setattr(time, "time", lambda: 0.0)
+    now = mirror.now()
+    assert now > 1e9
+    monkeypatch.setattr(mirror, "now", lambda: now + claims.GONE_S + 1)
+    begun = time.monotonic()
+    with two[0].claim("knowledge"):
+        assert time.monotonic() - begun < claims.GONE_S / 2
+
+
+def lost_race(store: Store, text: str) -> None:
+    """What a maker leaves whose process ends before its manifest."""
+    with pytest.MonkeyPatch.context() as patch, store.claim("knowledge") as version:
+        patch.setattr(store.mirror, "create", lambda *_, **__: (_ for _ in ()).throw(RuntimeError))
+        with pytest.raises(RuntimeError):
+            store.commit_version(work("knowledge"), made(text), version, parent=None)
+
+
+def test_prune_versions(two, server, monkeypatch, call):
+    """`prune` removes files of makers that ended before their manifest, and claims of the dead, once they are old."""
+    one, other = two
+    url, mirror = one.mirror.url, one.mirror
+    lost_race(one, "loser of version 1")
+    with other.claim("knowledge") as version:
+        other.commit_version(work("knowledge"), made("kept"), version, parent=None)
+    lost_race(one, "never version 2")
+    server.put(url, "seasons/short/policies/claim.json", json.dumps(FOREIGN[0]).encode())
+    one.catch_up()
+    whole = [key for key in server.objects(url) if key.startswith("knowledge/v0001")]
+    assert len(server.objects(url)) == 5
+    assert prune_versions(mirror) == [], "they may be of makers that are at work"
+    real = mirror.now()
+    monkeypatch.setattr(time, "time", lambda: real + 1e6)
+    assert prune_versions(mirror) == [], "this machine's clock does not count"
+    monkeypatch.setattr(mirror, "now", lambda: real + claims.GONE_S + 2)
+    assert prune_versions(mirror) == [mirror.folder / "seasons/short/policies/claim.json"]
+    monkeypatch.setattr(mirror, "now", lambda: real)
+    monkeypatch.setattr(leftovers, "_OLD_S", -60.0)
+    with other.claim("knowledge"):
+        assert prune_versions(mirror) == [], "somebody is at work there"
+    assert len(prune_versions(mirror)) == 2
+    left = server.objects(url)
+    assert sorted(data for key, data in left.items() if not key.endswith("manifest.json")) == [b"kept"]
+    assert set(left) < set(whole)
+    assert verify_all(one).problems == []
+    other.catch_up()
+    assert other.read(other.manifest("knowledge", 1), "note") == b"kept"
 
 
 def test_slow_maker(two, monkeypatch):

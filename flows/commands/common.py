@@ -12,6 +12,7 @@ from flows.placement.places import VARIABLE
 from pipeline.errors import NotFound
 from pipeline.settings import RunSettings, parse_settings
 from pipeline.store import Store
+from pipeline.store.files import Files
 from pipeline.store.paths import check_root
 
 #: Any of these makes a folder a data folder.
@@ -76,7 +77,9 @@ class Common:
             NotFound: if the file cannot be read.
             BadSettings: if it is not TOML, or has a key or value that does not fit.
         """
-        return RunSettings() if path is None else parse_settings(self.store.foreign(path), where=str(path))
+        if path is None:
+            return RunSettings()
+        return parse_settings(Files(path.parent).foreign(path), where=str(path))
 
 
 DEFAULTS = Common()

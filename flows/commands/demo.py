@@ -8,7 +8,7 @@ import polars as pl
 from rich.console import Console
 
 from flows import season as loop
-from flows.catalog import catalog_path, renew
+from flows.catalog import refresh
 from flows.commands.commentary import told_of
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.import_ import bring_in
@@ -59,11 +59,11 @@ def demo(*recordings: Path, common: Common = DEFAULTS) -> None:
     played.append(_play(store, "learned:1", 1))
     _learn(store)
     season = _season(store)
-    renew(store)
-    _scores(store, played, out)
+    catalogue, _ = refresh(store)
+    _scores(catalogue, played, out)
     _goals(store, played[0], out)
     _behaviours(store, out)
-    _question(store, out)
+    _question(catalogue, out)
     _paths(store, played, season, common, out)
 
 
@@ -103,8 +103,8 @@ def _season(store: Store) -> Season:
     return season
 
 
-def _scores(store: Store, played: list[str], out: Console) -> None:
-    rows = ask(catalog_path(store), """
+def _scores(catalogue: Path, played: list[str], out: Console) -> None:
+    rows = ask(catalogue, """
         select match_id as match, home, away, score_home || ' : ' || score_away as score,
                round(duration_s / 60, 1) as minutes
         from matches order by list_position(?, match_id) nulls first, match_id""", [played])
@@ -138,16 +138,16 @@ def _behaviours(store: Store, out: Console) -> None:
     print_frame(shown, title=title)
 
 
-def _question(store: Store, out: Console) -> None:
+def _question(catalogue: Path, out: Console) -> None:
     out.print("\nHow often does a goal follow within five seconds?", style="bold", highlight=False)
     out.print(_QUESTION, highlight=False)
-    print_frame(ask(catalog_path(store), _QUESTION))
+    print_frame(ask(catalogue, _QUESTION))
 
 
 def _paths(store: Store, played: list[str], season: Season, common: Common, out: Console) -> None:
     page, _ = write_page(store, played[-1])
     report = write_report(store).page
-    where = "" if common.data == DEFAULTS.data else f" --data {common.data}"
+    where = "" if common.data == DEFAULTS.data else f" --data {store.where}"
     lines = [
         ("Open", ""),
         (str(page), "the match of the policy that learned from the others, to watch"),

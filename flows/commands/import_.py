@@ -20,6 +20,7 @@ from pipeline.errors import NotFound
 from pipeline.importers.readers import FORMATS
 from pipeline.settings import ImportSettings
 from pipeline.store import Store
+from pipeline.store.buckets import check_local
 
 
 def import_files(
@@ -45,6 +46,8 @@ def import_files(
     """
     if not files:
         raise NotFound("no file was named", next_step="Name one or more recordings: pitchlore import FILE…")
+    for path in (*files, *([mapping] if mapping else ())):
+        check_local(path)
     store = common.store
     recordings = [Recording(file=f, mapping=mapping) if mapping else with_map(f) for f in files]
     chosen = common.settings(settings)

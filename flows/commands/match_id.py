@@ -39,7 +39,7 @@ def find_match(store: Store, match: str) -> Receipt:
             own = store.root / season.details["store"]
             if _called(Store(own).receipts("matches"), match):
                 raise NotFound(f"is a match of the season {season.name}", where=match,
-                               next_step=f"Add `--data {own}`")
+                               next_step=f"Add `--data {store.named(own)}`")
     if len(found) != 1:
         names = ", ".join(r.name for r in (found or receipts)[:8]) or "none yet"
         what = "several matches begin so" if found else "there is no such match"

@@ -14,6 +14,8 @@ from flows.commands.common import DEFAULTS, Common
 from flows.commands.printing import console
 from flows.shipped import shipped
 from pipeline.errors import NotFound
+from pipeline.store import Store
+from pipeline.store.files import Files
 from pipeline.store.paths import check_folder
 
 
@@ -36,7 +38,7 @@ def notebooks(
     for notebook in sorted(shipped("notebooks").glob("*.ipynb")):
         target = folder / notebook.name
         if not target.exists():
-            common.store.write_bytes(target, notebook.read_bytes())
+            Files(folder).write_bytes(target, notebook.read_bytes())
             console().print(f"{target} copied")
     if not open_:
         return
@@ -44,6 +46,8 @@ def notebooks(
         raise NotFound("JupyterLab is not installed",
                        next_step="Install pitchlore[notebooks], or add --no-open to copy the notebooks only")
     own = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
-    environment = own | {"PITCHLORE_DATA": str(common.data.resolve())}
+    store = Store(common.data)
+    data = str(store.root.resolve()) if store.mirror is None else store.where
+    environment = own | {"PITCHLORE_DATA": data}
     command = [sys.executable, "-P", "-m", "jupyterlab", str(folder)]
     os.execve(sys.executable, command, environment)  # noqa: S606 (Jupyter takes over; Ctrl-C is its own)

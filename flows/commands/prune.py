@@ -9,6 +9,7 @@ from flows.commands.common import DEFAULTS, Common
 from flows.commands.printing import console
 from flows.stages import STAGES
 from pipeline.errors import StorageFailed
+from pipeline.store.leftovers import prune_versions
 
 
 def prune(*, common: Common = DEFAULTS) -> None:
@@ -21,5 +22,6 @@ def prune(*, common: Common = DEFAULTS) -> None:
     with suppress(StorageFailed):  # what is removed may make room
         renew(store)
     left = [path for noun in STAGES.receipted for path in store.prune(noun)]
+    left += [] if store.mirror is None else prune_versions(store.mirror)
     console().print(f"{len(left)} superseded files removed")
     renew(store)

@@ -18,10 +18,11 @@ def quarantine(
         json: Print JSON.
         common: Options of every command.
     """
-    records = common.existing.quarantined()
+    store = common.existing
+    records = store.quarantined()
     if clear:
         for record in records:
-            common.existing.release(record.noun, record.name)
+            store.release(record.noun, record.name)
     if json:
         print_json([record.model_dump() for record in records])
     elif not records:

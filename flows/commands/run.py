@@ -110,8 +110,8 @@ def _print_run(store: Store, report: RunReport) -> None:
         out.print(f"policy version {report.policy} ({new[report.policy_is_new]}): "
                   f"{store.named(store.version_folder('policies', report.policy))}")
     where = "" if store.root == DEFAULTS.data else f" --data {store.where}"
-    out.print(f"catalogue: {catalog_path(store)} (try: pitchlore sql{where} \"from behaviours limit 20\")",
-              soft_wrap=True)
+    there = f"catalogue: {catalog_path(store)}" if store.mirror is None else "catalogue: made when you ask"
+    out.print(f"{there} (try: pitchlore sql{where} \"from behaviours limit 20\")", soft_wrap=True)
 
 
 def _print_quarantine(store: Store, report: RunReport) -> None:

@@ -56,7 +56,8 @@ def season(
         json: Print JSON.
         common: Options of every command.
     """
-    name, chosen = _settings(settings, common.store)
+    store = common.store
+    name, chosen = _settings(settings, store)
     if games is not None:
         chosen = SeasonSettings.model_validate(chosen.model_dump() | {"games": games})
     opponents = opponent or chosen.opponents
@@ -64,7 +65,6 @@ def season(
         Season(name=name, opponent=against, seed=number, settings=chosen)
         for number in range(seed, seed + seasons) for against in opponents
     ]
-    store = common.store
     place_of(on)  # so that a word that names none is refused at once
     with orchestrated(store) as begin:
         from flows.season import season_flow  # noqa: PLC0415 (see orchestrated)

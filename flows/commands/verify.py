@@ -10,7 +10,7 @@ from pathlib import Path
 from flows.catalog import distrust
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import console, print_json
-from flows.verify import mend, verify_all
+from flows.verify import backup_at, mend, verify_all
 from pipeline.store import Store
 from pipeline.store.verification import Verification
 
@@ -30,22 +30,24 @@ def conclude(
     check: Callable[[Store], Verification], restore_from: Path | None, *, json: bool, common: Common
 ) -> None:
     """Check, restore, print what was found, and exit with 1 if a problem is left."""
-    store, begun = common.existing, time.perf_counter()
+    store = common.existing
+    backup = None if restore_from is None else backup_at(restore_from)
+    begun = time.perf_counter()
     found = check(store)
     seconds = time.perf_counter() - begun
     if found.damages:
         distrust(store)
-    left, restored = found, list[Path]()
-    while restore_from is not None and (mended := mend(left, store.root, restore_from)):
-        restored += mended
+    left, restored = found, list[str]()
+    while backup is not None and (mended := mend(left, store, backup)):
+        restored += map(store.named, mended)
         left = check(store)  # a manifest that was restored names files that may be damaged, too
     if json:
         print_json({"files": left.files, "bytes": left.size, "unsealed": left.unsealed,
-                    "restored": [str(path) for path in restored], "problems": left.problems})
+                    "restored": restored, "problems": left.problems})
         sys.exit(1 if left.problems else 0)
     out = console()
     for path in restored:
-        out.print(f"{path}: restored from {restore_from}", soft_wrap=True)
+        out.print(f"{path}: restored from {backup.where if backup else ''}", soft_wrap=True)
     for line in left.problems:
         out.print(line, soft_wrap=True)
     if left.unsealed:

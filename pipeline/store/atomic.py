@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pipeline.errors import StorageFailed
+from pipeline.store.buckets import check_local
 from pipeline.store.paths import sync, unwritable
 from pipeline.store.temporaries import beside
 
@@ -19,9 +20,11 @@ def aside(path: Path) -> Iterator[Path]:
     The file is there whole or not at all, even through a crash.
 
     Raises:
+        BadSettings: if the path is a URL.
         StorageFailed: if the disk refuses, or if there is a device or a folder; the old file, if any, is as
             it was.
     """
+    check_local(path)
     if not path.name or (path.exists() and not path.is_file()):
         raise StorageFailed("is no regular file, and is not replaced by one", where=str(path),
                             next_step="Name a file")

@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from datetime import timedelta
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from pipeline.errors import BadSettings, BucketFailed
@@ -26,6 +27,7 @@ T = TypeVar("T")
 SCHEMES = ("s3", "s3a", "gs", "az", "memory")
 #: A path object makes one slash of two.
 _URL = re.compile(r"({}):(?:$|/{{1,3}})(.*)".format("|".join(SCHEMES)), re.DOTALL)
+_FILE_URL = re.compile(r"file:/")
 _OTHER_URL = re.compile(r"(?:https?|ftp|hdfs|abfss?|adl|azure|r2|oss):/")
 #: What in a URL would be a secret or an option, and a bucket's name that is none.
 _UNFIT = re.compile(r"[@?#\s\\]|//|(?:^|/)\.\.?(?:/|$)")
@@ -75,6 +77,22 @@ def bucket_url(word: str) -> str | None:
     if found is None:
         return None
     return f"{scheme}:///{rest}" if scheme == "memory" else f"{scheme}://{rest}"
+
+
+def check_local(path: Path) -> None:
+    """Check that a path is that of a file or folder of this machine, and no URL.
+
+    Raises:
+        BadSettings: if it is a URL, which would become a folder named ``s3:``. It is repeated only if it can
+            hold no secret.
+    """
+    word = str(path)
+    found = _URL.fullmatch(word)
+    if found is None and not _FILE_URL.match(word) and not _OTHER_URL.match(word):
+        return
+    plain = found is not None and not _UNFIT.search(found[2])
+    raise BadSettings("a URL is no path of this machine", where=word.replace(":/", "://", 1) if plain else "",
+                      next_step="Name a path; of buckets only the data folder and its inbox are read")
 
 
 class Bucket:

@@ -12,11 +12,14 @@ from pathlib import Path
 from threading import Event, Thread
 
 from pipeline.errors import BucketFailed
+from pipeline.store.buckets import Entry
 from pipeline.store.mirrors import Mirror
 from pipeline.store.temporaries import alive, machine
 
 #: A claim is renewed so often; one that is not for so long is of a machine that is gone; seconds.
 RENEWED_S, GONE_S = 20.0, 120.0
+#: Name of a claim's object, beside the versions.
+CLAIM = "claim.json"
 #: How often to look whether somebody else's claim is gone, seconds.
 _POLL_S = 1.0
 
@@ -32,8 +35,8 @@ def claimed(mirror: Mirror, folder: Path) -> Iterator[None]:
 
     The claim is an object that is created if there is none, and renewed while the body runs. It says which
     process of which machine has it. That of a dead process is taken over at once on its machine, elsewhere
-    when it was not renewed for :data:`GONE_S`, by this machine's clock. Who was slow for so long finds out
-    when it commits: a manifest, too, is created only if there is none.
+    when it was not renewed for :data:`GONE_S`, by the bucket's clock or while this waited. Who was slow for
+    so long finds out when it commits: a manifest, too, is created only if there is none.
 
     Raises:
         BucketFailed: if the bucket cannot be reached.
@@ -54,6 +57,21 @@ def claimed(mirror: Mirror, folder: Path) -> Iterator[None]:
         _held.discard(own.token)
 
 
+def at_work(mirror: Mirror, folder: Path) -> bool:
+    """Whether somebody makes a version in a folder of a bucket, as far as the claim says.
+
+    Raises:
+        BucketFailed: if the bucket cannot be reached.
+    """
+    there = mirror.bucket.get(mirror.key(folder / CLAIM))
+    return there is not None and not _gone(mirror, *there)
+
+
+def _gone(mirror: Mirror, claim: bytes, entry: Entry) -> bool:
+    """Whether a claim is of a dead process, or was not renewed for :data:`GONE_S` by the bucket's clock."""
+    return _dead(claim) or mirror.now() - entry.modified > GONE_S
+
+
 class _Claim:
     """A claim of this process.
 
@@ -67,7 +85,7 @@ class _Claim:
     """
 
     def __init__(self, mirror: Mirror, folder: Path) -> None:
-        self._bucket, self._key = mirror.bucket, mirror.key(folder / "claim.json")
+        self._mirror, self._bucket, self._key = mirror, mirror.bucket, mirror.key(folder / CLAIM)
         self._where = mirror.where(folder)
         self._tag = ""
         self.token, self.ended = os.urandom(8).hex(), Event()
@@ -84,7 +102,7 @@ class _Claim:
             data, theirs = there
             if theirs.tag != seen:
                 seen, since = theirs.tag, time.monotonic()
-            if _dead(data) or time.monotonic() - since > GONE_S:
+            if _gone(self._mirror, data, theirs) or time.monotonic() - since > GONE_S:
                 entry = self._bucket.replace(self._key, self._words(0), theirs.tag)
                 continue
             if not told:

@@ -13,6 +13,7 @@ from typing import BinaryIO
 
 from pipeline.errors import NotFound, StillWritten, StorageFailed
 from pipeline.store.atomic import aside
+from pipeline.store.buckets import check_local
 from pipeline.store.locks import free, holding, take
 from pipeline.store.mirrors import Mirror, located, mirror_of
 from pipeline.store.paths import listed, remove, safe, unwritable
@@ -54,13 +55,13 @@ class Files:
         return self.mirror.where(path) if self.mirror is not None and inside else str(path)
 
     def here(self, path: Path) -> Path:
-        """The local path of a file; what is in the bucket is brought to the copy.
+        """The local path of a file. A URL in the folder's bucket is brought to the copy.
 
         Raises:
-            CorruptFile: if the bucket has it no more.
+            NotFound: if the bucket has it no more.
             BucketFailed: if the bucket cannot be reached.
         """
-        local = located(path)
+        local = path if self.mirror is None else self.mirror.local(path)
         if self.mirror is not None and local.is_relative_to(self.mirror.folder):
             self.mirror.bring(local)
         return local
@@ -169,9 +170,11 @@ class Files:
             megabytes: its greatest size.
 
         Raises:
+            BadSettings: if the path is a URL.
             NotFound: if it cannot be read, is no regular file (a pipe or a device might never end), or is
                 larger.
         """
+        check_local(path)
         try:
             with open(path, "rb", opener=_without_waiting) as file:
                 found = os.fstat(file.fileno())

@@ -74,6 +74,12 @@ class Change(NamedTuple):
 _journal: ContextVar[list[Change] | None] = ContextVar("journal", default=None)
 
 
+def key_of(place: str, sha: str | None) -> str:
+    """The key of a file at a place in the data folder. That of a file of a version has its SHA-256."""
+    found = _OF_VERSION.match(place) if sha else None
+    return f"{found[1]}{sha[:12]}.{found[2]}" if found and sha else place
+
+
 class Mirror:
     """A bucket and its local copy.
 
@@ -86,7 +92,8 @@ class Mirror:
         self.folder = folder
         self.url = url
         self.bucket = Bucket(url)
-        self._lock = threading.Lock()
+        self._lock, self._asking = threading.Lock(), threading.Lock()
+        self._ahead: float | None = None
         self._index = sqlite3.connect(
             folder / INDEX, timeout=60, check_same_thread=False, isolation_level=None)
         self._index.execute("pragma journal_mode=wal")
@@ -98,9 +105,13 @@ class Mirror:
 
     def key(self, path: Path, sha: str | None = None) -> str:
         """The key of a file; of a file of a version with the SHA-256 of its bytes."""
-        key = path.relative_to(self.folder).as_posix()
-        found = _OF_VERSION.match(key) if sha else None
-        return f"{found[1]}{sha[:12]}.{found[2]}" if found and sha else key
+        return key_of(path.relative_to(self.folder).as_posix(), sha)
+
+    def local(self, path: Path) -> Path:
+        """The path in the copy of a URL in the bucket; any other path as it is."""
+        url = bucket_url(str(path))
+        base = f"{self.url.rstrip('/')}/"
+        return self.folder / url.removeprefix(base) if url is not None and url.startswith(base) else path
 
     def where(self, path: Path) -> str:
         """The URL of a file, for a message."""
@@ -195,6 +206,7 @@ class Mirror:
             sha: of its bytes, if known.
 
         Raises:
+            NotFound: if the bucket has none, and its bytes are not known.
             CorruptFile: if the bucket has none, or other bytes; :meth:`size` knows none from now on.
             BucketFailed: if the bucket cannot be reached.
         """
@@ -209,6 +221,8 @@ class Mirror:
                     self._index.execute("delete from objects where key = ?", [key])
                 else:
                     self._index.execute("insert or ignore into doubted values (?)", [found[1].tag])
+        if sha is None:
+            raise NotFound("is not in the bucket any more", where=self.where(path), next_step="Run again")
         raise CorruptFile("is lost or damaged in the bucket", where=self.where(path), next_step="Run again")
 
     def bytes_of(self, path: Path, sha: str, remedy: str, *, anew: bool = False) -> bytes:
@@ -237,7 +251,7 @@ class Mirror:
         """Bring a file, unless the copy has it as the last listing had it.
 
         Raises:
-            CorruptFile, BucketFailed: as for :meth:`fetch`.
+            NotFound, BucketFailed: as for :meth:`fetch`.
         """
         with self._lock:
             found = self._index.execute(
@@ -273,16 +287,39 @@ class Mirror:
             path = self.folder / key
             if path.resolve().is_relative_to(self.folder.resolve()) and (
                     here.get(key) != entry.tag or not path.exists()):
-                self.fetch(path)
+                with suppress(NotFound):  # it was removed just now
+                    self.fetch(path)
 
     def older(self, folder: Path, seconds: float) -> list[Path]:
-        """The files of a folder of the bucket that are so old, by the bucket's own clock and ours.
+        """The files of a folder of the bucket that are so old, by the bucket's clock.
 
         Raises:
             BucketFailed: if the bucket cannot be reached.
         """
         return [self.folder / entry.key for entry in self.bucket.listing(self.key(folder) + "/")
-                if time.time() - entry.modified > seconds]
+                if self.now() - entry.modified > seconds]
+
+    def now(self) -> float:
+        """The time by the bucket's clock, seconds since 1970, up to a second late.
+
+        The bucket's own, for this machine's may be wrong. It is asked for once: an object is written, looked
+        at and removed.
+
+        Raises:
+            BucketFailed: if the bucket cannot be reached.
+        """
+        with self._asking:
+            if self._ahead is None:
+                key = f".clock-{os.urandom(8).hex()}"
+                self.bucket.put(key, b"")
+                begun = time.monotonic()
+                found = self.bucket.get(key)
+                self.bucket.delete(key)
+                if found is None:
+                    raise BucketFailed("an object that was written just now is not there", where=self.url,
+                                       next_step="Run again")
+                self._ahead = found[1].modified - begun
+            return time.monotonic() + self._ahead
 
     def there(self, path: Path) -> bool:
         """Whether the bucket has a file now.

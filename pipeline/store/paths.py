@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from pipeline.errors import BadSettings, StorageFailed
+from pipeline.store.buckets import check_local
 
 SAFE_NAME = re.compile(r"^[a-z0-9][a-z0-9.-]{0,95}\Z")
 
@@ -32,8 +33,10 @@ def check_folder(path: Path, remedy: str) -> None:
         remedy: the advice, if it may not.
 
     Raises:
-        BadSettings: if it, or a folder above it, is something else; or if it is too long or not UTF-8.
+        BadSettings: if it, or a folder above it, is something else; if it is a URL; or if it is too long or
+            not UTF-8.
     """
+    check_local(path)
     try:
         there = next((each for each in (path, *path.parents) if each.exists() or each.is_symlink()), None)
         str(path.resolve()).encode()

@@ -11,6 +11,7 @@ from pathlib import Path
 from pipeline.errors import CorruptFile, NotFound
 from pipeline.store import Store
 from pipeline.store.files import Files
+from pipeline.store.mirrors import key_of
 from pipeline.store.outputs import RECEIPT
 from pipeline.store.paths import listed
 from pipeline.store.receipts import Manifest, Receipt, digest
@@ -80,30 +81,39 @@ def verify(store: Store, nouns: Iterable[str], versions: Iterable[tuple[str, int
     return found
 
 
-def restore(damage: Damage, root: Path, backup: Path) -> bool:
+def restore(damage: Damage, store: Files, backup: Files) -> bool:
     """Copy a damaged file from a backup of the data folder, if the backup has it whole.
 
     Args:
         damage: says which file, and what it was.
-        root: the data folder.
-        backup: a copy of it.
+        store: the data folder.
+        backup: a copy of it. Each may be in a bucket, or have the names that files of versions have there.
 
     Returns:
         Whether the file was restored.
 
     Raises:
-        StorageFailed: if the disk refuses.
+        StorageFailed: if the disk or the bucket refuses.
     """
-    source = backup / damage.path.relative_to(root)
-    try:
-        data = Files(backup).foreign(source, megabytes=_WHOLE_MB)
-        whole = _belongs(data, source) if damage.sha256 is None else digest(data) == damage.sha256
-    except (NotFound, CorruptFile):
-        return False
-    if not whole:
-        return False
-    Store(root).keep(damage.path, data)
-    return True
+    place = damage.path.relative_to(store.root).as_posix()
+    for name in dict.fromkeys((place, key_of(place, damage.sha256))):
+        source = backup.root / name
+        try:
+            data = _whole(backup, source, damage.sha256)
+            whole = _belongs(data, source) if damage.sha256 is None else digest(data) == damage.sha256
+        except (NotFound, CorruptFile):
+            continue
+        if whole:
+            store.keep(damage.path, data)
+            return True
+    return False
+
+
+def _whole(backup: Files, path: Path, sha: str | None) -> bytes:
+    """The bytes of a file of a backup."""
+    if backup.mirror is not None:
+        return backup.mirror.fetch(path, sha)
+    return backup.foreign(path, megabytes=_WHOLE_MB)
 
 
 def _belongs(data: bytes, path: Path) -> bool:
