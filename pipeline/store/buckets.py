@@ -160,9 +160,17 @@ class Bucket:
     def replace(self, key: str, data: bytes, tag: str) -> Entry | None:
         """Write an object in place of the one that has a tag; None if that is not there, but other bytes."""
         import obstore  # noqa: PLC0415 (an extra)
+        from obstore.exceptions import PreconditionError  # noqa: PLC0415 (an extra)
 
-        return self._conditionally(
-            key, data, lambda: obstore.put(self._store, key, data, mode={"e_tag": tag}))
+        def write() -> Any:
+            if not self.url.startswith("gs:"):
+                return obstore.put(self._store, key, data, mode={"e_tag": tag})
+            found = obstore.head(self._store, key)  # Google's condition is on a generation, not on a tag
+            if found["e_tag"] != tag:
+                raise PreconditionError
+            return obstore.put(self._store, key, data, mode={"e_tag": tag, "version": found["version"]})
+
+        return self._conditionally(key, data, write)
 
     def delete(self, key: str) -> None:
         """Remove an object, if it is there."""
