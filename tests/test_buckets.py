@@ -465,6 +465,23 @@ def test_forgotten_meanwhile(two, monkeypatch):
     assert one.receipt("matches", "m-1") is None
 
 
+def test_few_requests(two, server):
+    """What is made from many outputs asks for all of them at once; `prune` lists each folder once."""
+    one, other = two
+    sources = [other.commit(work("matches", f"m-{number}"), made("log")) for number in range(9)]
+    one.catch_up()
+    server.asked = 0
+    one.commit(work("behaviours", "all"), made("of all"), sources)
+    assert server.asked == 3
+    other.forget("matches", "m-5")
+    with pytest.raises(NotFound, match="matches m-5 has been removed meanwhile"):
+        one.commit(work("behaviours", "all", 2), made("of all"), sources)
+    one.prune("matches")
+    server.asked = 0
+    assert [one.prune(noun) for noun in ("matches", "behaviours", "goals")] == [[], [], []]
+    assert server.asked == 3
+
+
 def test_removed_blob(two):
     """A file that another machine's `forget` took is written again with the next receipt."""
     one, other = two

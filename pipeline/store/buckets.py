@@ -139,6 +139,16 @@ class Bucket:
         except FileNotFoundError:
             return None
 
+    def has(self, key: str) -> bool:
+        """Whether there is an object."""
+        import obstore  # noqa: PLC0415 (an extra)
+
+        try:
+            self._asked(lambda: obstore.head(self._store, key), key)
+        except FileNotFoundError:
+            return False
+        return True
+
     def get_all(self, keys: Iterable[str]) -> Iterator[tuple[str, tuple[bytes, Entry] | None]]:
         """Keys, and what :meth:`get` gives for them; many at a time."""
         with ThreadPoolExecutor(_AT_ONCE) as pool:

@@ -19,6 +19,7 @@ import sqlite3
 import tempfile
 import threading
 import time
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -52,6 +53,8 @@ create table if not exists state (name text primary key, value real) without row
 """
 #: How many folders below a data folder a store may be: that of a season.
 _DEPTH = 2
+#: So many files of a folder are asked for one by one; of more, the folder is listed.
+_FEW = 2
 #: Files that are fetched at once.
 _AT_ONCE = 16
 
@@ -321,13 +324,23 @@ class Mirror:
                 self._ahead = found[1].modified - begun
             return time.monotonic() + self._ahead
 
-    def there(self, path: Path) -> bool:
-        """Whether the bucket has a file now.
+    def lacking(self, paths: Iterable[Path]) -> list[Path]:
+        """Those of some files that the bucket has not got now; one request for many of a folder.
 
         Raises:
             BucketFailed: if the bucket cannot be reached.
         """
-        return self.bucket.get(self.key(path)) is not None
+        of_folder = defaultdict[Path, list[Path]](list)
+        for path in paths:
+            of_folder[path.parent].append(path)
+        found = []
+        for folder, wanted in of_folder.items():
+            if len(wanted) > _FEW:
+                there = {entry.key for entry in self.bucket.listing(self.key(folder) + "/")}
+                found += [path for path in wanted if self.key(path) not in there]
+            else:
+                found += [path for path in wanted if not self.bucket.has(self.key(path))]
+        return found
 
     # --- to the bucket ------------------------------------------------------------------------------
 

@@ -19,6 +19,8 @@ from pipeline.store.work import Made, Work, contents
 RECEIPT = ".receipt.json"
 #: A file in a bucket that no receipt names is another machine's, perhaps, until it is so old, seconds.
 _OLD_S = 24 * 3600.0
+#: How long ago receipts may have been read for :meth:`Outputs.prune`, seconds.
+_MOMENT_S = 60.0
 CONTENT_FILE = re.compile(r"-[0-9a-f]{12}\.(?!receipt\.)[a-z0-9_-]+\.[a-z]+$")
 
 
@@ -108,10 +110,10 @@ class Outputs(Reading):
             details=dict(made.details),
         )
         with self.committing():
-            for source in sources:
-                if not self._stands(source):
-                    raise NotFound(f"{source.noun} {source.name} has been removed meanwhile",
-                                   where=f"{work.noun} {name}", next_step="Run again")
+            for path in self._removed(sources):
+                source = path.name.removesuffix(RECEIPT)
+                raise NotFound(f"{path.parent.name} {source} has been removed meanwhile",
+                               where=f"{work.noun} {name}", next_step="Run again")
             before = self.readable(work.noun, name)
             named = list(files.values())
             if self.mirror is not None:  # another machine may have removed what no receipt names
@@ -154,8 +156,9 @@ class Outputs(Reading):
         """Remove the files of a noun that no receipt names any more. Returns their paths.
 
         In a bucket those of the last day stay: they may be of an output that another machine commits now.
+        So receipts that were read a moment ago are new enough: who commits writes old files anew.
         """
-        self.catch_up()
+        self.catch_up(_MOMENT_S)
         with self.removing():
             if self.unreadable_receipts(noun):
                 return []
@@ -173,10 +176,12 @@ class Outputs(Reading):
             return [path for path in map(Path, listed(self.root / noun)) if path.is_file()]
         return self.mirror.older(self.root / noun, _OLD_S)
 
-    def _stands(self, source: Receipt) -> bool:
-        """Whether a receipt is there still."""
-        path = Path(self._receipt_path(source.noun, source.name))
-        return path.exists() if self.mirror is None else self.mirror.there(path)
+    def _removed(self, receipts: Iterable[Receipt]) -> list[Path]:
+        """The paths of receipts that are there no more."""
+        paths = [Path(self._receipt_path(receipt.noun, receipt.name)) for receipt in receipts]
+        if self.mirror is not None:
+            return self.mirror.lacking(paths)
+        return [path for path in paths if not path.exists()]
 
     def _keep_all(self, files: Mapping[Path, bytes]) -> None:
         if self.mirror is not None:
