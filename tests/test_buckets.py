@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import logging
@@ -16,6 +17,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from pydoc import locate
 
 import pytest
 from conftest import ROOT, clip
@@ -28,7 +30,7 @@ from support.processes import eventually
 pytest.importorskip("obstore", reason="the extra bucket is not installed")
 
 from flows.catalog import distrust, look, refresh
-from flows.matches import Recording, import_recording
+from flows.matches import Recording, import_recording, inbox
 from flows.stages import STAGES
 from flows.verify import verify_all
 from pipeline.errors import BadSettings, NotFound, Overtaken, StorageFailed
@@ -325,17 +327,18 @@ def test_passing_faults(server, machine, recordings, local, monkeypatch):
 @pytest.mark.parametrize("fault", FAULTS)
 def test_outage(server, machine, recordings, local, requests, fault, monkeypatch):
     """An outage between any two requests is one line; nobody sees half an output; a run again ends it."""
-    monkeypatch.setattr(buckets, "REQUEST_S", 0.3)
-    monkeypatch.setattr(buckets, "AGAIN_S", 0.2)
     steps = max(2, ROUNDS)
     for step in range(steps):
         begins = 1 + (requests - 2) * (FAULTS.index(fault) + len(FAULTS) * step) // (len(FAULTS) * steps)
         url, name = server.new(), f"{step}"
-        store = machine(url, name)
         server.mend()
         server.fault = lambda number, begins=begins: fault if number >= begins else None
-        with pytest.raises(StorageFailed) as failed:
-            brought(store, recordings)
+        with monkeypatch.context() as impatient:  # what follows may take its time
+            impatient.setattr(buckets, "REQUEST_S", 0.3)
+            impatient.setattr(buckets, "AGAIN_S", 0.2)
+            store = machine(url, name)
+            with pytest.raises(StorageFailed) as failed:
+                brought(store, recordings)
         assert re.fullmatch(rf"{url}\S*: the bucket cannot be used \((it is too busy|it answers 500|"
                             r"it does not answer)\)\. Look at its address, .*", str(failed.value))
         server.mend()
@@ -398,6 +401,62 @@ def test_not_installed(call, monkeypatch):
     code, _, err = call("kb", "list", "--data", "s3://league/x")
     assert (code, err) == (
         1, "pitchlore: s3://league/x: buckets need the extra bucket. pip install 'pitchlore[bucket]'.\n")
+
+
+@pytest.mark.parametrize("key", ["goals/../../../out.receipt.json", "goals//x.receipt.json"])
+def test_key_that_is_no_path(server, machine, key, tmp_path):
+    """An object that leads out of the folder, or nowhere, is named; nothing of it is written here."""
+    url = server.new()
+    machine(url).commit(work(), made("one"))
+    server.put(url, key, b"{}")
+    with pytest.raises(StorageFailed, match=r"it has an object .*receipt\.json, whose name is no path"):
+        machine(url, "two").catch_up()
+    assert not list(tmp_path.rglob("*x.receipt.json"))
+    assert not list(tmp_path.rglob("*out.receipt.json"))
+
+
+def test_keys_of_others(server, machine):
+    """Objects of any other name, and what consoles put in for a folder, are in nobody's way."""
+    url = server.new()
+    receipt = machine(url).commit(work(), made("one"))
+    for key in ("inbox/", "goals/", "goals", f"goals/{'n' * 300}.receipt.json", "goals/\u00fc ?#%.receipt.json",
+                ".bucket.json", ".bucket.sqlite", "goals/.lock", "catalog.duckdb", "a/" * 200 + "x.receipt.json"):
+        server.put(url, key, b"{}")
+    store = machine(url, "two")
+    store.catch_up()
+    assert list(store.receipts("goals")) == [receipt]
+    assert store.unreadable("goals") == {}
+    assert store.read(receipt, "note") == b"one"
+    assert inbox(store) == []
+
+
+@pytest.mark.parametrize("full", ["os.replace", "pipeline.store.atomic.sync"])
+def test_full_disk_of_the_copy(server, machine, monkeypatch, full):
+    """If the copy's disk is full, one line says so, at any write; the bucket has the old or the new, whole."""
+    url = server.new()
+    store, really = machine(url), locate(full)
+    store.commit(work(), made("before"))
+    for after in range(2):
+        left = [after]
+
+        def refuse(*_: object, left=left, **__: object) -> None:
+            left[0] -= 1
+            if left[0] < 0:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            really(*_, **__)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(full, refuse)
+            with pytest.raises(StorageFailed, match="No space left on device"):
+                store.commit(work(version=2 + after), made(f"after {after}"))
+        other = machine(url, f"other-{after}")
+        other.catch_up()
+        receipt = other.receipt("goals", "m-1")
+        assert other.read(receipt, "note") in (b"before", b"after 0", b"after 1")
+        store.catch_up()
+        store.commit(work(version=2 + after), made(f"after {after}"))
+        other.catch_up()
+        assert other.read(other.receipt("goals", "m-1"), "note") == f"after {after}".encode()
 
 
 # --- two machines -----------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
@@ -20,6 +20,8 @@ from support.buckets import Served, served
 from support.processes import eventually, pitchlore
 
 pytest.importorskip("distributed", reason="the extra dask is not installed")
+
+from distributed.comm.core import CommClosedError
 
 from flows.evaluations import evaluate
 from flows.placement import cluster
@@ -44,9 +46,9 @@ SEASON = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 10'
 
 
 class Cluster:
-    """A scheduler and two workers, each in a folder of its own with another HOME and another PATH."""
+    """A scheduler and workers, each in a folder of its own with another HOME and another PATH."""
 
-    def __init__(self, root: Path, **environment: str) -> None:
+    def __init__(self, root: Path, names: tuple[str, ...], **environment: str) -> None:
         self.root = root
         self.environment = environment
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
@@ -54,7 +56,7 @@ class Cluster:
                    "--scheduler-file", str(root / "scheduler.json"))
         said = json.loads(eventually(lambda: (root / "scheduler.json").exists() and (root / "scheduler.json").read_text()))
         self.port = int(said["address"].rpartition(":")[2])
-        for name in ("one", "two"):
+        for name in names:
             self.work(name)
 
     @property
@@ -109,11 +111,11 @@ class Cluster:
 
 
 @contextmanager
-def started(root: Path, **environment: str) -> Iterator[Cluster]:
-    own = Cluster(root, **environment)
+def started(root: Path, *names: str, **environment: str) -> Iterator[Cluster]:
+    own = Cluster(root, names, **environment)
     try:
         with crew_at(own.on, root / "data") as crew:
-            eventually(lambda: crew.width == 2)
+            eventually(lambda: crew.width == len(names))
         yield own
     finally:
         own.stop()
@@ -127,7 +129,7 @@ def buckets() -> Iterator[Served]:
 
 @pytest.fixture(scope="module")
 def workers(tmp_path_factory, buckets) -> Iterator[Cluster]:
-    with started(tmp_path_factory.mktemp("cluster"), **buckets.environment) as own:
+    with started(tmp_path_factory.mktemp("cluster"), "one", "two", **buckets.environment) as own:
         yield own
 
 
@@ -147,8 +149,8 @@ def league(folder: Path, matches: int = 2) -> Path:
     return folder
 
 
-def brought(folder: Path, on: str) -> dict[str, bytes]:
-    """All files of a data folder, named by a relative path, after a run, two seasons, an evaluation and a record."""
+def brought(folder: Path, on: str, work: Callable[[Path, str], None]) -> dict[str, bytes]:
+    """All files of a data folder, named by a relative path, after some work."""
     data, before = Path("league"), Path.cwd()
     os.chdir(folder)
     try:
@@ -158,11 +160,16 @@ def brought(folder: Path, on: str) -> dict[str, bytes]:
         os.chdir(before)
 
 
-def work(data: Path, on: str) -> None:
-    """A run, two seasons, an evaluation and a record."""
+def everything(data: Path, on: str) -> None:
+    """A run, two seasons, an evaluation and two matches."""
     assert run(data, on=on).failures == {}
     seasons = [Season(name="short", opponent="static", seed=seed, settings=parse(SEASON, where="short.toml")) for seed in (1, 2)]
     assert season_flow(data, seasons, on=on)["failed"] == {}
+    played(data, on)
+
+
+def played(data: Path, on: str) -> None:
+    """An evaluation and two matches."""
     with crew_at(on, Store(data).root) as crew:
         pairs = Evaluation(team=scripted("static"), opponent=scripted("random"), referee=RefereeSettings(duration_s=4.0))
         evaluate(Store(data), pairs, range(2), {}, crew)
@@ -190,12 +197,12 @@ def same(made: dict[str, bytes], wanted: dict[str, bytes]) -> bool:
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory, prefect_server) -> dict[str, bytes]:
     """What one process makes."""
-    return brought(league(tmp_path_factory.mktemp("alone")), "threads:1")
+    return brought(league(tmp_path_factory.mktemp("alone")), "threads:1", everything)
 
 
 def test_same_bytes(workers, alone, tmp_path):
     """Two workers in other folders, with another HOME and PATH, make the bytes of one process."""
-    assert same(brought(league(tmp_path), workers.on), alone)
+    assert same(brought(league(tmp_path), workers.on, everything), alone)
 
 
 def test_bucket(workers, buckets, alone, tmp_path, monkeypatch):
@@ -205,7 +212,7 @@ def test_bucket(workers, buckets, alone, tmp_path, monkeypatch):
     url, recordings = buckets.new(), league(tmp_path) / "league" / "inbox"
     for file in recordings.iterdir():
         buckets.put(url, f"inbox/{file.name}", file.read_bytes())
-    work(Path(url), workers.on)
+    everything(Path(url), workers.on)
     made = {re.sub(r"(/v\d{4,}/)[0-9a-f]{12}\.", r"\1", key): data for key, data in buckets.objects(url).items()
             if not key.endswith(".csv")}
     assert same(made, alone)
@@ -217,8 +224,15 @@ def test_bucket(workers, buckets, alone, tmp_path, monkeypatch):
 
 
 def test_processes(alone, tmp_path):
-    """So do two processes of the command."""
-    assert same(brought(league(tmp_path), "processes:2"), alone)
+    """So do two processes of the command. (test_season_flow.py has seasons.)"""
+
+    def stages_and_matches(data: Path, on: str) -> None:
+        assert run(data, on=on).failures == {}
+        played(data, on)
+
+    made = brought(league(tmp_path), "processes:2", stages_and_matches)
+    assert same(made, {name: data for name, data in alone.items() if name in made})
+    assert {name.partition("/")[0] for name in made} == {name.partition("/")[0] for name in alone} - {"seasons"}
 
 
 def test_killed_worker(workers, alone, tmp_path, prefect_server):
@@ -239,16 +253,14 @@ def test_killed_scheduler(workers, alone, tmp_path, prefect_server):
     """If the scheduler ends the command says so in one line; run again, it goes on with what is left."""
     folder = league(tmp_path / "here")
     (tmp_path / "cluster").mkdir()
-    with started(tmp_path / "cluster") as own, running(own, folder, prefect_server) as command:
+    with started(tmp_path / "cluster", "only") as own, running(own, folder, prefect_server) as command:
         eventually(lambda: list((folder / "league").glob("matches/*.receipt.json")))
         own.processes["scheduler"].kill()
         _, said = command.communicate(timeout=60)
     assert command.returncode == 1
     assert "the Dask scheduler has ended" in said
     assert "Traceback" not in said
-    with running(workers, folder, prefect_server) as command:
-        _, said = command.communicate(timeout=60)
-    assert command.returncode == 0, said
+    assert run(folder / "league", on=workers.on).failures == {}
     made = products(folder / "league")
     assert same(made, {name: data for name, data in alone.items() if name in made})
 
@@ -313,6 +325,18 @@ def test_unfit_worker(tmp_path, monkeypatch, answer, says):
     assert says in said
     assert "\n" not in said
     assert list(tmp_path.iterdir()) == []
+
+
+def test_ending_worker(tmp_path, monkeypatch):
+    """A worker that ends while it is asked is no reason to refuse the others; one that never answers is."""
+    monkeypatch.setattr(os, "urandom", lambda n: b"t" * n)
+    monkeypatch.setattr(cluster, "_POLL_S", 0.01)
+    fit = identity(), b"t" * 16, True
+    answers = iter([{"tcp://w0": fit, "tcp://w1": CommClosedError("closed")}, {"tcp://w0": fit}])
+    cluster._check(SimpleNamespace(run=lambda *_, **__: next(answers)), tmp_path, "tcp://s:8786")
+    monkeypatch.setattr(cluster, "GONE_S", 0.1)
+    with pytest.raises(ClusterFailed, match=r"worker tcp://w1 of tcp://s:8786: cannot work \(CommClosedError"):
+        cluster._check(answering(fit, CommClosedError("closed")), tmp_path, "tcp://s:8786")
 
 
 def test_late_worker():

@@ -9,6 +9,7 @@ from __future__ import annotations
 import fcntl
 import logging
 import os
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -17,6 +18,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import dask
 from distributed import Client, Future, LocalCluster
+from distributed.comm.core import CommClosedError
 from distributed.scheduler import KilledWorker
 
 from flows.placement.crew import Crew, polars_threads
@@ -31,6 +33,8 @@ R = TypeVar("R")
 
 #: How long a scheduler may take to answer, and a cluster to have its first worker, seconds.
 ANSWER_S, WORKER_S = 5, 10
+#: How long the scheduler may take to miss a worker that has ended, and how often to ask meanwhile, seconds.
+GONE_S, _POLL_S = 5.0, 0.2
 _SETTINGS = {
     "distributed.comm.timeouts.connect": ANSWER_S,
     "distributed.worker.daemon": True,
@@ -170,7 +174,7 @@ def _check(client: Client, place: Path | Mirror, where: str) -> None:
     root = place.resolve() if isinstance(place, Path) else place.url
     shown = _in_folder(place, wanted) if isinstance(place, Path) else _in_bucket(place, wanted)
     with shown as (look, *token):
-        answers: Mapping[str, Any] = client.run(look, *token, on_error="return")
+        answers = _answers(client, look, *token)
     for worker, answer in answers.items():
         said = f"worker {worker} of {where}"
         if isinstance(answer, Exception):
@@ -186,6 +190,17 @@ def _check(client: Client, place: Path | Mirror, where: str) -> None:
         if not locked:
             raise ClusterFailed(f"does not respect the locks of {root}", where=said, next_step=(
                 "Mount the disk there so that flock works between machines, or take a bucket"))
+
+
+def _answers(client: Client, look: Callable[..., Any], *token: Any) -> Mapping[str, Any]:
+    """What all workers say. If one ends meanwhile, they are asked again until the scheduler misses it."""
+    patience = time.monotonic() + GONE_S
+    while True:
+        answers: Mapping[str, Any] = client.run(look, *token, on_error="return")
+        ended = any(isinstance(answer, CommClosedError) for answer in answers.values())
+        if not ended or time.monotonic() > patience:
+            return answers
+        time.sleep(_POLL_S)
 
 
 @contextmanager

@@ -37,6 +37,8 @@ REQUEST_S, AGAIN_S = 30.0, 20.0
 #: Requests at once.
 _AT_ONCE = 16
 _STATUS = re.compile(r"status code: (\d{3})")
+#: What the library says of an object whose key is no path to it, as `a//b` or `a/../b`.
+_NO_PATH = re.compile(r"invalid path.*?\"([^\"]*)\"", re.DOTALL)
 _WHY = {
     "401": "it refuses these credentials", "403": "it refuses these credentials",
     "404": "there is no such bucket", "429": "it is too busy", "503": "it is too busy",
@@ -230,8 +232,10 @@ class Bucket:
         except (AlreadyExistsError, PreconditionError, FileNotFoundError):
             raise
         except (BaseError, OSError, ValueError) as error:
-            status = _STATUS.search(str(error))
+            status, strange = _STATUS.search(str(error)), _NO_PATH.search(str(error))
             why = "it does not answer" if status is None else _WHY.get(status[1], f"it answers {status[1]}")
+            if strange is not None:
+                why = f"it has an object {strange[1]}, whose name is no path: remove or rename it"
         raise self._failed(why, key)  # outside, so that the library's error is not its context
 
     def _failed(self, why: str, key: str) -> BucketFailed:

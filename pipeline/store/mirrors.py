@@ -40,8 +40,11 @@ _log = logging.getLogger(__name__)
 
 #: In the folder of a copy: the URL, and what is known of the bucket.
 MARKER, INDEX = ".bucket.json", ".bucket.sqlite"
-#: Objects that every copy has.
-_RECORD = re.compile(r"\.receipt\.json$|/manifest\.json$|/confirmed\.json$|(?:^|/)quarantine/[^/]+\.json$")
+#: Objects that every copy has. Others may put objects of any name into a bucket: those are none of ours.
+_NAME = r"[a-z0-9][a-z0-9.-]{0,95}"
+_RECORD = re.compile(
+    rf"(?:{_NAME}/){{1,4}}(?:{_NAME}\.receipt\.json|manifest\.json|confirmed\.json)"
+    rf"|(?:{_NAME}/){{0,3}}quarantine/{_NAME}\.{_NAME}\.json")
 #: A file of a version. Its key has the hash of its bytes in it: of two machines that make the same version
 #: at once, neither writes over the other's files.
 _OF_VERSION = re.compile(r"(.*/v\d{4,}/)((?!manifest\.json$)[^/]+)$")
@@ -149,7 +152,7 @@ class Mirror:
                         self._index.execute("select key, here, noted from objects")}
             older = {key for key, (_, noted) in rows.items() if noted < begun}
             wanted = [key for key, entry in listed.items()
-                      if _RECORD.search(key) and (key not in rows or key in older)
+                      if _RECORD.fullmatch(key) and (key not in rows or key in older)
                       and (rows.get(key, ("", 0))[0] != entry.tag or not (self.folder / key).exists())]
             fetched = dict(self.bucket.get_all(wanted))
             with holding(self.folder / ".commits", fcntl.LOCK_SH):  # those who want one moment wait
@@ -372,7 +375,8 @@ class Mirror:
             with ThreadPoolExecutor(4) as pool:
                 list(pool.map(put, files))
         for entry in changes:  # the threads have no journal
-            self._tell(Change(entry, files[self.folder / entry.key] if _RECORD.search(entry.key) else None))
+            ours = _RECORD.fullmatch(entry.key) is not None
+            self._tell(Change(entry, files[self.folder / entry.key] if ours else None))
 
     def create(self, path: Path, data: bytes, *, local: bool = True) -> bool:
         """Write a file that is not there. Returns False if there is one, with other bytes."""
