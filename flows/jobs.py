@@ -11,6 +11,7 @@ from prefect.client.schemas.objects import State, TaskRun
 from prefect.futures import PrefectFuture, as_completed
 from prefect.utilities.annotations import quote
 
+from flows.costs import Costed, costed
 from flows.placement.crew import crew
 from flows.placement.pieces import Failure, Part, Pieces, parted
 from flows.progress import StageReport, listener
@@ -101,11 +102,14 @@ def run_pieces(
     """
     report = StageReport(noun=noun)
     listener.get().begin(noun, len(pieces))
-    for label, result in carried_out(task or noun, function, pieces, at_once):
+    measured = {label: {"function": function, "arguments": arguments} for label, arguments in pieces.items()}
+    for label, result in carried_out(task or noun, costed, measured, at_once):
         if isinstance(result, Failure):
             report.failed[label] = result.line
         else:
+            assert isinstance(result, Costed)
             report.made.append(label)
+            report.cost.add(label, result.spent)
         listener.get().advance(noun, label)
     report.made.sort()
     return report

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from flows.costs import Spent, spending
 from flows.stage import Output, Scope, Seen
 from flows.stages import STAGES
 from pipeline.errors import in_one_line
@@ -21,15 +22,20 @@ class Outcome(NamedTuple):
         made: by noun, whether the output's bytes are new; None if it was done before.
         failed: the error of the stage that failed, in one line, by its noun; later stages were not tried.
         transient: whether it may help to try again.
+        costs: what was spent on each noun that was not done before, the one that failed included.
     """
 
     made: Mapping[str, bool | None]
     failed: Mapping[str, str] = {}
     transient: bool = False
+    costs: Mapping[str, Spent] = {}
 
     def after(self, before: Outcome) -> Outcome:
         """The outcome with what an earlier try made."""
-        return self._replace(made={**self.made, **{k: v for k, v in before.made.items() if v is not None}})
+        spent = {noun: self.costs.get(noun, Spent()).plus(before.costs.get(noun, Spent()))
+                 for noun in {**before.costs, **self.costs}}
+        made = {**self.made, **{k: v for k, v in before.made.items() if v is not None}}
+        return self._replace(made=made, costs=spent)
 
 
 def make(
@@ -52,13 +58,18 @@ def make(
     store = Store(data)
     store.doubted = frozenset(map(located, doubted))
     made: dict[str, bool | None] = {}
+    costs: dict[str, Spent] = {}
     seen: Seen | None = None if output.match is None else {}  # what several stages of a match read
     for noun in nouns:
         stage = STAGES[noun]
-        try:
-            made[noun] = STAGES.perform(store, stage, output, stage.settings(settings), scope, seen)
-        except Exception as error:
-            if getattr(error, "for_all", False):
-                raise
-            return Outcome(made, {noun: in_one_line(error)}, getattr(error, "transient", False))
-    return Outcome(made)
+        with spending() as spent:
+            try:
+                made[noun] = STAGES.perform(store, stage, output, stage.settings(settings), scope, seen)
+            except Exception as error:
+                if getattr(error, "for_all", False):
+                    raise
+                costs[noun] = spent()
+                return Outcome(made, {noun: in_one_line(error)}, getattr(error, "transient", False), costs)
+            if made[noun] is not None:
+                costs[noun] = spent()
+    return Outcome(made, costs=costs)

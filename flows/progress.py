@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextvars import ContextVar
 from typing import Protocol
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
+from flows.costs import Cost, mebibytes
 from pipeline.text import as_markdown
 
 
@@ -43,6 +45,7 @@ class StageReport(BaseModel):
         kept: number of outputs that were already there.
         failed: name of each output that could not be made, with the reason.
         notes: other remarks, a line each.
+        cost: what its pieces have cost.
     """
 
     noun: str
@@ -51,6 +54,7 @@ class StageReport(BaseModel):
     kept: int = 0
     failed: dict[str, str] = {}
     notes: list[str] = []
+    cost: Cost = Field(default_factory=Cost)
 
     @property
     def unchanged(self) -> int:
@@ -71,10 +75,13 @@ class StageReport(BaseModel):
         self.kept += other.kept
         self.failed |= other.failed
         self.notes += other.notes
+        self.cost.include(other.cost)
 
     def markdown(self) -> str:
         """The report as Markdown."""
         lines = [f"{len(self.made)} made, {self.unchanged} kept, {len(self.failed)} in quarantine", ""]
+        if self.cost.pieces:
+            lines += [*_table({self.noun: self.cost}), ""]
         lines += [f"- {as_markdown(name)}" for name in self.made]
         lines += [f"- **{as_markdown(name)}**: {as_markdown(why)}" for name, why in self.failed.items()]
         return "\n".join([*lines, *(f"- {as_markdown(note)}" for note in self.notes)])
@@ -89,6 +96,7 @@ class RunReport(BaseModel):
         knowledge_is_new: whether this run emitted it.
         policy: the newest version, None if there is none.
         policy_is_new: whether this run trained it.
+        versions: what looking for new versions, and making them, has cost, by noun.
     """
 
     stages: list[StageReport] = []
@@ -96,6 +104,7 @@ class RunReport(BaseModel):
     knowledge_is_new: bool = False
     policy: int | None = None
     policy_is_new: bool = False
+    versions: dict[str, Cost] = {}
 
     @property
     def failures(self) -> dict[str, str]:
@@ -106,6 +115,11 @@ class RunReport(BaseModel):
     def made(self) -> int:
         """Number of outputs that were made anew, versions included."""
         return sum(len(s.made) for s in self.stages) + self.knowledge_is_new + self.policy_is_new
+
+    @property
+    def costs(self) -> dict[str, Cost]:
+        """What each stage with work has cost, versions included."""
+        return {stage.noun: stage.cost for stage in self.stages if stage.cost.pieces} | self.versions
 
     def stage(self, noun: str) -> StageReport:
         """The report of a stage; an empty one is added if there is none."""
@@ -120,6 +134,18 @@ class RunReport(BaseModel):
         lines = ["| stage | made | kept | failed |", "|---|---|---|---|"]
         lines += [f"| {s.noun} | {len(s.made)} | {s.unchanged} | {len(s.failed)} |"
                   for s in self.stages]
+        if self.costs:
+            lines += ["", *_table(self.costs), ""]
         lines += [f"- **{as_markdown(what)}**: {as_markdown(why)}" for what, why in self.failures.items()]
         lines += [f"- {as_markdown(note)}" for stage in self.stages for note in stage.notes]
         return "\n".join(lines)
+
+
+def _table(costs: Mapping[str, Cost]) -> list[str]:
+    """What stages have cost, as a table in Markdown."""
+    lines = ["| stage | pieces | seconds | read, MiB | written, MiB | slowest piece | its seconds |",
+             "|---|---|---|---|---|---|---|"]
+    return [*lines, *(
+        f"| {noun} | {cost.pieces} | {cost.seconds:.2f} | {mebibytes(cost.bytes_in)} | "
+        f"{mebibytes(cost.bytes_out)} | {as_markdown(cost.slowest or '')} | {cost.slowest_s:.2f} |"
+        for noun, cost in costs.items())]

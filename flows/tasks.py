@@ -17,6 +17,7 @@ from pydantic import BaseModel
 
 from flows import knowledge, policies
 from flows.catalog import look, refresh_into
+from flows.costs import Spent, spending
 from flows.jobs import carried_out, stage_task
 from flows.making import Outcome, make
 from flows.placement.crew import crew
@@ -54,10 +55,15 @@ def our_flow(*, name: str) -> Callable[[Callable[P, R]], Flow[P, R]]:
 
 
 @stage_task(name="version")
-def make_version(data: Path, name: str, settings: BaseModel, scope: Scope) -> tuple[int, bool]:
-    """Make the next version of a noun unless one holds the same. Returns number, and whether it is new."""
-    manifest, new = emit(Store(data), STAGES[name], settings, scope)
-    return manifest.version, new
+def make_version(data: Path, name: str, settings: BaseModel, scope: Scope) -> tuple[int, bool, Spent]:
+    """Make the next version of a noun unless one holds the same.
+
+    Returns:
+        Its number, whether it is new, and what was spent.
+    """
+    with spending() as spent:
+        manifest, new = emit(Store(data), STAGES[name], settings, scope)
+        return manifest.version, new, spent()
 
 
 class Runner:
@@ -92,15 +98,15 @@ class Runner:
             lost = isinstance(result, Failure)
             yield output, Outcome({}, {nouns[output][0]: result.line}) if lost else result
 
-    def emit(self, stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool]:
+    def emit(self, stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool, Spent]:
         """Make the next version of a noun unless one holds the same, and show it as an artifact."""
         listener.get().begin(stage.noun, 1)
-        version, new = make_version.with_options(name=stage.noun, task_run_name=f"{stage.noun} {{name}}")(
-            self.store.root, stage.noun, stage.settings(settings), scope)
+        task = make_version.with_options(name=stage.noun, task_run_name=f"{stage.noun} {{name}}")
+        version, new, spent = task(self.store.root, stage.noun, stage.settings(settings), scope)
         listener.get().advance(stage.noun, stage.noun)
         described = _DESCRIBE[stage.noun](self.store, self.store.manifest(stage.noun, version))
         show(described, key=stage.noun, description=f"the newest of the {stage.noun}")
-        return version, new
+        return version, new, spent
 
     def update(self, settings: Settings, report: RunReport, *, train: bool) -> None:
         """Bring all stages up to date."""
@@ -129,10 +135,11 @@ def flow_of(noun: str) -> Flow[..., dict[str, object]]:
         store = data_folder(data)
         scope, runner = scope_of(store), Runner(store)
         if stage.per is Per.VERSION:
-            version, new = runner.emit(stage, settings, scope)
+            version, new, spent = runner.emit(stage, settings, scope)
             report = StageReport(noun=stage.noun)
+            report.cost.add(f"version {version}", spent)
             refresh_into(store, report)
-            return {"version": version, "new": new, "failed": report.failed}
+            return {"version": version, "new": new, "failed": report.failed, "cost": report.cost.model_dump()}
         run = RunReport()
         with placed(on, store.root):
             bring(store, (stage,), settings, scope, run, runner.perform)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import takewhile
 
 from flows.catalog import look
+from flows.costs import Cost, Spent
 from flows.making import Outcome
 from flows.matches import PLAYING, all_here, inbox, mend, strangers
 from flows.memo import Memo
@@ -20,8 +21,8 @@ from pipeline.store.receipts import Manifest
 
 #: Makes outputs, each by some stages in order; gives each with its outcome, as it ends.
 Perform = Callable[[Mapping[Output, Sequence[Stage]], Settings, Scope], Iterator[tuple[Output, Outcome]]]
-#: Makes the next version of a noun unless one stands: its number, and whether it is new.
-Emit = Callable[[Stage, Settings, Scope], tuple[int, bool]]
+#: Makes the next version of a noun unless one stands: its number, whether it is new, and what was spent.
+Emit = Callable[[Stage, Settings, Scope], tuple[int, bool, Spent]]
 
 
 class NewWork(Exception):
@@ -67,12 +68,15 @@ def bring_up_to_date(
 def _emitted(stage: Stage, settings: Settings, scope: Scope, report: RunReport, emit: Emit) -> bool | None:
     """Whether a new version was made; None if it cannot be, which is one more failure of the report."""
     try:
-        return emit(stage, settings, scope)[1]
+        version, new, spent = emit(stage, settings, scope)
     except PitchloreError as error:
         if error.for_all:
             raise
         report.stage(stage.noun).failed["version"] = str(error)
         return None
+    if spent.seconds:
+        report.versions.setdefault(stage.noun, Cost()).add(f"version {version}", spent)
+    return new
 
 
 def nothing_new(
@@ -89,14 +93,14 @@ def nothing_new(
     def refuse(*_: object) -> Iterator[tuple[Output, Outcome]]:
         raise NewWork
 
-    def standing(stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool]:
+    def standing(stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool, Spent]:
         assert stage.plan is not None
         own = stage.settings(settings)
         plan = stage.plan(store, scope, own, stage)
         found = plan.standing or store.standing(stage.work(stage.noun, own, plan.inputs, seed=plan.seed))
         if found is None:
             raise NewWork
-        return found.version, False
+        return found.version, False, Spent()
 
     try:
         bring_up_to_date(store, settings, report, refuse, standing, train=train)
@@ -146,6 +150,8 @@ def bring(
     for output, outcome in perform(todo, settings, scope) if todo else ():
         for noun, new in outcome.made.items():
             report.stage(noun).count(output.name, new)
+        for noun, spent in outcome.costs.items():
+            report.stage(noun).cost.add(output.name, spent)
         for noun, why in outcome.failed.items():
             report.stage(noun).failed[output.name] = why
             failed.append(output)

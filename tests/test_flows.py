@@ -272,8 +272,9 @@ def test_other_training(tmp_path, finished):
     """Training with other settings begins anew and counts each match once."""
     data = tmp_path / "data"
     shutil.copytree(finished, data)
-    assert flow_of("policies")(data) == {"version": 1, "new": False, "failed": {}}
-    assert flow_of("policies")(data, Settings(policies=PolicySettings(sweeps=9))) == {"version": 2, "new": True, "failed": {}}
+    assert flow_of("policies")(data).items() >= {"version": 1, "new": False, "failed": {}}.items()
+    assert flow_of("policies")(data, Settings(policies=PolicySettings(sweeps=9))).items() >= {
+        "version": 2, "new": True, "failed": {}}.items()
     store = Store(data)
     assert store.manifest("policies", 2).parent is None, "the first has learned from these matches"
     tables = [store.read_table(store.manifest("policies", v), "policies", Policies) for v in (1, 2)]

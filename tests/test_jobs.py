@@ -8,6 +8,7 @@ import threading
 
 import pytest
 
+from flows.costs import Spent
 from flows.jobs import run_pieces
 from flows.making import Outcome
 from flows.placement import pieces as parts
@@ -70,14 +71,18 @@ def test_tried_again():
 
 
 def test_what_an_earlier_try_made():
-    """Outputs that an earlier try made count as made, although they are there in the next."""
-    tries = iter([Outcome({"a": True, "b": False}, {"c": "full"}, transient=True),
-                  Outcome({"a": None, "b": None, "c": True})])
+    """Outputs that an earlier try made count as made, although they are there in the next; costs add up."""
+    tries = iter([
+        Outcome({"a": True, "b": False}, {"c": "full"}, transient=True,
+                costs={"a": Spent(1.0, 10, 100), "b": Spent(2.0, 20, 200), "c": Spent(3.0, 30, 0)}),
+        Outcome({"a": None, "b": None, "c": True}, costs={"c": Spent(0.5, 30, 300)}),
+    ])
     part = Part(Here(1), lambda: next(tries), {"match": {}})
     with pytest.raises(TryAgain):
         part.do()
     part.do()
-    assert part.results == {"match": Outcome({"a": True, "b": False, "c": True})}
+    assert part.results == {"match": Outcome({"a": True, "b": False, "c": True}, costs={
+        "a": Spent(1.0, 10, 100), "b": Spent(2.0, 20, 200), "c": Spent(3.5, 60, 300)})}
 
 
 @pytest.mark.usefixtures("prefect_server")

@@ -233,8 +233,8 @@ def test_noun_flows(data):
     assert flow_of("sequences")(data)["kept"] == 2
     assert flow_of("behaviours")(data)["kept"] == 1
     assert len(flow_of("decisions")(data)["made"]) == 1
-    assert flow_of("knowledge")(data) == {"version": 1, "new": False, "failed": {}}
-    assert flow_of("policies")(data) == {"version": 1, "new": False, "failed": {}}
+    assert flow_of("knowledge")(data).items() >= {"version": 1, "new": False, "failed": {}}.items()
+    assert flow_of("policies")(data).items() >= {"version": 1, "new": False, "failed": {}}.items()
     assert ask(catalog_path(store), "select count(distinct match_id) from decisions").item() == 2
 
 

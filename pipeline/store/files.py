@@ -15,6 +15,7 @@ from pipeline.errors import NotFound, StillWritten, StorageFailed
 from pipeline.store.atomic import aside
 from pipeline.store.buckets import check_local
 from pipeline.store.locks import free, holding, take
+from pipeline.store.meter import count_read, count_written
 from pipeline.store.mirrors import Mirror, located, mirror_of
 from pipeline.store.paths import listed, remove, safe, unwritable
 from pipeline.store.temporaries import sweep
@@ -85,11 +86,13 @@ class Files:
         """Atomically write bytes to a file that is none of the data folder's own (see :meth:`aside`)."""
         with self.aside(path) as temporary:
             temporary.write_bytes(data)
+        count_written(len(data))
 
     def keep(self, path: Path, data: bytes) -> None:
         """Write a file of the data folder, whatever was there: to the bucket first, if it is in one."""
         if self.mirror is not None and path.is_relative_to(self.mirror.folder):
             self.mirror.put(path, data)
+            count_written(len(data))
         else:
             self.write_bytes(path, data)
 
@@ -187,6 +190,7 @@ class Files:
         if len(data) > megabytes << 20:
             raise NotFound(f"is larger than the limit of {megabytes} MiB", where=self.named(path),
                            next_step="If you trust it, raise megabytes in the [imports] settings")
+        count_read(len(data))
         return data
 
     @contextmanager

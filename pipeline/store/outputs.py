@@ -9,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from pipeline.errors import CorruptFile, NotFound, Overtaken
+from pipeline.store.meter import count_written
 from pipeline.store.paths import listed, safe
 from pipeline.store.reading import Reading
 from pipeline.store.receipts import Receipt, software
@@ -186,6 +187,7 @@ class Outputs(Reading):
     def _keep_all(self, files: Mapping[Path, bytes]) -> None:
         if self.mirror is not None:
             self.mirror.put_all(files)
+            count_written(sum(map(len, files.values())))
             return
         for path, data in files.items():
             self.write_bytes(path, data)
@@ -203,7 +205,9 @@ class Outputs(Reading):
         if self.mirror is None:
             self.write_bytes(path, sealed(receipt))
             return receipt
-        if self.mirror.swap(path, sealed(receipt)):
+        data = sealed(receipt)
+        if self.mirror.swap(path, data):
+            count_written(len(data))
             return receipt
         self.mirror.sync()
         standing = self.readable(receipt.noun, receipt.name)

@@ -9,6 +9,7 @@ import polars as pl
 
 from pipeline.errors import CorruptFile, NotFound
 from pipeline.store.files import Files
+from pipeline.store.meter import count_read
 from pipeline.store.receipts import FileRecord, Manifest, Receipt, digest
 from pipeline.store.sealed import REMEDY_OF_VERSION, remedy_of
 from pipeline.store.tables import from_parquet, joined
@@ -54,7 +55,9 @@ class Reading(Files):
                            next_step="Run the stages again")
         path, wanted = self.folder(receipt) / receipt.files[role].path, receipt.files[role].sha256
         if self.mirror is not None:
-            return self.mirror.bytes_of(path, wanted, remedy, anew=anew)
+            data = self.mirror.bytes_of(path, wanted, remedy, anew=anew)
+            count_read(len(data))
+            return data
         try:
             data = path.read_bytes()
         except OSError as error:
@@ -62,6 +65,7 @@ class Reading(Files):
                               next_step=remedy) from error
         if digest(data) != wanted:
             raise CorruptFile("is not what was written (SHA-256 differs)", where=str(path), next_step=remedy)
+        count_read(len(data))
         return data
 
     def read_table(self, receipt: Receipt, role: str, schema: type[Table]) -> pl.DataFrame:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from flows.catalog import forget_match, refresh
+from flows.costs import Spent
 from flows.making import Outcome, make
 from flows.matches import Recording, import_recording
 from flows.progress import RunReport
@@ -38,9 +39,9 @@ def run(store: Store) -> str:
             nouns = [stage.noun for stage in stages]
             yield output, make(store.root, nouns, output, settings, scope.of(output), store.doubted)
 
-    def version(stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool]:
+    def version(stage: Stage, settings: Settings, scope: Scope) -> tuple[int, bool, Spent]:
         manifest, new = emit(store, stage, stage.settings(settings), scope)
-        return manifest.version, new
+        return manifest.version, new, Spent()
 
     bring_up_to_date(store, Settings(), report, perform, version)
     refresh(store)
