@@ -128,6 +128,11 @@ COMMANDS = (
         "pitchlore report --export data/studies/seasons",
     ),
     Command(
+        "runs", "runs:runs",
+        "List the last runs: start, length, what was made, failures, cost.",
+        "pitchlore runs --last 5",
+    ),
+    Command(
         "quarantine", "quarantine:quarantine",
         "List the quarantine: recordings and matches that a stage refused, and the reasons.",
         "pitchlore quarantine --clear",

@@ -2,13 +2,15 @@
 
 from pathlib import Path
 
+from flows.history import LOG, noted
 from flows.jobs import run_pieces
 from flows.matches import Recording, import_recording, inbox, strangers, useless
 from flows.placement.crew import crew
 from flows.placement.places import placed
 from flows.progress import StageReport
+from flows.pruning import prune_or_say
 from flows.tasks import conclude, data_folder, our_flow
-from pipeline.settings import ImportSettings
+from pipeline.settings import HistorySettings, ImportSettings
 from pipeline.store import Store
 
 
@@ -51,9 +53,13 @@ def import_all(
 @our_flow(name="matches")
 def matches_flow(
     data: Path, recordings: list[Recording] | None = None, limits: ImportSettings = ImportSettings(),
-    on: str | None = None,
+    on: str | None = None, history: HistorySettings = HistorySettings(),
 ) -> dict[str, object]:
     """Import the recordings, by default those in the inbox."""
     store = data_folder(data)
-    with placed(on, store.root):
-        return conclude(store, import_all(store, recordings, limits))
+    with noted(store, "import", history) as note, placed(on, store.root):
+        report = import_all(store, recordings, limits)
+        note.report.stages.append(report)
+    report.failed |= note.report.stage(LOG).failed
+    prune_or_say(history)
+    return conclude(store, report)

@@ -129,6 +129,14 @@ class RunReport(BaseModel):
         self.stages.append(StageReport(noun=noun))
         return self.stages[-1]
 
+    def add_version(self, noun: str, version: int, cost: Cost, *, new: bool) -> None:
+        """Record the newest version of a noun, whether it is new, and what it has cost."""
+        if noun == "knowledge":
+            self.knowledge, self.knowledge_is_new = version, new
+        else:
+            self.policy, self.policy_is_new = version, new
+        self.versions[noun] = cost
+
     def markdown(self) -> str:
         """The report as Markdown."""
         lines = ["| stage | made | kept | failed |", "|---|---|---|---|"]

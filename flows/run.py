@@ -4,26 +4,31 @@ from pathlib import Path
 from typing import Any
 
 from flows.catalog import refresh_after
+from flows.history import noted
 from flows.imports import import_all
 from flows.matches import Recording
 from flows.placement.places import placed
-from flows.progress import RunReport
+from flows.pruning import prune_or_say
 from flows.tasks import Runner, our_flow, show, swept
 from flows.update import look_for_damage
-from pipeline.settings import ImportSettings, Settings
+from pipeline.settings import HistorySettings, ImportSettings, Settings
 
 
 @our_flow(name="run")
 def run_flow(
     data: Path, recordings: list[Recording] | None = None, settings: Settings = Settings(),
     train: bool = True, limits: ImportSettings = ImportSettings(), on: str | None = None,
+    history: HistorySettings = HistorySettings(),
 ) -> dict[str, Any]:
     """Import the new recordings of the inbox (or ``recordings``), and bring every stage up to date."""
     store = swept(data)  # damage is looked for after the import
-    with placed(on, store.root):
-        report = RunReport(stages=[import_all(store, recordings, limits)])
-        look_for_damage(store, report)
-        Runner(store).update(settings, report, train=train)
-    refresh_after(store, report)
+    with noted(store, "run", history) as note:
+        report = note.report
+        with placed(on, store.root):
+            report.stages.append(import_all(store, recordings, limits))
+            look_for_damage(store, report)
+            Runner(store).update(settings, report, train=train)
+        refresh_after(store, report)
+    prune_or_say(history)
     show(report.markdown(), key="run", description="what the run did")
     return report.model_dump()

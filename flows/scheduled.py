@@ -12,7 +12,7 @@ from flows.child import belong
 from flows.progress import RunReport
 from flows.run import run_flow
 from flows.tasks import our_flow
-from pipeline.settings import ImportSettings, Settings
+from pipeline.settings import HistorySettings, ImportSettings, Settings
 
 # Prefect runs the flow in a process of its own, which loads this module first, and then asks the server: if
 # `serve` is killed, there is none any more, and it would ask for minutes
@@ -26,6 +26,7 @@ QUARANTINED = "Quarantined"
 def scheduled_run(
     data: Path, settings: Settings = Settings(), train: bool = True,
     limits: ImportSettings = ImportSettings(), on: str | None = None,
+    history: HistorySettings = HistorySettings(),
 ) -> State[dict[str, Any]]:
     """Import the new recordings of the inbox, and bring every stage up to date.
 
@@ -37,6 +38,7 @@ def scheduled_run(
         train: whether to train a policy when the knowledge is new.
         limits: what reading a recording may cost.
         on: where work is done, as for :func:`flows.placement.places.place_of`.
+        history: how much of past runs is remembered.
 
     Returns:
         Completed; or Failed with the name Quarantined, if something went into quarantine (`pitchlore run`
@@ -44,7 +46,7 @@ def scheduled_run(
     """
     if limits.isolate is None:
         limits = limits.isolated()
-    report = RunReport.model_validate(run_flow.fn(data, None, settings, train, limits, on))
+    report = RunReport.model_validate(run_flow.fn(data, None, settings, train, limits, on, history))
     line = said_of(report)
     now = f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S}"
     print(f"{now} run {runtime.flow_run.name}: {line}", flush=True)  # noqa: T201 (for who watches `serve`)

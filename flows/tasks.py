@@ -17,19 +17,21 @@ from pydantic import BaseModel
 
 from flows import knowledge, policies
 from flows.catalog import look, refresh_into
-from flows.costs import Spent, spending
+from flows.costs import Cost, Spent, spending
+from flows.history import LOG, noted
 from flows.jobs import carried_out, stage_task
 from flows.making import Outcome, make
 from flows.placement.crew import crew
 from flows.placement.pieces import Failure
 from flows.placement.places import placed
 from flows.progress import RunReport, StageReport, listener
+from flows.pruning import OURS, prune_or_say
 from flows.stage import Output, Per, Scope, Stage
 from flows.stages import STAGES
 from flows.update import bring, bring_up_to_date, scope_of
 from flows.versions import emit
 from pipeline.errors import in_one_line
-from pipeline.settings import Settings
+from pipeline.settings import HistorySettings, Settings
 from pipeline.store import Store
 from pipeline.store.paths import check_root
 
@@ -38,6 +40,8 @@ R = TypeVar("R")
 
 #: The copy of a bucket that the command has brought up to date so many seconds ago is up to date.
 _YOUNG_S = 5.0
+#: The commands that are the flow of a single stage.
+_COMMANDS = {"policies": "train"}
 #: How a version is shown as an artifact of the flow run.
 _DESCRIBE = {"knowledge": knowledge.describe, "policies": policies.describe}
 
@@ -47,7 +51,7 @@ def our_flow(*, name: str) -> Callable[[Callable[P, R]], Flow[P, R]]:
 
     def decorate(function: Callable[P, R]) -> Flow[P, R]:
         return Flow(
-            function, name=name, persist_result=True, result_serializer="json",
+            function, name=name, version=OURS, persist_result=True, result_serializer="json",
             task_runner=cast("Any", ThreadPoolTaskRunner()),
         )
 
@@ -130,20 +134,28 @@ def flow_of(noun: str) -> Flow[..., dict[str, object]]:
 
     @our_flow(name=stage.noun)
     def make_all(
-        data: Path, settings: Settings = Settings(), on: str | None = None
+        data: Path, settings: Settings = Settings(), on: str | None = None,
+        history: HistorySettings = HistorySettings(),
     ) -> dict[str, object]:
         store = data_folder(data)
         scope, runner = scope_of(store), Runner(store)
-        if stage.per is Per.VERSION:
-            version, new, spent = runner.emit(stage, settings, scope)
-            report = StageReport(noun=stage.noun)
-            report.cost.add(f"version {version}", spent)
-            refresh_into(store, report)
-            return {"version": version, "new": new, "failed": report.failed, "cost": report.cost.model_dump()}
-        run = RunReport()
-        with placed(on, store.root):
-            bring(store, (stage,), settings, scope, run, runner.perform)
-        return conclude(store, run.stage(stage.noun))
+        with noted(store, _COMMANDS.get(stage.noun, stage.noun), history) as note:
+            if stage.per is Per.VERSION:
+                version, new, spent = runner.emit(stage, settings, scope)
+                cost = Cost()
+                cost.add(f"version {version}", spent)
+                note.report.add_version(stage.noun, version, cost, new=new)
+            else:
+                with placed(on, store.root):
+                    bring(store, (stage,), settings, scope, note.report, runner.perform)
+        prune_or_say(history)
+        if stage.per is not Per.VERSION:
+            report = note.report.stage(stage.noun)
+            report.failed |= note.report.stage(LOG).failed
+            return conclude(store, report)
+        report = note.report.stage(LOG)
+        refresh_into(store, report)
+        return {"version": version, "new": new, "failed": report.failed, "cost": cost.model_dump()}
 
     make_all.description = f"Make what is new of the {stage.noun}."
     return make_all

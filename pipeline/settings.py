@@ -409,11 +409,24 @@ class PlacementSettings(Frozen):
     on: str | None = Field(default=None, pattern=f"^({PLACE.pattern})$")
 
 
+class HistorySettings(Frozen):
+    """How much of past runs is remembered.
+
+    Attributes:
+        runs: runs in the data folder's log, which `pitchlore runs` lists; 0 keeps none.
+        days: days after which our own flow runs are removed from Prefect's database; 0 removes none.
+    """
+
+    runs: int = Field(default=100, ge=0, le=10_000)
+    days: int = Field(default=28, ge=0)
+
+
 class RunSettings(Settings):
-    """All settings of a run, and those of imports and of the place of work, on which no outcome depends."""
+    """All settings of a run, and those on which no outcome depends: of imports, placement and history."""
 
     imports: ImportSettings = ImportSettings()
     placement: PlacementSettings = PlacementSettings()
+    history: HistorySettings = HistorySettings()
 
 
 def parse_settings(data: bytes, where: str) -> RunSettings:

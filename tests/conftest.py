@@ -20,7 +20,7 @@ from flows.placement.crew import cores
 from flows.server import START_S, Process
 
 if TYPE_CHECKING:
-    from flows.run import RunReport
+    from flows.progress import RunReport
 
 os.environ["PREFECT_SERVER_ANALYTICS_ENABLED"] = "false"
 os.environ["PREFECT_LOGGING_LEVEL"] = "CRITICAL"
@@ -162,7 +162,8 @@ def fill(data: Path, clips: Path) -> None:
 
 def run(data: Path, **options) -> RunReport:
     """One run of all stages."""
-    from flows.run import RunReport, run_flow
+    from flows.progress import RunReport
+    from flows.run import run_flow
 
     return RunReport.model_validate(run_flow(data, **options))
 

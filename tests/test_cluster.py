@@ -184,7 +184,8 @@ def scripted(kind: str) -> Entrant:
 
 def products(data: Path) -> dict[str, bytes]:
     return {str(path.relative_to(data)): path.read_bytes() for path in sorted(data.rglob("*"))
-            if path.is_file() and not path.name.startswith(".") and path.suffix not in (".duckdb", ".csv")}
+            if path.is_file() and not path.name.startswith(".") and path.suffix not in (".duckdb", ".csv")
+            and path.parent.name != "runs"}
 
 
 def same(made: dict[str, bytes], wanted: dict[str, bytes]) -> bool:

@@ -32,11 +32,12 @@ from schemas import Policies
 pytestmark = pytest.mark.usefixtures("prefect_server")
 
 def products(data: Path) -> dict[str, bytes]:
-    """Everything that a run makes, but the catalogue, the memo and the claims."""
+    """Everything that a run makes, but the catalogue, the memo, the log of runs and the claims."""
     return {
         str(p.relative_to(data)): p.read_bytes()
         for p in sorted(data.rglob("*"))
         if p.is_file() and "inbox" not in p.parts and p.suffix not in (".duckdb", ".claim") and p.name != ".done.json"
+        and p.parent.name != "runs"
     }
 
 

@@ -46,9 +46,9 @@ def told() -> Iterator[Callable[[int, str, Path], tuple[int, int]]]:
 
 
 def contents(data: Path) -> dict[str, bytes]:
-    """The bytes of all outputs and versions, without locks and the catalogue."""
+    """The bytes of all outputs and versions, without locks, the catalogue and the log of runs."""
     return {str(path.relative_to(data)): path.read_bytes() for path in sorted(data.rglob("*"))
-            if path.is_file() and not path.name.startswith(".") and path.suffix != ".duckdb"}
+            if path.is_file() and not path.name.startswith(".") and path.suffix != ".duckdb" and path.parent.name != "runs"}
 
 
 def prepared(finished: Path, data: Path, *without: str) -> Path:

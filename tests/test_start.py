@@ -64,7 +64,7 @@ def test_every_command_is_there():
 #: Commands that look, or that remove something: none of them has anything to do where nothing is.
 LOOKING = [
     ("sql", "select 1"), ("kb", "list"), ("kb", "show"), ("kb", "diff", "1"), ("kb", "verify"), ("replay", "x"),
-    ("commentary", "x"), ("quarantine",), ("quarantine", "--clear"), ("report",), ("forget", "x"), ("prune",), ("verify",),
+    ("commentary", "x"), ("runs",), ("quarantine",), ("quarantine", "--clear"), ("report",), ("forget", "x"), ("prune",), ("verify",),
     ("server", "status"), ("server", "stop"),
 ]
 

@@ -18,7 +18,7 @@ from flows.placement.places import place_of
 from flows.progress import StageReport
 from pipeline.errors import NotFound
 from pipeline.importers.readers import FORMATS
-from pipeline.settings import ImportSettings
+from pipeline.settings import HistorySettings, ImportSettings
 from pipeline.store import Store
 from pipeline.store.buckets import check_local
 
@@ -52,7 +52,7 @@ def import_files(
     recordings = [Recording(file=f, mapping=mapping) if mapping else with_map(f) for f in files]
     chosen = common.settings(settings)
     limits = chosen.imports.isolated() if isolate else chosen.imports
-    report = bring_in(store, recordings, limits, on or chosen.placement.on)
+    report = bring_in(store, recordings, limits, on or chosen.placement.on, chosen.history)
     if json:
         print_json(report.model_dump())
     else:
@@ -62,7 +62,7 @@ def import_files(
 
 def bring_in(
     store: Store, recordings: list[Recording], limits: ImportSettings = ImportSettings(),
-    on: str | None = None,
+    on: str | None = None, history: HistorySettings = HistorySettings(),
 ) -> StageReport:
     """Import recordings. Prefect starts only if one of them is new."""
     place_of(on)  # so that a word that names none is refused at once
@@ -72,7 +72,7 @@ def bring_in(
             from flows.imports import matches_flow  # noqa: PLC0415 (see orchestrated)
 
             begin()
-            report = StageReport.model_validate(matches_flow(store.root, recordings, limits, on))
+            report = StageReport.model_validate(matches_flow(store.root, recordings, limits, on, history))
     refresh_into(store, report)
     return report
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import polars as pl
@@ -18,12 +19,14 @@ from flows.commands.printing import (
     print_training,
     spelt,
 )
+from flows.history import Note
 from flows.knowledge import imitates, of_imitated
 from flows.placement.places import place_of
 from flows.progress import RunReport
 from flows.stage import ALL
+from pipeline.errors import StorageFailed
 from pipeline.estimates import BY_EVIDENCE
-from pipeline.settings import ImportSettings, Settings
+from pipeline.settings import HistorySettings, ImportSettings, Settings
 from pipeline.store import Store
 from schemas import Behaviours
 
@@ -49,7 +52,8 @@ def run(
     """
     store, chosen = common.store, common.settings(settings)
     limits = chosen.imports.isolated() if isolate else chosen.imports
-    report = bring_up_to_date(store, chosen, limits, train=train, on=on or chosen.placement.on)
+    report = bring_up_to_date(
+        store, chosen, limits, train=train, on=on or chosen.placement.on, history=chosen.history)
     if json:
         print_json(report.model_dump())
     else:
@@ -59,21 +63,26 @@ def run(
 
 def bring_up_to_date(
     store: Store, settings: Settings, limits: ImportSettings = ImportSettings(), *, train: bool = True,
-    on: str | None = None,
+    on: str | None = None, history: HistorySettings = HistorySettings(),
 ) -> RunReport:
     """Run all stages. Prefect starts only if something is new."""
     place_of(on)  # so that a word that names none is refused at once
     from flows.update import nothing_new  # noqa: PLC0415 (it loads numba, which --help does without)
 
+    note = Note("run")
     report = nothing_new(store, settings, limits, train=train)
     if report is None:
         with orchestrated(store) as begin:
             from flows.run import run_flow  # noqa: PLC0415 (see orchestrated)
 
             begin()
-            report = RunReport.model_validate(run_flow(store.root, None, settings, train, limits, on))
+            done = run_flow(store.root, None, settings, train, limits, on, history)
+            report = RunReport.model_validate(done)
     else:
         refresh_after(store, report)
+        note.report = report
+        with suppress(StorageFailed):  # nothing was made; a folder that nobody may write can be looked at
+            note.write(store, history)
     return report
 
 

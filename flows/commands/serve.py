@@ -61,8 +61,9 @@ def serve(
             entrypoint_type=EntrypointType.MODULE_PATH,
             parameters={
                 "data": store.where if store.mirror else str(store.root.resolve()),
-                "settings": chosen.model_dump(mode="json", exclude={"imports", "placement"}),
+                "settings": chosen.model_dump(mode="json", exclude={"imports", "placement", "history"}),
                 "limits": chosen.imports.model_dump(mode="json"),
                 "on": on or chosen.placement.on,
+                "history": chosen.history.model_dump(mode="json"),
             },
         )

@@ -23,7 +23,7 @@ def train(*, settings: Path | None = None, json: Json = False, common: Common = 
         from flows.tasks import flow_of  # noqa: PLC0415 (see orchestrated)
 
         begin()
-        done = flow_of("policies")(store.root, chosen)
+        done = flow_of("policies")(store.root, chosen, history=chosen.history)
     if json:
         print_json(done)
     elif done["new"]:

@@ -44,7 +44,8 @@ MARKER, INDEX = ".bucket.json", ".bucket.sqlite"
 _NAME = r"[a-z0-9][a-z0-9.-]{0,95}"
 _RECORD = re.compile(
     rf"(?:{_NAME}/){{1,4}}(?:{_NAME}\.receipt\.json|manifest\.json|confirmed\.json)"
-    rf"|(?:{_NAME}/){{0,3}}quarantine/{_NAME}\.{_NAME}\.json")
+    rf"|(?:{_NAME}/){{0,3}}quarantine/{_NAME}\.{_NAME}\.json"
+    rf"|runs/{_NAME}\.json")
 #: A file of a version. Its key has the hash of its bytes in it: of two machines that make the same version
 #: at once, neither writes over the other's files.
 _OF_VERSION = re.compile(r"(.*/v\d{4,}/)((?!manifest\.json$)[^/]+)$")

@@ -23,6 +23,7 @@ _REMEDIES = {
     "paradigms": "Run `pitchlore paradigms` as before to make it anew",
     "report": "Run `pitchlore report` to make it anew",
     "quarantine": "`pitchlore quarantine --clear` removes it",
+    "runs": "Remove it: only what `pitchlore runs` says of that run is lost",
 }
 REMEDY_OF_VERSION = "Restore it: `pitchlore verify --restore-from BACKUP`; other versions are not affected"
 #: Inode, size and time of change [ns] of a file: another stamp, another file.

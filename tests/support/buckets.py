@@ -154,4 +154,5 @@ def served() -> Iterator[Served]:
 def files(folder: Path) -> dict[str, bytes]:
     """All files of a data folder that another one with the same matches has, too."""
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in sorted(folder.rglob("*"))
-            if path.is_file() and not path.name.startswith(".") and path.suffix != ".duckdb"}
+            if path.is_file() and not path.name.startswith(".") and path.suffix != ".duckdb"
+            and path.parent.name != "runs"}

@@ -1,0 +1,238 @@
+"""The log of runs, the command that lists it, and what is forgotten: old entries, old flow runs in Prefect."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+import httpx
+import pytest
+from conftest import clip, fill, run
+from prefect import flow, runtime
+
+from flows import pruning, tasks
+from flows.costs import Cost
+from flows.history import LOG, Entry, Note, log, noted
+from flows.jobs import run_pieces
+from flows.progress import RunReport, StageReport
+from flows.pruning import prune
+from flows.tasks import our_flow
+from pipeline.errors import BadSettings, NotFound, StorageFailed
+from pipeline.settings import HistorySettings
+from pipeline.store import Store
+
+FEW = HistorySettings(runs=3)
+
+
+def names(store: Store) -> list[str]:
+    return [entry.name for entry in log(store).entries]
+
+
+def full(*_: object) -> None:
+    raise StorageFailed("cannot be written (No space left on device)", where="runs")
+
+
+def test_bounded(tmp_path):
+    """The last runs stay, in order; with 0 none does; nothing else of the folder is touched."""
+    store = Store(tmp_path)
+    (tmp_path / LOG).mkdir()
+    (tmp_path / LOG / "notes.txt").write_text("mine")
+    written = []
+    for _ in range(5):
+        with noted(store, "run", FEW):
+            pass
+        written += [name for name in names(store) if name not in written]
+    assert len(written) == 5
+    assert sorted(names(store)) == sorted(written)[-3:]
+    Note("run").write(store, HistorySettings(runs=0))
+    assert names(store) == []
+    assert (tmp_path / LOG / "notes.txt").read_text() == "mine"
+
+
+def test_ended_early(tmp_path, monkeypatch):
+    """A run that an error ends is in the log with it and with what was made before; the error goes on.
+
+    If the log cannot be written either, the run's error is what is said.
+    """
+    store = Store(tmp_path)
+
+    def broken() -> None:
+        with noted(store, "run", FEW) as note:
+            note.report.stages.append(StageReport(noun="matches", made=["derby"], kept=2))
+            raise NotFound("no cheese")
+
+    with pytest.raises(NotFound, match="no cheese"):
+        broken()
+    monkeypatch.setattr(Store, "keep", full)
+    with pytest.raises(NotFound, match="no cheese"):
+        broken()
+    (entry,) = log(store).entries
+    assert (entry.made, entry.kept, entry.failed, entry.error) == (1, 2, 0, "no cheese.")
+
+
+def test_log_not_written(tmp_path, monkeypatch):
+    """A log that cannot be written is one more failure of the run, and ends it not."""
+    monkeypatch.setattr(Store, "keep", full)
+    with noted(Store(tmp_path), "run", FEW) as note:
+        pass
+    assert list(note.report.failures) == [f"{LOG} log"]
+
+
+def test_many_failures(tmp_path):
+    """Of many failures the first are told and all are counted: an entry stays small."""
+    store, report = Store(tmp_path), RunReport()
+    report.stage("goals").failed |= {f"m{n}": "is broken." for n in range(1_000)}
+    report.stage("sides").made += [f"m{n}" for n in range(100_000)]
+    with noted(store, "run", FEW) as note:
+        note.report = report
+    (entry,) = log(store).entries
+    assert (entry.failed, len(entry.failures), entry.made) == (1_000, 20, 100_000)
+    (path,) = (tmp_path / LOG).glob("*.json")
+    assert path.stat().st_size < 4_000
+
+
+def test_damaged(tmp_path, call):
+    """A damaged entry is named with what to do, and the others are listed."""
+    store = Store(tmp_path)
+    for _ in range(2):
+        Note("run").write(store, FEW)
+    first, _ = sorted((tmp_path / LOG).glob("*.json"))
+    first.write_text(first.read_text().replace('"run"', '"ran"'))
+    code, out, err = call("runs", "--json", "--data", tmp_path)
+    assert (code, len(json.loads(out)), err.count("\n")) == (0, 1, 1)
+    assert str(first) in err
+    assert "Remove it: only what `pitchlore runs` says of that run is lost." in err
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("prefect_server")
+def test_command(tmp_path, call, monkeypatch):
+    """The command lists what commands did, without a server: import, run, a failure, nothing new, train."""
+    (tmp_path / "inbox").mkdir()
+    clip(0.0, 40.0).write_csv(tmp_path / "derby.csv")
+    assert call("import", tmp_path / "derby.csv", "--data", tmp_path)[0] == 0
+    assert call("run", "--data", tmp_path)[0] == 0
+    (tmp_path / "inbox" / "notes.txt").write_text("dear diary")
+    assert call("run", "--data", tmp_path)[0] == 1
+    (tmp_path / "inbox" / "notes.txt").unlink()
+    assert call("run", "--data", tmp_path)[0] == 0
+    assert call("train", "--data", tmp_path)[0] == 0
+    monkeypatch.setenv("PREFECT_API_URL", "http://127.0.0.1:1/api")
+    code, out, err = call("runs", "--json", "--data", tmp_path)
+    assert (code, err) == (0, "")
+    told = json.loads(out)
+    assert [entry["what"] for entry in told] == ["import", "run", "run", "run", "train"]
+    assert [entry["made"] for entry in told] == [1, 12, 0, 0, 0]
+    assert [entry["failed"] for entry in told] == [0, 0, 1, 0, 0]
+    assert (told[1]["knowledge"], told[1]["policy"]) == (1, 1)
+    assert list(told[2]["failures"]) == [f"matches {tmp_path}/inbox/notes.txt"]
+    assert told[1]["cost"]["bytes_out"] > told[1]["cost"]["bytes_in"] // 100 > 0
+    assert told[3]["cost"] == Cost().model_dump()  # nothing new: nothing was worked on
+    assert all(entry["seconds"] > 0 for entry in told)
+    assert [entry["began"] for entry in told] == sorted(entry["began"] for entry in told)
+    code, out, _ = call("runs", "--last", "2", "--data", tmp_path)
+    assert (code, len(re.findall(r"\d{8}-\d{6}-\d{6}", out))) == (0, 2)
+    code, out, _ = call("runs", told[2]["name"], "--data", tmp_path)
+    assert code == 0
+    assert f"failed matches {tmp_path}/inbox/notes.txt: " in out
+    code, out, _ = call("runs", told[1]["name"], "--data", tmp_path)
+    assert all(noun in out for noun in ("trajectories", "behaviours", "knowledge", "policies"))
+    code, out, err = call("runs", "2", "--data", tmp_path)
+    assert (code, err) == (1, f"pitchlore: {tmp_path}: 5 remembered runs are named '2'. `pitchlore runs` lists them.\n")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("prefect_server")
+def test_broken_off(tmp_path, clips, monkeypatch):
+    """A run that breaks off is in the log, with the error and what was imported before."""
+    def refuse(*_: object) -> None:
+        raise BadSettings("has two captains", where="team.toml")
+
+    fill(tmp_path, clips)
+    monkeypatch.setattr("flows.run.look_for_damage", refuse)
+    with pytest.raises(BadSettings):
+        run(tmp_path)
+    (entry,) = log(Store(tmp_path)).entries
+    assert (entry.what, entry.made, entry.error) == ("run", 2, "team.toml: has two captains.")
+
+
+@pytest.fixture
+def ours(prefect_server, monkeypatch):
+    """A flow of ours with one task, whose runs no other test has; it returns the id of its run."""
+    monkeypatch.setattr("flows.tasks.OURS", f"pitchlore-{os.urandom(4).hex()}")
+    monkeypatch.setattr(pruning, "OURS", tasks.OURS)
+
+    @our_flow(name="ours")
+    def flow() -> str:
+        assert run_pieces(_nothing, "things", {"one": {}}).made == ["one"]
+        return runtime.flow_run.id
+
+    return flow
+
+
+def _nothing() -> None:
+    pass
+
+
+def there(api: str, flow_run: str) -> dict[str, Any] | None:
+    answer = httpx.get(f"{api}/flow_runs/{flow_run}")
+    return answer.json() if answer.is_success else None
+
+
+def ended(api: str, flow_run: str) -> datetime:
+    return datetime.fromisoformat(there(api, flow_run)["end_time"])
+
+
+@pytest.mark.slow
+def test_pruning(ours, prefect_server, monkeypatch):
+    """Our old flow runs go from Prefect's database with their tasks; younger ones, running ones and others' stay."""
+    @flow(name="ours", version="theirs")
+    def theirs() -> str:
+        return runtime.flow_run.id
+
+    old, other, young = ours(), theirs(), ours()
+    assert there(prefect_server, old)["flow_version"] == tasks.OURS
+    running = httpx.post(f"{prefect_server}/flow_runs/", json={
+        "flow_id": there(prefect_server, old)["flow_id"], "flow_version": tasks.OURS,
+        "state": {"type": "RUNNING"}}).raise_for_status().json()["id"]
+    assert prune(HistorySettings()) == 0
+    between = ended(prefect_server, other)
+    assert ended(prefect_server, old) < between < ended(prefect_server, young)
+    monkeypatch.setattr(pruning, "_now", lambda: between + timedelta(days=28))
+    assert prune(HistorySettings(days=0)) == 0
+    assert prune(HistorySettings(days=28)) == 1
+    assert there(prefect_server, old) is None
+    assert all(there(prefect_server, flow_run) for flow_run in (young, other, running))
+    left = httpx.post(f"{prefect_server}/task_runs/filter", json={
+        "task_runs": {"flow_run_id": {"any_": [old, young]}}}).raise_for_status().json()
+    assert {task["flow_run_id"] for task in left} <= {young}
+    assert prune(HistorySettings(days=28)) == 0
+
+
+@pytest.mark.slow
+def test_a_run_prunes(tmp_path, ours, prefect_server, monkeypatch):
+    """A run removes our old flow runs; its settings say how old."""
+    flow_run = ours()
+    monkeypatch.setattr(pruning, "_now", lambda: datetime.now(UTC) + timedelta(days=5))
+    run(tmp_path)
+    assert there(prefect_server, flow_run)
+    run(tmp_path, history=HistorySettings(days=4))
+    assert there(prefect_server, flow_run) is None
+
+
+@pytest.mark.usefixtures("prefect_server")
+def test_a_server_that_refuses(tmp_path, monkeypatch):
+    """A server that refuses the removal ends no run."""
+    def refuse(_: object) -> int:
+        raise RuntimeError("not yours")
+
+    monkeypatch.setattr(pruning, "prune", refuse)
+    assert run(tmp_path).failures == {}
+
+
+def test_entry_is_small():
+    """An entry has no field that grows with the matches, but the failures that are told."""
+    assert {"name", "what", "began", "seconds", "stages", "knowledge", "policy", "failures", "error"} == set(Entry.model_fields)
