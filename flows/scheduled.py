@@ -1,4 +1,4 @@
-"""The flow that a schedule runs. It prints one line on the outcome; its state tells success."""
+"""The flows that a schedule runs. Each prints one line on the outcome; its state tells success."""
 
 from datetime import datetime
 from pathlib import Path
@@ -11,7 +11,8 @@ from prefect.states import Completed, Failed
 from flows.child import belong
 from flows.progress import RunReport
 from flows.run import run_flow
-from flows.tasks import our_flow
+from flows.tasks import flow_of, our_flow
+from pipeline.errors import NotFound
 from pipeline.settings import HistorySettings, ImportSettings, Settings
 
 # Prefect runs the flow in a process of its own, which loads this module first, and then asks the server: if
@@ -48,11 +49,41 @@ def scheduled_run(
         limits = limits.isolated()
     report = RunReport.model_validate(run_flow.fn(data, None, settings, train, limits, on, history))
     line = said_of(report)
-    now = f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S}"
-    print(f"{now} run {runtime.flow_run.name}: {line}", flush=True)  # noqa: T201 (for who watches `serve`)
+    _say("run", line)
     if report.failures:
         return Failed(name=QUARANTINED, message=line)
     return Completed(message=line, data=report.model_dump())
+
+
+@our_flow(name="train")
+def scheduled_training(
+    data: Path, settings: Settings = Settings(), history: HistorySettings = HistorySettings(),
+) -> State[dict[str, Any]]:
+    """Train the next policy version on the newest knowledge, unless a version has learned all of it.
+
+    Args:
+        data: the data folder.
+        settings: of the stages.
+        history: how much of past runs is remembered.
+
+    Returns:
+        Completed; or Failed, if there is no knowledge yet, or the catalogue could not be brought up to date.
+    """
+    try:
+        done: dict[str, Any] = flow_of("policies").fn(data, settings, history=history)
+    except NotFound as error:
+        _say("train", str(error))
+        return Failed(message=str(error))
+    line = f"policy version {done['version']} is new" if done["new"] else "nothing new"
+    line += "".join(f", {what}: {why}" for what, why in done["failed"].items())
+    _say("train", line)
+    return Failed(message=line) if done["failed"] else Completed(message=line, data=done)
+
+
+def _say(what: str, line: str) -> None:
+    """Print a line for who watches `serve` or a worker."""
+    now = f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S}"
+    print(f"{now} {what} {runtime.flow_run.name}: {line}", flush=True)  # noqa: T201 (see above)
 
 
 def said_of(report: RunReport) -> str:

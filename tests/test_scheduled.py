@@ -1,16 +1,28 @@
-"""The flow that a schedule runs: its line, its state, and the deployment that prefect.yaml names."""
+"""The flows that a schedule runs: their lines, their states, and the deployments that prefect.yaml names."""
 
 from __future__ import annotations
 
+import os
 import re
+import shutil
+import signal
+import subprocess
+import sys
+from datetime import UTC, datetime, timedelta
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
 
 import httpx
 import pytest
 import yaml
-from conftest import ROOT, clip
+from conftest import ROOT, clip, fill
+from support.processes import eventually
 from support.terminal import terminal
 
-from flows.server import Keeper
+from flows.history import log
+from flows.server import Keeper, Process
+from pipeline.settings import PolicySettings, Settings
 from pipeline.store import Store
 
 
@@ -67,13 +79,171 @@ def test_serve_alone(tmp_path, monkeypatch):
     assert Keeper(tmp_path).look() == (False, None)
 
 
-def test_deployment(monkeypatch):
-    """A worker can load the flow that prefect.yaml names."""
+@pytest.mark.usefixtures("prefect_server")
+def test_training_states(tmp_path, finished, capsys):
+    """A training says in one line and in its state what it did; without knowledge it has failed."""
+    from flows.scheduled import scheduled_training
+
+    data = tmp_path / "data"
+    shutil.copytree(finished, data)
+    longer = Settings(policies=PolicySettings(sweeps=2))
+    states = [scheduled_training(tmp_path / "empty", return_state=True), scheduled_training(data, return_state=True),
+              scheduled_training(data, longer, return_state=True)]
+    assert [(state.type.value, state.name) for state in states] == [
+        ("FAILED", "Failed"), ("COMPLETED", "Completed"), ("COMPLETED", "Completed")]
+    assert states[0].message.startswith(f"{tmp_path}/empty: there is no knowledge to train on.")
+    assert [state.message for state in states[1:]] == ["nothing new", "policy version 2 is new"]
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.partition(": ")[2] for line in lines] == [state.message for state in states]
+    assert all(re.match(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d train [a-z-]+: ", line) for line in lines)
+
+
+def deployments() -> dict[str, dict[str, Any]]:
+    """The deployments of prefect.yaml, by name."""
+    return {found["name"]: found for found in yaml.safe_load((ROOT / "prefect.yaml").read_text())["deployments"]}
+
+
+@pytest.mark.parametrize("name", deployments())
+def test_deployment(monkeypatch, name):
+    """A worker can load the flows that prefect.yaml names, with their parameters; all share the league's queue."""
+    from prefect.client.schemas.schedules import CronSchedule
     from prefect.flows import load_flow_from_entrypoint
 
-    (deployment,) = yaml.safe_load((ROOT / "prefect.yaml").read_text())["deployments"]
+    deployment = deployments()[name]
     monkeypatch.chdir(ROOT)
     loaded = load_flow_from_entrypoint(deployment["entrypoint"])
     parameters = loaded.validate_parameters(deployment["parameters"] | {"settings": {"policies": {"sweeps": 2}}})
     assert parameters["settings"].policies.sweeps == 2
-    assert deployment["work_pool"] == {"name": "pitchlore"}  # what docs and prefect.yaml say how to make
+    assert deployment["work_pool"] == {"name": "pitchlore", "work_queue_name": "league"}
+    assert [CronSchedule(**schedule).cron for schedule in deployment["schedules"]]
+
+
+def commands() -> list[str]:
+    """The commands that prefect.yaml says in its head."""
+    lines = (ROOT / "prefect.yaml").read_text().splitlines()
+    return [line.removeprefix("#   ") for line in lines if line.startswith("#   prefect ")]
+
+
+class Operated:
+    """A Prefect server as docs/how-to/schedule.md says, with the deployments of prefect.yaml for another data folder.
+
+    Args:
+        folder: an empty folder.
+        environment: of the server, and of the commands.
+    """
+
+    def __init__(self, folder: Path, environment: dict[str, str]) -> None:
+        self.data, self._environment = folder / "league", environment
+        self._file = folder / "prefect.yaml"
+        said = yaml.safe_load((ROOT / "prefect.yaml").read_text())
+        for deployment in said["deployments"]:
+            deployment["parameters"]["data"] = str(self.data)
+        self._file.write_text(yaml.safe_dump(said))
+
+    def begin(self, command: str) -> subprocess.Popen[str]:
+        words = [str(Path(sys.executable).with_name("prefect")), "--no-prompt", *command.split()[1:]]
+        if "deploy" in words:
+            words += ["--prefect-file", str(self._file)]
+        return subprocess.Popen(words, env=self._environment, cwd=ROOT, text=True, start_new_session=True,
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+    def call(self, command: str) -> None:
+        with self.begin(command) as process:
+            said, _ = process.communicate(timeout=120)
+        assert process.returncode == 0, f"{command}: {said}"
+
+    def ask(self, method: str, path: str, **body: Any) -> Any:
+        answer = httpx.request(method, f"{self._environment['PREFECT_API_URL']}{path}", json=body or None, timeout=30)
+        return answer.raise_for_status().json() if answer.content else None
+
+    def fire(self, deployment: str, *seconds: int) -> tuple[str, list[datetime]]:
+        """Give a deployment a cron of each minute, which fires in so many seconds. Its schedule, and the moments."""
+        now = datetime.now(UTC).replace(microsecond=0)
+        moments = [now + timedelta(seconds=each) for each in seconds]
+        schedule = {"cron": f"* * * * * {','.join(str(moment.second) for moment in moments)}", "timezone": "UTC"}
+        identity = self.ask("GET", f"/deployments/name/{deployment}")["id"]
+        url = f"{self._environment['PREFECT_API_URL']}/deployments/{identity}/schedules"
+        made = httpx.post(url, json=[{"active": True, "schedule": schedule}], timeout=30).raise_for_status().json()
+        return f"/deployments/{identity}/schedules/{made[0]['id']}", moments
+
+    def runs_at(self, deployment: str, moment: datetime) -> list[dict[str, Any]]:
+        """The flow runs of a deployment that were due at a moment."""
+        flow, name = deployment.split("/")
+        found = self.ask("POST", "/flow_runs/filter", flows={"name": {"any_": [flow]}},
+                         deployments={"name": {"any_": [name]}})
+        return [run for run in found if datetime.fromisoformat(run["expected_start_time"]) == moment]
+
+    def states_of(self, run: dict[str, Any]) -> list[str]:
+        """The names of all states that a run was in, in order."""
+        found = httpx.get(f"{self._environment['PREFECT_API_URL']}/flow_run_states/",
+                          params={"flow_run_id": run["id"]}, timeout=30).raise_for_status().json()
+        return [state["name"] for state in sorted(found, key=lambda state: state["timestamp"])]
+
+    def ended(self, deployment: str, moment: datetime) -> dict[str, Any]:
+        """The only run that was due at a moment, when it has ended."""
+        def look() -> dict[str, Any] | None:
+            runs = self.runs_at(deployment, moment)
+            assert len(runs) <= 1
+            return runs[0] if runs and runs[0]["end_time"] else None
+
+        return eventually(look, 120.0, every=0.25)
+
+
+@pytest.fixture
+def operated(tmp_path, clips, monkeypatch):
+    """The server, with pool, queue and deployments."""
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    environment = {
+        **os.environ, "PREFECT_HOME": str(tmp_path / "home"), "PREFECT_UI_ENABLED": "false", "COLUMNS": "250",
+        "PREFECT_SERVER_SERVICES_SCHEDULER_LOOP_SECONDS": "1",
+        "PREFECT_SERVER_SERVICES_LATE_RUNS_AFTER_SECONDS": "2", "PREFECT_SERVER_SERVICES_LATE_RUNS_LOOP_SECONDS": "1",
+        "PREFECT_WORKER_QUERY_SECONDS": "1", "PITCHLORE_ON": "threads:1", "PREFECT_LOGGING_LEVEL": "INFO",
+    }
+    server = Process(environment)
+    try:
+        server.wait()
+        here = Operated(tmp_path, environment | {"PREFECT_API_URL": server.api})
+        fill(here.data, clips)
+        yield here
+    finally:
+        server.stop()
+
+
+@pytest.mark.slow
+def test_missed_and_fired(operated):
+    """Runs that are due while no worker is there are late, and each is done once when one comes, one after the other.
+
+    A run that is due while a worker is there is done in time. The schedules are crons of each minute that fire in
+    seconds (a sixth field of Prefect's); the commands are those of prefect.yaml.
+    """
+    *setting_up, work = commands()
+    for command in setting_up:
+        operated.call(command)
+    nightly, nights = operated.fire("run/nightly", 2, 3)
+    weekly, weeks = operated.fire("train/weekly", 4)
+    missed = [("run/nightly", moment) for moment in nights] + [("train/weekly", moment) for moment in weeks]
+    for deployment, moment in missed:
+        eventually(lambda d=deployment, m=moment: [run["state_name"] for run in operated.runs_at(d, m)] == ["Late"],
+                   every=0.25)
+    worker = operated.begin(work)
+    try:
+        done = [operated.ended(deployment, moment) for deployment, moment in missed]
+        assert [(run["state_type"], run["run_count"]) for run in done] == [("COMPLETED", 1)] * 3
+        assert all("Late" in operated.states_of(run) for run in done)
+        for before, after in pairwise(done):  # the limit of the league's queue
+            assert before["end_time"] <= after["start_time"]
+        for schedule in (nightly, weekly):
+            operated.ask("DELETE", schedule)
+        _, (moment,) = operated.fire("run/nightly", 5)
+        fired = operated.ended("run/nightly", moment)
+        assert (fired["state_type"], fired["run_count"]) == ("COMPLETED", 1)
+        assert "Late" not in operated.states_of(fired)
+        assert datetime.fromisoformat(fired["start_time"]) >= moment
+    finally:
+        os.killpg(worker.pid, signal.SIGTERM)
+        said, _ = worker.communicate(timeout=60)
+    entries = log(Store(operated.data)).entries
+    assert [(entry.what, entry.knowledge, entry.policy) for entry in entries] == [
+        ("run", 1, None), ("run", 1, None), ("train", None, 1), ("run", 1, 1)], said
+    assert [bool(entry.made) for entry in entries] == [True, False, True, False]
+    assert [entry.failed for entry in entries] == [0, 0, 0, 0]

@@ -19,12 +19,12 @@ def pitchlore(*words: object, before: str = "") -> list[str]:
     return [sys.executable, "-c", before + COMMAND_LINE, *map(str, words)]
 
 
-def eventually(what: Callable[[], T], seconds: float = 60.0) -> T:
-    """What is waited for, as soon as it is there."""
+def eventually(what: Callable[[], T], seconds: float = 60.0, every: float = 0.02) -> T:
+    """What is waited for, as soon as it is there; looked for so often, seconds."""
     deadline = time.monotonic() + seconds
     while not (found := what()):
         assert time.monotonic() < deadline
-        time.sleep(0.02)
+        time.sleep(every)
     return found
 
 
