@@ -92,8 +92,9 @@ def brought(store: Store, recordings: Path) -> None:
 
 
 def plain(objects: dict[str, bytes]) -> dict[str, bytes]:
-    """The objects of a bucket by the names of a local folder's files."""
-    return {re.sub(r"(/v\d{4,}/)[0-9a-f]{12}\.", r"\1", key): data for key, data in objects.items()}
+    """The objects of a bucket by the names of a local folder's files, without the log of runs."""
+    return {re.sub(r"(/v\d{4,}/)[0-9a-f]{12}\.", r"\1", key): data for key, data in objects.items()
+            if not key.startswith("runs/")}
 
 
 def work(noun: str = "goals", name: str = "m-1", version: int = 1) -> Work:
@@ -787,7 +788,7 @@ def test_commands(server, machine, call, monkeypatch, caplog, tmp_path):
         call("kb", "list", "--data", url), call("replay", "derby", "--data", url),
         call("commentary", "derby", "--data", url), call("forget", "derby", "--data", url),
         call("sql", "select count(*) n from matches", "--csv", "--data", url),
-        call("prune", "--data", url), call("verify", "--data", url),
+        call("prune", "--data", url), call("verify", "--data", url), call("runs", "--data", url),
     ]
     codes = [code for code, _, _ in said]
     assert said[3][1] == "n\n2\n"
@@ -798,7 +799,7 @@ def test_commands(server, machine, call, monkeypatch, caplog, tmp_path):
     objects = server.objects(url)
     assert any(key.startswith("replays/") for key in objects)
     assert {key.partition("/")[0] for key in objects} <= {
-        *STAGES, "matches", "inbox", "replays", "quarantine"}, "neither locks nor the catalogue"
+        *STAGES, "matches", "inbox", "replays", "quarantine", "runs"}, "neither locks nor the catalogue"
 
     def down(_: int) -> str:
         return "cut before"

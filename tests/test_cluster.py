@@ -215,9 +215,13 @@ def test_bucket(workers, buckets, alone, tmp_path, monkeypatch):
         buckets.put(url, f"inbox/{file.name}", file.read_bytes())
     everything(Path(url), workers.on)
     made = {re.sub(r"(/v\d{4,}/)[0-9a-f]{12}\.", r"\1", key): data for key, data in buckets.objects(url).items()
-            if not key.endswith(".csv")}
+            if not key.endswith(".csv") and not key.startswith("runs/")}
     assert same(made, alone)
     store = Store(Path(url))
+    # a machine that has no copy yet is told of the run, too
+    asked = subprocess.run(pitchlore("runs", "--json", "--data", url), check=True, capture_output=True, text=True,
+                           env={**os.environ, "XDG_CACHE_HOME": str(tmp_path / "another")})
+    assert [(entry["what"], entry["failed"]) for entry in json.loads(asked.stdout)] == [("run", 0)]
     known = {path.name for path in store.root.rglob("*.receipt.json")}
     assert known == {Path(key).name for key in made if key.endswith(".receipt.json")}
     assert verify_all(store).problems == []

@@ -1,6 +1,6 @@
-"""What grows with the number of matches: files, receipts, the catalogue, grams, Prefect's database.
+"""What grows with the number of matches: files, receipts, the catalogue, grams, the stages of all matches.
 
-``PYTHONPATH=tests python -m studies.growth data/studies/scale/growth.csv [10 50 200]``
+``PYTHONPATH=tests python -m studies.growth data/studies/scale/growth.csv [10 40 160 400]``
 
 For each number of matches of one minute, in a data folder of its own with a Prefect home of its own: play them
 (`record`), bring everything up to date (`run`), then once more with one match on top, and look at what is
@@ -24,7 +24,7 @@ from flows.stage import ALL
 from pipeline.store import Store
 from schemas import Grams
 
-SIZES = (10, 50, 200)
+SIZES = (10, 40, 160, 400)
 
 
 class Growth(NamedTuple):
@@ -33,9 +33,10 @@ class Growth(NamedTuple):
     Attributes:
         matches: in the league.
         run_cpu_s, run_wall_s, run_peak_mib: of `run` from nothing (:class:`studies.scale.Cost`).
-        run_database_mib: of Prefect's database after it.
+        run_tasks: Prefect's tasks of it.
         more_cpu_s, more_peak_mib: of `run` with one more match.
-        more_database_mib: what that adds to Prefect's database.
+        more_read_mib: what its stages read (`pitchlore runs`).
+        behaviours_s, decisions_s, models_s, versions_s: seconds of its stages of all matches.
         files: in the data folder.
         data_mib: size of all of them.
         most_in_a_folder: files in the folder that has most.
@@ -58,10 +59,14 @@ class Growth(NamedTuple):
     run_cpu_s: float
     run_wall_s: float
     run_peak_mib: float
-    run_database_mib: float
+    run_tasks: int
     more_cpu_s: float
     more_peak_mib: float
-    more_database_mib: float
+    more_read_mib: float
+    behaviours_s: float
+    decisions_s: float
+    models_s: float
+    versions_s: float
     files: int
     data_mib: float
     most_in_a_folder: int
@@ -106,6 +111,8 @@ def _look(bench: Bench, matches: int, begun: Cost, more: Cost) -> Growth:
     assert behaviours is not None
     assert decisions is not None
     assert knowledge is not None
+    (last,) = json.loads(bench.call("runs", "--last", 1, "--json").stdout)
+    seconds = {stage["noun"]: round(stage["cost"]["seconds"], 3) for stage in last["stages"]}
     grams = store.read_table(behaviours, Grams.NAME, Grams)
     catalogue = bench.data / "catalog.duckdb"
     size = catalogue.stat().st_size
@@ -113,9 +120,10 @@ def _look(bench: Bench, matches: int, begun: Cost, more: Cost) -> Growth:
     return Growth(
         matches=matches,
         run_cpu_s=begun.cpu_s, run_wall_s=begun.wall_s, run_peak_mib=begun.peak_mib,
-        run_database_mib=begun.database_mib,
-        more_cpu_s=more.cpu_s, more_peak_mib=more.peak_mib,
-        more_database_mib=round(more.database_mib - begun.database_mib, 2),
+        run_tasks=begun.tasks,
+        more_cpu_s=more.cpu_s, more_peak_mib=more.peak_mib, more_read_mib=_mib(last["cost"]["bytes_in"]),
+        behaviours_s=seconds["behaviours"], decisions_s=seconds["decisions"], models_s=seconds["models"],
+        versions_s=round(seconds["knowledge"] + seconds["policies"], 3),
         files=len(files), data_mib=_mib(sum(files.values())), most_in_a_folder=int(folders["count"].max()),
         receipts=len(receipts), receipts_mib=_mib(sum(receipts.values())),
         largest_receipt_mib=_mib(max(receipts.values())),
