@@ -311,11 +311,18 @@ def _fail(line: str) -> NoReturn:
     sys.exit(1)
 
 
+class _Notices(logging.Handler):
+    """Writes to what is standard error at that moment."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        print(self.format(record), file=sys.stderr)  # noqa: T201 (this is the command line)
+
+
 def _show_notices() -> None:
     """Write to standard error what the store says while it waits."""
     notices = logging.getLogger("pipeline")
     if not notices.handlers:
-        shown = logging.StreamHandler()
+        shown = _Notices()
         shown.setFormatter(logging.Formatter("pitchlore: %(message)s"))
         notices.addHandler(shown)
         notices.propagate = False

@@ -79,7 +79,7 @@ WITHIN = [
     "with w as ({0}) select 1", "with w as materialized ({0}) from w", "with a as (select 1), w as ({0}) from a",
     "select * from (with w as ({0}) select 1)", "select (with w as ({0}) select 1)",
     "select exists(with w as ({0}) select 1)", "select 1 union all (with w as ({0}) select 1)",
-    "with recursive c as (select 1 union all (with w as ({0}) from c)) from c",
+    "with recursive c as (select 1 union all (with w as ({0}) from c where false)) from c",
     "from (describe with w as ({0}) select 1)", "summarize with w as ({0}) select 1",
     "describe with w as ({0}) select 1", "explain with w as ({0}) select 1",
     "explain analyze with w as ({0}) select 1", "from query('with w as ({0}) select 1')",
