@@ -17,6 +17,7 @@ from flows.chain import Chain
 from flows.stage import Inputs, Per, Stage
 from pipeline.settings import (
     BehaviourSettings,
+    EventSettings,
     GoalSettings,
     GramSettings,
     ModelSettings,
@@ -46,11 +47,15 @@ from schemas import (
     Moments,
     Occasions,
     Paradigms,
+    Passes,
     Patterns,
     Policies,
+    Possession,
+    Pressure,
     Quality,
     Referee,
     Sequences,
+    Shots,
     Sides,
     Situations,
     StatesPlayed,
@@ -104,6 +109,15 @@ def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
         inputs.table("situations", Situations), inputs.pitch, settings,
     )
     return Made([(table, Goals)], details={"goals": table.height})
+
+
+def _events(inputs: Inputs, settings: EventSettings) -> Made:
+    from pipeline.events.derive import events  # noqa: PLC0415 (see above)
+
+    found = events(
+        inputs.table("trajectories", Trajectories), inputs.table("matches", Referee), inputs.pitch, settings)
+    return Made([(found.possession, Possession), (found.passes, Passes), (found.shots, Shots),
+                 (found.pressure, Pressure)])
 
 
 def _moments(inputs: Inputs, settings: MomentSettings) -> Made:
@@ -198,6 +212,8 @@ STAGES = Chain(
     Stage("trajectories", Per.MATCH, ("matches",), (Trajectories, Quality), 1, _trajectories),
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 2, _situations),
     Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 2, _goals),
+    Stage("events", Per.MATCH, ("matches", "trajectories"),
+          (Possession, Passes, Shots, Pressure), 1, _events),
     Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),
     Stage("models", Per.GROUP, ("matches", "moments"), (), 3, _models, choose=models.choose),
     Stage("values", Per.MATCH, ("matches", "trajectories", "situations", "moments", "models"),

@@ -24,8 +24,9 @@ def episodes(trajectories: pl.DataFrame, referee: pl.DataFrame) -> pl.DataFrame:
     """
     segments, starts, stops = _spans(trajectories)
     events = referee.filter(pl.col("event").is_in(FINAL)).select("t_ns", "event", "team").rows()
+    following = [*starts[1:], np.inf][:len(starts)]
     rows = []
-    for episode, start, stop, until in zip(segments, starts, stops, [*starts[1:], np.inf], strict=True):
+    for episode, start, stop, until in zip(segments, starts, stops, following, strict=True):
         within = [event for event in events if start < event[0] <= until]
         goals = [event for event in within if event[1] == "goal"]
         over_ns, outcome, scorer = next(iter([*goals, *within]), (stop, None, None))

@@ -7,52 +7,18 @@ from typing import Literal, NamedTuple
 import numpy as np
 import polars as pl
 
-from pipeline.arrays import F32, I64
+from pipeline.arrays import I64
 from pipeline.matches.frame import HOME
 from pipeline.pitch import SCALES, Pitch
 from pipeline.settings import GoalSettings
-from schemas import BODIES, SIDES, Goals
+from pipeline.touches import FLICKER, BallInPlay, Touches, touches
+from schemas import SIDES, Goals
 
 Kind = Literal["direct", "indirect", "error"]
 
 #: Codes of Table 1: robot with the ball, guides the ball, kicks the ball.
 WITH_BALL, GUIDES, KICKS = 1, 11, 21
 OWN_ACTION = (WITH_BALL, GUIDES, KICKS)
-
-# A touch goes on over so many ball samples without contact: vision flickers around the threshold.
-_FLICKER = 2
-
-
-class _Touches(NamedTuple):
-    """Samples at which a robot touches the ball, each [n]; by time, at equal times the nearest robot last.
-
-    Attributes:
-        t_ns: time.
-        ball: row of the ball at that time, in _BallInPlay.
-        team: index into SIDES.
-        robot: its number.
-    """
-
-    t_ns: I64
-    ball: I64
-    team: I64
-    robot: I64
-
-
-class _BallInPlay(NamedTuple):
-    """The ball in play, by time, each [m]; velocities are NaN where unknown."""
-
-    t_ns: I64
-    segment: I64
-    x: F32
-    y: F32
-    vx: F32
-    vy: F32
-
-    def before(self, t_ns: int) -> _BallInPlay:
-        """The ball's samples before a time."""
-        seen = slice(int(np.searchsorted(self.t_ns, t_ns)))
-        return _BallInPlay._make(column[seen] for column in self)
 
 
 class _Episodes(NamedTuple):
@@ -108,7 +74,7 @@ def attribute(
     """
     given = referee.filter(pl.col("event") == "goal").sort("t_ns", maintain_order=True)
     in_play = trajectories.filter(pl.col("segment").is_not_null(), ~pl.col("suspect"))
-    ball, touches = _touches(in_play, SCALES[pitch.kind].contact, pitch.goal_x)
+    ball, touched = touches(in_play, SCALES[pitch.kind].contact, pitch.goal_x)
     done = _episodes(situations)
     breaks = referee.filter(pl.col("event") != "play")["t_ns"].sort().to_numpy()
     times = np.unique(in_play["t_ns"].to_numpy())
@@ -119,7 +85,7 @@ def attribute(
             made.append((None, None))
             continue
         before = int(np.searchsorted(times, goal["t_ns"]))
-        window = _window(touches, times[:before], breaks, settings)
+        window = _window(touched, times[:before], breaks, settings)
         seen = ball.before(goal["t_ns"])
         made.append(_judge(SIDES.index(goal["team"]), window, seen, done, pitch, settings))
     return given.select(
@@ -127,26 +93,6 @@ def attribute(
         pl.Series("robot", [robot for robot, _ in made], dtype=pl.Int16),
         pl.Series("kind", [kind for _, kind in made], dtype=Goals.dtypes()["kind"]),
     )
-
-
-def _touches(in_play: pl.DataFrame, contact: float, goal_x: float) -> tuple[_BallInPlay, _Touches]:
-    """The ball in play, and all touches of it between the goal lines."""
-    ball = in_play.filter(pl.col("team") == "ball").sort("t_ns").with_row_index("ball")
-    near = (
-        in_play.filter(pl.col("team") != "ball")
-        .join(ball.select("t_ns", "ball", bx="x", by="y").filter(pl.col("bx").abs() <= goal_x), on="t_ns")
-        .with_columns(
-            distance=((pl.col("x") - pl.col("bx")) ** 2 + (pl.col("y") - pl.col("by")) ** 2).sqrt(),
-            side=pl.col("team").to_physical().cast(pl.Int64) - BODIES.index("home"),
-        )
-        .filter(pl.col("distance") < contact)
-        .sort("t_ns", "distance", "side", "robot", descending=[False, True, True, True])
-    )
-    columns = ("t_ns", "ball", "side", "robot")
-    touches = _Touches(*(near[name].cast(pl.Int64).to_numpy() for name in columns))
-    t_ns, segment = (ball[name].cast(pl.Int64).to_numpy() for name in ("t_ns", "segment"))
-    x, y, vx, vy = (ball[name].fill_null(float("nan")).to_numpy() for name in ("x", "y", "vx", "vy"))
-    return _BallInPlay(t_ns, segment, x, y, vx, vy), touches
 
 
 def _episodes(situations: pl.DataFrame) -> _Episodes:
@@ -157,21 +103,21 @@ def _episodes(situations: pl.DataFrame) -> _Episodes:
     return _Episodes(*(asked[name].cast(pl.Int64).to_numpy() for name in _Episodes._fields))
 
 
-def _window(touches: _Touches, times: I64, breaks: I64, settings: GoalSettings) -> _Touches:
+def _window(touches: Touches, times: I64, breaks: I64, settings: GoalSettings) -> Touches:
     """The touches that count for a goal; times are those in play before it."""
     if not len(times):
-        return _Touches(*(field[:0] for field in touches))
+        return Touches(*(field[:0] for field in touches))
     last = times[-1]
     end = np.searchsorted(touches.t_ns, last, side="right")
     begin = np.searchsorted(touches.t_ns, last - round(settings.before_s * 1e9))
     since = np.searchsorted(breaks, last, side="right")
     restarted = np.searchsorted(touches.t_ns, breaks[since - 1]) if since else 0
     begin = max(begin, restarted) if max(begin, restarted) < end else restarted
-    return _Touches(*(field[begin:end] for field in touches))
+    return Touches(*(field[begin:end] for field in touches))
 
 
 def _judge(
-    scorer: int, touches: _Touches, ball: _BallInPlay, done: _Episodes, pitch: Pitch, settings: GoalSettings
+    scorer: int, touches: Touches, ball: BallInPlay, done: _Episodes, pitch: Pitch, settings: GoalSettings
 ) -> tuple[int | None, Kind | None]:
     """Robot and kind of one goal of the team ``scorer`` (index into SIDES)."""
     if not len(touches.t_ns):
@@ -196,39 +142,29 @@ def _judge(
     return robot, "error"
 
 
-def _touch_began(last: int, touches: _Touches) -> int:
+def _touch_began(last: int, touches: Touches) -> int:
     """Time of the first sample of the uninterrupted touch that sample ``last`` belongs to."""
     same = np.flatnonzero((touches.team == touches.team[last]) & (touches.robot == touches.robot[last]))
     same = same[same <= last]
-    apart = np.flatnonzero(np.diff(touches.ball[same]) > _FLICKER + 1)
+    apart = np.flatnonzero(np.diff(touches.ball[same]) > FLICKER + 1)
     return int(touches.t_ns[same[apart[-1] + 1 if len(apart) else 0]])
 
 
 def _course(
-    i: int, touches: _Touches, ball: _BallInPlay, settings: GoalSettings
+    i: int, touches: Touches, ball: BallInPlay, settings: GoalSettings
 ) -> tuple[float, float, float, float]:
     """The ball's straight line after touch ``i``: a place on it (x, y) and a direction (dx, dy).
 
-    The direction is the chord from the touch to the ball's last sample within ``line_s`` of it and not
-    after the next touch by another robot; the velocity at the touch where there is no such sample.
+    It is :meth:`BallInPlay.course` until the next touch by another robot.
     """
     here = int(touches.ball[i])
-    ends = ball.t_ns[here] + round(settings.line_s * 1e9)
-    to = int(min(
-        np.searchsorted(ball.t_ns, ends, side="right"),
-        np.searchsorted(ball.segment, ball.segment[here], side="right"),
-    )) - 1
     others = (touches.team != touches.team[i]) | (touches.robot != touches.robot[i])
     next_touch = touches.ball[others & (touches.ball > here)]
-    if len(next_touch):
-        to = min(to, int(next_touch[0]))
-    x, y = float(ball.x[here]), float(ball.y[here])
-    if to > here:
-        return x, y, float(ball.x[to]) - x, float(ball.y[to]) - y
-    return x, y, float(ball.vx[here]), float(ball.vy[here])
+    x, y, dx, dy, _ = ball.course(here, int(next_touch[0]) if len(next_touch) else None, settings.line_s)
+    return x, y, dx, dy
 
 
-def _goes_in(i: int, touches: _Touches, ball: _BallInPlay, pitch: Pitch, settings: GoalSettings) -> bool:
+def _goes_in(i: int, touches: Touches, ball: BallInPlay, pitch: Pitch, settings: GoalSettings) -> bool:
     """Whether the ball's straight line after touch ``i`` goes into the goal that the toucher attacks."""
     x, y, dx, dy = _course(i, touches, ball, settings)
     towards = 1 if touches.team[i] == HOME else -1
@@ -240,7 +176,7 @@ def _goes_in(i: int, touches: _Touches, ball: _BallInPlay, pitch: Pitch, setting
     return abs(y) <= pitch.goal_width / 2
 
 
-def _comes(i: int, touches: _Touches, ball: _BallInPlay, pitch: Pitch, settings: GoalSettings) -> bool:
+def _comes(i: int, touches: Touches, ball: BallInPlay, pitch: Pitch, settings: GoalSettings) -> bool:
     """Whether the ball's straight line after touch ``i`` passes near the goal that the toucher attacks."""
     x, y, dx, dy = _course(i, touches, ball, settings)
     to_x, to_y = (1 if touches.team[i] == HOME else -1) * pitch.goal_x - x, -y

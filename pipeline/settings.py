@@ -67,6 +67,23 @@ class GoalSettings(Frozen):
     line_s: float = Field(default=0.1, gt=0)
 
 
+class EventSettings(Frozen):
+    """How events are found (``pipeline.events``).
+
+    Attributes:
+        line_s: time after a touch from which the ball's straight line is taken.
+        deflected_s: time from a shot to a goal that makes it that goal's shot, if only adversaries touch
+            the ball between them.
+        join_s: longest time without contact that does not end a robot's pressure.
+        won_s: time after a robot's pressure within which its team may win the ball by it.
+    """
+
+    line_s: float = Field(default=0.1, gt=0)
+    deflected_s: float = Field(default=2.0, gt=0)
+    join_s: float = Field(default=0.25, ge=0)
+    won_s: float = Field(default=1.0, ge=0)
+
+
 class SituationSettings(Frozen):
     """How situations are recognised (DECISIONS.md, "Situations").
 
@@ -339,6 +356,7 @@ class Settings(Frozen):
     trajectories: TrajectorySettings = TrajectorySettings()
     goals: GoalSettings = GoalSettings()
     situations: SituationSettings = SituationSettings()
+    events: EventSettings = EventSettings()
     moments: MomentSettings = MomentSettings()
     models: ModelSettings = ModelSettings()
     values: ValueSettings = ValueSettings()

@@ -8,6 +8,10 @@ from schemas.behaviours import Patterns as Patterns
 from schemas.commands import Commands as Commands
 from schemas.decisions import Decisions as Decisions
 from schemas.evaluations import Evaluations as Evaluations
+from schemas.events import Passes as Passes
+from schemas.events import Possession as Possession
+from schemas.events import Pressure as Pressure
+from schemas.events import Shots as Shots
 from schemas.goals import Goals as Goals
 from schemas.grams import Grams as Grams
 from schemas.knowledge import Occasions as Occasions

@@ -1,0 +1,1 @@
+"""Events of a match: who has the ball, passes, shots, pressure."""

@@ -1,0 +1,47 @@
+"""All events of a match."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import polars as pl
+
+from pipeline.episodes import episodes
+from pipeline.events.control import control
+from pipeline.events.passes import passes
+from pipeline.events.possession import possession
+from pipeline.events.pressure import pressure
+from pipeline.events.shots import shots
+from pipeline.pitch import Pitch
+from pipeline.settings import EventSettings
+from schemas import Passes, Possession, Pressure, Shots
+
+
+class Events(NamedTuple):
+    """The events of one match: rows of the schemas Possession, Passes, Shots and Pressure."""
+
+    possession: pl.DataFrame
+    passes: pl.DataFrame
+    shots: pl.DataFrame
+    pressure: pl.DataFrame
+
+
+def events(
+    trajectories: pl.DataFrame, referee: pl.DataFrame, pitch: Pitch, settings: EventSettings
+) -> Events:
+    """All events of one match.
+
+    Args:
+        trajectories: rows of schema Trajectories of the match.
+        referee: rows of schema Referee of the match.
+        pitch: pitch of the match.
+        settings: of the stage.
+    """
+    held, over = control(trajectories, pitch), episodes(trajectories, referee)
+    if not len(held.contacts.first):
+        return Events(Possession.empty(), Passes.empty(), Shots.empty(), Pressure.empty())
+    passed = passes(held, trajectories, pitch)
+    owned = possession(held, passed, trajectories, over)
+    return Events(
+        owned, passed, shots(held, trajectories, over, pitch, settings),
+        pressure(held, owned, trajectories, pitch, settings))

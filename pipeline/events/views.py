@@ -1,0 +1,37 @@
+"""A team's view of the pitch, and rows of events."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from pipeline.arrays import F64, I64
+from pipeline.touches import BallInPlay
+from schemas import Table
+
+
+def towards(team: I64) -> F64:
+    """+1 for home, which attacks +x in trajectories, -1 for away."""
+    return np.where(team == 0, 1.0, -1.0)
+
+
+def place(ball: BallInPlay, row: I64, team: I64) -> tuple[F64, F64]:
+    """The ball's place at some rows, x and y as a team sees it, float64 [n] each, metres."""
+    turn = towards(team)
+    return ball.x[row] * turn, ball.y[row] * turn
+
+
+def tabled(
+    schema: type[Table], trajectories: pl.DataFrame, columns: Mapping[str, npt.NDArray[Any] | pl.Series]
+) -> pl.DataFrame:
+    """Rows of a schema from its columns; the match is that of the trajectories."""
+    match = trajectories["match_id"].head(1)
+    frame = pl.DataFrame(dict(columns))
+    if frame.is_empty():
+        return schema.empty()
+    return frame.with_columns(match_id=pl.lit(match.item())).select(list(schema.dtypes())).cast(
+        pl.Schema(schema.dtypes()))

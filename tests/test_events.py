@@ -1,0 +1,249 @@
+"""Who has the ball, passes, shots and pressure: worked examples, what holds on recordings, and a server's word."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import polars as pl
+import pytest
+from support.logs import make_log, ns
+from support.recordings import ALL, INSPER, imported
+
+from pipeline.events.derive import Events, events
+from pipeline.events.shots import ROLLING
+from pipeline.matches.frame import AWAY, HOME, MatchLog
+from pipeline.pitch import Kind
+from pipeline.settings import EventSettings, TrajectorySettings
+from pipeline.trajectories.derive import trajectories
+from schemas import Passes, Possession, Pressure, Shots
+
+
+def found(log: MatchLog, **changes: float) -> Events:
+    """The events of a log, checked against their schemas."""
+    table, _ = trajectories(log, TrajectorySettings())
+    it = events(table, log.referee, log.info.pitch, EventSettings(**changes))
+    return Events(Possession.validate(it.possession), Passes.validate(it.passes), Shots.validate(it.shots),
+                  Pressure.validate(it.pressure))
+
+
+def still(t, x, y):
+    return np.stack((0 * t + x, 0 * t + y, 0 * t), axis=1)
+
+
+def rolls(t, *points):
+    """The ball's way through (time, x, y), in straight lines."""
+    at, x, y = zip(*points, strict=True)
+    return np.stack((np.interp(t, at, x), np.interp(t, at, y)), axis=1)
+
+
+def match(ball, robots, seconds=4.0, referee=((0, "kick-off", "home"),), kind=Kind.VSSS):
+    t = np.arange(round(seconds * 60)) / 60
+    bodies = {"ball": rolls(t, *ball)} | {key: still(t, *place) for key, place in robots.items()}
+    return make_log(t, bodies, referee=list(referee))
+
+
+#: Home 1 passes to home 2 at 1 s, who has it at 2 s; away 1 has it at 3 s.
+GIVE = {(HOME, 1): (-0.06, 0.0), (HOME, 2): (0.35, 0.0), (AWAY, 1): (0.3, 0.56)}
+PASS = [(0, 0, 0), (1, 0, 0), (2, 0.3, 0), (2.2, 0.3, 0), (3, 0.3, 0.5), (4, 0.3, 0.5)]
+
+
+def test_pass():
+    """The ball goes from a robot to its mate, whom it reaches, and then to the adversary."""
+    it = found(match(PASS, GIVE))
+    (row,) = it.passes.iter_rows(named=True)
+    assert (row["team"], row["robot"], row["receiver"], row["direction"]) == ("home", 1, 2, "front")
+    assert ns(1.0) <= row["t_ns"] < row["received_ns"] <= ns(2.0)
+    assert row["x"] < 0.03
+    assert 0.25 < row["to_x"] <= 0.3
+    assert it.possession.select("team", "robot", "last_robot", "touches", "passes", "ended").rows() == [
+        ("home", 1, 2, 2, 1, "lost"), ("away", 1, 1, 1, 0, "end")]
+    (first, second) = it.possession.iter_rows(named=True)
+    assert first["end_ns"] == second["start_ns"]
+    assert second["y"] < -0.4, "away sees the pitch turned by half a turn"
+
+
+@pytest.mark.parametrize(("way", "direction"), [
+    ((0.3, 0.0), "front"), ((0.0, 0.3), "left"), ((-0.3, 0.0), "back"), ((0.0, -0.3), "right"),
+    ((0.2, 0.19), "front"), ((0.19, 0.2), "left"), ((-0.2, 0.19), "back"),
+])
+@pytest.mark.parametrize("team", [HOME, AWAY])
+def test_direction(way, direction, team):
+    """A pass has the direction in which its team sees it go."""
+    turn = 1 if team == HOME else -1
+    x, y = way[0] * turn, way[1] * turn
+    length = math.hypot(x, y)
+    there = (x * (1 + 0.05 / length), y * (1 + 0.05 / length))
+    back = (-x * 0.06 / length, -y * 0.06 / length)
+    it = found(match([(0, 0, 0), (1, 0, 0), (2, x, y), (4, x, y)], {(team, 1): back, (team, 2): there}))
+    assert it.passes["direction"].to_list() == [direction]
+
+
+def test_no_pass():
+    """Two that push the ball together pass nothing, nor does a robot to itself, nor through an adversary."""
+    together = {(HOME, 1): (-0.06, 0.0), (HOME, 2): (0.06, 0.0)}
+    assert found(match([(0, 0, 0), (4, 0, 0)], together)).passes.is_empty()
+    itself = [(0, 0, 0), (1, 0, 0), (2, 0.3, 0), (3, 0, 0), (4, 0, 0)]
+    assert found(match(itself, {(HOME, 1): (-0.06, 0.0)})).passes.is_empty()
+    between = {(HOME, 1): (-0.06, 0.0), (HOME, 2): (0.35, 0.0), (AWAY, 1): (0.15, 0.05)}
+    assert found(match(PASS, between)).passes.is_empty()
+
+
+def test_through():
+    """A pass behind the adversary's last robot but the goalkeeper, deep in its half, is a through pass."""
+    ball = [(0, 0, 0), (1, 0, 0), (2, 0.4, 0), (4, 0.4, 0)]
+    robots = {(HOME, 1): (-0.06, 0.0), (HOME, 2): (0.46, 0.0), (AWAY, 0): (0.72, 0.1), (AWAY, 1): (0.2, 0.4)}
+    assert found(match(ball, robots)).passes["through"].to_list() == [True]
+    behind = robots | {(AWAY, 1): (0.5, 0.4)}
+    assert found(match(ball, behind)).passes["through"].to_list() == [False]
+
+
+def test_contested():
+    """While both touch, nobody has the ball."""
+    both = {(HOME, 1): (-0.06, 0.0), (AWAY, 1): (0.06, 0.0)}
+    assert found(match([(0, 0, 0), (4, 0, 0)], both)).possession.is_empty()
+    comes = [(0, -0.3, 0), (1, -0.3, 0), (2, 0, 0), (4, 0, 0)]
+    it = found(match(comes, both | {(HOME, 2): (-0.36, 0.0)}))
+    assert it.possession.select("team", "ended").rows()[0] == ("home", "contested")
+
+
+@pytest.mark.parametrize(("scorer", "ended"), [("home", "goal"), ("away", "conceded"), (None, "stopped")])
+def test_stopped(scorer, ended):
+    """A possession that lasts until play stops says how it stopped."""
+    event = (2.0, "goal", scorer) if scorer else (2.0, "stop", None)
+    it = found(match([(0, 0, 0), (4, 0, 0)], {(HOME, 1): (-0.06, 0.0)}, referee=[(0, "kick-off", "home"), event]))
+    assert it.possession["ended"].to_list() == [ended]
+
+
+#: Home 1 shoots from the centre at 1 s, at 0.8 m/s.
+SHOT = [(0, 0, 0), (1, 0, 0), (2, 0.8, 0), (4, 0.8, 0)]
+SHOOTER = {(HOME, 1): (-0.06, 0.0), (HOME, 2): (-0.5, 0.3), (AWAY, 0): (0.7, 0.4), (AWAY, 1): (0.3, 0.4)}
+SCORED = [(0, "kick-off", "home"), (1.97, "goal", "home")]
+
+
+def shot(ball=SHOT, robots=SHOOTER, referee=SCORED, **changes):
+    return found(match(ball, robots, referee=referee), **changes).shots
+
+
+def test_shot():
+    """A touch after which the ball rolls into the goal is a shot."""
+    (row,) = shot().iter_rows(named=True)
+    assert (row["team"], row["robot"], row["role"], row["outcome"]) == ("home", 1, "striker", "goal")
+    assert row["speed"] == pytest.approx(0.8, abs=0.1)
+    assert row["distance"] == pytest.approx(0.75, abs=0.03)
+    assert row["angle"] == pytest.approx(2 * math.atan(0.2 / 0.75), abs=0.03)
+
+
+@pytest.mark.parametrize(("ball", "robots", "outcome"), [
+    ([*SHOT[:2], (1.75, 0.6, 0), (4, 0.6, 0)], {(AWAY, 0): (0.67, 0.0)}, "saved"),
+    ([*SHOT[:2], (1.25, 0.2, 0), (4, 0.2, 0)], {(AWAY, 1): (0.26, 0.0)}, "blocked"),
+    ([*SHOT[:2], (1.25, 0.2, 0), (4, 0.2, 0)], {(HOME, 2): (0.26, 0.0)}, "own"),
+    ([*SHOT[:2], (1.25, 0.2, 0), (4, 0.2, 0.3)], {}, "missed"),
+])
+def test_outcome(ball, robots, outcome):
+    """What came of a shot is what happened next."""
+    assert shot(ball, SHOOTER | robots, SCORED[:1])["outcome"].to_list()[:1] == [outcome]
+
+
+def test_deflected():
+    """A shot that goes in off an adversary is the goal's shot, if it is soon enough."""
+    robots = SHOOTER | {(AWAY, 1): (0.3, 0.07)}
+    assert shot(robots=robots)["outcome"].to_list() == ["goal"]
+    assert shot(robots=robots, deflected_s=0.5)["outcome"].to_list() == ["blocked"]
+
+
+def test_no_shot():
+    """Past the post, too slow, backwards, or followed up by the same robot: no shot."""
+    assert shot([*SHOT[:2], (2, 0.8, 0.6), (4, 0.8, 0.6)], referee=SCORED[:1]).is_empty()
+    assert shot([*SHOT[:2], (4, 0.4, 0)], referee=SCORED[:1]).is_empty(), "0.13 m/s stop after 3 cm"
+    assert shot([*SHOT[:2], (2, -0.8, 0), (4, -0.8, 0)], referee=SCORED[:1]).is_empty()
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+def test_rolling(kind):
+    """A ball slows down on its way; a faster one is faster everywhere."""
+    way = np.linspace(0, 20, 200)
+    slow, fast = (ROLLING[kind].at(np.full(200, speed), way) for speed in (3.0, 6.0))
+    assert slow[0] == 3.0
+    assert (np.diff(fast) <= 0).all()
+    assert (fast >= slow).all()
+    assert fast[-1] == 0.0 or fast[-1] > slow[-1]
+
+
+def test_server_ball():
+    """In 2D the ball rolls as the server moves it: by its speed, which decays by 0.94 a cycle."""
+    x, u = 0.0, 2.5  # metres, metres a cycle
+    for _ in range(20):
+        x, u = x + u, u * 0.94
+    assert ROLLING[Kind.SIM2D].at(np.array([25.0]), np.array([x]))[0] / 10 == pytest.approx(u)
+
+
+def test_pressure():
+    """A robot close to an adversary that touches the ball presses; it wins the ball if its team has it soon."""
+    near = {(HOME, 1): (-0.06, 0.0), (HOME, 2): (0.35, 0.0), (AWAY, 1): (0.3, 0.15), (AWAY, 2): (-0.06, -0.6)}
+    it = found(match([(0, 0, 0), (1, 0, 0), (2, 0.3, 0), (2.2, 0.3, 0), (2.4, 0.3, 0.09), (4, 0.3, 0.09)], near))
+    (row,) = it.pressure.filter(pl.col("team") == "away").iter_rows(named=True)
+    assert (row["robot"], row["carrier"], row["won"]) == (1, 2, True)
+    assert ns(1.7) <= row["start_ns"] < row["end_ns"] <= ns(2.5)
+    assert not found(match(PASS, GIVE)).pressure["won"].any()
+
+
+def test_nothing():
+    """A match without play, and one in which nobody touches, have no events."""
+    for log in (match([(0, 0, 0), (1, 0, 0)], {(HOME, 1): (0.5, 0.5)}, 1.0),
+                match([(0, 0, 0), (1, 0, 0)], {(HOME, 1): (-0.06, 0)}, 1.0, referee=[(0, "stop", None)])):
+        assert [table.height for table in found(log)] == [0, 0, 0, 0]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_on_recordings(name):
+    """Possessions do not overlap and lie in play; passes and shots lie in possessions of their team."""
+    log = imported(name)
+    it = found(log)
+    assert not it.possession.is_empty()
+    start, end = (it.possession[name].to_numpy() for name in ("start_ns", "end_ns"))
+    assert (start[1:] >= end[:-1]).all()
+    assert it.possession["passes"].sum() == it.passes.height
+    owners = it.passes.join_where(
+        it.possession.select(own="team", start_ns="start_ns", end_ns="end_ns"),
+        pl.col("t_ns") >= pl.col("start_ns"), pl.col("received_ns") < pl.col("end_ns"))
+    assert owners.height == it.passes.height
+    assert (owners["team"] == owners["own"]).all()
+    assert (it.passes["robot"] != it.passes["receiver"]).all()
+    assert (it.shots["x"] <= log.info.pitch.goal_x).all()
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_turned(name):
+    """Where home and away change places, and the pitch is turned, the events do, too."""
+    log = imported(name)
+    table, _ = trajectories(log, TrajectorySettings())
+    other = {"home": "away", "away": "home"}
+    swapped = table.with_columns(
+        pl.col("team").cast(pl.String).replace(other).cast(table.schema["team"]), x=-pl.col("x"), y=-pl.col("y"),
+        vx=-pl.col("vx"), vy=-pl.col("vy")).sort("team", "robot", "t_ns")
+    referee = log.referee.with_columns(
+        pl.col("team").cast(pl.String).replace(other).cast(log.referee.schema["team"]))
+    one, two = (events(rows, told, log.info.pitch, EventSettings()) for rows, told in (
+        (table, log.referee), (swapped, referee)))
+    for ours, theirs in zip(one[:3], two[:3], strict=True):
+        back = theirs.with_columns(pl.col("team").cast(pl.String).replace(other).cast(theirs.schema["team"]))
+        assert back.equals(ours)
+
+
+def test_server_kicks():
+    """The passes of a 2D match are those that the server's counters of kicks give by loganalyzer3's rule."""
+    log = imported(INSPER)
+    table, _ = trajectories(log, TrajectorySettings())
+    in_play = table.filter(pl.col("team") == "ball", pl.col("segment").is_not_null()).select("t_ns", "segment")
+    kicks = log.commands.filter(pl.col("command").is_in(["kick", "tackle"])).join(in_play, on="t_ns").sort("t_ns")
+    sole = kicks.filter(pl.col("team").n_unique().over("t_ns") == 1)
+    before = sole.select("team", "robot", "segment").shift()
+    passed = (sole["team"] == before["team"]) & (sole["robot"] != before["robot"]) & (
+        sole["segment"] == before["segment"])
+    counted = sole.with_columns(passer=before["robot"]).filter(passed)
+    ours = found(log).passes
+    assert counted.height == 9
+    assert ours.select("team", "robot", "receiver").rows() == counted.select("team", "passer", "robot").rows()
+    late = counted["t_ns"] - ours["received_ns"]
+    assert late.is_between(0, ns(0.2)).all(), "the counter rises in the cycle after the touch"
