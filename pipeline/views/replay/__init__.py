@@ -93,6 +93,25 @@ def page(
         NotFound: if there is nothing to show.
         BadSettings: if ``hz`` is out of its bounds.
     """
+    facts, packed = payload(match, trajectories, situations, goals, referee, pitch, hz=hz)
+    title = html.escape(f"{facts['home']} – {facts['away']} · Pitchlore replay")
+    script = "".join(asset(name) for name in ("match.js", "draw.js", "controls.js"))
+    blank = asset("page.html").replace("{{script}}", script)
+    # the title goes in last, so that nothing in it is taken for a blank to fill
+    return blank.replace("{{payload}}", packed).replace("{{title}}", title)
+
+
+def payload(
+    match: pl.DataFrame,
+    trajectories: pl.DataFrame,
+    situations: pl.DataFrame,
+    goals: pl.DataFrame,
+    referee: pl.DataFrame,
+    pitch: Pitch,
+    *,
+    hz: float = 20.0,
+) -> tuple[dict[str, Any], str]:
+    """The facts of a match, and the payload (see the module); arguments and errors as for :func:`page`."""
     if not 0 < hz <= 1000:
         raise BadSettings(f"hz cannot be {hz}", where="replay", next_step="Choose one in (0, 1000]")
     if trajectories.is_empty():
@@ -104,15 +123,11 @@ def page(
     facts = _facts(match, bodies, shown, situations, goals, referee, pitch) | {"quantum": quantum}
     text = json.dumps(facts, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
     raw = struct.pack("<I", len(text)) + text + _samples(trajectories, bodies, shown, quantum)
-    payload = base64.b64encode(zlib.compress(raw, 9)).decode("ascii")
-    title = html.escape(f"{facts['home']} – {facts['away']} · Pitchlore replay")
-    script = "".join(_asset(name) for name in ("match.js", "draw.js", "controls.js"))
-    blank = _asset("page.html").replace("{{script}}", script)
-    # the title goes in last, so that nothing in it is taken for a blank to fill
-    return blank.replace("{{payload}}", payload).replace("{{title}}", title)
+    return facts, base64.b64encode(zlib.compress(raw, 9)).decode("ascii")
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """The text of a file of the page."""
     return resources.files(__name__).joinpath(name).read_text(encoding="utf-8")
 
 

@@ -161,8 +161,9 @@ function painter(match, state) {
     c.fillStyle = "#fff"; c.fillText(text, w / 2, 35.5, width - 20); c.globalAlpha = 1;
   }
 
-  function drawPitch() {
-    const { c, w, h } = fitted($("pitch"));
+  /** The pitch at the moment `state.t`; `state.marked` is a body to point out. */
+  function drawPitch(canvas) {
+    const { c, w, h } = fitted(canvas);
     const { margin } = MARKINGS[pitch.kind];
     const scale = Math.min(w / (pitch.length + 2 * (pitch.goal_depth + margin)), h / (pitch.width + 2 * margin));
     c.fillStyle = colours.outside; c.fillRect(0, 0, w, h);
@@ -174,6 +175,10 @@ function painter(match, state) {
       const at = match.pose(robot.body, now);
       if (!at) continue;
       drawRobot(c, scale, robot, at);
+      if (robot.body === state.marked) {
+        c.strokeStyle = colours.ink; c.lineWidth = 2 / scale; c.setLineDash([4 / scale, 3 / scale]);
+        c.beginPath(); c.arc(at.x, at.y, Math.max(1.9 * match.robot_radius, 15 / scale), 0, 7); c.stroke(); c.setLineDash([]);
+      }
       const reach = Math.max(match.robot_radius * scale * 1.35, 13);
       places.push({ robot, px: w / 2 + at.x * scale, py: h / 2 - at.y * scale, reach });
     }
@@ -323,8 +328,8 @@ function painter(match, state) {
   }
 
   function paint() {
-    drawPitch(); drawOverview(); drawTimeline();
+    drawPitch($("pitch")); drawOverview(); drawTimeline();
   }
 
-  return { paint, readColours, timeAt, robotAt, lineHeight };
+  return { paint, drawPitch, readColours, timeAt, robotAt, lineHeight };
 }
