@@ -153,6 +153,11 @@ COMMANDS = (
         "pitchlore prune",
     ),
     Command(
+        "scout", "scout:scout",
+        "Write pages about the league, its matches, teams and behaviours, with clips; they open from disk.",
+        "pitchlore scout --open",
+    ),
+    Command(
         "replay", "replay:replay",
         "Write a match as a web page with pitch, situations and goals, or a part of it as a GIF.",
         "pitchlore replay rsim-vss-3v3 --gif derby.gif --from 60 --seconds 20",

@@ -9,9 +9,7 @@ from scipy import stats
 from support.points import curve, over_decays, point, table
 
 from pipeline.errors import SchemaMismatch
-from pipeline.studies.claims import Claim, Evidence, Range, counted, findings
-from pipeline.studies.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, verdicts
-from pipeline.studies.statistics import (
+from pipeline.statistics import (
     UNDEFINED,
     Estimate,
     difference,
@@ -24,6 +22,8 @@ from pipeline.studies.statistics import (
     welch,
     wilson,
 )
+from pipeline.studies.claims import Claim, Evidence, Range, counted, findings
+from pipeline.studies.paradigms.claims import AT_PEAK, CLAIMS, NEVER, PEAK, SOMETIMES, verdicts
 from schemas.paradigms import Paradigms, Verdicts
 
 REPRODUCED, UNDECIDED, CONTRADICTED = "reproduced", "not reproduced", "contradicted"

@@ -17,9 +17,9 @@ from flows.teams import entrant
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.errors import BadSettings, NotFound, WorkerLost
+from pipeline.statistics import wilson
 from pipeline.store import Store
 from pipeline.studies.evaluations import Entrant, Evaluation, Pair, play, summarise
-from pipeline.studies.statistics import wilson
 from schemas import Evaluations, Policies
 
 pytestmark = pytest.mark.slow

@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 from support.seasons import ablations, apprentices, evaluation, evolving, rising, season, tables, world
 
+from pipeline.statistics import mean_interval, wilson
 from pipeline.studies.seasons import table3
 from pipeline.studies.seasons.claims import CLAIMS, verdicts
 from pipeline.studies.seasons.measures import (
@@ -32,7 +33,6 @@ from pipeline.studies.seasons.summary import (
     measured,
     played,
 )
-from pipeline.studies.statistics import mean_interval, wilson
 from schemas import Claims, Evaluations, Games, Growth
 
 HUMAN, STATIC, RANDOM = "human-like", "static", "random"

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from operator import ge, gt
 from typing import Generic, NamedTuple, TypeVar
 
-from pipeline.studies.statistics import Estimate
+from pipeline.statistics import Estimate
 
 Study = TypeVar("Study")
 

@@ -17,8 +17,8 @@ from pipeline.arena.match.controllers import controllers_of
 from pipeline.arena.match.match import PART, Match
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.matches.frame import AWAY, HOME
+from pipeline.statistics import mean_interval, wilson
 from pipeline.store.receipts import fingerprint
-from pipeline.studies.statistics import mean_interval, wilson
 from pipeline.toml import Frozen
 from schemas import SIDES, Evaluations
 

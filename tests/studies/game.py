@@ -25,7 +25,7 @@ from pipeline.importers import readers
 from pipeline.importers.tracking_map import TrackingMap
 from pipeline.matches.frame import MatchLog
 from pipeline.settings import TrajectorySettings
-from pipeline.studies.statistics import mean_interval
+from pipeline.statistics import mean_interval
 from pipeline.trajectories.derive import trajectories
 
 PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import polars as pl
 
 from pipeline.errors import SchemaMismatch
+from pipeline.statistics import Estimate, greatest, wilson
 from pipeline.studies.claims import ABOVE, BELOW, Claim, Range, findings
 from pipeline.studies.paradigms.measures import (
     NEAR_ZERO,
@@ -35,7 +36,6 @@ from pipeline.studies.paradigms.measures import (
     path_length,
     widest_gap,
 )
-from pipeline.studies.statistics import Estimate, greatest, wilson
 from schemas.paradigms import Verdicts
 
 #: Runs a point in the paper's matrix games.

@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 from pydantic import AfterValidator, Field, model_validator
 
+from pipeline.statistics import mean_interval, wilson
 from pipeline.store.receipts import digest
 from pipeline.studies.paradigms.games.game import Game
 from pipeline.studies.paradigms.games.grid import grid_world
@@ -23,7 +24,6 @@ from pipeline.studies.paradigms.games.matrix import (
 from pipeline.studies.paradigms.rules.rules import AnyLearner
 from pipeline.studies.paradigms.rules.selection import ActionSelection
 from pipeline.studies.paradigms.runner import Runs, Testing, Training, play
-from pipeline.studies.statistics import mean_interval, wilson
 from pipeline.toml import Frozen
 from schemas import Paradigms
 

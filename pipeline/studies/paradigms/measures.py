@@ -12,8 +12,7 @@ from typing import Any
 
 import polars as pl
 
-from pipeline.studies.claims import Evidence
-from pipeline.studies.statistics import (
+from pipeline.statistics import (
     UNDEFINED,
     Estimate,
     difference,
@@ -23,6 +22,7 @@ from pipeline.studies.statistics import (
     mean,
     wilson,
 )
+from pipeline.studies.claims import Evidence
 
 #: The reading that the other learners are taken in if they lack the one looked at.
 PRINTED = "printed"

@@ -15,9 +15,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 import polars as pl
 
+from pipeline.statistics import UNDEFINED, Estimate, difference, mean_interval, wilson
 from pipeline.studies.claims import Evidence
 from pipeline.studies.seasons import table3
-from pipeline.studies.statistics import UNDEFINED, Estimate, difference, mean_interval, wilson
 from schemas import ROLES, Evaluations, Growth
 
 #: How numbers of seasons become one estimate. ``mean``: mean with Student's interval; ``count``, ``percent``

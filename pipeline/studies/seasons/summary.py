@@ -11,6 +11,7 @@ from types import MappingProxyType
 
 import polars as pl
 
+from pipeline.statistics import Estimate, welch
 from pipeline.studies.seasons import table3
 from pipeline.studies.seasons.measures import (
     DIFFERENCE,
@@ -27,7 +28,6 @@ from pipeline.studies.seasons.measures import (
     pooled,
     seasons_of,
 )
-from pipeline.studies.statistics import Estimate, welch
 
 #: Last games of a season over which settings are compared.
 LAST = 10

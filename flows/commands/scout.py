@@ -1,0 +1,34 @@
+"""The command scout: pages about the league, its matches, teams and behaviours."""
+
+from __future__ import annotations
+
+import webbrowser
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from flows.commands.common import DEFAULTS, Common, Flag
+from flows.commands.printing import console
+
+
+def scout(
+    *, output: Annotated[Path | None, Parameter(name=("--out", "-o"))] = None,
+    show: Annotated[Flag, Parameter(name="--open")] = False, common: Common = DEFAULTS,
+) -> None:
+    """Write pages about the league, its matches, teams and behaviours, with clips; they open from disk.
+
+    Pages that stand are kept.
+
+    Args:
+        output: Folder to write into (default: scout in the data folder).
+        show: Open the first page in the browser.
+        common: Options of every command.
+    """
+    from flows.scouting.write import write  # noqa: PLC0415 (it loads numba, which no other command line needs)
+
+    found = write(common.existing, output)
+    console().print(f"{found.first}: {found.new} pages written, {found.kept} kept, {found.size / 1e6:.1f} MB",
+                    soft_wrap=True)
+    if show:
+        webbrowser.open(found.first.resolve().as_uri())

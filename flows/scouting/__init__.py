@@ -1,0 +1,1 @@
+"""The scout's pages from a data folder."""

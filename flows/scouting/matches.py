@@ -1,0 +1,133 @@
+"""The page of a match, and its line in the league."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from flows.scouting.sources import Match, TeamName
+from pipeline.pitch import Pitch
+from pipeline.views.commentary import commentary
+from pipeline.views.scout.facts import Tables, halves, markers, numbers, shares
+from pipeline.views.scout.gallery import Clip
+from pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time
+from schemas import SIDES, note_on
+
+#: What is counted of a side: label, field of Numbers, whether it is a share.
+MEASURES = (
+    ("possession", "possession", True), ("ball in the adversary's half", "territory", True),
+    ("shots on target", "shots", False), ("passes that arrive", "passes", False),
+    ("of these through passes", "through", False), ("balls lost to the adversary", "lost", False),
+    ("times a robot pressed", "pressed", False), ("of these won the ball", "won", False),
+)
+#: Seconds shown before a goal.
+_BEFORE_GOAL_S, _AFTER_GOAL_S = 5.0, 0.5
+
+
+def facts(match: Match, tables: Tables) -> dict[str, Any]:
+    """What the page of a match says."""
+    row, pitch = tables.matches.row(0, named=True), match.pitch
+    parts = [("whole match", 0, 1 << 62), *halves(tables)]
+    return {
+        "id": match.name, "home": match.home, "away": match.away, "kind": pitch.kind.value,
+        "score": score(row), "seconds": row["duration_s"], "flaws": flaws(tables.quality),
+        "note": note_on(row["home"], row["away"]), "measures": MEASURES,
+        "parts": [{"name": name, "numbers": {side: own._asdict() for side, own in numbers(
+            tables, start, end).items()}} for name, start, end in parts],
+        "strip": over_time(shares(tables), [
+            (t_ns / 1e9 / max(row["duration_s"], 1e-9), team or "", f"goal for {team or 'nobody knows whom'}")
+            for t_ns, team in tables.goals.select("t_ns", "team").iter_rows()], "possession over time"),
+        "goals": _goals(match, tables), "shots": _shots(match, tables),
+        "sides": [{"key": side, "name": team.name, "passes": _passes(tables, side, pitch)}
+                  for side, team in zip(SIDES, (match.home, match.away), strict=True)],
+        "robots": _robots(match, tables),
+    }
+
+
+def line(match: Match, tables: Tables) -> dict[str, Any]:
+    """A match's line in the league, JSON-able."""
+    row, own = tables.matches.row(0, named=True), numbers(tables)
+    ball = tables.trajectories.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())
+    counts, _ = np.histogram(ball["x"].to_numpy(), 12, (-match.pitch.goal_x, match.pitch.goal_x))
+    return {
+        "score": score(row), "seconds": row["duration_s"], "kind": match.pitch.kind.value,
+        "date": row["started_at"].date().isoformat() if row["started_at"] else "",
+        "flaws": flaws(tables.quality), "numbers": {side: it._asdict() for side, it in own.items()},
+        "territory": [round(float(share), 4) for share in counts / max(counts.sum(), 1)],
+        "picture": bars([float(share) for share in counts], "where the ball was, from home's goal to away's"),
+    }
+
+
+def score(row: dict[str, Any]) -> str:
+    """The score in words; what is not known is a question mark."""
+    return " : ".join("?" if row[f"score_{side}"] is None else str(row[f"score_{side}"]) for side in SIDES)
+
+
+def flaws(quality: pl.DataFrame) -> str:
+    """The kinds of flaws of a recording, with how many of each."""
+    counts = quality.group_by(pl.col("flaw").cast(pl.String)).agg(pl.col("count").sum()).sort("flaw")
+    return ", ".join(f"{flaw} {count}" for flaw, count in counts.iter_rows())
+
+
+def _goals(match: Match, tables: Tables) -> list[dict[str, Any]]:
+    """Each goal in the commentary's words, with the clip that leads to it."""
+    told = commentary(
+        tables.matches, tables.referee, tables.goals, tables.situations, tables.trajectories, match.pitch)
+    found = []
+    for moment in told.moments:
+        if moment.kind == "goal":
+            at = moment.t_ns / 1e9
+            found.append({"team": moment.team or "", "says": moment.line(), "clip": Clip(
+                match.name, moment.team or "home", moment.robot if moment.robot is not None else -1,
+                round(max(at - _BEFORE_GOAL_S, 0), 2), round(at + _AFTER_GOAL_S, 2), "how it came")})
+    return found
+
+
+def _shots(match: Match, tables: Tables) -> dict[str, Any]:
+    rows, marks = [], []
+    for shot in tables.shots.iter_rows(named=True):
+        turn = 1 if shot["team"] == "home" else -1
+        at = round(max(shot["t_ns"] / 1e9 - 1, 0), 2)
+        says = f"{shot['team']} {shot['robot']}: {shot['outcome']}, from {shot['distance']:.2f} m"
+        style = f"mark {shot['team']}{' hit' if shot['outcome'] == 'goal' else ''}"
+        marks.append(Mark(turn * shot["x"], turn * shot["y"], style, says,
+                          link=f"../replays/{match.name}.html#t={at}"))
+        told = ("team", "robot", "distance", "speed", "outcome")
+        rows.append({key: shot[key] for key in told} | {"at": at})
+    return {"rows": rows, "picture": on_pitch(match.pitch, "shots of both teams", marks=marks)}
+
+
+def _passes(tables: Tables, side: str, pitch: Pitch) -> Any:
+    own = tables.passes.filter(pl.col("team") == side)
+    lost = tables.possession.filter(pl.col("team") == side, pl.col("ended") == "lost")
+    marks = [Mark(row["end_x"], row["end_y"], "mark lost", f"{row['last_robot']} loses the ball")
+             for row in lost.iter_rows(named=True)]
+    marks += [Mark(row["x"], row["y"], f"mark {side}", f"{row['robot']} to {row['receiver']}",
+                   (row["to_x"], row["to_y"])) for row in own.iter_rows(named=True)]
+    return on_pitch(pitch, f"passes of {side}, and where it loses the ball", marks=marks)
+
+
+def _robots(match: Match, tables: Tables) -> list[dict[str, Any]]:
+    """A heat map of each robot, as its team sees the pitch, and whom it is nearest to."""
+    near = {(team, robot): (marks, share)
+            for team, robot, marks, share in markers(tables.trajectories).iter_rows()}
+    seen = tables.trajectories.filter(pl.col("team") != "ball", pl.col("segment").is_not_null())
+    seen = seen.with_columns(pl.col("team").cast(pl.String))
+    found = []
+    for (team, robot), rows in sorted(
+            seen.group_by("team", "robot"), key=lambda part: (part[0][0] != "home", part[0][1])):
+        turn = 1 if team == "home" else -1
+        cells = heat(turn * rows["x"].to_numpy(), turn * rows["y"].to_numpy(), match.pitch)
+        marks, share = near.get((str(team), int(str(robot))), (None, None))
+        name = match.home if team == "home" else match.away
+        found.append({"team": team, "number": robot, "name": name.name, "marks": marks, "share": share,
+                      "picture": on_pitch(match.pitch, f"where {name.name} {robot} was", cells=cells)})
+    return found
+
+
+def menu(matches: Sequence[Match]) -> list[TeamName]:
+    """The teams of some matches, sorted."""
+    return sorted({team for match in matches for team in (match.home, match.away)})

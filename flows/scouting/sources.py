@@ -1,0 +1,136 @@
+"""What the pages are made from: the tables of matches that have run, and the newest knowledge."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import polars as pl
+
+from pipeline.pitch import Pitch
+from pipeline.store import Store
+from pipeline.store.receipts import Manifest, Receipt, canonical, digest
+from pipeline.views.scout.facts import Tables
+from schemas import (
+    SIDES,
+    Behaviours,
+    Goals,
+    Matches,
+    Passes,
+    Possession,
+    Pressure,
+    Quality,
+    Referee,
+    Sequences,
+    Shots,
+    Sides,
+    Situations,
+    Trajectories,
+)
+
+#: Tables of a match by the noun that makes them.
+_TABLES = {
+    "matches": (Matches, Quality, Referee), "sides": (Sides,), "trajectories": (Trajectories,),
+    "situations": (Situations,), "goals": (Goals,), "events": (Possession, Passes, Shots, Pressure),
+}
+
+
+class TeamName(NamedTuple):
+    """A team as pages name it.
+
+    Attributes:
+        name: the team's.
+        kind: its league; teams of two leagues are never put together.
+        slug: name of its files.
+    """
+
+    name: str
+    kind: str
+    slug: str
+
+
+def team_name(name: str, kind: str) -> TeamName:
+    """A team's name, and that of its files: teams of other names or leagues have others."""
+    readable = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:40] or "team"
+    return TeamName(name, kind, f"{readable}-{kind}-{digest(canonical([name, kind]))[:6]}")
+
+
+class Match(NamedTuple):
+    """A match that has run.
+
+    Attributes:
+        log: receipt of its log.
+        made: receipts of what was made from it, by noun.
+        home, away: its teams.
+    """
+
+    log: Receipt
+    made: dict[str, Receipt]
+    home: TeamName
+    away: TeamName
+
+    @property
+    def name(self) -> str:
+        """Its id."""
+        return self.log.name
+
+    @property
+    def pitch(self) -> Pitch:
+        """Its pitch."""
+        return Pitch.model_validate(self.log.details["pitch"])
+
+    def key(self, *besides: object) -> str:
+        """Digest of all that its pages are made from."""
+        receipts = (self.log, *(self.made[noun] for noun in sorted(self.made)))
+        files = [receipt.digests() for receipt in receipts]
+        return digest(canonical([files, *besides]))
+
+    def tables(self, store: Store) -> Tables:
+        """Its tables."""
+        found = {}
+        for noun, schemas in _TABLES.items():
+            receipt = self.log if noun == "matches" else self.made[noun]
+            for schema in schemas:
+                found[schema.NAME] = store.read_table(receipt, schema.NAME, schema)
+        return Tables(**found)
+
+
+def played(store: Store) -> Iterator[Match]:
+    """The matches that have run up to their events and sequences, sorted by id; others are left out."""
+    wanted = [noun for noun in _TABLES if noun != "matches"]
+    for log in store.receipts("matches"):
+        made = {noun: receipt for noun in (*wanted, "sequences")
+                if (receipt := store.receipt(noun, log.name)) is not None}
+        if len(made) == len(wanted) + 1:
+            kind = log.details["pitch"]["kind"]
+            yield Match(log, made, *(team_name(log.details[side], kind) for side in SIDES))
+
+
+class Known(NamedTuple):
+    """The newest knowledge.
+
+    Attributes:
+        manifest: of the version.
+        behaviours: rows of schema Behaviours.
+    """
+
+    manifest: Manifest
+    behaviours: pl.DataFrame
+
+    def of(self, team: TeamName) -> pl.DataFrame:
+        """The behaviours of a team alone, never those of a pool or of another league."""
+        return self.behaviours.filter(pl.col("team") == team.name, pl.col("kind") == team.kind)
+
+
+def newest(store: Store) -> Known | None:
+    """The newest knowledge, None if there is none."""
+    manifest = store.latest("knowledge")
+    if manifest is None:
+        return None
+    return Known(manifest, store.read_table(manifest, "behaviours", Behaviours))
+
+
+def sequence(store: Store, match: Match, side: str) -> pl.DataFrame:
+    """The sequences of one side of a match."""
+    return store.read_table(match.made["sequences"], "sequences", Sequences).filter(pl.col("team") == side)

@@ -1,0 +1,134 @@
+"""The pages of a team: over its matches, and its behaviours with clips."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from flows.scouting.matches import MEASURES
+from flows.scouting.sources import Known, Match, TeamName, sequence
+from pipeline.pitch import Pitch
+from pipeline.situations.rules import TABLE_1
+from pipeline.store import Store
+from pipeline.views.scout.facts import Numbers, over_matches, said
+from pipeline.views.scout.gallery import clips, ranked
+from pipeline.views.scout.occurrences import occurrences
+from pipeline.views.scout.pictures import Mark, heat, on_pitch
+from schemas import SIDES, Passes, Possession, Shots, Trajectories, note_on
+
+#: Behaviours shown of a team, and matches that clips are taken from: the newest.
+SHOWN, FROM = 60, 40
+_NAMES = {code: name for code, (name, _) in TABLE_1.items()}
+
+
+def sides_of(team: TeamName, match: Match) -> list[str]:
+    """The sides that a team plays in a match; both, if it plays itself."""
+    return [side for side, own in zip(SIDES, (match.home, match.away), strict=True) if own == team]
+
+
+def facts(
+    store: Store, team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+) -> dict[str, Any]:
+    """What the page of a team says of its matches; ``lines`` are the league's, by match."""
+    own, other, rows = [], [], []
+    for match in matches:
+        line = lines[match.name]
+        for side in sides_of(team, match):
+            against = SIDES[1 - SIDES.index(side)]
+            minutes = max(line["seconds"] / 60, 1e-9)
+            own.append((Numbers(**line["numbers"][side]), minutes))
+            other.append((Numbers(**line["numbers"][against]), minutes))
+            rows.append({"id": match.name, "score": line["score"] if side == "home" else " : ".join(
+                reversed(line["score"].split(" : "))), "possession": line["numbers"][side]["possession"],
+                "against": (match.away if side == "home" else match.home).name})
+    return {
+        "team": team, "matches": rows, "measures": MEASURES, "own": over_matches(own),
+        "other": over_matches(other), "note": note_on(team.name),
+        "pictures": _pictures(store, team, matches),
+    }
+
+
+def _pictures(store: Store, team: TeamName, matches: Sequence[Match]) -> list[dict[str, Any]]:
+    """Where a team loses the ball, shoots, passes and stands with and without the ball."""
+    pitch = matches[-1].pitch
+    same = [match for match in matches if match.pitch == pitch]
+    held, passed, shot = list[pl.DataFrame](), list[pl.DataFrame](), list[pl.DataFrame]()
+    for match in same:
+        for side in sides_of(team, match):
+            for rows, schema in ((held, Possession), (passed, Passes), (shot, Shots)):
+                rows.append(store.read_table(match.made["events"], schema.NAME, schema).filter(team=side))
+    losses = pl.concat(held).filter(pl.col("ended") == "lost")
+    arrows, shots = pl.concat(passed), pl.concat(shot)
+    places = [places_of(store, match, side) for match in same[-8:] for side in sides_of(team, match)]
+    return [
+        {"name": "Where it loses the ball", "says": f"{losses.height} balls lost; it attacks to the right.",
+         "picture": on_pitch(pitch, "where it loses the ball", cells=heat(
+             losses["end_x"].to_numpy(), losses["end_y"].to_numpy(), pitch))},
+        {"name": "Shots", "says": f"{shots.height} shots on target; filled ones are goals.",
+         "picture": on_pitch(pitch, "shots", marks=[
+             Mark(row["x"], row["y"], "mark home hit" if row["outcome"] == "goal" else "mark home",
+                  row["outcome"]) for row in shots.iter_rows(named=True)])},
+        {"name": "Passes", "says": f"{arrows.height} passes; the last 200 are drawn.",
+         "picture": on_pitch(pitch, "passes", marks=[
+             Mark(row["x"], row["y"], "mark home", f"{row['robot']} to {row['receiver']}",
+                  (row["to_x"], row["to_y"])) for row in arrows.tail(200).iter_rows(named=True)])},
+        {"name": "Formation", "says": "Mean places in its last matches: filled with the ball, else hollow.",
+         "picture": formation(pl.concat(places), pitch)},
+    ]
+
+
+def places_of(store: Store, match: Match, side: str) -> pl.DataFrame:
+    """Places of a side's robots in play, as it sees them, with whether it has the ball then."""
+    held = store.read_table(match.made["events"], "possession", Possession).select(
+        t_ns="start_ns", owner=pl.col("team").cast(pl.String), until="end_ns").sort("t_ns")
+    turn = 1 if side == "home" else -1
+    return (
+        store.read_table(match.made["trajectories"], "trajectories", Trajectories)
+        .filter(pl.col("team") == side, pl.col("segment").is_not_null(), pl.col("frame") % 5 == 0)
+        .select("t_ns", "robot", "role", x=turn * pl.col("x"), y=turn * pl.col("y")).sort("t_ns")
+        .join_asof(held, on="t_ns", strategy="backward").filter(pl.col("t_ns") < pl.col("until"))
+        .with_columns(has=pl.col("owner") == side)
+    )
+
+
+def formation(places: pl.DataFrame, pitch: Pitch) -> Any:
+    """Mean places by role, with the ball and without."""
+    means = places.group_by("role", "has").agg(pl.col("x", "y").mean(), pl.len()).sort("role", "has")
+    return on_pitch(pitch, "mean places by role", marks=[
+        Mark(row["x"], row["y"], f"mark home{' hit' if row['has'] else ''}",
+             f"{row['role']} {'with' if row['has'] else 'without'} the ball")
+        for row in means.iter_rows(named=True)])
+
+
+def gallery(store: Store, team: TeamName, matches: Sequence[Match], known: Known) -> dict[str, Any] | None:
+    """What the page of a team's behaviours says; None if it has none of its own."""
+    own = ranked(known.of(team))
+    if own.is_empty():
+        return None
+    shown = own.head(SHOWN)
+    seen = pl.concat([
+        occurrences(sequence(store, match, side), shown)
+        for match in matches[-FROM:] for side in sides_of(team, match)])
+    by_behaviour, pitch = clips(seen), matches[-1].pitch
+    return {
+        "team": team, "version": known.manifest.version, "total": own.height,
+        "cards": [{
+            "id": row["behaviour_id"], "words": said(_NAMES, row["codes"]), "role": row["role"],
+            "support": row["support"], "value": row["value"], "low": row["low"], "high": row["high"],
+            "follows": _follows(row, shown), "clips": by_behaviour.get(row["behaviour_id"], []),
+            "picture": on_pitch(pitch, "where it begins", marks=[
+                Mark(row["x"], row["y"], "mark home hit", "mean place at which it begins")]
+                if row["x"] is not None and np.isfinite(row["x"]) else []),
+        } for row in shown.iter_rows(named=True)],
+    }
+
+
+def _follows(row: dict[str, Any], shown: pl.DataFrame) -> str:
+    """Behaviours that begin as this one ends: the same role, its last situation their first."""
+    last = row["codes"][-1]
+    after = shown.filter(pl.col("role") == row["role"], pl.col("codes").list.first() == last,
+                         pl.col("behaviour_id") != row["behaviour_id"]).head(2)
+    return "; ".join(said(_NAMES, codes) for codes in after["codes"].to_list())

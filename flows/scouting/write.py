@@ -1,0 +1,195 @@
+"""The pages of a league, written into a folder; what stands is kept."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from functools import cache, partial
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import polars as pl
+from markupsafe import Markup
+
+from flows.scouting import matches as match_pages
+from flows.scouting import teams as team_pages
+from flows.scouting.sources import Known, Match, TeamName, newest, played
+from pipeline.errors import NotFound
+from pipeline.situations.rulebook import rule_table
+from pipeline.situations.rules import TABLE_1
+from pipeline.store import Store
+from pipeline.store.receipts import canonical, digest, software
+from pipeline.views.replay import page as replay_page
+from pipeline.views.replay import payload
+from pipeline.views.scout.gallery import Clip
+from pipeline.views.scout.pages import files, page
+from schemas import SIDES, Situations
+
+T = TypeVar("T")
+
+#: What each page was made from, by its name.
+_KEYS = ".pages.json"
+#: Samples a second in clips and replays.
+_HZ = 15.0
+TITLE = "The league"
+
+
+class Written(NamedTuple):
+    """What a call wrote.
+
+    Attributes:
+        first: the page to begin with.
+        new: pages that were written.
+        kept: pages that stood.
+        size: bytes of the whole folder.
+    """
+
+    first: Path
+    new: int
+    kept: int
+    size: int
+
+
+class _Folder:
+    """A folder of pages, each written only if what it is made from has changed."""
+
+    def __init__(self, store: Store, path: Path) -> None:
+        self._store, self.path = store, path
+        self._before = self._read()
+        self._now: dict[str, str] = {}
+        self.facts: dict[str, Any] = {}
+        self.new = self.kept = 0
+
+    def _read(self) -> dict[str, Any]:
+        try:
+            found = json.loads((self.path / _KEYS).read_bytes())
+        except (OSError, ValueError):
+            return {}
+        return found if isinstance(found, dict) else {}
+
+    def put(self, name: str, key: str, make: Callable[[], bytes]) -> None:
+        """Write a page unless it stands."""
+        self._now[name] = key
+        target = self.path / name
+        if self._before.get(name) == key and target.exists():
+            self.kept += 1
+            return
+        self._store.write_bytes(target, make())
+        self.new += 1
+
+    def remember(self, name: str, key: str, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        """Facts that several pages need, from the last time if nothing has changed."""
+        before = self._before.get("facts", {}).get(name)
+        kept = before["facts"] if before and before["key"] == key else make()
+        self.facts[name] = {"key": key, "facts": kept}
+        return dict(kept)
+
+    def close(self) -> None:
+        """Remove the pages of what is gone, and keep what each page was made from."""
+        for name in self._before.keys() - self._now.keys() - {"facts"}:
+            (self.path / name).unlink(missing_ok=True)
+        said = json.dumps(self._now | {"facts": self.facts}, separators=(",", ":"))
+        self._store.write_bytes(self.path / _KEYS, said.encode())
+
+
+def write(store: Store, out: Path | None = None) -> Written:
+    """Write the pages of all matches that have run; those that stand are kept.
+
+    Args:
+        store: the data folder.
+        out: folder to write into; None: ``scout`` in the data folder.
+
+    Raises:
+        NotFound: if no match has run.
+        CorruptFile: if a file of the store is damaged.
+    """
+    league = list(played(store))
+    if not league:
+        raise NotFound("no match has run", where=store.where,
+                       next_step="Import recordings and run: `pitchlore run`")
+    folder = _Folder(store, out or store.root / "scout")
+    known, teams, code = newest(store), match_pages.menu(league), software()
+    made = f"Pitchlore {code}; knowledge {'none' if known is None else f'version {known.manifest.version}'}"
+    around: dict[str, Any] = {"menu": teams, "made": made}
+    frame = (code, teams, known and known.manifest.version)
+    lines = {match.name: _match(store, match, folder, around, code, frame) for match in league}
+    for team in teams:
+        own = [match for match in league if team in (match.home, match.away)]
+        key = digest(canonical([frame, [match.key() for match in own], known and known.manifest.key]))
+        folder.put(f"teams/{team.slug}.html", key, partial(
+            _page, "team", around, lambda team=team, own=own: team_pages.facts(store, team, own, lines)))  # type: ignore[misc]
+        folder.put(f"behaviours/{team.slug}.html", key, partial(
+            _page, "behaviours", around, lambda team=team, own=own: _gallery(store, team, own, known)))  # type: ignore[misc]
+    everything = digest(canonical([frame, [match.key() for match in league]]))
+    folder.put("index.html", everything, lambda: page("league", **around, title=TITLE, note=None, rows=[
+        _row(match, lines[match.name]) for match in league]))
+    folder.put("situations.html", everything, lambda: page(
+        "situations", **around, cards=_situations(store, league)))
+    for name, content in files().items():
+        folder.put(name, digest(content), lambda content=content: content)  # type: ignore[misc]
+    folder.close()
+    size = sum(path.stat().st_size for path in folder.path.rglob("*") if path.is_file())
+    return Written(folder.path / "index.html", folder.new, folder.kept, size)
+
+
+def _match(
+    store: Store, match: Match, folder: _Folder, around: dict[str, Any], code: str, frame: object
+) -> dict[str, Any]:
+    """The pages and the data of one match; its line in the league."""
+    tables = cache(lambda: match.tables(store))
+
+    def of_replay(make: Callable[..., T]) -> T:
+        it = tables()
+        return make(it.matches, it.trajectories, it.situations, it.goals, it.referee, match.pitch, hz=_HZ)
+
+    def data() -> bytes:
+        packed: str = of_replay(payload)[1]
+        return f"scoutMatch({json.dumps(match.name)}, {json.dumps(packed)});\n".encode()
+
+    key = match.key(code)
+    folder.put(f"data/{match.name}.js", key, data)
+    folder.put(f"replays/{match.name}.html", key, lambda: of_replay(replay_page).encode())
+    folder.put(f"matches/{match.name}.html", match.key(frame), lambda: page(
+        "match", up="../", **around, **match_pages.facts(match, tables())))
+    return folder.remember(match.name, key, lambda: match_pages.line(match, tables()))
+
+
+def _row(match: Match, line: dict[str, Any]) -> dict[str, Any]:
+    """A match as the league's page shows it."""
+    numbers = line["numbers"]
+    return {
+        "id": match.name, "home": match.home, "away": match.away,
+        "territory": Markup(line["picture"]),  # noqa: S704 (pipeline.views.scout.pictures made it)
+        "possession": numbers["home"]["possession"],
+        "shots": [numbers[side]["shots"] for side in SIDES],
+        **{name: line[name] for name in ("score", "seconds", "kind", "date", "flaws")},
+    }
+
+
+def _page(name: str, around: dict[str, Any], facts: Callable[[], dict[str, Any]]) -> bytes:
+    return page(name, up="../", **around, **facts())
+
+
+def _gallery(store: Store, team: TeamName, own: list[Match], known: Known | None) -> dict[str, Any]:
+    found = None if known is None else team_pages.gallery(store, team, own, known)
+    return found or {"team": team, "version": "none", "total": 0, "cards": []}
+
+
+def _situations(store: Store, league: list[Match]) -> list[dict[str, Any]]:
+    """Each situation: its rules as text, its share by kind of pitch, its clearest occurrence as a clip."""
+    rows = pl.concat([store.read_table(match.made["situations"], "situations", Situations).with_columns(
+        kind=pl.lit(match.pitch.kind.value)) for match in league[-30:]])
+    counts = rows.group_by("kind", "code").len()
+    share = counts.with_columns(share=pl.col("len") / pl.col("len").sum().over("kind")).sort("kind")
+    clearest = rows.sort("strength", "start_ns", descending=[True, False], nulls_last=True).group_by(
+        "code", maintain_order=True).first()
+    clips = {row["code"]: Clip(
+        row["match_id"], row["team"], row["robot"], round(max(row["start_ns"] / 1e9 - 1, 0), 2),
+        round(row["end_ns"] / 1e9 + 1, 2), "an example") for row in clearest.iter_rows(named=True)}
+    rules = rule_table()
+    return [{
+        "code": code, "name": name, "clips": [clips[code]] if code in clips else [],
+        "shares": share.filter(pl.col("code") == code).select("kind", "share").rows(),
+        "rules": [f"{row['initial']} → {row['final']}" for row in rules.filter(
+            pl.col("code") == code, pl.col("initial").is_not_null()).iter_rows(named=True)],
+    } for code, (name, _) in TABLE_1.items()]

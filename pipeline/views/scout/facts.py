@@ -1,0 +1,166 @@
+"""What the pages say about matches and teams, from tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+
+from pipeline.statistics import mean_interval
+from schemas import SIDES
+
+#: Parts of a match in the strip of possession over time.
+PARTS = 40
+
+
+class Tables(NamedTuple):
+    """Tables of one match, rows of the schemas of these names."""
+
+    matches: pl.DataFrame
+    sides: pl.DataFrame
+    quality: pl.DataFrame
+    referee: pl.DataFrame
+    trajectories: pl.DataFrame
+    situations: pl.DataFrame
+    goals: pl.DataFrame
+    possession: pl.DataFrame
+    passes: pl.DataFrame
+    shots: pl.DataFrame
+    pressure: pl.DataFrame
+
+
+class Numbers(NamedTuple):
+    """A side of a match in numbers.
+
+    Attributes:
+        possession: share of the time in which a team has the ball; None if none has it at all.
+        territory: share of the ball's time in play in the adversary's half; None if it is never seen.
+        passes: that arrived.
+        through: of these, through passes.
+        shots: on target.
+        goals: final goals, None where unknown.
+        lost: possessions that the adversary ended.
+        pressed: how often its robots pressed.
+        won: how often that won the ball.
+    """
+
+    possession: float | None
+    territory: float | None
+    passes: int
+    through: int
+    shots: int
+    goals: int | None
+    lost: int
+    pressed: int
+    won: int
+
+
+def numbers(tables: Tables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[str, Numbers]:
+    """Each side in numbers, of what begins in an interval of a match, end exclusive."""
+
+    def within(table: pl.DataFrame, column: str) -> pl.DataFrame:
+        return table.filter(pl.col(column).is_between(start_ns, end_ns, closed="left"))
+
+    held = within(tables.possession, "start_ns").with_columns(
+        lasts=pl.min_horizontal("end_ns", pl.lit(end_ns)) - pl.col("start_ns"))
+    ball = within(tables.trajectories, "t_ns").filter(
+        pl.col("team") == "ball", pl.col("segment").is_not_null())
+    total = int(held["lasts"].sum())
+    passes, shots, pressed = (within(table, column) for table, column in (
+        (tables.passes, "t_ns"), (tables.shots, "t_ns"), (tables.pressure, "start_ns")))
+    row = tables.matches.row(0, named=True)
+    ahead = float((ball["x"].to_numpy() > 0).mean()) if ball.height else 0.0
+    found = dict[str, Numbers]()
+    for side, territory in zip(SIDES, (ahead, 1 - ahead), strict=True):
+        own = {name: table.filter(pl.col("team") == side) for name, table in (
+            ("held", held), ("passes", passes), ("shots", shots), ("pressed", pressed))}
+        found[side] = Numbers(
+            int(own["held"]["lasts"].sum()) / total if total else None,
+            territory if ball.height else None,
+            own["passes"].height, int(own["passes"]["through"].sum()), own["shots"].height,
+            row[f"score_{side}"], own["held"].filter(pl.col("ended") == "lost").height,
+            own["pressed"].height, int(own["pressed"]["won"].sum()))
+    return found
+
+
+def shares(tables: Tables) -> list[float | None]:
+    """Home's share of possession in each of :data:`PARTS` parts of a match; None where nobody has any."""
+    end = max(int(tables.matches["duration_s"][0] * 1e9), 1)
+    edges = np.linspace(0, end, PARTS + 1)
+    held = np.zeros((len(SIDES), PARTS))
+    for team, start, stop in tables.possession.select("team", "start_ns", "end_ns").iter_rows():
+        overlap = np.minimum(stop, edges[1:]) - np.maximum(start, edges[:-1])
+        held[SIDES.index(team)] += np.maximum(overlap, 0)
+    total = held.sum(axis=0)
+    return [float(home / all_) if all_ else None for home, all_ in zip(held[0], total, strict=True)]
+
+
+def halves(tables: Tables) -> list[tuple[str, int, int]]:
+    """The halves of a match: name, start and end, ns. Where the referee gave none, those of its time."""
+    end = int(tables.matches["duration_s"][0] * 1e9) + 1
+    given = tables.referee.filter(pl.col("event") == "half")["t_ns"].to_list()
+    middle = next((int(at) for at in given if 0 < at < end), None)
+    named = middle is not None
+    middle = middle if middle is not None else end // 2
+    return [("first half" if named else "first half of the time", 0, middle),
+            ("second half" if named else "second half of the time", middle, end)]
+
+
+def markers(trajectories: pl.DataFrame) -> pl.DataFrame:
+    """Who marks whom: for each robot, the adversary that it is nearest to most of the time in play.
+
+    Returns:
+        Columns team, robot, marks (its number), share (of the robot's samples), sorted by team and robot.
+    """
+    robots = trajectories.filter(pl.col("team") != "ball", pl.col("segment").is_not_null()).select(
+        "frame", pl.col("team").cast(pl.String), "robot", "x", "y")
+    robots = robots.filter(pl.col("frame") % 5 == 0)
+    pairs = robots.join(robots, on="frame", suffix="_2").filter(pl.col("team") != pl.col("team_2"))
+    near = pairs.with_columns(d=(pl.col("x") - pl.col("x_2")) ** 2 + (pl.col("y") - pl.col("y_2")) ** 2).sort(
+        "d", "robot_2").group_by("frame", "team", "robot", maintain_order=True).agg(
+            marks=pl.col("robot_2").first())
+    counts = near.group_by("team", "robot", "marks").len()
+    return (
+        counts.with_columns(share=pl.col("len") / pl.col("len").sum().over("team", "robot"))
+        .sort("share", "marks", descending=[True, False])
+        .group_by("team", "robot", maintain_order=True).first()
+        .select("team", "robot", "marks", "share").sort("team", "robot", descending=[True, False]))
+
+
+class Mean(NamedTuple):
+    """A mean over matches with its 95 % interval (Student's t); the ends are None for fewer than two."""
+
+    mean: float
+    low: float | None
+    high: float | None
+    n: int
+
+
+def mean(values: Sequence[float]) -> Mean | None:
+    """The mean of a number over matches; None without any."""
+    if not values:
+        return None
+    low, high = mean_interval(values) or (None, None)
+    return Mean(float(np.mean(values)), low, high, len(values))
+
+
+def over_matches(each: Sequence[tuple[Numbers, float]]) -> dict[str, Mean | None]:
+    """A team over its matches: means of shares, and of counts in each ten minutes.
+
+    Args:
+        each: of each match the team's numbers, and its minutes.
+    """
+    found = {}
+    for name in Numbers._fields:
+        known = [(getattr(own, name), minutes) for own, minutes in each if getattr(own, name) is not None]
+        share = name in ("possession", "territory")
+        per = [value if share else 10 * value / minutes for value, minutes in known]
+        found[name] = mean(per)
+    return found
+
+
+def said(names: Mapping[int, str], codes: Sequence[int]) -> str:
+    """A behaviour in words: its situations one after another."""
+    return ", then ".join(names.get(code, f"{code:03d}").removeprefix("Robot ") for code in codes)

@@ -1,0 +1,71 @@
+"""The gallery: behaviours of a team by evidence, and occurrences of each to look at."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import polars as pl
+
+from pipeline.estimates import BY_EVIDENCE
+
+#: Clips shown of a behaviour: the best, the worst, and the typical ones, four each.
+EACH = 4
+#: Seconds shown before and after an occurrence.
+LEAD_S, TAIL_S = 1.0, 1.5
+
+
+class Clip(NamedTuple):
+    """A stretch of a match to look at.
+
+    Attributes:
+        match: id.
+        team: home or away.
+        robot: whom to watch.
+        start_s: from when, seconds.
+        end_s: until when.
+        says: best, worst or typical, and its value.
+    """
+
+    match: str
+    team: str
+    robot: int
+    start_s: float
+    end_s: float
+    says: str
+
+
+def ranked(behaviours: pl.DataFrame) -> pl.DataFrame:
+    """Behaviours by evidence: the lower end of the value's interval, never the value alone."""
+    return behaviours.sort(*BY_EVIDENCE, descending=True)
+
+
+def clips(occurrences: pl.DataFrame) -> dict[str, list[Clip]]:
+    """Up to twelve clips of each behaviour.
+
+    Args:
+        occurrences: columns behaviour_id, match_id, team, robot, t_ns, done_ns and change: one row an
+            occurrence, with what it changed of V.
+
+    Returns:
+        By behaviour: the occurrences that changed most, those that changed least, and those next to the
+        median; all of them if they are no more than twelve.
+    """
+    keys = ["match_id", "team", "robot", "t_ns"]
+    ordered = occurrences.sort("change", *keys)
+    return {str(name): [_clip(row, kind) for kind, part in _parts(rows) for row in part.iter_rows(named=True)]
+            for (name,), rows in ordered.group_by("behaviour_id", maintain_order=True)}
+
+
+def _parts(rows: pl.DataFrame) -> list[tuple[str, pl.DataFrame]]:
+    """The best, the typical and the worst of occurrences that are sorted by what they changed."""
+    each = min(EACH, rows.height // 3)
+    middle = (rows.height - EACH) // 2 if each == EACH else each
+    length = EACH if each == EACH else rows.height - 2 * each
+    return [("best", rows.tail(each).reverse()), ("typical", rows.slice(middle, length)),
+            ("worst", rows.head(each))]
+
+
+def _clip(row: dict[str, Any], kind: str) -> Clip:
+    start, done = row["t_ns"] / 1e9, row["done_ns"] / 1e9
+    return Clip(row["match_id"], row["team"], row["robot"], round(max(start - LEAD_S, 0.0), 2),
+                round(done + TAIL_S, 2), f"{kind}, {row['change']:+.2f}")

@@ -1,0 +1,48 @@
+"""The pages as HTML, by Jinja2; all text from data is escaped."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from pipeline.views.replay import asset
+
+#: Files that stand beside the pages.
+STYLE, SCRIPT = "scout.css", "scout.js"
+
+
+@cache
+def _environment() -> Environment:
+    made = Environment(
+        loader=PackageLoader("pipeline.views.scout"), autoescape=True, undefined=StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True)
+    made.filters |= {"percent": _percent, "clock": _clock, "number": _number, "code": "{:03d}".format}
+    return made
+
+
+def page(name: str, *, up: str = "", **facts: Any) -> bytes:
+    """A page from its template; ``up`` leads from it to the scout's folder."""
+    return _environment().get_template(f"{name}.html").render(up=up, **facts).encode()
+
+
+def files() -> dict[str, bytes]:
+    """The style sheet and the script of all pages; the replay's code is in the script."""
+    own = resources.files(__name__.rpartition(".")[0]).joinpath("templates")
+    pages = own.joinpath(SCRIPT).read_text(encoding="utf-8")
+    script = "\n".join(['"use strict";', asset("match.js"), asset("draw.js"), pages])
+    return {STYLE: own.joinpath(STYLE).read_bytes(), SCRIPT: script.encode()}
+
+
+def _percent(share: float | None) -> str:
+    return "–" if share is None else f"{100 * share:.0f} %"
+
+
+def _clock(seconds: float) -> str:
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"
+
+
+def _number(value: float | None, digits: int = 2) -> str:
+    return "–" if value is None else f"{value:.{digits}f}"

@@ -1,0 +1,129 @@
+"""Pictures as SVG, which take their colours from the page's style sheet: light, dark and in print."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from markupsafe import Markup
+
+from pipeline.arrays import F64
+from pipeline.pitch import Pitch
+
+#: Cells of a heat map along and across the pitch.
+CELLS = (24, 16)
+
+
+class Mark(NamedTuple):
+    """A mark on a pitch.
+
+    Attributes:
+        x, y: place, metres; the team that the picture is of attacks to the right.
+        style: class of the style sheet.
+        says: what it says when it is pointed at.
+        to: end of an arrow that begins there, None for a dot.
+        link: address that it leads to.
+    """
+
+    x: float
+    y: float
+    style: str
+    says: str
+    to: tuple[float, float] | None = None
+    link: str | None = None
+
+
+def heat(x: F64, y: F64, pitch: Pitch) -> F64:
+    """Share of samples in each cell, float64 [cells across, cells along], from places in metres [n]."""
+    counts, _, _ = np.histogram2d(y, x, bins=CELLS[::-1], range=[
+        [-pitch.width / 2, pitch.width / 2], [-pitch.length / 2, pitch.length / 2]])
+    cells: F64 = counts / max(counts.sum(), 1.0)
+    return cells
+
+
+def on_pitch(pitch: Pitch, label: str, *, marks: Iterable[Mark] = (), cells: F64 | None = None) -> Markup:
+    """A pitch with marks, and perhaps a heat map beneath them."""
+    x, y = pitch.length / 2, pitch.width / 2
+    depth = pitch.goal_depth
+    unit = pitch.length / 100
+    parts = [Markup(
+        '<svg class="pitch" role="img" aria-label="{}" viewBox="{:.4g} {:.4g} {:.4g} {:.4g}" '
+        'style="--unit:{:.4g}">'
+    ).format(label, -x - depth - unit, -y - unit, 2 * (x + depth + unit), 2 * (y + unit), unit)]
+    parts.append(Markup('<rect class="grass" x="{:.4g}" y="{:.4g}" width="{:.4g}" height="{:.4g}"/>').format(
+        -x, -y, 2 * x, 2 * y))
+    if cells is not None:
+        parts += _cells(cells, pitch)
+    parts.append(Markup('<path class="chalk" d="M0 {:.4g}V{:.4g}"/>').format(-y, y))
+    parts.append(Markup('<circle class="chalk" r="{:.4g}"/>').format(0.09 * pitch.length))
+    for side in (-1, 1):
+        parts.append(Markup('<path class="goal" d="M{:.4g} {:.4g}h{:.4g}v{:.4g}h{:.4g}"/>').format(
+            side * x, -pitch.goal_width / 2, side * depth, pitch.goal_width, -side * depth))
+    parts += [_mark(mark, unit) for mark in marks]
+    return Markup("").join([*parts, Markup("</svg>")])
+
+
+def _cells(cells: F64, pitch: Pitch) -> list[Markup]:
+    most = cells.max() or 1.0
+    wide, high = pitch.length / cells.shape[1], pitch.width / cells.shape[0]
+    return [
+        Markup('<rect class="heat" x="{:.4g}" y="{:.4g}" width="{:.4g}" height="{:.4g}" '
+               'opacity="{:.2f}"/>').format(
+            -pitch.length / 2 + column * wide, pitch.width / 2 - (row + 1) * high, wide, high,
+            cells[row, column] / most)
+        for row, column in np.argwhere(cells > 0.02 * most)]
+
+
+def _mark(mark: Mark, unit: float) -> Markup:
+    """A mark; y points up in metres and down in SVG."""
+    if mark.to is None:
+        shape = Markup('<circle class="{}" cx="{:.4g}" cy="{:.4g}" r="{:.4g}">{}</circle>')
+        drawn = shape.format(mark.style, mark.x, -mark.y, 1.1 * unit, _title(mark))
+    else:
+        shape = Markup('<path class="{} way" d="M{:.4g} {:.4g}L{:.4g} {:.4g}">{}</path>'
+                       '<circle class="{}" cx="{:.4g}" cy="{:.4g}" r="{:.4g}"/>')
+        drawn = shape.format(mark.style, mark.x, -mark.y, mark.to[0], -mark.to[1], _title(mark), mark.style,
+                             mark.to[0], -mark.to[1], 0.7 * unit)
+    return drawn if mark.link is None else Markup('<a href="{}">{}</a>').format(mark.link, drawn)
+
+
+def _title(mark: Mark) -> Markup:
+    return Markup("<title>{}</title>").format(mark.says)
+
+
+def over_time(
+    shares: Sequence[float | None], goals: Sequence[tuple[float, str, str]], label: str
+) -> Markup:
+    """Home's share in each part of a match as bars about one half, and the goals above and below.
+
+    Args:
+        shares: of home in each part, 0 to 1; None where nobody had any.
+        goals: of each the place in the match, 0 to 1, the team's class, and what it says.
+        label: what it shows.
+    """
+    wide = 100 / max(len(shares), 1)
+    parts = [Markup('<svg class="strip" role="img" aria-label="{}" viewBox="0 0 100 24" '
+                    'preserveAspectRatio="none">').format(label)]
+    for place, share in enumerate(shares):
+        if share is not None:
+            home = 20 * share
+            parts.append(Markup(
+                '<rect class="home" x="{0:.3f}" y="2" width="{1:.3f}" height="{2:.2f}"/>'
+                '<rect class="away" x="{0:.3f}" y="{3:.2f}" width="{1:.3f}" height="{4:.2f}"/>').format(
+                    place * wide, wide * 0.92, home, 2 + home, 20 - home))
+    parts.append(Markup('<path class="half" d="M0 12H100"/>'))
+    parts += [Markup('<path class="goal-at {}" d="M{:.3f} 0V24"><title>{}</title></path>').format(
+        team, 100 * at, says) for at, team, says in goals]
+    return Markup("").join([*parts, Markup("</svg>")])
+
+
+def bars(values: Sequence[float], label: str) -> Markup:
+    """Small bars side by side, the greatest of full height."""
+    most = max(values, default=0.0) or 1.0
+    wide = 100 / max(len(values), 1)
+    bar = Markup('<rect class="heat" x="{:.3f}" y="{:.2f}" width="{:.3f}" height="{:.2f}"/>')
+    drawn = [bar.format(place * wide, 20 * (1 - value / most), wide * 0.94, 20 * value / most)
+             for place, value in enumerate(values)]
+    return Markup('<svg class="bars" role="img" aria-label="{}" viewBox="0 0 100 20" '
+                  'preserveAspectRatio="none">{}</svg>').format(label, Markup("").join(drawn))

@@ -1,0 +1,122 @@
+// What the scout's pages do: clips that play where they are seen, tables that sort, lists that filter.
+
+const matches = new Map(); // id to a promise of the match, fetched when a clip of it is first seen
+const waiting = new Map(); // id to the function that its data file calls
+
+/** Called by the data files in data/: pages that are opened from disk may load scripts, but fetch nothing. */
+function scoutMatch(id, payload) {
+  waiting.get(id)(payload);
+  waiting.delete(id);
+}
+
+function matchOf(id) {
+  if (!matches.has(id)) {
+    matches.set(id, new Promise((resolve, reject) => {
+      waiting.set(id, resolve);
+      const script = document.createElement("script");
+      script.src = `${document.body.dataset.up}data/${id}.js`;
+      script.onerror = () => reject(new Error(`data/${id}.js is missing: write the pages again`));
+      document.head.append(script);
+    }).then(decode).then(understand));
+  }
+  return matches.get(id);
+}
+
+/** One clip: a stretch of a match that plays again and again while it is seen and not paused. */
+function clip(figure) {
+  const canvas = figure.querySelector("canvas");
+  const { match: id, team, robot, start, end } = figure.dataset;
+  const state = { t: 1000 * start, labels: false, marked: -1 };
+  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  let painting = null, seen = false, paused = still, last = 0;
+  canvas.tabIndex = 0;
+
+  async function load() {
+    try {
+      const match = await matchOf(id);
+      state.marked = match.robots.find((r) => r.team === team && r.id === Number(robot))?.body ?? -1;
+      painting = painter(match, state);
+      painting.readColours();
+      matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { painting.readColours(); paint(); });
+      paint();
+      figure.dataset.ready = "";
+      requestAnimationFrame(tick);
+    } catch (error) {
+      figure.querySelector("figcaption").append(` (${error.message})`);
+    }
+  }
+
+  const paint = () => painting.drawPitch(canvas);
+
+  function tick(now) {
+    if (!seen) return;
+    if (!paused) {
+      state.t += Math.min(100, now - (last || now));
+      if (state.t > 1000 * end) state.t = 1000 * start;
+      paint();
+    }
+    last = now;
+    requestAnimationFrame(tick);
+  }
+
+  function toggle() {
+    paused = !paused;
+    figure.classList.toggle("paused", paused);
+  }
+  canvas.addEventListener("click", toggle);
+  canvas.addEventListener("keydown", (event) => {
+    if (event.key === " " || event.key === "Enter") { event.preventDefault(); toggle(); }
+  });
+  new IntersectionObserver(([entry]) => {
+    const before = seen;
+    seen = entry.isIntersecting;
+    last = 0;
+    if (seen && !painting) load(); else if (seen && !before) requestAnimationFrame(tick);
+  }, { rootMargin: "80px" }).observe(canvas);
+}
+
+/** Sort a table by a column; again turns it round. Cells sort by data-by, or by what they say. */
+function sortable(table) {
+  const heads = [...table.tHead.rows[0].cells];
+  heads.forEach((head, column) => {
+    head.tabIndex = 0;
+    const sort = () => {
+      const up = head.getAttribute("aria-sort") !== "ascending";
+      heads.forEach((other) => other.removeAttribute("aria-sort"));
+      head.setAttribute("aria-sort", up ? "ascending" : "descending");
+      const value = (row) => row.cells[column].dataset.by ?? row.cells[column].textContent.trim();
+      const rows = [...table.tBodies[0].rows].sort((a, b) => {
+        const [x, y] = [value(a), value(b)];
+        const order = x !== "" && y !== "" && !Number.isNaN(Number(x)) && !Number.isNaN(Number(y)) ? x - y : x.localeCompare(y);
+        return up ? order : -order;
+      });
+      table.tBodies[0].append(...rows);
+    };
+    head.addEventListener("click", sort);
+    head.addEventListener("keydown", (event) => { if (event.key === "Enter") sort(); });
+  });
+}
+
+/** Show only the rows or cards that have all the words, and at least the numbers asked for. */
+function filters() {
+  const words = document.querySelector("[data-filter]"), least = document.querySelector("[data-least]");
+  if (!words) return;
+  const holder = document.getElementById(words.dataset.filter);
+  const items = [...(holder.tBodies ? holder.tBodies[0].rows : holder.children)];
+  const texts = items.map((item) => item.textContent.toLowerCase());
+  const show = () => {
+    const asked = words.value.toLowerCase().split(/\s+/).filter(Boolean);
+    items.forEach((item, i) => {
+      const enough = !least || Number(item.dataset[least.dataset.least]) >= Number(least.value || 0);
+      item.hidden = !(enough && asked.every((word) => texts[i].includes(word)));
+    });
+  };
+  words.addEventListener("input", show);
+  least?.addEventListener("input", show);
+}
+
+addEventListener("DOMContentLoaded", () => {
+  document.querySelectorAll(".clip").forEach(clip);
+  document.querySelectorAll(".sortable").forEach(sortable);
+  filters();
+});
