@@ -47,10 +47,12 @@ def on_pitch(pitch: Pitch, label: str, *, marks: Iterable[Mark] = (), cells: F64
     x, y = pitch.length / 2, pitch.width / 2
     depth = pitch.goal_depth
     unit = pitch.length / 100
+    marks = list(marks)
+    role = "img" if all(mark.link is None for mark in marks) else "group"
     parts = [Markup(
-        '<svg class="pitch" role="img" aria-label="{}" viewBox="{:.4g} {:.4g} {:.4g} {:.4g}" '
+        '<svg class="pitch" role="{}" aria-label="{}" viewBox="{:.4g} {:.4g} {:.4g} {:.4g}" '
         'style="--unit:{:.4g}">'
-    ).format(label, -x - depth - unit, -y - unit, 2 * (x + depth + unit), 2 * (y + unit), unit)]
+    ).format(role, label, -x - depth - unit, -y - unit, 2 * (x + depth + unit), 2 * (y + unit), unit)]
     parts.append(Markup('<rect class="grass" x="{:.4g}" y="{:.4g}" width="{:.4g}" height="{:.4g}"/>').format(
         -x, -y, 2 * x, 2 * y))
     if cells is not None:
@@ -85,7 +87,9 @@ def _mark(mark: Mark, unit: float) -> Markup:
                        '<circle class="{}" cx="{:.4g}" cy="{:.4g}" r="{:.4g}"/>')
         drawn = shape.format(mark.style, mark.x, -mark.y, mark.to[0], -mark.to[1], _title(mark), mark.style,
                              mark.to[0], -mark.to[1], 0.7 * unit)
-    return drawn if mark.link is None else Markup('<a href="{}">{}</a>').format(mark.link, drawn)
+    if mark.link is None:
+        return drawn
+    return Markup('<a href="{}" aria-label="{}">{}</a>').format(mark.link, mark.says, drawn)
 
 
 def _title(mark: Mark) -> Markup:

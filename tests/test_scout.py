@@ -1,0 +1,297 @@
+"""The scout's pages: what they say, that they stand, and that they work in a browser."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from conftest import clip
+
+from flows.cli import main
+from flows.matches import Recording, import_recording
+from flows.scouting.sources import team_name
+from flows.scouting.write import Written, write
+from flows.stages import STAGES
+from flows.update import scope_of
+from flows.versions import emit
+from pipeline.pitch import PITCHES, Kind
+from pipeline.settings import Settings
+from pipeline.store import Store
+from pipeline.views.scout.facts import over_matches
+from pipeline.views.scout.gallery import clips, ranked
+from pipeline.views.scout.pictures import Mark, heat, on_pitch
+
+VSSS = PITCHES[Kind.VSSS]
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+HOSTILE = "<script>document.title='taken'</script> \"'&"
+
+
+def league(folder: Path) -> Store:
+    """A league of two matches of the sample's first minutes; one team has a hostile name."""
+    store = Store(folder)
+    for name, start in (("one", 0.0), ("two", 120.0)):
+        table = clip(start, start + 60.0)
+        if name == "two":
+            table = table.with_columns(pl.col("team").replace("yellow", HOSTILE))
+        (folder / "inbox").mkdir(parents=True, exist_ok=True)
+        table.write_parquet(folder / "inbox" / f"{name}.parquet")
+        import_recording(store, Recording(file=folder / "inbox" / f"{name}.parquet"))
+    STAGES.make(store, Settings(), scope := scope_of(store))
+    emit(store, STAGES["knowledge"], STAGES["knowledge"].settings(Settings()), scope)
+    return store
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory) -> Store:
+    return league(tmp_path_factory.mktemp("league"))
+
+
+@pytest.fixture(scope="module")
+def pages(store) -> Written:
+    return write(store)
+
+
+def text_of(pages: Written, name: str) -> str:
+    return (pages.first.parent / name).read_text()
+
+
+# ---- what is computed
+
+
+def test_heat():
+    """A heat map has shares of the samples, left to right and bottom to top."""
+    cells = heat(np.array([-0.74, 0.74, 0.74]), np.array([-0.64, 0.64, 0.64]), VSSS)
+    assert cells.sum() == pytest.approx(1)
+    assert (cells[0, 0], cells[-1, -1]) == (pytest.approx(1 / 3), pytest.approx(2 / 3))
+
+
+def test_marks_are_text():
+    """What a mark says and where it leads are text, whatever they hold."""
+    drawn = on_pitch(VSSS, HOSTILE, marks=[Mark(0, 0, "mark", HOSTILE, link=f"x#{HOSTILE}")])
+    assert "<script" not in drawn
+
+
+def occurrences(changes):
+    rows = [("striker-044", f"m-{n % 3}", "home", 1, n * 10**9, n * 10**9 + 5 * 10**8, change)
+            for n, change in enumerate(changes)]
+    names = ["behaviour_id", "match_id", "team", "robot", "t_ns", "done_ns", "change"]
+    return pl.DataFrame(rows, orient="row", schema=names)
+
+
+def test_clips():
+    """The best, the typical and the worst occurrences, each once, at most twelve."""
+    changes = np.random.default_rng(0).permutation(np.arange(31) / 10)
+    found = clips(occurrences(changes))["striker-044"]
+    values = [float(re.search(r"[-+][\d.]+", each.says)[0]) for each in found]
+    assert [each.says.split(",")[0] for each in found] == ["best"] * 4 + ["typical"] * 4 + ["worst"] * 4
+    assert values[:4] == [3.0, 2.9, 2.8, 2.7]
+    assert sorted(values[8:]) == [0.0, 0.1, 0.2, 0.3]
+    assert all(1.2 <= value <= 1.8 for value in values[4:8])
+
+
+@pytest.mark.parametrize("count", range(1, 14))
+def test_few_clips(count):
+    """Where there are few occurrences, each is shown once."""
+    found = clips(occurrences(range(count)))["striker-044"]
+    assert len({(each.match, each.start_s) for each in found}) == len(found) == min(count, 12)
+
+
+def test_by_evidence():
+    """The gallery's order is the lower end of the interval: a high value of a few instances is not first."""
+    table = pl.DataFrame({"behaviour_id": ["a", "b"], "value": [0.9, 0.4], "low": [-0.5, 0.3]})
+    assert ranked(table)["behaviour_id"].to_list() == ["b", "a"]
+
+
+def test_one_match_has_no_interval():
+    """A mean of one match has no interval; that of two has."""
+    from pipeline.views.scout.facts import Numbers
+
+    one = Numbers(0.5, 0.5, 3, 0, 2, 1, 4, 5, 6)
+    found = over_matches([(one, 1.0)])
+    assert (found["passes"].mean, found["passes"].low) == (30.0, None)
+    two = over_matches([(one, 1.0), (one._replace(passes=5, possession=None), 1.0)])
+    assert two["passes"].low < 40.0 < two["passes"].high
+    assert two["possession"].n == 1
+
+
+def test_teams_are_told_apart():
+    """Teams of one name in two leagues, or of names that look alike in an address, have their own files."""
+    names = [team_name(*each).slug for each in (("Blue", "vsss"), ("Blue", "ssl"), ("blue", "vsss"), ("", "2d"), ("東", "2d"))]
+    assert len(set(names)) == len(names)
+    assert all(re.fullmatch(r"[a-z0-9-]+", name) for name in names)
+
+
+# ---- the pages
+
+
+def test_links_lead_somewhere(pages):
+    """Each address on each page is a file that is there."""
+    root = pages.first.parent
+    for page in root.rglob("*.html"):
+        if page.parent.name != "replays":
+            for link in re.findall(r'(?:href|src)="([^"]*)"', page.read_text()):
+                assert (page.parent / link.partition("#")[0]).exists(), f"{page}: {link}"
+
+
+def test_numbers_are_those_of_the_tables(store, pages):
+    """A match's page says what the public tables say."""
+    match = next(iter(store.receipts("matches"))).name
+    events = store.receipt("events", match)
+    from schemas import Passes, Shots
+
+    shown = text_of(pages, f"matches/{match}.html")
+    for label, schema in (("shots on target", Shots), ("passes that arrive", Passes)):
+        counts = store.read_table(events, schema.NAME, schema)["team"].cast(pl.String).to_list()
+        row = re.search(rf'<th scope="row">{label}</th>(.*?)</tr>', shown, re.DOTALL)[1]
+        assert re.findall(r">(\d+)<", row)[:2] == [str(counts.count(side)) for side in ("home", "away")]
+
+
+def test_names_are_text(pages):
+    """A team's name is text on every page."""
+    for page in pages.first.parent.rglob("*.html"):
+        assert HOSTILE not in page.read_text()
+    assert "&lt;script&gt;" in pages.first.read_text()
+
+
+def test_what_stands_is_kept(store, tmp_path):
+    """A second call writes nothing; a new match has its pages written, and those of the others stand."""
+    shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
+    own = Store(tmp_path / "data")
+    first, second = write(own), write(own)
+    assert (first.kept, second.new, second.kept) == (0, 0, first.new)
+    match = next(iter(own.receipts("matches"))).name
+    (tmp_path / "data" / "scout" / "matches" / f"{match}.html").unlink()
+    assert write(own).new == 1, "what is missing is written again"
+
+
+def test_gone_with_its_match(store, tmp_path):
+    """The pages of a match that is forgotten go."""
+    from flows.catalog import forget_match
+
+    shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
+    own = Store(tmp_path / "data")
+    write(own)
+    match = next(iter(own.receipts("matches"))).name
+    forget_match(own, match)
+    write(own)
+    assert not list((tmp_path / "data" / "scout").rglob(f"{match}*"))
+
+
+def test_command(store, tmp_path, capsys):
+    """The command writes where it is told, and says what it wrote."""
+    with pytest.raises(SystemExit) as stopped:
+        main(["scout", "--data", str(store.root), "--out", str(tmp_path / "pages")])
+    assert stopped.value.code == 0
+    assert re.search(r"pages/index\.html: \d+ pages written, 0 kept", capsys.readouterr().out.replace("\n", ""))
+
+
+def test_nothing_has_run(tmp_path, capsys):
+    """Without a match there is one line."""
+    (tmp_path / "inbox").mkdir()
+    with pytest.raises(SystemExit):
+        main(["scout", "--data", str(tmp_path)])
+    assert "no match has run" in capsys.readouterr().err
+
+
+# ---- in a browser
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """A browser, headless; skips where there is none."""
+    if BROWSER is None:
+        pytest.skip("there is no chromium on this machine")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as player:
+        opened = player.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        yield opened
+        opened.close()
+
+
+@pytest.fixture
+def page(browser):
+    """A page whose errors fail the test."""
+    errors: list[str] = []
+    opened = browser.new_page(viewport={"width": 1366, "height": 768})
+    opened.on("console", lambda said: errors.append(said.text) if said.type == "error" else None)
+    opened.on("pageerror", lambda error: errors.append(str(error)))
+    opened.on("requestfailed", lambda request: errors.append(request.url))
+    yield opened
+    opened.close()
+    assert errors == []
+
+
+@pytest.mark.slow
+def test_every_page_opens(pages, page):
+    """Each page opens from disk without an error, and no name becomes markup."""
+    for found in sorted(pages.first.parent.rglob("*.html")):
+        page.goto(found.as_uri())
+        assert page.title() != "taken"
+        page.wait_for_timeout(100)
+
+
+@pytest.mark.slow
+def test_clips_play(pages, page):
+    """A clip that is seen plays, stops when it is clicked, and others that are not seen load nothing."""
+    gallery = next(found for found in sorted((pages.first.parent / "behaviours").iterdir()) if "data-match" in found.read_text())
+    page.goto(gallery.as_uri())
+    canvas = page.locator(".clip[data-ready] canvas").first
+    canvas.wait_for(timeout=20_000)
+    pixels = "canvas => canvas.toDataURL()"
+    before = canvas.evaluate(pixels)
+    page.wait_for_timeout(600)
+    assert canvas.evaluate(pixels) != before
+    canvas.click()
+    page.wait_for_timeout(100)
+    before = canvas.evaluate(pixels)
+    page.wait_for_timeout(400)
+    assert canvas.evaluate(pixels) == before
+
+
+@pytest.mark.slow
+def test_tables_sort_and_filter(pages, page):
+    """The league sorts by a column, both ways, and filters by words."""
+    page.goto(pages.first.as_uri())
+    rows = page.locator("#matches tbody tr:visible")
+    head = page.locator("#matches th", has_text="Match")
+    first = rows.first.inner_text()
+    head.click()
+    up = rows.first.inner_text()
+    head.click()
+    assert rows.first.inner_text() != up
+    assert first in (up, rows.first.inner_text())
+    page.fill("[data-filter]", "two")
+    assert rows.count() == 1
+    page.fill("[data-filter]", "no such team")
+    assert rows.count() == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_for_everybody(pages, page, scheme):
+    """axe finds nothing serious, in both colour schemes."""
+    from axe_core_python.sync_playwright import Axe
+
+    page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+    for name in ("index.html", "situations.html", *(
+            str(next((pages.first.parent / folder).glob("*.html")).relative_to(pages.first.parent))
+            for folder in ("matches", "teams", "behaviours"))):
+        page.goto((pages.first.parent / name).as_uri())
+        found = [f"{name}: {each['id']}: {each['nodes'][0]['html'][:120]}" for each in Axe().run(page)["violations"]
+                 if each["impact"] in ("serious", "critical")]
+        assert found == []
+
+
+@pytest.mark.slow
+def test_on_a_phone(pages, browser):
+    """Nothing is wider than a phone's screen."""
+    phone = browser.new_page(viewport={"width": 390, "height": 844})
+    for folder in (".", "matches", "teams", "behaviours"):
+        phone.goto(next((pages.first.parent / folder).glob("*.html")).as_uri())
+        assert phone.evaluate("document.documentElement.scrollWidth") <= 390, folder
+    phone.close()
