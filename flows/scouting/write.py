@@ -12,6 +12,7 @@ import polars as pl
 from markupsafe import Markup
 
 from flows.scouting import matches as match_pages
+from flows.scouting import opponent
 from flows.scouting import teams as team_pages
 from flows.scouting.sources import Known, Match, TeamName, newest, played
 from pipeline.errors import NotFound
@@ -117,9 +118,11 @@ def write(store: Store, out: Path | None = None) -> Written:
         own = [match for match in league if team in (match.home, match.away)]
         key = digest(canonical([frame, [match.key() for match in own], known and known.manifest.key]))
         folder.put(f"teams/{team.slug}.html", key, partial(
-            _page, "team", around, lambda team=team, own=own: team_pages.facts(store, team, own, lines)))  # type: ignore[misc]
-        folder.put(f"behaviours/{team.slug}.html", key, partial(
-            _page, "behaviours", around, lambda team=team, own=own: _gallery(store, team, own, known)))  # type: ignore[misc]
+            _page, "team", around, partial(team_pages.facts, store, team, own, lines)))
+        shown = cache(partial(_gallery, store, team, own, known))
+        folder.put(f"behaviours/{team.slug}.html", key, partial(_page, "behaviours", around, shown))
+        folder.put(f"against/{team.slug}.html", key, partial(
+            _page, "opponent", around, partial(_opponent, store, team, own, shown)))
     everything = digest(canonical([frame, [match.key() for match in league]]))
     folder.put("index.html", everything, lambda: page("league", **around, title=TITLE, note=None, rows=[
         _row(match, lines[match.name]) for match in league]))
@@ -173,6 +176,12 @@ def _page(name: str, around: dict[str, Any], facts: Callable[[], dict[str, Any]]
 def _gallery(store: Store, team: TeamName, own: list[Match], known: Known | None) -> dict[str, Any]:
     found = None if known is None else team_pages.gallery(store, team, own, known)
     return found or {"team": team, "version": "none", "total": 0, "cards": []}
+
+
+def _opponent(
+    store: Store, team: TeamName, own: list[Match], shown: Callable[[], dict[str, Any]]
+) -> dict[str, Any]:
+    return opponent.facts(store, team, own, shown())
 
 
 def _situations(store: Store, league: list[Match]) -> list[dict[str, Any]]:

@@ -37,7 +37,7 @@ def files() -> dict[str, bytes]:
 
 
 def _percent(share: float | None) -> str:
-    return "–" if share is None else f"{100 * share:.0f} %"
+    return "–" if share is None else f"{100 * share:.0f}\u00a0%"
 
 
 def _clock(seconds: float) -> str:

@@ -1,0 +1,150 @@
+"""The scouting report on an opponent: sentences, each with its n and the clips that it rests on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from flows.scouting.sources import Match, TeamName
+from flows.scouting.teams import sides_of
+from pipeline.pitch import Pitch
+from pipeline.store import Store
+from pipeline.views.scout.gallery import Clip
+from schemas import Goals, Possession, Pressure, Referee, Shots, Trajectories
+
+#: Matches that the report is made from, the newest; clips of a sentence; behaviours that are named.
+FROM, CLIPS, BEHAVIOURS = 20, 3, 5
+#: Seconds after a restart in which a shot counts as its outcome.
+_SOON_S = 8.0
+#: Thirds of the pitch, along and across, as the team sees them.
+_ALONG, _ACROSS = ("its own third", "the middle third", "the attacking third"), ("right", "centre", "left")
+
+
+def facts(
+    store: Store, team: TeamName, matches: Sequence[Match], gallery: dict[str, Any] | None
+) -> dict[str, Any]:
+    """What the report on a team says; ``gallery`` are the facts of its behaviours."""
+    played = [(match, side) for match in matches[-FROM:] for side in sides_of(team, match)]
+    pitch = matches[-1].pitch
+    return {
+        "team": team, "matches": len(played),
+        "behaviours": (gallery or {"cards": []})["cards"][:BEHAVIOURS],
+        "sentences": [
+            _losses(_events(store, played, "possession", Possession), pitch),
+            _pressed(_events(store, played, "pressure", Pressure, own=False)),
+            _conceded(store, played),
+            _keeper(store, played, pitch),
+            _restarts(store, played),
+        ],
+    }
+
+
+def _events(
+    store: Store, played: Sequence[tuple[Match, str]], name: str, schema: Any, *, own: bool = True
+) -> pl.DataFrame:
+    """A table of events over matches: the rows of the team, or of its adversaries."""
+    rows: list[pl.DataFrame] = [schema.empty()]
+    for match, side in played:
+        table = store.read_table(match.made["events"], name, schema)
+        rows.append(table.filter((pl.col("team") == side) == own))
+    return pl.concat(rows)
+
+
+def _clip(row: dict[str, Any], at_ns: int, robot: int, says: str, *, before_s: float = 3.0) -> Clip:
+    at = at_ns / 1e9
+    start = round(max(at - before_s, 0), 2)
+    return Clip(row["match_id"], str(row["team"]), robot, start, round(at + 1.5, 2), says)
+
+
+def _said(title: str, says: str, clips: Sequence[Clip] = ()) -> dict[str, Any]:
+    return {"title": title, "says": says, "clips": list(clips)}
+
+
+def _losses(held: pl.DataFrame, pitch: Pitch) -> dict[str, Any]:
+    """Where the team loses the ball."""
+    lost = held.filter(pl.col("ended") == "lost").with_columns(
+        along=((pl.col("end_x") / pitch.length + 0.5) * 3).floor().clip(0, 2).cast(pl.Int8),
+        across=((pl.col("end_y") / pitch.width + 0.5) * 3).floor().clip(0, 2).cast(pl.Int8))
+    if lost.is_empty():
+        return _said("Where it loses the ball", "No loss of the ball to the adversary was seen.")
+    (along, across, count) = lost.group_by("along", "across").len().sort(
+        "len", "along", "across", descending=[True, False, False]).row(0)
+    there = lost.filter(along=along, across=across).head(CLIPS)
+    return _said(
+        "Where it loses the ball",
+        f"Most often in {_ALONG[along]}, {_ACROSS[across]}: {count} of {lost.height} losses.",
+        [_clip(row, row["end_ns"], row["last_robot"], "lost") for row in there.iter_rows(named=True)])
+
+
+def _pressed(pressed: pl.DataFrame) -> dict[str, Any]:
+    """What pressure on the team wins."""
+    won = pressed.filter("won")
+    share = won.height / max(pressed.height, 1)
+    return _said(
+        "Under pressure",
+        f"Pressed {pressed.height} times, it lost the ball {won.height} times ({share:.0%}).",
+        [_clip(row, row["end_ns"], row["robot"], "won by pressing")
+         for row in won.head(CLIPS).iter_rows(named=True)])
+
+
+def _conceded(store: Store, played: Sequence[tuple[Match, str]]) -> dict[str, Any]:
+    """What has worked against the team."""
+    shots = _events(store, played, "shots", Shots, own=False)
+    goals = pl.concat([Goals.empty(), *(
+        store.read_table(match.made["goals"], "goals", Goals).filter(pl.col("team") != side)
+        for match, side in played)])
+    kind = pl.col("kind").cast(pl.String).fill_null("of unknown kind")
+    counts = goals.select(kind=kind).group_by("kind").len()
+    kinds = ", ".join(f"{count} {kind}" for kind, count in counts.sort(
+        "len", "kind", descending=[True, False]).iter_rows())
+    says = f"{goals.height} goals{f': {kinds}' if kinds else ''}."
+    if shots.height:
+        middle = float(np.median(shots["distance"].to_numpy()))
+        says += f" Half of the {shots.height} shots at it came from less than {middle:.2f} m."
+    return _said("What has worked against it", says, [
+        _clip(row, row["t_ns"], -1 if row["robot"] is None else row["robot"], "goal", before_s=5.0)
+        for row in goals.tail(CLIPS).iter_rows(named=True)])
+
+
+def _keeper(store: Store, played: Sequence[tuple[Match, str]], pitch: Pitch) -> dict[str, Any]:
+    """The team's goalkeeper."""
+    places = [np.zeros((0, 2))]
+    for match, side in played:
+        turn = 1 if side == "home" else -1
+        seen = store.read_table(match.made["trajectories"], "trajectories", Trajectories).filter(
+            pl.col("team") == side, pl.col("role") == "goalkeeper", pl.col("segment").is_not_null())
+        places.append(turn * seen.select("x", "y").to_numpy())
+    at = np.concatenate(places)
+    shots = _events(store, played, "shots", Shots, own=False).filter(pl.col("outcome") != "wide")
+    saved = shots.filter(pl.col("outcome") == "saved")
+    if not len(at):
+        return _said("Its keeper", "No goalkeeper was seen.")
+    out, aside = np.median(at[:, 0]) + pitch.goal_x, np.median(np.abs(at[:, 1]))
+    return _said(
+        "Its keeper",
+        f"It stands {out:.2f} m before its goal line and {aside:.2f} m from the middle (medians of {len(at)}"
+        f" samples). Of {shots.height} shots on target it saved {saved.height}.",
+        [_clip(row, row["t_ns"], row["robot"], "saved", before_s=2.0)
+         for row in saved.head(CLIPS).iter_rows(named=True)])
+
+
+def _restarts(store: Store, played: Sequence[tuple[Match, str]]) -> dict[str, Any]:
+    """What the team makes of its restarts."""
+    begun, clips = 0, []
+    for match, side in played:
+        shots = store.read_table(match.made["events"], "shots", Shots).filter(pl.col("team") == side)["t_ns"]
+        given = store.read_table(match.log, "referee", Referee).filter(
+            pl.col("event").is_in(["kick-off", "fault"]), pl.col("team") == side)
+        for row in given.iter_rows(named=True):
+            begun += 1
+            end = row["t_ns"] + round(_SOON_S * 1e9)
+            if shots.is_between(row["t_ns"], end).any():
+                clips.append(Clip(match.name, side, -1, round(row["t_ns"] / 1e9, 2),
+                                  round(row["t_ns"] / 1e9 + _SOON_S, 2), row["note"] or row["event"]))
+    return _said(
+        "Its restarts",
+        f"Of {begun} kick-offs and other restarts that the recordings give it, {len(clips)} led to a shot"
+        f" within {_SOON_S:.0f} s.", clips[:CLIPS])
