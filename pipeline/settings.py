@@ -74,12 +74,19 @@ class EventSettings(Frozen):
         line_s: time after a touch from which the ball's straight line is taken.
         deflected_s: time from a shot to a goal that makes it that goal's shot, if only adversaries touch
             the ball between them.
+        wide: greatest distance from the goal's middle at which a wide shot passes the goal line, in goal
+            widths.
+        wide_speed: least speed of a wide shot, m/s on the scale of VSSS (``Scales.speed``).
+        wide_s: time within which a wide shot would reach the goal line at constant speed.
         join_s: longest time without contact that does not end a robot's pressure.
         won_s: time after a robot's pressure within which its team may win the ball by it.
     """
 
     line_s: float = Field(default=0.1, gt=0)
     deflected_s: float = Field(default=2.0, gt=0)
+    wide: float = Field(default=1.0, ge=0.5)
+    wide_speed: float = Field(default=0.4, gt=0)
+    wide_s: float = Field(default=1.0, gt=0)
     join_s: float = Field(default=0.25, ge=0)
     won_s: float = Field(default=1.0, ge=0)
 

@@ -17,7 +17,7 @@ ENDINGS = ("lost", "contested", "goal", "conceded", "stopped", "end")
 #: Directions of a pass: quarters about the team's direction of attack.
 DIRECTIONS = ("front", "left", "back", "right")
 #: What came of a shot.
-OUTCOMES = ("goal", "saved", "blocked", "own", "missed")
+OUTCOMES = ("goal", "saved", "blocked", "own", "missed", "wide")
 
 
 class Possession(Table):
@@ -83,11 +83,12 @@ class Passes(Table):
 
 
 class Shots(Table):
-    """One shot: a touch after which the ball would roll into the adversary's goal. Sorted by t_ns.
+    """One shot: a touch after which the ball would roll into the adversary's goal, or goes past it. Sorted by t_ns.
 
-    As in loganalyzer3: on its straight line after the touch it would cross the goal line between the posts,
-    and fast enough (2D: at more than 10 m/s; elsewhere: at all). A touch that the same robot follows up before
-    anybody else touches is no shot; loganalyzer3 counts it.
+    A shot on target is as in loganalyzer3: on its straight line after the touch the ball would cross the goal
+    line between the posts, and fast enough (2D: at more than 10 m/s; elsewhere: at all). loganalyzer3 counts
+    only these: `outcome <> 'wide'`. Ours has two differences. A touch that the same robot follows up before
+    anybody else touches is no shot. A ball aimed past a post that goes in all the same is on target.
     """
 
     NAME: ClassVar[str] = "shots"
@@ -106,8 +107,11 @@ class Shots(Table):
     angle = dy.Float32(min=0, description="angle at which the ball sees the goal", metadata=unit("rad"))
     outcome = dy.Enum(OUTCOMES, description=(
         "goal: it goes in, perhaps off adversaries (deflected_s of the settings); saved, blocked: the adversary touches next, its goalkeeper or "
-        "another; own: another robot of the team touches next; missed: nobody touches and there is no goal"
+        "another; own: another robot of the team touches next; missed: nobody touches and there is no goal; "
+        "wide: aimed past a post by not more than wide allows (settings), fast enough, and at the goal line before "
+        "the next touch"
     ))
+    by = dy.Int16(nullable=True, description="number of the adversary's robot that saved or blocked it, else null")
 
 
 class Pressure(Table):

@@ -152,11 +152,51 @@ def test_deflected():
     assert shot(robots=robots, deflected_s=0.5)["outcome"].to_list() == ["blocked"]
 
 
+def test_stopped_by():
+    """A shot that an adversary stops has its number; another shot has none."""
+    keeper = SHOOTER | {(AWAY, 0): (0.67, 0.0)}
+    assert shot([*SHOT[:2], (1.75, 0.6, 0), (4, 0.6, 0)], keeper, SCORED[:1])["by"].to_list() == [0]
+    assert shot()["by"].to_list() == [None]
+
+
+def past(to_y, seconds=1.0, **changes):
+    """The outcome of a shot that crosses the goal line so far from the goal's middle, if it is one."""
+    ball = [*SHOT[:2], (1 + seconds, 0.8, to_y * 0.8 / 0.75), (4, 0.8, to_y * 0.8 / 0.75)]
+    aside = {(AWAY, 0): (0.7, 0.0), (AWAY, 1): (0.0, 0.6)}
+    return shot(ball, SHOOTER | aside, SCORED[:1], **changes)["outcome"].to_list()
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_wide(turn):
+    """A ball past the post is a wide shot, up to a goal width from the goal's middle."""
+    assert past(0.19 * turn) == ["missed"]
+    assert past(0.25 * turn) == past(0.38 * turn) == ["wide"]
+    assert past(0.42 * turn) == []
+    assert past(0.42 * turn, wide=1.5) == ["wide"]
+
+
+def test_wide_is_fast():
+    """A slow ball past the post is no shot, nor is one that is long on its way."""
+    assert past(0.3, seconds=1.5) == []
+    assert past(0.3, seconds=1.5, wide_s=2.0) == ["wide"]
+    assert past(0.3, seconds=1.5, wide_s=2.0, wide_speed=0.6) == []
+
+
+def test_wide_arrives():
+    """A ball past the post that is stopped before the goal line is no shot, and one that goes in is a goal."""
+    stopped = [*SHOT[:2], (1.5, 0.4, 0.16), (4, 0.4, 0.16)]
+    assert shot(stopped, SHOOTER | {(AWAY, 1): (0.46, 0.18)}, SCORED[:1]).is_empty()
+    turns = [*SHOT[:2], (1.5, 0.4, 0.16), (2, 0.8, 0), (4, 0.8, 0)]
+    assert shot(turns)["outcome"].to_list() == ["goal"]
+
+
 def test_no_shot():
-    """Past the post, too slow, backwards, or followed up by the same robot: no shot."""
+    """Too far past the post, too slow, backwards, or followed up by the same robot: no shot."""
     assert shot([*SHOT[:2], (2, 0.8, 0.6), (4, 0.8, 0.6)], referee=SCORED[:1]).is_empty()
     assert shot([*SHOT[:2], (4, 0.4, 0)], referee=SCORED[:1]).is_empty(), "0.13 m/s stop after 3 cm"
     assert shot([*SHOT[:2], (2, -0.8, 0), (4, -0.8, 0)], referee=SCORED[:1]).is_empty()
+    follows = [(0, 0, 0), (1, 0, 0), (1.2, 0.16, 0), (1.5, 0, 0), (4, 0, 0)]
+    assert shot(follows, referee=SCORED[:1]).is_empty()
 
 
 @pytest.mark.parametrize("kind", list(Kind))

@@ -1,4 +1,4 @@
-"""Shots: touches after which the ball would roll into the adversary's goal."""
+"""Shots: touches after which the ball would roll into the adversary's goal, or goes past it."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ import polars as pl
 from pipeline.arrays import F64, I64, Bools
 from pipeline.events.control import NOBODY, Control
 from pipeline.events.views import tabled, towards
-from pipeline.pitch import Kind, Pitch
+from pipeline.pitch import SCALES, Kind, Pitch
+from pipeline.roles import roles
 from pipeline.settings import EventSettings
-from schemas import ROLES, SIDES, Shots
+from pipeline.touches import BallInPlay
+from schemas import SIDES, Shots
 
 
 class Rolling(NamedTuple):
@@ -64,24 +66,33 @@ def shots(
     x, y, dx, dy, took = np.array(lines, dtype=np.float64).reshape(-1, 5).T
     turn = towards(team)
     x, y, dx, dy = x * turn, y * turn, dx * turn, dy * turn
-    found = _goes_in(x, y, dx, dy, took, pitch)
-    speed = np.hypot(dx, dy)[found] / took[found]
-    last, following, team, robot = last[found], following[found], team[found], robot[found]
-    x, y = x[found], y[found]
-    to_x = pitch.goal_x - x
+    to_x, speed = pitch.goal_x - x, np.hypot(dx, dy) / took
+    off, way = _at_line(to_x, y, dx, dy)
+    rolling, scales = ROLLING[pitch.kind], SCALES[pitch.kind]
+    on_target = (off < pitch.goal_width / 2) & (rolling.at(speed, way) > rolling.least)
+    past = (
+        (off >= pitch.goal_width / 2) & (off <= settings.wide * pitch.goal_width)
+        & (speed >= settings.wide_speed * scales.speed) & (to_x <= speed * settings.wide_s)
+    )
+    names = pl.Series(SIDES).gather(team)
+    outcome, by = _outcomes(
+        last, following, on_target, control, trajectories, over, round(settings.deflected_s * 1e9))
+    arrives = _reach(ball, last, following, turn, past) >= pitch.goal_x - 2 * scales.ball_radius
+    found = on_target | (past & (arrives | (outcome == "goal").to_numpy()))
+    t_ns = pl.Series(ball.t_ns[last])
     return tabled(Shots, trajectories, {
-        "team": np.array(SIDES)[team],
-        "t_ns": ball.t_ns[last],
+        "team": names,
+        "t_ns": t_ns,
         "segment": ball.segment[last],
         "robot": robot,
-        "role": _roles(trajectories, ball.t_ns[last], team, robot),
+        "role": roles(trajectories, names, pl.Series(robot), t_ns),
         "x": x, "y": y,
         "speed": speed,
         "distance": np.hypot(to_x, y),
         "angle": _angle(to_x, y, pitch.goal_width / 2),
-        "outcome": _outcomes(
-            last, following, control, trajectories, over, round(settings.deflected_s * 1e9)),
-    })
+        "outcome": outcome,
+        "by": by,
+    }, found)
 
 
 def _left(control: Control) -> tuple[I64, I64]:
@@ -102,14 +113,28 @@ def _left(control: Control) -> tuple[I64, I64]:
     return rows[leaves], following[leaves]
 
 
-def _goes_in(x: F64, y: F64, dx: F64, dy: F64, took: F64, pitch: Pitch) -> Bools:
-    """Whether a ball rolls over the goal line at +x between the posts, [n]."""
-    to_x = pitch.goal_x - x
+def _at_line(to_x: F64, y: F64, dx: F64, dy: F64) -> tuple[F64, F64]:
+    """Where straight lines cross the goal line at +x: from the goal's middle, and how far they go, metres.
+
+    float64 [n] each; NaN where they do not cross it.
+    """
     with np.errstate(invalid="ignore", divide="ignore"):
-        share = to_x / dx
-        at_line = ROLLING[pitch.kind].at(np.hypot(dx, dy) / took, np.hypot(to_x, dy * share))
-        return (dx > 0) & (to_x > 0) & (np.abs(y + dy * share) < pitch.goal_width / 2) & (
-            at_line > ROLLING[pitch.kind].least)
+        share = np.where((dx > 0) & (to_x > 0), to_x / dx, np.nan)
+    return np.abs(y + dy * share), np.hypot(to_x, dy * share)
+
+
+def _reach(ball: BallInPlay, last: I64, following: I64, turn: F64, asked: Bools) -> F64:
+    """The greatest x of the ball from a touch to before the next one in the segment, metres, [n].
+
+    It is as the toucher's team sees the pitch; -inf where it is not asked for.
+    """
+    reach = np.full(len(last), -np.inf)
+    for index in np.flatnonzero(asked):
+        here, to = int(last[index]), int(following[index])
+        if to == NOBODY:
+            to = int(np.searchsorted(ball.segment, ball.segment[here], side="right"))
+        reach[index] = (ball.x[here:to] * turn[index]).max()
+    return reach
 
 
 def _angle(to_x: F64, y: F64, half_goal: float) -> F64:
@@ -119,25 +144,16 @@ def _angle(to_x: F64, y: F64, half_goal: float) -> F64:
     return left - right
 
 
-def _roles(trajectories: pl.DataFrame, t_ns: I64, team: I64, robot: I64) -> pl.Series:
-    """The roles of robots at some times, null where they are not seen, [n]."""
-    asked = pl.DataFrame({"t_ns": t_ns, "side": team, "robot": robot}).with_columns(
-        pl.lit(pl.Series(SIDES)).gather(pl.col("side")).alias("team") if len(team)
-        else pl.lit(None, dtype=pl.String).alias("team"), pl.col("robot").cast(pl.Int16))
-    seen = trajectories.filter(pl.col("team") != "ball").select(
-        "t_ns", pl.col("team").cast(pl.String), "robot", "role")
-    return asked.join(seen, on=("t_ns", "team", "robot"), how="left", maintain_order="left")["role"].cast(
-        pl.Enum(ROLES))
-
-
 def _outcomes(
-    last: I64, following: I64, control: Control, trajectories: pl.DataFrame, over: pl.DataFrame, soon_ns: int
-) -> pl.Series:
-    """What came of shots, column outcome of schema Shots, [n]."""
+    last: I64, following: I64, on_target: Bools, control: Control, trajectories: pl.DataFrame,
+    over: pl.DataFrame, soon_ns: int,
+) -> tuple[pl.Series, pl.Series]:
+    """What came of shots, and whose robot stopped them: columns outcome and by of schema Shots, [n] each."""
     contacts, toucher, ball = control.contacts, control.toucher, control.ball
     touched = following != NOBODY
     team, other = contacts.team[toucher[last]], contacts.team[toucher[following]]
-    by = _roles(trajectories, ball.t_ns[following], other, contacts.robot[toucher[following]])
+    by = pl.Series("by", contacts.robot[toucher[following]])
+    role = roles(trajectories, pl.Series(SIDES).gather(other), by, pl.Series(ball.t_ns[following]))
     ends = {episode: (over_ns, scorer)
             for episode, over_ns, scorer in over.select("episode", "over_ns", "scorer").iter_rows()}
     scored = np.zeros(len(last), dtype=np.bool_)
@@ -146,15 +162,18 @@ def _outcomes(
         scored[index] = (
             scorer == SIDES[team[index]] and over_ns - ball.t_ns[here] <= soon_ns
             and not _touches_after(control, int(here), int(np.searchsorted(ball.t_ns, over_ns))))
-    return pl.DataFrame({
-        "touched": touched, "own": other == team, "keeper": (by == "goalkeeper").fill_null(value=False),
-        "scored": scored,
-    }).select(
-        pl.when("scored").then(pl.lit("goal"))
+    came = pl.DataFrame({
+        "touched": touched, "own": other == team, "keeper": (role == "goalkeeper").fill_null(value=False),
+        "scored": scored, "on_target": on_target, "by": by,
+    }).with_columns(
+        outcome=pl.when("scored").then(pl.lit("goal"))
+        .when(~pl.col("on_target")).then(pl.lit("wide"))
         .when(pl.col("touched") & pl.col("own")).then(pl.lit("own"))
         .when(pl.col("touched") & pl.col("keeper")).then(pl.lit("saved"))
         .when("touched").then(pl.lit("blocked"))
-        .otherwise(pl.lit("missed")).alias("outcome"))["outcome"]
+        .otherwise(pl.lit("missed")))
+    return came["outcome"], came.select(
+        pl.when(pl.col("outcome").is_in(["saved", "blocked"])).then("by"))["by"]
 
 
 def _touches_after(control: Control, here: int, until: int) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.arrays import F64, I64
+from pipeline.arrays import F64, I64, Bools
 from pipeline.touches import BallInPlay
 from schemas import Table
 
@@ -26,11 +26,14 @@ def place(ball: BallInPlay, row: I64, team: I64) -> tuple[F64, F64]:
 
 
 def tabled(
-    schema: type[Table], trajectories: pl.DataFrame, columns: Mapping[str, npt.NDArray[Any] | pl.Series]
+    schema: type[Table], trajectories: pl.DataFrame, columns: Mapping[str, npt.NDArray[Any] | pl.Series],
+    kept: Bools | None = None,
 ) -> pl.DataFrame:
-    """Rows of a schema from its columns; the match is that of the trajectories."""
+    """Rows of a schema from its columns, those that are kept; the match is that of the trajectories."""
     match = trajectories["match_id"].head(1)
     frame = pl.DataFrame(dict(columns))
+    if kept is not None:
+        frame = frame.filter(kept)
     if frame.is_empty():
         return schema.empty()
     return frame.with_columns(match_id=pl.lit(match.item())).select(list(schema.dtypes())).cast(
