@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import functools
+import re
 
-import numpy as np
 import polars as pl
 import pytest
 from golden.cases import _log
@@ -12,15 +12,16 @@ from support.logs import referee_rows
 from support.scenes import film, goes, stands
 
 from pipeline import matches
+from pipeline.events.derive import events as found_in
 from pipeline.goals import attribute
 from pipeline.pitch import PITCHES, Kind
-from pipeline.settings import Settings
+from pipeline.settings import EventSettings, Settings
 from pipeline.situations.recognise import recognise
 from pipeline.trajectories.derive import trajectories
 from pipeline.views.commentary import CommentarySettings, commentary
 from pipeline.views.commentary.moments import of_the_referee
+from pipeline.views.commentary.spells import spells
 from pipeline.views.commentary.summary import heading
-from pipeline.views.commentary.touches import spells, touches
 from pipeline.views.commentary.words import clock, listed, metres, restart, story
 from schemas import Goals, Matches, Situations
 
@@ -50,10 +51,15 @@ def done(*rows):
     return pl.DataFrame(rows, schema=Situations.dtypes(), orient="row")
 
 
-def tell(bodies, *, seconds=4.0, events=(), goals=(), situations=(), **changes):
-    seen = film(bodies, seconds, roles=ROLES_)
-    return commentary(about(), referee_rows(*events), scored(*goals), done(*situations), seen, VSSS,
-                      CommentarySettings(**changes))
+def events_of(bodies, referee=None):
+    """Possession, passes and shots of a table of trajectories."""
+    return found_in(bodies, referee_rows() if referee is None else referee, VSSS, EventSettings())[:3]
+
+
+def tell(bodies, *, seconds=4.0, events=(), goals=(), situations=(), match=None, **changes):
+    seen, referee = film(bodies, seconds, roles=ROLES_), referee_rows(*events)
+    return commentary(about() if match is None else match, referee, scored(*goals), done(*situations), seen,
+                      *events_of(seen, referee), VSSS, CommentarySettings(**changes))
 
 
 def of_kind(told, *kinds):
@@ -68,7 +74,7 @@ def rolls(to_x, to_y=0.0, *, leaves=1.0, speed=1.0):
 
 def test_human_like_note():
     """A human-like team is said to stand in for people."""
-    told = commentary(about(away="human-like"), referee_rows(), scored(), done(), film({"ball": rolls(0.1), **KEEPER}, 4.0, roles=ROLES_), VSSS)
+    told = tell({"ball": rolls(0.1), **KEEPER}, match=about(away="human-like"))
     assert "stands in for people" in told.summary.note
     assert heading(told.summary)[1] == f"{told.summary.note}."
     told = tell({"ball": rolls(0.1), **KEEPER})
@@ -85,90 +91,94 @@ def test_save():
 
 def test_blocked_shot():
     """Any robot but the goalkeeper is in the way of a shot."""
-    told = tell({"ball": rolls(0.44), "away-1": stands(0.5, 0.0), **KEEPER})
+    told = tell({"ball": rolls(0.44), "away-1": stands(0.5, 0.0), **KEEPER}, play_apart_s=0)
     assert of_kind(told, "shot") == ["home 1 (striker) shoots from 0.75 m; away 1 (midfield) is in the way."]
     assert told.summary.away.saves == 0
 
 
-@pytest.mark.parametrize(("to_y", "said"), [(0.3, ["home 1 (striker) shoots from 0.75 m, wide."]), (0.5, [])])
-def test_wide_shot(to_y, said):
-    """A ball beside the goal is a wide shot up to a goal width from its centre."""
-    told = tell({"ball": rolls(0.75, to_y), **KEEPER})
-    assert of_kind(told, "shot", "save") == said
-    assert told.summary.home.on_target == 0
+def test_wide_shot():
+    """A wide shot is told and counted, but not as one on target."""
+    told = tell({"ball": rolls(0.75, 0.3), **KEEPER})
+    assert of_kind(told, "shot", "save") == ["home 1 (striker) shoots from 0.75 m, wide."]
+    assert (told.summary.home.shots, told.summary.home.on_target) == (1, 0)
 
 
-def test_slow_ball():
-    """A ball that would not arrive in time is no shot."""
-    slow = {"ball": rolls(0.64, speed=0.5), **KEEPER}
-    assert tell(slow).summary.home.shots == 0
-    assert tell(slow, shot_s=2.0).summary.home.shots == 1
+def test_shot_at_the_goal():
+    """A shot that nobody stops, and that does not go in, is told without an outcome."""
+    ball = goes((0, 0, 0, 0), (1, 0, 0, 0), (1.25, 0.2, 0, 0), (4, 0.2, 0.3, 0))
+    told = tell({"ball": ball, **KEEPER}, play_apart_s=0)
+    assert of_kind(told, "shot") == ["home 1 (striker) shoots from 0.75 m at the goal."]
 
 
-def test_pass():
-    """A pass goes some way to a team-mate."""
-    mate = {"home-2": stands(0.36, 0.0), "home-1": stands(-0.06, 0.0), "away-0": stands(0.7, 0.5)}
-    told = tell({"ball": rolls(0.3), **mate}, shot_s=0.1, play_apart_s=0)
-    assert of_kind(told, "pass") == ["home 1 (striker) passes forward to home 2 (midfield)."]
-    near = {**mate, "home-2": stands(0.2, 0.0)}
-    assert of_kind(tell({"ball": rolls(0.14), **near}, shot_s=0.1, play_apart_s=0), "pass") == []
+@pytest.mark.parametrize(("gives", "to", "said"), [
+    ((-0.6, 0), (-0.2, 0), "passes forward"), ((-0.2, 0), (-0.6, 0), "passes back"), ((-0.2, 0), (-0.2, 0.4), "passes"),
+    ((0, 0.5), (0.4, 0.5), "plays a through pass"),
+])
+def test_pass(gives, to, said):
+    """A pass is told with its direction, if it goes some way."""
+    mates = {"home-1": stands(*gives), "home-2": stands(*to), "away-0": stands(0.7, -0.5), "away-1": stands(0.1, -0.5)}
+    way = {"ball": goes((0, *gives, 0), (1, *gives, 0), (2, *to, 0), (4, *to, 0)), **mates}
+    assert of_kind(tell(way, play_apart_s=0), "pass") == [f"home 1 (striker) {said} to home 2 (midfield)."]
+    assert of_kind(tell(way, play_apart_s=0, pass_m=2.5), "pass") == []
 
 
 def test_possession():
-    """The ball belongs to the team that touched it last."""
-    bodies = film({"ball": rolls(0.64, leaves=2.0), **KEEPER}, 4.0, roles=ROLES_)
-    found = touches(bodies, VSSS, CommentarySettings())
-    assert [(touch.team, touch.robot) for touch in found] == [("home", 1), ("away", 0)]
-    first, second = spells(found, bodies)
+    """The share of possession is that of the time in which a team has the ball."""
     # rolls 0.64 m at 1 m/s from 2 s; within 0.0775 m of x = 0.70 from x = 0.6225 on
-    assert first.end_ns == second.start_ns == 2.625 * S
-    assert first.seconds == pytest.approx(2.625)
-    assert tell({"ball": rolls(0.64, leaves=2.0), **KEEPER}).summary.home.possession == pytest.approx(
-        2.625 / 3.975, abs=1e-9)
+    told = tell({"ball": rolls(0.64, leaves=2.0), **KEEPER})
+    assert told.summary.home.possession == pytest.approx(2.625 / 3.975, abs=1e-6)
 
 
-#: Distances of home 1 and away 1 to the ball: one nearer (h, a), one alone (H, A), neither (.).
-DUEL = {"h": (0.06, 0.07), "a": (0.07, 0.06), "H": (0.06, 0.10), "A": (0.10, 0.06), ".": (0.10, 0.10)}
+#: Where home 1 touches the ball alone, where away 1 does, and where home 2 and away 2 press it between them.
+PLACES = {"h": (0.0, -0.3), "a": (0.0, 0.3), "d": (0.4, 0.0)}
+BETWEEN = {"home-1": stands(0.0, -0.36), "away-1": stands(0.0, 0.36), "home-2": stands(0.34, 0.0),
+           "away-2": stands(0.46, 0.0)}
 
 
-def duel(steps, **changes):
-    """Who touched the ball with how many samples of 25 ms, one letter of ``DUEL`` a sample."""
-    home, away = np.array([DUEL[step] for step in steps]).T
-    bodies = {
-        "ball": stands(0, 0), "home-1": lambda t: (-home, 0 * t, 0 * t), "away-1": lambda t: (away, 0 * t, 0 * t + np.pi),
-    }
-    found = touches(film(bodies, len(steps) / 40, roles=ROLES_), VSSS, CommentarySettings(**changes))
-    return [(touch.team, round((touch.end_ns - touch.start_ns) * 40e-9) + 1) for touch in found]
+def goes_between(places):
+    """The ball, for half a second each at one of the places, half a second on its way to the next."""
+    return goes(*((i + t, *PLACES[place], 0) for i, place in enumerate(places) for t in (0, 0.5)))
 
 
-@pytest.mark.parametrize(("steps", "touched"), [
-    ("hhhhhhaahhahhh", [("home", 14)]),  # nearer for less than 0.1 s
-    ("hhhhhhaaaaaaaa", [("home", 6), ("away", 8)]),  # nearer for 0.1 s or more
-    ("hhhhhaaaaahhhhh", [("home", 5), ("away", 5), ("home", 5)]),
-    ("hhhhhaaaahhhhh", [("home", 14)]),
-    ("hhhhhaAahhhhh", [("home", 5), ("away", 3), ("home", 5)]),  # home 1 was off the ball meanwhile
-    ("hhhhhaaAAAAA", [("home", 5), ("away", 7)]),  # and so it is when it does not come back
-    ("hhhhh..aahhhhh", [("home", 5), ("away", 2), ("home", 5)]),  # after a pause nobody has the ball
-    ("aahhhhhh", [("away", 2), ("home", 6)]),  # the first has nobody to take it from
+def test_spells():
+    """A team's time on the ball goes on over a duel after which it has it again, and ends with the other's touch."""
+    bodies = film({"ball": goes_between("hdhdad"), **BETWEEN}, 6.0, roles=ROLES_)
+    possession, passes, _ = events_of(bodies)
+    first, second, third = spells(possession, passes, bodies)
+    assert (first.team, first.robots, first.lost_by) == ("home", (1, 2), None)
+    assert (second.team, second.robots, second.lost_by) == ("away", (1,), ("home", 2, "home 2 (midfield)"))
+    assert (third.team, third.robots) == ("home", (2,))
+    assert first.held_s < first.seconds, "the duel is left out"
+    assert first.end_ns == first.until_ns == second.start_ns
+    assert third.end_ns < third.until_ns == bodies["t_ns"].max(), "a duel goes on until the end"
+    assert first.held_s + second.held_s + third.held_s == pytest.approx(
+        (possession["end_ns"] - possession["start_ns"]).sum() / 1e9)
+
+
+def test_kept():
+    """A long time on the ball is told with the robots that had it and where it came from."""
+    ball = goes((0, 0.4, 0.3, 0), (1, 0.4, 0.3, 0), (2, -0.3, 0.3, 0), (3, -0.3, 0.3, 0), (4, 0.3, 0.3, 0), (5, 0.3, 0.3, 0),
+                (6, -0.3, 0.3, 0))
+    bodies = {"ball": ball, "away-1": stands(0.46, 0.3), "home-1": stands(-0.36, 0.3), "home-2": stands(0.3, 0.36)}
+    said = [text for text in of_kind(tell(bodies, seconds=7, play_apart_s=0), "possession") if "keeps" in text]
+    assert said == ["home 2 (midfield) gets the ball from away 1 (goalkeeper) and keeps it with 1 for 6 s."]
+    lost = [("away", 1, "midfield", 22, 0.9, 1.3)]
+    assert "takes the ball from" in of_kind(
+        tell(bodies, seconds=7, play_apart_s=0, situations=lost), "possession")[0]
+
+
+@pytest.mark.parametrize(("places", "said"), [
+    ("ha" * 9, r"A scramble: in 18 s the ball changes sides 17 times; (home|away) have 5\d% of the possession\."),
+    ("ha" + "d" * 16, r"A scramble: in 18 s the ball changes sides 2 times, and nobody has it for 1\d s; home have .*"),
+    ("h" * 12 + "a" * 6, r"Home have 6[67]% of the possession in the next 18 s\."),
+    ("a" * 12 + "h" * 6, r"Away have 6[67]% of the possession in the next 18 s\."),
 ])
-def test_duel(steps, touched):
-    """In a duel, being nearer for a moment does not take the ball."""
-    assert duel(steps) == touched
-
-
-def test_duel_without_hold():
-    """Without `hold_s` the nearest robot always has the ball."""
-    assert duel("hhhhaahhaaaa", hold_s=0) == [("home", 4), ("away", 2), ("home", 2), ("away", 4)]
-
-
-def test_duel_across_restart():
-    """A duel begins anew in a new segment."""
-    bodies = {"ball": stands(0, 0), "home-1": stands(-0.06, 0), "away-1": stands(0.07, 0, np.pi)}
-    table = film(bodies, 0.4, roles=ROLES_)
-    nearer = pl.col("x") - 0.01 * ((pl.col("frame") >= 8) & (pl.col("team") != "ball"))
-    later = table.with_columns(nearer.cast(pl.Float32), segment=(pl.col("frame") >= 8).cast(pl.Int32))
-    found = touches(later.filter(pl.col("frame") < 10), VSSS, CommentarySettings())
-    assert [(touch.team, touch.segment) for touch in found] == [("home", 0), ("away", 1)]
+def test_lull(places, said):
+    """When nothing else happens, possession is told: a scramble if sides change often, or if duels are long."""
+    bodies = {"ball": goes_between(places), **BETWEEN}
+    told = tell(bodies, seconds=18, spell_s=20, match=about(duration_s=18.0), events=[(-0.1, "kick-off", "home")])
+    (text,) = of_kind(told, "possession")
+    assert re.fullmatch(said, text), text
 
 
 def test_goal():
@@ -248,13 +258,13 @@ def recorded():
     bodies, _ = trajectories(log, settings.trajectories)
     found = recognise(bodies, log.info.pitch, settings.situations)
     goals = attribute(log.referee, bodies, found, log.info.pitch, settings.goals)
-    return matches.row(log), log.referee, goals, found, bodies
+    return matches.row(log), log.referee, goals, found, bodies, *events_of(bodies, log.referee)
 
 
 def test_recording():
     """Every goal and restart of a recording is told in order."""
-    match, referee, goals, found, bodies = recorded()
-    told = commentary(match, referee, goals, found, bodies, VSSS)
+    match, referee, goals, *others = recorded()
+    told = commentary(match, referee, goals, *others, VSSS)
     times = [moment.t_ns for moment in told.moments]
     assert times == sorted(times)
     assert [m.t_ns for m in told.moments if m.kind == "goal"] == goals["t_ns"].to_list()
@@ -278,7 +288,7 @@ def test_annulled_goal():
 
 def test_teams_swapped():
     """Teams swapped and the pitch turned, the commentary is the same with home and away exchanged."""
-    match, referee, goals, found, bodies = recorded()
+    match, referee, goals, found, bodies, *tables = recorded()
     other = pl.col("team").cast(pl.String).replace({"home": "away", "away": "home"})
 
     def swapped(table):
@@ -289,8 +299,8 @@ def test_teams_swapped():
 
     turned = swapped(bodies).with_columns(-pl.col("x"), -pl.col("y"))
     mirrored = match.with_columns(home="away", away="home", score_home="score_away", score_away="score_home")
-    ours = commentary(match, referee, goals, found, bodies, VSSS)
-    theirs = commentary(mirrored, swapped(referee), swapped(goals), swapped(found), turned, VSSS)
+    ours = commentary(match, referee, goals, found, bodies, *tables, VSSS)
+    theirs = commentary(mirrored, swapped(referee), swapped(goals), swapped(found), turned, *map(swapped, tables), VSSS)
     assert theirs.summary.home == ours.summary.away
     assert theirs.summary.away == ours.summary.home
 

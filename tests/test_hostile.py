@@ -308,7 +308,7 @@ def shown(folder: Path, home: str, away: str) -> tuple[str, list[str], bytes]:
     pl.DataFrame(rows, schema=["frame", "t", "team", "player", "x", "y"], orient="row").write_parquet(folder / "x.parquet")
     receipt, _ = import_recording(store, Recording(file=folder / "x.parquet"))
     scope = Scope(matches=(receipt.name,))
-    STAGES.make(store, Settings(), scope, {"sides", "trajectories", "situations", "goals"})
+    STAGES.make(store, Settings(), scope, {"sides", "trajectories", "situations", "goals", "events"})
     path, _ = write_page(store, receipt.name)
     told, out = told_of(store, receipt.name), io.StringIO()
     catalogue = refresh(store)[0]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from types import SimpleNamespace
 
 import polars as pl
 import pytest
@@ -17,7 +16,7 @@ from support.recordings import ALL, RSIM
 from support.scenes import film, goes, stands
 
 from pipeline.pitch import PITCHES, Kind
-from schemas import Commands, Situations
+from schemas import Commands, Passes, Possession, Referee, Situations
 
 FOLDER = ROOT / "data" / "studies" / "labels"
 S = 1_000_000_000
@@ -140,7 +139,7 @@ class TestKicks:
             "ball": goes((0, 0.8, 0, 0), (1.0, 0.8, 0, 0), (2.0, 5.8, 0, 0)),
             "home-1": stands(0, 0), "home-2": stands(0.8, 0.38), "away-1": stands(3, 0), "away-2": stands(-20, 0),
         }
-        played = Recording(film(bodies, 2.0, hz=10), Commands.empty(), PITCHES[Kind.SIM2D])
+        played = Recording(film(bodies, 2.0, hz=10), Referee.empty(), Commands.empty(), PITCHES[Kind.SIM2D])
         found = kicks.with_conditions(spans((1, 11, 11), (2, 11, 11), (1, 5, 5)), played)
         assert found.select("fast", "at_body", "pressed").rows() == [
             (True, False, True), (True, True, True), (False, False, True)]
@@ -157,7 +156,7 @@ class TestKicks:
              for code, start, end in [(1, 3, 5), (21, 10, 11), (21, 25, 26)]],
             schema_overrides={name: Situations.dtypes()[name] for name in (*names, "code", "start_ns", "end_ns")},
         )], how="diagonal")
-        table = kicks.judged(situations, Recording(film(bodies, 3.0, hz=10), given, PITCHES[Kind.SIM2D]))
+        table = kicks.judged(situations, Recording(film(bodies, 3.0, hz=10), Referee.empty(), given, PITCHES[Kind.SIM2D]))
         rows = {(row["command"], row["group"]): row for row in table.iter_rows(named=True)}
         assert rows["kick", "all"] == {
             "command": "kick", "group": "all", "acts": 2, "recall": 0.5, "family": 1.0, "situations": 2, "precision": 0.5}
@@ -180,11 +179,22 @@ class TestShares:
         assert found["random"] == pytest.approx(1 / 4.26)
         assert found["random_moving"] == pytest.approx(1 / 2.26)
 
-    def test_handed_over(self):
-        """A hand-over is between two robots of a team, one after the other, in one segment."""
-        touched = [SimpleNamespace(team=team, robot=robot, segment=segment) for team, robot, segment in [
-            ("home", 1, 0), ("home", 2, 0), ("home", 2, 0), ("away", 1, 0), ("away", 2, 1), ("away", 1, 1)]]
-        assert shares.handed_over(touched) == [(touched[0], touched[1]), (touched[4], touched[5])]
+    def test_on_ball(self):
+        """A hand-over is given or received well if a 023 of the one, or a 045 of the other, is beside it."""
+        passes = pl.DataFrame([
+            {"team": "home", "robot": 1, "receiver": 2, "t_ns": t * S, "received_ns": (t + 1) * S}
+            for t in (1, 5)])
+        possession = pl.DataFrame([{"start_ns": 0, "end_ns": 8 * S}, {"start_ns": 8 * S, "end_ns": 10 * S}])
+        situations = pl.DataFrame([
+            {"team": "home", "robot": 1, "code": 23, "start_ns": S // 2, "end_ns": S},
+            {"team": "home", "robot": 1, "code": 45, "start_ns": 6 * S, "end_ns": 7 * S},  # of the one that passes
+            {"team": "home", "robot": 2, "code": 45, "start_ns": 2 * S + S // 10, "end_ns": 3 * S},
+            {"team": "away", "robot": 1, "code": 23, "start_ns": 5 * S, "end_ns": 6 * S},
+        ])
+        assert shares.on_ball(possession, passes, situations) == {
+            "handovers": 2, "given": 0.5, "received": 0.5, "spells_per_s": 0.2}
+        nothing = shares.on_ball(Possession.empty(), Passes.empty(), situations)
+        assert nothing == {"handovers": 0, "given": None, "received": None, "spells_per_s": None}
 
 
 class TestData:

@@ -10,7 +10,7 @@ from pipeline.store import Store
 from pipeline.views.commentary import Commentary
 from pipeline.views.commentary import commentary as tell
 from pipeline.views.commentary.summary import heading, numbers
-from schemas import Goals, Matches, Referee, Situations, Trajectories
+from schemas import Goals, Matches, Passes, Possession, Referee, Shots, Situations, Trajectories
 
 
 def commentary(
@@ -48,12 +48,15 @@ def told_of(store: Store, match: str) -> Commentary:
     Raises:
         NotFound: if the id fits no match or several, or if the match's stages have not run.
     """
-    log, made = chain_of(store, match, "trajectories", "situations", "goals")
+    log, made = chain_of(store, match, "trajectories", "situations", "goals", "events")
     return tell(
         store.read_table(log, "matches", Matches),
         store.read_table(log, "referee", Referee),
         store.read_table(made["goals"], "goals", Goals),
         store.read_table(made["situations"], "situations", Situations),
         store.read_table(made["trajectories"], "trajectories", Trajectories),
+        store.read_table(made["events"], "possession", Possession),
+        store.read_table(made["events"], "passes", Passes),
+        store.read_table(made["events"], "shots", Shots),
         Pitch.model_validate(log.details["pitch"]),
     )

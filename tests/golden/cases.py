@@ -44,7 +44,19 @@ from pipeline.values.fitting import fit
 from pipeline.values.moments import moments
 from pipeline.views.commentary import CommentarySettings, commentary
 from pipeline.views.commentary.summary import heading, numbers
-from schemas import PUBLIC, Evaluations, Goals, Matches, Referee, Situations, Table, Trajectories
+from schemas import (
+    PUBLIC,
+    Evaluations,
+    Goals,
+    Matches,
+    Passes,
+    Possession,
+    Referee,
+    Shots,
+    Situations,
+    Table,
+    Trajectories,
+)
 
 HERE = Path(__file__).parent
 SAMPLE = HERE.parent.parent / "data" / "samples" / "rsim-vss-3v3.parquet"
@@ -174,14 +186,18 @@ def _shown(table: pl.DataFrame, schema: type[Table]) -> pl.DataFrame:
 def telling() -> Golden:
     """The commentary of the sample's seconds 0 to 120, and its numbers."""
     store = Store(Path(_data().name))
-    found = {noun: next(store.receipts(noun)) for noun in ("matches", "trajectories", "situations", "goals")}
+    found = {noun: next(store.receipts(noun)) for noun in ("matches", "trajectories", "situations", "goals", "events")}
     match = matches.read(store.read(found["matches"], "log"), where="clip")
     told = commentary(
         store.read_table(found["matches"], "matches", Matches),
         store.read_table(found["matches"], "referee", Referee),
         store.read_table(found["goals"], "goals", Goals),
         store.read_table(found["situations"], "situations", Situations),
-        store.read_table(found["trajectories"], "trajectories", Trajectories), match.info.pitch)
+        store.read_table(found["trajectories"], "trajectories", Trajectories),
+        store.read_table(found["events"], "possession", Possession),
+        store.read_table(found["events"], "passes", Passes),
+        store.read_table(found["events"], "shots", Shots),
+        match.info.pitch)
     lines = [*heading(told.summary), *(moment.line() for moment in told.moments), "", *numbers(told.summary)]
     return Golden("\n".join(lines), settings={"commentary": CommentarySettings().model_dump(mode="json")})
 

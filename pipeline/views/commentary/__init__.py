@@ -1,7 +1,7 @@
 """The commentary of a match, from tables only.
 
-Touches of the ball (:mod:`.touches`) give shots and passes (:mod:`.chances`). Together with the referee,
-the goals and the situations they become moments (:mod:`.moments`), in words (:mod:`.words`). The
+The referee's decisions, shots, passes and teams' times on the ball (:mod:`.spells`) become moments
+(:mod:`.moments`), and so do goals, with what led to them (:mod:`.goals`), in words (:mod:`.words`). The
 moments that matter are told, a line each; the rest is counted (:mod:`.summary`).
 """
 
@@ -14,19 +14,19 @@ from itertools import chain
 import polars as pl
 
 from pipeline.pitch import Pitch
-from pipeline.views.commentary.chances import passes, shots
+from pipeline.views.commentary.goals import at_ball, of_goals
 from pipeline.views.commentary.moments import (
     Moment,
     Weight,
-    of_goals,
     of_lulls,
-    of_play,
+    of_passes,
     of_shots,
+    of_spells,
     of_the_referee,
 )
 from pipeline.views.commentary.settings import CommentarySettings
+from pipeline.views.commentary.spells import spells
 from pipeline.views.commentary.summary import MatchStatistics, summarise
-from pipeline.views.commentary.touches import spells, touches
 
 __all__ = ["Commentary", "CommentarySettings", "commentary"]
 
@@ -50,6 +50,9 @@ def commentary(
     goals: pl.DataFrame,
     situations: pl.DataFrame,
     trajectories: pl.DataFrame,
+    possession: pl.DataFrame,
+    passes: pl.DataFrame,
+    shots: pl.DataFrame,
     pitch: Pitch,
     settings: CommentarySettings | None = None,
 ) -> Commentary:
@@ -64,23 +67,24 @@ def commentary(
         goals: schema Goals, of that match: one for each goal of the referee.
         situations: schema Situations, of that match.
         trajectories: schema Trajectories, of that match.
+        possession: schema Possession, of that match.
+        passes: schema Passes, of that match.
+        shots: schema Shots, of that match.
         pitch: pitch of the match.
         settings: thresholds of the commentary, None for the defaults.
     """
     settings = settings or CommentarySettings()
-    touched = touches(trajectories, pitch, settings)
-    kept = spells(touched, trajectories)
-    scored = goals.drop_nulls("team").select(pl.col("team").cast(pl.String), "t_ns").rows()
-    tried = shots(touched, scored, pitch, settings)
+    touched, kept = at_ball(trajectories, pitch), spells(possession, passes, trajectories)
     moments = chain(
         of_the_referee(referee, match),
         of_goals(goals, referee, situations, touched, settings),
-        of_shots(tried),
-        of_play(passes(touched, pitch, settings), kept, situations, pitch, settings),
+        of_shots(shots, touched),
+        of_passes(passes, trajectories, pitch, settings),
+        of_spells(kept, situations, pitch, settings),
     )
     told = _chosen(moments, settings)
     told = sorted([*told, *of_lulls(told, kept, settings)], key=lambda moment: moment.t_ns)
-    return Commentary(tuple(told), summarise(match, goals, situations, tried, kept, settings))
+    return Commentary(tuple(told), summarise(match, goals, situations, possession, shots, settings))
 
 
 def _chosen(moments: Iterable[Moment], settings: CommentarySettings) -> list[Moment]:
@@ -88,7 +92,7 @@ def _chosen(moments: Iterable[Moment], settings: CommentarySettings) -> list[Mom
     play_ns, chances_ns = (round(s * 1e9) for s in (settings.play_apart_s, settings.chances_apart_s))
     told: list[Moment] = []
     for moment in sorted(moments, key=lambda moment: (-moment.weight, moment.t_ns)):
-        apart = {Weight.ALWAYS: 0, Weight.PLAY: play_ns}.get(moment.weight, chances_ns)
+        apart = {Weight.ALWAYS: 0, Weight.CHANCE: chances_ns}.get(moment.weight, play_ns)
         if all(abs(moment.t_ns - other.t_ns) >= apart for other in told):
             told.append(moment)
     return sorted(told, key=lambda moment: moment.t_ns)

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from pipeline.pitch import Pitch
-from pipeline.views.commentary.chances import Shot
+from pipeline.pitch import SCALES, Pitch
+from pipeline.roles import roles
 from pipeline.views.commentary.settings import CommentarySettings
-from pipeline.views.commentary.touches import Spell, Touch
-from pipeline.views.commentary.words import DONE, OTHER, clock, listed, metres, restart, robot, story, who
+from pipeline.views.commentary.spells import Spell
+from pipeline.views.commentary.words import OTHER, PASSES, clock, listed, metres, restart, robot, score
 
 #: Robot loses the ball (Table 1).
 _LOSES = 22
@@ -87,94 +87,53 @@ def of_the_referee(referee: pl.DataFrame, match: pl.DataFrame) -> Iterator[Momen
 
 
 def _with_score(what: str, row: dict[str, Any]) -> str:
-    return f"{what}, {_score(row)}." if _score(row) else f"{what}."
+    return f"{what}, {score(row)}." if score(row) else f"{what}."
 
 
-def _score(row: dict[str, Any]) -> str:
-    known = row["score_home"] is not None and row["score_away"] is not None
-    return f"{row['score_home']} : {row['score_away']}" if known else ""
+def of_shots(shots: pl.DataFrame, touched: pl.DataFrame) -> Iterator[Moment]:
+    """Shots that are no goals; the touches are :func:`pipeline.views.commentary.goals.at_ball`."""
+    stops = touched.select("t_ns", side="team", by=pl.col("robot").cast(shots.schema["by"]), stopper="role")
+    sides = pl.col("team").cast(pl.String).replace_strict(OTHER)
+    told = shots.with_columns(side=sides).sort("t_ns").join_asof(
+        stops, on="t_ns", by=("side", "by"), strategy="forward", check_sortedness=False)
+    for row in told.iter_rows(named=True):
+        t_ns, team, number, outcome = row["t_ns"], row["team"], row["robot"], row["outcome"]
+        what = f"{robot(team, number, row['role'])} shoots from {metres(row['distance'])}"
+        stopper = robot(row["side"], row["by"], row["stopper"])
+        if outcome == "saved":
+            yield Moment(t_ns, "save", row["side"], row["by"], f"{what}; {stopper} saves.", Weight.CHANCE)
+        elif outcome == "blocked":
+            yield Moment(t_ns, "shot", team, number, f"{what}; {stopper} is in the way.", Weight.ATTEMPT)
+        elif outcome == "wide":
+            yield Moment(t_ns, "shot", team, number, f"{what}, wide.", Weight.CHANCE)
+        elif outcome in ("own", "missed"):
+            yield Moment(t_ns, "shot", team, number, f"{what} at the goal.", Weight.ATTEMPT)
 
 
-def of_goals(
-    goals: pl.DataFrame, referee: pl.DataFrame, situations: pl.DataFrame, touched: Sequence[Touch],
-    settings: CommentarySettings,
+def of_passes(
+    passes: pl.DataFrame, trajectories: pl.DataFrame, pitch: Pitch, settings: CommentarySettings
 ) -> Iterator[Moment]:
-    """Goals: team, maker, kind, and the situations that led to them."""
-    given = referee.filter(pl.col("event") == "goal").sort("t_ns", maintain_order=True)
-    scores = [_score(row) for row in given.iter_rows(named=True)]
-    made = goals.sort("t_ns", maintain_order=True).iter_rows(named=True)
-    for goal, score in zip(made, scores, strict=True):
-        t_ns, team = goal["t_ns"], goal["team"]
-        seen = [touch for touch in touched if touch.start_ns < t_ns]
-        head = f"GOAL{f' for {team}' if team else ''}{f', {score}' if score else ''}!"
-        credit, scorer = _credit(goal, seen)
-        said = ": ".join(part for part in (credit, _way(goal, seen, situations, scorer, settings)) if part)
-        yield Moment(t_ns, "goal", team, goal["robot"], f"{head} {said}".strip(), Weight.ALWAYS)
+    """Passes that are long enough."""
+    least = settings.pass_m * SCALES[pitch.kind].close
+    told = passes.with_columns(
+        giver=roles(trajectories, *passes.select("team", "robot", "t_ns")),
+        taker=roles(trajectories, *passes.select("team", "receiver", "received_ns")),
+    ).filter((pl.col("to_x") - pl.col("x")) ** 2 + (pl.col("to_y") - pl.col("y")) ** 2 >= least**2)
+    for row in told.iter_rows(named=True):
+        how = "plays a through pass" if row["through"] else PASSES[row["direction"]]
+        team, giver = row["team"], robot(row["team"], row["robot"], row["giver"])
+        text = f"{giver} {how} to {robot(team, row['receiver'], row['taker'])}."
+        yield Moment(row["t_ns"], "pass", team, row["robot"], text, Weight.PLAY)
 
 
-def _credit(goal: dict[str, Any], seen: Sequence[Touch]) -> tuple[str, str]:
-    """Maker and kind of a goal in words, and the maker's name if it plays for the scoring team."""
-    team, number, kind = goal["team"], goal["robot"], goal["kind"]
-    if team is None or number is None or kind is None:
-        return "", ""
-    side = OTHER[team] if kind == "error" else team
-    roles = [touch.role for touch in seen if (touch.team, touch.robot) == (side, number)]
-    name = robot(side, number, roles[-1] if roles else None)
-    return (f"Error of {name}", "") if kind == "error" else (f"{name}, {kind} action", name)
-
-
-def _way(
-    goal: dict[str, Any], seen: Sequence[Touch], situations: pl.DataFrame, scorer: str,
-    settings: CommentarySettings,
-) -> str:
-    """The scoring team's actions with the ball before a goal, and the robot that touched it last."""
-    if goal["team"] is None or not seen:
-        return ""
-    last = seen[-1]
-    done = situations.filter(
-        pl.col("team") == goal["team"], pl.col("code").is_in(list(DONE)), pl.col("segment") == last.segment,
-        pl.col("end_ns") > goal["t_ns"] - round(settings.lead_s * 1e9), pl.col("start_ns") < goal["t_ns"],
-    ).sort("start_ns", "robot").select("team", "robot", "role", "code")
-    steps = [(robot(*row[:3]), row[3]) for row in done.iter_rows()]
-    lead = [step for before, step in pairwise([None, *steps]) if step is not None and step != before]
-    told = story(lead[-settings.lead_steps:], scorer)
-    if last.team != goal["team"]:
-        return f"{told}; it goes in off {who(last)}." if told else f"the ball goes in off {who(last)}."
-    return f"{told}; it is in." if told else f"{who(last)} touches the ball last."
-
-
-def of_shots(shots: Sequence[Shot]) -> Iterator[Moment]:
-    """Shots that are no goals."""
-    for shot in shots:
-        touch = shot.touch
-        what = f"{who(touch)} shoots from {metres(max(0.0, shot.left))}"
-        if shot.outcome == "saved" and shot.by:
-            yield Moment(touch.end_ns, "save", shot.by.team, shot.by.robot, f"{what}; {who(shot.by)} saves.",
-                         Weight.CHANCE)
-        elif shot.outcome == "blocked" and shot.by:
-            yield Moment(touch.end_ns, "shot", touch.team, touch.robot,
-                         f"{what}; {who(shot.by)} is in the way.", Weight.ATTEMPT)
-        elif shot.outcome == "wide":
-            yield Moment(touch.end_ns, "shot", touch.team, touch.robot, f"{what}, wide.", Weight.CHANCE)
-        elif shot.outcome == "else":
-            yield Moment(touch.end_ns, "shot", touch.team, touch.robot, f"{what} at the goal.",
-                         Weight.ATTEMPT)
-
-
-def of_play(
-    passes: Sequence[tuple[Touch, Touch]], spells: Sequence[Spell], situations: pl.DataFrame, pitch: Pitch,
-    settings: CommentarySettings,
+def of_spells(
+    spells: Sequence[Spell], situations: pl.DataFrame, pitch: Pitch, settings: CommentarySettings
 ) -> Iterator[Moment]:
-    """Passes, and balls won and kept."""
-    for giver, taker in passes:
-        forward = "forward " if taker.start_x - giver.x > pitch.length / 6 else ""
-        yield Moment(giver.end_ns, "pass", giver.team, giver.robot,
-                     f"{who(giver)} passes {forward}to {robot(taker.team, taker.robot, taker.role)}.",
-                     Weight.PLAY)
+    """Balls won and kept."""
     lost = situations.filter(pl.col("code") == _LOSES)
     for spell in spells:
-        if spell.seconds >= settings.spell_s and len(spell.touches) >= settings.spell_touches:
-            yield Moment(spell.start_ns, "possession", spell.team, spell.touches[0].robot,
+        if spell.seconds >= settings.spell_s and spell.touches >= settings.spell_touches:
+            yield Moment(spell.start_ns, "possession", spell.team, spell.robots[0],
                          f"{_won(spell, lost)} {_kept(spell, pitch)}.", Weight.PLAY)
 
 
@@ -184,37 +143,38 @@ def of_lulls(
     """Possession, and changes of sides, in long stretches without other moments; all are given by time."""
     for before, after in pairwise(told):
         during = [spell for spell in spells if before.t_ns < spell.start_ns and spell.end_ns <= after.t_ns]
-        seconds = sum(spell.seconds for spell in during)
+        seconds = sum(spell.until_ns - spell.start_ns for spell in during) / 1e9
         if after.t_ns - before.t_ns < round(settings.lull_s * 1e9) or seconds < settings.lull_s / 2:
             continue
-        homes = sum(spell.seconds for spell in during if spell.team == "home") / seconds
+        held = sum(spell.held_s for spell in during)
+        homes = sum(spell.held_s for spell in during if spell.team == "home") / held
         more, share = ("home", homes) if homes > 0.5 else ("away", 1 - homes)
-        turns = len(during) - 1
-        text = f"{more.capitalize()} have the ball for {share:.0%} of the next {seconds:.0f} s."
-        if turns * settings.scramble_s >= seconds:
-            text = (f"A scramble: in {seconds:.0f} s the ball changes sides {turns} times;"
-                    f" {more} have it for {share:.0%}.")
+        turns = sum(one.team != two.team for one, two in pairwise(during))
+        duels = seconds - held
+        text = f"{more.capitalize()} have {share:.0%} of the possession in the next {seconds:.0f} s."
+        if duels > held or turns * settings.scramble_s >= held:
+            changes = "once" if turns == 1 else f"{turns} times"
+            nobody = f", and nobody has it for {duels:.0f} s" if duels > held else ""
+            text = (f"A scramble: in {seconds:.0f} s the ball changes sides {changes}{nobody};"
+                    f" {more} have {share:.0%} of the possession.")
         yield Moment(during[0].start_ns, "possession", more, None, text, Weight.PLAY)
 
 
 def _won(spell: Spell, lost: pl.DataFrame) -> str:
     """Words for a team's gain of the ball; a situation "loses the ball" means that it was taken."""
-    before, first = spell.lost_by, spell.touches[0]
-    if before is None:
-        return f"{who(first)} is first at the ball"
+    if spell.lost_by is None:
+        return f"{spell.first} is first at the ball"
+    team, number, name = spell.lost_by
     robbed = lost.filter(
-        pl.col("team") == before.team, pl.col("robot") == before.robot,
-        pl.col("start_ns") <= first.end_ns, pl.col("end_ns") >= before.end_ns,
+        pl.col("team") == team, pl.col("robot") == number,
+        pl.col("start_ns") <= spell.start_ns, pl.col("end_ns") >= spell.lost_ns,
     )
-    return f"{who(first)} {'gets' if robbed.is_empty() else 'takes'} the ball from {who(before)}"
+    return f"{spell.first} {'gets' if robbed.is_empty() else 'takes'} the ball from {name}"
 
 
 def _kept(spell: Spell, pitch: Pitch) -> str:
     """Words for a team's time on the ball: duration, robots, and distance gained."""
-    numbers = [str(number) for number in dict.fromkeys(touch.robot for touch in spell.touches)]
     third = pitch.length / 6
-    from_x, to_x = spell.touches[0].start_x, max(touch.x for touch in spell.touches)
-    far = ", up to the other goal's third" if from_x < third < to_x else ""
-    if len(numbers) == 1:
-        return f"and keeps it for {spell.seconds:.0f} s{far}"
-    return f"and keeps it with {listed(numbers[1:])} for {spell.seconds:.0f} s{far}"
+    far = ", up to the other goal's third" if spell.x < third < spell.far else ""
+    mates = f" with {listed([str(number) for number in spell.robots[1:]])}" if len(spell.robots) > 1 else ""
+    return f"and keeps it{mates} for {spell.seconds:.0f} s{far}"

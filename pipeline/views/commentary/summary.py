@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import polars as pl
 from pydantic import BaseModel, ConfigDict
 
-from pipeline.views.commentary.chances import Shot
 from pipeline.views.commentary.settings import CommentarySettings
-from pipeline.views.commentary.touches import Spell
 from pipeline.views.commentary.words import clock
-from schemas import ROLES, SIDES, note_on
+from schemas import ROLES, note_on
 from schemas.goals import KINDS
 from schemas.situations import MOVES_RANDOMLY
 
@@ -25,10 +23,10 @@ class SideStatistics(BaseModel):
         score: its goals; None where unknown.
         goals: its goals by kind: direct, indirect, error (of the adversary), and unknown.
         scorers: robot's number to its goals, errors of the adversary not counted.
-        shots: at the goal, goals included.
+        shots: at the goal, wide ones and goals included.
         on_target: shots among them that were on target.
         saves: shots of the other team that its goalkeeper stopped.
-        possession: share of the time on the ball, in [0, 1]; None without a touch.
+        possession: share of the time in which a team has the ball, in [0, 1]; None if none has.
         situations: role to its most frequent situations, name and count, most frequent first;
             without "moves randomly".
         random: role to the share of its time in situations that was "moves randomly".
@@ -68,8 +66,8 @@ class MatchStatistics(BaseModel):
 
 
 def summarise(
-    match: pl.DataFrame, goals: pl.DataFrame, situations: pl.DataFrame, shots: Sequence[Shot],
-    spells: Sequence[Spell], settings: CommentarySettings,
+    match: pl.DataFrame, goals: pl.DataFrame, situations: pl.DataFrame, possession: pl.DataFrame,
+    shots: pl.DataFrame, settings: CommentarySettings,
 ) -> MatchStatistics:
     """Statistics of a match.
 
@@ -77,27 +75,28 @@ def summarise(
         match: schema Matches, one row.
         goals: schema Goals, of that match.
         situations: schema Situations, of that match.
-        shots: from :func:`pipeline.views.commentary.chances.shots`.
-        spells: from :func:`pipeline.views.commentary.touches.spells`.
+        possession: schema Possession, of that match.
+        shots: schema Shots, of that match.
         settings: settings of the commentary.
     """
     row = match.row(0, named=True)
-    on_ball: dict[str, float] = {
-        team: sum(spell.seconds for spell in spells if spell.team == team) for team in SIDES}
+    held = possession.group_by(pl.col("team").cast(pl.String)).agg(
+        (pl.col("end_ns") - pl.col("start_ns")).sum())
+    on_ball: dict[str, int] = dict(held.iter_rows())
     total = sum(on_ball.values())
 
     def side(team: str) -> SideStatistics:
         own = goals.filter(pl.col("team") == team)
         made = own.filter(pl.col("kind") != "error").drop_nulls("robot")["robot"]
         kinds = Counter(own["kind"].cast(pl.String).fill_null("unknown"))
-        tried = [shot for shot in shots if shot.touch.team == team]
+        tried, against = (
+            shots.filter((pl.col("team") == team) == us)["outcome"].to_list() for us in (True, False))
         return SideStatistics(
             name=row[team], score=row[f"score_{team}"],
             goals={kind: kinds[kind] for kind in (*KINDS, "unknown") if kind in KINDS or kinds[kind]},
             scorers=dict(Counter(made.to_list()).most_common()),
-            shots=len(tried), on_target=sum(shot.on_target for shot in tried),
-            saves=sum(shot.outcome == "saved" and shot.touch.team != team for shot in shots),
-            possession=on_ball[team] / total if total else None,
+            shots=len(tried), on_target=len(tried) - tried.count("wide"), saves=against.count("saved"),
+            possession=on_ball.get(team, 0) / total if total else None,
             situations={role: _most(done, settings) for role, done in _by_role(situations, team)},
             random={role: _random(done) for role, done in _by_role(situations, team)},
         )

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-
-from pipeline.views.commentary.touches import Touch
+from typing import Any
 
 #: Words for a robot's actions with the ball that may lead to a goal, by code of Table 1.
 DONE: dict[int, str] = {
@@ -29,6 +28,11 @@ RESTARTS: dict[str, str] = {
     )},
 }
 
+#: A pass in words, by its direction (schema Passes).
+PASSES: dict[str, str] = {
+    "front": "passes forward", "left": "passes", "back": "passes back", "right": "passes",
+}
+
 OTHER = {"home": "away", "away": "home"}
 
 
@@ -43,9 +47,10 @@ def robot(team: str, number: int, role: str | None) -> str:
     return f"{team} {number}" if role is None else f"{team} {number} ({role})"
 
 
-def who(touch: Touch) -> str:
-    """Name of the robot that touched the ball."""
-    return robot(touch.team, touch.robot, touch.role)
+def score(row: dict[str, Any]) -> str:
+    """The score in a row that has it, empty where unknown."""
+    known = row["score_home"] is not None and row["score_away"] is not None
+    return f"{row['score_home']} : {row['score_away']}" if known else ""
 
 
 def metres(length: float) -> str:

@@ -54,9 +54,10 @@ PARTS = (
 
 
 class Recording(NamedTuple):
-    """A recording as trajectories, with its counted commands (none but in 2D)."""
+    """A recording as trajectories, with the referee's events and its counted commands (none but in 2D)."""
 
     table: pl.DataFrame
+    referee: pl.DataFrame
     commands: pl.DataFrame
     pitch: Pitch
 
@@ -65,7 +66,7 @@ def recording(path: Path) -> Recording:
     """The trajectories of a recording."""
     log = readers.read(readers.open_source(path.read_bytes(), path.name), TrackingMap())
     table, _ = trajectories(log, TrajectorySettings())
-    return Recording(table, log.commands, log.info.pitch)
+    return Recording(table, log.referee, log.commands, log.info.pitch)
 
 
 def recordings(folder: Path) -> dict[str, Recording]:

@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import polars as pl
-
-from pipeline.pitch import Pitch
-from pipeline.views.commentary import CommentarySettings
-from pipeline.views.commentary.touches import Touch, spells, touches
 
 #: Situations that last no longer are brief.
 BRIEF_S = 0.16
@@ -35,36 +29,29 @@ def summary(situations: pl.DataFrame) -> dict[str, float]:
     }
 
 
-def handed_over(touched: list[Touch]) -> list[tuple[Touch, Touch]]:
-    """Touches that follow each other in a segment, by two robots of one team."""
-    return [(one, next_) for one, next_ in pairwise(touched)
-            if one.segment == next_.segment and one.team == next_.team and one.robot != next_.robot]
-
-
-def possession(table: pl.DataFrame, pitch: Pitch, situations: pl.DataFrame, settings: CommentarySettings) -> dict[str, float]:
-    """Hand-overs and changes of possession, counted from touches.
+def on_ball(possession: pl.DataFrame, passes: pl.DataFrame, situations: pl.DataFrame) -> dict[str, float | None]:
+    """Hand-overs and changes of possession, counted in the tables of the stage events.
 
     Returns:
-        handovers, how many; given and received, the shares of them beside a 023 of the one and a 045 of the
-        other; spells_per_s, changes of possession a second of play with a touch.
+        handovers, how many passes; given and received, the shares of them beside a 023 of the one and a 045 of
+        the other; spells_per_s, possessions a second of possession.
     """
-    touched = touches(table, pitch, settings)
-    pairs = handed_over(touched)
     found: dict[tuple[str, int, int], list[tuple[int, int]]] = {}
     for team, robot, code, start, end in situations.filter(pl.col("code").is_in((YIELDS, RECEIVES))).select(
             "team", "robot", "code", "start_ns", "end_ns").iter_rows():
         found.setdefault((team, robot, code), []).append((start, end))
 
-    def beside(touch: Touch, code: int, first_ns: int, last_ns: int) -> bool:
-        times = found.get((touch.team, touch.robot, code), [])
+    def beside(team: str, robot: int, code: int, first_ns: int, last_ns: int) -> bool:
+        times = found.get((team, robot, code), [])
         return any(start <= last_ns + BESIDE_NS and end >= first_ns - BESIDE_NS for start, end in times)
 
-    of_teams = spells(touched, table)
+    pairs = passes.select("team", "robot", "receiver", "t_ns", "received_ns").rows()
     return {
         "handovers": len(pairs),
-        "given": _share([beside(one, YIELDS, one.end_ns, next_.start_ns) for one, next_ in pairs]),
-        "received": _share([beside(next_, RECEIVES, next_.start_ns, next_.start_ns) for _, next_ in pairs]),
-        "spells_per_s": _share([len(of_teams)], sum(spell.seconds for spell in of_teams)),
+        "given": _share([beside(team, one, YIELDS, left, came) for team, one, _, left, came in pairs]),
+        "received": _share([beside(team, two, RECEIVES, came, came) for team, _, two, _, came in pairs]),
+        "spells_per_s": _share(
+            [possession.height], (possession["end_ns"] - possession["start_ns"]).sum() / 1e9),
     }
 
 

@@ -9,9 +9,9 @@ from studies.labels import agreement, kicks, shares
 from studies.labels.moments import Recording
 from support.recordings import ALL
 
-from pipeline.settings import SituationSettings
+from pipeline.events.derive import events
+from pipeline.settings import EventSettings, SituationSettings
 from pipeline.situations.recognise import recognise
-from pipeline.views.commentary import CommentarySettings
 
 
 def study(folder: Path, recorded: dict[str, Recording]) -> None:
@@ -27,11 +27,11 @@ def study(folder: Path, recorded: dict[str, Recording]) -> None:
         table.write_csv(folder / name)
     counted = {name: kicks.judged(found[name], film) for name, film in recorded.items() if len(film.commands)}
     _write_now(folder / "kicks.csv", counted)
-    told = {
-        name: pl.DataFrame([shares.summary(found[name]) | shares.possession(
-            film.table, film.pitch, found[name], CommentarySettings())])
-        for name, film in recorded.items()
-    }
+    told = {}
+    for name, film in recorded.items():
+        it = events(film.table, film.referee, film.pitch, EventSettings())
+        told[name] = pl.DataFrame([
+            shares.summary(found[name]) | shares.on_ball(it.possession, it.passes, found[name])])
     _write_now(folder / "shares.csv", told)
 
 
