@@ -91,9 +91,11 @@ def test_save():
 
 def test_blocked_shot():
     """Any robot but the goalkeeper is in the way of a shot."""
-    told = tell({"ball": rolls(0.44), "away-1": stands(0.5, 0.0), **KEEPER}, play_apart_s=0)
+    bodies = {"ball": rolls(0.44), "away-1": stands(0.5, 0.0), **KEEPER}
+    told = tell(bodies, play_apart_s=0)
     assert of_kind(told, "shot") == ["home 1 (striker) shoots from 0.75 m; away 1 (midfield) is in the way."]
     assert told.summary.away.saves == 0
+    assert of_kind(tell(bodies), "shot") == [], "the end is 3 s later"
 
 
 def test_wide_shot():
@@ -169,7 +171,7 @@ def test_kept():
 
 @pytest.mark.parametrize(("places", "said"), [
     ("ha" * 9, r"A scramble: in 18 s the ball changes sides 17 times; (home|away) have 5\d% of the possession\."),
-    ("ha" + "d" * 16, r"A scramble: in 18 s the ball changes sides 2 times, and nobody has it for 1\d s; home have .*"),
+    ("hhhha" + "d" * 13, r"A scramble: in 18 s the ball changes sides 2 times, and nobody has it for 1\d s; home have .*"),
     ("h" * 12 + "a" * 6, r"Home have 6[67]% of the possession in the next 18 s\."),
     ("a" * 12 + "h" * 6, r"Away have 6[67]% of the possession in the next 18 s\."),
 ])

@@ -159,20 +159,22 @@ def test_stopped_by():
     assert shot()["by"].to_list() == [None]
 
 
-def past(to_y, seconds=1.0, **changes):
-    """The outcome of a shot that crosses the goal line so far from the goal's middle, if it is one."""
-    ball = [*SHOT[:2], (1 + seconds, 0.8, to_y * 0.8 / 0.75), (4, 0.8, to_y * 0.8 / 0.75)]
-    aside = {(AWAY, 0): (0.7, 0.0), (AWAY, 1): (0.0, 0.6)}
-    return shot(ball, SHOOTER | aside, SCORED[:1], **changes)["outcome"].to_list()
+def past(to_y, seconds=1.0, team=HOME, **changes):
+    """The outcome of a team's shot that crosses the goal line so far from the goal's middle, if it is one."""
+    turn, other = (1, AWAY) if team == HOME else (-1, HOME)
+    x, y = 0.8 * turn, to_y * 0.8 / 0.75 * turn
+    robots = {(team, 1): (-0.06 * turn, 0.0), (other, 0): (0.7 * turn, 0.0)}
+    return shot([*SHOT[:2], (1 + seconds, x, y), (4, x, y)], robots, SCORED[:1], **changes)["outcome"].to_list()
 
 
-@pytest.mark.parametrize("turn", [1, -1])
-def test_wide(turn):
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("team", [HOME, AWAY])
+def test_wide(side, team):
     """A ball past the post is a wide shot, up to a goal width from the goal's middle."""
-    assert past(0.19 * turn) == ["missed"]
-    assert past(0.25 * turn) == past(0.38 * turn) == ["wide"]
-    assert past(0.42 * turn) == []
-    assert past(0.42 * turn, wide=1.5) == ["wide"]
+    assert past(0.19 * side, team=team) == ["missed"]
+    assert past(0.25 * side, team=team) == past(0.38 * side, team=team) == ["wide"]
+    assert past(0.42 * side, team=team) == []
+    assert past(0.42 * side, team=team, wide=1.5) == ["wide"]
 
 
 def test_wide_is_fast():
@@ -184,10 +186,10 @@ def test_wide_is_fast():
 
 def test_wide_arrives():
     """A ball past the post that is stopped before the goal line is no shot, and one that goes in is a goal."""
-    stopped = [*SHOT[:2], (1.5, 0.4, 0.16), (4, 0.4, 0.16)]
-    assert shot(stopped, SHOOTER | {(AWAY, 1): (0.46, 0.18)}, SCORED[:1]).is_empty()
+    stopped, blocker = [*SHOT[:2], (1.5, 0.4, 0.16), (4, 0.4, 0.16)], SHOOTER | {(AWAY, 1): (0.46, 0.18)}
+    assert shot(stopped, blocker, SCORED[:1]).is_empty()
     turns = [*SHOT[:2], (1.5, 0.4, 0.16), (2, 0.8, 0), (4, 0.8, 0)]
-    assert shot(turns)["outcome"].to_list() == ["goal"]
+    assert shot(turns, blocker)["outcome"].to_list() == ["goal"]
 
 
 def test_no_shot():
