@@ -58,8 +58,9 @@ def commentary(
 ) -> Commentary:
     """The commentary of a match: moments to tell, and statistics.
 
-    The referee's decisions and the goals are always told. A chance is told unless a greater one is
-    close; passes and possession only where nothing else happens.
+    The referee's decisions and the goals are always told. A chance (a save, a wide shot) is told unless a
+    greater moment is close. Other shots are told where neither of these is near, passes and possession where
+    nothing else happens.
 
     Args:
         match: schema Matches, one row.
