@@ -110,7 +110,7 @@ def test_one_match_has_no_interval():
     """A mean of one match has no interval; that of two has."""
     from pipeline.views.scout.facts import Numbers
 
-    one = Numbers(0.5, 0.5, 3, 0, 2, 1, 4, 5, 6)
+    one = Numbers(0.5, 0.5, 3, 0, 2, 0, 1, 4, 5, 6)
     found = over_matches([(one, 1.0)])
     assert (found["passes"].mean, found["passes"].low) == (30.0, None)
     two = over_matches([(one, 1.0), (one._replace(passes=5, possession=None), 1.0)])
@@ -145,7 +145,10 @@ def test_numbers_are_those_of_the_tables(store, pages):
 
     shown = text_of(pages, f"matches/{match}.html")
     for label, schema in (("shots on target", Shots), ("passes that arrive", Passes)):
-        counts = store.read_table(events, schema.NAME, schema)["team"].cast(pl.String).to_list()
+        rows = store.read_table(events, schema.NAME, schema)
+        if schema is Shots:
+            rows = rows.filter(pl.col("outcome") != "wide")
+        counts = rows["team"].cast(pl.String).to_list()
         row = re.search(rf'<th scope="row">{label}</th>(.*?)</tr>', shown, re.DOTALL)[1]
         assert re.findall(r">(\d+)<", row)[:2] == [str(counts.count(side)) for side in ("home", "away")]
 
@@ -280,7 +283,7 @@ def test_for_everybody(pages, page, scheme):
     page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     for name in ("index.html", "situations.html", *(
             str(next((pages.first.parent / folder).glob("*.html")).relative_to(pages.first.parent))
-            for folder in ("matches", "teams", "behaviours"))):
+            for folder in ("matches", "teams", "behaviours", "against"))):
         page.goto((pages.first.parent / name).as_uri())
         found = [f"{name}: {each['id']}: {each['nodes'][0]['html'][:120]}" for each in Axe().run(page)["violations"]
                  if each["impact"] in ("serious", "critical")]
@@ -288,10 +291,20 @@ def test_for_everybody(pages, page, scheme):
 
 
 @pytest.mark.slow
+def test_report_prints(pages, page, tmp_path):
+    """The scouting report is one printed page."""
+    for found in (pages.first.parent / "against").glob("*.html"):
+        page.goto(found.as_uri())
+        page.emulate_media(media="print")
+        page.pdf(path=tmp_path / "report.pdf", prefer_css_page_size=True)
+        assert len(re.findall(rb"/Type\s*/Page\b", (tmp_path / "report.pdf").read_bytes())) == 1
+
+
+@pytest.mark.slow
 def test_on_a_phone(pages, browser):
     """Nothing is wider than a phone's screen."""
     phone = browser.new_page(viewport={"width": 390, "height": 844})
-    for folder in (".", "matches", "teams", "behaviours"):
+    for folder in (".", "matches", "teams", "behaviours", "against"):
         phone.goto(next((pages.first.parent / folder).glob("*.html")).as_uri())
         assert phone.evaluate("document.documentElement.scrollWidth") <= 390, folder
     phone.close()

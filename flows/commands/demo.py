@@ -19,6 +19,7 @@ from flows.knowledge import imitates, of_imitated
 from flows.matches import with_map
 from flows.record import record
 from flows.report import write_report
+from flows.scouting.write import write as scouted
 from flows.teams import entrant
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
@@ -146,11 +147,12 @@ def _question(catalogue: Path, out: Console) -> None:
 
 def _paths(store: Store, played: list[str], season: Season, common: Common, out: Console) -> None:
     page, _ = write_page(store, played[-1])
-    report = write_report(store).page
+    report, scout = write_report(store).page, scouted(store).first
     where = "" if common.data == DEFAULTS.data else f" --data {store.where}"
     lines = [
         ("Open", ""),
         (str(page), "the match of the policy that learned from the others, to watch"),
+        (str(scout), "the scout: the league, its teams, and their behaviours in clips"),
         (str(report), f"the report on {season.id}, an apprentice's first {_GAMES} games"),
         ("Next", ""),
         (f"pitchlore import YOUR-MATCH.csv{where}", "your own recording; then pitchlore run"),

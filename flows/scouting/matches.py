@@ -19,8 +19,9 @@ from schemas import SIDES, note_on
 #: What is counted of a side: label, field of Numbers, whether it is a share.
 MEASURES = (
     ("possession", "possession", True), ("ball in the adversary's half", "territory", True),
-    ("shots on target", "shots", False), ("passes that arrive", "passes", False),
-    ("of these through passes", "through", False), ("balls lost to the adversary", "lost", False),
+    ("shots on target", "shots", False), ("shots past the post", "wide", False),
+    ("passes that arrive", "passes", False), ("of these through passes", "through", False),
+    ("balls lost to the adversary", "lost", False),
     ("times a robot pressed", "pressed", False), ("of these won the ball", "won", False),
 )
 #: Seconds shown before a goal.
@@ -75,7 +76,8 @@ def flaws(quality: pl.DataFrame) -> str:
 def _goals(match: Match, tables: Tables) -> list[dict[str, Any]]:
     """Each goal in the commentary's words, with the clip that leads to it."""
     told = commentary(
-        tables.matches, tables.referee, tables.goals, tables.situations, tables.trajectories, match.pitch)
+        tables.matches, tables.referee, tables.goals, tables.situations, tables.trajectories,
+        tables.possession, tables.passes, tables.shots, match.pitch)
     found = []
     for moment in told.moments:
         if moment.kind == "goal":
@@ -92,7 +94,7 @@ def _shots(match: Match, tables: Tables) -> dict[str, Any]:
         turn = 1 if shot["team"] == "home" else -1
         at = round(max(shot["t_ns"] / 1e9 - 1, 0), 2)
         says = f"{shot['team']} {shot['robot']}: {shot['outcome']}, from {shot['distance']:.2f} m"
-        style = f"mark {shot['team']}{' hit' if shot['outcome'] == 'goal' else ''}"
+        style = f"mark {shot['team']} {shot['outcome']}"
         marks.append(Mark(turn * shot["x"], turn * shot["y"], style, says,
                           link=f"../replays/{match.name}.html#t={at}"))
         told = ("team", "robot", "distance", "speed", "outcome")

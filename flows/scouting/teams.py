@@ -67,10 +67,10 @@ def _pictures(store: Store, team: TeamName, matches: Sequence[Match]) -> list[di
         {"name": "Where it loses the ball", "says": f"{losses.height} balls lost; it attacks to the right.",
          "picture": on_pitch(pitch, "where it loses the ball", cells=heat(
              losses["end_x"].to_numpy(), losses["end_y"].to_numpy(), pitch))},
-        {"name": "Shots", "says": f"{shots.height} shots on target; filled ones are goals.",
+        {"name": "Shots", "says": f"{shots.height} shots: filled ones are goals, dashed ones are wide.",
          "picture": on_pitch(pitch, "shots", marks=[
-             Mark(row["x"], row["y"], "mark home hit" if row["outcome"] == "goal" else "mark home",
-                  row["outcome"]) for row in shots.iter_rows(named=True)])},
+             Mark(row["x"], row["y"], f"mark home {row['outcome']}", row["outcome"])
+             for row in shots.iter_rows(named=True)])},
         {"name": "Passes", "says": f"{arrows.height} passes; the last 200 are drawn.",
          "picture": on_pitch(pitch, "passes", marks=[
              Mark(row["x"], row["y"], "mark home", f"{row['robot']} to {row['receiver']}",

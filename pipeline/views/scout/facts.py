@@ -40,6 +40,7 @@ class Numbers(NamedTuple):
         passes: that arrived.
         through: of these, through passes.
         shots: on target.
+        wide: shots past the post.
         goals: final goals, None where unknown.
         lost: possessions that the adversary ended.
         pressed: how often its robots pressed.
@@ -51,6 +52,7 @@ class Numbers(NamedTuple):
     passes: int
     through: int
     shots: int
+    wide: int
     goals: int | None
     lost: int
     pressed: int
@@ -76,10 +78,12 @@ def numbers(tables: Tables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[st
     for side, territory in zip(SIDES, (ahead, 1 - ahead), strict=True):
         own = {name: table.filter(pl.col("team") == side) for name, table in (
             ("held", held), ("passes", passes), ("shots", shots), ("pressed", pressed))}
+        wide = own["shots"].filter(pl.col("outcome") == "wide").height
         found[side] = Numbers(
             int(own["held"]["lasts"].sum()) / total if total else None,
             territory if ball.height else None,
-            own["passes"].height, int(own["passes"]["through"].sum()), own["shots"].height,
+            own["passes"].height, int(own["passes"]["through"].sum()),
+            own["shots"].height - wide, wide,
             row[f"score_{side}"], own["held"].filter(pl.col("ended") == "lost").height,
             own["pressed"].height, int(own["pressed"]["won"].sum()))
     return found
