@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
 from pathlib import Path
@@ -152,8 +153,13 @@ class Operated:
             said, _ = process.communicate(timeout=120)
         assert process.returncode == 0, f"{command}: {said}"
 
-    def ask(self, method: str, path: str, **body: Any) -> Any:
-        answer = httpx.request(method, f"{self._environment['PREFECT_API_URL']}{path}", json=body or None, timeout=30)
+    def ask(self, method: str, path: str, body: Any = None, **params: str) -> Any:
+        url = f"{self._environment['PREFECT_API_URL']}{path}"
+        busy = httpx.codes.SERVICE_UNAVAILABLE  # while its database is written to
+        answer = httpx.request(method, url, json=body, params=params, timeout=30)
+        while answer.status_code == busy:
+            time.sleep(0.2)
+            answer = httpx.request(method, url, json=body, params=params, timeout=30)
         return answer.raise_for_status().json() if answer.content else None
 
     def fire(self, deployment: str, *seconds: int) -> tuple[str, list[datetime]]:
@@ -162,21 +168,19 @@ class Operated:
         moments = [now + timedelta(seconds=each) for each in seconds]
         schedule = {"cron": f"* * * * * {','.join(str(moment.second) for moment in moments)}", "timezone": "UTC"}
         identity = self.ask("GET", f"/deployments/name/{deployment}")["id"]
-        url = f"{self._environment['PREFECT_API_URL']}/deployments/{identity}/schedules"
-        made = httpx.post(url, json=[{"active": True, "schedule": schedule}], timeout=30).raise_for_status().json()
+        made = self.ask("POST", f"/deployments/{identity}/schedules", [{"active": True, "schedule": schedule}])
         return f"/deployments/{identity}/schedules/{made[0]['id']}", moments
 
     def runs_at(self, deployment: str, moment: datetime) -> list[dict[str, Any]]:
         """The flow runs of a deployment that were due at a moment."""
         flow, name = deployment.split("/")
-        found = self.ask("POST", "/flow_runs/filter", flows={"name": {"any_": [flow]}},
-                         deployments={"name": {"any_": [name]}})
+        found = self.ask("POST", "/flow_runs/filter", {
+            "flows": {"name": {"any_": [flow]}}, "deployments": {"name": {"any_": [name]}}})
         return [run for run in found if datetime.fromisoformat(run["expected_start_time"]) == moment]
 
     def states_of(self, run: dict[str, Any]) -> list[str]:
         """The names of all states that a run was in, in order."""
-        found = httpx.get(f"{self._environment['PREFECT_API_URL']}/flow_run_states/",
-                          params={"flow_run_id": run["id"]}, timeout=30).raise_for_status().json()
+        found = self.ask("GET", "/flow_run_states/", flow_run_id=run["id"])
         return [state["name"] for state in sorted(found, key=lambda state: state["timestamp"])]
 
     def ended(self, deployment: str, moment: datetime) -> dict[str, Any]:

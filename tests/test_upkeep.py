@@ -7,6 +7,8 @@ import shutil
 import pytest
 
 from flows.cli import main
+from flows.stage import Per
+from flows.stages import STAGES
 from pipeline.errors import BadRecording
 from pipeline.store import Store
 from pipeline.store.work import Made, Work
@@ -39,7 +41,7 @@ def test_forget(data, capsys):
     store = Store(data)
     name, other = (receipt.name for receipt in store.receipts("matches"))
     assert call("forget", name, "--data", data) == 0
-    assert "8 outputs removed" in capsys.readouterr().out
+    assert f"{len(STAGES.nouns(Per.MATCH))} outputs removed" in capsys.readouterr().out
     assert not [path for path in data.rglob(f"*{name}*") if "inbox" not in path.parts]
     assert [receipt.name for receipt in store.receipts("situations")] == [other]
     assert store.versions("knowledge") == [1]
@@ -57,7 +59,7 @@ def test_forget_by_beginning(data, capsys):
     assert call("forget", "", "--data", data) == 1
     assert "no match is named" in capsys.readouterr().err
     assert call("forget", name[:8], "--data", data) == 0
-    assert f"{name}: 8 outputs removed" in capsys.readouterr().out
+    assert f"{name}: {len(STAGES.nouns(Per.MATCH))} outputs removed" in capsys.readouterr().out
     assert [receipt.name for receipt in store.receipts("matches")] == ["early-2", other]
 
 
