@@ -9,18 +9,22 @@ from flows.imports import import_all
 from flows.matches import Recording
 from flows.placement.places import placed
 from flows.pruning import prune_or_say
+from flows.scouting.write import write_after
 from flows.tasks import Runner, our_flow, show, swept
 from flows.update import look_for_damage
-from pipeline.settings import HistorySettings, ImportSettings, Settings
+from pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
 
 
 @our_flow(name="run")
 def run_flow(
     data: Path, recordings: list[Recording] | None = None, settings: Settings = Settings(),
     train: bool = True, limits: ImportSettings = ImportSettings(), on: str | None = None,
-    history: HistorySettings = HistorySettings(),
+    history: HistorySettings = HistorySettings(), scout: ScoutSettings = ScoutSettings(),
 ) -> dict[str, Any]:
-    """Import the new recordings of the inbox (or ``recordings``), and bring every stage up to date."""
+    """Import the new recordings of the inbox (or ``recordings``), and bring every stage up to date.
+
+    The scout's pages follow where the settings say so.
+    """
     store = swept(data)  # damage is looked for after the import
     with noted(store, "run", history) as note:
         report = note.report
@@ -29,6 +33,8 @@ def run_flow(
             look_for_damage(store, report)
             Runner(store).update(settings, report, train=train)
         refresh_after(store, report)
+        if scout.refresh:
+            write_after(store, report)
     prune_or_say(history)
     show(report.markdown(), key="run", description="what the run did")
     return report.model_dump()

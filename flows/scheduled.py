@@ -13,7 +13,7 @@ from flows.progress import RunReport
 from flows.run import run_flow
 from flows.tasks import flow_of, our_flow
 from pipeline.errors import NotFound
-from pipeline.settings import HistorySettings, ImportSettings, Settings
+from pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
 
 # Prefect runs the flow in a process of its own, which loads this module first, and then asks the server: if
 # `serve` is killed, there is none any more, and it would ask for minutes
@@ -27,7 +27,7 @@ QUARANTINED = "Quarantined"
 def scheduled_run(
     data: Path, settings: Settings = Settings(), train: bool = True,
     limits: ImportSettings = ImportSettings(), on: str | None = None,
-    history: HistorySettings = HistorySettings(),
+    history: HistorySettings = HistorySettings(), scout: ScoutSettings = ScoutSettings(),
 ) -> State[dict[str, Any]]:
     """Import the new recordings of the inbox, and bring every stage up to date.
 
@@ -40,6 +40,7 @@ def scheduled_run(
         limits: what reading a recording may cost.
         on: where work is done, as for :func:`flows.placement.places.place_of`.
         history: how much of past runs is remembered.
+        scout: whether the scout's pages follow.
 
     Returns:
         Completed; or Failed with the name Quarantined, if something went into quarantine (`pitchlore run`
@@ -47,7 +48,7 @@ def scheduled_run(
     """
     if limits.isolate is None:
         limits = limits.isolated()
-    report = RunReport.model_validate(run_flow.fn(data, None, settings, train, limits, on, history))
+    report = RunReport.model_validate(run_flow.fn(data, None, settings, train, limits, on, history, scout))
     line = said_of(report)
     _say("run", line)
     if report.failures:

@@ -446,12 +446,23 @@ class HistorySettings(Frozen):
     days: int = Field(default=28, ge=0)
 
 
+class ScoutSettings(Frozen):
+    """The scout's pages.
+
+    Attributes:
+        refresh: whether each run writes the pages whose matches are new.
+    """
+
+    refresh: bool = False
+
+
 class RunSettings(Settings):
-    """All settings of a run, and those on which no outcome depends: of imports, placement and history."""
+    """All settings of a run, and those on which no outcome depends: imports, placement, history, scout."""
 
     imports: ImportSettings = ImportSettings()
     placement: PlacementSettings = PlacementSettings()
     history: HistorySettings = HistorySettings()
+    scout: ScoutSettings = ScoutSettings()
 
 
 def parse_settings(data: bytes, where: str) -> RunSettings:

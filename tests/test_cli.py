@@ -219,6 +219,13 @@ def test_kb_commands(call, copied):
         assert (code, {row["team"] for row in json.loads(out)["behaviours"]}) == (0, {team})
         assert f"{team} (vsss), by the lower end of value" in call("kb", "show", "--data", copied)[1]
     assert version["imitates"] in {f"{team} (vsss)" for team in teams}
+    for words, kept in ((["--role", "striker"], lambda row: row["role"] == "striker"),
+                        (["--support", "5"], lambda row: row["support"] >= 5)):
+        _, every, _ = call("kb", "show", "1", "--json", "--data", copied)
+        _, some, _ = call("kb", "show", "1", *words, "--json", "--data", copied)
+        rows = json.loads(every)["behaviours"]
+        assert json.loads(some)["behaviours"] == [row for row in rows if kept(row)]
+        assert 0 < len(json.loads(some)["behaviours"]) < len(rows)
     code, _, err = call("kb", "show", "--team", "nobody", "--data", copied)
     assert (code, f"no behaviour of team 'nobody' (there are: {', '.join(sorted(teams))})" in err) == (1, True)
     code, _, err = call("kb", "show", "7", "--data", copied)

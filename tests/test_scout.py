@@ -192,6 +192,28 @@ def test_command(store, tmp_path, capsys):
     assert re.search(r"pages/index\.html: \d+ pages written, 0 kept", capsys.readouterr().out.replace("\n", ""))
 
 
+@pytest.mark.usefixtures("prefect_server")
+def test_after_a_run(tmp_path, capsys):
+    """Where the settings say so, a run brings the pages up to date; a page that cannot be written is one failure."""
+    (tmp_path / "data" / "inbox").mkdir(parents=True)
+    clip(0.0, 40.0).write_csv(tmp_path / "data" / "inbox" / "derby.csv")
+    settings = tmp_path / "settings.toml"
+    settings.write_text("[scout]\nrefresh = true\n")
+    words = ["run", "--data", str(tmp_path / "data"), "--settings", str(settings)]
+    for code in (0, 0):
+        with pytest.raises(SystemExit) as stopped:
+            main(words)
+        assert stopped.value.code == code
+        assert len(list((tmp_path / "data" / "scout" / "matches").iterdir())) == 1
+        shutil.rmtree(tmp_path / "data" / "scout")
+    (tmp_path / "data" / "scout").touch()
+    with pytest.raises(SystemExit) as stopped:
+        main(words)
+    assert stopped.value.code == 1
+    told = capsys.readouterr()
+    assert "scout pages" in " ".join((told.out + told.err).split())
+
+
 def test_nothing_has_run(tmp_path, capsys):
     """Without a match there is one line."""
     (tmp_path / "inbox").mkdir()

@@ -41,8 +41,8 @@ def list_versions(*, json: Json = False, common: Common = DEFAULTS) -> None:
 
 
 def show(
-    version: int | None = None, *, team: str | None = None, kind: str | None = None, json: Json = False,
-    common: Common = DEFAULTS,
+    version: int | None = None, *, team: str | None = None, kind: str | None = None, role: str | None = None,
+    support: int = 1, json: Json = False, common: Common = DEFAULTS,
 ) -> None:
     """Show the behaviours of a version, the newest by default, each team's by itself.
 
@@ -50,12 +50,15 @@ def show(
         version: Number of the version (default: the newest).
         team: Only those of this team or pool.
         kind: Only those of this league: vsss, ssl or 2d.
+        role: Only those of this role: goalkeeper, midfield or striker.
+        support: Only those that were seen so many times or more.
         json: Print JSON, with the manifest.
         common: Options of every command.
     """
     store = common.existing
     manifest = store.manifest("knowledge", _newest(store) if version is None else version)
-    known = _asked(store.read_table(manifest, "behaviours", Behaviours), team, kind)
+    known = _asked(store.read_table(manifest, "behaviours", Behaviours), team=team, kind=kind, role=role)
+    known = known.filter(pl.col("support") >= support)
     if json:
         print_json({"manifest": manifest.model_dump(mode="json"), "behaviours": known.to_dicts()})
         return
@@ -115,14 +118,14 @@ def verify(
     conclude(lambda store: verify_knowledge(store, version), restore_from, json=json, common=common)
 
 
-def _asked(known: pl.DataFrame, team: str | None, kind: str | None) -> pl.DataFrame:
-    """The behaviours of a team and a league.
+def _asked(known: pl.DataFrame, **asked_for: str | None) -> pl.DataFrame:
+    """The behaviours of a team, a league and a role.
 
     Raises:
         NotFound: if there are none of that name.
     """
-    for name, asked in (("team", team), ("kind", kind)):
-        there = known[name].drop_nulls().unique().sort()
+    for name, asked in asked_for.items():
+        there = known[name].drop_nulls().cast(pl.String).unique().sort()
         if asked is not None and asked not in there:
             raise NotFound(f"no behaviour of {name} {asked!r} (there are: {', '.join(there) or 'none'})",
                            where=f"--{name}", next_step="Name one of these, or leave it out")

@@ -26,7 +26,7 @@ from flows.progress import RunReport
 from flows.stage import ALL
 from pipeline.errors import StorageFailed
 from pipeline.estimates import BY_EVIDENCE
-from pipeline.settings import HistorySettings, ImportSettings, Settings
+from pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
 from pipeline.store import Store
 from schemas import Behaviours
 
@@ -53,7 +53,8 @@ def run(
     store, chosen = common.store, common.settings(settings)
     limits = chosen.imports.isolated() if isolate else chosen.imports
     report = bring_up_to_date(
-        store, chosen, limits, train=train, on=on or chosen.placement.on, history=chosen.history)
+        store, chosen, limits, train=train, on=on or chosen.placement.on, history=chosen.history,
+        scout=chosen.scout)
     if json:
         print_json(report.model_dump())
     else:
@@ -64,6 +65,7 @@ def run(
 def bring_up_to_date(
     store: Store, settings: Settings, limits: ImportSettings = ImportSettings(), *, train: bool = True,
     on: str | None = None, history: HistorySettings = HistorySettings(),
+    scout: ScoutSettings = ScoutSettings(),
 ) -> RunReport:
     """Run all stages. Prefect starts only if something is new."""
     place_of(on)  # so that a word that names none is refused at once
@@ -76,10 +78,14 @@ def bring_up_to_date(
             from flows.run import run_flow  # noqa: PLC0415 (see orchestrated)
 
             begin()
-            done = run_flow(store.root, None, settings, train, limits, on, history)
+            done = run_flow(store.root, None, settings, train, limits, on, history, scout)
             report = RunReport.model_validate(done)
     else:
         refresh_after(store, report)
+        if scout.refresh:
+            from flows.scouting.write import write_after  # noqa: PLC0415 (only who asks for pages waits)
+
+            write_after(store, report)
         note.report = report
         with suppress(StorageFailed):  # nothing was made; a folder that nobody may write can be looked at
             note.write(store, history)

@@ -61,9 +61,11 @@ def serve(
             entrypoint_type=EntrypointType.MODULE_PATH,
             parameters={
                 "data": store.where if store.mirror else str(store.root.resolve()),
-                "settings": chosen.model_dump(mode="json", exclude={"imports", "placement", "history"}),
+                "settings": chosen.model_dump(
+                    mode="json", exclude={"imports", "placement", "history", "scout"}),
                 "limits": chosen.imports.model_dump(mode="json"),
                 "on": on or chosen.placement.on,
                 "history": chosen.history.model_dump(mode="json"),
+                "scout": chosen.scout.model_dump(mode="json"),
             },
         )

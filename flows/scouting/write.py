@@ -11,11 +11,12 @@ from typing import Any, NamedTuple, TypeVar
 import polars as pl
 from markupsafe import Markup
 
+from flows.progress import RunReport, StageReport
 from flows.scouting import matches as match_pages
 from flows.scouting import opponent
 from flows.scouting import teams as team_pages
 from flows.scouting.sources import Known, Match, TeamName, newest, played
-from pipeline.errors import NotFound
+from pipeline.errors import BadSettings, NotFound, PitchloreError
 from pipeline.situations.rulebook import rule_table
 from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
@@ -102,8 +103,12 @@ def write(store: Store, out: Path | None = None) -> Written:
 
     Raises:
         NotFound: if no match has run.
+        BadSettings: if the data folder is in a bucket, and no folder is named.
         CorruptFile: if a file of the store is damaged.
     """
+    if out is None and store.mirror is not None:
+        raise BadSettings("is in a bucket, and pages are files for a browser", where=store.where,
+                          next_step="Name a folder with --out")
     league = list(played(store))
     if not league:
         raise NotFound("no match has run", where=store.where,
@@ -133,6 +138,16 @@ def write(store: Store, out: Path | None = None) -> Written:
     folder.close()
     size = sum(path.stat().st_size for path in folder.path.rglob("*") if path.is_file())
     return Written(folder.path / "index.html", folder.new, folder.kept, size)
+
+
+def write_after(store: Store, report: RunReport) -> None:
+    """Write the pages after a run that has matches. If that fails, it is one more failure of the run."""
+    try:
+        write(store)
+    except NotFound:
+        pass
+    except PitchloreError as error:
+        report.stages.append(StageReport(noun="scout", failed={"pages": str(error)}))
 
 
 def _match(
