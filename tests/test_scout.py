@@ -40,9 +40,13 @@ def league(folder: Path) -> Store:
         (folder / "inbox").mkdir(parents=True, exist_ok=True)
         table.write_parquet(folder / "inbox" / f"{name}.parquet")
         import_recording(store, Recording(file=folder / "inbox" / f"{name}.parquet"))
+    bring(store)
+    return store
+
+
+def bring(store: Store) -> None:
     STAGES.make(store, Settings(), scope := scope_of(store))
     emit(store, STAGES["knowledge"], STAGES["knowledge"].settings(Settings()), scope)
-    return store
 
 
 @pytest.fixture(scope="module")
@@ -169,6 +173,22 @@ def test_what_stands_is_kept(store, tmp_path):
     match = next(iter(own.receipts("matches"))).name
     (tmp_path / "data" / "scout" / "matches" / f"{match}.html").unlink()
     assert write(own).new == 1, "what is missing is written again"
+
+
+def test_one_more_match(store, tmp_path):
+    """A match of teams that are known leaves the pages of the other matches, whatever was learned from it."""
+    shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
+    own = Store(tmp_path / "data")
+    write(own)
+    pages = tmp_path / "data" / "scout"
+    before = {path: path.stat().st_mtime_ns for folder in ("matches", "data", "replays") for path in (pages / folder).iterdir()}
+    clip(290.0, 350.0).write_parquet(tmp_path / "three.parquet")
+    import_recording(own, Recording(file=tmp_path / "three.parquet"))
+    bring(own)
+    write(own)
+    assert {path: path.stat().st_mtime_ns for path in before} == before
+    assert len(list((pages / "matches").iterdir())) == 3
+    assert "knowledge version 2" in next((pages / "behaviours").iterdir()).read_text()
 
 
 def test_gone_with_its_match(store, tmp_path):

@@ -81,8 +81,8 @@ class Match(NamedTuple):
         return Pitch.model_validate(self.log.details["pitch"])
 
     def key(self, *besides: object) -> str:
-        """Digest of all that its pages are made from."""
-        receipts = (self.log, *(self.made[noun] for noun in sorted(self.made)))
+        """Digest of its tables, and of what else a page is made from."""
+        receipts = (self.log, *(self.made[noun] for noun in _TABLES if noun in self.made))
         files = [receipt.digests() for receipt in receipts]
         return digest(canonical([files, *besides]))
 

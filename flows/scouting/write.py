@@ -115,20 +115,21 @@ def write(store: Store, out: Path | None = None) -> Written:
                        next_step="Import recordings and run: `pitchlore run`")
     folder = _Folder(store, out or store.root / "scout")
     known, teams, code = newest(store), match_pages.menu(league), software()
-    made = f"{code}; knowledge {'none' if known is None else f'version {known.manifest.version}'}"
-    around: dict[str, Any] = {"menu": teams, "made": made}
-    frame = (code, teams, known and known.manifest.version)
-    lines = {match.name: _match(store, match, folder, around, code, frame) for match in league}
+    version = None if known is None else known.manifest.version
+    around: dict[str, Any] = {"menu": teams, "made": code}
+    learned = around | {"made": f"{code}; knowledge {'none' if version is None else f'version {version}'}"}
+    lines = {match.name: _match(store, match, folder, around) for match in league}
     for team in teams:
         own = [match for match in league if team in (match.home, match.away)]
-        key = digest(canonical([frame, [match.key() for match in own], known and known.manifest.key]))
+        learned_from = [match.key(match.made["sequences"].digests()) for match in own]
+        key = digest(canonical([code, teams, learned_from, version, known and known.manifest.key]))
         folder.put(f"teams/{team.slug}.html", key, partial(
-            _page, "team", around, partial(team_pages.facts, store, team, own, lines)))
+            _page, "team", learned, partial(team_pages.facts, store, team, own, lines)))
         shown = cache(partial(_gallery, store, team, own, known))
-        folder.put(f"behaviours/{team.slug}.html", key, partial(_page, "behaviours", around, shown))
+        folder.put(f"behaviours/{team.slug}.html", key, partial(_page, "behaviours", learned, shown))
         folder.put(f"against/{team.slug}.html", key, partial(
-            _page, "opponent", around, partial(_opponent, store, team, own, shown)))
-    everything = digest(canonical([frame, [match.key() for match in league]]))
+            _page, "opponent", learned, partial(_opponent, store, team, own, shown)))
+    everything = digest(canonical([code, teams, [match.key() for match in league]]))
     folder.put("index.html", everything, lambda: page("league", **around, title=TITLE, note=None, rows=[
         _row(match, lines[match.name]) for match in league]))
     folder.put("situations.html", everything, lambda: page(
@@ -151,9 +152,9 @@ def write_after(store: Store, report: RunReport) -> None:
 
 
 def _match(
-    store: Store, match: Match, folder: _Folder, around: dict[str, Any], code: str, frame: object
+    store: Store, match: Match, folder: _Folder, around: dict[str, Any]
 ) -> dict[str, Any]:
-    """The pages and the data of one match; its line in the league."""
+    """The pages and the data of one match; its line in the league. No knowledge is in them."""
     tables = cache(lambda: match.tables(store))
 
     def of_replay(make: Callable[..., T]) -> T:
@@ -164,10 +165,10 @@ def _match(
         packed: str = of_replay(payload)[1]
         return f"scoutMatch({json.dumps(match.name)}, {json.dumps(packed)});\n".encode()
 
-    key = match.key(code)
+    key = match.key(around["made"])
     folder.put(f"data/{match.name}.js", key, data)
     folder.put(f"replays/{match.name}.html", key, lambda: of_replay(replay_page).encode())
-    folder.put(f"matches/{match.name}.html", match.key(frame), lambda: page(
+    folder.put(f"matches/{match.name}.html", match.key(around["made"], around["menu"]), lambda: page(
         "match", up="../", **around, **match_pages.facts(match, tables())))
     return folder.remember(match.name, key, lambda: match_pages.line(match, tables()))
 
