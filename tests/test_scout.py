@@ -317,6 +317,42 @@ def test_tables_sort_and_filter(pages, page):
 
 
 @pytest.mark.slow
+def test_order_of_the_gallery(pages, page):
+    """The gallery is by evidence, and by what else is chosen."""
+    gallery = next(found for found in sorted((pages.first.parent / "behaviours").iterdir()) if "data-match" in found.read_text())
+    page.goto(gallery.as_uri())
+    numbers = "(cards, by) => cards.map(card => Number(card.dataset[by]))"
+    cards = page.locator(".card")
+    assert cards.count() > 3
+    for choice in ("support", "value", "new", "low"):
+        page.select_option("[data-order]", choice)
+        found = cards.evaluate_all(numbers, choice)
+        assert found == sorted(found, reverse=True)
+        assert len(set(found)) > 1 or choice == "new"
+
+
+@pytest.mark.slow
+def test_jumps_in_a_replay(pages, page):
+    """A replay jumps to the next and the previous kick, and an address rings a robot."""
+    replay = next((pages.first.parent / "replays").iterdir())
+    page.goto(f"{replay.as_uri()}#t=5&paused&robot=home-0")
+    clock = page.locator("#clock")
+    clock.wait_for()
+    page.wait_for_function("document.getElementById('clock').textContent.startsWith('00:05')")
+    assert page.locator("#situation").input_value() == "21"
+    page.keyboard.press("n")
+    page.wait_for_timeout(200)
+    there = clock.inner_text()
+    assert there > "00:05.0"
+    page.keyboard.press("n")
+    page.wait_for_timeout(200)
+    assert clock.inner_text() > there
+    page.keyboard.press("N")
+    page.wait_for_timeout(200)
+    assert clock.inner_text() == there
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_for_everybody(pages, page, scheme):
     """axe finds nothing serious, in both colour schemes."""

@@ -113,14 +113,22 @@ class Known(NamedTuple):
     Attributes:
         manifest: of the version.
         behaviours: rows of schema Behaviours.
+        before: those of the version before it; none without one.
     """
 
     manifest: Manifest
     behaviours: pl.DataFrame
+    before: pl.DataFrame
 
     def of(self, team: TeamName) -> pl.DataFrame:
-        """The behaviours of a team alone, never those of a pool or of another league."""
-        return self.behaviours.filter(pl.col("team") == team.name, pl.col("kind") == team.kind)
+        """The behaviours of a team alone, never those of a pool or of another league.
+
+        Rows of schema Behaviours with a column new: whether the version before had them not.
+        """
+        own = self.behaviours.filter(pl.col("team") == team.name, pl.col("kind") == team.kind)
+        known = self.before.filter(pl.col("team") == team.name, pl.col("kind") == team.kind)["behaviour_id"]
+        new = ~pl.col("behaviour_id").is_in(known.to_list()) & (not self.before.is_empty())
+        return own.with_columns(new=new)
 
 
 def newest(store: Store) -> Known | None:
@@ -128,7 +136,10 @@ def newest(store: Store) -> Known | None:
     manifest = store.latest("knowledge")
     if manifest is None:
         return None
-    return Known(manifest, store.read_table(manifest, "behaviours", Behaviours))
+    before = Behaviours.empty()
+    if manifest.parent is not None:
+        before = store.read_table(store.manifest("knowledge", manifest.parent), "behaviours", Behaviours)
+    return Known(manifest, store.read_table(manifest, "behaviours", Behaviours), before)
 
 
 def sequence(store: Store, match: Match, side: str) -> pl.DataFrame:

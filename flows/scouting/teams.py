@@ -117,7 +117,7 @@ def gallery(store: Store, team: TeamName, matches: Sequence[Match], known: Known
         "team": team, "version": known.manifest.version, "total": own.height,
         "cards": [{
             "id": row["behaviour_id"], "words": said(_NAMES, row["codes"]), "role": row["role"],
-            "support": row["support"], "value": row["value"], "low": row["low"], "high": row["high"],
+            **{name: row[name] for name in ("support", "new", "value", "low", "high")},
             "follows": _follows(row, shown), "clips": by_behaviour.get(row["behaviour_id"], []),
             "picture": on_pitch(pitch, "where it begins", marks=[
                 Mark(row["x"], row["y"], "mark home hit", "mean place at which it begins")]

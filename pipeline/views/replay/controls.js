@@ -2,6 +2,7 @@
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
 const WINDOW = 20000, BEFORE_GOAL = 3000;
+const BEFORE_SITUATION = 1000, KICK = 21;
 const LINGER = 1500; // so much of a stoppage is played before it is jumped over
 
 function element(tag, className, text) {
@@ -16,8 +17,9 @@ function start(match) {
   const hash = new URLSearchParams(location.hash.slice(1));
   const state = {
     t: 0, playing: !hash.has("paused"), speed: 1, labels: hash.get("labels") !== "0",
-    skip: hash.get("skip") !== "0", view: 0, span: Math.min(WINDOW, end || 1), dragging: false, dirty: true,
+    skip: hash.get("skip") !== "0", marked: -1, view: 0, span: Math.min(WINDOW, end || 1), dragging: false, dirty: true,
   };
+  let chosen = null; // the robot that the address names
   const { paint, readColours, timeAt, robotAt, lineHeight } = painter(match, state);
 
   // -- words ----------------------------------------------------------------------------------
@@ -120,6 +122,20 @@ function start(match) {
     if (t !== undefined) seek(t - BEFORE_GOAL);
   }
 
+  /** To the next or previous situation of the chosen code, by the marked robot if there is one; it is marked. */
+  function toSituation(direction) {
+    const code = Number($("situation").value), shown = state.t + BEFORE_SITUATION;
+    const [earliest, latest] = direction > 0 ? [shown + 1, Infinity] : [-Infinity, shown - 500];
+    let found = -1;
+    table.code.forEach((each, i) => {
+      const t = table.start[i], better = found < 0 || (direction > 0 ? t < table.start[found] : t > table.start[found]);
+      if (each === code && t >= earliest && t <= latest && better && (!chosen || table.body[i] === chosen.body)) found = i;
+    });
+    if (found < 0) return;
+    if (!chosen) state.marked = table.body[found];
+    seek(Math.max(0, table.start[found] - BEFORE_SITUATION));
+  }
+
   function faster(direction) {
     setSpeed(SPEEDS[clamp(SPEEDS.indexOf(state.speed) + direction, 0, SPEEDS.length - 1)]);
   }
@@ -192,7 +208,7 @@ function start(match) {
     " ": () => play(!state.playing), k: () => play(!state.playing),
     ArrowLeft: (e) => seek(state.t - (e.shiftKey ? 5000 : 1000)), ArrowRight: (e) => seek(state.t + (e.shiftKey ? 5000 : 1000)),
     ",": () => step(-1), ".": () => step(1), ArrowUp: () => faster(1), ArrowDown: () => faster(-1),
-    g: () => toGoal(1), G: () => toGoal(-1), Home: () => seek(0), End: () => seek(end),
+    n: () => toSituation(1), N: () => toSituation(-1), g: () => toGoal(1), G: () => toGoal(-1), Home: () => seek(0), End: () => seek(end),
     l: () => toggle("labels"), s: () => toggle("skip"), z: whole, "?": () => $("keys").showModal(),
   };
   addEventListener("keydown", (event) => {
@@ -201,7 +217,7 @@ function start(match) {
     KEYS[event.key](event);
   });
   const clicks = {
-    play: () => play(!state.playing), "goal-back": () => toGoal(-1), "goal-on": () => toGoal(1), "frame-back": () => step(-1),
+    play: () => play(!state.playing), "goal-back": () => toGoal(-1), "goal-on": () => toGoal(1), "situation-back": () => toSituation(-1), "situation-on": () => toSituation(1), "frame-back": () => step(-1),
     "frame-on": () => step(1), labels: () => toggle("labels"), skip: () => toggle("skip"), whole, help: () => $("keys").showModal(),
   };
   for (const [id, act] of Object.entries(clicks)) $(id).addEventListener("click", act);
@@ -209,12 +225,20 @@ function start(match) {
   for (const speed of SPEEDS) $("speed").append(new Option(`${speed}×`, speed));
   $("speed").addEventListener("change", () => { setSpeed(Number($("speed").value)); $("speed").blur(); });
 
+  for (const code of Object.keys(match.names).map(Number)) $("situation").append(new Option(`${three(code)} ${match.shortName(code)}`, code));
+  if (KICK in match.names) $("situation").value = String(KICK);
+  $("situation").addEventListener("change", () => $("situation").blur());
+
   // -- begin ----------------------------------------------------------------------------------
 
   function follow() {
     const wanted = new URLSearchParams(location.hash.slice(1));
     setSpeed(Number(wanted.get("speed") ?? state.speed));
     if (wanted.has("window")) look(state.view, 1000 * Number(wanted.get("window")) || WINDOW);
+    const [team, id] = (wanted.get("robot") ?? "").split("-");
+    chosen = robots.find((robot) => robot.team === team && robot.id === Number(id)) ?? null;
+    state.marked = chosen ? chosen.body : -1;
+    if (wanted.has("situation")) $("situation").value = wanted.get("situation");
     const t = 1000 * Number(wanted.get("t") ?? 0);
     seek(Number.isFinite(t) ? t : 0);
     look(state.t - 0.35 * state.span);

@@ -115,8 +115,20 @@ function filters() {
   least?.addEventListener("input", show);
 }
 
+/** Put cards into the order of one of their numbers, the greatest first; equal ones stay by evidence. */
+function orders() {
+  const choice = document.querySelector("[data-order]");
+  if (!choice) return;
+  const holder = document.getElementById(choice.dataset.order);
+  const first = [...holder.children];
+  choice.addEventListener("change", () => {
+    holder.append(...[...first].sort((a, b) => b.dataset[choice.value] - a.dataset[choice.value]));
+  });
+}
+
 addEventListener("DOMContentLoaded", () => {
   document.querySelectorAll(".clip").forEach(clip);
   document.querySelectorAll(".sortable").forEach(sortable);
   filters();
+  orders();
 });
