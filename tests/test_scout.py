@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 import pytest
 from conftest import clip
+from support.recordings import INSPER, imported
 
 from flows.cli import main
 from flows.matches import Recording, import_recording
@@ -18,12 +19,17 @@ from flows.scouting.write import Written, write
 from flows.stages import STAGES
 from flows.update import scope_of
 from flows.versions import emit
+from pipeline.matches.table import row as matches_row
 from pipeline.pitch import PITCHES, Kind
-from pipeline.settings import Settings
+from pipeline.settings import Settings, SituationSettings, TrajectorySettings
+from pipeline.situations.recognise import recognise
 from pipeline.store import Store
+from pipeline.trajectories.derive import trajectories
+from pipeline.views.replay import page as replay_page
 from pipeline.views.scout.facts import over_matches
 from pipeline.views.scout.gallery import clips, ranked
 from pipeline.views.scout.pictures import Mark, heat, on_pitch
+from schemas import Goals
 
 VSSS = PITCHES[Kind.VSSS]
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -350,6 +356,20 @@ def test_jumps_in_a_replay(pages, page):
     page.keyboard.press("N")
     page.wait_for_timeout(200)
     assert clock.inner_text() == there
+
+
+@pytest.mark.slow
+def test_eleven_a_side(page, tmp_path):
+    """With eleven robots a side, all time lines and the list of goals fit a small screen."""
+    log = imported(INSPER)
+    table, _ = trajectories(log, TrajectorySettings())
+    done = recognise(table, log.info.pitch, SituationSettings())
+    shown = replay_page(matches_row(log), table, done, Goals.empty(), log.referee, log.info.pitch)
+    (tmp_path / "replay.html").write_text(shown)
+    page.goto((tmp_path / "replay.html").as_uri())
+    page.wait_for_function("document.getElementById('timeline').clientHeight > 100")
+    box = page.locator("#timeline").bounding_box()
+    assert box["y"] + box["height"] <= 768
 
 
 @pytest.mark.slow

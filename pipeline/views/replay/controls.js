@@ -44,6 +44,7 @@ function start(match) {
     return row;
   });
   $("goals-title").hidden = !match.goals.length;
+  if (match.crowded) $("now").parentElement.append($("now-title"), $("now")); // the goals first: they are fewer
 
   function writeWords() {
     $("score").textContent = match.scoreAt(state.t).join(" : ");

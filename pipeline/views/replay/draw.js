@@ -2,7 +2,10 @@
 
 const GUTTER = 118, EDGE = 14, AXIS = 20, TEAM_GAP = 6;
 const FLASH = 2500, TRAIL = 900;
+const RANDOM = 194; // says nothing, so it has no label
 const IDLE = [184, 194]; // not worth a label where it is crowded: does not move, moves randomly
+
+const VSSS_BALL = "#ff9d1c"; // the league's ball is orange
 
 const COLOURS = ["ink", "muted", "line", "grass", "chalk", "outside", "ball", "halo", "label", "home", "away", "dead"];
 
@@ -17,7 +20,8 @@ const MARKINGS = {
 function painter(match, state) {
   const { time, mask, x, joined, pitch, quantum, situations: table, samples: S } = match;
   const { end, robots, ball, teams, crowded, family, dead } = match;
-  const rowHeight = crowded ? 17 : 22;
+  const rowHeight = robots.length > 16 ? 11 : crowded ? 17 : 22; // eleven a side fit a small screen
+  const rowEdge = rowHeight < 17 ? 0.5 : 2, rowFont = rowHeight < 17 ? 8.5 : 10.5;
 
   let colours = {};
   /** Takes the colours that painting uses from the style sheet, whose theme may have changed. */
@@ -122,27 +126,29 @@ function painter(match, state) {
     if (!at) return;
     c.beginPath(); c.arc(at.x, at.y, r, 0, 7);
     c.strokeStyle = colours.halo; c.lineWidth = 3 / scale; c.stroke();
-    c.fillStyle = colours.ball;
+    c.fillStyle = pitch.kind === "vsss" ? VSSS_BALL : colours.ball;
     if (at.suspect) { c.strokeStyle = colours.ball; c.lineWidth = 1.5 / scale; c.stroke(); } else c.fill();
   }
 
   /** Code and name beside each robot where they cover nothing else; for want of room the code alone. */
-  function drawLabels(c, places, width, height) {
+  function drawLabels(c, places, at, width, height) {
     const size = crowded ? 10.5 : 12, h = size + 7;
     const taken = places.map(({ px, py, reach }) => ({ l: px - reach + 4, t: py - reach + 4, w: 2 * reach - 8, h: 2 * reach - 8 }));
+    if (at) taken.push({ l: at.px - 8, t: at.py - 8, w: 16, h: 16 });
     const free = (b) => taken.every((o) => b.l > o.l + o.w || o.l > b.l + b.w || b.t > o.t + o.h || o.t > b.t + b.h);
     const around = ({ px, py, reach }, w) => [
       [-w / 2, -reach - h], [-w / 2, reach], [reach, -h / 2], [-reach - w, -h / 2], [0, -reach - h], [-w, -reach - h], [0, reach], [-w, reach],
     ].map(([dx, dy]) => ({ l: clamp(px + dx, 3, width - w - 3), t: clamp(py + dy, 3, height - h - 3), w, h }));
     for (const place of places) {
       const index = match.situationAt(place.robot, state.t), code = table.code[index];
-      if (index < 0 || (crowded && IDLE.includes(code))) continue;
+      if (index < 0 || code === RANDOM || (crowded && IDLE.includes(code))) continue;
       const name = match.shortName(code);
       c.font = mono(size, 600);
       const codeWidth = c.measureText(three(code)).width;
       c.font = sans(size);
       const boxes = around(place, codeWidth + c.measureText(name).width + 18);
-      const box = boxes.find(free) ?? around(place, codeWidth + 12).find(free) ?? boxes[0];
+      const box = boxes.find(free) ?? around(place, codeWidth + 12).find(free);
+      if (!box) continue; // better no label than one over the ball or a robot
       taken.push(box);
       c.fillStyle = colours.label; c.strokeStyle = colours[`family-${family.get(code)}`]; c.lineWidth = 1.5;
       c.beginPath(); c.roundRect(box.l, box.t, box.w, box.h, 4); c.fill(); c.stroke();
@@ -184,7 +190,8 @@ function painter(match, state) {
     }
     if (ball >= 0) drawBall(c, scale, now);
     c.restore();
-    if (state.labels) drawLabels(c, places, w, h);
+    const seen = ball >= 0 && match.pose(ball, now);
+    if (state.labels) drawLabels(c, places, seen && { px: w / 2 + seen.x * scale, py: h / 2 - seen.y * scale }, w, h);
     const g = before(match.goalTimes, state.t);
     if (g >= 0 && state.t - match.goalTimes[g] < FLASH) {
       const [t, team, robot, kind] = match.goals[g], fade = 1 - (state.t - t) / FLASH;
@@ -282,27 +289,27 @@ function painter(match, state) {
       const code = table.code[own.index[i]], l = px(own.start[i]), r = px(own.end[i]);
       const current = own.start[i] <= state.t && state.t < own.end[i];
       c.fillStyle = colours[`family-${family.get(code)}`];
-      c.fillRect(l, top + 2, Math.max(0.7, r - l - (r - l > 4 ? 1 : 0)), rowHeight - 4);
+      c.fillRect(l, top + rowEdge, Math.max(0.7, r - l - (r - l > 4 ? 1 : 0)), rowHeight - 2 * rowEdge);
       if (r - l > 24) {
         const name = match.shortName(code);
         c.save(); c.beginPath(); c.rect(l, top, r - l - 3, rowHeight); c.clip();
         c.fillStyle = textOn(colours[`family-${family.get(code)}`]);
         const seen = Math.max(l, GUTTER), middle = top + rowHeight / 2 + 0.5;
-        c.font = mono(10.5, 600); c.fillText(three(code), seen + 3, middle);
-        c.font = sans(11);
+        c.font = mono(rowFont, 600); c.fillText(three(code), seen + 3, middle);
+        c.font = sans(rowFont + 0.5);
         if (r - seen > 34 + c.measureText(name).width) c.fillText(name, seen + 27, middle);
         c.restore();
       }
-      if (current && r - l > 4) { c.strokeStyle = colours.ink; c.lineWidth = 1.5; c.strokeRect(l, top + 2, r - l - 1, rowHeight - 4); }
+      if (current && r - l > 4) { c.strokeStyle = colours.ink; c.lineWidth = 1.5; c.strokeRect(l, top + rowEdge, r - l - 1, rowHeight - 2 * rowEdge); }
     }
   }
 
   function drawGutter(c, robot, top) {
     c.fillStyle = colours[robot.team];
-    c.beginPath(); c.roundRect(14, top + 2, 22, rowHeight - 4, 4); c.fill();
-    c.fillStyle = "#fff"; c.font = mono(11, 600); c.textAlign = "center"; c.textBaseline = "middle";
+    c.beginPath(); c.roundRect(14, top + rowEdge, 22, rowHeight - 2 * rowEdge, 4); c.fill();
+    c.fillStyle = "#fff"; c.font = mono(rowFont + 0.5, 600); c.textAlign = "center"; c.textBaseline = "middle";
     c.fillText(robot.id, 25, top + rowHeight / 2 + 0.5);
-    c.fillStyle = colours.muted; c.font = sans(11.5); c.textAlign = "left";
+    c.fillStyle = colours.muted; c.font = sans(rowFont + 1); c.textAlign = "left";
     let name = teams[robot.team];
     while (c.measureText(name).width > GUTTER - 50 && name.length > 1) name = `${name.slice(0, -2).trimEnd()}…`;
     c.fillText(name, 43, top + rowHeight / 2 + 0.5);
