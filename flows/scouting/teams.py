@@ -14,7 +14,7 @@ from pipeline.pitch import Pitch
 from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
 from pipeline.views.scout.facts import Numbers, over_matches, said
-from pipeline.views.scout.gallery import clips, ranked
+from pipeline.views.scout.gallery import Followed, clips, neighbours, ranked
 from pipeline.views.scout.occurrences import occurrences
 from pipeline.views.scout.pictures import Mark, heat, on_pitch
 from schemas import SIDES, Passes, Possession, Shots, Trajectories, note_on
@@ -112,13 +112,16 @@ def gallery(store: Store, team: TeamName, matches: Sequence[Match], known: Known
     seen = pl.concat([
         occurrences(sequence(store, match, side), shown)
         for match in matches[-FROM:] for side in sides_of(team, match)])
-    by_behaviour, pitch = clips(seen), matches[-1].pitch
+    by_behaviour, around, pitch = clips(seen), neighbours(seen), matches[-1].pitch
+    words = {name: said(_NAMES, codes) for name, codes in shown.select("behaviour_id", "codes").iter_rows()}
     return {
         "team": team, "version": known.manifest.version, "total": own.height,
         "cards": [{
-            "id": row["behaviour_id"], "words": said(_NAMES, row["codes"]), "role": row["role"],
+            "id": row["behaviour_id"], "words": words[row["behaviour_id"]], "role": row["role"],
             **{name: row[name] for name in ("support", "new", "value", "low", "high")},
-            "follows": _follows(row, shown), "clips": by_behaviour.get(row["behaviour_id"], []),
+            "before": _told(around.get(row["behaviour_id"], ([], []))[0], words),
+            "after": _told(around.get(row["behaviour_id"], ([], []))[1], words),
+            "clips": by_behaviour.get(row["behaviour_id"], []),
             "picture": on_pitch(pitch, "where it begins", marks=[
                 Mark(row["x"], row["y"], "mark home hit", "mean place at which it begins")]
                 if row["x"] is not None and np.isfinite(row["x"]) else []),
@@ -126,9 +129,7 @@ def gallery(store: Store, team: TeamName, matches: Sequence[Match], known: Known
     }
 
 
-def _follows(row: dict[str, Any], shown: pl.DataFrame) -> str:
-    """Behaviours that begin as this one ends: the same role, its last situation their first."""
-    last = row["codes"][-1]
-    after = shown.filter(pl.col("role") == row["role"], pl.col("codes").list.first() == last,
-                         pl.col("behaviour_id") != row["behaviour_id"]).head(2)
-    return "; ".join(said(_NAMES, codes) for codes in after["codes"].to_list())
+def _told(neighbours: Sequence[Followed], words: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Behaviours before or after another, in words."""
+    return [{"id": each.behaviour, "words": words[each.behaviour], "times": each.times, "of": each.of}
+            for each in neighbours]
