@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 from pathlib import Path
@@ -209,6 +210,27 @@ def test_one_more_match(store, tmp_path):
     assert {path: path.stat().st_mtime_ns for path in before} == before
     assert len(list((pages / "matches").iterdir())) == 3
     assert "knowledge version 2" in next((pages / "behaviours").iterdir()).read_text()
+
+
+@pytest.mark.parametrize("said", ["{", "[]", "3", '{"facts": 3, "index.html": 5}', '{"facts": {"x": 3}}'])
+def test_list_of_pages_is_broken(store, tmp_path, said):
+    """Where the list of pages cannot be read, all are written again."""
+    (tmp_path / "pages").mkdir()
+    (tmp_path / "pages" / ".pages.json").write_text(said)
+    assert write(store, tmp_path / "pages").kept == 0
+
+
+def test_list_of_pages_is_hostile(store, tmp_path):
+    """A list of pages that comes from elsewhere has nothing removed but pages."""
+    (tmp_path / "pages" / "matches").mkdir(parents=True)
+    mine, gone = tmp_path / "mine.html", tmp_path / "pages" / "matches" / "gone.html"
+    for path in (mine, gone):
+        path.touch()
+    (tmp_path / "pages" / ".pages.json").write_text(json.dumps({
+        "facts": {}, "../mine.html": "x", str(mine): "x", "matches/../../mine.html": "x", "matches/gone.html": "x"}))
+    write(store, tmp_path / "pages")
+    assert mine.exists()
+    assert not gone.exists()
 
 
 def test_gone_with_its_match(store, tmp_path):

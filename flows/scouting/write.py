@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
@@ -31,6 +32,8 @@ T = TypeVar("T")
 
 #: What each page was made from, by its name.
 _KEYS = ".pages.json"
+#: Names of pages and of their data.
+_PAGE = re.compile(r"(?:[a-z]+/)?[a-z0-9][a-z0-9-]*\.(?:html|js|css)")
 #: Samples a second in clips and replays.
 _HZ = 15.0
 TITLE = "The league"
@@ -67,7 +70,8 @@ class _Folder:
             found = json.loads((self.path / _KEYS).read_bytes())
         except (OSError, ValueError):
             return {}
-        return found if isinstance(found, dict) else {}
+        known = isinstance(found, dict) and isinstance(found.get("facts"), dict)
+        return found if known else {}
 
     def put(self, name: str, key: str, make: Callable[[], bytes]) -> None:
         """Write a page unless it stands."""
@@ -82,14 +86,16 @@ class _Folder:
     def remember(self, name: str, key: str, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         """Facts that several pages need, from the last time if nothing has changed."""
         before = self._before.get("facts", {}).get(name)
-        kept = before["facts"] if before and before["key"] == key else make()
+        stands = isinstance(before, dict) and before.get("key") == key
+        kept = before["facts"] if stands and isinstance(before.get("facts"), dict) else make()
         self.facts[name] = {"key": key, "facts": kept}
         return dict(kept)
 
     def close(self) -> None:
         """Remove the pages of what is gone, and keep what each page was made from."""
         for name in self._before.keys() - self._now.keys() - {"facts"}:
-            (self.path / name).unlink(missing_ok=True)
+            if _PAGE.fullmatch(name):  # nobody's list of pages may have files elsewhere removed
+                (self.path / name).unlink(missing_ok=True)
         said = json.dumps(self._now | {"facts": self.facts}, separators=(",", ":"))
         self._store.write_bytes(self.path / _KEYS, said.encode())
 
