@@ -11,7 +11,7 @@ import numpy as np
 import polars as pl
 import pytest
 from conftest import clip
-from support.recordings import INSPER, imported
+from support.recordings import INSPER, RSIM, imported
 
 from flows.cli import main
 from flows.matches import Recording, import_recording
@@ -20,17 +20,19 @@ from flows.scouting.write import Written, write
 from flows.stages import STAGES
 from flows.update import scope_of
 from flows.versions import emit
+from pipeline.events.derive import events
+from pipeline.goals import attribute as goals
 from pipeline.matches.table import row as matches_row
 from pipeline.pitch import PITCHES, Kind
-from pipeline.settings import Settings, SituationSettings, TrajectorySettings
+from pipeline.settings import EventSettings, GoalSettings, Settings, SituationSettings, TrajectorySettings
 from pipeline.situations.recognise import recognise
 from pipeline.store import Store
 from pipeline.trajectories.derive import trajectories
 from pipeline.views.replay import page as replay_page
-from pipeline.views.scout.facts import over_matches
+from pipeline.views.scout.facts import Tables, by_lead, over_matches
 from pipeline.views.scout.gallery import clips, neighbours, ranked
 from pipeline.views.scout.pictures import Mark, heat, on_pitch
-from schemas import Goals
+from schemas import Goals, Situations
 
 VSSS = PITCHES[Kind.VSSS]
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -141,6 +143,27 @@ def test_one_match_has_no_interval():
     two = over_matches([(one, 1.0), (one._replace(passes=5, possession=None), 1.0)])
     assert two["passes"].low < 40.0 < two["passes"].high
     assert two["possession"].n == 1
+
+
+def test_by_lead():
+    """Time, possession, shots and losses belong to the score at their beginning, for each side."""
+    log = imported(RSIM)
+    table, _ = trajectories(log, TrajectorySettings())
+    found = events(table, log.referee, log.info.pitch, EventSettings())
+    told = Tables(matches_row(log), None, None, log.referee, table, None, goals(
+        log.referee, table, Situations.empty(), log.info.pitch, GoalSettings()), *found)
+    both = by_lead(told)
+    assert sum(it.seconds for it in both["home"].values()) == pytest.approx(told.matches["duration_s"][0], abs=0.01)
+    for name, other in (("leads", "trails"), ("level", "level"), ("trails", "leads")):
+        assert both["home"][name].seconds == both["away"][other].seconds
+        assert both["home"][name].owned_s == pytest.approx(
+            both["home"][name].held_s + both["away"][other].held_s)
+    on_target = told.shots.filter(pl.col("outcome") != "wide")
+    assert sum(it.shots for side in both.values() for it in side.values()) == on_target.height
+    first = told.goals["t_ns"][0]
+    assert both["home"]["level"].seconds >= first / 1e9
+    assert both["home"]["leads"].seconds > 500
+    assert both["away"]["leads"].seconds == 0, "21 : 4, home led all along"
 
 
 def test_teams_are_told_apart():

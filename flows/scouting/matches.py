@@ -11,7 +11,7 @@ import polars as pl
 from flows.scouting.sources import Match, TeamName
 from pipeline.pitch import Pitch
 from pipeline.views.commentary import commentary
-from pipeline.views.scout.facts import Tables, halves, markers, numbers, shares
+from pipeline.views.scout.facts import Tables, by_lead, halves, markers, numbers, shares
 from pipeline.views.scout.gallery import Clip
 from pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time
 from schemas import SIDES, note_on
@@ -50,13 +50,14 @@ def facts(match: Match, tables: Tables) -> dict[str, Any]:
 
 def line(match: Match, tables: Tables) -> dict[str, Any]:
     """A match's line in the league, JSON-able."""
-    row, own = tables.matches.row(0, named=True), numbers(tables)
+    row, own, leads = tables.matches.row(0, named=True), numbers(tables), by_lead(tables)
     ball = tables.trajectories.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())
     counts, _ = np.histogram(ball["x"].to_numpy(), 12, (-match.pitch.goal_x, match.pitch.goal_x))
     return {
         "score": score(row), "seconds": row["duration_s"], "kind": match.pitch.kind.value,
         "date": row["started_at"].date().isoformat() if row["started_at"] else "",
         "flaws": flaws(tables.quality), "numbers": {side: it._asdict() for side, it in own.items()},
+        "by_lead": {side: {name: list(it) for name, it in each.items()} for side, each in leads.items()},
         "territory": [round(float(share), 4) for share in counts / max(counts.sum(), 1)],
         "picture": bars([float(share) for share in counts], "where the ball was, from home's goal to away's"),
     }

@@ -13,7 +13,7 @@ from flows.scouting.sources import Known, Match, TeamName, sequence
 from pipeline.pitch import Pitch
 from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
-from pipeline.views.scout.facts import Numbers, over_matches, said
+from pipeline.views.scout.facts import LEADS, ByLead, Numbers, over_matches, said
 from pipeline.views.scout.gallery import Followed, clips, neighbours, ranked
 from pipeline.views.scout.occurrences import occurrences
 from pipeline.views.scout.pictures import Mark, heat, on_pitch
@@ -34,12 +34,14 @@ def facts(
 ) -> dict[str, Any]:
     """What the page of a team says of its matches; ``lines`` are the league's, by match."""
     own, other, rows = [], [], []
+    leads = {name: ByLead(0.0, 0.0, 0.0, 0, 0) for name in LEADS}
     for match in matches:
         line = lines[match.name]
         for side in sides_of(team, match):
             against = SIDES[1 - SIDES.index(side)]
             minutes = max(line["seconds"] / 60, 1e-9)
             own.append((Numbers(**line["numbers"][side]), minutes))
+            leads = {name: total + tuple(line["by_lead"][side][name]) for name, total in leads.items()}
             other.append((Numbers(**line["numbers"][against]), minutes))
             rows.append({"id": match.name, "score": line["score"] if side == "home" else " : ".join(
                 reversed(line["score"].split(" : "))), "possession": line["numbers"][side]["possession"],
@@ -48,6 +50,12 @@ def facts(
         "team": team, "matches": rows, "measures": MEASURES, "own": over_matches(own),
         "other": over_matches(other), "note": note_on(team.name),
         "pictures": _pictures(store, team, matches),
+        "leads": [{
+            "name": name, "minutes": it.seconds / 60,
+            "possession": it.held_s / it.owned_s if it.owned_s else None,
+            "shots": 600 * it.shots / it.seconds if it.seconds else None,
+            "lost": 600 * it.lost / it.seconds if it.seconds else None,
+        } for name, it in leads.items()],
     }
 
 

@@ -133,6 +133,64 @@ def markers(trajectories: pl.DataFrame) -> pl.DataFrame:
         .select("team", "robot", "marks", "share").sort("team", "robot", descending=[True, False]))
 
 
+#: What a team may be at a moment, by the score.
+LEADS = ("leads", "level", "trails")
+
+
+class ByLead(NamedTuple):
+    """A side of a match while it leads, is level or trails.
+
+    Attributes:
+        seconds: so long.
+        held_s: seconds in which it has the ball.
+        owned_s: seconds in which either team has it.
+        shots: on target.
+        lost: possessions that the adversary ended.
+    """
+
+    seconds: float
+    held_s: float
+    owned_s: float
+    shots: int
+    lost: int
+
+    def __add__(self, other: tuple[float, ...]) -> ByLead:  # type: ignore[override]
+        """The sum, part by part."""
+        return ByLead(*(one + two for one, two in zip(self, other, strict=True)))
+
+
+def by_lead(tables: Tables) -> dict[str, dict[str, ByLead]]:
+    """Each side while it leads, is level and trails. What begins before a goal counts as before it.
+
+    The score is that of the table goals; a goal of nobody knows whom changes nothing.
+    """
+    goals = tables.goals.drop_nulls("team").sort("t_ns").select("t_ns", lead=pl.when(
+        pl.col("team") == SIDES[0]).then(1).otherwise(-1).cum_sum())
+    score = pl.concat([pl.DataFrame({"t_ns": [-1], "lead": [0]}, schema=goals.schema), goals])
+
+    def at(table: pl.DataFrame, column: str) -> pl.DataFrame:
+        return table.sort(column).join_asof(
+            score.rename({"t_ns": "since_ns"}), left_on=column, right_on="since_ns", strategy="backward")
+
+    end = int(tables.matches["duration_s"][0] * 1e9)
+    spans = score.with_columns(t_ns=pl.col("t_ns").clip(lower_bound=0)).with_columns(
+        lasts=pl.col("t_ns").shift(-1).fill_null(end) - pl.col("t_ns"))
+    held = at(tables.possession, "start_ns").with_columns(lasts=pl.col("end_ns") - pl.col("start_ns"))
+    shots = at(tables.shots.filter(pl.col("outcome") != "wide"), "t_ns")
+    found: dict[str, dict[str, ByLead]] = {}
+    for side, turn in zip(SIDES, (1, -1), strict=True):
+        found[side] = {}
+        for name, sign in zip(LEADS, (1, 0, -1), strict=True):
+            then = (pl.col("lead") * turn).sign() == sign
+            owned = held.filter(then)
+            own = owned.filter(pl.col("team") == side)
+            found[side][name] = ByLead(
+                max(int(spans.filter(then)["lasts"].sum()), 0) / 1e9, int(own["lasts"].sum()) / 1e9,
+                int(owned["lasts"].sum()) / 1e9, shots.filter(then, pl.col("team") == side).height,
+                own.filter(pl.col("ended") == "lost").height)
+    return found
+
+
 class Mean(NamedTuple):
     """A mean over matches with its 95 % interval (Student's t); the ends are None for fewer than two."""
 
