@@ -34,14 +34,15 @@ def facts(
 ) -> dict[str, Any]:
     """What the page of a team says of its matches; ``lines`` are the league's, by match."""
     own, other, rows = [], [], []
-    leads = {name: ByLead(0.0, 0.0, 0.0, 0, 0) for name in LEADS}
+    leads: dict[str, list[ByLead]] = {name: [] for name in LEADS}
     for match in matches:
         line = lines[match.name]
         for side in sides_of(team, match):
             against = SIDES[1 - SIDES.index(side)]
             minutes = max(line["seconds"] / 60, 1e-9)
             own.append((Numbers(**line["numbers"][side]), minutes))
-            leads = {name: total + tuple(line["by_lead"][side][name]) for name, total in leads.items()}
+            for name, each in leads.items():
+                each.append(ByLead(*line["by_lead"][side][name]))
             other.append((Numbers(**line["numbers"][against]), minutes))
             rows.append({"id": match.name, "score": line["score"] if side == "home" else " : ".join(
                 reversed(line["score"].split(" : "))), "possession": line["numbers"][side]["possession"],
@@ -50,12 +51,18 @@ def facts(
         "team": team, "matches": rows, "measures": MEASURES, "own": over_matches(own),
         "other": over_matches(other), "note": note_on(team.name),
         "pictures": _pictures(store, team, matches),
-        "leads": [{
-            "name": name, "minutes": it.seconds / 60,
-            "possession": it.held_s / it.owned_s if it.owned_s else None,
-            "shots": 600 * it.shots / it.seconds if it.seconds else None,
-            "lost": 600 * it.lost / it.seconds if it.seconds else None,
-        } for name, it in leads.items()],
+        "leads": [_led(name, each) for name, each in leads.items()],
+    }
+
+
+def _led(name: str, each: Sequence[ByLead]) -> dict[str, Any]:
+    """What a team does while it leads, is level or trails, over its matches."""
+    seconds, owned = sum(it.seconds for it in each), sum(it.owned_s for it in each)
+    return {
+        "name": name, "minutes": seconds / 60,
+        "possession": sum(it.held_s for it in each) / owned if owned else None,
+        "shots": 600 * sum(it.shots for it in each) / seconds if seconds else None,
+        "lost": 600 * sum(it.lost for it in each) / seconds if seconds else None,
     }
 
 

@@ -154,10 +154,6 @@ class ByLead(NamedTuple):
     shots: int
     lost: int
 
-    def __add__(self, other: tuple[float, ...]) -> ByLead:  # type: ignore[override]
-        """The sum, part by part."""
-        return ByLead(*(one + two for one, two in zip(self, other, strict=True)))
-
 
 def by_lead(tables: Tables) -> dict[str, dict[str, ByLead]]:
     """Each side while it leads, is level and trails. What begins before a goal counts as before it.
