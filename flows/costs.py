@@ -1,4 +1,4 @@
-"""What work costs: seconds, and bytes read and written. No receipt and no output holds any of it."""
+"""The cost of work: seconds, and bytes read and written. No receipt and no output holds any of it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipeline.store.meter import metered
 
 
 class Spent(NamedTuple):
-    """What a piece of work has cost. It is measured where the piece is done, and comes back with its result.
+    """Cost of a piece of work. It is measured where the piece is done, and comes back with its result.
 
     Attributes:
         seconds: of the clock.
@@ -33,7 +33,7 @@ class Spent(NamedTuple):
 
 
 class Cost(BaseModel):
-    """What a stage has cost in a run: the sum over its pieces, wherever they were done.
+    """Cost of a stage in a run: the sum over its pieces, wherever they were done.
 
     Attributes:
         pieces: outputs that were worked on.

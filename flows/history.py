@@ -29,7 +29,7 @@ _TOLD = 20
 
 
 class StageEntry(Frozen):
-    """What a run did in a stage.
+    """Work of a run in a stage.
 
     Attributes:
         noun: the stage.
@@ -88,7 +88,7 @@ class Entry(Frozen):
 
     @property
     def cost(self) -> Cost:
-        """What all stages have cost together."""
+        """Cost of all stages together."""
         total = Cost()
         for stage in self.stages:
             total.include(stage.cost)

@@ -1,4 +1,4 @@
-"""What a run has found done: a match whose receipts are as they were then is not looked at again.
+"""Remember what a run has found done: a match whose receipts are as they were is not looked at again.
 
 To know that an output is done takes its receipt, those of its inputs, and a key over them: a millisecond a
 match. The memo takes the stamps of the receipts, 0.1 ms a match. It is a cache: without it, all is looked at.
@@ -98,7 +98,7 @@ def _inputs(leg: Sequence[Stage], per: Per) -> set[str]:
 
 
 def _basis(store: Store, leg: Sequence[Stage], settings: Settings, scope: Scope) -> str | None:
-    """What the outputs of a leg depend on besides the receipts of their match, as ``leg SHA-256``.
+    """All that the outputs of a leg depend on besides the receipts of their match, as ``leg SHA-256``.
 
     None if the leg is not of matches, or if something that it is made from is missing.
     """

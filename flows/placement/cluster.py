@@ -193,7 +193,7 @@ def _check(client: Client, place: Path | Mirror, where: str) -> None:
 
 
 def _answers(client: Client, look: Callable[..., Any], *token: Any) -> Mapping[str, Any]:
-    """What all workers say. If one ends meanwhile, they are asked again until the scheduler misses it."""
+    """Answers of all workers. If one ends meanwhile, they are asked again until the scheduler misses it."""
     patience = time.monotonic() + GONE_S
     while True:
         answers: Mapping[str, Any] = client.run(look, *token, on_error="return")

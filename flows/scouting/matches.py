@@ -58,7 +58,6 @@ def line(match: Match, tables: Tables) -> dict[str, Any]:
         "date": row["started_at"].date().isoformat() if row["started_at"] else "",
         "flaws": flaws(tables.quality), "numbers": {side: it._asdict() for side, it in own.items()},
         "by_lead": {side: {name: list(it) for name, it in each.items()} for side, each in leads.items()},
-        "territory": [round(float(share), 4) for share in counts / max(counts.sum(), 1)],
         "picture": bars([float(share) for share in counts], "where the ball was, from home's goal to away's"),
     }
 
@@ -82,10 +81,10 @@ def _goals(match: Match, tables: Tables) -> list[dict[str, Any]]:
     found = []
     for moment in told.moments:
         if moment.kind == "goal":
-            at = moment.t_ns / 1e9
-            found.append({"team": moment.team or "", "says": moment.line(), "clip": Clip(
-                match.name, moment.team or "home", moment.robot if moment.robot is not None else -1,
-                round(max(at - _BEFORE_GOAL_S, 0), 2), round(at + _AFTER_GOAL_S, 2), "how it came")})
+            row = {"match_id": match.name, "team": moment.team, "robot": moment.robot}
+            clip = Clip.about(row, moment.t_ns, moment.t_ns, "how it came",
+                              before_s=_BEFORE_GOAL_S, after_s=_AFTER_GOAL_S)
+            found.append({"team": moment.team or "", "says": moment.line(), "clip": clip})
     return found
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from flows.scouting.sources import Match, TeamName
+from flows.scouting.sources import Match, TeamName, events_of
 from flows.scouting.teams import sides_of
 from pipeline.pitch import Pitch
 from pipeline.store import Store
@@ -28,35 +28,22 @@ def facts(
 ) -> dict[str, Any]:
     """What the report on a team says; ``gallery`` are the facts of its behaviours."""
     played = [(match, side) for match in matches[-FROM:] for side in sides_of(team, match)]
-    pitch = matches[-1].pitch
+    pitch, faced = matches[-1].pitch, events_of(store, played, Shots, own=False)
     return {
         "team": team, "matches": len(played),
         "behaviours": (gallery or {"cards": []})["cards"][:BEHAVIOURS],
         "sentences": [
-            _losses(_events(store, played, "possession", Possession), pitch),
-            _pressed(_events(store, played, "pressure", Pressure, own=False)),
-            _conceded(store, played),
-            _keeper(store, played, pitch),
+            _losses(events_of(store, played, Possession), pitch),
+            _pressed(events_of(store, played, Pressure, own=False)),
+            _conceded(store, played, faced),
+            _keeper(store, played, faced, pitch),
             _restarts(store, played),
         ],
     }
 
 
-def _events(
-    store: Store, played: Sequence[tuple[Match, str]], name: str, schema: Any, *, own: bool = True
-) -> pl.DataFrame:
-    """A table of events over matches: the rows of the team, or of its adversaries."""
-    rows: list[pl.DataFrame] = [schema.empty()]
-    for match, side in played:
-        table = store.read_table(match.made["events"], name, schema)
-        rows.append(table.filter((pl.col("team") == side) == own))
-    return pl.concat(rows)
-
-
-def _clip(row: dict[str, Any], at_ns: int, robot: int, says: str, *, before_s: float = 3.0) -> Clip:
-    at = at_ns / 1e9
-    start = round(max(at - before_s, 0), 2)
-    return Clip(row["match_id"], str(row["team"]), robot, start, round(at + 1.5, 2), says)
+def _clip(row: dict[str, Any], at_ns: int, says: str, *, before_s: float = 3.0) -> Clip:
+    return Clip.about(row, at_ns, at_ns, says, before_s=before_s, after_s=1.5)
 
 
 def _said(title: str, says: str, clips: Sequence[Clip] = ()) -> dict[str, Any]:
@@ -76,7 +63,8 @@ def _losses(held: pl.DataFrame, pitch: Pitch) -> dict[str, Any]:
     return _said(
         "Where it loses the ball",
         f"Most often in {_ALONG[along]}, {_ACROSS[across]}: {count} of {lost.height} losses.",
-        [_clip(row, row["end_ns"], row["last_robot"], "lost") for row in there.iter_rows(named=True)])
+        [_clip(row, row["end_ns"], "lost")
+         for row in there.with_columns(robot="last_robot").iter_rows(named=True)])
 
 
 def _pressed(pressed: pl.DataFrame) -> dict[str, Any]:
@@ -86,13 +74,12 @@ def _pressed(pressed: pl.DataFrame) -> dict[str, Any]:
     return _said(
         "Under pressure",
         f"Pressed {pressed.height} times, it lost the ball {won.height} times ({share:.0%}).",
-        [_clip(row, row["end_ns"], row["robot"], "won by pressing")
+        [_clip(row, row["end_ns"], "won by pressing")
          for row in won.head(CLIPS).iter_rows(named=True)])
 
 
-def _conceded(store: Store, played: Sequence[tuple[Match, str]]) -> dict[str, Any]:
-    """What has worked against the team."""
-    shots = _events(store, played, "shots", Shots, own=False)
+def _conceded(store: Store, played: Sequence[tuple[Match, str]], shots: pl.DataFrame) -> dict[str, Any]:
+    """What has worked against the team; the shots are those at it."""
     goals = pl.concat([Goals.empty(), *(
         store.read_table(match.made["goals"], "goals", Goals).filter(pl.col("team") != side)
         for match, side in played)])
@@ -105,11 +92,13 @@ def _conceded(store: Store, played: Sequence[tuple[Match, str]]) -> dict[str, An
         middle = float(np.median(shots["distance"].to_numpy()))
         says += f" Half of the {shots.height} shots at it came from less than {middle:.2f} m."
     return _said("What has worked against it", says, [
-        _clip(row, row["t_ns"], -1 if row["robot"] is None else row["robot"], "goal", before_s=5.0)
+        _clip(row, row["t_ns"], "goal", before_s=5.0)
         for row in goals.tail(CLIPS).iter_rows(named=True)])
 
 
-def _keeper(store: Store, played: Sequence[tuple[Match, str]], pitch: Pitch) -> dict[str, Any]:
+def _keeper(
+    store: Store, played: Sequence[tuple[Match, str]], faced: pl.DataFrame, pitch: Pitch
+) -> dict[str, Any]:
     """The team's goalkeeper."""
     places = [np.zeros((0, 2))]
     for match, side in played:
@@ -118,7 +107,7 @@ def _keeper(store: Store, played: Sequence[tuple[Match, str]], pitch: Pitch) -> 
             pl.col("team") == side, pl.col("role") == "goalkeeper", pl.col("segment").is_not_null())
         places.append(turn * seen.select("x", "y").to_numpy())
     at = np.concatenate(places)
-    shots = _events(store, played, "shots", Shots, own=False).filter(pl.col("outcome") != "wide")
+    shots = faced.filter(pl.col("outcome") != "wide")
     saved = shots.filter(pl.col("outcome") == "saved")
     if not len(at):
         return _said("Its keeper", "No goalkeeper was seen.")
@@ -127,7 +116,7 @@ def _keeper(store: Store, played: Sequence[tuple[Match, str]], pitch: Pitch) -> 
         "Its keeper",
         f"It stands {out:.2f} m before its goal line and {aside:.2f} m from the middle (medians of {len(at)}"
         f" samples). Of {shots.height} shots on target it saved {saved.height}.",
-        [_clip(row, row["t_ns"], row["robot"], "saved", before_s=2.0)
+        [_clip(row, row["t_ns"], "saved", before_s=2.0)
          for row in saved.head(CLIPS).iter_rows(named=True)])
 
 
@@ -142,8 +131,8 @@ def _restarts(store: Store, played: Sequence[tuple[Match, str]]) -> dict[str, An
             begun += 1
             end = row["t_ns"] + round(_SOON_S * 1e9)
             if shots.is_between(row["t_ns"], end).any():
-                clips.append(Clip(match.name, side, -1, round(row["t_ns"] / 1e9, 2),
-                                  round(row["t_ns"] / 1e9 + _SOON_S, 2), row["note"] or row["event"]))
+                clips.append(Clip.about(row, row["t_ns"], end, row["note"] or row["event"],
+                                        before_s=0, after_s=0))
     return _said(
         "Its restarts",
         f"Of {begun} kick-offs and other restarts that the recordings give it, {len(clips)} led to a shot"

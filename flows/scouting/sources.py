@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import polars as pl
@@ -26,6 +26,7 @@ from schemas import (
     Shots,
     Sides,
     Situations,
+    Table,
     Trajectories,
 )
 
@@ -140,6 +141,15 @@ def newest(store: Store) -> Known | None:
     if manifest.parent is not None:
         before = store.read_table(store.manifest("knowledge", manifest.parent), "behaviours", Behaviours)
     return Known(manifest, store.read_table(manifest, "behaviours", Behaviours), before)
+
+
+def events_of(
+    store: Store, played: Sequence[tuple[Match, str]], schema: type[Table], *, own: bool = True
+) -> pl.DataFrame:
+    """A table of events over a team's sides in matches: its own rows, or those of its adversaries."""
+    return pl.concat([schema.empty(), *(
+        store.read_table(match.made["events"], schema.NAME, schema).filter((pl.col("team") == side) == own)
+        for match, side in played)])
 
 
 def sequence(store: Store, match: Match, side: str) -> pl.DataFrame:

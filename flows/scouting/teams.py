@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from flows.scouting.matches import MEASURES
-from flows.scouting.sources import Known, Match, TeamName, sequence
+from flows.scouting.sources import Known, Match, TeamName, events_of, sequence
 from pipeline.pitch import Pitch
 from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
@@ -70,13 +70,9 @@ def _pictures(store: Store, team: TeamName, matches: Sequence[Match]) -> list[di
     """Where a team loses the ball, shoots, passes and stands with and without the ball."""
     pitch = matches[-1].pitch
     same = [match for match in matches if match.pitch == pitch]
-    held, passed, shot = list[pl.DataFrame](), list[pl.DataFrame](), list[pl.DataFrame]()
-    for match in same:
-        for side in sides_of(team, match):
-            for rows, schema in ((held, Possession), (passed, Passes), (shot, Shots)):
-                rows.append(store.read_table(match.made["events"], schema.NAME, schema).filter(team=side))
-    losses = pl.concat(held).filter(pl.col("ended") == "lost")
-    arrows, shots = pl.concat(passed), pl.concat(shot)
+    sides = [(match, side) for match in same for side in sides_of(team, match)]
+    losses = events_of(store, sides, Possession).filter(pl.col("ended") == "lost")
+    arrows, shots = events_of(store, sides, Passes), events_of(store, sides, Shots)
     places = [places_of(store, match, side) for match in same[-8:] for side in sides_of(team, match)]
     return [
         {"name": "Where it loses the ball", "says": f"{losses.height} balls lost; it attacks to the right.",

@@ -136,7 +136,7 @@ def write(store: Store, out: Path | None = None) -> Written:
         folder.put(f"against/{team.slug}.html", key, partial(
             _page, "opponent", learned, partial(_opponent, store, team, own, shown)))
     everything = digest(canonical([code, teams, [match.key() for match in league]]))
-    folder.put("index.html", everything, lambda: page("league", **around, title=TITLE, note=None, rows=[
+    folder.put("index.html", everything, lambda: page("league", **around, title=TITLE, rows=[
         _row(match, lines[match.name]) for match in league]))
     folder.put("situations.html", everything, lambda: page(
         "situations", **around, cards=_situations(store, league)))
@@ -214,9 +214,8 @@ def _situations(store: Store, league: list[Match]) -> list[dict[str, Any]]:
     share = counts.with_columns(share=pl.col("len") / pl.col("len").sum().over("kind")).sort("kind")
     clearest = rows.sort("strength", "start_ns", descending=[True, False], nulls_last=True).group_by(
         "code", maintain_order=True).first()
-    clips = {row["code"]: Clip(
-        row["match_id"], row["team"], row["robot"], round(max(row["start_ns"] / 1e9 - 1, 0), 2),
-        round(row["end_ns"] / 1e9 + 1, 2), "an example") for row in clearest.iter_rows(named=True)}
+    clips = {row["code"]: Clip.about(row, row["start_ns"], row["end_ns"], "an example", before_s=1, after_s=1)
+             for row in clearest.iter_rows(named=True)}
     rules = rule_table()
     return [{
         "code": code, "name": name, "clips": [clips[code]] if code in clips else [],

@@ -27,7 +27,7 @@ def pressure(
     rows = np.flatnonzero((control.toucher != NOBODY) & (control.team != NOBODY))
     ball, contact = control.ball, control.toucher[rows]
     carried = pl.DataFrame({
-        "t_ns": ball.t_ns[rows], "segment": ball.segment[rows], "row": rows,
+        "t_ns": ball.t_ns[rows], "segment": ball.segment[rows],
         "carrier": control.contacts.robot[contact].astype(np.int16),
         "by": np.array(SIDES)[control.contacts.team[contact]], "x": ball.x[rows], "y": ball.y[rows],
     })

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import polars as pl
 
 from pipeline.estimates import BY_EVIDENCE
 
+#: No robot.
+NOBODY = -1
 #: Clips shown of a behaviour: the best, the worst, and the typical ones, four each.
 EACH = 4
 #: Seconds shown before and after an occurrence.
@@ -22,7 +25,7 @@ class Clip(NamedTuple):
     Attributes:
         match: id.
         team: home or away.
-        robot: whom to watch.
+        robot: whom to watch, or NOBODY.
         start_s: from when, seconds.
         end_s: until when.
         says: best, worst or typical, and its value.
@@ -34,6 +37,18 @@ class Clip(NamedTuple):
     start_s: float
     end_s: float
     says: str
+
+    @classmethod
+    def about(
+        cls, row: Mapping[str, Any], start_ns: int, end_ns: int, says: str, *, before_s: float, after_s: float
+    ) -> Clip:
+        """A clip of what a row of a table tells, with some seconds before it and after it.
+
+        The row has match_id and team, and perhaps robot; without one nobody is watched.
+        """
+        robot = row.get("robot")
+        return cls(row["match_id"], row["team"] or "home", NOBODY if robot is None else robot,
+                   round(max(start_ns / 1e9 - before_s, 0.0), 2), round(end_ns / 1e9 + after_s, 2), says)
 
 
 def ranked(behaviours: pl.DataFrame) -> pl.DataFrame:
@@ -54,8 +69,12 @@ def clips(occurrences: pl.DataFrame) -> dict[str, list[Clip]]:
     """
     keys = ["match_id", "team", "robot", "t_ns"]
     ordered = occurrences.sort("change", *keys)
-    return {str(name): [_clip(row, kind) for kind, part in _parts(rows) for row in part.iter_rows(named=True)]
-            for (name,), rows in ordered.group_by("behaviour_id", maintain_order=True)}
+    return {
+        str(name): [
+            Clip.about(row, row["t_ns"], row["done_ns"], f"{kind}, {row['change']:+.2f}",
+                       before_s=LEAD_S, after_s=TAIL_S)
+            for kind, part in _parts(rows) for row in part.iter_rows(named=True)]
+        for (name,), rows in ordered.group_by("behaviour_id", maintain_order=True)}
 
 
 class Followed(NamedTuple):
@@ -107,9 +126,3 @@ def _parts(rows: pl.DataFrame) -> list[tuple[str, pl.DataFrame]]:
     length = EACH if each == EACH else rows.height - 2 * each
     return [("best", rows.tail(each).reverse()), ("typical", rows.slice(middle, length)),
             ("worst", rows.head(each))]
-
-
-def _clip(row: dict[str, Any], kind: str) -> Clip:
-    start, done = row["t_ns"] / 1e9, row["done_ns"] / 1e9
-    return Clip(row["match_id"], row["team"], row["robot"], round(max(start - LEAD_S, 0.0), 2),
-                round(done + TAIL_S, 2), f"{kind}, {row['change']:+.2f}")
