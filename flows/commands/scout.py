@@ -13,7 +13,7 @@ from flows.commands.printing import console
 
 
 def scout(
-    *, output: Annotated[Path | None, Parameter(name=("--out", "-o"))] = None,
+    *names: str, output: Annotated[Path | None, Parameter(name=("--out", "-o"))] = None,
     show: Annotated[Flag, Parameter(name="--open")] = False, common: Common = DEFAULTS,
 ) -> None:
     """Write pages about the league, its matches, teams and behaviours, with clips; they open from disk.
@@ -21,13 +21,14 @@ def scout(
     Pages that stand are kept.
 
     Args:
-        output: Folder to write into (default: scout in the data folder).
+        names: Teams or matches (ids, or their beginnings) that the pages are of (default: all).
+        output: Folder to write into (default: scout in the data folder, or scout-… for the named ones).
         show: Open the first page in the browser.
         common: Options of every command.
     """
     from flows.scouting.write import write  # noqa: PLC0415 (it loads numba, which no other command line needs)
 
-    found = write(common.existing, output)
+    found = write(common.existing, output, names)
     console().print(f"{found.first}: {found.new} pages written, {found.kept} kept, {found.size / 1e6:.1f} MB",
                     soft_wrap=True)
     if show:

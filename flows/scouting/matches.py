@@ -11,14 +11,15 @@ import polars as pl
 from flows.scouting.sources import Match, TeamName
 from pipeline.pitch import Pitch
 from pipeline.views.commentary import commentary
-from pipeline.views.scout.facts import Tables, by_lead, halves, markers, numbers, shares
+from pipeline.views.scout.facts import Tables, by_lead, halves, markers, numbers, parts
 from pipeline.views.scout.gallery import Clip
 from pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time
 from schemas import SIDES, note_on
 
 #: What is counted of a side: label, field of Numbers, whether it is a share.
 MEASURES = (
-    ("possession", "possession", True), ("ball in the adversary's half", "territory", True),
+    ("goals", "goals", False), ("possession", "possession", True),
+    ("ball in the adversary's half", "territory", True),
     ("shots on target", "shots", False), ("shots past the post", "wide", False),
     ("passes that arrive", "passes", False), ("of these through passes", "through", False),
     ("balls lost to the adversary", "lost", False),
@@ -31,18 +32,21 @@ _BEFORE_GOAL_S, _AFTER_GOAL_S = 5.0, 0.5
 def facts(match: Match, tables: Tables) -> dict[str, Any]:
     """What the page of a match says."""
     row, pitch = tables.matches.row(0, named=True), match.pitch
-    parts = [("whole match", 0, 1 << 62), *halves(tables)]
+    whole = [("whole match", 0, 1 << 62), *halves(tables)]
+    each, goals = parts(tables), [
+        (t_ns / 1e9 / max(row["duration_s"], 1e-9), team or "", f"goal for {team or 'nobody knows whom'}")
+        for t_ns, team in tables.goals.select("t_ns", "team").iter_rows()]
     return {
         "id": match.name, "home": match.home, "away": match.away, "kind": pitch.kind.value,
         "score": score(row), "seconds": row["duration_s"], "flaws": flaws(tables.quality),
         "note": note_on(row["home"], row["away"]), "measures": MEASURES,
         "parts": [{"name": name, "numbers": {side: own._asdict() for side, own in numbers(
-            tables, start, end).items()}} for name, start, end in parts],
-        "strip": over_time(shares(tables), [
-            (t_ns / 1e9 / max(row["duration_s"], 1e-9), team or "", f"goal for {team or 'nobody knows whom'}")
-            for t_ns, team in tables.goals.select("t_ns", "team").iter_rows()], "possession over time"),
+            tables, start, end).items()}} for name, start, end in whole],
+        "over_time": each, "strips": [
+            {"name": name, "picture": over_time([getattr(part, of) for part in each], goals, name)}
+            for name, of in (("Possession over time", "possession"), ("Territory over time", "territory"))],
         "goals": _goals(match, tables), "shots": _shots(match, tables),
-        "sides": [{"key": side, "name": team.name, "passes": _passes(tables, side, pitch)}
+        "sides": [{"key": side, "name": team.name, **_passes(tables, side, pitch)}
                   for side, team in zip(SIDES, (match.home, match.away), strict=True)],
         "robots": _robots(match, tables),
     }
@@ -102,14 +106,24 @@ def _shots(match: Match, tables: Tables) -> dict[str, Any]:
     return {"rows": rows, "picture": on_pitch(match.pitch, "shots of both teams", marks=marks)}
 
 
-def _passes(tables: Tables, side: str, pitch: Pitch) -> Any:
+def _passes(tables: Tables, side: str, pitch: Pitch) -> dict[str, Any]:
+    """Passes and losses of a side, as a picture and as rows."""
     own = tables.passes.filter(pl.col("team") == side)
     lost = tables.possession.filter(pl.col("team") == side, pl.col("ended") == "lost")
     marks = [Mark(row["end_x"], row["end_y"], "mark lost", f"{row['last_robot']} loses the ball")
              for row in lost.iter_rows(named=True)]
     marks += [Mark(row["x"], row["y"], f"mark {side}", f"{row['robot']} to {row['receiver']}",
                    (row["to_x"], row["to_y"])) for row in own.iter_rows(named=True)]
-    return on_pitch(pitch, f"passes of {side}, and where it loses the ball", marks=marks)
+    rows = [(row["t_ns"], row["robot"],
+             f"passes to {row['receiver']}, {'through, ' * row['through']}{row['direction']}",
+             row["x"], row["y"]) for row in own.iter_rows(named=True)]
+    rows += [(row["end_ns"], row["last_robot"], "loses the ball", row["end_x"], row["end_y"])
+             for row in lost.iter_rows(named=True)]
+    return {
+        "picture": on_pitch(pitch, f"passes of {side}, and where it loses the ball", marks=marks),
+        "rows": [{"at": t_ns / 1e9, "robot": robot, "says": says, "x": x, "y": y}
+                 for t_ns, robot, says, x, y in sorted(rows)],
+    }
 
 
 def _robots(match: Match, tables: Tables) -> list[dict[str, Any]]:

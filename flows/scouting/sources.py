@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import polars as pl
 
+from pipeline.errors import NotFound
 from pipeline.pitch import Pitch
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest, Receipt, canonical, digest
@@ -53,8 +54,12 @@ class TeamName(NamedTuple):
 
 def team_name(name: str, kind: str) -> TeamName:
     """A team's name, and that of its files: teams of other names or leagues have others."""
-    readable = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:40] or "team"
-    return TeamName(name, kind, f"{readable}-{kind}-{digest(canonical([name, kind]))[:6]}")
+    return TeamName(name, kind, f"{readable(name) or 'team'}-{kind}-{digest(canonical([name, kind]))[:6]}")
+
+
+def readable(text: str) -> str:
+    """A text as part of a file's name: at most 40 small letters, digits and hyphens."""
+    return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-")[:40]
 
 
 class Match(NamedTuple):
@@ -106,6 +111,27 @@ def played(store: Store) -> Iterator[Match]:
         if len(made) == len(wanted) + 1:
             kind = log.details["pitch"]["kind"]
             yield Match(log, made, *(team_name(log.details[side], kind) for side in SIDES))
+
+
+def chosen(league: Sequence[Match], names: Sequence[str]) -> list[Match]:
+    """The matches of some teams, and those whose ids are named or begin so; all without names.
+
+    Raises:
+        NotFound: if a name is that of no team, and no match begins with it.
+    """
+    if not names:
+        return list(league)
+    kept = set[str]()
+    for name in names:
+        found = ([match for match in league if name in (match.home.name, match.away.name)]
+                 or [match for match in league if match.name == name]
+                 or [match for match in league if name and match.name.startswith(name)])
+        if not found:
+            there = sorted({team.name for match in league for team in (match.home, match.away)})
+            raise NotFound(f"no team has this name and no match begins so (teams: {', '.join(there[:8])})",
+                           where=name, next_step="Name one of them, or the id of a match that has run")
+        kept.update(match.name for match in found)
+    return [match for match in league if match.name in kept]
 
 
 class Known(NamedTuple):

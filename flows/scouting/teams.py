@@ -13,7 +13,7 @@ from flows.scouting.sources import Known, Match, TeamName, events_of, sequence
 from pipeline.pitch import Pitch
 from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
-from pipeline.views.scout.facts import LEADS, ByLead, Numbers, over_matches, said
+from pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matches, said
 from pipeline.views.scout.gallery import Followed, clips, neighbours, ranked
 from pipeline.views.scout.occurrences import occurrences
 from pipeline.views.scout.pictures import Mark, heat, on_pitch
@@ -33,26 +33,37 @@ def facts(
     store: Store, team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """What the page of a team says of its matches; ``lines`` are the league's, by match."""
-    own, other, rows = [], [], []
+    rows = []
     leads: dict[str, list[ByLead]] = {name: [] for name in LEADS}
     for match in matches:
         line = lines[match.name]
         for side in sides_of(team, match):
-            against = SIDES[1 - SIDES.index(side)]
-            minutes = max(line["seconds"] / 60, 1e-9)
-            own.append((Numbers(**line["numbers"][side]), minutes))
             for name, each in leads.items():
                 each.append(ByLead(*line["by_lead"][side][name]))
-            other.append((Numbers(**line["numbers"][against]), minutes))
             rows.append({"id": match.name, "score": line["score"] if side == "home" else " : ".join(
                 reversed(line["score"].split(" : "))), "possession": line["numbers"][side]["possession"],
                 "against": (match.away if side == "home" else match.home).name})
+    own, other = over(team, matches, lines)
     return {
-        "team": team, "matches": rows, "measures": MEASURES, "own": over_matches(own),
-        "other": over_matches(other), "note": note_on(team.name),
+        "team": team, "matches": rows, "measures": MEASURES, "own": own, "other": other,
+        "note": note_on(team.name),
         "pictures": _pictures(store, team, matches),
         "leads": [_led(name, each) for name, each in leads.items()],
     }
+
+
+def over(
+    team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+) -> list[dict[str, Mean | None]]:
+    """A team's numbers over its matches, and those of its adversaries."""
+    found: list[list[tuple[Numbers, float]]] = [[], []]
+    for match in matches:
+        line = lines[match.name]
+        for side in sides_of(team, match):
+            minutes = max(line["seconds"] / 60, 1e-9)
+            for each, of in zip(found, (side, SIDES[1 - SIDES.index(side)]), strict=True):
+                each.append((Numbers(**line["numbers"][of]), minutes))
+    return [over_matches(each) for each in found]
 
 
 def _led(name: str, each: Sequence[ByLead]) -> dict[str, Any]:
@@ -74,6 +85,7 @@ def _pictures(store: Store, team: TeamName, matches: Sequence[Match]) -> list[di
     losses = events_of(store, sides, Possession).filter(pl.col("ended") == "lost")
     arrows, shots = events_of(store, sides, Passes), events_of(store, sides, Shots)
     places = [places_of(store, match, side) for match in same[-8:] for side in sides_of(team, match)]
+    keeper = pl.concat(places).filter(pl.col("role") == "goalkeeper")
     return [
         {"name": "Where it loses the ball", "says": f"{losses.height} balls lost; it attacks to the right.",
          "picture": on_pitch(pitch, "where it loses the ball", cells=heat(
@@ -86,6 +98,9 @@ def _pictures(store: Store, team: TeamName, matches: Sequence[Match]) -> list[di
          "picture": on_pitch(pitch, "passes", marks=[
              Mark(row["x"], row["y"], "mark home", f"{row['robot']} to {row['receiver']}",
                   (row["to_x"], row["to_y"])) for row in arrows.tail(200).iter_rows(named=True)])},
+        {"name": "Where its keeper is", "says": "In its last matches, in play.",
+         "picture": on_pitch(pitch, "where its keeper is", cells=heat(
+             keeper["x"].to_numpy(), keeper["y"].to_numpy(), pitch))},
         {"name": "Formation", "says": "Mean places in its last matches: filled with the ball, else hollow.",
          "picture": formation(pl.concat(places), pitch)},
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -13,10 +13,10 @@ import polars as pl
 from markupsafe import Markup
 
 from flows.progress import RunReport, StageReport
+from flows.scouting import compare, opponent
 from flows.scouting import matches as match_pages
-from flows.scouting import opponent
 from flows.scouting import teams as team_pages
-from flows.scouting.sources import Known, Match, TeamName, newest, played
+from flows.scouting.sources import Known, Match, TeamName, chosen, newest, played, readable
 from pipeline.errors import BadSettings, NotFound, PitchloreError
 from pipeline.situations.rulebook import rule_table
 from pipeline.situations.rules import TABLE_1
@@ -100,15 +100,16 @@ class _Folder:
         self._store.write_bytes(self.path / _KEYS, said.encode())
 
 
-def write(store: Store, out: Path | None = None) -> Written:
-    """Write the pages of all matches that have run; those that stand are kept.
+def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> Written:
+    """Write the pages of matches that have run; those that stand are kept.
 
     Args:
         store: the data folder.
-        out: folder to write into; None: ``scout`` in the data folder.
+        out: folder to write into; None: ``scout`` in the data folder, and one of its own for each choice.
+        names: teams and matches (ids, or their beginnings) that the pages are of; without any all matches.
 
     Raises:
-        NotFound: if no match has run.
+        NotFound: if no match has run, or a name fits none.
         BadSettings: if the data folder is in a bucket, and no folder is named.
         CorruptFile: if a file of the store is damaged.
     """
@@ -119,7 +120,8 @@ def write(store: Store, out: Path | None = None) -> Written:
     if not league:
         raise NotFound("no match has run", where=store.where,
                        next_step="Import recordings and run: `pitchlore run`")
-    folder = _Folder(store, out or store.root / "scout")
+    every, league = len(league), chosen(league, names)
+    folder = _Folder(store, out or store.root / _folder(names))
     known, teams, code = newest(store), match_pages.menu(league), software()
     version = None if known is None else known.manifest.version
     around: dict[str, Any] = {"menu": teams, "made": code}
@@ -135,16 +137,30 @@ def write(store: Store, out: Path | None = None) -> Written:
         folder.put(f"behaviours/{team.slug}.html", key, partial(_page, "behaviours", learned, shown))
         folder.put(f"against/{team.slug}.html", key, partial(
             _page, "opponent", learned, partial(_opponent, store, team, own, shown)))
-    everything = digest(canonical([code, teams, [match.key() for match in league]]))
-    folder.put("index.html", everything, lambda: page("league", **around, title=TITLE, rows=[
+    everything = digest(canonical([code, teams, every, [match.key() for match in league]]))
+    folder.put("index.html", everything, lambda: page("league", **around, title=TITLE, every=every, rows=[
         _row(match, lines[match.name]) for match in league]))
     folder.put("situations.html", everything, lambda: page(
         "situations", **around, cards=_situations(store, league)))
+    versions = compare.versions(store)
+    folder.put("compare.html", digest(canonical([code, teams])), lambda: page("compare", **around))
+    folder.put("compare/numbers.js", digest(canonical([everything, [it.key for it in versions]])), lambda: (
+        compare.numbers(league, teams, lines, versions)))
+    for manifest in versions:
+        folder.put(f"compare/v{manifest.version}.js", digest(canonical([code, manifest.key])), partial(
+            compare.knowledge, store, manifest))
     for name, content in files().items():
         folder.put(name, digest(content), lambda content=content: content)  # type: ignore[misc]
     folder.close()
     size = sum(path.stat().st_size for path in folder.path.rglob("*") if path.is_file())
     return Written(folder.path / "index.html", folder.new, folder.kept, size)
+
+
+def _folder(names: Sequence[str]) -> str:
+    """The folder for a choice, in the data folder."""
+    if not names:
+        return "scout"
+    return f"scout-{readable('-'.join(names))}-{digest(canonical(sorted(names)))[:6]}"
 
 
 def write_after(store: Store, report: RunReport) -> None:

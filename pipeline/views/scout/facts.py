@@ -11,7 +11,7 @@ import polars as pl
 from pipeline.statistics import mean_interval
 from schemas import SIDES
 
-#: Parts of a match in the strip of possession over time.
+#: Parts of a match in the pictures over time.
 PARTS = 40
 
 
@@ -41,7 +41,7 @@ class Numbers(NamedTuple):
         through: of these, through passes.
         shots: on target.
         wide: shots past the post.
-        goals: final goals, None where unknown.
+        goals: goals then, by the table goals; over a whole match the final score; None where that is unknown.
         lost: possessions that the adversary ended.
         pressed: how often its robots pressed.
         won: how often that won the ball.
@@ -73,6 +73,8 @@ def numbers(tables: Tables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[st
     passes, shots, pressed = (within(table, column) for table, column in (
         (tables.passes, "t_ns"), (tables.shots, "t_ns"), (tables.pressure, "start_ns")))
     row = tables.matches.row(0, named=True)
+    whole = start_ns <= 0 and end_ns > row["duration_s"] * 1e9
+    scored = within(tables.goals, "t_ns")["team"].drop_nulls().cast(pl.String).to_list()
     ahead = float((ball["x"].to_numpy() > 0).mean()) if ball.height else 0.0
     found = dict[str, Numbers]()
     for side, territory in zip(SIDES, (ahead, 1 - ahead), strict=True):
@@ -84,21 +86,44 @@ def numbers(tables: Tables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[st
             territory if ball.height else None,
             own["passes"].height, int(own["passes"]["through"].sum()),
             own["shots"].height - wide, wide,
-            row[f"score_{side}"], own["held"].filter(pl.col("ended") == "lost").height,
+            row[f"score_{side}"] if whole or row[f"score_{side}"] is None else scored.count(side),
+            own["held"].filter(pl.col("ended") == "lost").height,
             own["pressed"].height, int(own["pressed"]["won"].sum()))
     return found
 
 
-def shares(tables: Tables) -> list[float | None]:
-    """Home's share of possession in each of :data:`PARTS` parts of a match; None where nobody has any."""
+class Part(NamedTuple):
+    """A part of a match.
+
+    Attributes:
+        start_s: its start, seconds.
+        possession: home's share of the time in which a team has the ball; None where nobody has it.
+        territory: share of the ball's samples in play in away's half; None where there are none.
+    """
+
+    start_s: float
+    possession: float | None
+    territory: float | None
+
+
+def parts(tables: Tables) -> list[Part]:
+    """Possession and territory in each of :data:`PARTS` parts of a match of equal length."""
     end = max(int(tables.matches["duration_s"][0] * 1e9), 1)
     edges = np.linspace(0, end, PARTS + 1)
     held = np.zeros((len(SIDES), PARTS))
     for team, start, stop in tables.possession.select("team", "start_ns", "end_ns").iter_rows():
         overlap = np.minimum(stop, edges[1:]) - np.maximum(start, edges[:-1])
         held[SIDES.index(team)] += np.maximum(overlap, 0)
-    total = held.sum(axis=0)
-    return [float(home / all_) if all_ else None for home, all_ in zip(held[0], total, strict=True)]
+    ball = tables.trajectories.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())
+    ahead, seen = (np.histogram(rows["t_ns"].to_numpy(), edges)[0]
+                   for rows in (ball.filter(pl.col("x") > 0), ball))
+
+    def share(own: float, of: float) -> float | None:
+        return float(own / of) if of else None
+
+    rows = zip(edges[:-1], held[0], held.sum(axis=0), ahead, seen, strict=True)
+    return [Part(float(start) / 1e9, share(home, both), share(over, of))
+            for start, home, both, over, of in rows]
 
 
 def halves(tables: Tables) -> list[tuple[str, int, int]]:

@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from pipeline.views.replay import asset
 
 #: Files that stand beside the pages.
-STYLE, SCRIPT = "scout.css", "scout.js"
+STYLE, SCRIPT, COMPARE = "scout.css", "scout.js", "compare.js"
 
 
 @cache
@@ -29,11 +29,11 @@ def page(name: str, *, up: str = "", **facts: Any) -> bytes:
 
 
 def files() -> dict[str, bytes]:
-    """The style sheet and the script of all pages; the replay's code is in the script."""
+    """The style sheet and the scripts; the replay's code is in that of all pages."""
     own = resources.files(__name__.rpartition(".")[0]).joinpath("templates")
     pages = own.joinpath(SCRIPT).read_text(encoding="utf-8")
     script = "\n".join(['"use strict";', asset("match.js"), asset("draw.js"), pages])
-    return {STYLE: own.joinpath(STYLE).read_bytes(), SCRIPT: script.encode()}
+    return {SCRIPT: script.encode(), **{name: own.joinpath(name).read_bytes() for name in (STYLE, COMPARE)}}
 
 
 def _percent(share: float | None) -> str:

@@ -48,6 +48,8 @@ def on_pitch(pitch: Pitch, label: str, *, marks: Iterable[Mark] = (), cells: F64
     depth = pitch.goal_depth
     unit = pitch.length / 100
     marks = list(marks)
+    if cells is not None:
+        label = f"{label}: {_thirds(cells)}"
     role = "img" if all(mark.link is None for mark in marks) else "group"
     parts = [Markup(
         '<svg class="pitch" role="{}" aria-label="{}" viewBox="{:.4g} {:.4g} {:.4g} {:.4g}" '
@@ -64,6 +66,13 @@ def on_pitch(pitch: Pitch, label: str, *, marks: Iterable[Mark] = (), cells: F64
             side * x, -pitch.goal_width / 2, side * depth, pitch.goal_width, -side * depth))
     parts += [_mark(mark, unit) for mark in marks]
     return Markup("").join([*parts, Markup("</svg>")])
+
+
+def _thirds(cells: F64) -> str:
+    """How much of a heat map is in each third of the pitch, in words."""
+    shares = [float(part.sum()) for part in np.array_split(cells, 3, axis=1)]
+    return ", ".join(f"{share:.0%} in {name}" for share, name in zip(shares, (
+        "the own third", "the middle third", "the attacking third"), strict=True))
 
 
 def _cells(cells: F64, pitch: Pitch) -> list[Markup]:
@@ -103,7 +112,7 @@ def over_time(
 
     Args:
         shares: of home in each part, 0 to 1; None where nobody had any.
-        goals: of each the place in the match, 0 to 1, the team's class, and what it says.
+        goals: of each the place in the match, 0 to 1, the team, and what it says.
         label: what it shows.
     """
     wide = 100 / max(len(shares), 1)
@@ -117,8 +126,8 @@ def over_time(
                 '<rect class="away" x="{0:.3f}" y="{3:.2f}" width="{1:.3f}" height="{4:.2f}"/>').format(
                     place * wide, wide * 0.92, home, 2 + home, 20 - home))
     parts.append(Markup('<path class="half" d="M0 12H100"/>'))
-    parts += [Markup('<path class="goal-at {}" d="M{:.3f} 0V24"><title>{}</title></path>').format(
-        team, 100 * at, says) for at, team, says in goals]
+    parts += [Markup('<path class="goal-at" d="M{:.3f} {}V{}"><title>{}</title></path>').format(
+        100 * at, 12 * (team == "away"), 24 - 12 * (team == "home"), says) for at, team, says in goals]
     return Markup("").join([*parts, Markup("</svg>")])
 
 

@@ -1,0 +1,73 @@
+"""What the page that compares is made from: matches and teams in numbers, and versions of the knowledge."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import polars as pl
+
+from flows.scouting.matches import MEASURES
+from flows.scouting.sources import Match, TeamName
+from flows.scouting.teams import over
+from pipeline.estimates import BY_EVIDENCE
+from pipeline.situations.rules import TABLE_1
+from pipeline.store import Store
+from pipeline.store.receipts import Manifest
+from schemas import SIDES, Behaviours
+
+#: Versions of the knowledge that can be compared: the newest.
+VERSIONS = 4
+
+
+def numbers(
+    league: Sequence[Match], teams: Sequence[TeamName], lines: Mapping[str, dict[str, Any]],
+    versions: Sequence[Manifest],
+) -> bytes:
+    """A script that has the numbers of all matches and teams, and says which versions there are.
+
+    Args:
+        league: the matches.
+        teams: theirs.
+        lines: the league's, by match.
+        versions: of the knowledge.
+    """
+    return _script("scoutNumbers", {
+        "measures": MEASURES,
+        "codes": {code: name for code, (name, _) in TABLE_1.items()},
+        "matches": [{
+            "id": match.name, "names": [match.home.name, match.away.name], "kind": match.pitch.kind.value,
+            "score": lines[match.name]["score"],
+            "numbers": [lines[match.name]["numbers"][side] for side in SIDES],
+        } for match in league],
+        "teams": [{
+            **team._asdict(), "matches": len(own := [it for it in league if team in (it.home, it.away)]),
+            "numbers": over(team, own, lines)[0],
+        } for team in teams],
+        "versions": [{"version": manifest.version, "matches": manifest.details["matches"]}
+                     for manifest in versions],
+    })
+
+
+def versions(store: Store) -> list[Manifest]:
+    """The newest versions of the knowledge, the newest first."""
+    newest = reversed(store.versions("knowledge")[-VERSIONS:])
+    return [store.manifest("knowledge", version) for version in newest]
+
+
+def knowledge(store: Store, manifest: Manifest) -> bytes:
+    """A script that has the behaviours of a version, each team's by itself and by evidence.
+
+    Of each its id, support, value, and the ends of the value's 95 % interval.
+    """
+    known = store.read_table(manifest, "behaviours", Behaviours).drop_nulls("team")
+    return _script("scoutKnowledge", {"version": manifest.version, "teams": [{
+        "name": name, "kind": kind,
+        "behaviours": rows.sort(*BY_EVIDENCE, descending=True).select(
+            "behaviour_id", "support", pl.col("value", "low", "high").round(4)).rows(),
+    } for (name, kind), rows in known.group_by("team", "kind", maintain_order=True)]})
+
+
+def _script(function: str, facts: object) -> bytes:
+    return f"{function}({json.dumps(facts, separators=(',', ':'))});\n".encode()

@@ -1,0 +1,148 @@
+"""The scout's page that compares, and pages of chosen teams and matches."""
+
+from __future__ import annotations
+
+import json
+import re
+from itertools import pairwise
+
+import polars as pl
+import pytest
+from test_scout import browser, page, pages, store  # noqa: F401 (fixtures)
+
+from flows.scouting import compare
+from flows.scouting.sources import chosen, played
+from flows.scouting.write import write
+from pipeline.errors import NotFound
+from pipeline.views.scout.facts import PARTS, numbers, parts
+from schemas import SIDES, Behaviours
+
+
+def facts_of(script: bytes):
+    return json.loads(re.fullmatch(r"\w+\((.*)\);\n", script.decode(), re.DOTALL)[1])
+
+
+@pytest.fixture(scope="module")
+def league(store):  # noqa: F811
+    return list(played(store))
+
+
+def test_chosen(league):
+    """Teams and ids choose matches, each once; without any all are chosen."""
+    one, two = league
+    assert chosen(league, []) == league
+    assert chosen(league, [one.name]) == [one]
+    assert chosen(league, [two.name[:4]]) == [two]
+    assert chosen(league, ["yellow"]) == [one], "the second match has another name for it"
+    assert chosen(league, ["blue", one.name]) == league
+    for name in ("nobody", ""):
+        with pytest.raises(NotFound, match=r"no team has this name.*blue"):
+            chosen(league, [name])
+
+
+def test_pages_of_a_choice(store, league):  # noqa: F811
+    """The pages of a choice are a folder of their own, which says how many matches it leaves out."""
+    found = write(store, names=["yellow"])
+    assert re.fullmatch(r"scout-yellow-[0-9a-f]{6}", found.first.parent.name)
+    assert [path.stem for path in (found.first.parent / "matches").iterdir()] == [league[0].name]
+    assert "1 of 2 matches" in found.first.read_text()
+
+
+def test_numbers_of_both(store, league):  # noqa: F811
+    """The page that compares has the numbers of the matches' and the teams' own pages."""
+    match = league[0]
+    own = numbers(match.tables(store))
+    lines = {it.name: {"score": "? : ?", "seconds": 60.0, "numbers": {
+        side: each._asdict() for side, each in numbers(it.tables(store)).items()}} for it in league}
+    found = facts_of(compare.numbers(league, [match.home, match.away], lines, compare.versions(store)))
+    first = next(it for it in found["matches"] if it["id"] == match.name)
+    assert first["numbers"] == [json.loads(json.dumps(own[side]._asdict())) for side in SIDES]
+    home = found["teams"][0]
+    assert (home["name"], home["matches"]) == ("blue", 2)
+    mean, low, high, n = home["numbers"]["shots"]
+    assert n == 2
+    assert low <= mean <= high
+    assert mean == pytest.approx(10 * sum(lines[it.name]["numbers"]["home"]["shots"] for it in league) / 2)
+
+
+def test_knowledge(store):  # noqa: F811
+    """A version's script has each team's behaviours, by evidence, as the table has them."""
+    manifest = compare.versions(store)[0]
+    table = store.read_table(manifest, "behaviours", Behaviours)
+    found = facts_of(compare.knowledge(store, manifest))
+    assert found["version"] == manifest.version
+    assert sum(len(team["behaviours"]) for team in found["teams"]) == table.height
+    for team in found["teams"]:
+        rows = table.filter(pl.col("team") == team["name"])
+        assert {row[0] for row in team["behaviours"]} == set(rows["behaviour_id"])
+        evidence = [row[2] if row[3] is None else row[3] for row in team["behaviours"]]
+        assert evidence == sorted(evidence, reverse=True)
+
+
+def test_parts(store, league):  # noqa: F811
+    """Possession in parts adds up to that of the whole match; so does territory."""
+    tables = league[0].tables(store)
+    found = parts(tables)
+    assert len(found) == PARTS
+    whole = numbers(tables)["home"]
+    end = tables.matches["duration_s"][0] * 1e9
+    edges = [part.start_s * 1e9 for part in found] + [end]
+    held = [sum(max(0, min(stop, high) - max(start, low)) for start, stop in tables.possession.select(
+        "start_ns", "end_ns").iter_rows()) for low, high in pairwise(edges)]
+    own = sum(part.possession * it for part, it in zip(found, held, strict=True) if part.possession is not None)
+    assert own / sum(held) == pytest.approx(whole.possession, abs=1e-3)
+    assert all(part.territory is None or 0 <= part.territory <= 1 for part in found)
+
+
+def test_goals_in_halves(store, league):  # noqa: F811
+    """Goals of halves are those of the table; of a whole match the score."""
+    tables = league[0].tables(store)
+    end = int(tables.matches["duration_s"][0] * 1e9) + 1
+    middle = int(tables.goals["t_ns"][0]) + 1
+    first, second = numbers(tables, 0, middle), numbers(tables, middle, end)
+    for side in SIDES:
+        count = tables.goals.filter(pl.col("team") == side).height
+        assert first[side].goals + second[side].goals == count
+        assert numbers(tables)[side].goals == tables.matches[f"score_{side}"][0]
+
+
+# ---- in a browser
+
+
+@pytest.mark.slow
+def test_compares(pages, page):  # noqa: F811
+    """Matches, teams and behaviours are compared as chosen, the choice is in the address, and names are text."""
+    page.goto((pages.first.parent / "compare.html").as_uri())
+    matches = page.locator("#matches .found")
+    assert matches.locator("tbody tr").count() > 8
+    choices = page.locator("#matches [data-side='0'] option")
+    ids = choices.evaluate_all("them => them.map(it => it.value)")
+    page.select_option("#matches [data-side='0']", ids[1])
+    page.select_option("#matches [data-side='1']", ids[1])
+    cells = matches.locator("tbody tr").first.locator("td").all_inner_texts()
+    assert cells[:2] == cells[2:], "a match is like itself"
+    page.reload()
+    assert page.locator("#matches [data-side='0']").input_value() == ids[1]
+    assert page.title() != "taken"
+    assert "<script>" in page.locator("#teams").inner_text() or "<script>" in choices.all_inner_texts()[1]
+    rows = page.locator("#behaviours .found tbody tr")
+    rows.first.wait_for()
+    every = rows.count()
+    assert "in both" in page.locator("#behaviours .found").inner_text()
+    counts = []
+    for only in ("first", "second"):
+        page.select_option("[data-show]", only)
+        counts.append(rows.count())
+    assert 0 < sum(counts) <= every
+
+
+@pytest.mark.slow
+def test_one_version_compared_with_itself(pages, page):  # noqa: F811
+    """A team and itself have all in common, and no test of a difference is made."""
+    page.goto((pages.first.parent / "compare.html").as_uri())
+    page.locator("#behaviours .found tbody tr").first.wait_for()
+    page.select_option("#behaviours [data-side='1']", page.locator("#behaviours [data-side='0']").input_value())
+    text = page.locator("#behaviours .found p").first.inner_text()
+    assert re.match(r"\d+ in both, 0 only in .*, 0 only in .*no interval", text)
+
+
