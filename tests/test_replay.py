@@ -200,6 +200,7 @@ def test_facts():
     assert facts["situations"] == {
         "body": [1, 1, 2], "code": [21, 194, 139], "start": [0, 400, 100], "end": [400, 900, 300],
         "strength": [76, None, 100], "target": ["ball", None, "home-1"], "role": ["striker"] * 3,
+        "follows": [0, 1, 0],
     }
     assert facts["names"]["21"] == "Robot kicks the ball"
     assert facts["goals"] == [[900, "home", 1, "direct"]]
@@ -275,7 +276,7 @@ def test_markup_parts():
     """The markup has every part that the script asks for."""
     html = make()
     asked = set(re.findall(r'\$\("([\w-]+)"\)', html))
-    asked |= {"goal-back", "goal-on", "frame-back", "frame-on", "labels", "skip", "whole", "help"}
+    asked |= {"goal-back", "goal-on", "frame-back", "frame-on", "labels", "skip", "filter", "whole", "help"}
     assert len(asked) > 15
     assert [name for name in asked if f'id="{name}"' not in html] == []
 

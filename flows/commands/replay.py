@@ -7,15 +7,17 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from flows.commands.commentary import told_of
 from flows.commands.common import DEFAULTS, Common
 from flows.commands.match_id import chain_of
 from flows.commands.printing import console, print_stand_in
 from pipeline.pitch import Pitch
+from pipeline.settings import GramSettings
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 from pipeline.views.replay import page
 from pipeline.views.replay.animation import animation, seconds_shown
-from schemas import Goals, Matches, Referee, Situations, Trajectories
+from schemas import Goals, Matches, Passes, Referee, Shots, Situations, Trajectories
 
 
 def replay(
@@ -23,7 +25,7 @@ def replay(
     gif: Path | None = None, start: Annotated[float, Parameter(name="--from")] = 0.0, seconds: float = 20.0,
     common: Common = DEFAULTS,
 ) -> None:
-    """Write a match as one web page with pitch, situations and goals, or a part of it as a GIF.
+    """Write a match as one web page with pitch, situations, goals, passes and shots, or a part as a GIF.
 
     The page needs no network.
 
@@ -75,7 +77,9 @@ def write_page(
     Raises:
         NotFound: if the id fits no match or several, or if the match's stages have not run.
     """
-    log, made = chain_of(store, match, "trajectories", "situations", "goals")
+    log, made = chain_of(store, match, "trajectories", "situations", "goals", "events")
+    sequences = store.receipt("sequences", log.name)
+    settings = GramSettings() if sequences is None else GramSettings.model_validate(sequences.settings)
     text = page(
         store.read_table(log, "matches", Matches),
         store.read_table(made["trajectories"], "trajectories", Trajectories),
@@ -84,6 +88,10 @@ def write_page(
         store.read_table(log, "referee", Referee),
         Pitch.model_validate(log.details["pitch"]),
         hz=hz,
+        passes=store.read_table(made["events"], "passes", Passes),
+        shots=store.read_table(made["events"], "shots", Shots),
+        told=told_of(store, log.name).sentences(),
+        gap_s=settings.gap_s,
     )
     path = output or store.root / "replays" / f"{log.name}.html"
     if output is None:

@@ -10,7 +10,7 @@ import polars as pl
 
 from flows.scouting.sources import Match, TeamName
 from pipeline.pitch import Pitch
-from pipeline.views.commentary import commentary
+from pipeline.views.commentary import Commentary, commentary
 from pipeline.views.scout.facts import Tables, by_lead, halves, markers, numbers, parts
 from pipeline.views.scout.gallery import Clip
 from pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time
@@ -27,11 +27,14 @@ MEASURES = (
 )
 #: Seconds shown before a goal.
 _BEFORE_GOAL_S, _AFTER_GOAL_S = 5.0, 0.5
+#: Seconds before what the commentary tells of at which the replay begins.
+_BEFORE_TOLD_S = 1.0
 
 
 def facts(match: Match, tables: Tables) -> dict[str, Any]:
     """What the page of a match says."""
     row, pitch = tables.matches.row(0, named=True), match.pitch
+    told = told_of(match, tables)
     whole = [("whole match", 0, 1 << 62), *halves(tables)]
     each, goals = parts(tables), [
         (t_ns / 1e9 / max(row["duration_s"], 1e-9), team or "", f"goal for {team or 'nobody knows whom'}")
@@ -45,7 +48,7 @@ def facts(match: Match, tables: Tables) -> dict[str, Any]:
         "over_time": each, "strips": [
             {"name": name, "picture": over_time([getattr(part, of) for part in each], goals, name)}
             for name, of in (("Possession over time", "possession"), ("Territory over time", "territory"))],
-        "goals": _goals(match, tables), "shots": _shots(match, tables),
+        "goals": _goals(match, told), "told": _told(told), "shots": _shots(match, tables),
         "sides": [{"key": side, "name": team.name, **_passes(tables, side, pitch)}
                   for side, team in zip(SIDES, (match.home, match.away), strict=True)],
         "robots": _robots(match, tables),
@@ -77,11 +80,22 @@ def flaws(quality: pl.DataFrame) -> str:
     return ", ".join(f"{flaw} {count}" for flaw, count in counts.iter_rows())
 
 
-def _goals(match: Match, tables: Tables) -> list[dict[str, Any]]:
-    """Each goal in the commentary's words, with the clip that leads to it."""
-    told = commentary(
+def told_of(match: Match, tables: Tables) -> Commentary:
+    """The commentary of a match."""
+    return commentary(
         tables.matches, tables.referee, tables.goals, tables.situations, tables.trajectories,
         tables.possession, tables.passes, tables.shots, match.pitch)
+
+
+def _told(told: Commentary) -> list[dict[str, Any]]:
+    """Each sentence of the commentary, with the moment of the replay that it tells of, seconds."""
+    return [{"at": round(max(moment.t_ns / 1e9 - _BEFORE_TOLD_S, 0), 2), "seconds": moment.t_ns / 1e9,
+             "team": moment.team or "", "robot": moment.robot, "says": moment.text}
+            for moment in told.moments]
+
+
+def _goals(match: Match, told: Commentary) -> list[dict[str, Any]]:
+    """Each goal in the commentary's words, with the clip that leads to it."""
     found = []
     for moment in told.moments:
         if moment.kind == "goal":

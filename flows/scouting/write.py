@@ -7,13 +7,13 @@ import re
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import polars as pl
 from markupsafe import Markup
 
 from flows.progress import RunReport, StageReport
-from flows.scouting import compare, opponent
+from flows.scouting import compare, opponent, replays
 from flows.scouting import matches as match_pages
 from flows.scouting import teams as team_pages
 from flows.scouting.sources import Known, Match, TeamName, chosen, newest, played, readable
@@ -21,21 +21,16 @@ from pipeline.errors import BadSettings, NotFound, PitchloreError
 from pipeline.situations.rulebook import rule_table
 from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
-from pipeline.store.receipts import canonical, digest, software
-from pipeline.views.replay import page as replay_page
-from pipeline.views.replay import payload
+from pipeline.store.receipts import RELEASE, canonical, digest, source_hash
+from pipeline.views.replay import linked
 from pipeline.views.scout.gallery import Clip
 from pipeline.views.scout.pages import files, page
 from schemas import SIDES, Situations
-
-T = TypeVar("T")
 
 #: What each page was made from, by its name.
 _KEYS = ".pages.json"
 #: Names of pages and of their data.
 _PAGE = re.compile(r"(?:[a-z]+/)?[a-z0-9][a-z0-9-]*\.(?:html|js|css)")
-#: Samples a second in clips and replays.
-_HZ = 15.0
 TITLE = "The league"
 
 
@@ -122,7 +117,7 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
                        next_step="Import recordings and run: `pitchlore run`")
     every, league = len(league), chosen(league, names)
     folder = _Folder(store, out or store.root / _folder(names))
-    known, teams, code = newest(store), match_pages.menu(league), software()
+    known, teams, code = newest(store), match_pages.menu(league), f"{RELEASE}+{_made_by()}"
     version = None if known is None else known.manifest.version
     around: dict[str, Any] = {"menu": teams, "made": code}
     learned = around | {"made": f"{code}; knowledge {'none' if version is None else f'version {version}'}"}
@@ -149,11 +144,16 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
     for manifest in versions:
         folder.put(f"compare/v{manifest.version}.js", digest(canonical([code, manifest.key])), partial(
             compare.knowledge, store, manifest))
-    for name, content in files().items():
+    for name, content in (files() | replays.files(teams, known)).items():
         folder.put(name, digest(content), lambda content=content: content)  # type: ignore[misc]
     folder.close()
     size = sum(path.stat().st_size for path in folder.path.rglob("*") if path.is_file())
     return Written(folder.path / "index.html", folder.new, folder.kept, size)
+
+
+def _made_by() -> str:
+    """Hash of the code and the templates that make the pages."""
+    return source_hash(("flows", "pipeline", "schemas"), (".py", ".html", ".css", ".js"))
 
 
 def _folder(names: Sequence[str]) -> str:
@@ -179,17 +179,10 @@ def _match(
     """The pages and the data of one match; its line in the league. No knowledge is in them."""
     tables = cache(lambda: match.tables(store))
 
-    def of_replay(make: Callable[..., T]) -> T:
-        it = tables()
-        return make(it.matches, it.trajectories, it.situations, it.goals, it.referee, match.pitch, hz=_HZ)
-
-    def data() -> bytes:
-        packed: str = of_replay(payload)[1]
-        return f"scoutMatch({json.dumps(match.name)}, {json.dumps(packed)});\n".encode()
-
-    key = match.key(around["made"])
-    folder.put(f"data/{match.name}.js", key, data)
-    folder.put(f"replays/{match.name}.html", key, lambda: of_replay(replay_page).encode())
+    key = match.key(around["made"], replays.gap_of(match))
+    folder.put(f"data/{match.name}.js", key, lambda: replays.data(match, tables()))
+    replay = linked(match.name, match.home.name, match.away.name).encode()
+    folder.put(f"replays/{match.name}.html", digest(replay), lambda: replay)
     folder.put(f"matches/{match.name}.html", match.key(around["made"], around["menu"]), lambda: page(
         "match", up="../", **around, **match_pages.facts(match, tables())))
     return folder.remember(match.name, key, lambda: match_pages.line(match, tables()))

@@ -43,6 +43,10 @@ class Commentary:
     moments: tuple[Moment, ...]
     summary: MatchStatistics
 
+    def sentences(self) -> list[tuple[int, str]]:
+        """The sentences told with their times, ns since the first sample, by time."""
+        return [(moment.t_ns, moment.text) for moment in self.moments]
+
 
 def commentary(
     match: pl.DataFrame,

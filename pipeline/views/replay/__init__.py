@@ -1,9 +1,11 @@
 """The replay page: a match with its situations and goals, for a browser.
 
-One self-contained HTML file: markup and style from ``page.html``; behaviour from
-``match.js`` (reads the payload), ``draw.js`` (paints) and ``controls.js`` (keys, clicks,
-time); and the match as one deflated, base64-encoded payload. The page fetches nothing. All text from
-data is inside the payload, or escaped in the title, so data can never become markup.
+One self-contained HTML file: markup and style from ``page.html``, the scripts of :data:`SCRIPTS`, and the
+match as one deflated, base64-encoded payload. The page fetches nothing. All text from data is inside the
+payload, or escaped in the title, so data can never become markup.
+
+A page in the scout's folder (:func:`linked`) has neither scripts nor payload. It loads the code of all
+replays, the script with the match's payload that the clips load too, and the list of the teams' behaviours.
 
 Payload, after base64 and inflate (zlib): uint32 little-endian length of the JSON; the JSON in
 UTF-8 (its keys are written in :func:`_facts`); then for S samples and B bodies
@@ -31,6 +33,7 @@ import html
 import json
 import struct
 import zlib
+from collections.abc import Sequence
 from importlib import resources
 from typing import Any
 
@@ -39,8 +42,10 @@ import polars as pl
 
 from pipeline.arrays import I64, Bools
 from pipeline.errors import BadSettings, NotFound
-from pipeline.pitch import SCALES, Pitch
-from schemas import note_on
+from pipeline.pitch import SCALES, Kind, Pitch
+from pipeline.settings import GramSettings
+from pipeline.windows import followed
+from schemas import SIDES, Passes, Shots, note_on
 
 #: Mask bits: the body has a sample; the sample is an implausible jump; its heading is known.
 SEEN, SUSPECT, HEADED = 1, 2, 4
@@ -63,6 +68,20 @@ FAMILIES: tuple[tuple[str, tuple[tuple[int, int], ...]], ...] = (
     ("moves randomly", ((194, 194),)),
 )
 
+#: The page's scripts, in their order: the payload read, painting, what can be found, the list of it, mouse
+#: and fingers, where the payload comes from, and keys, clicks and time.
+SCRIPTS = ("match.js", "draw.js", "find.js", "panel.js", "pointers.js", "load.js", "controls.js")
+
+#: Names of teams that say which colour their robots wear in the leagues of two colours.
+WORN = ("blue", "yellow")
+
+#: What a page says whose code is missing; the code removes it.
+_LONE = ('<p id="lone">The code of this page is missing: replay.js belongs into the folder above. '
+         "Copy the scout's folder as a whole.</p>")
+
+#: Situations this far apart or further are not consecutive, seconds, unless the caller says otherwise.
+_APART_S = GramSettings().gap_s
+
 
 def page(
     match: pl.DataFrame,
@@ -73,6 +92,10 @@ def page(
     pitch: Pitch,
     *,
     hz: float = 20.0,
+    passes: pl.DataFrame | None = None,
+    shots: pl.DataFrame | None = None,
+    told: Sequence[tuple[int, str]] = (),
+    gap_s: float = _APART_S,
 ) -> str:
     """The page as HTML; the same tables give the same page.
 
@@ -88,17 +111,50 @@ def page(
         referee: schema Referee, of that match.
         pitch: the field of play.
         hz: most samples shown a second, in (0, 1000].
+        passes: schema Passes, of that match; None: the page lists none.
+        shots: schema Shots, of that match; None: the page lists none.
+        told: the commentary's sentences with their times, ns since the first sample, by time.
+        gap_s: two situations of a robot at least so far apart are not consecutive, seconds.
 
     Raises:
         NotFound: if there is nothing to show.
         BadSettings: if ``hz`` is out of its bounds.
+        SchemaMismatch: if situations of one robot overlap.
     """
-    facts, packed = payload(match, trajectories, situations, goals, referee, pitch, hz=hz)
-    title = html.escape(f"{facts['home']} – {facts['away']} · Pitchlore replay")
-    script = "".join(asset(name) for name in ("match.js", "draw.js", "controls.js"))
-    blank = asset("page.html").replace("{{script}}", script)
+    facts, packed = payload(match, trajectories, situations, goals, referee, pitch, hz=hz, passes=passes,
+                            shots=shots, told=told, gap_s=gap_s)
+    return _filled(facts["home"], facts["away"], packed, source="", allowed="'unsafe-inline'",
+                   code=f"<script>\n{script()}\n</script>")
+
+
+def linked(match_id: str, home: str, away: str, *, up: str = "../") -> str:
+    """The page of a match whose payload is in the script ``data/ID.js`` of the folder to which ``up`` leads.
+
+    That script calls ``scoutMatch(ID, payload)``. ``known.js`` beside ``data`` calls
+    ``scoutKnown(list of [league, team, ids of behaviours])``. The code is ``replay.js`` (:func:`script`).
+
+    Args:
+        match_id: id of the match.
+        home: name of the home team, for the title.
+        away: name of the away team.
+        up: leads from the page to that folder.
+    """
+    source = f' data-match="{html.escape(match_id)}" data-up="{html.escape(up)}"'
+    return _filled(home, away, "", source=source, allowed="'self' file:",
+                   code=f'{_LONE}\n<script src="{html.escape(up)}replay.js"></script>')
+
+
+def script() -> str:
+    """The page's code; in the scout's folder it is the file ``replay.js``."""
+    return "\n".join(['"use strict";', *(asset(name) for name in SCRIPTS)])
+
+
+def _filled(home: str, away: str, packed: str, *, source: str, allowed: str, code: str) -> str:
+    """The page with its blanks filled; ``allowed`` scripts run, ``source`` says whence the match comes."""
+    blank = asset("page.html").replace("{{code}}", code).replace("{{allowed}}", allowed)
+    blank = blank.replace("{{source}}", source).replace("{{payload}}", packed)
     # the title goes in last, so that nothing in it is taken for a blank to fill
-    return blank.replace("{{payload}}", packed).replace("{{title}}", title)
+    return blank.replace("{{title}}", html.escape(f"{home} – {away} · Pitchlore replay"))
 
 
 def payload(
@@ -110,6 +166,10 @@ def payload(
     pitch: Pitch,
     *,
     hz: float = 20.0,
+    passes: pl.DataFrame | None = None,
+    shots: pl.DataFrame | None = None,
+    told: Sequence[tuple[int, str]] = (),
+    gap_s: float = _APART_S,
 ) -> tuple[dict[str, Any], str]:
     """The facts of a match, and the payload (see the module); arguments and errors as for :func:`page`."""
     if not 0 < hz <= 1000:
@@ -120,7 +180,10 @@ def payload(
     bodies = _bodies(trajectories)
     shown = _shown(trajectories, hz)
     quantum = _quantum(pitch)
-    facts = _facts(match, bodies, shown, situations, goals, referee, pitch) | {"quantum": quantum}
+    facts = _facts(match, bodies, shown, situations, goals, referee, pitch, gap_s) | {
+        "quantum": quantum, "told": [(round(t_ns / 1e6), text) for t_ns, text in told],
+        "passes": _passes(Passes.empty() if passes is None else passes),
+        "shots": _shots(Shots.empty() if shots is None else shots)}
     text = json.dumps(facts, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
     raw = struct.pack("<I", len(text)) + text + _samples(trajectories, bodies, shown, quantum)
     return facts, base64.b64encode(zlib.compress(raw, 9)).decode("ascii")
@@ -213,6 +276,7 @@ def _facts(
     goals: pl.DataFrame,
     referee: pl.DataFrame,
     pitch: Pitch,
+    gap_s: float,
 ) -> dict[str, Any]:
     """The JSON half of the payload; all times are milliseconds since the first sample."""
     row = match.row(0, named=True)
@@ -225,6 +289,7 @@ def _facts(
     names = situations.select("code", "name").unique().sort("code")
     return {name: row[name] for name in kept} | {
         "note": note_on(row["home"], row["away"]),
+        "worn": _worn(row["home"], row["away"], pitch),
         "pitch": pitch.model_dump(mode="json"),
         "robot_radius": scales.robot_radius,
         "ball_radius": scales.ball_radius,
@@ -238,14 +303,39 @@ def _facts(
         "events": events.select(_ms("t_ns"), "event", "team", "note").rows(),
         "families": FAMILIES,
         "names": {str(code): name for code, name in names.rows()},
-        "situations": _situations(situations, bodies),
+        "situations": _situations(situations, bodies, gap_s),
     }
 
 
-def _situations(situations: pl.DataFrame, bodies: pl.DataFrame) -> dict[str, list[Any]]:
-    """Columns of equal length, sorted by body and start; strength in percent, the end exclusive."""
+def _worn(home: str, away: str, pitch: Pitch) -> dict[str, str] | None:
+    """The colour that each side wears, if the league has two and the teams are named by them; else None."""
+    names = [name.strip().lower() for name in (home, away)]
+    known = pitch.kind in (Kind.VSSS, Kind.SSL) and sorted(names) == sorted(WORN)
+    return dict(zip(SIDES, names, strict=True)) if known else None
+
+
+def _passes(passes: pl.DataFrame) -> list[tuple[Any, ...]]:
+    """Of each pass: times of pass and receipt, team, robot, receiver, direction, whether it is through."""
+    return passes.sort("t_ns").select(
+        _ms("t_ns"), _ms("received_ns"), pl.col("team").cast(pl.String), "robot", "receiver",
+        pl.col("direction").cast(pl.String), "through").rows()
+
+
+def _shots(shots: pl.DataFrame) -> list[tuple[Any, ...]]:
+    """Of each shot: time, team, robot, outcome, and distance in metres, to the centimetre."""
+    return shots.sort("t_ns").select(
+        _ms("t_ns"), pl.col("team").cast(pl.String), "robot", pl.col("outcome").cast(pl.String),
+        pl.col("distance").cast(pl.Float64).round(2)).rows()
+
+
+def _situations(situations: pl.DataFrame, bodies: pl.DataFrame, gap_s: float) -> dict[str, list[Any]]:
+    """Columns of equal length, sorted by body and start; strength in percent, the end exclusive.
+
+    ``follows`` is 1 where a situation follows the one before without a break, as in the table sequences.
+    """
+    ordered = followed(situations.sort("team", "robot", "start_ns"), gap_s)
     return (
-        situations.with_columns(pl.col("team").cast(pl.String))
+        ordered.with_columns(pl.col("team").cast(pl.String))
         .join(bodies, on=["team", "robot"])
         .sort("body", "start_ns")
         .select(
@@ -256,6 +346,7 @@ def _situations(situations: pl.DataFrame, bodies: pl.DataFrame) -> dict[str, lis
             (pl.col("strength") * 100).round().cast(pl.Int8).alias("strength"),
             "target",
             pl.col("role").cast(pl.String),
+            pl.col("follows").cast(pl.Int8),
         )
         .to_dict(as_series=False)
     )

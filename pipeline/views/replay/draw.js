@@ -5,7 +5,10 @@ const FLASH = 2500, TRAIL = 900;
 const RANDOM = 194; // says nothing, so it has no label
 const IDLE = [184, 194]; // not worth a label where it is crowded: does not move, moves randomly
 
-const VSSS_BALL = "#ff9d1c"; // the league's ball is orange
+const BALLS = { vsss: "#ff8a00", ssl: "#ff8a00", "2d": "#ffffff" }; // as the leagues have them; the monitor of 2D shows white
+const BALL_RIM = "#16191a"; // so that each is seen on light and on dark ground
+const WORN = { blue: "#2f6bff", yellow: "#ffd400" }; // the patches of VSSS and SSL
+const DIMMED = 0.16;
 
 const COLOURS = ["ink", "muted", "line", "grass", "chalk", "outside", "ball", "halo", "label", "home", "away", "dead"];
 
@@ -20,7 +23,7 @@ const MARKINGS = {
 function painter(match, state) {
   const { time, mask, x, joined, pitch, quantum, situations: table, samples: S } = match;
   const { end, robots, ball, teams, crowded, family, dead } = match;
-  const rowHeight = robots.length > 16 ? 11 : crowded ? 17 : 22; // eleven a side fit a small screen
+  const rowHeight = clamp(Math.floor(220 / robots.length), 11, crowded ? 17 : 22); // eleven a side fit a small screen
   const rowEdge = rowHeight < 17 ? 0.5 : 2, rowFont = rowHeight < 17 ? 8.5 : 10.5;
 
   let colours = {};
@@ -42,6 +45,9 @@ function painter(match, state) {
     c.clearRect(0, 0, w, h);
     return { c, w, h };
   }
+
+  /** Whether a situation is not of those that are looked for, while only these are shown. */
+  const dimmed = (index) => Boolean(state.filter && state.found) && !state.found.lit?.[index];
 
   const sans = (size, weight = 400) => `${weight} ${size}px system-ui, "Segoe UI", "DejaVu Sans", sans-serif`;
   const mono = (size, weight = 400) => `${weight} ${size}px ui-monospace, "DejaVu Sans Mono", Menlo, monospace`;
@@ -89,7 +95,12 @@ function painter(match, state) {
     if (pitch.kind === "vsss") c.rect(-r, -r, 2 * r, 2 * r);
     else if (pitch.kind === "ssl" && at.heading !== null) { c.arc(0, 0, r, 0.6, 2 * Math.PI - 0.6); c.closePath(); }
     else c.arc(0, 0, r, 0, 7);
-    c.fill(); c.stroke();
+    c.fill();
+    if (match.worn) { // the team's own colour about it
+      c.strokeStyle = BALL_RIM; c.lineWidth = 4.5 / scale; c.stroke();
+      c.strokeStyle = WORN[match.worn[robot.team]]; c.lineWidth = 2.5 / scale;
+    }
+    c.stroke();
     const small = r * scale < 14;
     if (at.heading !== null && small) { // a nose before the front
       c.strokeStyle = colours[robot.team]; c.lineWidth = 2.5 / scale;
@@ -100,7 +111,7 @@ function painter(match, state) {
     }
     c.rotate(-(at.heading ?? 0));
     c.scale(1 / scale, -1 / scale);
-    c.fillStyle = "#fff"; c.textAlign = "center"; c.textBaseline = "middle";
+    c.fillStyle = colours.halo; c.textAlign = "center"; c.textBaseline = "middle";
     c.font = sans(Math.max(9, Math.min(20, r * scale * 0.95)), 700);
     const back = at.heading === null || small ? 0 : r * scale * 0.18;
     c.fillText(robot.id, -back * Math.cos(at.heading ?? 0), back * Math.sin(at.heading ?? 0) + 0.5);
@@ -125,9 +136,10 @@ function painter(match, state) {
     const at = match.pose(ball, now);
     if (!at) return;
     c.beginPath(); c.arc(at.x, at.y, r, 0, 7);
-    c.strokeStyle = colours.halo; c.lineWidth = 3 / scale; c.stroke();
-    c.fillStyle = pitch.kind === "vsss" ? VSSS_BALL : colours.ball;
-    if (at.suspect) { c.strokeStyle = colours.ball; c.lineWidth = 1.5 / scale; c.stroke(); } else c.fill();
+    c.strokeStyle = colours.halo; c.lineWidth = 4.5 / scale; c.stroke();
+    c.strokeStyle = at.suspect ? colours.ball : BALL_RIM; c.lineWidth = 2 / scale; c.stroke();
+    c.fillStyle = BALLS[pitch.kind];
+    if (!at.suspect) c.fill();
   }
 
   /** Code and name beside each robot where they cover nothing else; for want of room the code alone. */
@@ -141,7 +153,7 @@ function painter(match, state) {
     ].map(([dx, dy]) => ({ l: clamp(px + dx, 3, width - w - 3), t: clamp(py + dy, 3, height - h - 3), w, h }));
     for (const place of places) {
       const index = match.situationAt(place.robot, state.t), code = table.code[index];
-      if (index < 0 || code === RANDOM || (crowded && IDLE.includes(code))) continue;
+      if (index < 0 || code === RANDOM || (crowded && IDLE.includes(code)) || dimmed(index)) continue;
       const name = match.shortName(code);
       c.font = mono(size, 600);
       const codeWidth = c.measureText(three(code)).width;
@@ -160,11 +172,13 @@ function painter(match, state) {
     }
   }
 
-  function banner(c, w, h, text, colour, alpha) {
+  /** A line of words at the top, or at the bottom if the ball is at the top. */
+  function banner(c, w, h, text, colour, alpha, ballAt) {
+    const top = ballAt !== null && ballAt < 70 ? h - 56 : 14;
     c.globalAlpha = alpha; c.font = sans(22, 700); c.textAlign = "center"; c.textBaseline = "middle";
     const width = Math.min(w - 20, c.measureText(text).width + 44);
-    c.fillStyle = colour; c.beginPath(); c.roundRect((w - width) / 2, 14, width, 42, 10); c.fill();
-    c.fillStyle = "#fff"; c.fillText(text, w / 2, 35.5, width - 20); c.globalAlpha = 1;
+    c.fillStyle = colour; c.beginPath(); c.roundRect((w - width) / 2, top, width, 42, 10); c.fill();
+    c.fillStyle = colours.halo; c.fillText(text, w / 2, top + 21.5, width - 20); c.globalAlpha = 1;
   }
 
   /** The pitch at the moment `state.t`; `state.marked` is a body to point out. */
@@ -191,15 +205,16 @@ function painter(match, state) {
     if (ball >= 0) drawBall(c, scale, now);
     c.restore();
     const seen = ball >= 0 && match.pose(ball, now);
-    if (state.labels) drawLabels(c, places, seen && { px: w / 2 + seen.x * scale, py: h / 2 - seen.y * scale }, w, h);
+    const under = seen ? { px: w / 2 + seen.x * scale, py: h / 2 - seen.y * scale } : null;
+    if (state.labels) drawLabels(c, places, under, w, h);
     const g = before(match.goalTimes, state.t);
     if (g >= 0 && state.t - match.goalTimes[g] < FLASH) {
       const [t, team, robot, kind] = match.goals[g], fade = 1 - (state.t - t) / FLASH;
       const colour = colours[team ?? "muted"], title = match.goalTitle(team);
       c.strokeStyle = colour; c.lineWidth = 8; c.globalAlpha = fade; c.strokeRect(4, 4, w - 8, h - 8);
-      banner(c, w, h, `${title[0].toUpperCase()}${title.slice(1)}${match.story(team, robot, kind)}`, colour, Math.min(1, 2 * fade));
-    } else if (now.i < 0) banner(c, w, h, "nothing recorded here", colours.muted, 0.9);
-    else if (match.stoppage(state.t)) banner(c, w, h, "play is stopped", colours.muted, 0.75);
+      banner(c, w, h, `${title[0].toUpperCase()}${title.slice(1)}${match.story(team, robot, kind)}`, colour, Math.min(1, 2 * fade), under && under.py);
+    } else if (now.i < 0) banner(c, w, h, "nothing recorded here", colours.muted, 0.9, null);
+    else if (match.stoppage(state.t)) banner(c, w, h, "play is stopped", colours.muted, 0.75, under && under.py);
   }
 
   let hatch = null;
@@ -268,6 +283,7 @@ function painter(match, state) {
       c.beginPath(); c.moveTo(px(t), AXIS - 3); c.lineTo(px(t), h); c.stroke();
     }
     robots.forEach((robot, n) => drawRow(c, robot, rowTop(n), px, from, to));
+    if (state.found && !state.found.lit) drawHits(c, px, from, to);
     c.setLineDash([4, 3]); c.strokeStyle = colours.ink; c.lineWidth = 1.2; c.globalAlpha = 0.7;
     for (const [t] of match.restarts) if (t >= from && t <= to) { c.beginPath(); c.moveTo(px(t), AXIS - 4); c.lineTo(px(t), h); c.stroke(); }
     c.setLineDash([]); c.globalAlpha = 1;
@@ -288,6 +304,7 @@ function painter(match, state) {
     for (let i = Math.max(0, before(own.start, from)); i < own.start.length && own.start[i] < to; i++) {
       const code = table.code[own.index[i]], l = px(own.start[i]), r = px(own.end[i]);
       const current = own.start[i] <= state.t && state.t < own.end[i];
+      c.globalAlpha = dimmed(own.index[i]) ? DIMMED : 1;
       c.fillStyle = colours[`family-${family.get(code)}`];
       c.fillRect(l, top + rowEdge, Math.max(0.7, r - l - (r - l > 4 ? 1 : 0)), rowHeight - 2 * rowEdge);
       if (r - l > 24) {
@@ -301,13 +318,26 @@ function painter(match, state) {
         c.restore();
       }
       if (current && r - l > 4) { c.strokeStyle = colours.ink; c.lineWidth = 1.5; c.strokeRect(l, top + rowEdge, r - l - 1, rowHeight - 2 * rowEdge); }
+      c.globalAlpha = 1;
+    }
+  }
+
+  /** Passes, shots or goals that are looked for, each on the row of its robot. */
+  function drawHits(c, px, from, to) {
+    c.fillStyle = colours.ink; c.strokeStyle = colours.halo; c.lineWidth = 1.5;
+    for (const { t, body } of state.found.hits) {
+      const n = t >= from && t <= to ? robots.findIndex((robot) => robot.body === body) : -1;
+      if (n < 0) continue;
+      const at = px(t), middle = rowTop(n) + rowHeight / 2, reach = rowHeight / 2 - rowEdge;
+      c.beginPath(); c.moveTo(at, middle - reach); c.lineTo(at + reach, middle); c.lineTo(at, middle + reach); c.lineTo(at - reach, middle);
+      c.closePath(); c.fill(); c.stroke();
     }
   }
 
   function drawGutter(c, robot, top) {
     c.fillStyle = colours[robot.team];
     c.beginPath(); c.roundRect(14, top + rowEdge, 22, rowHeight - 2 * rowEdge, 4); c.fill();
-    c.fillStyle = "#fff"; c.font = mono(rowFont + 0.5, 600); c.textAlign = "center"; c.textBaseline = "middle";
+    c.fillStyle = colours.halo; c.font = mono(rowFont + 0.5, 600); c.textAlign = "center"; c.textBaseline = "middle";
     c.fillText(robot.id, 25, top + rowHeight / 2 + 0.5);
     c.fillStyle = colours.muted; c.font = sans(rowFont + 1); c.textAlign = "left";
     let name = teams[robot.team];

@@ -1,0 +1,46 @@
+"""The replays of the scout's folder: the match's payload, and the behaviours that it looks for."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+from flows.scouting.matches import told_of
+from flows.scouting.sources import Known, Match, TeamName
+from flows.scouting.teams import SHOWN
+from pipeline.views.replay import payload, script
+from pipeline.views.scout.facts import Tables
+from pipeline.views.scout.gallery import ranked
+
+#: Samples a second in clips and replays.
+_HZ = 15.0
+
+
+def gap_of(match: Match) -> float:
+    """Time between situations that are not consecutive, as the match's sequences were made with, seconds."""
+    return float(match.made["sequences"].settings["gap_s"])
+
+
+def data(match: Match, tables: Tables) -> bytes:
+    """The script with a match's payload: the clips and the replay load it."""
+    packed = payload(
+        tables.matches, tables.trajectories, tables.situations, tables.goals, tables.referee, match.pitch,
+        hz=_HZ, passes=tables.passes, shots=tables.shots, told=told_of(match, tables).sentences(),
+        gap_s=gap_of(match))[1]
+    return f"scoutMatch({json.dumps(match.name)}, {json.dumps(packed)});\n".encode()
+
+
+def files(teams: Sequence[TeamName], known: Known | None) -> dict[str, bytes]:
+    """The files that all replays load: their code, and the teams' behaviours."""
+    return {"replay.js": script().encode(), "known.js": known_behaviours(teams, known)}
+
+
+def known_behaviours(teams: Sequence[TeamName], known: Known | None) -> bytes:
+    """The script with the behaviours of each team that its gallery shows: league, team, and their ids.
+
+    It is one file for all replays, so that a new version of the knowledge leaves the replays as they are.
+    """
+    found = [] if known is None else [
+        (team.kind, team.name, ranked(known.of(team))["behaviour_id"].head(SHOWN).to_list())
+        for team in teams]
+    return f"scoutKnown({json.dumps(found)});\n".encode()

@@ -1,0 +1,329 @@
+"""What the replay page finds and lists, and how addresses and keys move it."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from playwright.sync_api import Page, expect
+from test_scout import HOSTILE, browser, page, pages, store  # noqa: F401 (fixtures)
+
+from flows.scouting import replays
+from flows.scouting.sources import newest, played, sequence
+from flows.scouting.teams import gallery
+from pipeline.pitch import PITCHES, Kind
+from pipeline.views.replay import _worn, linked
+from pipeline.views.scout.occurrences import occurrences
+from pipeline.windows import codes_of, role_of, windows
+from schemas import ROLES, SIDES, Behaviours, Passes, Shots
+
+#: Finds in the page's own match: of each run the team, the robot and when it starts and ends, ms.
+FIND = """async wanted => {
+  const [packed] = await data(document.getElementById("payload"));
+  const found = finder(understand(await decode(packed))).find(wanted);
+  return found && found.hits.map(hit => [hit.team, hit.robot, hit.t, hit.end]);
+}"""
+
+
+@pytest.fixture
+def replay(pages) -> str:  # noqa: F811
+    """Address of the first match's replay."""
+    return next(iter(sorted((pages.first.parent / "replays").iterdir()))).as_uri()
+
+
+def shown(page: Page) -> str:  # noqa: F811
+    """The clock of a page that is ready."""
+    expect(page.locator("#clock")).to_have_text(re.compile(r"\d\d:\d\d\.\d / "))
+    page.wait_for_timeout(200)
+    return page.locator("#clock").inner_text().partition(" / ")[0]
+
+
+def ms(t_ns: int) -> int:
+    return round(t_ns / 1e6)
+
+
+# ---- what is found
+
+
+def commonest(own: pl.DataFrame) -> pl.DataFrame:
+    """The ten commonest runs of two, of three and of four situations, as behaviours."""
+    found = []
+    for n in (2, 3, 4):
+        runs = windows(own, n)
+        keys, counts = np.unique(runs.key, return_counts=True)
+        top = keys[np.argsort(-counts, kind="stable")[:10]]
+        for role, codes in zip(role_of(top), codes_of(top, n).tolist(), strict=True):
+            found.append(("-".join([ROLES[role], *(f"{code:03d}" for code in codes)]), ROLES[role], codes))
+    return pl.DataFrame(found, orient="row", schema={
+        name: Behaviours.dtypes()[name] for name in ("behaviour_id", "role", "codes")})
+
+
+@pytest.mark.slow
+def test_behaviours_are_found(store, replay, page):  # noqa: F811
+    """The page finds the occurrences that pipeline.windows finds of each behaviour by itself."""
+    match = next(it for it in played(store) if it.name in replay)
+    known = newest(store)
+    page.goto(f"{replay}#paused")
+    counted = 0
+    for side, team in zip(SIDES, (match.home, match.away), strict=True):
+        own = sequence(store, match, side)
+        learned = known.of(team).select("behaviour_id", "role", "codes")
+        for row in pl.concat([learned, commonest(own)]).iter_slices(1):
+            expected = [(r["team"], r["robot"], ms(r["t_ns"]), ms(r["done_ns"]))
+                        for r in occurrences(own, row).iter_rows(named=True)]
+            found = page.evaluate(FIND, f"{side}:{row['behaviour_id'][0]}")
+            assert sorted(map(tuple, found)) == sorted(expected), row["behaviour_id"][0]
+            counted += len(expected)
+    assert counted > 200
+
+
+@pytest.mark.slow
+def test_a_break_ends_a_run(replay, page):  # noqa: F811
+    """Situations that do not follow one another are no run; the control has each pair that follows."""
+    page.goto(f"{replay}#paused")
+    pairs, broken = page.evaluate("""async () => {
+      const [packed] = await data(document.getElementById("payload"));
+      const match = understand(await decode(packed)), { code, follows } = match.situations;
+      const found = (m) => new Set(finder(m).find(`${code[at - 1]}-${code[at]}`).hits.map(hit => hit.t));
+      const at = follows.indexOf(1), t = match.situations.start[at - 1];
+      const before = found(match).has(t);
+      follows[at] = 0;
+      return [before, found(match).has(t)];
+    }""")
+    assert (pairs, broken) == (True, False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wanted", ["", "x", "striker", "striker-", "44-44-44-44-44", "striker-044; drop", "constructor", "__proto__"])
+def test_nonsense_is_not_found(replay, page, wanted):  # noqa: F811
+    """What is no behaviour, no code and no kind of event is refused, and the choice stays."""
+    page.goto(f"{replay}#paused&behaviour={wanted}")
+    shown(page)
+    assert page.evaluate(FIND, wanted) is None
+    assert page.locator("#situation").input_value() == "21"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("schema", [Passes, Shots])
+def test_events_are_the_tables(store, replay, page, schema):  # noqa: F811
+    """The page's passes and shots are the rows of the public tables."""
+    match = next(it for it in played(store) if it.name in replay)
+    table = store.read_table(match.made["events"], schema.NAME, schema)
+    page.goto(f"{replay}#paused")
+    found = page.evaluate(FIND, {"passes": "pass", "shots": "shot"}[schema.NAME])
+    assert [hit[:3] for hit in found] == [
+        [team, robot, ms(t_ns)] for team, robot, t_ns in table.select("team", "robot", "t_ns").iter_rows()]
+    assert found
+
+
+def test_known_behaviours(store):  # noqa: F811
+    """Each team's behaviours are those of its gallery, in its order; without knowledge there are none."""
+    known = newest(store)
+    teams = [team for match in played(store) for team in (match.home, match.away)]
+    found = json.loads(re.fullmatch(r"scoutKnown\((.*)\);\n", replays.known_behaviours(teams, known).decode())[1])
+    assert [[kind, name] for kind, name, _ in found] == [[team.kind, team.name] for team in teams]
+    for team, (_, _, ids) in zip(teams, found, strict=True):
+        shown_there = gallery(store, team, [it for it in played(store) if team in (it.home, it.away)], known)
+        assert ids == [card["id"] for card in shown_there["cards"]]
+        assert ids
+    assert replays.known_behaviours(teams, None) == b"scoutKnown([]);\n"
+
+
+@pytest.mark.parametrize(("home", "away", "kind", "worn"), [
+    ("blue", "yellow", Kind.VSSS, {"home": "blue", "away": "yellow"}),
+    ("Yellow", "BLUE", Kind.SSL, {"home": "yellow", "away": "blue"}),
+    ("blue", "yellow", Kind.SIM2D, None), ("blue", "blue", Kind.VSSS, None), ("TIGERs", "yellow", Kind.SSL, None)])
+def test_worn(home, away, kind, worn):
+    """A team wears a colour where its league has two and both teams are named by them."""
+    assert _worn(home, away, PITCHES[kind]) == worn
+
+
+# ---- the page in the scout's folder
+
+
+def test_linked_is_escaped():
+    """Names in a page that loads its match are text."""
+    html = linked(f'm"{HOSTILE}', HOSTILE, HOSTILE)
+    assert HOSTILE not in html
+    assert "unsafe-inline" not in re.search(r"script-src ([^;]*);", html)[1], "no script in the page runs"
+    assert "file:" not in re.search(r'Security-Policy" content="([^"]*)"', replay_of_nothing())[1]
+
+
+def replay_of_nothing() -> str:
+    """A stand-alone page: it may load nothing."""
+    from test_replay import make
+
+    return make()
+
+
+@pytest.mark.slow
+def test_data_is_kept_once(pages, replay, page):  # noqa: F811
+    """A replay in the scout's folder has no copy of the match; it shows the one that clips show."""
+    match = Path(replay).stem
+    assert len((pages.first.parent / "replays" / f"{match}.html").read_bytes()) < 25_000
+    assert len((pages.first.parent / "data" / f"{match}.js").read_bytes()) > 20_000
+    page.goto(f"{replay}#t=5&paused")
+    assert shown(page) == "00:05.0"
+    assert page.locator("#situation optgroup[label^='behaviours of']").count() > 0
+
+
+@pytest.mark.slow
+def test_data_is_missing(pages, browser, tmp_path):  # noqa: F811
+    """A replay without its code or its data says which file it misses."""
+    source = next((pages.first.parent / "replays").iterdir())
+    (tmp_path / "replays").mkdir()
+    (tmp_path / "replays" / source.name).write_bytes(source.read_bytes())
+    alone = browser.new_page()
+    alone.goto((tmp_path / "replays" / source.name).as_uri())
+    expect(alone.locator("#lone")).to_contain_text("replay.js")
+    (tmp_path / "replay.js").write_bytes((pages.first.parent / "replay.js").read_bytes())
+    alone.reload()
+    assert alone.locator("#lone").count() == 0
+    expect(alone.locator("#trouble")).to_contain_text(f"data/{source.stem}.js is missing")
+    alone.close()
+
+
+@pytest.mark.slow
+def test_commentary_leads_into_the_replay(pages, page):  # noqa: F811
+    """Each sentence of the commentary on a match's page leads to its moment, and the replay says it there."""
+    found = next((pages.first.parent / "matches").iterdir())
+    page.goto(found.as_uri())
+    page.locator("details", has=page.locator(".told")).locator("summary").click()
+    lines = page.locator(".told li")
+    assert lines.count() > 2
+    line = lines.nth(1)
+    says, said_at = line.locator("span").inner_text(), line.locator("a").inner_text()
+    line.locator("a").click()
+    expect(page.locator("#told")).to_have_text(says)
+    page.keyboard.press("k")
+    minutes, seconds = map(int, said_at.split(":"))
+    assert abs(float(shown(page)[3:]) + 60 * float(shown(page)[:2]) - 60 * minutes - seconds) < 3
+
+
+# ---- address, keys, list
+
+
+@pytest.mark.slow
+def test_address_of_a_behaviour(replay, page):  # noqa: F811
+    """An address without a moment opens just before the first occurrence; pausing keeps choice and filter in it."""
+    page.goto(f"{replay}#paused")
+    first = page.evaluate(FIND, "striker-046")[0]
+    page.goto("about:blank")
+    page.goto(f"{replay}#behaviour=striker-046&filter&paused")
+    at = shown(page)
+    assert float(at[3:]) == pytest.approx(max(0, first[2] / 1000 - 1), abs=0.11)
+    assert page.locator("#situation").input_value() == "striker-046"
+    assert page.locator("#filter").get_attribute("aria-pressed") == "true"
+    page.keyboard.press("n")
+    page.wait_for_timeout(600)
+    assert re.search(r"#t=[\d.]+&behaviour=striker-046&filter&paused$", page.url)
+    now = shown(page)
+    page.goto("about:blank")
+    page.goto(f"{replay}#t=9&robot=away-1&situation=044&paused")
+    assert shown(page) == "00:09.0" != now
+    assert page.locator("#situation").input_value() == "44", "as the list of situations has it"
+    page.keyboard.press("n")
+    page.wait_for_timeout(600)
+    assert "robot=away-1" in page.url
+    assert page.locator("#said").inner_text().startswith(("away 1", shown(page)))
+
+
+@pytest.mark.slow
+def test_filter(replay, page):  # noqa: F811
+    """The key f dims what is not chosen on pitch and time line, and undoes it."""
+    page.goto(f"{replay}#t=5&paused")
+    shown(page)
+    pictures = "['pitch', 'timeline'].map(id => document.getElementById(id).toDataURL())"
+    plain = page.evaluate(pictures)
+    page.keyboard.press("f")
+    page.wait_for_timeout(200)
+    dimmed = page.evaluate(pictures)
+    assert dimmed[0] != plain[0]
+    assert dimmed[1] != plain[1]
+    page.keyboard.press("f")
+    page.wait_for_timeout(200)
+    assert page.evaluate(pictures) == plain
+
+
+@pytest.mark.slow
+def test_passes_and_shots(replay, page):  # noqa: F811
+    """The keys p and P go to 1 s before each pass and shot, one after the other."""
+    page.goto(f"{replay}#t=0&paused")
+    shown(page)
+    kicks = [hit[2] / 1000 for hit in page.evaluate(FIND, "kick")]
+    wanted = [t for t in kicks if t > 1.01][:3]
+    seen = []
+    for _ in wanted:
+        page.keyboard.press("p")
+        seen.append(float(shown(page)[3:]) + 60 * int(page.locator("#clock").inner_text()[:2]))
+    assert seen == pytest.approx([t - 1 for t in wanted], abs=0.11)
+    page.keyboard.press("P")
+    assert float(shown(page)[3:]) == pytest.approx(seen[-2], abs=0.11)
+
+
+@pytest.mark.slow
+def test_list(replay, page):  # noqa: F811
+    """The list has goals, passes and shots, narrows by words, and jumps by mouse and by keyboard alone."""
+    page.goto(f"{replay}#paused&find=kick")
+    shown(page)
+    page.locator("#panel summary").click()
+    rows = page.locator("#list tr")
+    kicks = page.evaluate(FIND, "kick")
+    assert rows.count() == len(kicks)
+    page.fill("#narrow", "shot")
+    assert rows.count() == len(page.evaluate(FIND, "shot"))
+    assert page.locator("#count").inner_text() == f"{rows.count()} of {len(kicks)}"
+    page.locator("#narrow").press("f")
+    assert page.locator("#filter").get_attribute("aria-pressed") == "false", "a letter that is typed is no key"
+    page.fill("#narrow", "")
+    page.locator("#list button").nth(2).focus()
+    page.keyboard.press(" ")
+    assert page.locator("#play path").get_attribute("d").startswith("M4 2"), "space on a button does not play"
+    assert float(shown(page)[3:]) == pytest.approx(max(0, kicks[2][2] / 1000 - 1), abs=0.11)
+    page.fill("#codes", "goalkeeper-184")
+    page.keyboard.press("Enter")
+    assert page.locator("#situation").input_value() == "goalkeeper-184"
+    page.fill("#codes", "nonsense")
+    page.keyboard.press("Enter")
+    assert page.locator("#codes").evaluate("input => input.validationMessage") != ""
+    assert page.locator("#situation").input_value() == "goalkeeper-184"
+
+
+@pytest.mark.slow
+def test_no_trap(replay, page):  # noqa: F811
+    """The tab key goes through all that can be used, and leaves the page's end."""
+    page.goto(f"{replay}#paused")
+    shown(page)
+    page.evaluate("document.activeElement.blur()")
+    seen = []
+    for _ in range(60):
+        page.keyboard.press("Tab")
+        seen.append(page.evaluate("document.activeElement.id || document.activeElement.tagName"))
+        if seen[-1] == "BODY":
+            break
+    assert seen[-1] == "BODY"
+    assert {"play", "situation", "situation-on", "filter", "speed", "help"} <= set(seen)
+
+
+def test_nothing_is_told_of_missing_tables():
+    """Without tables of passes and shots the page lists none."""
+    from test_replay import decode
+
+    facts = decode(replay_of_nothing())
+    assert (facts["passes"], facts["shots"], facts["told"], facts["worn"]) == ([], [], [], None)
+
+
+def test_follows():
+    """Situations that touch are consecutive, those further apart than the setting are not."""
+    from test_replay import decode, make, situations
+
+    done = situations([
+        ("home", 1, 21, "a", 0, 100, 1.0, None), ("home", 1, 22, "b", 100, 200, 1.0, None),
+        ("home", 1, 23, "c", 350, 400, 1.0, None), ("away", 2, 21, "a", 400, 500, 1.0, None)])
+    assert decode(make(done=done))["situations"]["follows"] == [0, 1, 1, 0]
+    assert decode(make(done=done, gap_s=0.1))["situations"]["follows"] == [0, 1, 0, 0]
+    assert isinstance(done, pl.DataFrame)

@@ -1,0 +1,110 @@
+"""The replay page by fingers, with less motion, on small screens, and for those who cannot see it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from axe_core_python.sync_playwright import Axe
+from support.recordings import INSPER, SSL, imported
+from test_replay_finds import browser, page, pages, replay, shown, store  # noqa: F401 (fixtures)
+
+from pipeline.events.derive import events
+from pipeline.goals import attribute as goals
+from pipeline.matches.table import row as matches_row
+from pipeline.settings import EventSettings, GoalSettings, SituationSettings, TrajectorySettings
+from pipeline.situations.recognise import recognise
+from pipeline.trajectories.derive import trajectories
+from pipeline.views.commentary import commentary
+from pipeline.views.replay import page as replay_page
+
+
+def whole(name: str, folder: Path) -> str:
+    """Address of the stand-alone page of a recording, with all that is made from it."""
+    log = imported(name)
+    pitch, (table, _) = log.info.pitch, trajectories(log, TrajectorySettings())
+    done = recognise(table, pitch, SituationSettings())
+    scored = goals(log.referee, table, done, pitch, GoalSettings())
+    held, passed, shot, _ = events(table, log.referee, pitch, EventSettings())
+    row = matches_row(log)
+    told = commentary(row, log.referee, scored, done, table, held, passed, shot, pitch).sentences()
+    path = folder / "replay.html"
+    path.write_text(replay_page(row, table, done, scored, log.referee, pitch, passes=passed, shots=shot, told=told))
+    return path.as_uri()
+
+
+@pytest.mark.slow
+def test_fingers(replay, browser):  # noqa: F811
+    """Two fingers zoom and move the time line; one that taps or drags seeks; buttons are 40 pixels."""
+    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    phone = context.new_page()
+    phone.goto(f"{replay}#t=5&paused")
+    at = shown(phone)
+    low = phone.locator("#controls button:visible").evaluate_all(
+        "all => Math.min(...all.map(each => Math.min(each.offsetHeight, each.offsetWidth)))")
+    assert low >= 40
+    box = phone.locator("#timeline").bounding_box()
+    y, send = box["y"] + 60, context.new_cdp_session(phone)
+
+    def touch(kind: str, *xs: float) -> None:
+        send.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [
+            {"x": box["x"] + x, "y": y, "id": n} for n, x in enumerate(xs)]})
+
+    before = phone.locator("#timeline").evaluate("canvas => canvas.toDataURL()")
+    touch("touchStart", 200.0)
+    touch("touchStart", 200.0, 260.0)
+    for grown in (10.0, 20.0, 40.0):
+        touch("touchMove", 200.0 - grown, 260.0 + grown)
+    touch("touchEnd")
+    assert shown(phone) == at, "zooming does not seek"
+    assert phone.locator("#timeline").evaluate("canvas => canvas.toDataURL()") != before
+    phone.touchscreen.tap(box["x"] + 300, y)
+    assert shown(phone) != at
+    assert phone.evaluate("document.documentElement.scrollWidth") <= 390
+    context.close()
+
+
+@pytest.mark.slow
+def test_motion(replay, browser):  # noqa: F811
+    """Who wants less motion has to begin it: the control plays by itself."""
+    for motion, playing in (("reduce", False), ("no-preference", True)):
+        context = browser.new_context(reduced_motion=motion)
+        opened = context.new_page()
+        opened.goto(f"{replay}#t=5")
+        first = shown(opened)
+        opened.wait_for_timeout(400)
+        assert (shown(opened) != first) == playing
+        context.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("name", ["scout", SSL, INSPER])
+def test_for_everybody(replay, page, tmp_path, name, scheme):  # noqa: F811
+    """Of each league axe finds nothing serious, all fits a small screen, and nothing is wider than a phone."""
+    page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+    page.goto((replay if name == "scout" else whole(name, tmp_path)) + "#t=20")
+    shown(page)
+    box = page.locator("#timeline").bounding_box()
+    assert box["y"] + box["height"] <= 768
+    if page.locator("#goals button").count():
+        goal = page.locator("#goals button").first.bounding_box()
+        assert goal["y"] + goal["height"] <= 768
+    page.locator("#panel summary").click()
+    found = [f"{each['id']}: {each['nodes'][0]['html'][:160]}" for each in Axe().run(page)["violations"]
+             if each["impact"] in ("serious", "critical")]
+    assert found == []
+    page.set_viewport_size({"width": 390, "height": 844})
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+@pytest.mark.slow
+def test_words_behind_the_pitch(replay, page):  # noqa: F811
+    """Where robots and ball are stands in words, too."""
+    page.goto(f"{replay}#t=5&paused")
+    shown(page)
+    places = page.locator("#now .unseen").all_text_contents()
+    assert len(places) == page.locator("#now .now").count() + 1
+    assert all(re.search(r"at x -?\d+\.\d\d m, y -?\d+\.\d\d m|not seen", each) for each in places)
+    assert any(each.startswith("ball, at") for each in places)
