@@ -45,6 +45,7 @@ from schemas import (
     Growth,
     Matches,
     Moments,
+    Neurons,
     Occasions,
     Paradigms,
     Passes,
@@ -186,7 +187,7 @@ def _behaviours(inputs: Inputs, settings: BehaviourSettings) -> Made:
 
     learned = learn(lambda: inputs.batches("sequences", Sequences), _counting(inputs["sides"]), settings)
     return Made(
-        [(learned.patterns, Patterns), (learned.grams, Grams)],
+        [(learned.patterns, Patterns), (learned.grams, Grams), (learned.neurons, Neurons)],
         blobs={f"maps-n{n}": ("npz", to_bytes(maps)) for n, maps in learned.maps.items()},
         details={"reports": learned.reports},
     )
@@ -220,7 +221,7 @@ STAGES = Chain(
           (Values, Worths), 3, _values),
     Stage("sequences", Per.MATCH, ("matches", "trajectories", "situations", "goals", "values"),
           (Sequences, Choices), 2, _sequences),
-    Stage("behaviours", Per.GROUP, ("sides", "sequences"), (Patterns, Grams), 5, _behaviours),
+    Stage("behaviours", Per.GROUP, ("sides", "sequences"), (Patterns, Grams, Neurons), 6, _behaviours),
     Stage("decisions", Per.GROUP, ("sides", "sequences", "behaviours"), (Decisions,), 3, _decisions),
     Stage("knowledge", Per.VERSION, ("sides", "behaviours", "decisions"), (Behaviours, Occasions), 2,
           knowledge.compute, knowledge.plan),

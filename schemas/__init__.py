@@ -19,6 +19,7 @@ from schemas.matches import Matches as Matches
 from schemas.matches import Quality as Quality
 from schemas.matches import Referee as Referee
 from schemas.matches import Sides as Sides
+from schemas.neurons import Neurons as Neurons
 from schemas.paradigms import Paradigms as Paradigms
 from schemas.paradigms import Verdicts as Verdicts
 from schemas.policies import Policies as Policies

@@ -19,6 +19,12 @@ def behaviour_id() -> dy.String:
     )
 
 
+def id_of() -> pl.Expr:
+    """Id of the behaviour of each row's columns ``role`` and ``codes``."""
+    digits = pl.col("codes").list.eval(pl.element().cast(pl.String).str.zfill(3)).list.join("-")
+    return pl.concat_str("role", digits, separator="-")
+
+
 def moves_randomly() -> pl.Expr:
     """Id of the behaviour "moves randomly" (the one code 194), for the role in each row's column ``role``."""
     return pl.format(f"{{}}-{MOVES_RANDOMLY:03d}", pl.col("role").cast(pl.String))

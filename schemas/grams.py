@@ -18,7 +18,8 @@ class Grams(Table):
     """
 
     NAME: ClassVar[str] = "grams"
-    VERSION: ClassVar[int] = 3
+    VERSION: ClassVar[int] = 4
+    SINCE: ClassVar[int] = 3
 
     team = dy.String(description="team or pool of teams that showed it")
     kind = dy.String(description="league that it was shown in: vsss, ssl or 2d")
@@ -38,3 +39,6 @@ class Grams(Table):
     placed = dy.Int64(min=0, description="instances whose robot's place at the start is known")
     x_sum = dy.Float64(description="sum of these places along the pitch, each robot's team attacks +x", metadata=unit("m"))
     y_sum = dy.Float64(description="sum of these places across the pitch", metadata=unit("m"))
+    neuron = dy.Int16(nullable=True, min=0, description=(
+        "best-matching unit in the team's map of its length (table neurons); null in files from before"
+    ))

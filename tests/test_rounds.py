@@ -66,8 +66,10 @@ def one_by_one(tables, sides):
             merged = merge([grams(table.clear(), round_.n), *(
                 grams(own, round_.n, cover(own, mine)) for own in of_match.values())])
             own = spelt(merged, round_.n).drop("who")
-            known.append(as_of(select(own, recognised, ANY, round_).patterns, team))
-            counted.append(as_of(own.filter(pl.col("count") >= 2), team).select(list(Grams.dtypes())))
+            chosen = select(own, recognised, ANY, round_)
+            known.append(as_of(chosen.patterns, team))
+            lies = own.with_columns(pl.Series("neuron", chosen.neuron, dtype=pl.Int16))
+            counted.append(as_of(lies.filter(pl.col("count") >= 2), team).select(list(Grams.dtypes())))
     return pl.concat(known), pl.concat(counted)
 
 

@@ -19,7 +19,7 @@ from pipeline.behaviours.som import SelfOrganisingMap
 from pipeline.league import League, Sides
 from pipeline.settings import BehaviourSettings
 from pipeline.teams import Team, as_of
-from schemas import Grams, Patterns
+from schemas import Grams, Neurons, Patterns
 
 #: Columns of schema Sequences that behaviours are learned from.
 _COLUMNS = ("match_id", "role", "code", "follows", "value", "change", "x", "y")
@@ -31,12 +31,14 @@ class Learned(NamedTuple):
     Attributes:
         patterns: rows of schema Patterns.
         grams: rows of schema Grams.
+        neurons: rows of schema Neurons.
         maps: the trained maps of each length, by team.
         reports: counts of each round and team, JSON-able.
     """
 
     patterns: pl.DataFrame
     grams: pl.DataFrame
+    neurons: pl.DataFrame
     maps: dict[int, dict[Team, SelfOrganisingMap]]
     reports: list[dict[str, Any]]
 
@@ -57,7 +59,7 @@ def learn(
     recognised = np.zeros(len(chunks.teams), dtype=np.int64)
     for chunk in chunks:
         recognised += np.bincount(chunk["who"].to_numpy(), minlength=len(recognised))
-    known, counted = [_owned(Patterns.empty(), 0)], [Grams.empty()]
+    known, counted, neurons = [_owned(Patterns.empty(), 0)], [Grams.empty()], [Neurons.empty()]
     maps: dict[int, dict[Team, SelfOrganisingMap]] = {}
     reports: list[dict[str, Any]] = []
     for round_ in settings.rounds:
@@ -67,12 +69,14 @@ def learn(
             own = merged.filter(pl.col("who") == who).drop("who")
             selection = select(own, int(recognised[who]), settings, round_)
             known.append(_owned(as_of(selection.patterns, team), who))
-            often = own.filter(pl.col("count") >= settings.support_at_least)
+            neurons.append(as_of(selection.neurons, team))
+            lies = own.with_columns(pl.Series("neuron", selection.neuron, dtype=pl.Int16))
+            often = lies.filter(pl.col("count") >= settings.support_at_least)
             counted.append(as_of(often, team).select(list(Grams.dtypes())))
             if selection.map is not None:
                 maps.setdefault(round_.n, {})[team] = selection.map
             reports.append(team._asdict() | selection.report._asdict())
-    return Learned(pl.concat(known).drop("who"), pl.concat(counted), maps, reports)
+    return Learned(pl.concat(known).drop("who"), pl.concat(counted), pl.concat(neurons), maps, reports)
 
 
 def _owned(patterns: pl.DataFrame, who: int) -> pl.DataFrame:

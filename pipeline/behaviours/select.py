@@ -7,10 +7,13 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
+from pipeline.arrays import I64
+from pipeline.behaviours.neurons import neurons
 from pipeline.behaviours.shrinkage import valued
 from pipeline.behaviours.som import SelfOrganisingMap, best_matching_units, train
 from pipeline.settings import BehaviourSettings, RoundSettings
-from schemas import Patterns
+from schemas import Neurons, Patterns
+from schemas.behaviours import id_of
 from schemas.situations import MOVES_RANDOMLY
 
 
@@ -45,11 +48,15 @@ class RoundResult(NamedTuple):
 
     Attributes:
         patterns: rows of schema Patterns, without team and kind.
+        neuron: best-matching unit of each gram in the map, int64 [grams].
+        neurons: rows of schema Neurons, without team and kind.
         map: the trained map; None if there were no grams.
         report: counts.
     """
 
     patterns: pl.DataFrame
+    neuron: I64
+    neurons: pl.DataFrame
     map: SelfOrganisingMap | None
     report: RoundReport
 
@@ -74,7 +81,8 @@ def select(
     threshold = round_.activation * whole
     if grams.is_empty():
         report = RoundReport(round_.n, 0, 0, threshold, (0,) * (round_.rows * round_.columns), 0, 0, 0, 0)
-        return RoundResult(Patterns.empty(), None, report)
+        return RoundResult(
+            Patterns.empty(), np.empty(0, dtype=np.int64), Neurons.empty(), None, report)
     codes = grams["codes"].list.to_array(round_.n).to_numpy()
     counts = grams["count"].to_numpy()
     som = train(
@@ -88,13 +96,12 @@ def select(
     estimated = valued(grams, shrink=settings.shrink)
     mean, placed = pl.col("mean"), pl.when(pl.col("placed") > 0).then("placed")
     purposeful = pl.col("codes").list.eval(pl.element() != MOVES_RANDOMLY).list.any()
-    digits = pl.col("codes").list.eval(pl.element().cast(pl.String).str.zfill(3)).list.join("-")
     on_kept = estimated.with_columns(pl.Series("neuron", neuron)).filter(pl.Series(kept[neuron]))
     patterns = on_kept.filter(
         pl.col(settings.select_by) > settings.value_over, pl.col("count") >= settings.support_at_least,
         settings.keep_random | purposeful,
     ).select(
-        pl.concat_str("role", digits, separator="-").alias("behaviour_id"),
+        id_of().alias("behaviour_id"),
         "role",
         "codes",
         "n",
@@ -117,4 +124,4 @@ def select(
         groups_kept=patterns.height,
         instances_kept=int(patterns["support"].sum()),
     )
-    return RoundResult(patterns, som, report)
+    return RoundResult(patterns, neuron, neurons(som, neuron, grams, kept), som, report)
