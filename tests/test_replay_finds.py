@@ -13,6 +13,7 @@ from playwright.sync_api import Page, expect
 from test_scout import HOSTILE, browser, page, pages, store  # noqa: F401 (fixtures)
 
 from flows.scouting import replays
+from flows.scouting.learned import Learned
 from flows.scouting.sources import newest, played, sequence
 from flows.scouting.teams import gallery
 from pipeline.pitch import PITCHES, Kind
@@ -127,7 +128,8 @@ def test_known_behaviours(store):  # noqa: F811
     found = json.loads(re.fullmatch(r"scoutKnown\((.*)\);\n", replays.known_behaviours(teams, known).decode())[1])
     assert [[kind, name] for kind, name, _ in found] == [[team.kind, team.name] for team in teams]
     for team, (_, _, ids) in zip(teams, found, strict=True):
-        shown_there = gallery(store, team, [it for it in played(store) if team in (it.home, it.away)], known)
+        own = [it for it in played(store) if team in (it.home, it.away)]
+        shown_there = gallery(store, team, own, known, Learned(store, known, own))
         assert ids == [card["id"] for card in shown_there["cards"]]
         assert ids
     assert replays.known_behaviours(teams, None) == b"scoutKnown([]);\n"

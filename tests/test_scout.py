@@ -30,7 +30,7 @@ from pipeline.store import Store
 from pipeline.trajectories.derive import trajectories
 from pipeline.views.replay import page as replay_page
 from pipeline.views.scout.facts import Tables, by_lead, over_matches
-from pipeline.views.scout.gallery import clips, neighbours, ranked
+from pipeline.views.scout.gallery import clips, ranked
 from pipeline.views.scout.pictures import Mark, heat, on_pitch
 from schemas import Goals, Situations
 
@@ -111,20 +111,6 @@ def test_few_clips(count):
     """Where there are few occurrences, each is shown once."""
     found = clips(occurrences(range(count)))["striker-044"]
     assert len({(each.match, each.start_s) for each in found}) == len(found) == min(count, 12)
-
-
-def test_neighbours():
-    """What the same robot did within a second before and after, with how often."""
-    second = 10**9
-    rows = [("a", "m-1", "home", 1, 0, second), ("b", "m-1", "home", 1, second, 2 * second),
-            ("a", "m-1", "home", 1, 9 * second, 10 * second), ("b", "m-1", "home", 1, 12 * second, 13 * second),
-            ("a", "m-1", "home", 2, 0, second), ("c", "m-1", "home", 2, second + second // 2, 3 * second),
-            ("b", "m-2", "home", 1, second, 2 * second)]
-    found = neighbours(pl.DataFrame(rows, orient="row", schema=[
-        "behaviour_id", "match_id", "team", "robot", "t_ns", "done_ns"]))
-    assert found["a"] == ([], [("b", 1, 3), ("c", 1, 3)])
-    assert found["b"] == ([("a", 1, 3)], [])
-    assert found["c"] == ([("a", 1, 1)], [])
 
 
 def test_by_evidence():

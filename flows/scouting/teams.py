@@ -8,20 +8,26 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from flows.scouting.learned import Learned
 from flows.scouting.matches import MEASURES
 from flows.scouting.sources import Known, Match, TeamName, events_of, sequence
 from pipeline.pitch import Pitch
 from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
 from pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matches, said
-from pipeline.views.scout.gallery import Followed, clips, neighbours, ranked
-from pipeline.views.scout.occurrences import occurrences
+from pipeline.views.scout.gallery import clips, paths, ranked
+from pipeline.views.scout.maps import lying, neuron_key
+from pipeline.views.scout.occurrences import occurrences, placed
 from pipeline.views.scout.pictures import Mark, heat, on_pitch
+from pipeline.views.scout.transitions import Followed, around, transitions
 from schemas import SIDES, Passes, Possession, Shots, Trajectories, note_on
 
 #: Behaviours shown of a team, and matches that clips are taken from: the newest.
 SHOWN, FROM = 60, 40
-_NAMES = {code: name for code, (name, _) in TABLE_1.items()}
+#: Occurrences whose beginning and end are drawn, evenly from all.
+DOTS = 60
+#: Names of the situations, by code.
+NAMES = {code: name for code, (name, _) in TABLE_1.items()}
 
 
 def sides_of(team: TeamName, match: Match) -> list[str]:
@@ -129,33 +135,64 @@ def formation(places: pl.DataFrame, pitch: Pitch) -> Any:
         for row in means.iter_rows(named=True)])
 
 
-def gallery(store: Store, team: TeamName, matches: Sequence[Match], known: Known) -> dict[str, Any] | None:
+def gallery(
+    store: Store, team: TeamName, matches: Sequence[Match], known: Known, learned: Learned
+) -> dict[str, Any] | None:
     """What the page of a team's behaviours says; None if it has none of its own."""
     own = ranked(known.of(team))
     if own.is_empty():
         return None
-    shown = own.head(SHOWN)
-    seen = pl.concat([
-        occurrences(sequence(store, match, side), shown)
-        for match in matches[-FROM:] for side in sides_of(team, match)])
-    by_behaviour, around, pitch = clips(seen), neighbours(seen), matches[-1].pitch
-    words = {name: said(_NAMES, codes) for name, codes in shown.select("behaviour_id", "codes").iter_rows()}
+    shown = lying(own.head(SHOWN), learned.grams(team))
+    pitch, newest = matches[-1].pitch, matches[-FROM:]
+    ids = shown["behaviour_id"].to_list()
+    seen = [_seen(store, match, team, own).filter(pl.col("behaviour_id").is_in(ids)) for match in newest]
+    ways = paths(pl.concat(rows for match, rows in zip(newest, seen, strict=True) if match.pitch == pitch))
+    by_behaviour, near = clips(pl.concat(seen)), around(transitions(learned.decisions(team)))
     return {
         "team": team, "version": known.manifest.version, "total": own.height,
+        "roles": shown["role"].cast(pl.String).unique().sort().to_list(),
         "cards": [{
-            "id": row["behaviour_id"], "words": words[row["behaviour_id"]], "role": row["role"],
-            **{name: row[name] for name in ("support", "new", "value", "low", "high")},
-            "before": _told(around.get(row["behaviour_id"], ([], []))[0], words),
-            "after": _told(around.get(row["behaviour_id"], ([], []))[1], words),
+            "id": row["behaviour_id"], "words": said(NAMES, row["codes"]), "role": row["role"],
+            **{name: row[name] for name in ("support", "new", "value", "low", "high", "neuron")},
+            "on": None if row["neuron"] is None else neuron_key(row["n"], row["neuron"]),
+            "before": _told(near.get(row["behaviour_id"], ([], []))[0], ids),
+            "after": _told(near.get(row["behaviour_id"], ([], []))[1], ids),
             "clips": by_behaviour.get(row["behaviour_id"], []),
-            "picture": on_pitch(pitch, "where it begins", marks=[
-                Mark(row["x"], row["y"], "mark home hit", "mean place at which it begins")]
-                if row["x"] is not None and np.isfinite(row["x"]) else []),
+            **_way(pitch, row, ways.get(row["behaviour_id"])),
         } for row in shown.iter_rows(named=True)],
     }
 
 
-def _told(neighbours: Sequence[Followed], words: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Behaviours before or after another, in words."""
-    return [{"id": each.behaviour, "words": words[each.behaviour], "times": each.times, "of": each.of}
-            for each in neighbours]
+def _seen(store: Store, match: Match, team: TeamName, own: pl.DataFrame) -> pl.DataFrame:
+    """The occurrences of all of a team's behaviours in a match, with their places."""
+    found = pl.concat([occurrences(sequence(store, match, side), own) for side in sides_of(team, match)])
+    return placed(found, store.read_table(match.made["trajectories"], "trajectories", Trajectories))
+
+
+def _way(pitch: Pitch, row: Mapping[str, Any], way: pl.DataFrame | None) -> dict[str, Any]:
+    """Where a behaviour begins and ends, as a picture and in words."""
+    if way is None:
+        begins = row["x"] is not None and np.isfinite(row["x"])
+        return {"way": None, "picture": on_pitch(pitch, "where it begins", marks=[
+            Mark(row["x"], row["y"], "mark home hit", "mean place at which it begins")] if begins else [])}
+    x, y, to_x, to_y = (float(way[name].mean()) for name in ("x", "y", "to_x", "to_y"))  # type: ignore[arg-type]
+    drawn = way.gather_every(max(1, -(-way.height // DOTS)))
+    dots = [Mark(place[0], place[1], f"mark {style}", says, size=1.2)
+            for names, style, says in ((("x", "y"), "begun", "begins"), (("to_x", "to_y"), "ended", "ends"))
+            for place in drawn.select(names).iter_rows()]
+    says = f"on average from ({x:.2f}, {y:.2f}) m to ({to_x:.2f}, {to_y:.2f}) m"
+    return {"way": {"says": says, "n": way.height}, "picture": on_pitch(
+        pitch, f"where it begins and ends: {says}", marks=[
+            *dots, Mark(x, y, "mark home mean", says, to=(to_x, to_y), size=4.5),
+            Mark(x, y, "mark home hit", "mean place at which it begins", size=1.8)])}
+
+
+def _told(neighbours: Sequence[Followed], shown: Sequence[str]) -> list[dict[str, Any]]:
+    """Behaviours before or after another, in words; those that have a card are marked."""
+    return [{"id": each.behaviour, "words": words(each.behaviour), "role": each.behaviour.split("-")[0],
+             "times": each.times, "of": each.of, "shown": each.behaviour in shown} for each in neighbours]
+
+
+def words(behaviour_id: str) -> str:
+    """A behaviour in words, by its id: role and codes."""
+    return said(NAMES, [int(code) for code in behaviour_id.split("-")[1:]])

@@ -13,9 +13,10 @@ import polars as pl
 from markupsafe import Markup
 
 from flows.progress import RunReport, StageReport
-from flows.scouting import compare, opponent, replays
+from flows.scouting import compare, maps, opponent, replays
 from flows.scouting import matches as match_pages
 from flows.scouting import teams as team_pages
+from flows.scouting.learned import Learned
 from flows.scouting.sources import Known, Match, TeamName, chosen, newest, played, readable
 from pipeline.errors import BadSettings, NotFound, PitchloreError
 from pipeline.situations.rulebook import rule_table
@@ -119,17 +120,21 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
     folder = _Folder(store, out or store.root / _folder(names))
     known, teams, code = newest(store), match_pages.menu(league), f"{RELEASE}+{_made_by()}"
     version = None if known is None else known.manifest.version
+    behind = Learned(store, known, league)
     around: dict[str, Any] = {"menu": teams, "made": code}
     learned = around | {"made": f"{code}; knowledge {'none' if version is None else f'version {version}'}"}
     lines = {match.name: _match(store, match, folder, around) for match in league}
     for team in teams:
         own = [match for match in league if team in (match.home, match.away)]
         learned_from = [match.key(match.made["sequences"].digests()) for match in own]
-        key = digest(canonical([code, teams, learned_from, version, known and known.manifest.key]))
+        key = digest(canonical([code, teams, learned_from, version, known and known.manifest.key,
+                                behind.key]))
         folder.put(f"teams/{team.slug}.html", key, partial(
             _page, "team", learned, partial(team_pages.facts, store, team, own, lines)))
-        shown = cache(partial(_gallery, store, team, own, known))
+        shown = cache(partial(_gallery, store, team, own, known, behind))
         folder.put(f"behaviours/{team.slug}.html", key, partial(_page, "behaviours", learned, shown))
+        folder.put(f"maps/{team.slug}.html", key, partial(
+            _page, "map", learned, partial(maps.facts, team, known, behind)))
         folder.put(f"against/{team.slug}.html", key, partial(
             _page, "opponent", learned, partial(_opponent, store, team, own, shown)))
     everything = digest(canonical([code, teams, every, [match.key() for match in league]]))
@@ -204,9 +209,11 @@ def _page(name: str, around: dict[str, Any], facts: Callable[[], dict[str, Any]]
     return page(name, up="../", **around, **facts())
 
 
-def _gallery(store: Store, team: TeamName, own: list[Match], known: Known | None) -> dict[str, Any]:
-    found = None if known is None else team_pages.gallery(store, team, own, known)
-    return found or {"team": team, "version": "none", "total": 0, "cards": []}
+def _gallery(
+    store: Store, team: TeamName, own: list[Match], known: Known | None, behind: Learned
+) -> dict[str, Any]:
+    found = None if known is None else team_pages.gallery(store, team, own, known, behind)
+    return found or {"team": team, "version": "none", "total": 0, "roles": [], "cards": []}
 
 
 def _opponent(

@@ -15,8 +15,6 @@ NOBODY = -1
 EACH = 4
 #: Seconds shown before and after an occurrence.
 LEAD_S, TAIL_S = 1.0, 1.5
-#: Seconds within which a behaviour follows another.
-NEXT_S = 1.0
 
 
 class Clip(NamedTuple):
@@ -77,46 +75,14 @@ def clips(occurrences: pl.DataFrame) -> dict[str, list[Clip]]:
         for (name,), rows in ordered.group_by("behaviour_id", maintain_order=True)}
 
 
-class Followed(NamedTuple):
-    """What often follows a behaviour, or comes before it.
-
-    Attributes:
-        behaviour: its id.
-        times: how often.
-        of: of how many occurrences.
-    """
-
-    behaviour: str
-    times: int
-    of: int
-
-
-def neighbours(occurrences: pl.DataFrame) -> dict[str, tuple[list[Followed], list[Followed]]]:
-    """What the same robot did just before and just after each behaviour.
-
-    The next one begins within :data:`NEXT_S` of the end; the one before ended within it.
+def paths(seen: pl.DataFrame) -> dict[str, pl.DataFrame]:
+    """Where the occurrences of each behaviour began and ended: all whose places are known, in order of time.
 
     Args:
-        occurrences: as for :func:`clips`; ``change`` is not needed.
-
-    Returns:
-        By behaviour: up to two that came before most often, and up to two that followed.
+        seen: columns behaviour_id, match_id, t_ns, x, y, to_x and to_y.
     """
-    robot = ["match_id", "team", "robot"]
-    rows = occurrences.sort(*robot, "t_ns", "behaviour_id")
-    gap = round(NEXT_S * 1e9)
-    begins = rows.select(*robot, "t_ns", then="behaviour_id").sort("t_ns", "then")
-    pairs = rows.sort("done_ns").join_asof(
-        begins, left_on="done_ns", right_on="t_ns", by=robot, strategy="forward", tolerance=gap,
-        check_sortedness=False).drop_nulls("then")
-    totals = dict(rows.group_by("behaviour_id").len().iter_rows())
-    counts = pairs.group_by("behaviour_id", "then").len()
-    found: dict[str, tuple[list[Followed], list[Followed]]] = {name: ([], []) for name in totals}
-    for place, own, other in ((0, "then", "behaviour_id"), (1, "behaviour_id", "then")):
-        top = counts.sort("len", other, descending=[True, False]).group_by(own, maintain_order=True).head(2)
-        for name, neighbour, count in top.select(own, other, "len").iter_rows():
-            found[name][place].append(Followed(neighbour, count, totals[name]))
-    return found
+    known = seen.drop_nulls(["x", "y", "to_x", "to_y"]).sort("match_id", "t_ns", "robot")
+    return {str(name): rows for (name,), rows in known.group_by("behaviour_id", maintain_order=True)}
 
 
 def _parts(rows: pl.DataFrame) -> list[tuple[str, pl.DataFrame]]:

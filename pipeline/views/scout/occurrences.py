@@ -6,6 +6,7 @@ import numpy as np
 import polars as pl
 
 from pipeline.windows import instances
+from schemas import SIDES
 
 
 def occurrences(sequence: pl.DataFrame, behaviours: pl.DataFrame) -> pl.DataFrame:
@@ -28,3 +29,30 @@ def occurrences(sequence: pl.DataFrame, behaviours: pl.DataFrame) -> pl.DataFram
             behaviours["behaviour_id"][each.pattern], done_ns=sequence["end_ns"][last],
             change=pl.Series(total[last + 1] - total[each.first])))
     return pl.concat(found)
+
+
+def placed(found: pl.DataFrame, trajectories: pl.DataFrame) -> pl.DataFrame:
+    """Where occurrences began and ended.
+
+    Args:
+        found: from :func:`occurrences`, of one match.
+        trajectories: rows of schema Trajectories of the match.
+
+    Returns:
+        The occurrences with columns x and y (m; the robot's place at its last sample at or before t_ns) and
+        to_x and to_y (the same before done_ns), each robot's team attacks +x; null where there is no such
+        sample, or no place in it.
+    """
+    turn = pl.when(pl.col("team") == SIDES[0]).then(1).otherwise(-1)
+    at = trajectories.filter(pl.col("team") != "ball").select(
+        pl.col("team").cast(pl.String), "robot", "t_ns",
+        *((turn * pl.col(name).cast(pl.Float64).fill_nan(None)).alias(name) for name in ("x", "y")),
+    ).sort("t_ns")
+    ends = at.rename({"t_ns": "sample_ns", "x": "to_x", "y": "to_y"})
+    return (
+        found.sort("t_ns")
+        .join_asof(at, on="t_ns", by=("team", "robot"), strategy="backward", check_sortedness=False)
+        .with_columns(last_ns=pl.col("done_ns") - 1).sort("last_ns")
+        .join_asof(ends, left_on="last_ns", right_on="sample_ns", by=("team", "robot"), strategy="backward",
+                   check_sortedness=False)
+        .drop("last_ns", "sample_ns"))

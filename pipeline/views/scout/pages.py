@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from pipeline.views.replay import asset
 
 #: Files that stand beside the pages.
-STYLE, SCRIPT, COMPARE = "scout.css", "scout.js", "compare.js"
+STYLE, SCRIPT, COMPARE, MAP = "scout.css", "scout.js", "compare.js", "map.js"
 
 
 @cache
@@ -33,7 +33,9 @@ def files() -> dict[str, bytes]:
     own = resources.files(__name__.rpartition(".")[0]).joinpath("templates")
     pages = own.joinpath(SCRIPT).read_text(encoding="utf-8")
     script = "\n".join(['"use strict";', asset("match.js"), asset("draw.js"), pages])
-    return {SCRIPT: script.encode(), **{name: own.joinpath(name).read_bytes() for name in (STYLE, COMPARE)}}
+    style = "\n".join(own.joinpath(name).read_text(encoding="utf-8") for name in (STYLE, "map.css"))
+    return {STYLE: style.encode(), SCRIPT: script.encode(),
+            **{name: own.joinpath(name).read_bytes() for name in (COMPARE, MAP)}}
 
 
 def _percent(share: float | None) -> str:

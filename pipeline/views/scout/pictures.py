@@ -24,6 +24,7 @@ class Mark(NamedTuple):
         says: what it says when it is pointed at.
         to: end of an arrow that begins there, None for a dot.
         link: address that it leads to.
+        size: radius of a dot, or length of an arrow's head (0: a dot at its end), hundredths of the pitch.
     """
 
     x: float
@@ -32,6 +33,7 @@ class Mark(NamedTuple):
     says: str
     to: tuple[float, float] | None = None
     link: str | None = None
+    size: float = 0.0
 
 
 def heat(x: F64, y: F64, pitch: Pitch) -> F64:
@@ -90,7 +92,9 @@ def _mark(mark: Mark, unit: float) -> Markup:
     """A mark; y points up in metres and down in SVG."""
     if mark.to is None:
         shape = Markup('<circle class="{}" cx="{:.4g}" cy="{:.4g}" r="{:.4g}">{}</circle>')
-        drawn = shape.format(mark.style, mark.x, -mark.y, 1.1 * unit, _title(mark))
+        drawn = shape.format(mark.style, mark.x, -mark.y, (mark.size or 1.1) * unit, _title(mark))
+    elif mark.size:
+        drawn = _headed(mark, unit)
     else:
         shape = Markup('<path class="{} way" d="M{:.4g} {:.4g}L{:.4g} {:.4g}">{}</path>'
                        '<circle class="{}" cx="{:.4g}" cy="{:.4g}" r="{:.4g}"/>')
@@ -99,6 +103,21 @@ def _mark(mark: Mark, unit: float) -> Markup:
     if mark.link is None:
         return drawn
     return Markup('<a href="{}" aria-label="{}">{}</a>').format(mark.link, mark.says, drawn)
+
+
+def _headed(mark: Mark, unit: float) -> Markup:
+    """An arrow with a head, which is left out if the arrow is shorter than it."""
+    assert mark.to is not None
+    start, end = np.array([mark.x, -mark.y]), np.array([mark.to[0], -mark.to[1]])
+    length, head = float(np.hypot(*(end - start))), mark.size * unit
+    if length <= head:
+        return Markup("")
+    along = (end - start) / length
+    neck, side = end - head * along, 0.45 * head * np.array([-along[1], along[0]])
+    return Markup(
+        '<path class="{} way" d="M{:.4g} {:.4g}L{:.4g} {:.4g}">{}</path>'
+        '<path class="{} head" d="M{:.4g} {:.4g}L{:.4g} {:.4g} {:.4g} {:.4g}Z"/>').format(
+            mark.style, *start, *neck, _title(mark), mark.style, *end, *(neck + side), *(neck - side))
 
 
 def _title(mark: Mark) -> Markup:

@@ -99,7 +99,7 @@ function sortable(table) {
 
 /** Show only the rows or cards that have all the words, and at least the numbers asked for. */
 function filters() {
-  const words = document.querySelector("[data-filter]"), least = document.querySelector("[data-least]");
+  const words = document.querySelector("[data-filter]"), least = document.querySelector("[data-least]"), is = document.querySelector("[data-is]");
   if (!words) return;
   const holder = document.getElementById(words.dataset.filter);
   const items = [...(holder.tBodies ? holder.tBodies[0].rows : holder.children)];
@@ -108,11 +108,13 @@ function filters() {
     const asked = words.value.toLowerCase().split(/\s+/).filter(Boolean);
     items.forEach((item, i) => {
       const enough = !least || Number(item.dataset[least.dataset.least]) >= Number(least.value || 0);
-      item.hidden = !(enough && asked.every((word) => texts[i].includes(word)));
+      const right = !is?.value || item.dataset[is.dataset.is] === is.value;
+      item.hidden = !(enough && right && asked.every((word) => texts[i].includes(word)));
     });
   };
   words.addEventListener("input", show);
   least?.addEventListener("input", show);
+  is?.addEventListener("input", show);
 }
 
 /** Put cards into the order of one of their numbers, the greatest first; equal ones stay by evidence. */
