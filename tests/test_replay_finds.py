@@ -124,15 +124,16 @@ def test_events_are_the_tables(store, replay, page, schema):  # noqa: F811
 def test_known_behaviours(store):  # noqa: F811
     """Each team's behaviours are those of its gallery, in its order; without knowledge there are none."""
     known = newest(store)
+    learned = Learned(store, known, list(played(store)))
     teams = [team for match in played(store) for team in (match.home, match.away)]
-    found = json.loads(re.fullmatch(r"scoutKnown\((.*)\);\n", replays.known_behaviours(teams, known).decode())[1])
+    found = json.loads(re.fullmatch(r"scoutKnown\((.*)\);\n", replays.known_behaviours(teams, known, learned).decode())[1])
     assert [[kind, name] for kind, name, _ in found] == [[team.kind, team.name] for team in teams]
     for team, (_, _, ids) in zip(teams, found, strict=True):
         own = [it for it in played(store) if team in (it.home, it.away)]
-        shown_there = gallery(store, team, own, known, Learned(store, known, own))
+        shown_there = gallery(store, team, own, known, learned)
         assert ids == [card["id"] for card in shown_there["cards"]]
         assert ids
-    assert replays.known_behaviours(teams, None) == b"scoutKnown([]);\n"
+    assert replays.known_behaviours(teams, None, learned) == b"scoutKnown([]);\n"
 
 
 @pytest.mark.parametrize(("home", "away", "kind", "worn"), [

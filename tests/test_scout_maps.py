@@ -162,7 +162,8 @@ def test_as_many_as_the_support(store, pages, learned):
     """The occurrences that a card draws are those that the knowledge counted, even if not all behaviours are shown."""
     for shown in (60, 2, 1):
         with pytest.MonkeyPatch.context() as patched:
-            patched.setattr("flows.scouting.teams.SHOWN", shown)
+            patched.setattr("pipeline.views.scout.gallery.SHOWN", shown)
+            patched.setattr("pipeline.views.scout.gallery.SHOWN_OF_ORDER", 1)
             patched.setattr("flows.scouting.teams.ranked", lambda own: own.sort("n", "support", descending=[False, True]))
             for team in with_behaviours(store):
                 own = [match for match in played(store) if team in (match.home, match.away)]

@@ -11,6 +11,7 @@ from flows.knowledge import learned_from, lineage
 from flows.scouting.sources import Known, Match, TeamName
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt, canonical, digest
+from pipeline.views.scout.typical import typical
 from schemas import SIDES, Decisions, Grams, Neurons
 
 
@@ -59,6 +60,12 @@ class Learned:
     def grams(self, team: TeamName) -> pl.DataFrame:
         """Rows of schema Grams of a team alone; none without maps."""
         return self._grams.filter(team=team.name, kind=team.kind)
+
+    def typical(self, team: TeamName) -> pl.DataFrame:
+        """How many times as often a team shows its grams as others of its league, by role and codes."""
+        league = self._grams.filter(kind=team.kind)
+        least = 1 if self._behaviours is None else int(self._behaviours.settings["support_at_least"])
+        return typical(league.filter(team=team.name), league.filter(pl.col("team") != team.name), least)
 
     def decisions(self, team: TeamName) -> pl.DataFrame:
         """Rows of schema Decisions of a team, in order."""

@@ -6,7 +6,7 @@ from typing import Any
 
 from flows.scouting.learned import Learned
 from flows.scouting.sources import Known, TeamName
-from flows.scouting.teams import NAMES, SHOWN, words
+from flows.scouting.teams import NAMES, on_page, words
 from pipeline.views.scout.gallery import ranked
 from pipeline.views.scout.maps import lying, maps
 from pipeline.views.scout.ring import Edge, Node, ring
@@ -21,7 +21,7 @@ _LEAST, _TOLD = 0.04, 6
 def facts(team: TeamName, known: Known | None, learned: Learned) -> dict[str, Any]:
     """What the page of a team's maps says."""
     own = ranked(known.of(team)) if known is not None else None
-    shown = own.head(SHOWN)["behaviour_id"].to_list() if own is not None else []
+    shown = on_page(team, known, learned)["behaviour_id"].to_list() if known is not None else []
     grams, decisions = learned.grams(team), learned.decisions(team)
     on = lying(own, grams) if own is not None else None
     return {

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
+from flows.scouting.learned import Learned
 from flows.scouting.matches import told_of
 from flows.scouting.sources import Known, Match, TeamName
-from flows.scouting.teams import SHOWN
+from flows.scouting.teams import on_page
 from pipeline.views.replay import payload, script
 from pipeline.views.scout.facts import Tables
-from pipeline.views.scout.gallery import ranked
 
 #: Samples a second in clips and replays.
 _HZ = 15.0
@@ -30,17 +30,17 @@ def data(match: Match, tables: Tables) -> bytes:
     return f"scoutMatch({json.dumps(match.name)}, {json.dumps(packed)});\n".encode()
 
 
-def files(teams: Sequence[TeamName], known: Known | None) -> dict[str, bytes]:
+def files(teams: Sequence[TeamName], known: Known | None, learned: Learned) -> dict[str, bytes]:
     """The files that all replays load: their code, and the teams' behaviours."""
-    return {"replay.js": script().encode(), "known.js": known_behaviours(teams, known)}
+    return {"replay.js": script().encode(), "known.js": known_behaviours(teams, known, learned)}
 
 
-def known_behaviours(teams: Sequence[TeamName], known: Known | None) -> bytes:
+def known_behaviours(teams: Sequence[TeamName], known: Known | None, learned: Learned) -> bytes:
     """The script with the behaviours of each team that its gallery shows: league, team, and their ids.
 
     It is one file for all replays, so that a new version of the knowledge leaves the replays as they are.
     """
     found = [] if known is None else [
-        (team.kind, team.name, ranked(known.of(team))["behaviour_id"].head(SHOWN).to_list())
+        (team.kind, team.name, on_page(team, known, learned)["behaviour_id"].to_list())
         for team in teams]
     return f"scoutKnown({json.dumps(found)});\n".encode()

@@ -15,15 +15,15 @@ from pipeline.pitch import Pitch
 from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
 from pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matches, said
-from pipeline.views.scout.gallery import clips, paths, ranked
+from pipeline.views.scout.gallery import clips, leading, paths, ranked
 from pipeline.views.scout.maps import lying, neuron_key
 from pipeline.views.scout.occurrences import occurrences, placed
 from pipeline.views.scout.pictures import Mark, heat, on_pitch
 from pipeline.views.scout.transitions import Followed, around, transitions
 from schemas import SIDES, Passes, Possession, Shots, Trajectories, note_on
 
-#: Behaviours shown of a team, and matches that clips are taken from: the newest.
-SHOWN, FROM = 60, 40
+#: Matches that clips are taken from: the newest.
+FROM = 40
 #: Occurrences whose beginning and end are drawn, evenly from all.
 DOTS = 60
 #: Names of the situations, by code.
@@ -139,10 +139,10 @@ def gallery(
     store: Store, team: TeamName, matches: Sequence[Match], known: Known, learned: Learned
 ) -> dict[str, Any] | None:
     """What the page of a team's behaviours says; None if it has none of its own."""
-    own = ranked(known.of(team))
+    own = known.of(team)
     if own.is_empty():
         return None
-    shown = lying(own.head(SHOWN), learned.grams(team))
+    shown = lying(on_page(team, known, learned), learned.grams(team))
     pitch, newest = matches[-1].pitch, matches[-FROM:]
     ids = shown["behaviour_id"].to_list()
     seen = [_seen(store, match, team, own).filter(pl.col("behaviour_id").is_in(ids)) for match in newest]
@@ -153,7 +153,8 @@ def gallery(
         "roles": shown["role"].cast(pl.String).unique().sort().to_list(),
         "cards": [{
             "id": row["behaviour_id"], "words": said(NAMES, row["codes"]), "role": row["role"],
-            **{name: row[name] for name in ("support", "new", "value", "low", "high", "neuron")},
+            **{name: row[name] for name in (
+                "support", "new", "value", "low", "high", "neuron", "times", "at_least")},
             "on": None if row["neuron"] is None else neuron_key(row["n"], row["neuron"]),
             "before": _told(near.get(row["behaviour_id"], ([], []))[0], ids),
             "after": _told(near.get(row["behaviour_id"], ([], []))[1], ids),
@@ -161,6 +162,12 @@ def gallery(
             **_way(pitch, row, ways.get(row["behaviour_id"])),
         } for row in shown.iter_rows(named=True)],
     }
+
+
+def on_page(team: TeamName, known: Known, learned: Learned) -> pl.DataFrame:
+    """The behaviours of a team that have cards, by evidence, with how typical of it they are."""
+    own = ranked(known.of(team))
+    return leading(own.join(learned.typical(team), on=["role", "codes"], how="left", maintain_order="left"))
 
 
 def _seen(store: Store, match: Match, team: TeamName, own: pl.DataFrame) -> pl.DataFrame:

@@ -149,7 +149,7 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
     for manifest in versions:
         folder.put(f"compare/v{manifest.version}.js", digest(canonical([code, manifest.key])), partial(
             compare.knowledge, store, manifest))
-    for name, content in (files() | replays.files(teams, known)).items():
+    for name, content in (files() | replays.files(teams, known, behind)).items():
         folder.put(name, digest(content), lambda content=content: content)  # type: ignore[misc]
     folder.close()
     size = sum(path.stat().st_size for path in folder.path.rglob("*") if path.is_file())

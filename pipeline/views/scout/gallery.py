@@ -13,6 +13,8 @@ from pipeline.estimates import BY_EVIDENCE
 NOBODY = -1
 #: Clips shown of a behaviour: the best, the worst, and the typical ones, four each.
 EACH = 4
+#: Behaviours shown: the first by evidence, and the first in each other order.
+SHOWN, SHOWN_OF_ORDER = 50, 10
 #: Seconds shown before and after an occurrence.
 LEAD_S, TAIL_S = 1.0, 1.5
 
@@ -52,6 +54,18 @@ class Clip(NamedTuple):
 def ranked(behaviours: pl.DataFrame) -> pl.DataFrame:
     """Behaviours by evidence: the lower end of the value's interval, never the value alone."""
     return behaviours.sort(*BY_EVIDENCE, descending=True)
+
+
+def leading(ranked: pl.DataFrame) -> pl.DataFrame:
+    """The behaviours that a page shows: the first by evidence, and the first in each other order.
+
+    Args:
+        ranked: behaviours by evidence, with columns support, value, new and at_least.
+    """
+    orders = (pl.col("support"), pl.col("value"), pl.col("new"), pl.col("at_least"))
+    first = [pl.int_range(pl.len()) < SHOWN, *(
+        order.rank("ordinal", descending=True) <= SHOWN_OF_ORDER for order in orders)]
+    return ranked.filter(pl.any_horizontal(first))
 
 
 def clips(occurrences: pl.DataFrame) -> dict[str, list[Clip]]:

@@ -1,0 +1,66 @@
+"""What is typical of a team, and which behaviours its page shows."""
+
+from __future__ import annotations
+
+import math
+
+import polars as pl
+import pytest
+
+from pipeline.views.scout.gallery import SHOWN, SHOWN_OF_ORDER, leading
+from pipeline.views.scout.typical import typical
+
+
+def grams(*rows: tuple[str, tuple[int, ...], int]) -> pl.DataFrame:
+    return pl.DataFrame(
+        [{"team": team, "role": "striker", "n": len(codes), "codes": list(codes), "count": count}
+         for team, codes, count in rows],
+        schema={"team": pl.String, "role": pl.String, "n": pl.Int8, "codes": pl.List(pl.Int16), "count": pl.Int64})
+
+
+def found(table: pl.DataFrame) -> dict[tuple[int, ...], tuple[float, float]]:
+    return {tuple(codes): (times, low) for codes, times, low in table.select("codes", "times", "at_least").iter_rows()}
+
+
+def test_times_as_often():
+    """A gram of 30 in 100 is three times as often as one of 20 in 200; the interval is that of two counts."""
+    own = grams(("a", (44, 21), 30), ("a", (44, 1), 70))
+    others = grams(("b", (44, 21), 20), ("b", (44, 1), 180))
+    times, low = found(typical(own, others, 3))[44, 21]
+    assert times == pytest.approx(3)
+    assert low == pytest.approx(3 * math.exp(-1.96 * math.sqrt(1 / 30 + 1 / 20)), rel=1e-4)
+
+
+def test_unlisted_elsewhere():
+    """A gram that other teams do not list counts as often as it may have been there, two a team at most."""
+    own = grams(("a", (44, 21), 30), ("a", (44, 1), 70))
+    others = grams(("b", (44, 1), 100), ("c", (44, 1), 100))
+    assert found(typical(own, others, 3))[44, 21][0] == pytest.approx(0.3 * 200 / 4)
+    assert found(typical(own, others, 1))[44, 21][0] == pytest.approx(0.3 * 200), "at least one, so that it is finite"
+
+
+def test_lengths_and_roles_are_apart():
+    """Shares are those of one role and length: another's counts change nothing."""
+    own, others = grams(("a", (44, 21), 30), ("a", (44, 1), 70)), grams(("b", (44, 21), 20), ("b", (44, 1), 180))
+    more = pl.concat([own, grams(("a", (44,), 1_000)), own.with_columns(role=pl.lit("midfield"), count=pl.col("count") * 9)])
+    assert typical(more, others, 3).filter(role="striker").filter(pl.col("codes").list.len() == 2).equals(typical(own, others, 3))
+
+
+def test_alone_in_the_league():
+    """Without other teams nothing is said."""
+    own = grams(("a", (44, 21), 30))
+    assert typical(own, own.clear(), 3).is_empty()
+
+
+def test_the_first_of_each_order():
+    """The page has the first by evidence, and the first by support, by value, of what is new, and of what is typical."""
+    size = 200
+    table = pl.DataFrame({
+        "behaviour_id": [f"b{i}" for i in range(size)], "support": range(size), "value": [abs(i - 100) for i in range(size)],
+        "new": [i in (120, 150) for i in range(size)], "at_least": [float(i == 70) or None for i in range(size)]})
+    shown = leading(table)["behaviour_id"].to_list()
+    assert shown[:SHOWN] == [f"b{i}" for i in range(SHOWN)], "by evidence, the order it has"
+    assert {f"b{i}" for i in range(size - SHOWN_OF_ORDER, size)} <= set(shown), "by support"
+    assert {"b120", "b150", "b70"} <= set(shown)
+    assert len(shown) <= SHOWN + 4 * SHOWN_OF_ORDER
+    assert leading(table.head(3)).equals(table.head(3))
