@@ -15,8 +15,10 @@ import polars as pl
 from flows import knowledge, models, policies
 from flows.chain import Chain
 from flows.stage import Inputs, Per, Stage
+from pipeline.pitch import Pitch
 from pipeline.settings import (
     BehaviourSettings,
+    ChanceSettings,
     EventSettings,
     GoalSettings,
     GramSettings,
@@ -34,6 +36,7 @@ from pipeline.toml import Frozen
 from schemas import (
     SIDES,
     Behaviours,
+    Chances,
     Choices,
     Claims,
     Commands,
@@ -130,19 +133,41 @@ def _moments(inputs: Inputs, settings: MomentSettings) -> Made:
 
 
 def _models(inputs: Inputs, settings: ModelSettings) -> Made:
+    from pipeline.values import chances, shooting  # noqa: PLC0415 (see above)
     from pipeline.values.fitting import fit  # noqa: PLC0415 (see above)
     from pipeline.values.models import shipped, to_bytes  # noqa: PLC0415 (see above)
 
     leagues: dict[str, dict[str, pl.DataFrame]] = {}
-    for match, table in zip(inputs["matches"], inputs.tables("moments", Moments), strict=True):
-        leagues.setdefault(models.kind_of(match), {})[match.name] = table
-    blobs, reports = {}, {}
+    shots: dict[str, dict[str, tuple[pl.DataFrame, Pitch]]] = {}
+    tables_of = (inputs.tables("moments", Moments), inputs.tables("events", Shots))
+    for match, table, of_match in zip(inputs["matches"], *tables_of, strict=True):
+        kind = models.kind_of(match)
+        leagues.setdefault(kind, {})[match.name] = table
+        shots.setdefault(kind, {})[match.name] = of_match, Pitch.model_validate(match.details["pitch"])
+    blobs, reports, of_shots = {}, {}, {}
     for kind, tables in sorted(leagues.items()):
         found, reports[kind] = fit(pl.concat(tables.values()), settings, shipped())
         if found is not None:
             blobs[kind] = ("npz", to_bytes(found))
+        by_shots, of_shots[kind] = shooting.fit(shots[kind], settings.penalty)
+        blobs[_shots_of(kind)] = ("npz", chances.to_bytes(by_shots))
     matches = {kind: list(tables) for kind, tables in leagues.items()}
-    return Made([], blobs=blobs, details={"report": reports, "matches": matches})
+    return Made([], blobs=blobs, details={"report": reports, "shots": of_shots, "matches": matches})
+
+
+def _shots_of(kind: str) -> str:
+    """The role of the models of a league's shots."""
+    return f"shots-{kind}"
+
+
+def _chances(inputs: Inputs, settings: ChanceSettings) -> Made:
+    from pipeline.values.chances import chances, from_bytes  # noqa: PLC0415 (see above)
+
+    fitted = inputs.blob("models", _shots_of(inputs.pitch.kind))
+    (match,) = inputs["matches"]
+    table = chances(match.name, inputs.table("events", Shots), inputs.pitch,
+                    from_bytes(fitted) if fitted else None, settings)
+    return Made([(table, Chances)], details={"goals_at_least": settings.goals_at_least})
 
 
 def _values(inputs: Inputs, settings: ValueSettings) -> Made:
@@ -214,9 +239,10 @@ STAGES = Chain(
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 2, _situations),
     Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 2, _goals),
     Stage("events", Per.MATCH, ("matches", "trajectories"),
-          (Possession, Passes, Shots, Pressure), 1, _events),
+          (Possession, Passes, Shots, Pressure), 2, _events),
     Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),
-    Stage("models", Per.GROUP, ("matches", "moments"), (), 3, _models, choose=models.choose),
+    Stage("models", Per.GROUP, ("matches", "moments", "events"), (), 4, _models, choose=models.choose),
+    Stage("chances", Per.MATCH, ("matches", "events", "models"), (Chances,), 1, _chances),
     Stage("values", Per.MATCH, ("matches", "trajectories", "situations", "moments", "models"),
           (Values, Worths), 3, _values),
     Stage("sequences", Per.MATCH, ("matches", "trajectories", "situations", "goals", "values"),

@@ -127,7 +127,7 @@ class MomentSettings(Frozen):
 
 
 class ModelSettings(Frozen):
-    """How the models of scoring soon are fitted.
+    """How the models of scoring soon, and of shots, are fitted.
 
     Attributes:
         matches_at_most: greatest number of matches of a league that models are fitted to.
@@ -138,7 +138,7 @@ class ModelSettings(Frozen):
         boosting_goals: with fewer goals only the logistic models are fitted.
         evidence: what one moment counts for, because the moments before a goal share it.
         penalty: standard deviation of the logistic coefficients before any match was seen, for features of
-            standard deviation 1.
+            standard deviation 1; those of shots, too.
         trees, learning_rate, leaves, leaf_samples, tree_penalty: scikit-learn's max_iter, learning_rate,
             max_leaf_nodes, min_samples_leaf and l2_regularization of histogram boosting.
         seed: seed of the boosting.
@@ -169,6 +169,17 @@ class ValueSettings(Frozen):
     """
 
     goal_s: float = Field(default=1.0, ge=0)
+
+
+class ChanceSettings(Frozen):
+    """When shots have expected goals.
+
+    Attributes:
+        goals_at_least: least number of goals among the shots of a league's other matches; with fewer a shot
+            has no expected goals.
+    """
+
+    goals_at_least: int = Field(default=30, ge=1)
 
 
 class SideSettings(Frozen):
@@ -366,6 +377,7 @@ class Settings(Frozen):
     events: EventSettings = EventSettings()
     moments: MomentSettings = MomentSettings()
     models: ModelSettings = ModelSettings()
+    chances: ChanceSettings = ChanceSettings()
     values: ValueSettings = ValueSettings()
     sides: SideSettings = SideSettings()
     grams: GramSettings = GramSettings()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from schemas import lean  # noqa: F401 (before any other: see there)
 from schemas.behaviours import Behaviours as Behaviours
 from schemas.behaviours import Patterns as Patterns
+from schemas.chances import Chances as Chances
 from schemas.commands import Commands as Commands
 from schemas.decisions import Decisions as Decisions
 from schemas.evaluations import Evaluations as Evaluations

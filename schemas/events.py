@@ -92,7 +92,8 @@ class Shots(Table):
     """
 
     NAME: ClassVar[str] = "shots"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
+    SINCE: ClassVar[int] = 1
 
     match_id = match_id()
     team = dy.Enum(SIDES, description="team that shoots")
@@ -112,6 +113,14 @@ class Shots(Table):
         "the next touch"
     ))
     by = dy.Int16(nullable=True, description="number of the adversary's robot that saved or blocked it, else null")
+    in_way = dy.Int16(nullable=True, min=0, description=(
+        "number of adversaries in the way at t_ns: their centres lie in the angle at which the ball sees the "
+        "goal, ahead of it and not beyond the net; null where no adversary is seen, and in files of version 1"
+    ))
+    cover = dy.Float32(nullable=True, min=0, description=(
+        "least distance of an adversary's centre at t_ns from the straight way of the ball to the goal's middle; "
+        "null as in_way"
+    ), metadata=unit("m"))
 
 
 class Pressure(Table):

@@ -137,7 +137,7 @@ def test_by_lead():
     table, _ = trajectories(log, TrajectorySettings())
     found = events(table, log.referee, log.info.pitch, EventSettings())
     told = Tables(matches_row(log), None, None, log.referee, table, None, goals(
-        log.referee, table, Situations.empty(), log.info.pitch, GoalSettings()), *found)
+        log.referee, table, Situations.empty(), log.info.pitch, GoalSettings()), *found, None)
     both = by_lead(told)
     assert sum(it.seconds for it in both["home"].values()) == pytest.approx(told.matches["duration_s"][0], abs=0.01)
     for name, other in (("leads", "trails"), ("level", "level"), ("trails", "leads")):

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from flows.scouting.chances import rests_on, size, with_chances
 from flows.scouting.sources import Match, TeamName
 from pipeline.pitch import Pitch
 from pipeline.views.commentary import Commentary, commentary
@@ -21,6 +22,7 @@ MEASURES = (
     ("goals", "goals", False), ("possession", "possession", True),
     ("ball in the adversary's half", "territory", True),
     ("shots on target", "shots", False), ("shots past the post", "wide", False),
+    ("goals from shots", "scored", False), ("expected goals (xG) of shots", "xg", False),
     ("passes that arrive", "passes", False), ("of these through passes", "through", False),
     ("balls lost to the adversary", "lost", False),
     ("times a robot pressed", "pressed", False), ("of these won the ball", "won", False),
@@ -108,16 +110,18 @@ def _goals(match: Match, told: Commentary) -> list[dict[str, Any]]:
 
 def _shots(match: Match, tables: Tables) -> dict[str, Any]:
     rows, marks = [], []
-    for shot in tables.shots.iter_rows(named=True):
+    for shot in with_chances(tables).iter_rows(named=True):
         turn = 1 if shot["team"] == "home" else -1
         at = round(max(shot["t_ns"] / 1e9 - 1, 0), 2)
         says = f"{shot['team']} {shot['robot']}: {shot['outcome']}, from {shot['distance']:.2f} m"
+        says += "" if shot["xg"] is None else f", xG {shot['xg']:.2f}"
         style = f"mark {shot['team']} {shot['outcome']}"
         marks.append(Mark(turn * shot["x"], turn * shot["y"], style, says,
-                          link=f"../replays/{match.name}.html#t={at}"))
-        told = ("team", "robot", "distance", "speed", "outcome")
+                          link=f"../replays/{match.name}.html#t={at}", size=size(shot["xg"])))
+        told = ("team", "robot", "distance", "speed", "xg", "outcome")
         rows.append({key: shot[key] for key in told} | {"at": at})
-    return {"rows": rows, "picture": on_pitch(match.pitch, "shots of both teams", marks=marks)}
+    return {"rows": rows, "rests_on": rests_on(match, tables.chances),
+            "picture": on_pitch(match.pitch, "shots of both teams", marks=marks)}
 
 
 def _passes(tables: Tables, side: str, pitch: Pitch) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from pipeline.views.scout.facts import Tables
 from schemas import (
     SIDES,
     Behaviours,
+    Chances,
     Goals,
     Matches,
     Passes,
@@ -35,6 +36,7 @@ from schemas import (
 _TABLES = {
     "matches": (Matches, Quality, Referee), "sides": (Sides,), "trajectories": (Trajectories,),
     "situations": (Situations,), "goals": (Goals,), "events": (Possession, Passes, Shots, Pressure),
+    "chances": (Chances,),
 }
 
 
@@ -85,6 +87,11 @@ class Match(NamedTuple):
     def pitch(self) -> Pitch:
         """Its pitch."""
         return Pitch.model_validate(self.log.details["pitch"])
+
+    @property
+    def goals_at_least(self) -> int:
+        """Number of goals that expected goals need, by the settings that its chances were made with."""
+        return int(self.made["chances"].details["goals_at_least"])
 
     def key(self, *besides: object) -> str:
         """Digest of its tables, and of what else a page is made from."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from flows.scouting.chances import known_in
 from flows.scouting.learned import Learned
 from flows.scouting.matches import MEASURES
 from flows.scouting.sources import Known, Match, TeamName, events_of, sequence
@@ -52,7 +53,7 @@ def facts(
     own, other = over(team, matches, lines)
     return {
         "team": team, "matches": rows, "measures": MEASURES, "own": own, "other": other,
-        "note": note_on(team.name),
+        "note": note_on(team.name), "known": known_in(len(rows), (own["xg"], other["xg"])),
         "pictures": _pictures(store, team, matches),
         "leads": [_led(name, each) for name, each in leads.items()],
     }

@@ -188,7 +188,8 @@ def _match(
     folder.put(f"data/{match.name}.js", key, lambda: replays.data(match, tables()))
     replay = linked(match.name, match.home.name, match.away.name).encode()
     folder.put(f"replays/{match.name}.html", digest(replay), lambda: replay)
-    folder.put(f"matches/{match.name}.html", match.key(around["made"], around["menu"]), lambda: page(
+    folder.put(f"matches/{match.name}.html", match.key(
+        around["made"], around["menu"], match.goals_at_least), lambda: page(
         "match", up="../", **around, **match_pages.facts(match, tables())))
     return folder.remember(match.name, key, lambda: match_pages.line(match, tables()))
 

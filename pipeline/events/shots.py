@@ -9,6 +9,7 @@ import polars as pl
 
 from pipeline.arrays import F64, I64, Bools
 from pipeline.events.control import NOBODY, Control
+from pipeline.events.in_way import in_way
 from pipeline.events.views import tabled, towards
 from pipeline.pitch import SCALES, Kind, Pitch
 from pipeline.roles import roles
@@ -80,6 +81,7 @@ def shots(
     arrives = _reach(ball, last, following, turn, past) >= pitch.goal_x - 2 * scales.ball_radius
     found = on_target | (past & (arrives | (outcome == "goal").to_numpy()))
     t_ns = pl.Series(ball.t_ns[last])
+    before = in_way(trajectories, names, t_ns, x, y, pitch)
     return tabled(Shots, trajectories, {
         "team": names,
         "t_ns": t_ns,
@@ -92,6 +94,8 @@ def shots(
         "angle": _angle(to_x, y, pitch.goal_width / 2),
         "outcome": outcome,
         "by": by,
+        "in_way": before["in_way"],
+        "cover": before["cover"],
     }, found)
 
 

@@ -31,15 +31,17 @@ from flows.versions import emit
 from pipeline import arena, matches
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.events.derive import events
 from pipeline.matches.frame import MatchLog
-from pipeline.settings import ModelSettings, MomentSettings, Settings, TrajectorySettings
+from pipeline.settings import EventSettings, ModelSettings, MomentSettings, Settings, TrajectorySettings
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt, digest
 from pipeline.studies.evaluations import Entrant, Evaluation
 from pipeline.studies.paradigms.claims import verdicts
 from pipeline.studies.paradigms.experiments import Design, sweeps
 from pipeline.trajectories.derive import trajectories
-from pipeline.values import models
+from pipeline.values import models, shooting
+from pipeline.values.chances import FEATURES
 from pipeline.values.fitting import fit
 from pipeline.values.moments import moments
 from pipeline.views.commentary import CommentarySettings, commentary
@@ -270,13 +272,17 @@ def log() -> Golden:
 
 
 def fitted() -> Golden:
-    """The models of the whole sample, whose clip has too few goals for any."""
+    """The models of the whole sample, whose clip has too few goals for any; that of its shots is of all of them."""
     read = recordings.imported(recordings.RSIM)
     bodies, _ = trajectories(read, TrajectorySettings())
     found, report = fit(moments(bodies, read.referee, read.info.pitch, MomentSettings()), ModelSettings())
     assert found is not None
+    shots = events(bodies, read.referee, read.info.pitch, EventSettings()).shots
+    by_shots, _ = shooting.fit({"sample": (shots, read.info.pitch)}, ModelSettings().penalty)
+    told = {"features": FEATURES, "shots": shots.height, "goals": int(by_shots.goals[-1]),
+            "weights": by_shots.weights[-1].round(4).tolist()}
     return Golden(
-        json.dumps({"report": report, **models.to_json(found)}, indent=1), _versions("models"),
+        json.dumps({"report": report, **models.to_json(found), "shots": told}, indent=1), _versions("models"),
         ModelSettings().model_dump(mode="json"), inputs=_digest(_csv(bodies), _csv(read.referee)))
 
 

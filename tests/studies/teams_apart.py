@@ -107,15 +107,23 @@ def judged(described: list[dict[str, float]], teams: list[str], *, scaled: bool)
             "p": (1 + sum(each >= adjusted for each in shuffled)) / (1 + SHUFFLES)}
 
 
+def command(*words: str) -> None:
+    """Run a pitchlore command."""
+    subprocess.run([str(Path(sys.executable).with_name("pitchlore")), *words], check=True, capture_output=True)
+
+
+def play(folder: str, matches: int) -> None:
+    """Play each team's matches into a data folder."""
+    for number, team in enumerate(TEAMS):
+        command("record", "--home", team, "--away", "static", "--minutes", str(MINUTES), "--matches", str(matches),
+                "--seed", str(1_000 * (number + 1)), "--data", folder)
+
+
 def rows(matches: int) -> Iterator[dict[str, object]]:
     """A row for each way of describing a match."""
     with tempfile.TemporaryDirectory(prefix="pitchlore-teams-") as folder:
-        command = str(Path(sys.executable).with_name("pitchlore"))
-        for number, team in enumerate(TEAMS):
-            subprocess.run([command, "record", "--home", team, "--away", "static", "--minutes", str(MINUTES), "--matches",
-                            str(matches), "--seed", str(1_000 * (number + 1)), "--data", folder], check=True,
-                           capture_output=True)
-        subprocess.run([command, "run", "--no-train", "--data", folder], check=True, capture_output=True)
+        play(folder, matches)
+        command("run", "--no-train", "--data", folder)
         store = Store(Path(folder))
         played = list(store.receipts("matches"))
         teams = [str(match.details["home"]) for match in played]

@@ -29,6 +29,7 @@ class Tables(NamedTuple):
     passes: pl.DataFrame
     shots: pl.DataFrame
     pressure: pl.DataFrame
+    chances: pl.DataFrame
 
 
 class Numbers(NamedTuple):
@@ -45,6 +46,8 @@ class Numbers(NamedTuple):
         lost: possessions that the adversary ended.
         pressed: how often its robots pressed.
         won: how often that won the ball.
+        scored: shots that became goals.
+        xg: expected goals of its shots; None where they are not known.
     """
 
     possession: float | None
@@ -57,6 +60,8 @@ class Numbers(NamedTuple):
     lost: int
     pressed: int
     won: int
+    scored: int = 0
+    xg: float | None = None
 
 
 def numbers(tables: Tables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[str, Numbers]:
@@ -70,8 +75,10 @@ def numbers(tables: Tables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[st
     ball = within(tables.trajectories, "t_ns").filter(
         pl.col("team") == "ball", pl.col("segment").is_not_null())
     total = int(held["lasts"].sum())
-    passes, shots, pressed = (within(table, column) for table, column in (
-        (tables.passes, "t_ns"), (tables.shots, "t_ns"), (tables.pressure, "start_ns")))
+    passes, shots, pressed, chances = (within(table, column) for table, column in (
+        (tables.passes, "t_ns"), (tables.shots, "t_ns"), (tables.pressure, "start_ns"),
+        (tables.chances, "t_ns")))
+    known = not tables.chances["xg"].null_count()
     row = tables.matches.row(0, named=True)
     whole = start_ns <= 0 and end_ns > row["duration_s"] * 1e9
     scored = within(tables.goals, "t_ns")["team"].drop_nulls().cast(pl.String).to_list()
@@ -79,7 +86,8 @@ def numbers(tables: Tables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[st
     found = dict[str, Numbers]()
     for side, territory in zip(SIDES, (ahead, 1 - ahead), strict=True):
         own = {name: table.filter(pl.col("team") == side) for name, table in (
-            ("held", held), ("passes", passes), ("shots", shots), ("pressed", pressed))}
+            ("held", held), ("passes", passes), ("shots", shots), ("pressed", pressed),
+            ("chances", chances))}
         wide = own["shots"].filter(pl.col("outcome") == "wide").height
         found[side] = Numbers(
             int(own["held"]["lasts"].sum()) / total if total else None,
@@ -88,7 +96,9 @@ def numbers(tables: Tables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[st
             own["shots"].height - wide, wide,
             row[f"score_{side}"] if whole or row[f"score_{side}"] is None else scored.count(side),
             own["held"].filter(pl.col("ended") == "lost").height,
-            own["pressed"].height, int(own["pressed"]["won"].sum()))
+            own["pressed"].height, int(own["pressed"]["won"].sum()),
+            own["shots"].filter(pl.col("outcome") == "goal").height,
+            float(own["chances"]["xg"].sum()) if known else None)
     return found
 
 

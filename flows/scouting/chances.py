@@ -1,0 +1,43 @@
+"""Expected goals on the pages: what they rest on, in words, and the shots with theirs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import polars as pl
+
+from flows.scouting.sources import Match
+from pipeline.views.scout.facts import Mean, Tables
+
+
+def with_chances(tables: Tables) -> pl.DataFrame:
+    """The shots of a match with the column xg of the table chances."""
+    key = ["match_id", "team", "t_ns", "robot"]
+    return tables.shots.join(
+        tables.chances.select(*key, "xg"), on=key, how="left", maintain_order="left", validate="1:1")
+
+
+def rests_on(match: Match, chances: pl.DataFrame) -> str:
+    """What the expected goals of a match rest on, or why it has none; nothing without a shot."""
+    if chances.is_empty():
+        return ""
+    goals, shots = chances.select("goals", "shots").row(0)
+    if chances["xg"].null_count():
+        return (
+            f"There are no expected goals (xG): {shots:,} shots of other matches of the league became "
+            f"{goals} goals. At least {match.goals_at_least} goals, and a shot that fails, are needed.")
+    return (
+        "xG is the probability that a shot becomes a goal, by its distance, its angle and the adversaries in "
+        f"the way. It is calibrated on other matches of the league: {shots:,} shots and {goals:,} goals.")
+
+
+def known_in(matches: int, xg: Sequence[Mean | None]) -> str:
+    """In how many matches expected goals are known; ``xg`` are those of a team and of its adversaries."""
+    known = min((0 if each is None else each.n) for each in xg)
+    says = f"Expected goals are known in {known} of {matches} {'match' if matches == 1 else 'matches'}"
+    return f"{says}. They are of shots; a ball pushed over the line is a goal without a shot."
+
+
+def size(xg: float | None) -> float:
+    """Size of a shot's mark: its area grows with xG; that of any other mark (0) where xG is not known."""
+    return 0.0 if xg is None else 1.1 * (0.3 + 3.0 * xg) ** 0.5

@@ -1,0 +1,334 @@
+"""Expected goals: what is in the way of a shot, models that have not seen its match, the table, the pages."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import numpy as np
+import polars as pl
+import pytest
+from support.recordings import RSIM, imported
+from support.rows import bodies
+
+from flows.scouting.chances import known_in, rests_on, size, with_chances
+from flows.scouting.matches import line
+from flows.scouting.sources import played
+from flows.scouting.write import write
+from flows.stages import STAGES
+from flows.update import scope_of
+from pipeline.events.derive import events
+from pipeline.events.in_way import in_way
+from pipeline.pitch import PITCHES, Kind
+from pipeline.settings import ChanceSettings, EventSettings, Settings, TrajectorySettings
+from pipeline.store import Store
+from pipeline.store.work import Made
+from pipeline.trajectories.derive import trajectories
+from pipeline.values.chances import FEATURES, ShotModels, chances, features_of, from_bytes, to_bytes
+from pipeline.values.shooting import CONTROLS, fit, left_out
+from pipeline.views.scout.facts import mean
+from schemas import Chances, Shots
+
+VSSS = PITCHES[Kind.VSSS]
+
+
+# ---- what is in the way
+
+
+def at(ball, team="home", **robots):
+    """The adversaries in the way of a ball at a place that a team sees."""
+    turn = 1 if team == "home" else -1
+    table = bodies(np.array([0.0]), ball=(turn * ball[0], turn * ball[1]), **{
+        name: (turn * x, turn * y, 0.0, "m") for name, (x, y) in robots.items()})
+    asked = pl.Series([team]), pl.Series([0]), *(np.array([float(each)]) for each in ball)
+    return in_way(table, *asked, VSSS).row(0)
+
+
+@pytest.mark.parametrize(("place", "count", "cover"), [
+    ((0.5, 0.0), 1, 0.0),
+    ((0.5, 0.1), 1, 0.1),
+    ((0.5, 0.15), 0, 0.15),  # beyond the angle, which is 0.2 / 0.75 of the way wide on each side
+    ((-0.3, 0.0), 0, 0.3),  # behind the ball
+    ((0.8, 0.0), 1, 0.05),  # in the goal
+    ((0.9, 0.0), 0, 0.15),  # beyond the net
+])
+@pytest.mark.parametrize("team", ["home", "away"])
+def test_in_way(place, count, cover, team):
+    """An adversary in the angle of the goal is in the way; how near one is to the ball's way is its cover."""
+    other = "away_1" if team == "home" else "home_1"
+    own = "home_1" if team == "home" else "away_1"
+    found = at((0.0, 0.0), team, **{other: place, own: (0.3, 0.0)})
+    assert found == (count, pytest.approx(cover, abs=1e-6))
+
+
+def test_nobody_in_way():
+    """Where no adversary is seen, nothing is known."""
+    assert at((0.0, 0.0), home_1=(0.3, 0.0)) == (None, None)
+    table = bodies(np.array([0.0]), ball=(0, 0), away_1=(0.3, 0, 0, "m")).with_columns(suspect=True)
+    assert in_way(table, pl.Series(["home"]), pl.Series([0]), np.zeros(1), np.zeros(1), VSSS).row(0) == (None, None)
+
+
+def test_aside():
+    """From the wing, the way leads to the goal's middle."""
+    assert at((0.35, 0.4), away_1=(0.55, 0.2)) == (1, pytest.approx(0.0, abs=1e-6))
+    assert at((0.35, 0.4), away_1=(0.55, 0.4))[0] == 0
+
+
+def test_before_the_touch():
+    """Nothing after the touch has a part in what a shot is judged by, its cover and count included."""
+    log = imported(RSIM)
+    table, _ = trajectories(log, TrajectorySettings())
+    shots = events(table, log.referee, log.info.pitch, EventSettings()).shots
+    shot = shots.row(5, named=True)
+    then = table.filter(pl.col("t_ns") <= shot["t_ns"])
+    own = in_way(then, shots["team"][5:6], shots["t_ns"][5:6], *(
+        shots[name][5:6].cast(pl.Float64).to_numpy() for name in ("x", "y")), log.info.pitch)
+    assert own.row(0) == (shot["in_way"], shot["cover"])
+    judged = features_of(shots, log.info.pitch)
+    changed = shots.with_columns(speed=9.0, outcome=pl.lit("goal", dtype=shots.schema["outcome"]), by=None)
+    np.testing.assert_array_equal(features_of(changed, log.info.pitch), judged)
+
+
+# ---- models
+
+
+def shots_of(match, n=60, seed=0, told=True):
+    """Shots of a match that become goals by their distance; not at all by it, if not told."""
+    rng = np.random.default_rng([seed, int(match.removeprefix("m"))])
+    distance, angle = rng.uniform(0.05, 1.0, n), rng.uniform(0.2, 2.0, n)
+    chance = 1 / (1 + np.exp(8 * (distance - 0.3))) if told else np.full(n, 0.3)
+    goal = rng.random(n) < chance
+    return Shots.validate(pl.DataFrame({
+        "match_id": match, "team": np.where(rng.random(n) < 0.5, "home", "away"), "t_ns": np.arange(n) * 10**9,
+        "segment": 0, "robot": 1, "role": "striker", "x": 0.0, "y": 0.0, "speed": 1.0, "distance": distance,
+        "angle": angle, "outcome": np.where(goal, "goal", "blocked"), "by": None,
+        "in_way": rng.integers(0, 3, n), "cover": rng.uniform(0, 0.4, n),
+    }).cast(pl.Schema(Shots.dtypes())))
+
+
+def league(matches=8, **how):
+    return {f"m{n}": (shots_of(f"m{n}", **how), VSSS) for n in range(matches)}
+
+
+def judged(tables, models, **settings):
+    return {match: Chances.validate(chances(match, shots, pitch, models, ChanceSettings(**settings)))
+            for match, (shots, pitch) in tables.items()}
+
+
+def test_cross_fitted():
+    """A match's own goals have no part in its expected goals, but in those of the others."""
+    tables = league()
+    flipped = dict(tables)
+    other = pl.when(pl.col("outcome") == "goal").then(pl.lit("missed")).otherwise(pl.lit("goal"))
+    flipped["m3"] = tables["m3"][0].with_columns(outcome=other.cast(pl.Enum(Shots.dtypes()["outcome"].categories))), VSSS
+    before, after = (judged(each, fit(each, 1.0)[0]) for each in (tables, flipped))
+    assert after["m3"].equals(before["m3"])
+    assert not after["m4"].equals(before["m4"])
+
+
+def test_true_probabilities():
+    """What tells goals is learned: as many are expected as come, and better than by the rate."""
+    tables = league(20)
+    models, report = fit(tables, 1.0)
+    xg = pl.concat(judged(tables, models).values())["xg"].to_numpy()
+    scored = np.concatenate([(shots["outcome"] == "goal").to_numpy() for shots, _ in tables.values()])
+    spread = np.sqrt((xg * (1 - xg)).sum())
+    for low, high in ((0, 1.01), (0, 0.2), (0.5, 1.01)):
+        own = (xg >= low) & (xg < high)
+        assert abs(scored[own].sum() - xg[own].sum()) < 3 * spread
+    assert report["xg"]["log_loss"] < report["rate"]["log_loss"] - 0.1
+    assert report["xg"]["expected"] == pytest.approx(xg.sum(), abs=0.01)
+    assert (report["matches"], report["shots"], report["goals"]) == (20, 1200, scored.sum())
+
+
+def test_nothing_to_learn():
+    """Where nothing tells goals, the model is no better than the rate: the control."""
+    _, report = fit(league(20, told=False), 1.0)
+    assert report["xg"]["log_loss"] > report["rate"]["log_loss"] - 0.003
+
+
+def test_controls():
+    """The plainer models of the report are those that are fitted by themselves."""
+    tables = league()
+    features = np.concatenate([features_of(*each) for each in tables.values()])
+    scored = np.concatenate([(shots["outcome"] == "goal").to_numpy() for shots, _ in tables.values()])
+    match = np.repeat(np.arange(len(tables)), 60)
+    rate = left_out(features, scored, match, CONTROLS["rate"], 1.0)
+    assert rate[:60] == pytest.approx(scored[60:].mean())
+    xg = left_out(features, scored, match, range(len(FEATURES)), 1.0)
+    own = pl.concat(judged(tables, fit(tables, 1.0)[0]).values())["xg"].to_numpy()
+    np.testing.assert_allclose(xg, own, atol=1e-9)
+
+
+def test_new_match():
+    """A match that the models were not fitted to is judged by all of theirs."""
+    tables = league()
+    models, _ = fit(tables, 1.0)
+    new = chances("m9", shots_of("m9"), VSSS, models, ChanceSettings())
+    everything = sum(int((shots["outcome"] == "goal").sum()) for shots, _ in tables.values())
+    assert new.select("goals", "shots").unique().rows() == [(everything, 480)]
+
+
+@pytest.mark.parametrize("more", [0, 1])
+def test_goals_at_least(more):
+    """With fewer goals in the other matches there are no expected goals, and it is told how many there are."""
+    tables = league(3)
+    models, _ = fit(tables, 1.0)
+    goals = int(models.goals[0])
+    found = judged(tables, models, goals_at_least=goals + more)["m0"]
+    assert found["xg"].null_count() == 60 * more
+    assert found.select("goals", "shots").unique().rows() == [(goals, 120)]
+
+
+def test_one_match():
+    """A league of one match has no other match to learn from."""
+    tables = league(1)
+    models, report = fit(tables, 1.0)
+    assert judged(tables, models)["m0"].select("xg", "goals", "shots").unique().rows() == [(None, 0, 0)]
+    assert "xg" not in report
+    assert judged(tables, None)["m0"].select("xg", "goals", "shots").unique().rows() == [(None, 0, 0)]
+
+
+def test_no_shots():
+    """Matches without shots have no chances, and harm no other."""
+    empty = {"m0": (Shots.empty(), VSSS)}
+    models, report = fit(empty, 1.0)
+    assert report == {"matches": 1, "shots": 0, "goals": 0}
+    assert judged(empty, models)["m0"].is_empty()
+    with_one = league() | {"m9": (Shots.empty(), VSSS)}
+    assert judged(with_one, fit(with_one, 1.0)[0])["m0"].equals(judged(league(), fit(league(), 1.0)[0])["m0"])
+
+
+def test_all_goals():
+    """Where every shot is a goal, there is nothing to tell goals from."""
+    tables = {match: (shots.with_columns(outcome=pl.lit("goal", dtype=shots.schema["outcome"])), pitch)
+              for match, (shots, pitch) in league(3).items()}
+    assert judged(tables, fit(tables, 1.0)[0])["m0"]["xg"].null_count() == 60
+
+
+def test_unknown_way():
+    """Where no adversary is seen, none is in the way; a table of version 1 has neither column."""
+    shots = shots_of("m0").with_columns(pl.lit(None, dtype=pl.Int16).alias("in_way"),
+                                        pl.lit(None, dtype=pl.Float32).alias("cover"))
+    found = features_of(shots, VSSS)
+    np.testing.assert_allclose(found[:, 2:4], [[np.log(3.1), 0.0]] * 60)
+    assert np.isfinite(features_of(shots.with_columns(angle=pl.lit(0.0, dtype=pl.Float32)), VSSS)).all()
+
+
+def test_other_pitch():
+    """The same shot on a pitch of another size is the same."""
+    twice = VSSS.model_copy(update={"length": 2 * VSSS.length, "goal_width": 2 * VSSS.goal_width})
+    shots = shots_of("m0")
+    larger = shots.with_columns(distance=2 * pl.col("distance"), cover=2 * pl.col("cover"))
+    np.testing.assert_allclose(features_of(larger, twice), features_of(shots, VSSS), rtol=1e-6)
+
+
+def test_bytes():
+    """Models are kept as they are, and no pickle is read."""
+    models, _ = fit(league(), 1.0)
+    again = from_bytes(to_bytes(models))
+    assert to_bytes(models) == to_bytes(fit(league(), 1.0)[0])
+    assert again.matches == models.matches
+    for name in ("weights", "goals", "shots"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(models, name))
+
+
+# ---- pages
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    """A league whose matches have expected goals by a model that stands in for one of many goals."""
+    from test_scout import league as recorded
+
+    own = recorded(tmp_path_factory.mktemp("chances"))
+    weights = np.array([[-2.0, -2.0, 0.2, 0.5, -0.5, 0.3]])
+    models = ShotModels((), weights, np.array([123]), np.array([1456]))
+    for match in list(played(own)):
+        shots = own.read_table(match.made["events"], "shots", Shots)
+        table = chances(match.name, shots, match.pitch, models, ChanceSettings())
+        work = STAGES["chances"].work(match.name, ChanceSettings(), {})
+        if match.home.name == "blue" and match.away.name == "yellow":
+            own.commit(work, Made([(table, Chances)], details={"goals_at_least": 30}))
+    return own
+
+
+def test_through_the_stages(store, tmp_path):
+    """The stages fit the models of a league's shots, and judge each match by those of the others."""
+    shutil.copytree(store.root, tmp_path / "data")
+    own = Store(tmp_path / "data")
+    STAGES.make(own, Settings(chances=ChanceSettings(goals_at_least=1)), scope_of(own))
+    matches = list(played(own))
+    tables = {match.name: (match.tables(own).shots, match.pitch) for match in matches}
+    models, report = fit(tables, Settings().models.penalty)
+    receipt = own.receipt("models", "all")
+    assert receipt.details["shots"] == {"vsss": json.loads(json.dumps(report))}
+    known = 0
+    for match in matches:
+        found = match.tables(own).chances
+        assert found.equals(chances(match.name, *tables[match.name], models, ChanceSettings(goals_at_least=1)))
+        (goals,) = found["goals"].unique()
+        assert goals == sum((shots["outcome"] == "goal").sum() for name, (shots, _) in tables.items() if name != match.name)
+        assert found["xg"].null_count() == (0 if goals else found.height)
+        known += goals > 0
+    assert known
+
+
+def test_on_the_pages(store, tmp_path):
+    """A match's page has the sum a side and each shot's xG, and says what it rests on; else why there is none."""
+    write(store, tmp_path)
+    told = 0
+    for match in played(store):
+        tables, page = match.tables(store), (tmp_path / "matches" / f"{match.name}.html").read_text()
+        numbers = line(match, tables)["numbers"]
+        if tables.chances["xg"].null_count():
+            assert "At least 30 goals, and a shot that fails, are needed." in page
+            assert {each["xg"] for each in numbers.values()} == {None}
+            assert ", xG " not in page
+            continue
+        told += 1
+        assert "1,456 shots and 123 goals" in page
+        for side, each in numbers.items():
+            own = tables.chances.filter(pl.col("team") == side)["xg"].sum()
+            assert each["xg"] == pytest.approx(own)
+            assert f">{own:.2f}</td>" in page
+        for xg in tables.chances["xg"]:
+            assert f", xG {xg:.2f}" in page
+            assert f'<td class="n">{xg:.2f}</td>' in page
+    assert told == 1
+    team = next(path.read_text() for path in (tmp_path / "teams").glob("blue*"))
+    assert "Expected goals are known in 1 of 2 matches." in team
+
+
+def test_page_is_anew(store, tmp_path):
+    """A page's key holds its chances, and how many goals they need, though no table says so."""
+    shutil.copytree(store.root, tmp_path / "data")
+    own = Store(tmp_path / "data")
+    write(own)
+    match = next(match for match in played(own) if match.tables(own).chances["xg"].null_count())
+    table = match.tables(own).chances
+    work = STAGES["chances"].work(match.name, ChanceSettings(goals_at_least=20), {})
+    own.commit(work, Made([(table, Chances)], details={"goals_at_least": 20}))
+    assert write(own).new == 1
+    assert "At least 20 goals" in (own.root / "scout" / "matches" / f"{match.name}.html").read_text()
+    own.commit(work, Made([(table.with_columns(goals=pl.lit(7, dtype=pl.Int32)), Chances)], details={"goals_at_least": 20}))
+    write(own)
+    assert "became 7 goals" in (own.root / "scout" / "matches" / f"{match.name}.html").read_text()
+
+
+def test_shots_have_theirs(store):
+    """Each shot is beside its own chance."""
+    for match in played(store):
+        tables = match.tables(store)
+        both = with_chances(tables)
+        assert both.drop("xg").equals(tables.shots)
+        assert both["xg"].equals(tables.chances["xg"])
+
+
+def test_words(store):
+    """Of how many matches it is known; nothing is said of a match without shots."""
+    assert known_in(3, (mean([1.0, 2.0]), mean([1.0, 2.0]))).startswith("Expected goals are known in 2 of 3 matches.")
+    assert known_in(1, (None, None)).startswith("Expected goals are known in 0 of 1 match.")
+    assert rests_on(next(played(store)), Chances.empty()) == ""
+    assert size(None) == 0.0
+    assert 0.5 < size(0.0) < size(0.5) < size(1.0) < 2.5
