@@ -285,6 +285,7 @@ def test_on_the_pages(store, tmp_path):
             assert "At least 30 goals, and a shot that fails, are needed." in page
             assert {each["xg"] for each in numbers.values()} == {None}
             assert ", xG " not in page
+            assert "greater its xG" not in page
             continue
         told += 1
         assert "1,456 shots and 123 goals" in page

@@ -28,7 +28,8 @@ def rests_on(match: Match, chances: pl.DataFrame) -> str:
             f"{goals} goals. At least {match.goals_at_least} goals, and a shot that fails, are needed.")
     return (
         "xG is the probability that a shot becomes a goal, by its distance, its angle and the adversaries in "
-        f"the way. It is calibrated on other matches of the league: {shots:,} shots and {goals:,} goals.")
+        f"the way. It is calibrated on other matches of the league: {shots:,} shots and {goals:,} goals. "
+        "The larger a mark, the greater its xG.")
 
 
 def known_in(matches: int, xg: Sequence[Mean | None]) -> str:

@@ -54,7 +54,7 @@ def shots_of(store: Store) -> pl.DataFrame:
         pitch = Pitch.model_validate(match.details["pitch"])
         found.append(chances.with_columns(
             pl.Series("features", features_of(shots, pitch), dtype=pl.Array(pl.Float64, len(FEATURES))),
-            scored=shots["outcome"] == "goal", home=pl.lit(str(match.details["home"]))))
+            scored=shots["outcome"] == "goal", home=pl.lit(str(match.details["home"])), kind=pl.lit(pitch.kind.value)))
     return pl.concat(found)
 
 
@@ -96,6 +96,17 @@ def of_played(shots: pl.DataFrame) -> Iterator[dict[str, object]]:
         yield judged(f"{home} against static", "xg", scored[own], xg[own], match[own])
 
 
+def of_recording(name: str, league: pl.DataFrame, own: pl.DataFrame) -> Iterator[dict[str, object]]:
+    """The rows of a recording among the matches of its league: the model and plainer ones of the other matches."""
+    there = (league["match_id"] == own["match_id"][0]).to_numpy()
+    features, scored = league["features"].to_numpy(), league["scored"].to_numpy()
+    match = np.unique(league["match_id"].to_numpy(), return_inverse=True)[1]
+    yield judged(name, "xg of the played matches", scored[there], league["xg"].to_numpy()[there], match[there])
+    for control, places in CONTROLS.items():
+        chances = left_out(features, scored, match, places, ModelSettings().penalty)
+        yield judged(name, f"{control} of the played matches", scored[there], chances[there], match[there])
+
+
 def bins(game: str, shots: pl.DataFrame) -> pl.DataFrame:
     """Shots by their xG: how many, and the goals that were expected and observed."""
     return (
@@ -127,8 +138,7 @@ def main(out: Path, recordings: Path | None) -> None:
                 rows.append({"game": name, "model": "none", "matches": 1, "shots": own.height,
                              "goals": int(own["scored"].sum())})
                 continue
-            rows.append(judged(name, "xg of the played matches", own["scored"].to_numpy(), own["xg"].to_numpy(),
-                               own["match_id"].to_numpy()))
+            rows += of_recording(name, shots.filter(pl.col("kind") == own["kind"][0]), own)
             tables.append(bins(name, own))
     out.mkdir(parents=True, exist_ok=True)
     pl.DataFrame(rows, infer_schema_length=None).write_csv(out / "xg.csv")

@@ -31,7 +31,7 @@ function versionOf(version) {
 }
 
 const percent = (share) => `${Math.round(100 * share)}\u00a0%`;
-const plain = (value, share, digits = 0) => (value === null ? "–" : share ? percent(value) : value.toFixed(digits));
+const plain = (value, share, digits = Number.isInteger(value) ? 0 : 2) => (value === null ? "–" : share ? percent(value) : value.toFixed(digits));
 
 /** A mean over matches with its interval; Mean is a list: mean, low, high, n. */
 function interval(mean, share) {
