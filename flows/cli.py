@@ -53,6 +53,7 @@ class Command(NamedTuple):
 #: Commands that are asked for by two words.
 GROUPS = {
     "kb": "List, show, compare and verify the versions of the knowledge.",
+    "policy": "Show what a policy holds.",
     "server": "Keep a Prefect server for the data folder. Later commands find and use it.",
 }
 
@@ -179,6 +180,11 @@ COMMANDS = (
         "server status", "server:status",
         "Say whether the data folder's Prefect server runs, and where.",
         "pitchlore server status",
+    ),
+    Command(
+        "policy show", "policy:show",
+        "Show the states of a policy in words, the newest by default, and how sure it is in each.",
+        "pitchlore policy show --role striker --unsure",
     ),
     Command(
         "kb list", "kb:list_versions",

@@ -18,7 +18,7 @@ from pipeline.store import Store
 from pipeline.store.receipts import Manifest, Receipt, digest
 from pipeline.store.work import Made
 from pipeline.teams import Team, sides_of
-from schemas import Decisions, Occasions, Policies, Sides
+from schemas import Decisions, Occasions, Policies, Returns, Sides, States
 
 
 def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
@@ -59,6 +59,7 @@ def compute(inputs: Inputs, settings: PolicySettings) -> Made:
 
     Decisions are those of that team, and those that players chose.
     """
+    from pipeline.policies.certainty import returns_of, states_of  # noqa: PLC0415 (see flows.stages)
     from pipeline.policies.train import train  # noqa: PLC0415 (see flows.stages)
 
     (knowledge,) = inputs["knowledge"]
@@ -68,15 +69,21 @@ def compute(inputs: Inputs, settings: PolicySettings) -> Made:
     mine = sides_of(team, pl.concat(inputs.batches("sides", Sides)))
     decisions = pl.concat(inputs.tables("decisions", Decisions)).join(order, on="match_id").join(
         mine, on=("match_id", "team"), how="left").filter(pl.col("chosen") | pl.col("own"))
+    ordered = decisions.sort("place", maintain_order=True).select(list(Decisions.dtypes()))
     policy, report = train(
-        [decisions.sort("place", maintain_order=True).select(list(Decisions.dtypes()))], seen,
-        inputs.table("parent", Policies) if "parent" in inputs else None,
+        [ordered], seen, inputs.table("parent", Policies) if "parent" in inputs else None,
         settings, inputs.version, knowledge.version,
     )
-    return Made([(policy, Policies)], details={
+    returned = returns_of(policy, ordered, _returns(inputs), settings)
+    return Made([(policy, Policies), (returned, Returns), (states_of(policy, returned), States)], details={
         "knowledge_version": knowledge.version, "imitates": knowledge.details.get("imitates"),
         **asdict(report), "matches": len(inputs["sides"]),
     })
+
+
+def _returns(inputs: Inputs) -> pl.DataFrame | None:
+    """The returns of the parent, None without a parent, or if it is older than this table."""
+    return next(inputs.batches("parent", Returns)) if "parent" in inputs else None
 
 
 def _parent(store: Store, knowledge: Manifest) -> Manifest | None:

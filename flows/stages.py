@@ -58,10 +58,13 @@ from schemas import (
     Pressure,
     Quality,
     Referee,
+    Restarts,
+    Returns,
     Sequences,
     Shots,
     Sides,
     Situations,
+    States,
     StatesPlayed,
     Trajectories,
     Values,
@@ -121,7 +124,7 @@ def _events(inputs: Inputs, settings: EventSettings) -> Made:
     found = events(
         inputs.table("trajectories", Trajectories), inputs.table("matches", Referee), inputs.pitch, settings)
     return Made([(found.possession, Possession), (found.passes, Passes), (found.shots, Shots),
-                 (found.pressure, Pressure)])
+                 (found.pressure, Pressure), (found.restarts, Restarts)])
 
 
 def _moments(inputs: Inputs, settings: MomentSettings) -> Made:
@@ -239,7 +242,7 @@ STAGES = Chain(
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 2, _situations),
     Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 2, _goals),
     Stage("events", Per.MATCH, ("matches", "trajectories"),
-          (Possession, Passes, Shots, Pressure), 2, _events),
+          (Possession, Passes, Shots, Pressure, Restarts), 3, _events),
     Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),
     Stage("models", Per.GROUP, ("matches", "moments", "events"), (), 4, _models, choose=models.choose),
     Stage("chances", Per.MATCH, ("matches", "events", "models"), (Chances,), 1, _chances),
@@ -251,7 +254,7 @@ STAGES = Chain(
     Stage("decisions", Per.GROUP, ("sides", "sequences", "behaviours"), (Decisions,), 3, _decisions),
     Stage("knowledge", Per.VERSION, ("sides", "behaviours", "decisions"), (Behaviours, Occasions), 2,
           knowledge.compute, knowledge.plan),
-    Stage("policies", Per.VERSION, ("knowledge", "sides", "decisions"), (Policies,), 2,
+    Stage("policies", Per.VERSION, ("knowledge", "sides", "decisions"), (Policies, Returns, States), 3,
           policies.compute, policies.plan),
     Stage("paradigms", Per.OWN, schemas=(Paradigms, Verdicts), version=1),
     Stage("seasons", Per.OWN, schemas=(Games, Growth, StatesPlayed), version=1),

@@ -82,6 +82,28 @@ def welch(one: npt.ArrayLike, other: npt.ArrayLike) -> tuple[float, float] | Non
     return float(low), float(high)
 
 
+def welch_of(n: F64, mean: F64, spread: F64) -> tuple[F64, F64]:
+    """Welch's 95 % intervals of differences of two means, as :func:`welch`, from counts, means and spreads.
+
+    Args:
+        n: float64 [2, K], sizes of the first and of the second sample.
+        mean: float64 [2, K], their means.
+        spread: float64 [2, K], their standard deviations (n - 1).
+
+    Returns:
+        Low and high of first less second, float64 [K] each; NaN where a sample has fewer than two values.
+    """
+    enough = (n >= 2).all(axis=0)
+    share = np.where(enough, spread**2 / np.maximum(n, 1), np.nan)
+    total = share.sum(axis=0)
+    parts = (share**2 / np.maximum(n - 1, 1)).sum(axis=0)
+    # without any spread the interval has no width, whatever the degrees of freedom
+    freedom = np.where(parts > 0, total**2 / np.where(parts > 0, parts, 1.0), 1.0)
+    half = scipy.stats.t.ppf(0.975, freedom) * np.sqrt(total)
+    between = mean[0] - mean[1]
+    return between - half, between + half
+
+
 def _known(values: npt.ArrayLike) -> F64:
     """Values that are not NaN, float64."""
     seen = np.asarray(values, dtype=np.float64)

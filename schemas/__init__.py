@@ -24,6 +24,9 @@ from schemas.neurons import Neurons as Neurons
 from schemas.paradigms import Paradigms as Paradigms
 from schemas.paradigms import Verdicts as Verdicts
 from schemas.policies import Policies as Policies
+from schemas.policies import Returns as Returns
+from schemas.policies import States as States
+from schemas.restarts import Restarts as Restarts
 from schemas.seasons import Claims as Claims
 from schemas.seasons import Games as Games
 from schemas.seasons import Growth as Growth

@@ -15,6 +15,7 @@ from pipeline.views.commentary import Commentary, commentary
 from pipeline.views.scout.facts import Tables, by_lead, halves, markers, numbers, parts
 from pipeline.views.scout.gallery import Clip
 from pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time
+from pipeline.views.scout.restarts import any_moment
 from schemas import SIDES, note_on
 
 #: What is counted of a side: label, field of Numbers, whether it is a share.
@@ -66,6 +67,8 @@ def line(match: Match, tables: Tables) -> dict[str, Any]:
         "score": score(row), "seconds": row["duration_s"], "kind": match.pitch.kind.value,
         "date": row["started_at"].date().isoformat() if row["started_at"] else "",
         "flaws": flaws(tables.quality), "numbers": {side: it._asdict() for side, it in own.items()},
+        "any_moment": {side: list(it) for side, it in any_moment(
+            tables.trajectories, tables.shots, tables.referee).items()},
         "by_lead": {side: {name: list(it) for name, it in each.items()} for side, each in leads.items()},
         "picture": bars([float(share) for share in counts], "where the ball was, from home's goal to away's"),
     }

@@ -13,12 +13,11 @@ from flows.scouting.teams import sides_of
 from pipeline.pitch import Pitch
 from pipeline.store import Store
 from pipeline.views.scout.gallery import Clip
-from schemas import Goals, Possession, Pressure, Referee, Shots, Trajectories
+from pipeline.views.scout.restarts import SOON_S, paid, soon
+from schemas import Goals, Possession, Pressure, Restarts, Shots, Trajectories
 
 #: Matches that the report is made from, the newest; clips of a sentence; behaviours that are named.
 FROM, CLIPS, BEHAVIOURS = 20, 3, 5
-#: Seconds after a restart in which a shot counts as its outcome.
-_SOON_S = 8.0
 #: Thirds of the pitch, along and across, as the team sees them.
 _ALONG, _ACROSS = ("its own third", "the middle third", "the attacking third"), ("right", "centre", "left")
 
@@ -121,19 +120,15 @@ def _keeper(
 
 
 def _restarts(store: Store, played: Sequence[tuple[Match, str]]) -> dict[str, Any]:
-    """What the team makes of its restarts."""
-    begun, clips = 0, []
-    for match, side in played:
-        shots = store.read_table(match.made["events"], "shots", Shots).filter(pl.col("team") == side)["t_ns"]
-        given = store.read_table(match.log, "referee", Referee).filter(
-            pl.col("event").is_in(["kick-off", "fault"]), pl.col("team") == side)
-        for row in given.iter_rows(named=True):
-            begun += 1
-            end = row["t_ns"] + round(_SOON_S * 1e9)
-            if shots.is_between(row["t_ns"], end).any():
-                clips.append(Clip.about(row, row["t_ns"], end, row["note"] or row["event"],
-                                        before_s=0, after_s=0))
+    """What the team makes of its restarts, by the numbers of its page."""
+    given = events_of(store, played, Restarts).filter("own")
+    led = given.filter(soon("shot_ns"))
+    parts = ", ".join(
+        f"{it.kind} {it.shot.hits} of {it.shot.n} [{it.shot.low:.0%}, {it.shot.high:.0%}]"
+        for it in paid(given))
     return _said(
         "Its restarts",
-        f"Of {begun} kick-offs and other restarts that the recordings give it, {len(clips)} led to a shot"
-        f" within {_SOON_S:.0f} s.", clips[:CLIPS])
+        f"Of {given.height} restarts that the recordings give it, {led.height} led to a shot within"
+        f" {SOON_S:.0f} s of the first touch{f': {parts}' if parts else ''}.",
+        [Clip.about(row, row["taken_ns"], row["taken_ns"] + round(SOON_S * 1e9), row["note"] or row["kind"],
+                    before_s=0, after_s=0) for row in led.head(CLIPS).iter_rows(named=True)])

@@ -24,6 +24,7 @@ from schemas import (
     Pressure,
     Quality,
     Referee,
+    Restarts,
     Sequences,
     Shots,
     Sides,
@@ -35,7 +36,7 @@ from schemas import (
 #: Tables of a match by the noun that makes them.
 _TABLES = {
     "matches": (Matches, Quality, Referee), "sides": (Sides,), "trajectories": (Trajectories,),
-    "situations": (Situations,), "goals": (Goals,), "events": (Possession, Passes, Shots, Pressure),
+    "situations": (Situations,), "goals": (Goals,), "events": (Possession, Passes, Shots, Pressure, Restarts),
     "chances": (Chances,),
 }
 

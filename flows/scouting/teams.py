@@ -20,8 +20,10 @@ from pipeline.views.scout.gallery import clips, leading, paths, ranked
 from pipeline.views.scout.maps import lying, neuron_key
 from pipeline.views.scout.occurrences import occurrences, placed
 from pipeline.views.scout.pictures import Mark, heat, on_pitch
+from pipeline.views.scout.restarts import SOON_S, Moments, paid
+from pipeline.views.scout.restarts import over_matches as any_moment
 from pipeline.views.scout.transitions import Followed, around, transitions
-from schemas import SIDES, Passes, Possession, Shots, Trajectories, note_on
+from schemas import SIDES, Passes, Possession, Restarts, Shots, Trajectories, note_on
 
 #: Matches that clips are taken from: the newest.
 FROM = 40
@@ -42,9 +44,11 @@ def facts(
     """What the page of a team says of its matches; ``lines`` are the league's, by match."""
     rows = []
     leads: dict[str, list[ByLead]] = {name: [] for name in LEADS}
+    moments, played = [], [(match, side) for match in matches for side in sides_of(team, match)]
     for match in matches:
         line = lines[match.name]
         for side in sides_of(team, match):
+            moments.append(Moments(*line["any_moment"][side]))
             for name, each in leads.items():
                 each.append(ByLead(*line["by_lead"][side][name]))
             rows.append({"id": match.name, "score": line["score"] if side == "home" else " : ".join(
@@ -55,6 +59,7 @@ def facts(
         "team": team, "matches": rows, "measures": MEASURES, "own": own, "other": other,
         "note": note_on(team.name), "known": known_in(len(rows), (own["xg"], other["xg"])),
         "pictures": _pictures(store, team, matches),
+        "restarts": paid(events_of(store, played, Restarts)), "soon_s": SOON_S, "any": any_moment(moments),
         "leads": [_led(name, each) for name, each in leads.items()],
     }
 

@@ -9,24 +9,22 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import polars as pl
 from markupsafe import Markup
 
 from flows.progress import RunReport, StageReport
 from flows.scouting import compare, maps, opponent, replays
 from flows.scouting import matches as match_pages
+from flows.scouting import policies as policy_pages
+from flows.scouting import situations as situation_pages
 from flows.scouting import teams as team_pages
 from flows.scouting.learned import Learned
 from flows.scouting.sources import Known, Match, TeamName, chosen, newest, played, readable
 from pipeline.errors import BadSettings, NotFound, PitchloreError
-from pipeline.situations.rulebook import rule_table
-from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
 from pipeline.store.receipts import RELEASE, canonical, digest, source_hash
 from pipeline.views.replay import linked
-from pipeline.views.scout.gallery import Clip
 from pipeline.views.scout.pages import files, page
-from schemas import SIDES, Situations
+from schemas import SIDES
 
 #: What each page was made from, by its name.
 _KEYS = ".pages.json"
@@ -124,24 +122,30 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
     around: dict[str, Any] = {"menu": teams, "made": code}
     learned = around | {"made": f"{code}; knowledge {'none' if version is None else f'version {version}'}"}
     lines = {match.name: _match(store, match, folder, around) for match in league}
+    policies = policy_pages.newest_policies(store, league)
+    galleries: dict[TeamName, tuple[str, Callable[[], dict[str, Any]]]] = {}
     for team in teams:
         own = [match for match in league if team in (match.home, match.away)]
         learned_from = [match.key(match.made["sequences"].digests()) for match in own]
+        imitated = any(policy.team == team for policy in policies)
         key = digest(canonical([code, teams, learned_from, version, known and known.manifest.key,
-                                behind.key]))
+                                behind.key, imitated]))
         folder.put(f"teams/{team.slug}.html", key, partial(
-            _page, "team", learned, partial(team_pages.facts, store, team, own, lines)))
+            _page, "team", learned | {"imitated": imitated},
+            partial(team_pages.facts, store, team, own, lines)))
         shown = cache(partial(_gallery, store, team, own, known, behind))
+        galleries[team] = key, shown
         folder.put(f"behaviours/{team.slug}.html", key, partial(_page, "behaviours", learned, shown))
         folder.put(f"maps/{team.slug}.html", key, partial(
             _page, "map", learned, partial(maps.facts, team, known, behind)))
         folder.put(f"against/{team.slug}.html", key, partial(
             _page, "opponent", learned, partial(_opponent, store, team, own, shown)))
+    _policies(store, folder, policies, galleries, around)
     everything = digest(canonical([code, teams, every, [match.key() for match in league]]))
     folder.put("index.html", everything, lambda: page("league", **around, title=TITLE, every=every, rows=[
         _row(match, lines[match.name]) for match in league]))
     folder.put("situations.html", everything, lambda: page(
-        "situations", **around, cards=_situations(store, league)))
+        "situations", **around, **situation_pages.facts(store, league)))
     versions = compare.versions(store)
     folder.put("compare.html", digest(canonical([code, teams])), lambda: page("compare", **around))
     folder.put("compare/numbers.js", digest(canonical([everything, [it.key for it in versions]])), lambda: (
@@ -176,6 +180,29 @@ def write_after(store: Store, report: RunReport) -> None:
         pass
     except PitchloreError as error:
         report.stages.append(StageReport(noun="scout", failed={"pages": str(error)}))
+
+
+def _policies(
+    store: Store, folder: _Folder, policies: list[policy_pages.Newest],
+    galleries: dict[TeamName, tuple[str, Callable[[], dict[str, Any]]]], around: dict[str, Any],
+) -> None:
+    """The list of policies, and a page for each; behaviours lead to their cards in the team's gallery."""
+    made_from = [around["made"], around["menu"]]
+    known = [[it.manifest.key, it.manifest.version, it.slug, it.pitch.model_dump(mode="json")]
+             for it in policies]
+    folder.put("policies.html", digest(canonical([*made_from, known])), lambda: page(
+        "policies", **around, rows=policy_pages.summary(store, policies)))
+    for policy, own in zip(policies, known, strict=True):
+        gallery = None if policy.team is None else galleries.get(policy.team)
+        key, shown = gallery or ("", None)
+
+        def facts(policy: policy_pages.Newest = policy, shown: Any = shown) -> dict[str, Any]:
+            cards = {} if shown is None else {
+                card["id"]: f"../behaviours/{policy.slug}.html#{card['id']}" for card in shown()["cards"]}
+            return policy_pages.facts(store, policy, cards)
+
+        folder.put(f"policies/{policy.slug}.html", digest(canonical([*made_from, own, key])), partial(
+            _page, "policy", around, facts))
 
 
 def _match(
@@ -221,22 +248,3 @@ def _opponent(
     store: Store, team: TeamName, own: list[Match], shown: Callable[[], dict[str, Any]]
 ) -> dict[str, Any]:
     return opponent.facts(store, team, own, shown())
-
-
-def _situations(store: Store, league: list[Match]) -> list[dict[str, Any]]:
-    """Each situation: its rules as text, its share by kind of pitch, its clearest occurrence as a clip."""
-    rows = pl.concat([store.read_table(match.made["situations"], "situations", Situations).with_columns(
-        kind=pl.lit(match.pitch.kind.value)) for match in league[-30:]])
-    counts = rows.group_by("kind", "code").len()
-    share = counts.with_columns(share=pl.col("len") / pl.col("len").sum().over("kind")).sort("kind")
-    clearest = rows.sort("strength", "start_ns", descending=[True, False], nulls_last=True).group_by(
-        "code", maintain_order=True).first()
-    clips = {row["code"]: Clip.about(row, row["start_ns"], row["end_ns"], "an example", before_s=1, after_s=1)
-             for row in clearest.iter_rows(named=True)}
-    rules = rule_table()
-    return [{
-        "code": code, "name": name, "clips": [clips[code]] if code in clips else [],
-        "shares": share.filter(pl.col("code") == code).select("kind", "share").rows(),
-        "rules": [f"{row['initial']} → {row['final']}" for row in rules.filter(
-            pl.col("code") == code, pl.col("initial").is_not_null()).iter_rows(named=True)],
-    } for code, (name, _) in TABLE_1.items()]

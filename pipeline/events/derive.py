@@ -11,6 +11,7 @@ from pipeline.events.control import control
 from pipeline.events.passes import passes
 from pipeline.events.possession import possession
 from pipeline.events.pressure import pressure
+from pipeline.events.restarts import restarts
 from pipeline.events.shots import shots
 from pipeline.pitch import Pitch
 from pipeline.settings import EventSettings
@@ -18,12 +19,13 @@ from schemas import Passes, Possession, Pressure, Shots
 
 
 class Events(NamedTuple):
-    """The events of one match: rows of the schemas Possession, Passes, Shots and Pressure."""
+    """The events of one match: rows of the schemas Possession, Passes, Shots, Pressure and Restarts."""
 
     possession: pl.DataFrame
     passes: pl.DataFrame
     shots: pl.DataFrame
     pressure: pl.DataFrame
+    restarts: pl.DataFrame
 
 
 def events(
@@ -39,9 +41,11 @@ def events(
     """
     held, over = control(trajectories, pitch), episodes(trajectories, referee)
     if not len(held.contacts.first):
-        return Events(Possession.empty(), Passes.empty(), Shots.empty(), Pressure.empty())
+        return Events(Possession.empty(), Passes.empty(), Shots.empty(), Pressure.empty(),
+                      restarts(held, Shots.empty(), referee, over))
     passed = passes(held, trajectories, pitch)
     owned = possession(held, passed, trajectories, over)
+    shot = shots(held, trajectories, over, pitch, settings)
     return Events(
-        owned, passed, shots(held, trajectories, over, pitch, settings),
-        pressure(held, owned, trajectories, pitch, settings))
+        owned, passed, shot, pressure(held, owned, trajectories, pitch, settings),
+        restarts(held, shot, referee, over))

@@ -17,21 +17,12 @@ import polars as pl
 
 from pipeline.arrays import I64
 from pipeline.errors import SchemaMismatch
+from pipeline.policies.batch import batch_of, pairs_of
 from pipeline.policies.influence import Influence
-from pipeline.policies.sarsa import (
-    CONTINUES,
-    TERMINAL,
-    TRUNCATED,
-    UNKNOWN,
-    LearnedValues,
-    Transitions,
-    sarsa_lambda,
-)
+from pipeline.policies.sarsa import UNKNOWN, LearnedValues, Transitions, sarsa_lambda
 from pipeline.settings import PolicySettings
-from pipeline.state import project
 from schemas import Decisions, Policies
-from schemas.behaviours import moves_randomly
-from schemas.table import ROLES, Key
+from schemas.table import ROLES
 
 _PAIR = ["role", "key", "state", "behaviour_id"]
 
@@ -106,7 +97,7 @@ def train(
 
     Args:
         decisions: tables of schema Decisions, of one or more matches each, of the robots that learn. They
-            are consumed one at a time; matches are learned from in this order, in every key. About 30 bytes a
+            are consumed one at a time; matches are learned from in this order, in every key. About 38 bytes a
             decision are kept, 48 with influence values. Training takes some 150 bytes more a
             decision, for any number of keys.
         occasions: schema Occasions, of one version of the knowledge: the pairs to value.
@@ -129,16 +120,16 @@ def train(
     """
     pairs = _initial(occasions, parent, settings)
     known = pl.Enum(pairs["behaviour_id"].unique().sort())
-    parts, matches = [_batch_of(Decisions.empty(), 0, known, settings)], 0
+    parts, matches = [batch_of(Decisions.empty(), 0, known, settings)], 0
     for table in decisions:
-        parts.append(_batch_of(table, matches, known, settings))
+        parts.append(batch_of(table, matches, known, settings))
         matches += max(table["match_id"].rle().len(), 1)
     rows = pl.concat(parts)
     q, visits, evidence = (pairs[name].to_numpy().copy() for name in ("q", "visits", "evidence"))
     tables = {}
     for key in pairs["key"].unique().sort():
         own = pairs.filter(pl.col("key") == key)
-        at, pair = own["row"].to_numpy(), _pairs(rows, own, key)
+        at, pair = own["row"].to_numpy(), pairs_of(rows, own, key)
         visits[at] += np.bincount(pair[pair != UNKNOWN], minlength=len(own))
         learned = _learn(rows, pair, own.with_columns(visits=visits[at]), settings)
         q[at], evidence[at] = learned.q, np.minimum(learned.seen, 1 / settings.step_size)
@@ -176,60 +167,6 @@ def _initial(occasions: pl.DataFrame, parent: pl.DataFrame | None, settings: Pol
             pl.col("evidence").fill_null(settings.start_evidence),
         )
         .with_row_index("row")
-    )
-
-
-def _batch_of(table: pl.DataFrame, before: int, known: pl.Enum, settings: PolicySettings) -> pl.DataFrame:
-    """The decisions of some matches to learn from, in order and in few bytes each.
-
-    Columns role, state, behaviour_id (null if not ``known``), elapsed, reward and ends. For influence
-    values also robot, t_ns and team_episode, which packs the match's number (from ``before``), team and
-    episode.
-    """
-    table = table.with_columns(match=pl.col("match_id").rle_id().cast(pl.Int64) + before)
-    if settings.learn_from != "both":
-        table = table.filter(pl.col("chosen") == (settings.learn_from == "chosen"))
-    sequence = ("match", "team", "robot", "chosen")
-    episode = pl.struct(*sequence, "episode").rle_id()
-    team, kind = pl.col("team").to_physical().cast(pl.Int64), pl.col("chosen").cast(pl.Int64)
-    team_episode = [
-        "robot",
-        "t_ns",
-        ((pl.col("match") * 2**31 + pl.col("episode")) * 4 + team * 2 + kind).alias("team_episode"),
-    ]
-    return (
-        table.sort(*sequence, "t_ns")
-        .with_columns(last=(episode != episode.shift(-1)).fill_null(value=True))
-        .select(
-            "role",
-            "state",
-            pl.col("behaviour_id").fill_null(moves_randomly()).cast(known, strict=False),
-            ((pl.col("end_ns") - pl.col("t_ns")) / 1e9).alias("elapsed"),
-            "reward",
-            # an episode whose last decision does not say how it ended was cut there
-            pl.when(pl.col("ends") == "terminal").then(TERMINAL)
-            .when(pl.col("ends").is_not_null() | pl.col("last")).then(TRUNCATED)
-            .otherwise(CONTINUES).cast(pl.Int8).alias("ends"),
-            *(team_episode if settings.rule == "influence" else ()),
-        )
-    )
-
-
-def _pairs(rows: pl.DataFrame, own: pl.DataFrame, key: Key) -> I64:
-    """Index of each decision's pair in ``own``, the pairs of one key, int64 [T]; UNKNOWN without one."""
-    known = rows["behaviour_id"].dtype
-    index = own.select(
-        "role",
-        "state",
-        pl.col("behaviour_id").cast(known),
-        pl.int_range(pl.len(), dtype=pl.Int64).alias("pair"),
-    )
-    states = project(rows["state"].to_numpy(), key, rows["role"].to_physical().to_numpy())
-    return (
-        rows.select("role", pl.Series("state", states), "behaviour_id")
-        .join(index, on=["role", "state", "behaviour_id"], how="left", maintain_order="left")["pair"]
-        .fill_null(UNKNOWN)
-        .to_numpy()
     )
 
 

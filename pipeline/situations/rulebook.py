@@ -119,6 +119,37 @@ def rule_table() -> pl.DataFrame:
     return pl.DataFrame(rows, schema=schema).sort("code", maintain_order=True)
 
 
+def terms_used() -> pl.DataFrame:
+    """The terms that the rules of each situation use, those of the words that they are made of included.
+
+    Returns:
+        Columns code, signal (the rule's name of a value; playing_time is the time for which the initial
+        condition has held), variable and term, each once, in order of code and of the rules' text.
+    """
+    rows: dict[tuple[int, str, str, str], None] = {}
+    times = list(fuzzy.PLAYING_TIMES)
+    flat = fuzzy.lines(fuzzy.PLAYING_TIMES[times[0]])  # of no account: only the names are asked for
+    for rule in RULES:
+        found: list[tuple[str, str]] = []
+
+        def named(signal: str, term: str, found: list[tuple[str, str]] = found) -> fuzzy.Lines:
+            found.append((signal, term))
+            return flat
+
+        names = signals.OTHER if rule.target in (Target.OPPONENT, Target.TEAMMATE) else signals.OWN
+        compile_conditions([rule.initial, *([rule.final] if rule.final else [])], MACROS, names, named)
+        said = [(signal, str(variable_of(signal)), term) for signal, term in found]
+        if rule.lasts:
+            longer = times[times.index(rule.lasts):]
+            said += [("playing_time", str(Variable.PLAYING_TIME), term) for term in longer]
+        for code in rule.code if isinstance(rule.code, tuple) else (rule.code,):
+            if code in TABLE_1:
+                rows.update(dict.fromkeys((code, *each) for each in said))
+    return pl.DataFrame(list(rows), orient="row", schema={
+        "code": pl.Int16, "signal": pl.String, "variable": pl.String, "term": pl.String,
+    }).sort("code", maintain_order=True)
+
+
 def term_table(kind: Kind) -> pl.DataFrame:
     """Every term of the five fuzzy variables for a kind of match (the paper's Figure 1).
 

@@ -113,6 +113,8 @@ def _csv(*tables: pl.DataFrame) -> str:
             pl.col(name).cast(pl.List(pl.Float64)).list.eval(pl.element().round(3).cast(pl.String)).list.join(" ")
             for name, dtype in table.schema.items() if isinstance(dtype, pl.Array)
         ).with_columns(
+            pl.format("{} of {}", pl.col(name).list.head(2).list.join(", "), pl.col(name).list.len())
+            if dtype == pl.List(pl.String) else
             pl.col(name).list.eval(pl.element().cast(pl.String).str.zfill(3)).list.join("-")
             for name, dtype in table.schema.items() if isinstance(dtype, pl.List)
         ).write_csv(float_precision=5).rstrip()

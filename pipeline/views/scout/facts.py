@@ -30,6 +30,7 @@ class Tables(NamedTuple):
     shots: pl.DataFrame
     pressure: pl.DataFrame
     chances: pl.DataFrame
+    restarts: pl.DataFrame
 
 
 class Numbers(NamedTuple):

@@ -12,6 +12,8 @@ from pipeline.views.replay import asset
 
 #: Files that stand beside the pages.
 STYLE, SCRIPT, COMPARE, MAP = "scout.css", "scout.js", "compare.js", "map.js"
+#: Further style sheets and scripts, which are added to those two.
+_MORE_STYLE, _MORE_SCRIPT = ("map.css", "states.css"), ("pick.js",)
 
 
 @cache
@@ -31,10 +33,10 @@ def page(name: str, *, up: str = "", **facts: Any) -> bytes:
 def files() -> dict[str, bytes]:
     """The style sheet and the scripts; the replay's code is in that of all pages."""
     own = resources.files(__name__.rpartition(".")[0]).joinpath("templates")
-    pages = own.joinpath(SCRIPT).read_text(encoding="utf-8")
-    script = "\n".join(['"use strict";', asset("match.js"), asset("draw.js"), pages])
-    style = "\n".join(own.joinpath(name).read_text(encoding="utf-8") for name in (STYLE, "map.css"))
-    return {STYLE: style.encode(), SCRIPT: script.encode(),
+    styles, scripts = ([own.joinpath(name).read_text(encoding="utf-8") for name in names]
+                       for names in ((STYLE, *_MORE_STYLE), (SCRIPT, *_MORE_SCRIPT)))
+    script = "\n".join(['"use strict";', asset("match.js"), asset("draw.js"), *scripts])
+    return {SCRIPT: script.encode(), STYLE: "\n".join(styles).encode(),
             **{name: own.joinpath(name).read_bytes() for name in (COMPARE, MAP)}}
 
 

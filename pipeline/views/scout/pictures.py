@@ -44,8 +44,11 @@ def heat(x: F64, y: F64, pitch: Pitch) -> F64:
     return cells
 
 
-def on_pitch(pitch: Pitch, label: str, *, marks: Iterable[Mark] = (), cells: F64 | None = None) -> Markup:
-    """A pitch with marks, and perhaps a heat map beneath them."""
+def on_pitch(
+    pitch: Pitch, label: str, *, marks: Iterable[Mark] = (), cells: F64 | None = None,
+    under: Markup | None = None,
+) -> Markup:
+    """A pitch with marks, and perhaps a heat map, or what is ``under`` the lines, beneath them."""
     x, y = pitch.length / 2, pitch.width / 2
     depth = pitch.goal_depth
     unit = pitch.length / 100
@@ -61,6 +64,8 @@ def on_pitch(pitch: Pitch, label: str, *, marks: Iterable[Mark] = (), cells: F64
         -x, -y, 2 * x, 2 * y))
     if cells is not None:
         parts += _cells(cells, pitch)
+    if under is not None:
+        parts.append(under)
     parts.append(Markup('<path class="chalk" d="M0 {:.4g}V{:.4g}"/>').format(-y, y))
     parts.append(Markup('<circle class="chalk" r="{:.4g}"/>').format(0.09 * pitch.length))
     for side in (-1, 1):

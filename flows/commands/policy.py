@@ -1,0 +1,70 @@
+"""Commands on policies: policy show."""
+
+from __future__ import annotations
+
+import polars as pl
+
+from flows.commands.common import DEFAULTS, Common, Flag, Json
+from flows.commands.printing import console, print_frame, print_json
+from pipeline.errors import NotFound
+from pipeline.situations.rules import TABLE_1
+from pipeline.views.scout.facts import said
+from schemas import States
+from schemas.table import KEYS, ROLES
+
+
+def show(
+    version: int | None = None, *, role: str | None = None, key: str | None = None, state: int | None = None,
+    unsure: Flag = False, most: int = 10, json: Json = False, common: Common = DEFAULTS,
+) -> None:
+    """Show the states of a policy in words, the most visited first, and how sure it is in each.
+
+    Args:
+        version: Number of the version (default: the newest).
+        role: Only those of this role: goalkeeper, midfield or striker.
+        key: Only those by this key, such as self6.
+        state: Only this state, by its number.
+        unsure: Only those in which the policy is unsure: too few episodes, or too close to tell.
+        most: Number of states that are printed; --json prints all.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    store = common.existing
+    versions = store.versions("policies")
+    if not versions:
+        raise NotFound("there is no policy yet", where=store.where, next_step="Run `pitchlore run` first")
+    manifest = store.manifest("policies", versions[-1] if version is None else version)
+    if States.NAME not in manifest.files:
+        raise NotFound(f"policy version {manifest.version} was trained before states were kept",
+                       where=store.where, next_step="Train the next version: `pitchlore train`")
+    states = store.read_table(manifest, "states", States)
+    for name, asked, there in (("role", role, ROLES), ("key", key, KEYS)):
+        if asked is not None and asked not in there:
+            raise NotFound(f"no {name} {asked!r} (there are: {', '.join(there)})", where=f"--{name}",
+                           next_step="Name one of these, or leave it out")
+        states = states if asked is None else states.filter(pl.col(name) == asked)
+    states = states if state is None else states.filter(pl.col("state") == state)
+    if unsure:
+        states = states.filter(pl.col("verdict").is_in(["few", "close"]))
+    states = states.sort("visits", "role", "key", "state", descending=[True, False, False, False])
+    if json:
+        print_json(states.to_dicts())
+        return
+    console().print(f"policy version {manifest.version} (few: too few episodes; close: too close to tell; "
+                    "alone: one behaviour)", soft_wrap=True)
+    counts = states.group_by("key", "role", "verdict").agg(states=pl.len(), visits=pl.col("visits").sum())
+    print_frame(counts.sort("key", "role", "verdict"))
+    for row in states.head(max(most, 0)).iter_rows(named=True):
+        rival = "" if row["second"] is None else (
+            f"; next: {_reads(row['second'])} (episodes: {row['second_episodes']})")
+        console().print(
+            f"\n{row['role']}, key {row['key']}, state {row['state']}: {row['verdict']}"
+            f" (visits: {row['visits']}). Best: {_reads(row['best'])}"
+            f" (episodes: {row['best_episodes']}){rival}", soft_wrap=True)
+        console().print(f"  {'; '.join(row['elements']) or 'any state'}", soft_wrap=True)
+
+
+def _reads(behaviour_id: str) -> str:
+    """A behaviour in words, from its id."""
+    return said({code: name for code, (name, _) in TABLE_1.items()},
+                [int(code) for code in behaviour_id.split("-")[1:]])

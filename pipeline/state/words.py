@@ -1,0 +1,46 @@
+"""States in words: the elements that an encoded state keeps, each with the name of its level."""
+
+from __future__ import annotations
+
+import polars as pl
+
+from pipeline.arrays import I64
+from pipeline.state.keys import Column, columns, decode
+from pipeline.state.table import TABLE
+from schemas.table import Key
+
+#: Between the name of an element and that of its level.
+IS = ": "
+
+
+def levels_of(column: Column) -> tuple[str, ...]:
+    """Names of the values of a digit; levels of the element that fall together are joined by *or*."""
+    names = TABLE[column.element].levels
+    return (*names[: column.levels - 1], " or ".join(names[column.levels - 1:]))
+
+
+def elements_of(states: I64, key: Key, slot: int) -> pl.Series:
+    """The elements of encoded states in words, the inverse of :func:`pipeline.state.encode`.
+
+    Args:
+        states: int64 [K], by ``key``.
+        key: which elements are kept.
+        slot: own slot (0, 1, 2) of the robot that decides: the index of its role.
+
+    Returns:
+        List[String] [K], each entry ``name: level`` by :data:`pipeline.state.table.TABLE`, in the order of
+        the key's digits. An empty list by a key that keeps nothing.
+    """
+    digits = decode(states, key)
+    own = columns(key, slot)
+    if not own:
+        return pl.Series("elements", [[]] * len(states), dtype=pl.List(pl.String))
+    said = {
+        str(place): pl.Series([f"{TABLE[column.element].name}{IS}{level}" for level in levels_of(column)])
+        .gather(digits[:, place]) for place, column in enumerate(own)}
+    return pl.DataFrame(said).select(pl.concat_list(pl.all()).alias("elements"))["elements"]
+
+
+def named(elements: list[str]) -> dict[str, str]:
+    """Name of each element to the name of its level, from a state in words."""
+    return dict(element.split(IS, 1) for element in elements)

@@ -1,0 +1,354 @@
+"""The scout's pages of policies, its situations by kind of pitch, and its restarts: in tables and in a browser."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from test_scout import BROWSER, HOSTILE, league, text_of
+
+from flows.cli import main
+from flows.scouting.policies import newest_policies
+from flows.scouting.sources import played
+from flows.scouting.write import Written, write
+from flows.stages import STAGES
+from flows.update import scope_of
+from flows.versions import emit
+from pipeline.pitch import PITCHES, SCALES, Kind
+from pipeline.settings import KnowledgeSettings, Settings, SituationSettings
+from pipeline.situations import fuzzy
+from pipeline.situations.rulebook import term_table, terms_used
+from pipeline.situations.rules import TABLE_1
+from pipeline.state import encode
+from pipeline.state.table import LEVELS
+from pipeline.state.words import elements_of, named
+from pipeline.store import Store
+from pipeline.store.work import Made
+from pipeline.views.scout.curves import Curve, curves
+from pipeline.views.scout.states import around_ball, sentences, zone
+from schemas import KEYS, ROLES, Policies, Referee, Restarts, States
+
+VSSS = PITCHES[Kind.VSSS]
+COARSER = Settings(knowledge=KnowledgeSettings(backoff=("self9", "self6", "role0")))
+
+
+def learn(store: Store) -> None:
+    """A policy by several keys."""
+    scope = scope_of(store)
+    for noun in ("knowledge", "policies"):
+        emit(store, STAGES[noun], STAGES[noun].settings(COARSER), scope)
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory) -> Store:
+    made = league(tmp_path_factory.mktemp("policies"))
+    learn(made)
+    return made
+
+
+@pytest.fixture(scope="module")
+def pages(store) -> Written:
+    return write(store)
+
+
+def policy_page(pages: Written) -> str:
+    (found,) = (pages.first.parent / "policies").glob("*.html")
+    return found.read_text()
+
+
+# ---- states in sentences and pictures
+
+
+@given(st.sampled_from(KEYS), st.sampled_from(ROLES), st.tuples(*(st.integers(0, int(n) - 1) for n in LEVELS)))
+@settings(max_examples=150, deadline=None)
+def test_every_state_is_told(key, role, levels):
+    """Each state has sentences; what the key does not keep is not said, and pictures are there where it is kept."""
+    slot = ROLES.index(role)
+    state = encode(np.array([levels], dtype=np.uint8), key, np.array([slot]))
+    words = named(elements_of(state, key, slot)[0].to_list())
+    told = " ".join(sentences(words, role))
+    assert ("We lead" in told, "It is level" in told, "We trail" in told).count(True) == ("score" in words)
+    assert ("Play is" in told) == ("game situation" in words)
+    assert (zone(words, VSSS) is None) == ("distance of ball to own goal" not in words)
+    assert (around_ball(words, role, VSSS) is None) == (f"distance of own {role} to ball" not in words)
+    assert told.count("(decides)") <= 1
+    if key == "role0":
+        assert told == "Any state: the key keeps nothing of it."
+
+
+def test_sentences():
+    """A state reads as a coach would say it."""
+    words = {
+        "distance of own striker to ball": "near", "orientation of own striker to ball": "front",
+        "own striker in relation to ball and its own goal": "before",
+        "orientation of own striker to its adversary's goal": "pointing", "distance of ball to own goal": "far",
+        "distance of ball to adversary's goal": "very close", "ball direction": "45 degrees", "ball velocity": "fast",
+    }
+    assert sentences(words, "striker") == [
+        "The ball is far from our goal and very close to their goal, is fast, last moved ahead to the left.",
+        "Our striker (decides) is near the ball, is goal-side of it, faces it, points at its adversary's goal."]
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+def test_zones_share_the_pitch(kind):
+    """The zones of all levels cover the pitch, and none covers another."""
+    pitch, area = PITCHES[kind], 0.0
+    for own in ("very close", "close", "far"):
+        for their in ("very close", "close", "far"):
+            drawn = str(zone({"distance of ball to own goal": own, "distance of ball to adversary's goal": their}, pitch))
+            runs = re.findall(r"M[-\d.]+ [-\d.]+h([\d.]+)v([\d.]+)", re.search('class="zone"[^>]*', drawn)[0])
+            area += sum(float(wide) * float(high) for wide, high in runs)
+    assert area == pytest.approx(pitch.length * pitch.width, rel=0.02)
+
+
+# ---- the page of a policy
+
+
+def test_counts_are_those_of_the_table(store, pages):
+    """The page's counts are those of the table states; most visits of a minute of play are to unsure states."""
+    states = store.read_table(store.latest("policies"), "states", States)
+    shown = policy_page(pages)
+    for (key, role), rows in states.group_by("key", "role"):
+        row = re.search(rf"<td>{key}</td><td>{role}</td>(.*?)</tr>", shown)[1]
+        cells = re.findall(r">([^<]*)</td>", row)
+        counts = [rows.filter(pl.col("verdict") == verdict).height for verdict in ("few", "close", "sure")]
+        assert cells[1:6] == list(map(str, [rows.height, rows["visits"].sum(), *counts]))
+    assert f"of {states.height} states" in shown
+
+
+def test_states_are_in_words(store, pages):
+    """No page shows a state by its number alone: each card has its sentence, and its candidates in words."""
+    shown = policy_page(pages)
+    cards = re.findall(r'<article class="card" data-role.*?</article>', shown, re.DOTALL)
+    assert len(cards) > 10
+    for card in cards:
+        assert re.search(r"<p>(The ball|Any state|Our)", card)
+        assert "<td class=\"wraps\">" in card
+    top = store.read_table(store.latest("policies"), "states", States).filter(
+        pl.col("verdict").is_in(["few", "close"]), pl.col("key") == "self6", pl.col("role") == "striker",
+    ).sort("visits", "state", descending=[True, False]).row(0, named=True)
+    assert f"<code>{top['state']}</code>" in shown
+    assert sentences(named(top["elements"]), "striker")[0] in shown
+
+
+def test_names_are_text(pages):
+    """A team's hostile name is text on the pages of policies, too."""
+    for name in ("policies.html", *(f"policies/{it.name}" for it in (pages.first.parent / "policies").iterdir())):
+        assert HOSTILE not in text_of(pages, name)
+
+
+def test_links(pages):
+    """Each address on the pages of policies is a file, and each card of a behaviour is on its page."""
+    root = pages.first.parent
+    for page in [root / "policies.html", *(root / "policies").iterdir()]:
+        for link in re.findall(r'(?:href|src)="([^"]*)"', page.read_text()):
+            name, _, anchor = link.partition("#")
+            assert (page.parent / name).exists()
+            assert not anchor or f'id="{anchor}"' in (page.parent / name).read_text()
+
+
+def test_what_stands_is_kept(store, tmp_path):
+    """A second call writes nothing; a new policy has its pages written, and no page of a match."""
+    shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout"))
+    own = Store(tmp_path / "data")
+    write(own)
+    assert write(own).new == 0
+    other = COARSER.policies.model_copy(update={"discount": 0.9})
+    emit(own, STAGES["policies"], other, scope_of(own))
+    assert write(own).new == 2
+    assert "version 2" in (tmp_path / "data" / "scout" / "policies.html").read_text()
+    assert "times 0.9 for" in next((tmp_path / "data" / "scout" / "policies").iterdir()).read_text()
+
+
+def test_older_policy(store, tmp_path, capsys):
+    """A policy that was trained before states were kept says so; the next run makes one that has them."""
+    shutil.copytree(store.root, tmp_path / "data", ignore=shutil.ignore_patterns("scout", "policies"))
+    own = Store(tmp_path / "data")
+    stage = STAGES["policies"]
+
+    def before(inputs, chosen):
+        made = stage.compute(inputs, chosen)
+        return Made(made.tables[:1], details=made.details)
+
+    older = replace(stage, compute=before, schemas=(Policies,), version=2)
+    emit(own, older, COARSER.policies, scope_of(own))
+    page = policy_page(write(own))
+    assert "trained before" in page
+    assert not [it for it in newest_policies(own, list(played(own))) if it.told]
+    with pytest.raises(SystemExit) as stopped:
+        main(["policy", "show", "--data", str(own.root)])
+    assert stopped.value.code == 1
+    assert "pitchlore train" in capsys.readouterr().err
+    manifest, new = emit(own, stage, COARSER.policies, scope_of(own))
+    assert (manifest.version, new) == (2, True)
+    assert "How many states" in policy_page(write(own))
+
+
+def test_of_other_teams(store, tmp_path):
+    """Pages of some matches only lead to no team that they leave out."""
+    chosen = write(store, tmp_path / "pages", [next(iter(store.receipts("matches"))).name])
+    test_links(chosen)
+
+
+def test_no_policy(tmp_path):
+    """Without a policy the list says how to get one."""
+    own = league(tmp_path)
+    assert "There is no policy yet" in text_of(write(own), "policies.html")
+    assert not list((tmp_path / "scout").glob("policies/*"))
+
+
+def test_command(store, capsys):
+    """``policy show`` prints states in words, those that were asked for; unknown names are one line."""
+    for words in ([], ["--role", "striker", "--key", "self6", "--unsure"]):
+        with pytest.raises(SystemExit) as stopped:
+            main(["policy", "show", *words, "--json", "--data", str(store.root)])
+        assert stopped.value.code == 0
+        rows = json.loads(capsys.readouterr().out)
+        assert rows
+        assert not words or {(row["role"], row["key"]) for row in rows} == {("striker", "self6")}
+        assert all(len(row["elements"]) == int(re.sub(r"\D", "", row["key"])) for row in rows)
+    with pytest.raises(SystemExit):
+        main(["policy", "show", "--key", "self6", "--most", "1", "--data", str(store.root)])
+    assert "distance of ball to own goal: " in capsys.readouterr().out
+    with pytest.raises(SystemExit) as stopped:
+        main(["policy", "show", "--role", "libero", "--data", str(store.root)])
+    assert stopped.value.code == 1
+    assert "no role 'libero'" in capsys.readouterr().err
+
+
+# ---- restarts
+
+
+def test_restarts_of_a_team(store, pages):
+    """A team's page and the report on it count the same restarts as the table, beside the control."""
+    restarts = pl.concat([store.read_table(it, "restarts", Restarts) for it in store.receipts("events")])
+    given = pl.concat([store.read_table(it, "referee", Referee) for it in store.receipts("matches")]).filter(
+        pl.col("event").is_in(["kick-off", "fault"]))
+    assert restarts.height == 2 * given.height > 0
+    own = restarts.filter("own", pl.col("team") == "home", pl.col("kind") == "kick-off")
+    name = next(it.stem for it in (pages.first.parent / "teams").glob("blue-*"))
+    row = re.search(r'<th scope="row">kick-off</th>(.*?)</tr>', text_of(pages, f"teams/{name}.html"))[1]
+    shot = own.filter(pl.col("shot_ns") - pl.col("taken_ns") <= 8 * 10**9).height
+    assert re.findall(r'"n">([^<]*?)(?: <|<)', row)[:2] == [str(own.height), f"{shot / own.height:.0%}".replace("%", "\u00a0%")]
+    assert "control: any moment of play" in text_of(pages, f"teams/{name}.html")
+    assert f"kick-off {shot} of {own.height}" in text_of(pages, f"against/{name}.html")
+
+
+# ---- situations
+
+
+def test_terms_used():
+    """The terms of a situation are those that its rules and their words name."""
+    used = terms_used()
+    assert set(used["code"].to_list()) == set(TABLE_1) - {194}
+    of = {code: set(rows.select("signal", "term").rows()) for (code,), rows in used.group_by("code")}
+    assert of[184] == {("speed", "EQUAL"), ("playing_time", "MEDIUM"), ("playing_time", "LONG")}
+    assert of[78] == {("own_goal_off_heading", "FACING")}
+    assert {("ball_jolt", "MUCH_FASTER"), ("nearest_ball_distance", "CONTACT")} <= of[21], "words are followed"
+    for kind in Kind:
+        terms = term_table(kind)
+        assert used.join(terms, on=["variable", "term"], how="anti").is_empty()
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+def test_curves_are_the_memberships(kind):
+    """At each corner of a drawn curve the degree is that of the membership function."""
+    table = term_table(kind)
+    for (variable,), rows in table.group_by("variable", maintain_order=True):
+        lines = [Curve(*row) for row in rows.select("term", "a", "b", "c", "d", "rises_at", "falls_at").rows()]
+        drawn = str(curves(lines, str(variable)))
+        corners = [at for line in lines for at in line[1:5] if at is not None]
+        low, high = min(corners), max(corners)
+        margin = 0.15 * (high - low)
+        low, high = (low - margin if low < 0 else 0.0), high if variable in ("orientation", "bearing") else high + margin
+        for line, way in zip(lines, re.findall(r'class="line-\d" d="M([^"]*)"', drawn), strict=True):
+            trapezoid = fuzzy.terms(SCALES[kind])[fuzzy.Variable(variable)][line.term]
+            for point in way.split(" L"):
+                x, y = map(float, point.split())
+                at = low + (x - 20) / 272 * (high - low)
+                near = fuzzy.membership(trapezoid, np.linspace(at - 0.01 * (high - low), at + 0.01 * (high - low), 9))
+                assert near.min() - 0.06 <= (74 - y) / 66 <= near.max() + 0.06
+
+
+def test_situations_by_kind(pages):
+    """Each situation has its curves, with units and a table; shares, curves and clips name their kind of pitch."""
+    shown = text_of(pages, "situations.html")
+    cards = re.findall(r'<article class="card">.*?</article>', shown, re.DOTALL)
+    assert len(cards) == len(TABLE_1)
+    with_curves = [card for card in cards if '<svg class="curve" ' in card]
+    assert len(with_curves) == len(TABLE_1) - 1, "194 has no rule"
+    first = cards[0]
+    assert "Distance [m], vsss" in first
+    assert "Distance [m], 2d" in first
+    assert "Bearing [rad], all kinds of pitch" in first
+    assert first.count("<details>") == first.count('<svg class="curve" role')
+    assert 'data-kinds="vsss"' in first
+    assert SituationSettings().fire_at == 0.5, "the curves' numbers are where a term passes one half"
+
+
+# ---- in a browser
+
+
+@pytest.fixture(scope="module")
+def browser():
+    if BROWSER is None:
+        pytest.skip("there is no chromium on this machine")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as player:
+        opened = player.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        yield opened
+        opened.close()
+
+
+@pytest.mark.slow
+def test_filters(pages, browser):
+    """A role and a key show their own states only; a kind of pitch its own curves, shares and clips."""
+    page = browser.new_page()
+    root = pages.first.parent
+    page.goto(next((root / "policies").iterdir()).as_uri())
+    visible = page.locator("article.card:visible")
+    assert set(visible.evaluate_all("it => it.map(card => card.dataset.key)")) == {"self6"}
+    page.select_option("[data-pick=key]", "")
+    every = visible.count()
+    page.select_option("[data-pick=role]", "striker")
+    assert 0 < visible.count() < every
+    assert set(visible.evaluate_all("it => it.map(card => card.dataset.role)")) == {"striker"}
+    page.goto((root / "situations.html").as_uri())
+    curves_seen = page.locator("figure[data-kinds]:visible")
+    assert page.locator("[data-pick=kinds]").input_value() == "vsss"
+    for kind in ("2d", "ssl", "vsss"):
+        page.select_option("[data-pick=kinds]", kind)
+        seen = curves_seen.evaluate_all("it => it.map(each => each.dataset.kinds)")
+        assert {kind, "vsss ssl 2d"} == set(seen)
+    assert page.locator(".clip:visible").count() > 10
+    page.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_for_everybody(pages, browser, scheme):
+    """axe finds nothing serious, nothing is wider than a phone, and no script fails, in both colour schemes."""
+    from axe_core_python.sync_playwright import Axe
+
+    errors: list[str] = []
+    page = browser.new_page(viewport={"width": 390, "height": 844})
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+    root = pages.first.parent
+    for found in (root / "policies.html", *(root / "policies").iterdir(), root / "situations.html",
+                  next((root / "teams").iterdir())):
+        page.goto(found.as_uri())
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390, found.name
+        serious = [f"{it['id']}: {it['nodes'][0]['html'][:120]}" for it in Axe().run(page)["violations"]
+                   if it["impact"] in ("serious", "critical")]
+        assert serious == [], found.name
+    page.close()
+    assert errors == []
