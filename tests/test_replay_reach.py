@@ -26,7 +26,7 @@ def whole(name: str, folder: Path) -> str:
     pitch, (table, _) = log.info.pitch, trajectories(log, TrajectorySettings())
     done = recognise(table, pitch, SituationSettings())
     scored = goals(log.referee, table, done, pitch, GoalSettings())
-    held, passed, shot, _ = events(table, log.referee, pitch, EventSettings())
+    held, passed, shot, *_ = events(table, log.referee, pitch, EventSettings())
     row = matches_row(log)
     told = commentary(row, log.referee, scored, done, table, held, passed, shot, pitch).sentences()
     path = folder / "replay.html"
