@@ -29,8 +29,8 @@ class Tables(NamedTuple):
     passes: pl.DataFrame
     shots: pl.DataFrame
     pressure: pl.DataFrame
-    chances: pl.DataFrame
     restarts: pl.DataFrame
+    chances: pl.DataFrame
 
 
 class Numbers(NamedTuple):
