@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from playwright.sync_api import expect
 from test_scout import BROWSER, HOSTILE, league
 
 from flows.catalog import refresh
@@ -343,12 +344,12 @@ def test_ring_of_a_page(chart, page):
     assert len(on) + len(to) == sum(key in edge for edge in drawn)
     assert page.locator(f"[id='{key}']").is_visible()
     page.keyboard.press("ArrowLeft")
-    assert nodes.nth(1).get_attribute("aria-current") == "true"
+    expect(nodes.nth(1)).to_have_attribute("aria-current", "true")
     leads, to = page.locator(".panel a[href^='#b-']").evaluate_all(
         "all => all.map(each => [each.closest('.panel').id, each.getAttribute('href').slice(1)]).find(([a, b]) => a !== b)")
     page.locator(f".ring [data-place='{leads}']").click()
     page.locator(f"[id='{leads}'] a[href='#{to}']").first.click()
-    assert page.locator(".ring [aria-current]").get_attribute("data-place") == to
+    expect(page.locator(".ring [aria-current]")).to_have_attribute("data-place", to)
     assert page.locator(f"[id='{to}']").is_visible()
 
 

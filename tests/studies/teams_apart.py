@@ -112,21 +112,25 @@ def command(*words: str) -> None:
     subprocess.run([str(Path(sys.executable).with_name("pitchlore")), *words], check=True, capture_output=True)
 
 
-def play(folder: str, matches: int) -> None:
-    """Play each team's matches into a data folder."""
+def play(folder: str, matches: int) -> dict[str, str]:
+    """Play each team's matches into a data folder; the team of each match: constant ones are all of kind learned."""
+    teams = dict[str, str]()
     for number, team in enumerate(TEAMS):
         command("record", "--home", team, "--away", "static", "--minutes", str(MINUTES), "--matches", str(matches),
                 "--seed", str(1_000 * (number + 1)), "--data", folder)
+        teams |= {match.name: teams.get(match.name, team) for match in Store(Path(folder)).receipts("matches")}
+    return teams
 
 
 def rows(matches: int) -> Iterator[dict[str, object]]:
     """A row for each way of describing a match."""
     with tempfile.TemporaryDirectory(prefix="pitchlore-teams-") as folder:
-        play(folder, matches)
+        names = play(folder, matches)
         command("run", "--no-train", "--data", folder)
         store = Store(Path(folder))
         played = list(store.receipts("matches"))
-        teams = [str(match.details["home"]) for match in played]
+        teams = [names[match.name] for match in played]
+        assert len(set(teams)) == len(TEAMS)
         for name, describe in DESCRIPTIONS.items():
             told = [describe(store, match) for match in played]
             yield {"described_by": name, "teams": len(TEAMS), "matches": len(played),
