@@ -244,7 +244,7 @@ STAGES = Chain(
     Stage("events", Per.MATCH, ("matches", "trajectories"),
           (Possession, Passes, Shots, Pressure, Restarts), 3, _events),
     Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),
-    Stage("models", Per.GROUP, ("matches", "moments", "events"), (), 4, _models, choose=models.choose),
+    Stage("models", Per.GROUP, ("matches", "moments", "events"), (), 5, _models, choose=models.choose),
     Stage("chances", Per.MATCH, ("matches", "events", "models"), (Chances,), 1, _chances),
     Stage("values", Per.MATCH, ("matches", "trajectories", "situations", "moments", "models"),
           (Values, Worths), 3, _values),

@@ -20,6 +20,8 @@ from pipeline.values.models import probability
 CONTROLS: dict[str, tuple[int, ...]] = {"distance": (0,), "rate": ()}
 #: Iterations that scikit-learn's solver may take.
 _ITERATIONS = 1000
+#: Greatest slope of the loss at which the solver stops, and decimals of a coefficient that are kept.
+_TOLERANCE, _DIGITS = 1e-10, 8
 
 
 def fit(
@@ -90,9 +92,11 @@ def _weights(features: F64, scored: Bools, penalty: float) -> F64:
     if not scored.any() or scored.all():
         return np.full(1 + features.shape[1], np.nan)
     mean, spread = features.mean(axis=0), np.maximum(features.std(axis=0), 1e-6)
-    model = LogisticRegression(C=penalty**2, max_iter=_ITERATIONS)  # type: ignore[no-untyped-call]
+    model = LogisticRegression(  # type: ignore[no-untyped-call]
+        C=penalty**2, solver="newton-cholesky", tol=_TOLERANCE, max_iter=_ITERATIONS)
     model.fit((features - mean) / spread, scored)
     slopes = model.coef_[0].astype(np.float64) / spread
     # summed one by one, for the reason given in logits_of
     offset = float(model.intercept_[0]) - sum(float(part) for part in slopes * mean)
-    return np.array([offset, *slopes])
+    # where arrays lie in memory decides the last bits of BLAS, and Newton's steps leave no others to chance
+    return np.array([offset, *slopes]).round(_DIGITS)
