@@ -13,7 +13,7 @@ import dataframely as dy
 from schemas.table import ROLES, SIDES, Table, match_id, unit
 
 #: How a team's possession ends.
-ENDINGS = ("lost", "contested", "goal", "conceded", "stopped", "end")
+ENDINGS = ("lost", "contested", "shot", "goal", "conceded", "stopped", "end")
 #: Directions of a pass: quarters about the team's direction of attack.
 DIRECTIONS = ("front", "left", "back", "right")
 #: What came of a shot.
@@ -30,7 +30,8 @@ class Possession(Table):
     """
 
     NAME: ClassVar[str] = "possession"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
+    SINCE: ClassVar[int] = 1
 
     match_id = match_id()
     team = dy.Enum(SIDES, description="team that has the ball")
@@ -46,7 +47,7 @@ class Possession(Table):
     end_x = dy.Float32(description="place of the ball at the end, along the pitch", metadata=unit("m"))
     end_y = dy.Float32(description="the same across the pitch", metadata=unit("m"))
     ended = dy.Enum(ENDINGS, description=(
-        "lost: the other team touched; contested: both touch; goal, conceded: play stopped with a goal of the "
+        "lost: the other team touched, and the last touch was no shot; contested: both touch; shot: the last touch was a shot (table shots) that was no goal; goal, conceded: play stopped with a goal of the "
         "team, or of the other; stopped: play stopped; end: the recording ends"
     ))
 

@@ -115,6 +115,17 @@ def test_stopped(scorer, ended):
     assert it.possession["ended"].to_list() == [ended]
 
 
+def test_possession_ends_with_a_shot():
+    """A shot that an adversary touches is no lost ball; that of a mate goes on; a goal is a goal."""
+    saved = SHOOTER | {(AWAY, 0): (0.68, 0.0)}
+    it = found(match(SHOT, saved, referee=[(0, "kick-off", "home")]))
+    assert (it.shots["outcome"][0], it.possession["ended"][0]) == ("saved", "shot")
+    mate = SHOOTER | {(HOME, 2): (0.68, 0.0)}
+    it = found(match(SHOT, mate, referee=[(0, "kick-off", "home")]))
+    assert (it.shots["outcome"][0], it.possession["ended"].to_list()) == ("own", ["end"])
+    assert found(match(SHOT, SHOOTER, referee=SCORED)).possession["ended"].to_list() == ["goal"]
+
+
 #: Home 1 shoots from the centre at 1 s, at 0.8 m/s.
 SHOT = [(0, 0, 0), (1, 0, 0), (2, 0.8, 0), (4, 0.8, 0)]
 SHOOTER = {(HOME, 1): (-0.06, 0.0), (HOME, 2): (-0.5, 0.3), (AWAY, 0): (0.7, 0.4), (AWAY, 1): (0.3, 0.4)}

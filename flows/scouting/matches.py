@@ -30,6 +30,8 @@ MEASURES = (
 )
 #: Seconds shown before a goal.
 _BEFORE_GOAL_S, _AFTER_GOAL_S = 5.0, 0.5
+#: Seconds before an event at which its link opens the replay.
+_BEFORE_S = 1.0
 #: Seconds before what the commentary tells of at which the replay begins.
 _BEFORE_TOLD_S = 1.0
 
@@ -51,7 +53,7 @@ def facts(match: Match, tables: Tables) -> dict[str, Any]:
         "over_time": each, "strips": [
             {"name": name, "picture": over_time([getattr(part, of) for part in each], goals, name)}
             for name, of in (("Possession over time", "possession"), ("Territory over time", "territory"))],
-        "goals": _goals(match, told), "told": _told(told), "shots": _shots(match, tables),
+        "goals": _goals(match, tables, told), "told": _told(told), "shots": _shots(match, tables),
         "sides": [{"key": side, "name": team.name, **_passes(tables, side, pitch)}
                   for side, team in zip(SIDES, (match.home, match.away), strict=True)],
         "robots": _robots(match, tables),
@@ -99,30 +101,34 @@ def _told(told: Commentary) -> list[dict[str, Any]]:
             for moment in told.moments]
 
 
-def _goals(match: Match, told: Commentary) -> list[dict[str, Any]]:
-    """Each goal in the commentary's words, with the clip that leads to it."""
-    found = []
-    for moment in told.moments:
-        if moment.kind == "goal":
-            row = {"match_id": match.name, "team": moment.team, "robot": moment.robot}
-            clip = Clip.about(row, moment.t_ns, moment.t_ns, "how it came",
-                              before_s=_BEFORE_GOAL_S, after_s=_AFTER_GOAL_S)
-            found.append({"team": moment.team or "", "says": moment.line(), "clip": clip})
-    return found
+def _goals(match: Match, tables: Tables, told: Commentary) -> list[dict[str, Any]]:
+    """Each goal in the commentary's words, with the clip that leads to it; its maker is ringed."""
+    said = [moment.line() for moment in told.moments if moment.kind == "goal"]
+    goals = tables.goals.sort("t_ns", maintain_order=True).iter_rows(named=True)
+    return [{"team": goal["team"] or "", "says": line, "clip": clip_of(goal)}
+            for goal, line in zip(goals, said, strict=True)]
+
+
+def clip_of(goal: dict[str, Any]) -> Clip:
+    """The clip that leads to a goal, a row of schema Goals; the robot that made it is ringed, on its side."""
+    sides = dict(zip(SIDES, reversed(SIDES), strict=True))
+    side = sides.get(goal["team"]) if goal["kind"] == "error" else goal["team"]
+    return Clip.about(goal | {"team": side}, goal["t_ns"], goal["t_ns"], "how it came",
+                      before_s=_BEFORE_GOAL_S, after_s=_AFTER_GOAL_S)
 
 
 def _shots(match: Match, tables: Tables) -> dict[str, Any]:
     rows, marks = [], []
     for shot in with_chances(tables).iter_rows(named=True):
         turn = 1 if shot["team"] == "home" else -1
-        at = round(max(shot["t_ns"] / 1e9 - 1, 0), 2)
+        at = shot["t_ns"] / 1e9
         says = f"{shot['team']} {shot['robot']}: {shot['outcome']}, from {shot['distance']:.2f} m"
         says += "" if shot["xg"] is None else f", xG {shot['xg']:.2f}"
         style = f"mark {shot['team']} {shot['outcome']}"
         marks.append(Mark(turn * shot["x"], turn * shot["y"], style, says,
-                          link=f"../replays/{match.name}.html#t={at}", size=size(shot["xg"])))
+                          link=f"../replays/{match.name}.html#t={before(at)}", size=size(shot["xg"])))
         told = ("team", "robot", "distance", "speed", "xg", "outcome")
-        rows.append({key: shot[key] for key in told} | {"at": at})
+        rows.append({key: shot[key] for key in told} | {"at": at, "watch": before(at)})
     return {"rows": rows, "rests_on": rests_on(match, tables.chances),
             "picture": on_pitch(match.pitch, "shots of both teams", marks=marks)}
 
@@ -142,9 +148,14 @@ def _passes(tables: Tables, side: str, pitch: Pitch) -> dict[str, Any]:
              for row in lost.iter_rows(named=True)]
     return {
         "picture": on_pitch(pitch, f"passes of {side}, and where it loses the ball", marks=marks),
-        "rows": [{"at": t_ns / 1e9, "robot": robot, "says": says, "x": x, "y": y}
+        "rows": [{"at": t_ns / 1e9, "watch": before(t_ns / 1e9), "robot": robot, "says": says, "x": x, "y": y}
                  for t_ns, robot, says, x, y in sorted(rows)],
     }
+
+
+def before(at: float) -> float:
+    """When to begin to watch what happens at a time, seconds."""
+    return round(max(at - _BEFORE_S, 0.0), 2)
 
 
 def _robots(match: Match, tables: Tables) -> list[dict[str, Any]]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from flows.scouting.matches import clip_of
 from flows.scouting.sources import Match, TeamName, events_of
 from flows.scouting.teams import sides_of
 from pipeline.pitch import Pitch
@@ -72,7 +73,8 @@ def _pressed(pressed: pl.DataFrame) -> dict[str, Any]:
     share = won.height / max(pressed.height, 1)
     return _said(
         "Under pressure",
-        f"Pressed {pressed.height} times, it lost the ball {won.height} times ({share:.0%}).",
+        f"A robot pressed it {pressed.height} times. In {won.height} of them ({share:.0%}) the pressing team"
+        " won the ball.",
         [_clip(row, row["end_ns"], "won by pressing")
          for row in won.head(CLIPS).iter_rows(named=True)])
 
@@ -91,8 +93,7 @@ def _conceded(store: Store, played: Sequence[tuple[Match, str]], shots: pl.DataF
         middle = float(np.median(shots["distance"].to_numpy()))
         says += f" Half of the {shots.height} shots at it came from less than {middle:.2f} m."
     return _said("What has worked against it", says, [
-        _clip(row, row["t_ns"], "goal", before_s=5.0)
-        for row in goals.tail(CLIPS).iter_rows(named=True)])
+        clip_of(row) for row in goals.tail(CLIPS).iter_rows(named=True)])
 
 
 def _keeper(

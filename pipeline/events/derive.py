@@ -44,8 +44,8 @@ def events(
         return Events(Possession.empty(), Passes.empty(), Shots.empty(), Pressure.empty(),
                       restarts(held, Shots.empty(), referee, over))
     passed = passes(held, trajectories, pitch)
-    owned = possession(held, passed, trajectories, over)
     shot = shots(held, trajectories, over, pitch, settings)
+    owned = possession(held, passed, shot, trajectories, over)
     return Events(
         owned, passed, shot, pressure(held, owned, trajectories, pitch, settings),
         restarts(held, shot, referee, over))

@@ -6,20 +6,22 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from pipeline.arrays import I64
+from pipeline.arrays import I64, Bools
 from pipeline.events.control import NOBODY, Control
 from pipeline.events.views import place, tabled
 from schemas import SIDES, Possession
 
 
 def possession(
-    control: Control, passes: pl.DataFrame, trajectories: pl.DataFrame, over: pl.DataFrame
+    control: Control, passes: pl.DataFrame, shots: pl.DataFrame, trajectories: pl.DataFrame,
+    over: pl.DataFrame,
 ) -> pl.DataFrame:
     """Rows of schema Possession of one match.
 
     Args:
         control: of the match.
         passes: rows of schema Passes of the match.
+        shots: rows of schema Shots of the match.
         trajectories: rows of schema Trajectories of the match.
         over: how its segments ended (:func:`pipeline.episodes.episodes`).
     """
@@ -37,6 +39,8 @@ def possession(
     began = np.sort(control.stretch[control.contacts.first])
     lost = control.team[following] != NOBODY
     ended = np.where(goes_on, np.where(lost, "lost", "contested"), _stopped(ball.segment[last], team, over))
+    shot = _shot(ball.t_ns[last_touch], team, shots)
+    ended = np.where(shot & np.isin(ended, ("lost", "contested", "stopped")), "shot", ended)
     return tabled(Possession, trajectories, {
         "team": np.array(SIDES)[team],
         "start_ns": ball.t_ns[first],
@@ -54,6 +58,15 @@ def possession(
 def _within(times: I64, first: I64, last: I64) -> I64:
     """How many of some times lie in each of the intervals, ends included."""
     return np.searchsorted(times, last, "right") - np.searchsorted(times, first)
+
+
+def _shot(t_ns: I64, team: I64, shots: pl.DataFrame) -> Bools:
+    """Whether the last touches of teams are shots that no other robot of the team touched next, bool [n]."""
+    ended = shots.filter(pl.col("outcome") != "own").select(
+        "t_ns", side=pl.col("team").cast(pl.String), shot=pl.lit(value=True)).unique()
+    touches = pl.DataFrame({"t_ns": t_ns, "side": np.array(SIDES)[team]})
+    found = touches.join(ended, on=("t_ns", "side"), how="left", maintain_order="left")
+    return found["shot"].fill_null(value=False).to_numpy()
 
 
 def _stopped(segment: I64, team: I64, over: pl.DataFrame) -> npt.NDArray[np.str_]:

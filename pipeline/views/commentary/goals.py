@@ -47,7 +47,8 @@ def of_goals(
         head = f"GOAL{f' for {team}' if team else ''}{f', {now}' if now else ''}!"
         credit, scorer = _credit(goal, seen)
         said = ": ".join(part for part in (credit, _way(goal, seen, situations, scorer, settings)) if part)
-        yield Moment(t_ns, "goal", team, goal["robot"], f"{head} {said}".strip(), Weight.ALWAYS)
+        maker = None if goal["kind"] == "error" else goal["robot"]  # who errs is the other team's
+        yield Moment(t_ns, "goal", team, maker, f"{head} {said}".strip(), Weight.ALWAYS)
 
 
 def _credit(goal: dict[str, Any], seen: pl.DataFrame) -> tuple[str, str]:
