@@ -17,7 +17,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 # The tests start hundreds of processes: they must find compiled sources.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
+.PHONY: help browser demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
   teams-apart expected-goals paradigms seasons soak bench-scale golden notebooks lock clean
 
 help:  ## list the targets
@@ -90,6 +90,11 @@ soak: $(READY)  ## an hour of everything at once on one data folder (two hours w
 
 bench-scale: $(READY)  ## what a run costs with 10, 100 and 1,000 matches (an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.scale data/studies/scale/scale.csv
+
+browser:  ## chromium from Debian's packages, for the tests of pages; where it cannot be had they skip
+	@command -v chromium >/dev/null || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && \
+	  timeout 120 apt-get update -qq && timeout 300 apt-get install -qq -y --no-install-recommends chromium \
+	  >/dev/null; } || echo "no browser: the tests of pages skip"
 
 teams-apart: $(READY)  ## does what robots do tell who plays? (two minutes)
 	PYTHONPATH=tests $(BIN)/python -m studies.teams_apart data/studies/scout/teams.csv
