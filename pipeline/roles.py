@@ -18,6 +18,7 @@ def roles(trajectories: pl.DataFrame, team: pl.Series, robot: pl.Series, t_ns: p
     """
     asked = pl.DataFrame({
         "t_ns": t_ns, "team": team.cast(pl.String), "robot": robot.cast(trajectories.schema["robot"])})
-    seen = trajectories.filter(pl.col("team") != "ball").select(
+    then = trajectories.join(asked.select("t_ns").unique(), on="t_ns", how="semi")
+    seen = then.filter(pl.col("team") != "ball").select(
         "t_ns", pl.col("team").cast(pl.String), "robot", pl.col("role").cast(pl.Enum(ROLES)))
     return asked.join(seen, on=("t_ns", "team", "robot"), how="left", maintain_order="left")["role"]

@@ -186,7 +186,7 @@ def payload(
         "shots": _shots(Shots.empty() if shots is None else shots)}
     text = json.dumps(facts, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
     raw = struct.pack("<I", len(text)) + text + _samples(trajectories, bodies, shown, quantum)
-    return facts, base64.b64encode(zlib.compress(raw, 9)).decode("ascii")
+    return facts, base64.b64encode(zlib.compress(raw)).decode("ascii")
 
 
 def asset(name: str) -> str:
