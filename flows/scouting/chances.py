@@ -6,15 +6,29 @@ from collections.abc import Sequence
 
 import polars as pl
 
-from flows.scouting.sources import Match
+from flows.scouting.sources import Match, events_of
+from pipeline.store import Store
 from pipeline.views.scout.facts import Mean, Tables
+from schemas import Chances, Shots
 
 
 def with_chances(tables: Tables) -> pl.DataFrame:
     """The shots of a match with the column xg of the table chances."""
+    return _with(tables.shots, tables.chances)
+
+
+def shots_over(store: Store, sides: Sequence[tuple[Match, str]]) -> pl.DataFrame:
+    """The shots of a team's sides in matches with the column xg of the table chances."""
+    chances = pl.concat([Chances.empty(), *(
+        store.read_table(match.made["chances"], "chances", Chances).filter(team=side)
+        for match, side in sides)])
+    return _with(events_of(store, sides, Shots), chances)
+
+
+def _with(shots: pl.DataFrame, chances: pl.DataFrame) -> pl.DataFrame:
     key = ["match_id", "team", "t_ns", "robot"]
-    return tables.shots.join(
-        tables.chances.select(*key, "xg"), on=key, how="left", maintain_order="left", validate="1:1")
+    return shots.join(
+        chances.select(*key, "xg"), on=key, how="left", maintain_order="left", validate="1:1")
 
 
 def rests_on(match: Match, chances: pl.DataFrame) -> str:

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from flows.scouting.answers import kept, of_match
 from flows.scouting.chances import rests_on, size, with_chances
 from flows.scouting.sources import Match, TeamName
 from pipeline.pitch import Pitch
 from pipeline.views.commentary import Commentary, commentary
-from pipeline.views.scout.facts import Tables, by_lead, halves, markers, numbers, parts
+from pipeline.views.scout.changes import Change, change, change_of_count, told
+from pipeline.views.scout.facts import Numbers, Tables, by_lead, halves, markers, numbers, parts
 from pipeline.views.scout.gallery import Clip
 from pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time
 from pipeline.views.scout.restarts import any_moment
@@ -39,8 +41,11 @@ _BEFORE_TOLD_S = 1.0
 def facts(match: Match, tables: Tables) -> dict[str, Any]:
     """What the page of a match says."""
     row, pitch = tables.matches.row(0, named=True), match.pitch
-    told = told_of(match, tables)
+    moments, answers = told_of(match, tables), of_match(match, tables)
     whole = [("whole match", 0, 1 << 62), *halves(tables)]
+    counts = [numbers(tables, start, end) for _, start, end in whole]
+    sides, names = (match.home, match.away), called(match.home.name, match.away.name)
+    changes = _changes(counts[1], counts[2], [(end - start) / 1e9 for _, start, end in whole[1:]])
     each, goals = parts(tables), [
         (t_ns / 1e9 / max(row["duration_s"], 1e-9), team or "", f"goal for {team or 'nobody knows whom'}")
         for t_ns, team in tables.goals.select("t_ns", "team").iter_rows()]
@@ -48,14 +53,17 @@ def facts(match: Match, tables: Tables) -> dict[str, Any]:
         "id": match.name, "home": match.home, "away": match.away, "kind": pitch.kind.value,
         "score": score(row), "seconds": row["duration_s"], "flaws": flaws(tables.quality),
         "note": note_on(row["home"], row["away"]), "measures": MEASURES,
-        "parts": [{"name": name, "numbers": {side: own._asdict() for side, own in numbers(
-            tables, start, end).items()}} for name, start, end in whole],
+        "called": names, "changes": changes, "changed": told([
+            (f"{names[side]}: {label}", changes[side][name]) for side in SIDES for label, name, _ in MEASURES]),
+        "parts": [{"name": name, "numbers": {side: own._asdict() for side, own in each.items()}}
+                  for (name, _, _), each in zip(whole, counts, strict=True)],
         "over_time": each, "strips": [
             {"name": name, "picture": over_time([getattr(part, of) for part in each], goals, name)}
             for name, of in (("Possession over time", "possession"), ("Territory over time", "territory"))],
-        "goals": _goals(match, tables, told), "told": _told(told), "shots": _shots(match, tables),
-        "sides": [{"key": side, "name": team.name, **_passes(tables, side, pitch)}
-                  for side, team in zip(SIDES, (match.home, match.away), strict=True)],
+        "goals": _goals(match, tables, moments), "told": _told(moments),
+        "shots": _shots(match, tables),
+        "sides": [{"key": side, "name": team.name, "answers": answers[side], **_passes(tables, side, pitch)}
+                  for side, team in zip(SIDES, sides, strict=True)],
         "robots": _robots(match, tables),
     }
 
@@ -71,9 +79,29 @@ def line(match: Match, tables: Tables) -> dict[str, Any]:
         "flaws": flaws(tables.quality), "numbers": {side: it._asdict() for side, it in own.items()},
         "any_moment": {side: list(it) for side, it in any_moment(
             tables.trajectories, tables.shots, tables.referee).items()},
+        **kept(match, tables),
         "by_lead": {side: {name: list(it) for name, it in each.items()} for side, each in leads.items()},
         "picture": bars([float(share) for share in counts], "where the ball was, from home's goal to away's"),
     }
+
+
+def called(home: str, away: str) -> dict[str, str]:
+    """What each side is called: its team, and the side, too, where a team plays itself."""
+    return {side: name if home != away else f"{name} ({side})"
+            for side, name in zip(SIDES, (home, away), strict=True)}
+
+
+def _changes(
+    first: dict[str, Numbers], second: dict[str, Numbers], seconds: Sequence[float]
+) -> dict[str, dict[str, Change | None]]:
+    """What changed from the first to the second half, by side and measure."""
+    found: dict[str, dict[str, Change | None]] = {side: {} for side in SIDES}
+    for side in SIDES:
+        for _, name, share in MEASURES:
+            values = getattr(first[side], name), getattr(second[side], name)
+            counts = not share and name != "xg"
+            found[side][name] = change_of_count(*values, (seconds[0], seconds[1])) if counts else change(*values)
+    return found
 
 
 def score(row: dict[str, Any]) -> str:

@@ -142,6 +142,25 @@ def chosen(league: Sequence[Match], names: Sequence[str]) -> list[Match]:
     return [match for match in league if match.name in kept]
 
 
+def sides_of(team: TeamName, match: Match) -> list[str]:
+    """The sides that a team plays in a match; both, if it plays itself."""
+    return [side for side, own in zip(SIDES, (match.home, match.away), strict=True) if own == team]
+
+
+def counted(matches: int, itself: int) -> str:
+    """A number of matches in words, and how many of them a team plays against itself."""
+    says = f"{matches} {'match' if matches == 1 else 'matches'}"
+    if not itself:
+        return says
+    which = "it" if matches == 1 else f"{itself} of them"
+    return f"{says}, {which} against itself, which {'counts' if itself == 1 else 'count'} from both sides"
+
+
+def against_itself(team: TeamName, matches: Sequence[Match]) -> int:
+    """How many of some matches a team plays against itself."""
+    return sum(match.home == match.away == team for match in matches)
+
+
 class Known(NamedTuple):
     """The newest knowledge.
 

@@ -8,10 +8,20 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from flows.scouting.chances import known_in
+from flows.scouting.answers import of_team
+from flows.scouting.chances import known_in, shots_over, size
 from flows.scouting.learned import Learned
-from flows.scouting.matches import MEASURES
-from flows.scouting.sources import Known, Match, TeamName, events_of, sequence
+from flows.scouting.matches import MEASURES, before
+from flows.scouting.sources import (
+    Known,
+    Match,
+    TeamName,
+    against_itself,
+    counted,
+    events_of,
+    sequence,
+    sides_of,
+)
 from pipeline.pitch import Pitch
 from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
@@ -23,19 +33,18 @@ from pipeline.views.scout.pictures import Mark, heat, on_pitch
 from pipeline.views.scout.restarts import SOON_S, Moments, paid
 from pipeline.views.scout.restarts import over_matches as any_moment
 from pipeline.views.scout.transitions import Followed, around, transitions
-from schemas import SIDES, Passes, Possession, Restarts, Shots, Trajectories, note_on
+from schemas import SIDES, Passes, Possession, Restarts, Trajectories, note_on
 
 #: Matches that clips are taken from: the newest.
 FROM = 40
 #: Occurrences whose beginning and end are drawn, evenly from all.
 DOTS = 60
+#: Seconds from which rates are given of a time in which a team leads, is level or trails.
+LEAST_S = 60.0
+#: Shots on a team's page up to which each leads to its moment.
+LINKED = 200
 #: Names of the situations, by code.
 NAMES = {code: name for code, (name, _) in TABLE_1.items()}
-
-
-def sides_of(team: TeamName, match: Match) -> list[str]:
-    """The sides that a team plays in a match; both, if it plays itself."""
-    return [side for side, own in zip(SIDES, (match.home, match.away), strict=True) if own == team]
 
 
 def facts(
@@ -56,7 +65,8 @@ def facts(
                 "against": (match.away if side == "home" else match.home).name})
     own, other = over(team, matches, lines)
     return {
-        "team": team, "matches": rows, "measures": MEASURES, "own": own, "other": other,
+        "team": team, "matches": rows, "counted": counted(len(matches), against_itself(team, matches)),
+        "answers": of_team(store, team, matches, lines), "measures": MEASURES, "own": own, "other": other,
         "note": note_on(team.name), "known": known_in(len(rows), (own["xg"], other["xg"])),
         "pictures": _pictures(store, team, matches),
         "restarts": paid(events_of(store, played, Restarts)), "soon_s": SOON_S, "any": any_moment(moments),
@@ -79,13 +89,15 @@ def over(
 
 
 def _led(name: str, each: Sequence[ByLead]) -> dict[str, Any]:
-    """What a team does while it leads, is level or trails, over its matches."""
+    """What a team does while it leads, is level or trails, over its matches; no rates of less than a minute."""
     seconds, owned = sum(it.seconds for it in each), sum(it.owned_s for it in each)
+    enough = seconds >= LEAST_S
+    shots, lost = sum(it.shots for it in each), sum(it.lost for it in each)
     return {
-        "name": name, "minutes": seconds / 60,
-        "possession": sum(it.held_s for it in each) / owned if owned else None,
-        "shots": 600 * sum(it.shots for it in each) / seconds if seconds else None,
-        "lost": 600 * sum(it.lost for it in each) / seconds if seconds else None,
+        "name": name, "minutes": seconds / 60, "enough": enough, "n": {"shots": shots, "lost": lost},
+        "possession": sum(it.held_s for it in each) / owned if enough and owned else None,
+        "shots": 600 * shots / seconds if enough else None,
+        "lost": 600 * lost / seconds if enough else None,
     }
 
 
@@ -95,7 +107,7 @@ def _pictures(store: Store, team: TeamName, matches: Sequence[Match]) -> list[di
     same = [match for match in matches if match.pitch == pitch]
     sides = [(match, side) for match in same for side in sides_of(team, match)]
     losses = events_of(store, sides, Possession).filter(pl.col("ended") == "lost")
-    arrows, shots = events_of(store, sides, Passes), events_of(store, sides, Shots)
+    arrows, shots = events_of(store, sides, Passes), shots_over(store, sides)
     places = [places_of(store, match, side) for match in same[-8:] for side in sides_of(team, match)]
     keeper = pl.concat(places).filter(pl.col("role") == "goalkeeper")
     return [
@@ -103,9 +115,7 @@ def _pictures(store: Store, team: TeamName, matches: Sequence[Match]) -> list[di
          "picture": on_pitch(pitch, "where it loses the ball", cells=heat(
              losses["end_x"].to_numpy(), losses["end_y"].to_numpy(), pitch))},
         {"name": "Shots", "says": f"{shots.height} shots: filled ones are goals, dashed ones are wide.",
-         "picture": on_pitch(pitch, "shots", marks=[
-             Mark(row["x"], row["y"], f"mark home {row['outcome']}", row["outcome"])
-             for row in shots.iter_rows(named=True)])},
+         "picture": on_pitch(pitch, "shots", marks=_shots(shots))},
         {"name": "Passes", "says": f"{arrows.height} passes; the last 200 are drawn.",
          "picture": on_pitch(pitch, "passes", marks=[
              Mark(row["x"], row["y"], "mark home", f"{row['robot']} to {row['receiver']}",
@@ -116,6 +126,19 @@ def _pictures(store: Store, team: TeamName, matches: Sequence[Match]) -> list[di
         {"name": "Formation", "says": "Mean places in its last matches: filled with the ball, else hollow.",
          "picture": formation(pl.concat(places), pitch)},
     ]
+
+
+def _shots(shots: pl.DataFrame) -> list[Mark]:
+    """Marks of shots; each leads to its moment where they are few."""
+    marks = []
+    for row in shots.iter_rows(named=True):
+        at = before(row["t_ns"] / 1e9)
+        says = f"robot {row['robot']}: {row['outcome']}, from {row['distance']:.2f} m"
+        marks.append(Mark(
+            row["x"], row["y"], f"mark home {row['outcome']}",
+            says if row["xg"] is None else f"{says}, xG {row['xg']:.2f}", size=size(row["xg"]),
+            link=f"../replays/{row['match_id']}.html#t={at}" if shots.height <= LINKED else None))
+    return marks
 
 
 def places_of(store: Store, match: Match, side: str) -> pl.DataFrame:

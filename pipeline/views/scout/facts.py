@@ -243,6 +243,8 @@ def mean(values: Sequence[float]) -> Mean | None:
 def over_matches(each: Sequence[tuple[Numbers, float]]) -> dict[str, Mean | None]:
     """A team over its matches: means of shares, and of counts in each ten minutes.
 
+    No end of an interval is below 0, and that of a share is not above 1: no such number is.
+
     Args:
         each: of each match the team's numbers, and its minutes.
     """
@@ -251,8 +253,15 @@ def over_matches(each: Sequence[tuple[Numbers, float]]) -> dict[str, Mean | None
         known = [(getattr(own, name), minutes) for own, minutes in each if getattr(own, name) is not None]
         share = name in ("possession", "territory")
         per = [value if share else 10 * value / minutes for value, minutes in known]
-        found[name] = mean(per)
+        found[name] = _within(mean(per), 1.0 if share else None)
     return found
+
+
+def _within(mean: Mean | None, most: float | None) -> Mean | None:
+    """A mean whose interval ends at 0 and at the most that there can be."""
+    if mean is None or mean.low is None or mean.high is None:
+        return mean
+    return mean._replace(low=max(mean.low, 0.0), high=mean.high if most is None else min(mean.high, most))
 
 
 def said(names: Mapping[int, str], codes: Sequence[int]) -> str:

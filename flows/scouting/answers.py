@@ -1,0 +1,96 @@
+"""A coach's questions about a side or a team, answered in small tables: losses, goals, passes, shots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from flows.scouting.chances import shots_over, with_chances
+from flows.scouting.sources import Match, TeamName, events_of, sides_of
+from pipeline.situations.rules import TABLE_1
+from pipeline.store import Store
+from pipeline.views.scout.facts import Tables, said
+from pipeline.views.scout.scored import Scored, again, of_side, scored, summary
+from pipeline.views.scout.shooting import shooting
+from pipeline.views.scout.zones import THIRDS, Played, losses, passing, played, samples
+from schemas import SIDES, Passes, Possession
+
+_NAMES = {code: name for code, (name, _) in TABLE_1.items()}
+
+
+def of_match(match: Match, tables: Tables) -> dict[str, dict[str, Any]]:
+    """The answers about each side of a match."""
+    robots = samples(tables.trajectories)
+    goals = goals_of(match, tables)
+    minutes, lengths = tables.matches["duration_s"][0] / 60, {match.name: match.pitch.length}
+    shots = with_chances(tables)
+    found = {}
+    for side in SIDES:
+        seen = played([(robots[side], minutes)])
+        held, passes, own = (table.filter(team=side) for table in (tables.possession, tables.passes, shots))
+        found[side] = {
+            "losses": losses(held, lengths, seen), "passing": passing(passes, lengths), "thirds": THIRDS,
+            "shooting": shooting(own), "scored": how(of_side(goals, side), seen)}
+    return found
+
+
+def kept(match: Match, tables: Tables) -> dict[str, Any]:
+    """What the pages of teams need of a match, JSON-able: samples of robots by role, and goals."""
+    return {"robots": samples(tables.trajectories), "scored": goals_of(match, tables)}
+
+
+def of_team(
+    store: Store, team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+) -> dict[str, Any]:
+    """The answers about a team over its matches; ``lines`` are the league's, by match."""
+    sides = [(match, side) for match in matches for side in sides_of(team, match)]
+    lengths = {match.name: match.pitch.length for match in matches}
+    seen = robots_of(sides, lines)
+    return {
+        "losses": losses(events_of(store, sides, Possession), lengths, seen), "thirds": THIRDS,
+        "passing": passing(events_of(store, sides, Passes), lengths),
+        "shooting": shooting(shots_over(store, sides)), "scored": how(goals_over(sides, lines), seen)}
+
+
+def robots_of(
+    sides: Sequence[tuple[Match, str]], lines: Mapping[str, dict[str, Any]]
+) -> dict[int, Played]:
+    """What each robot of a team was in its matches."""
+    return played(({int(robot): roles for robot, roles in lines[match.name]["robots"][side].items()},
+                   lines[match.name]["seconds"] / 60) for match, side in sides)
+
+
+def goals_over(
+    sides: Sequence[tuple[Match, str]], lines: Mapping[str, dict[str, Any]]
+) -> list[Scored]:
+    """The goals of a team in its matches, in their order."""
+    return [goal for match, side in sides for goal in of_side(again(lines[match.name]["scored"]), side)]
+
+
+def goals_of(match: Match, tables: Tables) -> list[Scored]:
+    """The goals of a match whose team is known."""
+    return scored(tables.goals, tables.shots, tables.situations, match.pitch.length)
+
+
+def how(goals: Sequence[Scored], seen: Mapping[int, Played]) -> dict[str, Any]:
+    """How goals came about, with the commonest run before them in words."""
+    found = summary(goals, {robot: it.says for robot, it in seen.items()})
+    return found._asdict() | {"last": None if found.run is None else said(_NAMES, found.run.codes)}
+
+
+def scores_by(goals: Sequence[Scored], seen: Mapping[int, Played]) -> tuple[str, list[Any]]:
+    """What a team scores by, in sentences, with clips of its commonest way."""
+    found = summary(goals, {robot: it.says for robot, it in seen.items()})
+    if not found.n:
+        return "No goal of it is recorded.", []
+    kinds = ", ".join(f"{line.n} {line.says}" for line in found.kinds)
+    says = f"{found.n} {'goal' if found.n == 1 else 'goals'}: {kinds}."
+    if found.whole.distance is not None:
+        says += (f" {found.whole.shots} came from shots, half of these from less than"
+                 f" {found.whole.distance:.2f} m.")
+    first = found.scorers[0]
+    says += f" Most often the maker was {first.says}: {first.n}."
+    if found.run is not None:
+        says += (f" The scorer's commonest last situations: {said(_NAMES, found.run.codes)}"
+                 f" ({found.run.n} of {found.run.of} goals).")
+    return says, found.run.clips if found.run is not None else found.whole.clips

@@ -1,0 +1,212 @@
+"""How goals came about: their kinds, who scored, from where, and what the scorer did last."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import polars as pl
+
+from pipeline.views.scout.gallery import Clip
+from pipeline.views.scout.zones import THIRDS, third
+from schemas import SIDES
+from schemas.goals import KINDS
+
+#: Seconds shown before and after a goal; moments that are named of each line.
+BEFORE_S, AFTER_S, MOMENTS = 5.0, 0.5, 3
+#: Situations of a run.
+RUN = 2
+#: Kind of goals of which the source does not tell it.
+UNKNOWN = "unknown"
+#: Kind of goals that a robot of the adversary made.
+ERROR = "error"
+
+
+class Scored(NamedTuple):
+    """One goal of a team.
+
+    Attributes:
+        match: id.
+        side: home or away, whose goal it is.
+        t_ns: when the referee gave it.
+        robot: who made it; of an error the adversary's; None where that is unknown.
+        kind: one of KINDS, or unknown.
+        distance: from the ball to the goal's middle at the shot that became it, m; None without a shot.
+        third: index into THIRDS of that shot's place; None without a shot.
+        run: codes of the last RUN situations that the scorer began up to the shot, or up to the goal where
+            there is no shot, in one stretch of play; empty where there are fewer, or no scorer of the team.
+    """
+
+    match: str
+    side: str
+    t_ns: int
+    robot: int | None
+    kind: str
+    distance: float | None
+    third: int | None
+    run: tuple[int, ...]
+
+    @property
+    def clip(self) -> Clip:
+        """The seconds that lead to it; the robot that made it is watched, on its side."""
+        team = SIDES[1 - SIDES.index(self.side)] if self.kind == ERROR else self.side
+        return Clip.about({"match_id": self.match, "team": team, "robot": self.robot},
+                          self.t_ns, self.t_ns, f"{self.kind} goal", before_s=BEFORE_S, after_s=AFTER_S)
+
+
+class Line(NamedTuple):
+    """Goals that have something in common.
+
+    Attributes:
+        says: what it is.
+        n: number of goals.
+        shots: of these, goals that a shot became.
+        distance: median distance of these shots, m; None without one.
+        clips: up to MOMENTS of the goals, spread evenly.
+    """
+
+    says: str
+    n: int
+    shots: int
+    distance: float | None
+    clips: list[Clip]
+
+
+class Run(NamedTuple):
+    """The run of situations that came last before most goals.
+
+    Attributes:
+        codes: of its situations.
+        n: goals that it came before.
+        of: goals of which the scorer's run is known.
+        clips: up to MOMENTS of the goals.
+    """
+
+    codes: tuple[int, ...]
+    n: int
+    of: int
+    clips: list[Clip]
+
+
+class Summary(NamedTuple):
+    """How a team's goals came about.
+
+    Attributes:
+        n: number of goals.
+        whole: all of them as one line.
+        kinds: a line a kind, in the order of KINDS, then unknown; only kinds that there are.
+        scorers: a line a robot, the most goals first.
+        thirds: shots that became goals from each of THIRDS.
+        run: what came last before most of them; None where no run came before two.
+    """
+
+    n: int
+    whole: Line
+    kinds: list[Line]
+    scorers: list[Line]
+    thirds: tuple[int, ...]
+    run: Run | None
+
+
+def scored(
+    goals: pl.DataFrame, shots: pl.DataFrame, situations: pl.DataFrame, length: float
+) -> list[Scored]:
+    """The goals of a match whose team is known, in order of time.
+
+    A shot of the team with the outcome goal belongs to the first goal at or after it.
+
+    Args:
+        goals: rows of schema Goals of the match.
+        shots: rows of schema Shots of the match.
+        situations: rows of schema Situations of the match.
+        length: of the pitch, m.
+    """
+    went_in = shots.filter(pl.col("outcome") == "goal").select(
+        pl.col("team").cast(pl.String), "t_ns", "distance", at=third("x", length)).sort("t_ns").rows()
+    found, last_ns = [], -1
+    for row in goals.sort("t_ns").iter_rows(named=True):
+        side, t_ns, kind = row["team"], row["t_ns"], row["kind"] or UNKNOWN
+        if side is None:
+            last_ns = t_ns
+            continue
+        shot = next((it for it in reversed(went_in) if it[0] == side and last_ns < it[1] <= t_ns), None)
+        own = row["robot"] is not None and kind != ERROR
+        until_ns = t_ns if shot is None else shot[1]
+        run = _run(situations, side, row["robot"], last_ns, until_ns) if own else ()
+        found.append(Scored(row["match_id"], side, t_ns, row["robot"], kind,
+                            None if shot is None else shot[2], None if shot is None else shot[3], run))
+        last_ns = t_ns
+    return found
+
+
+def _run(situations: pl.DataFrame, side: str, robot: int, after_ns: int, t_ns: int) -> tuple[int, ...]:
+    """The last situations that a robot began after a time and up to another, in one stretch of play."""
+    own = situations.filter(
+        pl.col("team") == side, pl.col("robot") == robot,
+        pl.col("start_ns").is_between(after_ns, t_ns, closed="right")).sort("start_ns").tail(RUN)
+    whole = own.height == RUN and own["segment"].n_unique() == 1
+    return tuple(own["code"].to_list()) if whole else ()
+
+
+def again(rows: Iterable[Sequence[Any]]) -> list[Scored]:
+    """Goals from their JSON."""
+    return [Scored(*row[:-1], tuple(row[-1])) for row in rows]
+
+
+def summary(goals: Sequence[Scored], robots: Mapping[int, str]) -> Summary:
+    """How a team's goals came about.
+
+    Args:
+        goals: of the team.
+        robots: role of each of the team's robots in words.
+    """
+    def named(goal: Scored) -> str:
+        if goal.robot is None:
+            return "nobody known"
+        if goal.kind == ERROR:
+            return "a robot of the adversary"
+        role = robots.get(goal.robot, "")
+        return f"robot {goal.robot}{f' ({role})' if role else ''}"
+
+    kinds = sorted(_lines(goals, lambda goal: goal.kind), key=lambda it: (*KINDS, UNKNOWN).index(it.says))
+    scorers = sorted(_lines(goals, named), key=lambda it: (-it.n, it.says))
+    places = [goal.third for goal in goals]
+    return Summary(len(goals), _line("all", goals), kinds, scorers,
+                   tuple(places.count(at) for at in range(len(THIRDS))), _commonest(goals))
+
+
+def _lines(goals: Sequence[Scored], says: Callable[[Scored], str]) -> list[Line]:
+    groups: dict[str, list[Scored]] = {}
+    for goal in goals:
+        groups.setdefault(says(goal), []).append(goal)
+    return [_line(name, own) for name, own in groups.items()]
+
+
+def _line(says: str, goals: Sequence[Scored]) -> Line:
+    far = [goal.distance for goal in goals if goal.distance is not None]
+    return Line(says, len(goals), len(far), float(np.median(far)) if far else None, _clips(goals))
+
+
+def _clips(goals: Sequence[Scored]) -> list[Clip]:
+    places = np.linspace(0, len(goals) - 1, min(len(goals), MOMENTS)).round().astype(int)
+    return [goals[int(place)].clip for place in places]
+
+
+def _commonest(goals: Sequence[Scored]) -> Run | None:
+    groups: dict[tuple[int, ...], list[Scored]] = {}
+    for goal in goals:
+        if goal.run:
+            groups.setdefault(goal.run, []).append(goal)
+    if not groups:
+        return None
+    codes = min(groups, key=lambda run: (-len(groups[run]), run))
+    own = groups[codes]
+    of = sum(len(each) for each in groups.values())
+    return Run(codes, len(own), of, _clips(own)) if len(own) > 1 else None
+
+
+def of_side(goals: Sequence[Scored], side: str) -> list[Scored]:
+    """The goals of one side, home or away."""
+    assert side in SIDES
+    return [goal for goal in goals if goal.side == side]
