@@ -120,7 +120,8 @@ def test_compares(pages, page):  # noqa: F811
     page.select_option("#matches [data-side='0']", ids[1])
     page.select_option("#matches [data-side='1']", ids[1])
     cells = matches.locator("tbody tr").first.locator("td").all_inner_texts()
-    assert cells[:2] == cells[2:], "a match is like itself"
+    assert cells[:2] == cells[2:4], "a match is like itself"
+    assert cells[4:] == ["0", "0"], "and differs by nothing"
     page.reload()
     assert page.locator("#matches [data-side='0']").input_value() == ids[1]
     assert page.title() != "taken"

@@ -24,7 +24,7 @@ def of_match(match: Match, tables: Tables) -> dict[str, dict[str, Any]]:
     goals = goals_of(match, tables)
     minutes, lengths = tables.matches["duration_s"][0] / 60, {match.name: match.pitch.length}
     shots = with_chances(tables)
-    found = {}
+    found: dict[str, dict[str, Any]] = {}
     for side in SIDES:
         seen = played([(robots[side], minutes)])
         held, passes, own = (table.filter(team=side) for table in (tables.possession, tables.passes, shots))

@@ -9,7 +9,7 @@ from typing import Any
 import polars as pl
 
 from flows.scouting.matches import MEASURES
-from flows.scouting.sources import Match, TeamName
+from flows.scouting.sources import Match, TeamName, against_itself, counted
 from flows.scouting.teams import over
 from pipeline.estimates import BY_EVIDENCE
 from pipeline.situations.rules import TABLE_1
@@ -43,6 +43,7 @@ def numbers(
         } for match in league],
         "teams": [{
             **team._asdict(), "matches": len(own := [it for it in league if team in (it.home, it.away)]),
+            "counted": counted(len(own), against_itself(team, own)),
             "numbers": over(team, own, lines)[0],
         } for team in teams],
         "versions": [{"version": manifest.version, "matches": manifest.details["matches"]}

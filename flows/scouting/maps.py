@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from flows.scouting.learned import Learned
-from flows.scouting.sources import Known, TeamName
+from flows.scouting.sources import Known, TeamName, counted
 from flows.scouting.teams import NAMES, on_page, words
 from pipeline.views.scout.gallery import ranked
 from pipeline.views.scout.maps import lying, maps
@@ -24,15 +24,19 @@ def facts(team: TeamName, known: Known | None, learned: Learned) -> dict[str, An
     shown = on_page(team, known, learned)["behaviour_id"].to_list() if known is not None else []
     grams, decisions = learned.grams(team), learned.decisions(team)
     on = lying(own, grams) if own is not None else None
+    total, mapped = (0, 0) if on is None else (on.height, on.height - on["neuron"].null_count())
+    played = decisions.unique(["match_id", "team"]).height
+    matches = decisions["match_id"].n_unique()
     return {
+        "total": total, "lying": mapped, "counted": counted(matches, played - matches),
         "team": team, "version": None if known is None else known.manifest.version, "mapped": learned.mapped,
         "maps": maps(learned.neurons(team), grams, on, NAMES, shown) if on is not None else [],
         "off": 0 if on is None else on["neuron"].null_count(),
-        "graph": _graph(transitions(decisions), shown, decisions["match_id"].n_unique()),
+        "graph": _graph(transitions(decisions), shown),
     }
 
 
-def _graph(found: Transitions, shown: list[str], matches: int) -> dict[str, Any] | None:
+def _graph(found: Transitions, shown: list[str]) -> dict[str, Any] | None:
     """The ring of the behaviours that a team began most often; None if it began none."""
     if found.begun.is_empty():
         return None
@@ -53,7 +57,7 @@ def _graph(found: Transitions, shown: list[str], matches: int) -> dict[str, Any]
               for each in [each for each in inner if each["from"] == place][:_ARROWS]
               if each["times"] >= _LEAST * each["of"]]
     return {
-        "nodes": nodes, "matches": matches,
+        "nodes": nodes,
         "total": int(found.begun["n"].sum()), "distinct": found.begun.height,
         "rows": [each | {"from": nodes[each["from"]], "to": nodes[each["to"]]} for each in inner],
         "picture": ring(

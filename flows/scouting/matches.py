@@ -54,7 +54,8 @@ def facts(match: Match, tables: Tables) -> dict[str, Any]:
         "score": score(row), "seconds": row["duration_s"], "flaws": flaws(tables.quality),
         "note": note_on(row["home"], row["away"]), "measures": MEASURES,
         "called": names, "changes": changes, "changed": told([
-            (f"{names[side]}: {label}", changes[side][name]) for side in SIDES for label, name, _ in MEASURES]),
+            (f"{names[side]}: {label}", changes[side][name])
+            for side in SIDES for label, name, _ in MEASURES]),
         "parts": [{"name": name, "numbers": {side: own._asdict() for side, own in each.items()}}
                   for (name, _, _), each in zip(whole, counts, strict=True)],
         "over_time": each, "strips": [
@@ -99,8 +100,8 @@ def _changes(
     for side in SIDES:
         for _, name, share in MEASURES:
             values = getattr(first[side], name), getattr(second[side], name)
-            counts = not share and name != "xg"
-            found[side][name] = change_of_count(*values, (seconds[0], seconds[1])) if counts else change(*values)
+            found[side][name] = change(*values) if share or name == "xg" else change_of_count(
+                *values, (seconds[0], seconds[1]))
     return found
 
 

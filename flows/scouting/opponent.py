@@ -2,37 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import polars as pl
 
+from flows.scouting.answers import goals_over, robots_of, scores_by
+from flows.scouting.danger import dangerous, of_keeper
 from flows.scouting.matches import clip_of
-from flows.scouting.sources import Match, TeamName, events_of
-from flows.scouting.teams import sides_of
+from flows.scouting.sources import Match, TeamName, against_itself, counted, events_of, sides_of
 from pipeline.pitch import Pitch
 from pipeline.store import Store
 from pipeline.views.scout.gallery import Clip
 from pipeline.views.scout.restarts import SOON_S, paid, soon
+from pipeline.views.scout.zones import third
 from schemas import Goals, Possession, Pressure, Restarts, Shots, Trajectories
 
-#: Matches that the report is made from, the newest; clips of a sentence; behaviours that are named.
-FROM, CLIPS, BEHAVIOURS = 20, 3, 5
+#: Matches that the report is made from, the newest; clips of a sentence.
+FROM, CLIPS = 20, 3
 #: Thirds of the pitch, along and across, as the team sees them.
 _ALONG, _ACROSS = ("its own third", "the middle third", "the attacking third"), ("right", "centre", "left")
 
 
 def facts(
-    store: Store, team: TeamName, matches: Sequence[Match], gallery: dict[str, Any] | None
+    store: Store, team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]],
+    gallery: dict[str, Any],
 ) -> dict[str, Any]:
-    """What the report on a team says; ``gallery`` are the facts of its behaviours."""
-    played = [(match, side) for match in matches[-FROM:] for side in sides_of(team, match)]
+    """What the report on a team says.
+
+    Args:
+        store: the data folder.
+        team: the team.
+        matches: its matches.
+        lines: the league's, by match.
+        gallery: the facts of its behaviours.
+    """
+    last = matches[-FROM:]
+    played = [(match, side) for match in last for side in sides_of(team, match)]
+    behaviours = dangerous(gallery["cards"], gallery["sides"])
     pitch, faced = matches[-1].pitch, events_of(store, played, Shots, own=False)
     return {
-        "team": team, "matches": len(played),
-        "behaviours": (gallery or {"cards": []})["cards"][:BEHAVIOURS],
+        "team": team, "counted": counted(len(last), against_itself(team, last)),
+        "behaviours": behaviours, "learned": gallery["sides"], "keeper": of_keeper(behaviours),
+        "known": bool(gallery["cards"]),
         "sentences": [
+            _said("What it scores by", *scores_by(goals_over(played, lines), robots_of(played, lines))),
             _losses(events_of(store, played, Possession), pitch),
             _pressed(events_of(store, played, Pressure, own=False)),
             _conceded(store, played, faced),
@@ -53,7 +68,7 @@ def _said(title: str, says: str, clips: Sequence[Clip] = ()) -> dict[str, Any]:
 def _losses(held: pl.DataFrame, pitch: Pitch) -> dict[str, Any]:
     """Where the team loses the ball."""
     lost = held.filter(pl.col("ended") == "lost").with_columns(
-        along=((pl.col("end_x") / pitch.length + 0.5) * 3).floor().clip(0, 2).cast(pl.Int8),
+        along=third("end_x", pitch.length),
         across=((pl.col("end_y") / pitch.width + 0.5) * 3).floor().clip(0, 2).cast(pl.Int8))
     if lost.is_empty():
         return _said("Where it loses the ball", "No loss of the ball to the adversary was seen.")

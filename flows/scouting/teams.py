@@ -43,6 +43,8 @@ DOTS = 60
 LEAST_S = 60.0
 #: Shots on a team's page up to which each leads to its moment.
 LINKED = 200
+#: Behaviours in the table of all: the first by evidence.
+LISTED = 800
 #: Names of the situations, by code.
 NAMES = {code: name for code, (name, _) in TABLE_1.items()}
 
@@ -89,7 +91,7 @@ def over(
 
 
 def _led(name: str, each: Sequence[ByLead]) -> dict[str, Any]:
-    """What a team does while it leads, is level or trails, over its matches; no rates of less than a minute."""
+    """What a team does while it leads, is level or trails, over its matches; no rates below LEAST_S."""
     seconds, owned = sum(it.seconds for it in each), sum(it.owned_s for it in each)
     enough = seconds >= LEAST_S
     shots, lost = sum(it.shots for it in each), sum(it.lost for it in each)
@@ -171,7 +173,8 @@ def gallery(
     own = known.of(team)
     if own.is_empty():
         return None
-    shown = lying(on_page(team, known, learned), learned.grams(team))
+    every = _typical(team, known, learned)
+    shown = lying(leading(every), learned.grams(team))
     pitch, newest = matches[-1].pitch, matches[-FROM:]
     ids = shown["behaviour_id"].to_list()
     seen = [_seen(store, match, team, own).filter(pl.col("behaviour_id").is_in(ids)) for match in newest]
@@ -179,9 +182,14 @@ def gallery(
     by_behaviour, near = clips(pl.concat(seen)), around(transitions(learned.decisions(team)))
     return {
         "team": team, "version": known.manifest.version, "total": own.height,
-        "roles": shown["role"].cast(pl.String).unique().sort().to_list(),
+        "roles": every["role"].cast(pl.String).unique().sort().to_list(),
+        "every": [row | {"words": said(NAMES, row["codes"]), "shown": row["behaviour_id"] in ids}
+                  for row in every.head(LISTED).select(
+                      "behaviour_id", "codes", "role", "support", "value", "low", "high", "times", "at_least",
+                  ).iter_rows(named=True)],
         "cards": [{
             "id": row["behaviour_id"], "words": said(NAMES, row["codes"]), "role": row["role"],
+            "danger": None if row["low"] is None else row["low"] * row["support"],
             **{name: row[name] for name in (
                 "support", "new", "value", "low", "high", "neuron", "times", "at_least")},
             "on": None if row["neuron"] is None else neuron_key(row["n"], row["neuron"]),
@@ -195,8 +203,13 @@ def gallery(
 
 def on_page(team: TeamName, known: Known, learned: Learned) -> pl.DataFrame:
     """The behaviours of a team that have cards, by evidence, with how typical of it they are."""
+    return leading(_typical(team, known, learned))
+
+
+def _typical(team: TeamName, known: Known, learned: Learned) -> pl.DataFrame:
+    """All behaviours of a team, by evidence, with how typical of it they are."""
     own = ranked(known.of(team))
-    return leading(own.join(learned.typical(team), on=["role", "codes"], how="left", maintain_order="left"))
+    return own.join(learned.typical(team), on=["role", "codes"], how="left", maintain_order="left")
 
 
 def _seen(store: Store, match: Match, team: TeamName, own: pl.DataFrame) -> pl.DataFrame:

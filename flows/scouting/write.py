@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from markupsafe import Markup
 
 from flows.progress import RunReport, StageReport
-from flows.scouting import compare, maps, opponent, replays
+from flows.scouting import compare, danger, maps, opponent, replays
 from flows.scouting import matches as match_pages
 from flows.scouting import policies as policy_pages
 from flows.scouting import situations as situation_pages
@@ -114,7 +114,8 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
     if not league:
         raise NotFound("no match has run", where=store.where,
                        next_step="Import recordings and run: `pitchlore run`")
-    every, league = len(league), chosen(league, names)
+    whole, league = league, chosen(league, names)
+    every = len(whole)
     folder = _Folder(store, out or store.root / _folder(names))
     known, teams, code = newest(store), match_pages.menu(league), f"{RELEASE}+{_made_by()}"
     version = None if known is None else known.manifest.version
@@ -128,18 +129,19 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
         own = [match for match in league if team in (match.home, match.away)]
         learned_from = [match.key(match.made["sequences"].digests()) for match in own]
         imitated = any(policy.team == team for policy in policies)
+        sides = 0 if known is None else danger.sides_learned(store, known, team, whole)
         key = digest(canonical([code, teams, learned_from, version, known and known.manifest.key,
-                                behind.key, imitated]))
+                                behind.key, imitated, sides]))
         folder.put(f"teams/{team.slug}.html", key, partial(
             _page, "team", learned | {"imitated": imitated},
             partial(team_pages.facts, store, team, own, lines)))
-        shown = cache(partial(_gallery, store, team, own, known, behind))
+        shown = cache(partial(_gallery, store, team, own, known, behind, sides))
         galleries[team] = key, shown
         folder.put(f"behaviours/{team.slug}.html", key, partial(_page, "behaviours", learned, shown))
         folder.put(f"maps/{team.slug}.html", key, partial(
             _page, "map", learned, partial(maps.facts, team, known, behind)))
         folder.put(f"against/{team.slug}.html", key, partial(
-            _page, "opponent", learned, partial(_opponent, store, team, own, shown)))
+            _page, "opponent", learned, partial(_opponent, store, team, own, lines, shown)))
     _policies(store, folder, policies, galleries, around)
     everything = digest(canonical([code, teams, every, [match.key() for match in league]]))
     folder.put("index.html", everything, lambda: page("league", **around, title=TITLE, every=every, rows=[
@@ -238,13 +240,15 @@ def _page(name: str, around: dict[str, Any], facts: Callable[[], dict[str, Any]]
 
 
 def _gallery(
-    store: Store, team: TeamName, own: list[Match], known: Known | None, behind: Learned
+    store: Store, team: TeamName, own: list[Match], known: Known | None, behind: Learned, sides: int
 ) -> dict[str, Any]:
     found = None if known is None else team_pages.gallery(store, team, own, known, behind)
-    return found or {"team": team, "version": "none", "total": 0, "roles": [], "cards": []}
+    none = {"team": team, "version": "none", "total": 0, "roles": [], "cards": [], "every": []}
+    return (found or none) | {"sides": sides}
 
 
 def _opponent(
-    store: Store, team: TeamName, own: list[Match], shown: Callable[[], dict[str, Any]]
+    store: Store, team: TeamName, own: list[Match], lines: dict[str, dict[str, Any]],
+    shown: Callable[[], dict[str, Any]],
 ) -> dict[str, Any]:
-    return opponent.facts(store, team, own, shown())
+    return opponent.facts(store, team, own, lines, shown())

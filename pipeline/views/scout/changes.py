@@ -17,7 +17,7 @@ class Change(NamedTuple):
 
     Attributes:
         first, second: the number in each half.
-        low, high: 95 % of the changes that chance gives lie within, both included; None where it is not known.
+        low, high: 95 % of the changes that chance gives lie within, ends included; None where not known.
         size: the change less the one that is expected, in standard deviations of chance; 0 without a range.
     """
 
@@ -50,7 +50,8 @@ def change_of_count(first: int | None, second: int | None, seconds: tuple[float,
     share of the time (Przyborowski and Wilenski, *Biometrika* 31 (1940) 313-323).
 
     Args:
-        first, second: the count in each half; None where it is not known.
+        first: the count in the first half; None where it is not known.
+        second: that in the second.
         seconds: how long each half lasts.
     """
     if first is None or second is None:
@@ -79,8 +80,8 @@ def told(changes: Sequence[tuple[str, Change | None]]) -> str:
     if not beyond:
         return f"No change of the {len(tested)} counts is larger than chance gives."
     named = "; ".join(
-        f"{name} {it.first:.0f} to {it.second:.0f} ({it.value:+.0f}; chance gives {it.low:+d} to {it.high:+d})"
+        f"{name} {it.first} to {it.second} ({it.value:+}; chance gives {it.low:+} to {it.high:+})"
         for name, it in beyond[:TOLD])
     more = f", the {TOLD} greatest of {len(beyond)}" if len(beyond) > TOLD else ""
     return (f"Larger than chance gives{more}: {named}. "
-            f"By chance alone it would be at most about {0.05 * len(tested):.1f} of the {len(tested)} counts.")
+            f"By chance alone at most about {0.05 * len(tested):.1f} of the {len(tested)} counts would be.")

@@ -15,6 +15,8 @@ NOBODY = -1
 EACH = 4
 #: Behaviours shown: the first by evidence, and the first in each other order.
 SHOWN, SHOWN_OF_ORDER = 50, 10
+#: What a behaviour is worth in all, at least: the lower end of its value, times its support.
+DANGER = pl.col("low") * pl.col("support")
 #: Seconds shown before and after an occurrence.
 LEAD_S, TAIL_S = 1.0, 1.5
 
@@ -60,9 +62,9 @@ def leading(ranked: pl.DataFrame) -> pl.DataFrame:
     """The behaviours that a page shows: the first by evidence, and the first in each other order.
 
     Args:
-        ranked: behaviours by evidence, with columns support, value, new and at_least.
+        ranked: behaviours by evidence, with columns support, value, low, new and at_least.
     """
-    orders = (pl.col("support"), pl.col("value"), pl.col("new"), pl.col("at_least"))
+    orders = (pl.col("support"), pl.col("value"), pl.col("new"), pl.col("at_least"), DANGER)
     first = [pl.int_range(pl.len()) < SHOWN, *(
         order.rank("ordinal", descending=True) <= SHOWN_OF_ORDER for order in orders)]
     return ranked.filter(pl.any_horizontal(first))

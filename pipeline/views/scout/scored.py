@@ -151,7 +151,7 @@ def _run(situations: pl.DataFrame, side: str, robot: int, after_ns: int, t_ns: i
 
 def again(rows: Iterable[Sequence[Any]]) -> list[Scored]:
     """Goals from their JSON."""
-    return [Scored(*row[:-1], tuple(row[-1])) for row in rows]
+    return [Scored._make(row)._replace(run=tuple(row[-1])) for row in rows]
 
 
 def summary(goals: Sequence[Scored], robots: Mapping[int, str]) -> Summary:

@@ -74,7 +74,7 @@ class Passing(NamedTuple):
 def third(x: str, length: pl.Expr | float) -> pl.Expr:
     """Index into THIRDS of a column of places along the pitch (m, the team attacks +x); Int8.
 
-    A place on the border of two thirds is in the one ahead; one behind a goal line is in the last third there.
+    A place on the border of two thirds is in the one ahead, one behind a goal line in the third next to it.
     """
     return ((pl.col(x) / length + 0.5) * len(THIRDS)).floor().clip(0, len(THIRDS) - 1).cast(pl.Int8)
 

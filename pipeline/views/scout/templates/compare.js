@@ -41,13 +41,22 @@ function interval(mean, share) {
   return plain(middle, share, 1) + ends;
 }
 
-/** A table: text only, whatever the data hold. The first cell of each row is its head. */
-function table(heads, rows) {
+/** A table: text only, whatever the data hold. The first cell of each row is its head; `over` are [head, columns]. */
+function table(heads, rows, over = []) {
   const made = document.createElement("table");
+  if (over.length) {
+    const row = made.createTHead().insertRow();
+    for (const [content, columns] of [["", 1], ...over]) {
+      const cell = row.appendChild(document.createElement(content ? "th" : "td"));
+      cell.colSpan = columns;
+      cell.style.whiteSpace = "normal";
+      cell.append(content);
+    }
+  }
   const head = made.createTHead().insertRow();
   heads.forEach((text, i) => {
     const cell = head.appendChild(document.createElement("th"));
-    cell.textContent = text;
+    cell.append(text);
     if (i) cell.className = "n";
   });
   const body = made.createTBody();
@@ -75,15 +84,15 @@ function fill(select, choices, chosen) {
 }
 
 /** A section with two selects; `show` gives what is found for the two choices. */
-function pair(id, choices, asked, show) {
+function pair(id, choices, asked, show, preset) {
   const section = document.getElementById(id);
   if (choices.length < 2) {
     section.hidden = true;
     return;
   }
   const sides = [0, 1].map((side) => section.querySelector(`[data-side="${side}"]`));
-  const first = asked?.[0] ?? choices[0][0];
-  const second = asked?.[1] ?? choices.find(([value]) => value !== first)[0];
+  const first = asked?.[0] ?? preset?.[0] ?? choices[0][0];
+  const second = asked?.[1] ?? (asked ? undefined : preset?.[1]) ?? choices.find(([value]) => value !== first)[0];
   fill(sides[0], choices, first);
   fill(sides[1], choices, second);
   const update = () => section.querySelector(".found").replaceChildren(...show(sides[0].value, sides[1].value));
@@ -95,28 +104,92 @@ function pair(id, choices, asked, show) {
   if (asked) section.scrollIntoView();
 }
 
+/** The first two of some that `fit` each other, or none. */
+function firstPair(list, fit) {
+  for (const [i, one] of list.entries()) {
+    const other = list.slice(i + 1).find((it) => fit(one, it));
+    if (other) return [one, other];
+  }
+  return undefined;
+}
+
+const teamsOf = (match) => JSON.stringify([match.kind, ...[...match.names].sort()]);
+
+/** Which column of the second match is that of each column of the first: of its team, else of its side. */
+function aligned(both) {
+  const swapped = both[0].names[0] !== both[1].names[0] && (both[0].names[0] === both[1].names[1] || both[0].names[1] === both[1].names[0]);
+  return swapped ? [1, 0] : [0, 1];
+}
+
+/** A difference with its sign; shares in percentage points. */
+function signed(value, share, digits) {
+  if (value === null) return "–";
+  const text = share ? Math.round(100 * value) : value.toFixed(digits);
+  return `${Number(text) > 0 ? "+" : ""}${text}`;
+}
+
+const less = (a, b) => (a === null || b === null ? null : b - a);
+
 function twoMatches(...ids) {
   const both = ids.map((id) => league.matches.find((match) => match.id === id));
-  const heads = ["", ...both.flatMap((match) => match.names)];
+  const to = aligned(both);
+  const heads = ["", ...both.flatMap((match) => match.names), ...both[0].names.map((name, side) => {
+    const other = both[1].names[to[side]];
+    return name === other ? name : `${other} less ${name}`;
+  })];
   const link = (match) => {
     const made = document.createElement("a");
     made.href = `matches/${match.id}.html`;
     made.textContent = `${match.id}: ${match.names[0]} ${match.score} ${match.names[1]}`;
     return made;
   };
-  const links = document.createElement("p");
-  links.append(link(both[0]), document.createElement("br"), link(both[1]));
   const rows = league.measures.map(([label, key, share]) => [
-    label, ...both.flatMap((match) => match.numbers.map((side) => plain(side[key], share)))]);
-  return [links, table(heads, rows)];
+    label, ...both.flatMap((match) => match.numbers.map((side) => plain(side[key], share))),
+    ...both[0].numbers.map((side, i) => {
+      const other = both[1].numbers[to[i]];
+      return signed(less(side[key], other[key]), share, key === "xg" ? 2 : 0);
+    })]);
+  const found = [table(heads, rows, [[link(both[0]), 2], [link(both[1]), 2], ["second match less first", 2]])];
+  found.push(paragraph("Differences are of whole matches, of shares in percentage points; matches of other lengths are not made equal."));
+  if (both[0].kind !== both[1].kind) found.unshift(paragraph("They are of two leagues: their counts are of other games."));
+  return found;
+}
+
+/** Whether two teams have played each other, or are one. */
+function met(both) {
+  const [one, other] = both;
+  return one.slug === other.slug || league.matches.some(({ kind, names }) => one.kind === kind && other.kind === kind
+    && names.includes(one.name) && names.includes(other.name));
+}
+
+/** A team's mean less another's; with its 95 % interval where both have one and the teams share no match. */
+function apart(one, other, share, independent) {
+  if (one === null || other === null) return "–";
+  const value = other[0] - one[0];
+  if (!independent || one[1] === null || other[1] === null) return signed(value, share, 1);
+  // an end that is cut at 0 or 1 is no half width: the farther one is
+  const half = Math.hypot(...[one, other].map(([mean, low, high]) => Math.max(mean - low, high - mean)));
+  return `${Math.abs(value) > half ? "★ " : ""}${signed(value, share, 1)} ± ${share ? Math.round(100 * half) : half.toFixed(1)}`;
 }
 
 function twoTeams(...slugs) {
   const both = slugs.map((slug) => league.teams.find((team) => team.slug === slug));
+  const independent = !met(both);
   const rows = league.measures.map(([label, key, share]) => [
-    share ? label : `${label}, each 10 minutes`, ...both.map((team) => interval(team.numbers[key], share))]);
-  const found = [table(["", ...both.map((team) => `${team.name} (${team.kind})`)], [
-    ["matches", ...both.map((team) => team.matches)], ...rows])];
+    share ? label : `${label}, each 10 minutes`, ...both.map((team) => interval(team.numbers[key], share)),
+    apart(...both.map((team) => team.numbers[key]), share, independent)]);
+  const link = (team) => {
+    const made = document.createElement("a");
+    made.href = `teams/${team.slug}.html`;
+    made.textContent = `${team.name} (${team.kind})`;
+    return made;
+  };
+  const found = [table(["", ...both.map(link), "second less first"], [
+    ["matches", ...both.map((team) => team.matches), ""], ...rows])];
+  for (const team of both) if (team.counted !== undefined && team.counted.includes(",")) found.push(paragraph(`${team.name}: ${team.counted}.`));
+  found.push(paragraph(independent
+    ? "★ the 95 % interval of the difference leaves out 0. Differences of shares are in percentage points."
+    : "The two have matches in common, so no interval of the difference is given. Differences of shares are in percentage points."));
   if (both[0].kind !== both[1].kind) found.unshift(paragraph("They are of two leagues: their counts are of other games."));
   return found;
 }
@@ -192,7 +265,7 @@ function behaviours(asked) {
   const numbers = league.versions.map(({ version, matches }) => [String(version), `${version} (${matches} matches)`]);
   const said = asked ?? [];
   fill(versions[0], numbers, said[0] ?? numbers[0][0]);
-  fill(versions[1], numbers, said[2] ?? (numbers[1] ?? numbers[0])[0]);
+  fill(versions[1], numbers, said[2] ?? numbers[0][0]);
   let lists = [[], []];
   const update = () => {
     const teams = sides.map((select, side) => lists[side][Number(select.value)]);
@@ -207,21 +280,31 @@ function behaviours(asked) {
     }
     sides.forEach((select, side) => {
       const names = lists[side].map((team, i) => [String(i), `${team.name} (${team.kind})`]);
-      const other = side && versions[0].value === versions[1].value ? names.find(([at]) => at !== sides[0].value) : undefined;
-      fill(select, names, (names.find(([, name]) => name === teams[side]) ?? other ?? names[0])?.[0]);
+      const same = versions[0].value === versions[1].value;
+      const most = [...lists[0]].sort((one, other) => other.behaviours.length - one.behaviours.length);
+      const two = same ? firstPair(most, (one, other) => one.kind === other.kind) : undefined;
+      const preset = two ? names[lists[0].indexOf(two[side])] : side ? names.find(([, name]) => name === sides[0].selectedOptions[0]?.textContent) : undefined;
+      fill(select, names, (names.find(([, name]) => name === teams[side]) ?? preset ?? names[0])?.[0]);
     });
     update();
   };
   versions.forEach((select) => select.addEventListener("change", () => load()));
   [...sides, show].forEach((select) => select.addEventListener("change", update));
-  load([said[1], said[3]]);
+  load([said[1], said[3]]).then(() => {
+    // without two teams of one league: the same team in two versions
+    if (asked || numbers.length < 2 || firstPair(lists[0], (one, other) => one.kind === other.kind)) return;
+    versions[1].value = numbers[1][0];
+    load();
+  });
   if (asked) section.scrollIntoView();
 }
 
 addEventListener("DOMContentLoaded", () => {
   const [name, rest] = location.hash.slice(1).split("=");
   const asked = (own) => (name === own && rest ? rest.split(",").map(decodeURIComponent) : undefined);
-  pair("matches", league.matches.map(({ id, names, score }) => [id, `${id}: ${names[0]} ${score} ${names[1]}`]), asked("matches"), twoMatches);
-  pair("teams", league.teams.map(({ name: team, kind, slug }) => [slug, `${team} (${kind})`]), asked("teams"), twoTeams);
+  pair("matches", league.matches.map(({ id, names, score }) => [id, `${id}: ${names[0]} ${score} ${names[1]}`]), asked("matches"), twoMatches,
+    firstPair(league.matches, (one, other) => teamsOf(one) === teamsOf(other))?.map(({ id }) => id));
+  pair("teams", league.teams.map(({ name: team, kind, slug }) => [slug, `${team} (${kind})`]), asked("teams"), twoTeams,
+    firstPair([...league.teams].sort((one, other) => other.matches - one.matches), (one, other) => one.kind === other.kind)?.map(({ slug }) => slug));
   behaviours(asked("behaviours"));
 });

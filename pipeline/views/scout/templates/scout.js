@@ -101,9 +101,10 @@ function sortable(table) {
 function filters() {
   const words = document.querySelector("[data-filter]"), least = document.querySelector("[data-least]"), is = document.querySelector("[data-is]");
   if (!words) return;
-  const holder = document.getElementById(words.dataset.filter);
-  const items = [...(holder.tBodies ? holder.tBodies[0].rows : holder.children)];
-  const texts = items.map((item) => item.textContent.toLowerCase());
+  const holders = words.dataset.filter.split(" ").map((id) => document.getElementById(id)).filter(Boolean);
+  const items = holders.flatMap((holder) => [...(holder.tBodies ? holder.tBodies[0].rows : holder.children)]);
+  // of a card only what it is, not what is said of it
+  const texts = items.map((item) => (item.dataset.words ?? item.textContent).toLowerCase());
   const show = () => {
     const asked = words.value.toLowerCase().split(/\s+/).filter(Boolean);
     items.forEach((item, i) => {

@@ -1,0 +1,53 @@
+"""The most dangerous behaviours of a team: what each is worth in all, at least."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from flows.knowledge import learned_from, lineage
+from flows.scouting.sources import Known, Match, TeamName, sides_of
+from pipeline.store import Store
+
+#: Behaviours that the report names.
+BEHAVIOURS = 5
+_KEEPER = "goalkeeper"
+
+
+def sides_learned(store: Store, known: Known, team: TeamName, league: Sequence[Match]) -> int:
+    """On how many sides of matches that the knowledge was learned from a team plays.
+
+    Args:
+        store: the data folder.
+        known: the newest knowledge.
+        team: the team.
+        league: all matches that have run.
+    """
+    learned = {match for version in lineage(store, known.manifest) for match in learned_from(version)}
+    return sum(len(sides_of(team, match)) for match in league if match.name in learned)
+
+
+def dangerous(cards: Sequence[dict[str, Any]], sides: int) -> list[dict[str, Any]]:
+    """The most dangerous of a team's behaviours: the lower end of the value times the support, each match.
+
+    Args:
+        cards: behaviours of the gallery; their danger is the lower end times the support, None without an
+            interval.
+        sides: the team's sides in matches that the knowledge was learned from.
+
+    Returns:
+        At most BEHAVIOURS, the greatest first, only those above 0, each with ``per_match``.
+    """
+    above = [card for card in cards if card["danger"] is not None and card["danger"] > 0]
+    first = sorted(above, key=lambda card: (-card["danger"], card["id"]))[:BEHAVIOURS]
+    return [card | {"per_match": card["danger"] / sides if sides else None} for card in first]
+
+
+def of_keeper(behaviours: Sequence[dict[str, Any]]) -> str:
+    """What it means that most of the most dangerous behaviours are the goalkeeper's; nothing if few are."""
+    own = sum(card["role"] == _KEEPER for card in behaviours)
+    if 2 * own <= len(behaviours):
+        return ""
+    return (f"{own} of these {len(behaviours)} are the goalkeeper's. V is the team's chance less the "
+            "adversary's: a behaviour that ends a chance of the adversary is worth as much as one that makes "
+            "one of its own. So they say where the team defends well, not how it attacks.")

@@ -1,0 +1,273 @@
+"""A coach's questions answered in small tables: losses, goals, halves, passes, shots, danger, and who is counted."""
+
+from __future__ import annotations
+
+import polars as pl
+import pytest
+from test_scout import browser, page, pages, store  # noqa: F401 (fixtures)
+
+from flows.scouting.answers import goals_of, of_match
+from flows.scouting.danger import dangerous, of_keeper
+from flows.scouting.sources import against_itself, counted, played, team_name
+from flows.scouting.teams import LEAST_S, _led
+from pipeline.views.scout.changes import change, change_of_count, told
+from pipeline.views.scout.facts import ByLead, Numbers, over_matches
+from pipeline.views.scout.scored import Scored, again, scored, summary
+from pipeline.views.scout.shooting import MEANS, shooting
+from pipeline.views.scout.zones import Played, losses, passing, samples, third
+from pipeline.views.scout.zones import played as played_by
+from schemas import SIDES, Goals, Passes, Possession, Shots, Situations
+
+MATCH, S = "m", 10**9
+
+
+def rows(schema, *given):
+    """Rows of a schema of which a test says only some columns."""
+    dtypes = {name: pl.String if isinstance(it, pl.Enum) else it for name, it in schema.empty().schema.items()}
+    table = pl.DataFrame([{"match_id": MATCH} | each for each in given], schema=dtypes)
+    return table.cast(dict(schema.empty().schema))
+
+
+# ---- who loses the ball, and to whom it passes
+
+
+def test_third():
+    """A border belongs to the third ahead; behind a goal line is the third next to it."""
+    table = pl.DataFrame({"x": [-0.9, -0.3, -0.25, 0.24, 0.25, 0.9]})
+    assert table.select(third("x", 1.5))["x"].to_list() == [0, 0, 1, 1, 2, 2]
+
+
+def test_losses():
+    """Losses only, by the robot that touched last and where they end; a robot without one has zeros."""
+    held = rows(Possession, *(
+        {"team": "home", "robot": 9, "last_robot": robot, "end_x": x, "ended": ended} for robot, x, ended in (
+            (1, -0.7, "lost"), (1, 0.0, "lost"), (1, 0.7, "shot"), (2, 0.7, "lost"), (1, 0.0, "stopped"))))
+    one, two, three = losses(held, {MATCH: 1.5}, {1: Played("striker", 1.0, 5.0), 3: Played("midfield", 0.5, 5.0)})
+    assert (one.robot, one.role, one.thirds, one.n, one.per_ten) == (1, "striker", (1, 1, 0), 2, 4.0)
+    assert (two.thirds, two.per_ten) == ((0, 0, 1), None), "a robot that is not seen has no rate"
+    assert (three.n, three.per_ten, three.role) == (0, 0.0, "midfield for 50%")
+
+
+def test_pitches_of_two_sizes():
+    """Thirds are those of each match's own pitch."""
+    held = pl.concat([rows(Possession, {"match_id": name, "team": "home", "last_robot": 1, "end_x": 0.5, "ended": "lost"})
+                      for name in ("small", "large")])
+    assert losses(held, {"small": 1.5, "large": 9.0}, {})[0].thirds == (0, 1, 1)
+
+
+def test_roles():
+    """A robot's role is its commonest, over the matches in which it is seen."""
+    found = played_by([({1: {"striker": 6, "midfield": 4}}, 4.0), ({1: {"midfield": 10}, 2: {"striker": 1}}, 6.0)])
+    assert found == {1: Played("midfield", 0.7, 10.0), 2: Played("striker", 1.0, 6.0)}
+
+
+def test_passing():
+    """A pass is counted once from third to third, and once from robot to robot."""
+    given = rows(Passes, *(
+        {"team": "home", "robot": a, "receiver": b, "x": x, "to_x": to} for a, b, x, to in (
+            (1, 2, -0.7, 0.7), (1, 2, -0.7, 0.0), (2, 5, 0.0, 0.0))))
+    found = passing(given, {MATCH: 1.5})
+    assert found.thirds == [[0, 1, 1], [0, 1, 0], [0, 0, 0]]
+    assert (found.robots, found.pairs, found.n) == ([1, 2, 5], [[0, 2, 0], [0, 0, 1], [0, 0, 0]], 3)
+
+
+# ---- shots
+
+
+def test_shooting():
+    """Totals by outcome, every outcome with its meaning; expected goals only of shots that have some."""
+    given = rows(Shots, *({"team": "home", "outcome": outcome, "distance": far} for outcome, far in (
+        ("goal", 0.2), ("goal", 0.4), ("wide", 1.0)))).with_columns(xg=pl.Series([0.5, None, 0.1]))
+    found = shooting(given)
+    assert [row.outcome for row in found.rows] == list(MEANS)
+    assert {row.outcome: row.n for row in found.rows if row.n} == {"goal": 2, "wide": 1}
+    assert (found.n, found.on_target, found.known, found.scored) == (3, 2, 2, 1)
+    assert (found.xg, found.distance) == (pytest.approx(0.6), pytest.approx(0.4))
+    none = shooting(given.clear())
+    assert (none.n, none.xg, none.distance) == (0, None, None)
+
+
+# ---- goals
+
+
+GOALS = (
+    {"t_ns": 10 * S, "team": "home", "robot": 1, "kind": "direct"},
+    {"t_ns": 20 * S, "team": None, "robot": None, "kind": None},
+    {"t_ns": 30 * S, "team": "home", "robot": 2, "kind": "error"},
+    {"t_ns": 40 * S, "team": "home", "robot": 1, "kind": "indirect"},
+    {"t_ns": 50 * S, "team": "home", "robot": None, "kind": None})
+
+
+def made():
+    shots = rows(Shots, *({"team": team, "t_ns": t, "outcome": outcome, "distance": 0.3, "x": 0.6}
+                          for team, t, outcome in (("home", 9 * S, "goal"), ("away", 29 * S, "goal"),
+                                                   ("home", 39 * S, "saved"))))
+    situations = rows(Situations, *({"team": team, "robot": robot, "code": code, "start_ns": t * S, "segment": segment}
+                                    for team, robot, code, t, segment in (
+        ("home", 1, 1, 7, 0), ("home", 1, 21, 8, 0), ("home", 1, 46, 9.5, 0), ("away", 1, 99, 8, 0),
+        ("home", 2, 5, 25, 1), ("home", 2, 6, 26, 1), ("home", 1, 1, 37, 2), ("home", 1, 21, 39, 2))))
+    return scored(rows(Goals, *GOALS), shots, situations, 1.5)
+
+
+def test_goals():
+    """A goal has its own shot and what its scorer did up to it; an error has no scorer of the team."""
+    direct, error, indirect, unknown = made()
+    assert (direct.distance, direct.third, direct.run) == (pytest.approx(0.3), 2, (1, 21)), "not what came after the shot"
+    assert (error.distance, error.run, error.clip.team, error.clip.robot) == (None, (), "away", 2)
+    assert (indirect.distance, indirect.run) == (None, (1, 21))
+    assert (unknown.kind, unknown.run) == ("unknown", ())
+
+
+def test_summary():
+    """Kinds in order, scorers by goals, the commonest run with its n, and up to three clips of each."""
+    found = summary(made(), {1: "striker"})
+    assert [(line.says, line.n, line.shots) for line in found.kinds] == [
+        ("direct", 1, 1), ("indirect", 1, 0), ("error", 1, 0), ("unknown", 1, 0)]
+    assert (found.scorers[0].says, found.scorers[0].n) == ("robot 1 (striker)", 2)
+    assert (found.run.codes, found.run.n, found.run.of) == ((1, 21), 2, 2)
+    assert (found.n, found.whole.shots, found.thirds) == (4, 1, (0, 0, 1))
+    assert len(found.whole.clips) == 3
+    assert summary([], {}).run is None
+
+
+def test_a_run_in_two_stretches():
+    """Situations on both sides of a stop are no run."""
+    situations = rows(Situations, *({"team": "home", "robot": 1, "code": 1, "start_ns": t * S, "segment": t} for t in (7, 8)))
+    (goal,) = scored(rows(Goals, GOALS[0]), rows(Shots), situations, 1.5)
+    assert goal.run == ()
+
+
+def test_goals_of_a_match(store):  # noqa: F811
+    """Goals from shots are as many as the table shots says; JSON gives them back."""
+    import json
+
+    for match in played(store):
+        tables = match.tables(store)
+        goals = goals_of(match, tables)
+        assert again(json.loads(json.dumps(goals))) == goals
+        answers = of_match(match, tables)
+        for side in SIDES:
+            own = tables.shots.filter(team=side)
+            assert sum(goal.side == side and goal.distance is not None for goal in goals) == own.filter(outcome="goal").height
+            assert answers[side]["shooting"].n == own.height
+            assert sum(row.n for row in answers[side]["losses"]) == tables.possession.filter(team=side, ended="lost").height
+            assert sum(map(sum, answers[side]["passing"].thirds)) == tables.passes.filter(team=side).height
+            assert samples(tables.trajectories)[side].keys() <= {row.robot for row in answers[side]["losses"]}
+
+
+# ---- halves
+
+
+def test_change_within_chance():
+    """A change that chance gives is not told as one: 10 to 12 is within, 10 to 40 is beyond."""
+    small, great = change_of_count(10, 12, (60.0, 60.0)), change_of_count(10, 40, (60.0, 60.0))
+    assert not small.beyond
+    assert great.beyond
+    assert (great.low, great.high) == (-14, 14), "binomial of 50 at one half: 18 to 32 lie within 95 %"
+    assert told([("passes", small)]) == "No change of the 1 counts is larger than chance gives."
+    assert "passes 10 to 40 (+30; chance gives -14 to +14)" in told([("passes", great), ("shots", small)])
+
+
+def test_halves_of_other_lengths():
+    """In a second half of twice the length, twice the count is no change of rate."""
+    assert not change_of_count(50, 100, (60.0, 120.0)).beyond
+    assert change_of_count(50, 50, (60.0, 120.0)).beyond
+
+
+def test_no_change_is_known():
+    """Without a count, or with zero in both, nothing is tested; of shares no chance is said."""
+    assert change_of_count(None, 3, (60.0, 60.0)) is None
+    assert change_of_count(0, 0, (60.0, 60.0)).low is None
+    assert not change(0.1, 0.9).beyond
+    assert told([("goals", None)]) == "No count is known in both halves."
+
+
+def test_chance_is_held():
+    """Control: of counts of one rate, at most 5 % are called larger than chance."""
+    import numpy as np
+
+    pairs = np.random.default_rng(0).poisson(20, (2_000, 2)).tolist()
+    assert sum(change_of_count(*pair, (1.0, 1.0)).beyond for pair in pairs) / 2_000 < 0.06
+
+
+# ---- rates, intervals, danger, matches
+
+
+def test_short_leads():
+    """Of less than a minute there are no rates, but the counts."""
+    short = _led("leads", [ByLead(LEAST_S - 1, 5.0, 10.0, 3, 4)])
+    assert (short["shots"], short["lost"], short["possession"], short["n"]) == (None, None, None, {"shots": 3, "lost": 4})
+    assert _led("leads", [ByLead(LEAST_S, 5.0, 10.0, 3, 4)])["shots"] == 30
+
+
+def test_intervals_of_counts():
+    """No interval of a count ends below 0, none of a share above 1."""
+    one = Numbers(0.99, 0.5, 0, 0, 0, 0, 0, 0, 0, 0)
+    found = over_matches([(one, 1.0), (one._replace(possession=0.5, passes=1), 1.0)])
+    assert found["passes"].low == 0
+    assert (found["possession"].low, found["possession"].high) == (0, 1)
+
+
+def card(name, role, danger):
+    return {"id": name, "role": role, "danger": danger}
+
+
+def test_danger():
+    """By what they are worth in all, positive only; without an interval a behaviour is left out."""
+    cards = [card("a", "goalkeeper", 0.5), card("b", "striker", 9.0), card("c", "striker", -1.0), card("d", "striker", None)]
+    found = dangerous(cards, 3)
+    assert [(each["id"], each["per_match"]) for each in found] == [("b", 3.0), ("a", pytest.approx(1 / 6))]
+    assert of_keeper(found) == ""
+    assert "2 of these 3" in of_keeper([card("a", "goalkeeper", 1), card("b", "goalkeeper", 1), card("c", "striker", 1)])
+
+
+def test_counted():
+    """Matches of a team against itself are said."""
+    assert counted(1, 0) == "1 match"
+    assert counted(14, 3) == "14 matches, 3 of them against itself, which count from both sides"
+    assert counted(2, 1) == "2 matches, 1 of them against itself, which counts from both sides"
+    assert against_itself(team_name("a", "vsss"), []) == 0
+
+
+def test_clip_of_a_goal():
+    """The clip of a goal says its kind."""
+    goal = Scored(MATCH, "home", 2 * S, 1, "direct", None, None, ())
+    assert (goal.clip.says, goal.clip.start_s) == ("direct goal", 0.0)
+
+
+# ---- in a browser
+
+
+@pytest.mark.slow
+def test_filter_finds_words_of_the_behaviour(pages, page):  # noqa: F811
+    """The filter looks at what a behaviour is, on its card and in the table of all; the table sorts."""
+    gallery = max((pages.first.parent / "behaviours").iterdir(), key=lambda path: path.stat().st_size)
+    page.goto(gallery.as_uri())
+    names = page.locator(".card").evaluate_all("cards => cards.map(card => card.dataset.words)")
+    assert page.locator("#rows tr").count() >= len(names)
+    name = page.locator("#rows tr").last.locator("td").nth(1).inner_text()
+    page.fill("[data-filter]", name)
+    shown = page.locator("#rows tr:visible")
+    assert shown.first.locator("td").nth(1).inner_text().startswith(name)
+    page.fill("[data-filter]", "best")
+    assert page.locator(".card:visible").count() == 0, "what a clip says is no word of the behaviour"
+    page.fill("[data-filter]", "")
+    page.locator("th", has_text="Support").click()
+    supports = page.locator("#rows tr").evaluate_all("rows => rows.map(row => Number(row.dataset.support))")
+    assert supports == sorted(supports)
+
+
+@pytest.mark.slow
+def test_differences_are_compared(pages, page):  # noqa: F811
+    """A match is headed by its link, a difference is second less first, and leagues are one where they can be."""
+    page.goto((pages.first.parent / "compare.html").as_uri())
+    matches = page.locator("#matches .found")
+    assert matches.locator("thead a").count() == 2
+    cells = matches.locator("tbody tr").nth(3).locator("td").all_inner_texts()
+    assert int(cells[4]) == int(cells[2]) - int(cells[0])
+    assert "two leagues" not in page.locator("#teams .found").inner_text()
+    page.locator("#behaviours .found tbody tr").first.wait_for()
+    versions = [page.locator(f"[data-version='{side}']").input_value() for side in (0, 1)]
+    teams = [page.locator(f"#behaviours [data-side='{side}']").input_value() for side in (0, 1)]
+    assert versions[0] == versions[1]
+    assert teams[0] != teams[1]
