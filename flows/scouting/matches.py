@@ -10,13 +10,14 @@ import polars as pl
 
 from flows.scouting.answers import kept, of_match
 from flows.scouting.chances import rests_on, size, with_chances
+from flows.scouting.flaws import flaws
 from flows.scouting.sources import Match, TeamName
 from pipeline.pitch import Pitch
 from pipeline.views.commentary import Commentary, commentary
 from pipeline.views.scout.changes import Change, change, change_of_count, told
 from pipeline.views.scout.facts import Numbers, Tables, by_lead, halves, markers, numbers, parts
 from pipeline.views.scout.gallery import Clip
-from pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time
+from pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time, pass_arrow
 from pipeline.views.scout.restarts import any_moment
 from schemas import SIDES, note_on
 
@@ -51,7 +52,7 @@ def facts(match: Match, tables: Tables) -> dict[str, Any]:
         for t_ns, team in tables.goals.select("t_ns", "team").iter_rows()]
     return {
         "id": match.name, "home": match.home, "away": match.away, "kind": pitch.kind.value,
-        "score": score(row), "seconds": row["duration_s"], "flaws": flaws(tables.quality),
+        "score": score(row), "seconds": row["duration_s"], "flaws": _flaws(tables),
         "note": note_on(row["home"], row["away"]), "measures": MEASURES,
         "called": names, "changes": changes, "changed": told([
             (f"{names[side]}: {label}", changes[side][name])
@@ -59,8 +60,11 @@ def facts(match: Match, tables: Tables) -> dict[str, Any]:
         "parts": [{"name": name, "numbers": {side: own._asdict() for side, own in each.items()}}
                   for (name, _, _), each in zip(whole, counts, strict=True)],
         "over_time": each, "strips": [
-            {"name": name, "picture": over_time([getattr(part, of) for part in each], goals, name)}
-            for name, of in (("Possession over time", "possession"), ("Territory over time", "territory"))],
+            {"name": name, "blank": blank if any(getattr(part, of) is None for part in each) else "",
+             "picture": over_time(
+                 [getattr(part, of) for part in each], goals, name, row["duration_s"], blank)}
+            for name, of, blank in (("Possession over time", "possession", "nobody had the ball"),
+                                    ("Territory over time", "territory", "ball not in play"))],
         "goals": _goals(match, tables, moments), "told": _told(moments),
         "shots": _shots(match, tables),
         "sides": [{"key": side, "name": team.name, "answers": answers[side], **_passes(tables, side, pitch)}
@@ -77,7 +81,7 @@ def line(match: Match, tables: Tables) -> dict[str, Any]:
     return {
         "score": score(row), "seconds": row["duration_s"], "kind": match.pitch.kind.value,
         "date": row["started_at"].date().isoformat() if row["started_at"] else "",
-        "flaws": flaws(tables.quality), "numbers": {side: it._asdict() for side, it in own.items()},
+        "flaws": _flaws(tables), "numbers": {side: it._asdict() for side, it in own.items()},
         "any_moment": {side: list(it) for side, it in any_moment(
             tables.trajectories, tables.shots, tables.referee).items()},
         **kept(match, tables),
@@ -110,10 +114,8 @@ def score(row: dict[str, Any]) -> str:
     return " : ".join("?" if row[f"score_{side}"] is None else str(row[f"score_{side}"]) for side in SIDES)
 
 
-def flaws(quality: pl.DataFrame) -> str:
-    """The kinds of flaws of a recording, with how many of each."""
-    counts = quality.group_by(pl.col("flaw").cast(pl.String)).agg(pl.col("count").sum()).sort("flaw")
-    return ", ".join(f"{flaw} {count}" for flaw, count in counts.iter_rows())
+def _flaws(tables: Tables) -> str:
+    return flaws(tables.quality, tables.trajectories["frame"].n_unique())
 
 
 def told_of(match: Match, tables: Tables) -> Commentary:
@@ -168,8 +170,7 @@ def _passes(tables: Tables, side: str, pitch: Pitch) -> dict[str, Any]:
     lost = tables.possession.filter(pl.col("team") == side, pl.col("ended") == "lost")
     marks = [Mark(row["end_x"], row["end_y"], "mark lost", f"{row['last_robot']} loses the ball")
              for row in lost.iter_rows(named=True)]
-    marks += [Mark(row["x"], row["y"], f"mark {side}", f"{row['robot']} to {row['receiver']}",
-                   (row["to_x"], row["to_y"])) for row in own.iter_rows(named=True)]
+    marks += [pass_arrow(row, side, pitch) for row in own.iter_rows(named=True)]
     rows = [(row["t_ns"], row["robot"],
              f"passes to {row['receiver']}, {'through, ' * row['through']}{row['direction']}",
              row["x"], row["y"]) for row in own.iter_rows(named=True)]
@@ -200,7 +201,9 @@ def _robots(match: Match, tables: Tables) -> list[dict[str, Any]]:
         cells = heat(turn * rows["x"].to_numpy(), turn * rows["y"].to_numpy(), match.pitch)
         marks, share = near.get((str(team), int(str(robot))), (None, None))
         name = match.home if team == "home" else match.away
-        found.append({"team": team, "number": robot, "name": name.name, "marks": marks, "share": share,
+        other = match.away if team == "home" else match.home
+        found.append({"team": team, "number": robot, "name": name.name, "other": other.name, "marks": marks,
+                      "share": share, "n": rows.height,
                       "picture": on_pitch(match.pitch, f"where {name.name} {robot} was", cells=cells)})
     return found
 

@@ -171,7 +171,7 @@ def _by_ball(rows: pl.DataFrame, pitch: Pitch) -> dict[str, Any] | None:
                 visits = int(there["visits"].sum())
                 says = f"{share:.0%} of {visits} visits; our goal: {own}, theirs: {their}"
                 found.append({"own": own, "their": their, "visits": visits, "unsure": share})
-                under.append(shaded(pitch, [own, their], max(share, 0.03), says))
+                under.append(shaded(pitch, [own, their], 0.15 + 0.85 * share, says))
     label = "share of unsure visits by the zone of the ball"
     return {"key": rows["key"][0], "role": rows["role"][0], "zones": found,
             "picture": on_pitch(pitch, label, under=type(under[0])("").join(under))}

@@ -29,7 +29,7 @@ from pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matche
 from pipeline.views.scout.gallery import clips, leading, paths, ranked
 from pipeline.views.scout.maps import lying, neuron_key
 from pipeline.views.scout.occurrences import occurrences, placed
-from pipeline.views.scout.pictures import Mark, heat, on_pitch
+from pipeline.views.scout.pictures import Mark, heat, on_pitch, pass_arrow
 from pipeline.views.scout.restarts import SOON_S, Moments, paid
 from pipeline.views.scout.restarts import over_matches as any_moment
 from pipeline.views.scout.transitions import Followed, around, transitions
@@ -45,6 +45,9 @@ LEAST_S = 60.0
 LINKED = 200
 #: Behaviours in the table of all: the first by evidence.
 LISTED = 800
+#: Passes that are drawn: the last.
+PASSES = 200
+_ATTACKS = "It attacks to the right."
 #: Names of the situations, by code.
 NAMES = {code: name for code, (name, _) in TABLE_1.items()}
 
@@ -112,20 +115,27 @@ def _pictures(store: Store, team: TeamName, matches: Sequence[Match]) -> list[di
     arrows, shots = events_of(store, sides, Passes), shots_over(store, sides)
     places = [places_of(store, match, side) for match in same[-8:] for side in sides_of(team, match)]
     keeper = pl.concat(places).filter(pl.col("role") == "goalkeeper")
+    count = len(same[-8:])
+    last = "its last match" if count == 1 else f"its last {count} matches"
+    drawn = f"; the last {PASSES} are drawn" if arrows.height > PASSES else ""
     return [
-        {"name": "Where it loses the ball", "says": f"{losses.height} balls lost; it attacks to the right.",
+        {"name": "Where it loses the ball", "says": f"{losses.height} balls lost. {_ATTACKS}",
          "picture": on_pitch(pitch, "where it loses the ball", cells=heat(
              losses["end_x"].to_numpy(), losses["end_y"].to_numpy(), pitch))},
-        {"name": "Shots", "says": f"{shots.height} shots: filled ones are goals, dashed ones are wide.",
+        {"name": "Shots", "says": f"{shots.height} shots: filled ones are goals, dashed ones are wide. "
+            f"{_ATTACKS}",
          "picture": on_pitch(pitch, "shots", marks=_shots(shots))},
-        {"name": "Passes", "says": f"{arrows.height} passes; the last 200 are drawn.",
+        {"name": "Passes", "says": f"{arrows.height} passes{drawn}; arrows lead from pass to receipt. "
+            f"{_ATTACKS}",
          "picture": on_pitch(pitch, "passes", marks=[
-             Mark(row["x"], row["y"], "mark home", f"{row['robot']} to {row['receiver']}",
-                  (row["to_x"], row["to_y"])) for row in arrows.tail(200).iter_rows(named=True)])},
-        {"name": "Where its keeper is", "says": "In its last matches, in play.",
+             pass_arrow(row, "home", pitch) for row in arrows.tail(PASSES).iter_rows(named=True)])},
+        {"name": "Where its keeper is", "says": f"In {last}, while a team has the ball; n = "
+            f"{keeper.height:,} samples, every fifth. {_ATTACKS}",
          "picture": on_pitch(pitch, "where its keeper is", cells=heat(
              keeper["x"].to_numpy(), keeper["y"].to_numpy(), pitch))},
-        {"name": "Formation", "says": "Mean places in its last matches: filled with the ball, else hollow.",
+        {"name": "Formation", "says": f"Mean places in {last}: filled with the ball, hollow while the "
+            f"adversary has it (G goalkeeper, M midfield, S striker); n = "
+            f"{sum(it.height for it in places):,} samples. {_ATTACKS}",
          "picture": formation(pl.concat(places), pitch)},
     ]
 
@@ -162,7 +172,8 @@ def formation(places: pl.DataFrame, pitch: Pitch) -> Any:
     means = places.group_by("role", "has").agg(pl.col("x", "y").mean(), pl.len()).sort("role", "has")
     return on_pitch(pitch, "mean places by role", marks=[
         Mark(row["x"], row["y"], f"mark home{' hit' if row['has'] else ''}",
-             f"{row['role']} {'with' if row['has'] else 'without'} the ball")
+             f"{row['role']} {'with' if row['has'] else 'without'} the ball, n = {row['len']:,}",
+             letter=row["role"][0].upper(), size=2.6)
         for row in means.iter_rows(named=True)])
 
 

@@ -149,6 +149,7 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
     folder.put("situations.html", everything, lambda: page(
         "situations", **around, **situation_pages.facts(store, league)))
     versions = compare.versions(store)
+    folder.put("words.html", digest(canonical([code, teams])), lambda: page("words", **around))
     folder.put("compare.html", digest(canonical([code, teams])), lambda: page("compare", **around))
     folder.put("compare/numbers.js", digest(canonical([everything, [it.key for it in versions]])), lambda: (
         compare.numbers(league, teams, lines, versions)))

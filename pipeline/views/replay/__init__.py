@@ -133,6 +133,8 @@ def linked(match_id: str, home: str, away: str, *, up: str = "../") -> str:
     That script calls ``scoutMatch(ID, payload)``. ``known.js`` beside ``data`` calls
     ``scoutKnown(list of [league, team, ids of behaviours])``. The code is ``replay.js`` (:func:`script`).
 
+    The page leads back to ``matches/ID.html`` and ``index.html`` of that folder.
+
     Args:
         match_id: id of the match.
         home: name of the home team, for the title.
@@ -140,7 +142,9 @@ def linked(match_id: str, home: str, away: str, *, up: str = "../") -> str:
         up: leads from the page to that folder.
     """
     source = f' data-match="{html.escape(match_id)}" data-up="{html.escape(up)}"'
-    return _filled(home, away, "", source=source, allowed="'self' file:",
+    match, league = (html.escape(f"{up}{page}.html") for page in (f"matches/{match_id}", "index"))
+    back = f'  <nav aria-label="pages"><a href="{match}">the match</a> <a href="{league}">league</a></nav>\n'
+    return _filled(home, away, "", source=source, allowed="'self' file:", back=back,
                    code=f'{_LONE}\n<script src="{html.escape(up)}replay.js"></script>')
 
 
@@ -149,10 +153,15 @@ def script() -> str:
     return "\n".join(['"use strict";', *(asset(name) for name in SCRIPTS)])
 
 
-def _filled(home: str, away: str, packed: str, *, source: str, allowed: str, code: str) -> str:
-    """The page with its blanks filled; ``allowed`` scripts run, ``source`` says whence the match comes."""
+def _filled(
+    home: str, away: str, packed: str, *, source: str, allowed: str, code: str, back: str = ""
+) -> str:
+    """The page with its blanks filled.
+
+    ``allowed`` scripts run, ``source`` says whence the match comes, ``back`` leads to pages about it.
+    """
     blank = asset("page.html").replace("{{code}}", code).replace("{{allowed}}", allowed)
-    blank = blank.replace("{{source}}", source).replace("{{payload}}", packed)
+    blank = blank.replace("{{back}}", back).replace("{{source}}", source).replace("{{payload}}", packed)
     # the title goes in last, so that nothing in it is taken for a blank to fill
     return blank.replace("{{title}}", html.escape(f"{home} – {away} · Pitchlore replay"))
 

@@ -2,6 +2,7 @@
 
 const GUTTER = 118, EDGE = 14, AXIS = 20, TEAM_GAP = 6;
 const FLASH = 2500, TRAIL = 900;
+const SMALL = 360; // pixels: a pitch less wide is that of a clip
 const RANDOM = 194; // says nothing, so it has no label
 const IDLE = [184, 194]; // not worth a label where it is crowded: does not move, moves randomly
 
@@ -174,18 +175,20 @@ function painter(match, state) {
 
   /** A line of words at the top, or at the bottom if the ball is at the top. */
   function banner(c, w, h, text, colour, alpha, ballAt) {
-    const top = ballAt !== null && ballAt < 70 ? h - 56 : 14;
-    c.globalAlpha = alpha; c.font = sans(22, 700); c.textAlign = "center"; c.textBaseline = "middle";
-    const width = Math.min(w - 20, c.measureText(text).width + 44);
-    c.fillStyle = colour; c.beginPath(); c.roundRect((w - width) / 2, top, width, 42, 10); c.fill();
-    c.fillStyle = colours.halo; c.fillText(text, w / 2, top + 21.5, width - 20); c.globalAlpha = 1;
+    const part = clamp(h / 380, 0.4, 1), high = 42 * part, edge = 14 * part; // a clip is small: little is covered
+    const top = ballAt !== null && ballAt < edge + 1.4 * high ? h - edge - high : edge;
+    c.globalAlpha = alpha; c.font = sans(Math.max(10.5, 22 * part), 700); c.textAlign = "center"; c.textBaseline = "middle";
+    const width = Math.min(w - 20 * part, c.measureText(text).width + 44 * part);
+    c.fillStyle = colour; c.beginPath(); c.roundRect((w - width) / 2, top, width, high, 10 * part); c.fill();
+    c.fillStyle = colours.halo; c.fillText(text, w / 2, top + high / 2 + 0.5, width - 20 * part); c.globalAlpha = 1;
   }
 
   /** The pitch at the moment `state.t`; `state.marked` is a body to point out. */
   function drawPitch(canvas) {
     const { c, w, h } = fitted(canvas);
     const { margin } = MARKINGS[pitch.kind];
-    const scale = Math.min(w / (pitch.length + 2 * (pitch.goal_depth + margin)), h / (pitch.width + 2 * margin));
+    const free = w < SMALL ? 8 : 0; // pixels: where robots are drawn greater than they are, none is cut at the edge
+    const scale = Math.min((w - 2 * free) / (pitch.length + 2 * (pitch.goal_depth + margin)), (h - 2 * free) / (pitch.width + 2 * margin));
     c.fillStyle = colours.outside; c.fillRect(0, 0, w, h);
     c.save();
     c.translate(w / 2, h / 2); c.scale(scale, -scale);
@@ -211,7 +214,7 @@ function painter(match, state) {
     if (g >= 0 && state.t - match.goalTimes[g] < FLASH) {
       const [t, team, robot, kind] = match.goals[g], fade = 1 - (state.t - t) / FLASH;
       const colour = colours[team ?? "muted"], title = match.goalTitle(team);
-      c.strokeStyle = colour; c.lineWidth = 8; c.globalAlpha = fade; c.strokeRect(4, 4, w - 8, h - 8);
+      c.strokeStyle = colour; c.lineWidth = w < SMALL ? 4 : 8; c.globalAlpha = fade; c.strokeRect(c.lineWidth / 2, c.lineWidth / 2, w - c.lineWidth, h - c.lineWidth);
       banner(c, w, h, `${title[0].toUpperCase()}${title.slice(1)}${match.story(team, robot, kind)}`, colour, Math.min(1, 2 * fade), under && under.py);
     } else if (now.i < 0) banner(c, w, h, "nothing recorded here", colours.muted, 0.9, null);
     else if (match.stoppage(state.t)) banner(c, w, h, "play is stopped", colours.muted, 0.75, under && under.py);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -13,7 +14,7 @@ from pipeline.views.replay import asset
 #: Files that stand beside the pages.
 STYLE, SCRIPT, COMPARE, MAP = "scout.css", "scout.js", "compare.js", "map.js"
 #: Further style sheets and scripts, which are added to those two.
-_MORE_STYLE, _MORE_SCRIPT = ("map.css", "states.css"), ("pick.js",)
+_MORE_STYLE, _MORE_SCRIPT = ("map.css", "states.css", "looks.css"), ("pick.js", "looks.js")
 
 
 @cache
@@ -21,7 +22,8 @@ def _environment() -> Environment:
     made = Environment(
         loader=PackageLoader("pipeline.views.scout"), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True)
-    made.filters |= {"percent": _percent, "clock": _clock, "number": _number, "code": "{:03d}".format}
+    made.filters |= {"percent": _percent, "clock": _clock, "number": _number, "code": "{:03d}".format,
+                     "short": _short}
     return made
 
 
@@ -42,6 +44,11 @@ def files() -> dict[str, bytes]:
 
 def _percent(share: float | None) -> str:
     return "–" if share is None else f"{100 * share:.0f}\u00a0%"
+
+
+def _short(match: str) -> str:
+    """A match's id without the digest at its end."""
+    return re.sub(r"(?<=.)-[0-9a-f]{12}$", "", match)
 
 
 def _clock(seconds: float) -> str:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import groupby
+from typing import Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
@@ -13,6 +14,14 @@ from pipeline.pitch import Pitch
 
 #: Cells of a heat map along and across the pitch.
 CELLS = (24, 16)
+#: From so many marks on, marks are small, thin and see-through.
+MANY = 80
+#: Faintest cell of a heat map, so that it is seen on light and on dark ground.
+_FAINTEST = 0.16
+#: Blank parts of a strip, side by side, that a word fits into.
+_WORD = 4
+#: Times under a strip: steps in seconds, and how many there are at most.
+_STEPS, _TIMES = (10, 30, 60, 120, 300, 600, 1200), 8
 
 
 class Mark(NamedTuple):
@@ -25,6 +34,7 @@ class Mark(NamedTuple):
         to: end of an arrow that begins there, None for a dot.
         link: address that it leads to.
         size: radius of a dot, or length of an arrow's head (0: a dot at its end), hundredths of the pitch.
+        letter: what stands in a dot.
     """
 
     x: float
@@ -34,6 +44,14 @@ class Mark(NamedTuple):
     to: tuple[float, float] | None = None
     link: str | None = None
     size: float = 0.0
+    letter: str = ""
+
+
+def pass_arrow(row: Mapping[str, Any], side: str, pitch: Pitch) -> Mark:
+    """A pass as an arrow from pass to receipt; ``row`` is of schema Passes. A short one has a short head."""
+    far = float(np.hypot(row["to_x"] - row["x"], row["to_y"] - row["y"])) * 100 / pitch.length
+    return Mark(row["x"], row["y"], f"mark {side}", f"{row['robot']} to {row['receiver']}",
+                (row["to_x"], row["to_y"]), size=max(min(2.4, 0.7 * far), 1e-3))
 
 
 def heat(x: F64, y: F64, pitch: Pitch) -> F64:
@@ -57,9 +75,10 @@ def on_pitch(
         label = f"{label}: {_thirds(cells)}"
     role = "img" if all(mark.link is None for mark in marks) else "group"
     parts = [Markup(
-        '<svg class="pitch" role="{}" aria-label="{}" viewBox="{:.4g} {:.4g} {:.4g} {:.4g}" '
+        '<svg class="pitch{}" role="{}" aria-label="{}" viewBox="{:.4g} {:.4g} {:.4g} {:.4g}" '
         'style="--unit:{:.4g}">'
-    ).format(role, label, -x - depth - unit, -y - unit, 2 * (x + depth + unit), 2 * (y + unit), unit)]
+    ).format(" many" if len(marks) >= MANY else "", role, label,
+             -x - depth - unit, -y - unit, 2 * (x + depth + unit), 2 * (y + unit), unit)]
     parts.append(Markup('<rect class="grass" x="{:.4g}" y="{:.4g}" width="{:.4g}" height="{:.4g}"/>').format(
         -x, -y, 2 * x, 2 * y))
     if cells is not None:
@@ -88,7 +107,7 @@ def _cells(cells: F64, pitch: Pitch) -> list[Markup]:
     return [Markup("".join(  # noqa: S704 (numbers only: to escape each of some hundreds takes its time)
         f'<rect class="heat" x="{-pitch.length / 2 + column * wide:.4g}"'
         f' y="{pitch.width / 2 - (row + 1) * high:.4g}" width="{wide:.4g}" height="{high:.4g}"'
-        f' opacity="{cells[row, column] / most:.2f}"/>')
+        f' opacity="{_FAINTEST + (1 - _FAINTEST) * cells[row, column] / most:.2f}"/>')
         for row, column in np.argwhere(cells > 0.02 * most))]
 
 
@@ -97,6 +116,9 @@ def _mark(mark: Mark, unit: float) -> Markup:
     if mark.to is None:
         shape = Markup('<circle class="{}" cx="{:.4g}" cy="{:.4g}" r="{:.4g}">{}</circle>')
         drawn = shape.format(mark.style, mark.x, -mark.y, (mark.size or 1.1) * unit, _title(mark))
+        if mark.letter:
+            drawn += Markup('<text class="{}" x="{:.4g}" y="{:.4g}" font-size="{:.4g}">{}</text>').format(
+                mark.style, mark.x, -mark.y, 3.6 * unit, mark.letter)
     elif mark.size:
         drawn = _headed(mark, unit)
     else:
@@ -106,7 +128,8 @@ def _mark(mark: Mark, unit: float) -> Markup:
                              mark.to[0], -mark.to[1], 0.7 * unit)
     if mark.link is None:
         return drawn
-    return Markup('<a href="{}" aria-label="{}">{}</a>').format(mark.link, mark.says, drawn)
+    # no Tab stop: the table behind the picture has the same links
+    return Markup('<a href="{}" aria-label="{}" tabindex="-1">{}</a>').format(mark.link, mark.says, drawn)
 
 
 def _headed(mark: Mark, unit: float) -> Markup:
@@ -129,16 +152,20 @@ def _title(mark: Mark) -> Markup:
 
 
 def over_time(
-    shares: Sequence[float | None], goals: Sequence[tuple[float, str, str]], label: str
+    shares: Sequence[float | None], goals: Sequence[tuple[float, str, str]], label: str, seconds: float,
+    blank: str,
 ) -> Markup:
-    """Home's share in each part of a match as bars about one half, and the goals above and below.
+    """Home's share in each part of a match as bars about one half, the goals above and below, and times.
 
     Args:
         shares: of home in each part, 0 to 1; None where nobody had any.
         goals: of each the place in the match, 0 to 1, the team, and what it says.
         label: what it shows.
+        seconds: of the match.
+        blank: what is said of parts without a share.
     """
     wide = 100 / max(len(shares), 1)
+    words = []
     parts = [Markup('<svg class="strip" role="img" aria-label="{}" viewBox="0 0 100 24" '
                     'preserveAspectRatio="none">').format(label)]
     for place, share in enumerate(shares):
@@ -148,10 +175,32 @@ def over_time(
                 '<rect class="home" x="{0:.3f}" y="2" width="{1:.3f}" height="{2:.2f}"/>'
                 '<rect class="away" x="{0:.3f}" y="{3:.2f}" width="{1:.3f}" height="{4:.2f}"/>').format(
                     place * wide, wide * 0.92, home, 2 + home, 20 - home))
+    first = 0
+    for missing, group in groupby(shares, lambda share: share is None):
+        begin, count = first, len(list(group))
+        first += count
+        if not missing:
+            continue
+        parts.append(Markup('<rect class="blank" x="{:.3f}" y="2" width="{:.3f}" height="20">'
+                            '<title>{}</title></rect>').format(begin * wide, count * wide, blank))
+        if count >= _WORD:
+            words.append(Markup('<span style="left:{:.2f}%;width:{:.2f}%">{}</span>').format(
+                begin * wide, count * wide, blank))
     parts.append(Markup('<path class="half" d="M0 12H100"/>'))
     parts += [Markup('<path class="goal-at" d="M{:.3f} {}V{}"><title>{}</title></path>').format(
         100 * at, 12 * (team == "away"), 24 - 12 * (team == "home"), says) for at, team, says in goals]
-    return Markup("").join([*parts, Markup("</svg>")])
+    return Markup('<div class="over-time">{}<div class="words" aria-hidden="true">{}</div>'
+                  '<div class="times" aria-hidden="true">{}</div></div>').format(
+        Markup("").join([*parts, Markup("</svg>")]), Markup("").join(words), _times(seconds))
+
+
+def _times(seconds: float) -> Markup:
+    """Minutes and seconds at their places under a strip, the end left out."""
+    step = next((each for each in _STEPS if seconds <= _TIMES * each), max(seconds / _TIMES, 1.0))
+    at = np.arange(0.0, seconds, step)
+    return Markup("").join(
+        Markup('<span style="left:{:.2f}%">{}:{:02d}</span>').format(
+            100 * each / seconds, int(each) // 60, int(each) % 60) for each in at if each <= 0.96 * seconds)
 
 
 def bars(values: Sequence[float], label: str) -> Markup:

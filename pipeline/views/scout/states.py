@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import cos, pi, radians, sin
 from typing import Any
 
@@ -118,7 +118,20 @@ def shaded(pitch: Pitch, levels: list[str | None], opacity: float, says: str = "
             runs.append(f"M{first * wide - pitch.length / 2:.3f} {row * high - pitch.width / 2:.3f}"
                         f"h{(last - first) * wide:.3f}v{high:.3f}h{(first - last) * wide:.3f}z")
     return Markup('<path class="zone" opacity="{:.2f}" d="{}"><title>{}</title></path>').format(
-        opacity, "".join(runs), says or "the ball is here")
+        opacity, "".join(runs), says or "the ball is here") + (
+        _spot(pitch, opacity, says) if is_spot(levels) else Markup(""))
+
+
+def is_spot(levels: Sequence[str | None]) -> bool:
+    """Whether a zone is the centre spot: close is half the pitch, so only that is close to both goals."""
+    return list(levels) == ["close", "close"]
+
+
+def _spot(pitch: Pitch, opacity: float, says: str) -> Markup:
+    """The zone that is a point, as a dot with a ring."""
+    shape = Markup('<g class="zone spot"><circle r="{:.4g}" opacity="{:.2f}"/>'
+                   '<circle class="rim" r="{:.4g}"/><title>{}</title></g>')
+    return shape.format(0.018 * pitch.length, opacity, 0.03 * pitch.length, says or "the ball is here")
 
 
 def around_ball(state: Mapping[str, str], role: str, pitch: Pitch) -> Markup | None:
@@ -191,5 +204,6 @@ def _letters(area: tuple[str, int], robots: list[tuple[str, str]]) -> Markup:
 
 def facts_of(state: Mapping[str, str], role: str, pitch: Pitch) -> dict[str, Any]:
     """A state as a page shows it: sentences, the ball's zone, and who is around the ball."""
-    return {"sentences": sentences(state, role), "zone": zone(state, pitch),
+    levels = [state.get(f"distance of ball to {goal} goal") for goal in _SIDES]
+    return {"sentences": sentences(state, role), "zone": zone(state, pitch), "spot": is_spot(levels),
             "around": around_ball(state, role, pitch)}

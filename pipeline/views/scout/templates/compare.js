@@ -249,6 +249,7 @@ function twoLists(teams, versions, show) {
   found.push(table(["Behaviour", "n", names[0], "n", names[1], "difference"], kept.slice(0, ROWS).map((row) => [
     linked(row.id, row.a ? teams[0] : teams[1]), row.a?.[1] ?? "–", worth(row.a), row.b?.[1] ?? "–", worth(row.b),
     row.shared === null ? "" : `${row.sure ? "★ " : ""}${row.shared.toFixed(3)}${row.half === null ? "" : ` ± ${row.half.toFixed(3)}`}`])));
+  if (!kept.length) found.push(paragraph("Nothing fits the choice."));
   if (kept.length > ROWS) found.push(paragraph(`The first ${ROWS} of ${kept.length} are shown.`));
   return found;
 }

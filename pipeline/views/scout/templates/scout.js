@@ -30,6 +30,9 @@ function clip(figure) {
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
   let painting = null, seen = false, paused = still, last = 0;
   canvas.tabIndex = 0;
+  canvas.setAttribute("role", "button");
+  canvas.setAttribute("aria-label", `stop the clip: ${canvas.getAttribute("aria-label")}`);
+  canvas.title = "click or space stops the clip, and plays it again";
 
   async function load() {
     try {
@@ -61,8 +64,14 @@ function clip(figure) {
 
   function toggle() {
     paused = !paused;
-    figure.classList.toggle("paused", paused);
+    mark();
   }
+
+  function mark() {
+    figure.classList.toggle("paused", paused);
+    canvas.setAttribute("aria-pressed", String(paused));
+  }
+  mark();
   canvas.addEventListener("click", toggle);
   canvas.addEventListener("keydown", (event) => {
     if (event.key === " " || event.key === "Enter") { event.preventDefault(); toggle(); }
@@ -105,6 +114,7 @@ function filters() {
   const items = holders.flatMap((holder) => [...(holder.tBodies ? holder.tBodies[0].rows : holder.children)]);
   // of a card only what it is, not what is said of it
   const texts = items.map((item) => (item.dataset.words ?? item.textContent).toLowerCase());
+  const tell = counter(words.closest(".tools"));
   const show = () => {
     const asked = words.value.toLowerCase().split(/\s+/).filter(Boolean);
     items.forEach((item, i) => {
@@ -112,10 +122,15 @@ function filters() {
       const right = !is?.value || item.dataset[is.dataset.is] === is.value;
       item.hidden = !(enough && right && asked.every((word) => texts[i].includes(word)));
     });
+    tell(holders.map((holder) => {
+      const own = items.filter((item) => holder.contains(item));
+      return [own.filter((item) => !item.hidden).length, own.length, holder.id];
+    }));
   };
   words.addEventListener("input", show);
   least?.addEventListener("input", show);
   is?.addEventListener("input", show);
+  show();
 }
 
 /** Put cards into the order of one of their numbers, the greatest first; equal ones stay by evidence. */
