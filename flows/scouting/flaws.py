@@ -12,7 +12,7 @@ WORDS = {
     "robot jump": ("a robot jumped", "robot samples"), "damaged chunk": ("file is damaged", "chunks"),
     "damaged record": ("file is damaged", "records"), "truncated": ("file is cut off", ""),
     "ball lost": ("ball not seen", "samples"), "not a number": ("place or heading is no number", "values"),
-    "direction inferred": ("direction of attack inferred from the robots' places", "samples"),
+    "direction inferred": ("direction of attack inferred", "samples"),
     "direction unknown": ("direction of attack unknown, taken as to the right", "samples"),
     "skipped": ("left out", "items"), "slow sampling": ("sampled slowly", "samples"),
     "off the pitch": ("robots off the pitch", "robot samples"),

@@ -187,6 +187,7 @@ function painter(match, state) {
   function drawPitch(canvas) {
     const { c, w, h } = fitted(canvas);
     const { margin } = MARKINGS[pitch.kind];
+    if (!w || !h) return; // a clip that a filter hides
     const free = w < SMALL ? 8 : 0; // pixels: where robots are drawn greater than they are, none is cut at the edge
     const scale = Math.min((w - 2 * free) / (pitch.length + 2 * (pitch.goal_depth + margin)), (h - 2 * free) / (pitch.width + 2 * margin));
     c.fillStyle = colours.outside; c.fillRect(0, 0, w, h);

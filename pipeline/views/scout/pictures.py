@@ -17,7 +17,7 @@ CELLS = (24, 16)
 #: From so many marks on, marks are small, thin and see-through.
 MANY = 80
 #: Faintest cell of a heat map, so that it is seen on light and on dark ground.
-_FAINTEST = 0.16
+_FAINTEST = 0.09
 #: Blank parts of a strip, side by side, that a word fits into.
 _WORD = 4
 #: Times under a strip: steps in seconds, and how many there are at most.

@@ -1,0 +1,179 @@
+"""How the scout's pages look and lead about: nothing is squeezed, filters say what is left, pictures say who attacks."""
+
+from __future__ import annotations
+
+import re
+
+import polars as pl
+import pytest
+from test_scout import browser, page, pages, store, text_of  # noqa: F401
+
+from flows.scouting.flaws import WORDS, flaws
+from pipeline.pitch import PITCHES, Kind
+from pipeline.views.replay import linked
+from pipeline.views.scout.pages import page as render
+from pipeline.views.scout.pictures import MANY, Mark, on_pitch, over_time, pass_arrow
+from pipeline.views.scout.states import zone
+from schemas.matches import FLAWS
+
+VSSS = PITCHES[Kind.VSSS]
+
+
+def near(own, their):
+    return {"distance of ball to own goal": own, "distance of ball to adversary's goal": their}
+
+
+def test_centre_spot_is_drawn():
+    """Close to both goals is one point, and it is drawn; the control: no other zone has it."""
+    for kind in Kind:
+        for own in ("very close", "close", "far"):
+            for their in ("very close", "close", "far"):
+                drawn = str(zone(near(own, their), PITCHES[kind]))
+                assert ("spot" in drawn) == (own == their == "close")
+
+
+def test_flaws_are_words():
+    """Each kind of flaw has words; samples say of how many."""
+    assert set(WORDS) == set(FLAWS)
+    table = pl.DataFrame({"flaw": ["gap", "direction inferred", "gap", "truncated"], "count": [1, 90, 1, 1]})
+    assert flaws(table, 100) == (
+        "direction of attack inferred: 90 of 100 samples; without samples: 2 gaps; file is cut off")
+    assert flaws(table.filter(pl.col("count") > 1), 80) == "direction of attack inferred: 90 samples"
+    assert flaws(table.head(1), 100) == "without samples: 1 gap"
+
+
+def test_blank_parts_and_times():
+    """Blank parts of a strip are one box each with its words; times are under it; the end has none."""
+    drawn = str(over_time([0.5, None, None, None, None, 1.0, None, 0.0], [], "possession", 480.0, "nobody <had> it"))
+    assert drawn.count('class="blank"') == 2
+    assert drawn.count("nobody &lt;had&gt; it</span>") == 1, "one is too narrow for words"
+    assert re.findall(r">(\d+:\d\d)<", drawn) == [f"{minute}:00" for minute in range(8)]
+    assert "blank" not in over_time([0.5, 0.5], [], "possession", 480.0, "nobody")
+
+
+@pytest.mark.parametrize("far", [0.5, 0.02, 0.0])
+def test_passes_have_heads(far):
+    """A pass leads to its receipt, and a short one has a head, too."""
+    row = {"x": 0.0, "y": 0.0, "to_x": far, "to_y": 0.0, "robot": 1, "receiver": 2}
+    drawn = on_pitch(VSSS, "passes", marks=[pass_arrow(row, "home", VSSS)])
+    assert ("mark home head" in drawn) == (far > 0)
+
+
+def test_many_marks_are_faint():
+    """Many marks are drawn thin; few are not."""
+    for count in (MANY - 1, MANY):
+        drawn = on_pitch(VSSS, "shots", marks=[Mark(0, 0, "mark home", "")] * count)
+        assert ("pitch many" in drawn) == (count == MANY)
+
+
+def test_marks_are_no_tab_stops(store, pages):  # noqa: F811
+    """Marks that lead somewhere are no Tab stops, and the table behind has their links."""
+    match = next(iter(store.receipts("matches"))).name
+    shown = text_of(pages, f"matches/{match}.html")
+    marks = re.findall(r'<a href="([^"]*)" aria-label="[^"]*" tabindex="-1"><circle', shown)
+    rows = re.findall(r'<td><a href="([^"]*)">', shown)
+    assert marks
+    assert set(marks) <= set(rows)
+
+
+def test_every_picture_says_who_attacks(store, pages):  # noqa: F811
+    """Each pitch on the pages of matches and teams stands with a sentence on the direction."""
+    root = pages.first.parent
+    for found in [*(root / "matches").glob("*.html"), *(root / "teams").glob("*.html")]:
+        parts = found.read_text().split('<svg class="pitch')[1:]
+        assert len(parts) > 4
+        for part in parts:
+            assert re.search(r"to the right", part.partition("</svg>")[2][:400]), found.name
+
+
+def test_one_match_is_no_number():
+    """The report on one match says so."""
+    facts = {"team": {"name": "a", "kind": "vsss", "slug": "a"}, "behaviours": [], "sentences": [], "menu": [], "made": ""}
+    assert "from its last match ·" in render("opponent", **facts, matches=1).decode()
+    assert "from its last 3 matches ·" in render("opponent", **facts, matches=3).decode()
+
+
+def test_replay_leads_back(pages):  # noqa: F811
+    """A replay in the scout leads to its match and the league; a stand-alone one, of the same page, does not."""
+    from test_replay import make
+
+    found = next((pages.first.parent / "replays").iterdir())
+    links = re.findall(r'<a href="([^"]*)"', found.read_text())
+    assert links == [f"../matches/{found.name}", "../index.html"]
+    assert all((found.parent / link).exists() for link in links)
+    assert "<nav" not in make()
+    assert "{{" not in linked("m", "a", "b")
+
+
+# ---- in a browser
+
+
+@pytest.mark.slow
+def test_panels_have_room(pages, page):  # noqa: F811
+    """On a desktop a map's panel is wide, the page is not endless, and no sign lies on its count."""
+    for found in (pages.first.parent / "maps").glob("*.html"):
+        page.goto(found.as_uri())
+        if not page.locator(".panel:visible").count():
+            continue
+        for panel in page.locator(".panel:visible").all():
+            assert panel.bounding_box()["width"] > 400
+        for around in page.locator(".around > .map, .around > .ring").all():
+            assert around.bounding_box()["width"] > 300
+        assert page.evaluate("document.documentElement.scrollHeight") < 9000
+        over = """firsts => firsts.filter((it) => {
+            const range = document.createRange(), [count, sign] = it.children;
+            range.selectNodeContents(count);
+            const [a, b] = [range.getBoundingClientRect(), sign.getBoundingClientRect()];
+            return b.width && a.right > b.left && a.bottom > b.top;
+        }).length"""
+        for size in (1366, 390):
+            page.set_viewport_size({"width": size, "height": 768})
+            assert page.locator(".cell .first").evaluate_all(over) == 0
+        page.set_viewport_size({"width": 1366, "height": 768})
+
+
+@pytest.mark.slow
+def test_filters_say_what_is_left(pages, page):  # noqa: F811
+    """Each filtered page says how many are shown, and says so if there are none."""
+    root = pages.first.parent
+    cards = next(found for found in sorted((root / "behaviours").glob("*.html")) if "data-match" in found.read_text())
+    for found in (pages.first, cards, root / "situations.html"):
+        page.goto(found.as_uri())
+        said = page.locator(".shown[role=status]")
+        assert re.fullmatch(r"(\d+) of \1 shown", said.inner_text())
+        page.fill("[data-filter]", "no such thing")
+        assert re.fullmatch(r"Nothing fits the filter: 0 of \d+ shown\.", said.inner_text())
+
+
+@pytest.mark.slow
+def test_keys(pages, page):  # noqa: F811
+    """The first Tab leads to the content; of a card's clips one is a Tab stop, and arrow keys lead on."""
+    page.goto(pages.first.as_uri())
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.className") == "skip"
+    page.keyboard.press("Enter")
+    assert page.evaluate("document.activeElement.id") == "main"
+    found = next(it for it in sorted((pages.first.parent / "behaviours").glob("*.html")) if "data-match" in it.read_text())
+    page.goto(found.as_uri())
+    card = next(it for it in page.locator(".clips").all() if it.locator("canvas").count() > 2)
+    assert card.locator('canvas[tabindex="0"]').count() == 1
+    card.locator("canvas").first.focus()
+    page.keyboard.press("ArrowRight")
+    second = card.locator("canvas").nth(1)
+    assert second.evaluate("it => it === document.activeElement")
+    assert (second.get_attribute("role"), second.get_attribute("aria-pressed")) == ("button", "false")
+    page.keyboard.press("Space")
+    assert second.get_attribute("aria-pressed") == "true"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_words_and_replays_on_a_phone(pages, browser, scheme):  # noqa: F811
+    """Nothing is wider than a phone, and the way back does not lie on the team's name."""
+    phone = browser.new_page(viewport={"width": 390, "height": 844}, color_scheme=scheme)
+    for found in (pages.first.parent / "words.html", next((pages.first.parent / "replays").iterdir())):
+        phone.goto(found.as_uri())
+        assert phone.evaluate("document.documentElement.scrollWidth") <= 390
+    way, team = (phone.locator(each).bounding_box() for each in ("header nav", "#home"))
+    assert way["y"] + way["height"] <= team["y"]
+    phone.close()
