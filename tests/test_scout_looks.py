@@ -9,6 +9,7 @@ import pytest
 from test_scout import browser, page, pages, store, text_of  # noqa: F401
 
 from flows.scouting.flaws import WORDS, flaws
+from flows.scouting.sources import counted
 from pipeline.pitch import PITCHES, Kind
 from pipeline.views.replay import linked
 from pipeline.views.scout.pages import page as render
@@ -88,9 +89,9 @@ def test_every_picture_says_who_attacks(store, pages):  # noqa: F811
 
 def test_one_match_is_no_number():
     """The report on one match says so."""
-    facts = {"team": {"name": "a", "kind": "vsss", "slug": "a"}, "behaviours": [], "sentences": [], "menu": [], "made": ""}
-    assert "from its last match ·" in render("opponent", **facts, matches=1).decode()
-    assert "from its last 3 matches ·" in render("opponent", **facts, matches=3).decode()
+    facts = {"team": {"name": "a", "kind": "vsss", "slug": "a"}, "behaviours": [], "sentences": [], "menu": [], "made": "", "known": False}
+    for matches, said in ((1, "last match ·"), (3, "last 3 matches ·"), (11, "last 11 matches ·")):
+        assert f"from its {said}" in render("opponent", **facts, counted=counted(matches, 0)).decode()
 
 
 def test_replay_leads_back(pages):  # noqa: F811
@@ -140,9 +141,9 @@ def test_filters_say_what_is_left(pages, page):  # noqa: F811
     for found in (pages.first, cards, root / "situations.html"):
         page.goto(found.as_uri())
         said = page.locator(".shown[role=status]")
-        assert re.fullmatch(r"(\d+) of \1 shown", said.inner_text())
+        assert re.fullmatch(r"(\d+) of \1( cards, (\d+) of \3 rows)? shown", said.inner_text())
         page.fill("[data-filter]", "no such thing")
-        assert re.fullmatch(r"Nothing fits the filter: 0 of \d+ shown\.", said.inner_text())
+        assert re.fullmatch(r"Nothing fits the filter: 0 of \d+( cards, 0 of \d+ rows)? shown\.", said.inner_text())
         page.wait_for_load_state("networkidle")  # a clip's data that still load would count as failed
 
 
@@ -165,6 +166,9 @@ def test_keys(pages, page):  # noqa: F811
     assert (second.get_attribute("role"), second.get_attribute("aria-pressed")) == ("button", "false")
     page.keyboard.press("Space")
     assert second.get_attribute("aria-pressed") == "true"
+    page.goto(next(it for it in (pages.first.parent / "matches").glob("*.html") if "tabindex" in it.read_text()).as_uri())
+    for pitch in page.locator("svg.pitch:has(a)").all():
+        assert pitch.locator('a[tabindex="0"]').count() == 1, "the marks of a picture are one Tab stop"
 
 
 @pytest.mark.slow

@@ -201,8 +201,7 @@ def _robots(match: Match, tables: Tables) -> list[dict[str, Any]]:
         cells = heat(turn * rows["x"].to_numpy(), turn * rows["y"].to_numpy(), match.pitch)
         marks, share = near.get((str(team), int(str(robot))), (None, None))
         name = match.home if team == "home" else match.away
-        other = match.away if team == "home" else match.home
-        found.append({"team": team, "number": robot, "name": name.name, "other": other.name, "marks": marks,
+        found.append({"team": team, "number": robot, "name": name.name, "marks": marks,
                       "share": share, "n": rows.height,
                       "picture": on_pitch(match.pitch, f"where {name.name} {robot} was", cells=cells)})
     return found

@@ -128,7 +128,7 @@ def _mark(mark: Mark, unit: float) -> Markup:
                              mark.to[0], -mark.to[1], 0.7 * unit)
     if mark.link is None:
         return drawn
-    # no Tab stop: the table behind the picture has the same links
+    # the script makes the first one a Tab stop; arrow keys lead to the others
     return Markup('<a href="{}" aria-label="{}" tabindex="-1">{}</a>').format(mark.link, mark.says, drawn)
 
 

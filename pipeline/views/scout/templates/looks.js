@@ -1,12 +1,14 @@
-/** Say how many of a page's rows or cards are shown; says so too if there are none. */
+/** Say how many of a page's rows or cards are shown, of lists [shown, all, what]; says so too if there are none. */
 function counter(tools) {
   const said = document.createElement("p");
   said.className = "shown";
   said.setAttribute("role", "status");
   tools.after(said);
-  return (shown, all) => {
-    said.textContent = shown ? `${shown} of ${all} shown` : `Nothing fits the filter: 0 of ${all} shown.`;
-    said.classList.toggle("none", !shown);
+  return (parts) => {
+    const none = parts.every(([shown]) => !shown);
+    const counts = parts.map(([shown, all, what]) => `${shown} of ${all}${parts.length > 1 ? ` ${what}` : ""}`).join(", ");
+    said.textContent = none ? `Nothing fits the filter: ${counts} shown.` : `${counts} shown`;
+    said.classList.toggle("none", none);
   };
 }
 
@@ -24,17 +26,19 @@ function wide(table) {
   new ResizeObserver(measure).observe(table);
 }
 
-/** Of clips side by side one is a Tab stop; arrow keys lead to the others. */
-function rove(holder) {
-  const all = [...holder.querySelectorAll("canvas")];
-  if (all.length < 2) return;
-  holder.setAttribute("role", "group");
-  holder.setAttribute("aria-label", `${all.length} clips; arrow keys lead from one to the next`);
-  const only = (one) => all.forEach((canvas) => { canvas.tabIndex = canvas === one ? 0 : -1; });
+/** Of clips side by side, and of the marks of a picture, one is a Tab stop; arrow keys lead to the others. */
+function rove(holder, which, label) {
+  const all = [...holder.querySelectorAll(which)];
+  if (!all.length) return;
+  if (all.length > 1) {
+    holder.setAttribute("role", "group");
+    holder.setAttribute("aria-label", `${label}; arrow keys lead from one to the next`);
+  }
+  const only = (one) => all.forEach((each) => { each.tabIndex = each === one ? 0 : -1; });
   only(all[0]);
-  all.forEach((canvas, at) => {
-    canvas.addEventListener("focus", () => only(canvas));
-    canvas.addEventListener("keydown", (event) => {
+  all.forEach((each, at) => {
+    each.addEventListener("focus", () => only(each));
+    each.addEventListener("keydown", (event) => {
       const next = { ArrowRight: at + 1, ArrowDown: at + 1, ArrowLeft: at - 1, ArrowUp: at - 1 }[event.key];
       if (next === undefined) return;
       event.preventDefault();
@@ -45,5 +49,6 @@ function rove(holder) {
 
 addEventListener("DOMContentLoaded", () => {
   document.querySelectorAll("main table").forEach(wide);
-  document.querySelectorAll(".clips").forEach(rove);
+  document.querySelectorAll(".clips").forEach((clips) => rove(clips, "canvas", "clips"));
+  document.querySelectorAll("svg.pitch").forEach((pitch) => rove(pitch, "a", pitch.getAttribute("aria-label")));
 });

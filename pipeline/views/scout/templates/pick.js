@@ -22,7 +22,7 @@ function picks() {
     const shown = groups.map((group) => [...group.children].filter((item) => !item.hidden).length);
     none.forEach((said, i) => { said.hidden = shown[i] > 0; });
     const sum = (list) => list.reduce((a, b) => a + b, 0);
-    tell?.(sum(shown), sum(groups.map((group) => group.children.length)));
+    tell?.([[sum(shown), sum(groups.map((group) => group.children.length)), "cards"]]);
   };
   choices.forEach((choice) => choice.addEventListener("change", show));
   show();
