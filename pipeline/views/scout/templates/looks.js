@@ -12,14 +12,14 @@ function counter(tools) {
   };
 }
 
-/** Tables that are wider than the screen say so, and scroll by the keyboard. */
+/** Tables that are wider than their place scroll by the keyboard; on a phone they say so. */
 function wide(table) {
   const hint = document.createElement("p");
   hint.className = "scrolls";
   hint.textContent = "The table goes on to the right: scroll it.";
   table.before(hint);
   const measure = () => {
-    const over = table.scrollWidth > table.clientWidth + 1;
+    const over = table.scrollWidth > table.clientWidth + 4;
     hint.classList.toggle("on", over);
     if (over) table.tabIndex = 0; else table.removeAttribute("tabindex");
   };
