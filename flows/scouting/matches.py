@@ -39,10 +39,10 @@ _BEFORE_S = 1.0
 _BEFORE_TOLD_S = 1.0
 
 
-def facts(match: Match, tables: Tables) -> dict[str, Any]:
-    """What the page of a match says."""
+def facts(match: Match, tables: Tables, moments: Commentary) -> dict[str, Any]:
+    """What the page of a match says; ``moments`` are :func:`told_of` it."""
     row, pitch = tables.matches.row(0, named=True), match.pitch
-    moments, answers = told_of(match, tables), of_match(match, tables)
+    answers = of_match(match, tables)
     whole = [("whole match", 0, 1 << 62), *halves(tables)]
     counts = [numbers(tables, start, end) for _, start, end in whole]
     sides, names = (match.home, match.away), called(match.home.name, match.away.name)

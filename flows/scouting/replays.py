@@ -6,9 +6,9 @@ import json
 from collections.abc import Sequence
 
 from flows.scouting.learned import Learned
-from flows.scouting.matches import told_of
 from flows.scouting.sources import Known, Match, TeamName
 from flows.scouting.teams import on_page
+from pipeline.views.commentary import Commentary
 from pipeline.views.replay import payload, script
 from pipeline.views.scout.facts import Tables
 
@@ -21,11 +21,11 @@ def gap_of(match: Match) -> float:
     return float(match.made["sequences"].settings["gap_s"])
 
 
-def data(match: Match, tables: Tables) -> bytes:
+def data(match: Match, tables: Tables, told: Commentary) -> bytes:
     """The script with a match's payload: the clips and the replay load it."""
     packed = payload(
         tables.matches, tables.trajectories, tables.situations, tables.goals, tables.referee, match.pitch,
-        hz=_HZ, passes=tables.passes, shots=tables.shots, told=told_of(match, tables).sentences(),
+        hz=_HZ, passes=tables.passes, shots=tables.shots, told=told.sentences(),
         gap_s=gap_of(match))[1]
     return f"scoutMatch({json.dumps(match.name)}, {json.dumps(packed)});\n".encode()
 

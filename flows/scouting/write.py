@@ -213,14 +213,14 @@ def _match(
 ) -> dict[str, Any]:
     """The pages and the data of one match; its line in the league. No knowledge is in them."""
     tables = cache(lambda: match.tables(store))
-
+    told = cache(lambda: match_pages.told_of(match, tables()))
     key = match.key(around["made"], replays.gap_of(match))
-    folder.put(f"data/{match.name}.js", key, lambda: replays.data(match, tables()))
+    folder.put(f"data/{match.name}.js", key, lambda: replays.data(match, tables(), told()))
     replay = linked(match.name, match.home.name, match.away.name).encode()
     folder.put(f"replays/{match.name}.html", digest(replay), lambda: replay)
     folder.put(f"matches/{match.name}.html", match.key(
         around["made"], around["menu"], match.goals_at_least), lambda: page(
-        "match", up="../", **around, **match_pages.facts(match, tables())))
+        "match", up="../", **around, **match_pages.facts(match, tables(), told())))
     return folder.remember(match.name, key, lambda: match_pages.line(match, tables()))
 
 
