@@ -241,7 +241,7 @@ def test_missed_and_fired(operated):
         _, (moment,) = operated.fire("run/nightly", 5)
         fired = operated.ended("run/nightly", moment)
         assert (fired["state_type"], fired["run_count"]) == ("COMPLETED", 1)
-        assert "Late" not in operated.states_of(fired)
+        assert datetime.fromisoformat(fired["start_time"]) <= moment + timedelta(seconds=60)
         # Prefect's worker prepares a run before it is due, and may begin it some tenths of a second early
         assert datetime.fromisoformat(fired["start_time"]) >= moment - timedelta(seconds=1)
     finally:

@@ -82,6 +82,18 @@ def test_heat():
     assert (cells[0, 0], cells[-1, -1]) == (pytest.approx(1 / 3), pytest.approx(2 / 3))
 
 
+def test_cells_are_drawn():
+    """A heat map has a rectangle a cell that has samples, the fuller the stronger, and marks are drawn over it."""
+    cells = np.zeros((16, 24))
+    cells[0, 0], cells[15, 23] = 0.25, 0.75
+    drawn = on_pitch(VSSS, "here", cells=cells, marks=[Mark(0, 0, "mark", "there")])
+    found = re.findall(r'class="heat" x="(.*?)" y="(.*?)" .*? opacity="(.*?)"', drawn)
+    assert [place[:2] for place in found] == [("-0.75", "0.5687"), ("0.6875", "-0.65")]
+    assert float(found[0][2]) < float(found[1][2]) == 1.0
+    assert drawn.count('class="goal"') == 2
+    assert drawn.endswith("</circle></svg>")
+
+
 def test_marks_are_text():
     """What a mark says and where it leads are text, whatever they hold."""
     drawn = on_pitch(VSSS, HOSTILE, marks=[Mark(0, 0, "mark", HOSTILE, link=f"x#{HOSTILE}")])
@@ -169,6 +181,12 @@ def test_links_lead_somewhere(pages):
         if page.parent.name != "replays":
             for link in re.findall(r'(?:href|src)="([^"]*)"', page.read_text()):
                 assert (page.parent / link.partition("#")[0]).exists(), f"{page}: {link}"
+
+
+def test_nothing_but_text(pages):
+    """No page shows an object of Python's in place of a text."""
+    for found in pages.first.parent.rglob("*.html"):
+        assert not re.search(r"object at 0x|\bnan\b|>None<", found.read_text()), found
 
 
 def test_numbers_are_those_of_the_tables(store, pages):

@@ -104,8 +104,11 @@ def _changes(
     for side in SIDES:
         for _, name, share in MEASURES:
             values = getattr(first[side], name), getattr(second[side], name)
-            found[side][name] = change(*values) if share or name == "xg" else change_of_count(
-                *values, (seconds[0], seconds[1]))
+            if share or name == "xg":  # as they are shown, so that the change is that of the shown numbers
+                shown = [None if value is None else round(value, 2) for value in values]
+                found[side][name] = change(*shown)
+            else:
+                found[side][name] = change_of_count(*values, (seconds[0], seconds[1]))
     return found
 
 

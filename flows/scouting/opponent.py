@@ -61,6 +61,11 @@ def _clip(row: dict[str, Any], at_ns: int, says: str, *, before_s: float = 3.0) 
     return Clip.about(row, at_ns, at_ns, says, before_s=before_s, after_s=1.5)
 
 
+def _spread(rows: pl.DataFrame) -> pl.DataFrame:
+    """Rows for clips, far apart in the table: moments next to each other look alike."""
+    return rows.gather_every(max(1, rows.height // CLIPS)).head(CLIPS)
+
+
 def _said(title: str, says: str, clips: Sequence[Clip] = ()) -> dict[str, Any]:
     return {"title": title, "says": says, "clips": list(clips)}
 
@@ -74,7 +79,7 @@ def _losses(held: pl.DataFrame, pitch: Pitch) -> dict[str, Any]:
         return _said("Where it loses the ball", "No loss of the ball to the adversary was seen.")
     (along, across, count) = lost.group_by("along", "across").len().sort(
         "len", "along", "across", descending=[True, False, False]).row(0)
-    there = lost.filter(along=along, across=across).head(CLIPS)
+    there = _spread(lost.filter(along=along, across=across))
     return _said(
         "Where it loses the ball",
         f"Most often in {_ALONG[along]}, {_ACROSS[across]}: {count} of {lost.height} losses.",
@@ -91,7 +96,7 @@ def _pressed(pressed: pl.DataFrame) -> dict[str, Any]:
         f"A robot pressed it {pressed.height} times. In {won.height} of them ({share:.0%}) the pressing team"
         " won the ball.",
         [_clip(row, row["end_ns"], "won by pressing")
-         for row in won.head(CLIPS).iter_rows(named=True)])
+         for row in _spread(won).iter_rows(named=True)])
 
 
 def _conceded(store: Store, played: Sequence[tuple[Match, str]], shots: pl.DataFrame) -> dict[str, Any]:
@@ -132,7 +137,7 @@ def _keeper(
         f"It stands {out:.2f} m before its goal line and {aside:.2f} m from the middle (medians of {len(at)}"
         f" samples). Of {shots.height} shots on target it saved {saved.height}.",
         [_clip(row, row["t_ns"], "saved", before_s=2.0)
-         for row in saved.head(CLIPS).iter_rows(named=True)])
+         for row in _spread(saved).iter_rows(named=True)])
 
 
 def _restarts(store: Store, played: Sequence[tuple[Match, str]]) -> dict[str, Any]:
@@ -147,4 +152,4 @@ def _restarts(store: Store, played: Sequence[tuple[Match, str]]) -> dict[str, An
         f"Of {given.height} restarts that the recordings give it, {led.height} led to a shot within"
         f" {SOON_S:.0f} s of the first touch{f': {parts}' if parts else ''}.",
         [Clip.about(row, row["taken_ns"], row["taken_ns"] + round(SOON_S * 1e9), row["note"] or row["kind"],
-                    before_s=0, after_s=0) for row in led.head(CLIPS).iter_rows(named=True)])
+                    before_s=0, after_s=0) for row in _spread(led).iter_rows(named=True)])

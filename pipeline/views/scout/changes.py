@@ -84,4 +84,4 @@ def told(changes: Sequence[tuple[str, Change | None]]) -> str:
         for name, it in beyond[:TOLD])
     more = f", the {TOLD} greatest of {len(beyond)}" if len(beyond) > TOLD else ""
     return (f"Larger than chance gives{more}: {named}. "
-            f"By chance alone at most about {0.05 * len(tested):.1f} of the {len(tested)} counts would be.")
+            f"Of {len(tested)} counts chance alone makes about {0.05 * len(tested):.1f} so large.")

@@ -43,7 +43,10 @@ def files() -> dict[str, bytes]:
 
 
 def _percent(share: float | None) -> str:
-    return "–" if share is None else f"{100 * share:.0f}\u00a0%"
+    if share is None:
+        return "–"
+    nearly = 0 < share < 1 and not 0.005 <= share < 0.995  # neither none nor all
+    return f"{100 * share:.{1 if nearly else 0}f}\u00a0%"
 
 
 def _short(match: str) -> str:

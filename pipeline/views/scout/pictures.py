@@ -104,11 +104,11 @@ def _thirds(cells: F64) -> str:
 def _cells(cells: F64, pitch: Pitch) -> list[Markup]:
     most = cells.max() or 1.0
     wide, high = pitch.length / cells.shape[1], pitch.width / cells.shape[0]
-    return [Markup("".join(  # noqa: S704 (numbers only: to escape each of some hundreds takes its time)
+    return [Markup(  # noqa: S704 (numbers only: to escape each of some hundreds takes its time)
         f'<rect class="heat" x="{-pitch.length / 2 + column * wide:.4g}"'
         f' y="{pitch.width / 2 - (row + 1) * high:.4g}" width="{wide:.4g}" height="{high:.4g}"'
         f' opacity="{_FAINTEST + (1 - _FAINTEST) * cells[row, column] / most:.2f}"/>')
-        for row, column in np.argwhere(cells > 0.02 * most))]
+        for row, column in np.argwhere(cells > 0.02 * most)]
 
 
 def _mark(mark: Mark, unit: float) -> Markup:
