@@ -106,6 +106,34 @@ def prefect_server(request: pytest.FixtureRequest) -> Iterator[str]:
         yield os.environ[SERVER]
 
 
+@pytest.fixture(scope="session")
+def browser():
+    """A browser, headless; skips where there is none."""
+    from support.league import BROWSER
+
+    if BROWSER is None:
+        pytest.skip("there is no chromium on this machine")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as player:
+        opened = player.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        yield opened
+        opened.close()
+
+
+@pytest.fixture
+def page(browser):
+    """A page whose errors fail the test."""
+    errors: list[str] = []
+    opened = browser.new_page(viewport={"width": 1366, "height": 768})
+    opened.on("console", lambda said: errors.append(said.text) if said.type == "error" else None)
+    opened.on("pageerror", lambda error: errors.append(str(error)))
+    opened.on("requestfailed", lambda request: errors.append(request.url))
+    yield opened
+    opened.close()
+    assert errors == []
+
+
 @pytest.fixture
 def call(capsys, monkeypatch, request):
     """Call `pitchlore …`; exit code, standard output, standard error. What it says on errors is in the report."""

@@ -8,6 +8,7 @@ import shutil
 import numpy as np
 import polars as pl
 import pytest
+from support.league import copied
 from support.recordings import RSIM, imported
 from support.rows import bodies
 
@@ -239,9 +240,7 @@ def test_bytes():
 @pytest.fixture(scope="module")
 def store(tmp_path_factory):
     """A league whose matches have expected goals by a model that stands in for one of many goals."""
-    from test_scout import league as recorded
-
-    own = recorded(tmp_path_factory.mktemp("chances"))
+    own = copied(tmp_path_factory)
     weights = np.array([[-2.0, -2.0, 0.2, 0.5, -0.5, 0.3]])
     models = ShotModels((), weights, np.array([123]), np.array([1456]))
     for match in list(played(own)):

@@ -10,7 +10,8 @@ import numpy as np
 import polars as pl
 import pytest
 from playwright.sync_api import Page, expect
-from test_scout import HOSTILE, browser, page, pages, store  # noqa: F401 (fixtures)
+from support.league import HOSTILE
+from test_scout import pages, store  # noqa: F401 (fixtures)
 
 from flows.scouting import replays
 from flows.scouting.learned import Learned
@@ -36,7 +37,7 @@ def replay(pages) -> str:  # noqa: F811
     return next(iter(sorted((pages.first.parent / "replays").iterdir()))).as_uri()
 
 
-def shown(page: Page) -> str:  # noqa: F811
+def shown(page: Page) -> str:
     """The clock of a page that is ready."""
     expect(page.locator("#clock")).to_have_text(re.compile(r"\d\d:\d\d\.\d / "))
     page.wait_for_timeout(200)
@@ -83,7 +84,7 @@ def test_behaviours_are_found(store, replay, page):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_a_break_ends_a_run(replay, page):  # noqa: F811
+def test_a_break_ends_a_run(replay, page):
     """Situations that do not follow one another are no run; the control has each pair that follows."""
     page.goto(f"{replay}#paused")
     pairs, broken = page.evaluate("""async () => {
@@ -100,7 +101,7 @@ def test_a_break_ends_a_run(replay, page):  # noqa: F811
 
 @pytest.mark.slow
 @pytest.mark.parametrize("wanted", ["", "x", "striker", "striker-", "44-44-44-44-44", "striker-044; drop", "constructor", "__proto__"])
-def test_nonsense_is_not_found(replay, page, wanted):  # noqa: F811
+def test_nonsense_is_not_found(replay, page, wanted):
     """What is no behaviour, no code and no kind of event is refused, and the choice stays."""
     page.goto(f"{replay}#paused&behaviour={wanted}")
     shown(page)
@@ -211,7 +212,7 @@ def test_commentary_leads_into_the_replay(pages, page):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_address_of_a_behaviour(replay, page):  # noqa: F811
+def test_address_of_a_behaviour(replay, page):
     """An address without a moment opens just before the first occurrence; pausing keeps choice and filter in it."""
     page.goto(f"{replay}#paused")
     first = page.evaluate(FIND, "striker-046")[0]
@@ -236,7 +237,7 @@ def test_address_of_a_behaviour(replay, page):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_filter(replay, page):  # noqa: F811
+def test_filter(replay, page):
     """The key f dims what is not chosen on pitch and time line, and undoes it."""
     page.goto(f"{replay}#t=5&paused")
     shown(page)
@@ -253,7 +254,7 @@ def test_filter(replay, page):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_passes_and_shots(replay, page):  # noqa: F811
+def test_passes_and_shots(replay, page):
     """The keys p and P go to 1 s before each pass and shot, one after the other."""
     page.goto(f"{replay}#t=0&paused")
     shown(page)
@@ -269,7 +270,7 @@ def test_passes_and_shots(replay, page):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_list(replay, page):  # noqa: F811
+def test_list(replay, page):
     """The list has goals, passes and shots, narrows by words, and jumps by mouse and by keyboard alone."""
     page.goto(f"{replay}#paused&find=kick")
     shown(page)
@@ -297,7 +298,7 @@ def test_list(replay, page):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_no_trap(replay, page):  # noqa: F811
+def test_no_trap(replay, page):
     """The tab key goes through all that can be used, and leaves the page's end."""
     page.goto(f"{replay}#paused")
     shown(page)

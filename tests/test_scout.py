@@ -5,26 +5,23 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from pathlib import Path
 
 import numpy as np
 import polars as pl
 import pytest
 from conftest import clip
+from support.league import HOSTILE, bring, serious, shared
 from support.recordings import INSPER, RSIM, imported
 
 from flows.cli import main
 from flows.matches import Recording, import_recording
 from flows.scouting.sources import team_name
 from flows.scouting.write import Written, write
-from flows.stages import STAGES
-from flows.update import scope_of
-from flows.versions import emit
 from pipeline.events.derive import events
 from pipeline.goals import attribute as goals
 from pipeline.matches.table import row as matches_row
 from pipeline.pitch import PITCHES, Kind
-from pipeline.settings import EventSettings, GoalSettings, Settings, SituationSettings, TrajectorySettings
+from pipeline.settings import EventSettings, GoalSettings, SituationSettings, TrajectorySettings
 from pipeline.situations.recognise import recognise
 from pipeline.store import Store
 from pipeline.trajectories.derive import trajectories
@@ -35,32 +32,9 @@ from pipeline.views.scout.pictures import Mark, heat, on_pitch
 from schemas import Goals, Situations
 
 VSSS = PITCHES[Kind.VSSS]
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-HOSTILE = "<script>document.title='taken'</script> \"'&"
-
-
-def league(folder: Path) -> Store:
-    """A league of two matches of the sample's first minutes; one team has a hostile name."""
-    store = Store(folder)
-    for name, start in (("one", 0.0), ("two", 120.0)):
-        table = clip(start, start + 60.0)
-        if name == "two":
-            table = table.with_columns(pl.col("team").replace("yellow", HOSTILE))
-        (folder / "inbox").mkdir(parents=True, exist_ok=True)
-        table.write_parquet(folder / "inbox" / f"{name}.parquet")
-        import_recording(store, Recording(file=folder / "inbox" / f"{name}.parquet"))
-    bring(store)
-    return store
-
-
-def bring(store: Store) -> None:
-    STAGES.make(store, Settings(), scope := scope_of(store))
-    emit(store, STAGES["knowledge"], STAGES["knowledge"].settings(Settings()), scope)
-
-
 @pytest.fixture(scope="module")
 def store(tmp_path_factory) -> Store:
-    return league(tmp_path_factory.mktemp("league"))
+    return shared(tmp_path_factory)
 
 
 @pytest.fixture(scope="module")
@@ -314,32 +288,6 @@ def test_nothing_has_run(tmp_path, capsys):
 # ---- in a browser
 
 
-@pytest.fixture(scope="module")
-def browser():
-    """A browser, headless; skips where there is none."""
-    if BROWSER is None:
-        pytest.skip("there is no chromium on this machine")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as player:
-        opened = player.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        yield opened
-        opened.close()
-
-
-@pytest.fixture
-def page(browser):
-    """A page whose errors fail the test."""
-    errors: list[str] = []
-    opened = browser.new_page(viewport={"width": 1366, "height": 768})
-    opened.on("console", lambda said: errors.append(said.text) if said.type == "error" else None)
-    opened.on("pageerror", lambda error: errors.append(str(error)))
-    opened.on("requestfailed", lambda request: errors.append(request.url))
-    yield opened
-    opened.close()
-    assert errors == []
-
-
 @pytest.mark.slow
 def test_every_page_opens(pages, page):
     """Each page opens from disk without an error, and no name becomes markup."""
@@ -439,16 +387,12 @@ def test_eleven_a_side(page, tmp_path):
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_for_everybody(pages, page, scheme):
     """axe finds nothing serious, in both colour schemes."""
-    from axe_core_python.sync_playwright import Axe
-
     page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     for name in ("index.html", "situations.html", *(
             str(next((pages.first.parent / folder).glob("*.html")).relative_to(pages.first.parent))
             for folder in ("matches", "teams", "behaviours", "against"))):
         page.goto((pages.first.parent / name).as_uri())
-        found = [f"{name}: {each['id']}: {each['nodes'][0]['html'][:120]}" for each in Axe().run(page)["violations"]
-                 if each["impact"] in ("serious", "critical")]
-        assert found == []
+        assert serious(page, scheme) == []
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import polars as pl
 import pytest
-from test_scout import browser, page, pages, store  # noqa: F401 (fixtures)
+from test_scout import pages, store  # noqa: F401 (fixtures)
 
 from flows.scouting.answers import goals_of, of_match
 from flows.scouting.danger import dangerous, of_keeper

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import polars as pl
 import pytest
-from test_scout import browser, page, pages, store  # noqa: F401 (fixtures)
+from test_scout import pages, store  # noqa: F401 (fixtures)
 
 from flows.scouting import compare
 from flows.scouting.sources import chosen, played

@@ -6,7 +6,7 @@ import re
 
 import polars as pl
 import pytest
-from test_scout import browser, page, pages, store, text_of  # noqa: F401
+from test_scout import pages, store, text_of  # noqa: F401
 
 from flows.scouting.flaws import WORDS, flaws
 from flows.scouting.sources import counted

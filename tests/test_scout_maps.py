@@ -11,7 +11,7 @@ import numpy as np
 import polars as pl
 import pytest
 from playwright.sync_api import expect
-from test_scout import BROWSER, HOSTILE, league
+from support.league import HOSTILE, serious, shared
 
 from flows.catalog import refresh
 from flows.scouting.learned import Learned
@@ -31,7 +31,7 @@ S = 10**9
 
 @pytest.fixture(scope="module")
 def store(tmp_path_factory) -> Store:
-    return league(tmp_path_factory.mktemp("league"))
+    return shared(tmp_path_factory)
 
 
 @pytest.fixture(scope="module")
@@ -280,31 +280,6 @@ def test_words():
 # ---- in a browser
 
 
-@pytest.fixture(scope="module")
-def browser():
-    """A browser, headless; skips where there is none."""
-    if BROWSER is None:
-        pytest.skip("there is no chromium on this machine")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as player:
-        opened = player.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        yield opened
-        opened.close()
-
-
-@pytest.fixture
-def page(browser):
-    """A page whose errors fail the test."""
-    errors: list[str] = []
-    opened = browser.new_page(viewport={"width": 1366, "height": 768})
-    opened.on("console", lambda said: errors.append(said.text) if said.type == "error" else None)
-    opened.on("pageerror", lambda error: errors.append(str(error)))
-    yield opened
-    opened.close()
-    assert errors == []
-
-
 @pytest.fixture
 def chart(store, pages) -> Path:
     """The maps of the team that has most behaviours."""
@@ -384,14 +359,10 @@ def test_roles_filter(store, pages, page):
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_for_everybody(chart, page, scheme):
     """axe finds nothing serious, in both colour schemes, with a node of the ring chosen."""
-    from axe_core_python.sync_playwright import Axe
-
     page.emulate_media(color_scheme=scheme)
     page.goto(chart.as_uri())
     page.locator(".ring [data-place]").first.click()
-    found = [f"{each['id']}: {each['nodes'][0]['html'][:160]}" for each in Axe().run(page)["violations"]
-             if each["impact"] in ("serious", "critical")]
-    assert found == []
+    assert serious(page, scheme) == []
 
 
 @pytest.mark.slow

@@ -12,7 +12,8 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_scout import BROWSER, HOSTILE, league, text_of
+from support.league import HOSTILE, copied, serious
+from test_scout import text_of
 
 from flows.cli import main
 from flows.scouting.policies import newest_policies
@@ -48,7 +49,7 @@ def learn(store: Store) -> None:
 
 @pytest.fixture(scope="module")
 def store(tmp_path_factory) -> Store:
-    made = league(tmp_path_factory.mktemp("policies"))
+    made = copied(tmp_path_factory)
     learn(made)
     return made
 
@@ -198,11 +199,11 @@ def test_of_other_teams(store, tmp_path):
     test_links(chosen)
 
 
-def test_no_policy(tmp_path):
+def test_no_policy(tmp_path_factory):
     """Without a policy the list says how to get one."""
-    own = league(tmp_path)
+    own = copied(tmp_path_factory)
     assert "There is no policy yet" in text_of(write(own), "policies.html")
-    assert not list((tmp_path / "scout").glob("policies/*"))
+    assert not list((own.root / "scout").glob("policies/*"))
 
 
 def test_command(store, capsys):
@@ -297,18 +298,6 @@ def test_situations_by_kind(pages):
 # ---- in a browser
 
 
-@pytest.fixture(scope="module")
-def browser():
-    if BROWSER is None:
-        pytest.skip("there is no chromium on this machine")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as player:
-        opened = player.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        yield opened
-        opened.close()
-
-
 @pytest.mark.slow
 def test_filters(pages, browser):
     """A role and a key show their own states only; a kind of pitch its own curves, shares and clips."""
@@ -337,8 +326,6 @@ def test_filters(pages, browser):
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_for_everybody(pages, browser, scheme):
     """axe finds nothing serious, nothing is wider than a phone, and no script fails, in both colour schemes."""
-    from axe_core_python.sync_playwright import Axe
-
     errors: list[str] = []
     page = browser.new_page(viewport={"width": 390, "height": 844})
     page.on("pageerror", lambda error: errors.append(str(error)))
@@ -348,8 +335,6 @@ def test_for_everybody(pages, browser, scheme):
                   next((root / "teams").iterdir())):
         page.goto(found.as_uri())
         assert page.evaluate("document.documentElement.scrollWidth") <= 390, found.name
-        serious = [f"{it['id']}: {it['nodes'][0]['html'][:120]}" for it in Axe().run(page)["violations"]
-                   if it["impact"] in ("serious", "critical")]
-        assert serious == [], found.name
+        assert serious(page, scheme) == []
     page.close()
     assert errors == []

@@ -1,0 +1,85 @@
+"""A league with pages, made once for all processes of a session."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+import pytest
+from conftest import clip
+
+from flows.matches import Recording, import_recording
+from flows.scouting.write import write
+from flows.stages import STAGES
+from flows.update import scope_of
+from flows.versions import emit
+from pipeline.settings import Settings
+from pipeline.store import Store
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+HOSTILE = "<script>document.title='taken'</script> \"'&"
+
+
+def league(folder: Path) -> Store:
+    """A league of two matches of the sample's first minutes; one team has a hostile name."""
+    store = Store(folder)
+    for name, start in (("one", 0.0), ("two", 120.0)):
+        table = clip(start, start + 60.0)
+        if name == "two":
+            table = table.with_columns(pl.col("team").replace("yellow", HOSTILE))
+        (folder / "inbox").mkdir(parents=True, exist_ok=True)
+        table.write_parquet(folder / "inbox" / f"{name}.parquet")
+        import_recording(store, Recording(file=folder / "inbox" / f"{name}.parquet"))
+    bring(store)
+    return store
+
+
+def bring(store: Store) -> None:
+    """Make all outputs and a version of the knowledge."""
+    STAGES.make(store, Settings(), scope := scope_of(store))
+    emit(store, STAGES["knowledge"], STAGES["knowledge"].settings(Settings()), scope)
+
+
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Store:
+    """The league with its pages. Tests read it; one that changes it takes :func:`copied`."""
+    return Store(_once(tmp_path_factory, "league", lambda folder: write(league(folder))))
+
+
+def copied(tmp_path_factory: pytest.TempPathFactory) -> Store:
+    """A copy of the league without pages."""
+    folder = tmp_path_factory.mktemp("copied") / "data"
+    shutil.copytree(shared(tmp_path_factory).root, folder, ignore=shutil.ignore_patterns("scout*"))
+    return Store(folder)
+
+
+def serious(page: Any, scheme: str) -> list[str]:
+    """What axe finds that is serious or critical on a page; in the dark scheme contrast alone can be another.
+
+    Of cards and rows that are alike, the first ones are looked at: hundreds take axe half a minute.
+    """
+    from axe_core_python.sync_playwright import Axe
+
+    page.evaluate("""for (const each of ["article.card", "tbody tr", "svg.pitch .mark", ".heat", "figure.clip"])
+        for (const holder of new Set([...document.querySelectorAll(each)].map((it) => it.parentNode)))
+          [...holder.querySelectorAll(`:scope > ${each.split(" ").pop()}`)].slice(6).forEach((it) => it.remove())""")
+    options = {"runOnly": ["color-contrast"]} if scheme == "dark" else {}
+    return [f"{page.url}: {each['id']}: {each['nodes'][0]['html'][:120]}"
+            for each in Axe().run(page, options=options)["violations"] if each["impact"] in ("serious", "critical")]
+
+
+def _once(tmp_path_factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
+    """A folder that the first process of the session makes; the others wait for it."""
+    base = tmp_path_factory.getbasetemp()
+    base = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    folder, made = base / name, base / f"{name}.made"
+    with (base / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not made.exists():
+            make(folder)
+            made.touch()
+    return folder
