@@ -228,7 +228,7 @@ def test_missed_and_fired(operated):
     missed = [("run/nightly", moment) for moment in nights] + [("train/weekly", moment) for moment in weeks]
     for deployment, moment in missed:
         eventually(lambda d=deployment, m=moment: [run["state_name"] for run in operated.runs_at(d, m)] == ["Late"],
-                   every=0.25)
+                   seconds=180, every=1)
     worker = operated.begin(work)
     try:
         done = [operated.ended(deployment, moment) for deployment, moment in missed]
