@@ -107,6 +107,22 @@ def prefect_server(request: pytest.FixtureRequest) -> Iterator[str]:
 
 
 @pytest.fixture(scope="session")
+def store(tmp_path_factory):
+    """A league of two matches; all processes of a session read the same one."""
+    from support.league import shared
+
+    return shared(tmp_path_factory)
+
+
+@pytest.fixture(scope="session")
+def pages(store):
+    """The scout's pages of that league."""
+    from flows.scouting.write import write
+
+    return write(store)
+
+
+@pytest.fixture(scope="session")
 def browser():
     """A browser, headless; skips where there is none."""
     from support.league import BROWSER

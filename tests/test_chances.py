@@ -12,6 +12,7 @@ from support.league import copied
 from support.recordings import RSIM, imported
 from support.rows import bodies
 
+from flows.scouting.answers import kept
 from flows.scouting.chances import known_in, rests_on, size, with_chances
 from flows.scouting.matches import line
 from flows.scouting.sources import played
@@ -279,7 +280,7 @@ def test_on_the_pages(store, tmp_path):
     told = 0
     for match in played(store):
         tables, page = match.tables(store), (tmp_path / "matches" / f"{match.name}.html").read_text()
-        numbers = line(match, tables)["numbers"]
+        numbers = line(match, tables, kept(match, tables))["numbers"]
         if tables.chances["xg"].null_count():
             assert "At least 30 goals, and a shot that fails, are needed." in page
             assert {each["xg"] for each in numbers.values()} == {None}

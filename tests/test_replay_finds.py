@@ -11,7 +11,6 @@ import polars as pl
 import pytest
 from playwright.sync_api import Page, expect
 from support.league import HOSTILE
-from test_scout import pages, store  # noqa: F401 (fixtures)
 
 from flows.scouting import replays
 from flows.scouting.learned import Learned
@@ -32,7 +31,7 @@ FIND = """async wanted => {
 
 
 @pytest.fixture
-def replay(pages) -> str:  # noqa: F811
+def replay(pages) -> str:
     """Address of the first match's replay."""
     return next(iter(sorted((pages.first.parent / "replays").iterdir()))).as_uri()
 
@@ -65,7 +64,7 @@ def commonest(own: pl.DataFrame) -> pl.DataFrame:
 
 
 @pytest.mark.slow
-def test_behaviours_are_found(store, replay, page):  # noqa: F811
+def test_behaviours_are_found(store, replay, page):
     """The page finds the occurrences that pipeline.windows finds of each behaviour by itself."""
     match = next(it for it in played(store) if it.name in replay)
     known = newest(store)
@@ -111,7 +110,7 @@ def test_nonsense_is_not_found(replay, page, wanted):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("schema", [Passes, Shots])
-def test_events_are_the_tables(store, replay, page, schema):  # noqa: F811
+def test_events_are_the_tables(store, replay, page, schema):
     """The page's passes and shots are the rows of the public tables."""
     match = next(it for it in played(store) if it.name in replay)
     table = store.read_table(match.made["events"], schema.NAME, schema)
@@ -122,7 +121,7 @@ def test_events_are_the_tables(store, replay, page, schema):  # noqa: F811
     assert found
 
 
-def test_known_behaviours(store):  # noqa: F811
+def test_known_behaviours(store):
     """Each team's behaviours are those of its gallery, in its order; without knowledge there are none."""
     known = newest(store)
     learned = Learned(store, known, list(played(store)))
@@ -165,7 +164,7 @@ def replay_of_nothing() -> str:
 
 
 @pytest.mark.slow
-def test_data_is_kept_once(pages, replay, page):  # noqa: F811
+def test_data_is_kept_once(pages, replay, page):
     """A replay in the scout's folder has no copy of the match; it shows the one that clips show."""
     match = Path(replay).stem
     assert len((pages.first.parent / "replays" / f"{match}.html").read_bytes()) < 25_000
@@ -176,7 +175,7 @@ def test_data_is_kept_once(pages, replay, page):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_data_is_missing(pages, browser, tmp_path):  # noqa: F811
+def test_data_is_missing(pages, browser, tmp_path):
     """A replay without its code or its data says which file it misses."""
     source = next((pages.first.parent / "replays").iterdir())
     (tmp_path / "replays").mkdir()
@@ -192,7 +191,7 @@ def test_data_is_missing(pages, browser, tmp_path):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_commentary_leads_into_the_replay(pages, page):  # noqa: F811
+def test_commentary_leads_into_the_replay(pages, page):
     """Each sentence of the commentary on a match's page leads to its moment, and the replay says it there."""
     found = next((pages.first.parent / "matches").iterdir())
     page.goto(found.as_uri())

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from axe_core_python.sync_playwright import Axe
 from support.recordings import INSPER, SSL, imported
-from test_replay_finds import pages, replay, shown, store  # noqa: F401 (fixtures)
+from test_replay_finds import replay, shown  # noqa: F401 (fixtures)
 
 from pipeline.events.derive import events
 from pipeline.goals import attribute as goals

@@ -10,7 +10,7 @@ import numpy as np
 import polars as pl
 import pytest
 from conftest import clip
-from support.league import HOSTILE, bring, serious, shared
+from support.league import HOSTILE, bring, serious
 from support.recordings import INSPER, RSIM, imported
 
 from flows.cli import main
@@ -32,14 +32,6 @@ from pipeline.views.scout.pictures import Mark, heat, on_pitch
 from schemas import Goals, Situations
 
 VSSS = PITCHES[Kind.VSSS]
-@pytest.fixture(scope="module")
-def store(tmp_path_factory) -> Store:
-    return shared(tmp_path_factory)
-
-
-@pytest.fixture(scope="module")
-def pages(store) -> Written:
-    return write(store)
 
 
 def text_of(pages: Written, name: str) -> str:

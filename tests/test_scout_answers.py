@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import polars as pl
 import pytest
-from test_scout import pages, store  # noqa: F401 (fixtures)
 
-from flows.scouting.answers import goals_of, of_match
+from flows.scouting.answers import goals_of, kept, of_match
 from flows.scouting.danger import dangerous, of_keeper
 from flows.scouting.sources import against_itself, counted, played, team_name
 from flows.scouting.teams import LEAST_S, _led
@@ -137,7 +136,7 @@ def test_a_run_in_two_stretches():
     assert goal.run == ()
 
 
-def test_goals_of_a_match(store):  # noqa: F811
+def test_goals_of_a_match(store):
     """Goals from shots are as many as the table shots says; JSON gives them back."""
     import json
 
@@ -145,7 +144,7 @@ def test_goals_of_a_match(store):  # noqa: F811
         tables = match.tables(store)
         goals = goals_of(match, tables)
         assert again(json.loads(json.dumps(goals))) == goals
-        answers = of_match(match, tables)
+        answers = of_match(match, tables, kept(match, tables))
         for side in SIDES:
             own = tables.shots.filter(team=side)
             assert sum(goal.side == side and goal.distance is not None for goal in goals) == own.filter(outcome="goal").height
@@ -239,7 +238,7 @@ def test_clip_of_a_goal():
 
 
 @pytest.mark.slow
-def test_filter_finds_words_of_the_behaviour(pages, page):  # noqa: F811
+def test_filter_finds_words_of_the_behaviour(pages, page):
     """The filter looks at what a behaviour is, on its card and in the table of all; the table sorts."""
     gallery = max((pages.first.parent / "behaviours").iterdir(), key=lambda path: path.stat().st_size)
     page.goto(gallery.as_uri())
@@ -258,7 +257,7 @@ def test_filter_finds_words_of_the_behaviour(pages, page):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_differences_are_compared(pages, page):  # noqa: F811
+def test_differences_are_compared(pages, page):
     """A match is headed by its link, a difference is second less first, and leagues are one where they can be."""
     page.goto((pages.first.parent / "compare.html").as_uri())
     matches = page.locator("#matches .found")

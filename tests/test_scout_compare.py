@@ -8,7 +8,6 @@ from itertools import pairwise
 
 import polars as pl
 import pytest
-from test_scout import pages, store  # noqa: F401 (fixtures)
 
 from flows.scouting import compare
 from flows.scouting.sources import chosen, played
@@ -23,7 +22,7 @@ def facts_of(script: bytes):
 
 
 @pytest.fixture(scope="module")
-def league(store):  # noqa: F811
+def league(store):
     return list(played(store))
 
 
@@ -40,7 +39,7 @@ def test_chosen(league):
             chosen(league, [name])
 
 
-def test_pages_of_a_choice(store, league):  # noqa: F811
+def test_pages_of_a_choice(store, league):
     """The pages of a choice are a folder of their own, which says how many matches it leaves out."""
     found = write(store, names=["yellow"])
     assert re.fullmatch(r"scout-yellow-[0-9a-f]{6}", found.first.parent.name)
@@ -48,7 +47,7 @@ def test_pages_of_a_choice(store, league):  # noqa: F811
     assert "1 of 2 matches" in found.first.read_text()
 
 
-def test_numbers_of_both(store, league):  # noqa: F811
+def test_numbers_of_both(store, league):
     """The page that compares has the numbers of the matches' and the teams' own pages."""
     match = league[0]
     own = numbers(match.tables(store))
@@ -65,7 +64,7 @@ def test_numbers_of_both(store, league):  # noqa: F811
     assert mean == pytest.approx(10 * sum(lines[it.name]["numbers"]["home"]["shots"] for it in league) / 2)
 
 
-def test_knowledge(store):  # noqa: F811
+def test_knowledge(store):
     """A version's script has each team's behaviours, by evidence, as the table has them."""
     manifest = compare.versions(store)[0]
     table = store.read_table(manifest, "behaviours", Behaviours)
@@ -79,7 +78,7 @@ def test_knowledge(store):  # noqa: F811
         assert evidence == sorted(evidence, reverse=True)
 
 
-def test_parts(store, league):  # noqa: F811
+def test_parts(store, league):
     """Possession in parts adds up to that of the whole match; so does territory."""
     tables = league[0].tables(store)
     found = parts(tables)
@@ -94,7 +93,7 @@ def test_parts(store, league):  # noqa: F811
     assert all(part.territory is None or 0 <= part.territory <= 1 for part in found)
 
 
-def test_goals_in_halves(store, league):  # noqa: F811
+def test_goals_in_halves(store, league):
     """Goals of halves are those of the table; of a whole match the score."""
     tables = league[0].tables(store)
     end = int(tables.matches["duration_s"][0] * 1e9) + 1
@@ -110,7 +109,7 @@ def test_goals_in_halves(store, league):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_compares(pages, page):  # noqa: F811
+def test_compares(pages, page):
     """Matches, teams and behaviours are compared as chosen, the choice is in the address, and names are text."""
     page.goto((pages.first.parent / "compare.html").as_uri())
     matches = page.locator("#matches .found")
@@ -138,7 +137,7 @@ def test_compares(pages, page):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_one_version_compared_with_itself(pages, page):  # noqa: F811
+def test_one_version_compared_with_itself(pages, page):
     """A team and itself have all in common, and no test of a difference is made."""
     page.goto((pages.first.parent / "compare.html").as_uri())
     page.locator("#behaviours .found tbody tr").first.wait_for()

@@ -6,7 +6,7 @@ import re
 
 import polars as pl
 import pytest
-from test_scout import pages, store, text_of  # noqa: F401
+from test_scout import text_of
 
 from flows.scouting.flaws import WORDS, flaws
 from flows.scouting.sources import counted
@@ -67,7 +67,7 @@ def test_many_marks_are_faint():
         assert ("pitch many" in drawn) == (count == MANY)
 
 
-def test_marks_are_no_tab_stops(store, pages):  # noqa: F811
+def test_marks_are_no_tab_stops(store, pages):
     """Marks that lead somewhere are no Tab stops, and the table behind has their links."""
     match = next(iter(store.receipts("matches"))).name
     shown = text_of(pages, f"matches/{match}.html")
@@ -77,7 +77,7 @@ def test_marks_are_no_tab_stops(store, pages):  # noqa: F811
     assert set(marks) <= set(rows)
 
 
-def test_every_picture_says_who_attacks(store, pages):  # noqa: F811
+def test_every_picture_says_who_attacks(store, pages):
     """Each pitch on the pages of matches and teams stands with a sentence on the direction."""
     root = pages.first.parent
     for found in [*(root / "matches").glob("*.html"), *(root / "teams").glob("*.html")]:
@@ -94,7 +94,7 @@ def test_one_match_is_no_number():
         assert f"from its {said}" in render("opponent", **facts, counted=counted(matches, 0)).decode()
 
 
-def test_replay_leads_back(pages):  # noqa: F811
+def test_replay_leads_back(pages):
     """A replay in the scout leads to its match and the league; a stand-alone one, of the same page, does not."""
     from test_replay import make
 
@@ -110,7 +110,7 @@ def test_replay_leads_back(pages):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_panels_have_room(pages, page):  # noqa: F811
+def test_panels_have_room(pages, page):
     """On a desktop a map's panel is wide, the page is not endless, and no sign lies on its count."""
     for found in (pages.first.parent / "maps").glob("*.html"):
         page.goto(found.as_uri())
@@ -134,7 +134,7 @@ def test_panels_have_room(pages, page):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_filters_say_what_is_left(pages, page):  # noqa: F811
+def test_filters_say_what_is_left(pages, page):
     """Each filtered page says how many are shown, and says so if there are none."""
     root = pages.first.parent
     cards = next(found for found in sorted((root / "behaviours").glob("*.html")) if "data-match" in found.read_text())
@@ -148,7 +148,7 @@ def test_filters_say_what_is_left(pages, page):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_keys(pages, page):  # noqa: F811
+def test_keys(pages, page):
     """The first Tab leads to the content; of a card's clips one is a Tab stop, and arrow keys lead on."""
     page.goto(pages.first.as_uri())
     page.keyboard.press("Tab")
@@ -173,7 +173,7 @@ def test_keys(pages, page):  # noqa: F811
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_words_and_replays_on_a_phone(pages, browser, scheme):  # noqa: F811
+def test_words_and_replays_on_a_phone(pages, browser, scheme):
     """Nothing is wider than a phone, and the way back does not lie on the team's name."""
     phone = browser.new_page(viewport={"width": 390, "height": 844}, color_scheme=scheme)
     for found in (pages.first.parent / "words.html", next((pages.first.parent / "replays").iterdir())):

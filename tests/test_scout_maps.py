@@ -11,32 +11,23 @@ import numpy as np
 import polars as pl
 import pytest
 from playwright.sync_api import expect
-from support.league import HOSTILE, serious, shared
+from support.league import HOSTILE, serious
 
 from flows.catalog import refresh
 from flows.scouting.learned import Learned
 from flows.scouting.sources import newest, played
-from flows.scouting.teams import gallery, words
-from flows.scouting.write import Written, write
+from flows.scouting.teams import gallery
+from flows.scouting.write import write
 from pipeline.store import Store
 from pipeline.store.query import ask
 from pipeline.views.scout.maps import lying, maps, nearest, sign
 from pipeline.views.scout.occurrences import occurrences, placed
 from pipeline.views.scout.ring import Edge, Node, ring
 from pipeline.views.scout.transitions import around, transitions
+from pipeline.views.scout.words import of_behaviour
 from schemas import SIDES, Behaviours, Decisions, Grams, Neurons, Sequences, Trajectories
 
 S = 10**9
-
-
-@pytest.fixture(scope="module")
-def store(tmp_path_factory) -> Store:
-    return shared(tmp_path_factory)
-
-
-@pytest.fixture(scope="module")
-def pages(store) -> Written:
-    return write(store)
 
 
 @pytest.fixture(scope="module")
@@ -274,7 +265,7 @@ def test_each_link_finds_its_place(pages):
 
 def test_words():
     """A behaviour's id is enough to tell it in words."""
-    assert words("striker-001-021") == "with the ball, then kicks the ball"
+    assert of_behaviour("striker-001-021") == "with the ball, then kicks the ball"
 
 
 # ---- in a browser

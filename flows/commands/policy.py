@@ -7,8 +7,7 @@ import polars as pl
 from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.printing import console, print_frame, print_json
 from pipeline.errors import NotFound
-from pipeline.situations.rules import TABLE_1
-from pipeline.views.scout.facts import said
+from pipeline.views.scout.words import of_behaviour
 from schemas import States
 from schemas.table import KEYS, ROLES
 
@@ -56,15 +55,9 @@ def show(
     print_frame(counts.sort("key", "role", "verdict"))
     for row in states.head(max(most, 0)).iter_rows(named=True):
         rival = "" if row["second"] is None else (
-            f"; next: {_reads(row['second'])} (episodes: {row['second_episodes']})")
+            f"; next: {of_behaviour(row['second'])} (episodes: {row['second_episodes']})")
         console().print(
             f"\n{row['role']}, key {row['key']}, state {row['state']}: {row['verdict']}"
-            f" (visits: {row['visits']}). Best: {_reads(row['best'])}"
+            f" (visits: {row['visits']}). Best: {of_behaviour(row['best'])}"
             f" (episodes: {row['best_episodes']}){rival}", soft_wrap=True)
         console().print(f"  {'; '.join(row['elements']) or 'any state'}", soft_wrap=True)
-
-
-def _reads(behaviour_id: str) -> str:
-    """A behaviour in words, from its id."""
-    return said({code: name for code, (name, _) in TABLE_1.items()},
-                [int(code) for code in behaviour_id.split("-")[1:]])

@@ -3,40 +3,48 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from flows.scouting.chances import shots_over, with_chances
 from flows.scouting.sources import Match, TeamName, events_of, sides_of
-from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
-from pipeline.views.scout.facts import Tables, said
+from pipeline.views.scout.facts import Tables
 from pipeline.views.scout.scored import Scored, again, of_side, scored, summary
 from pipeline.views.scout.shooting import shooting
-from pipeline.views.scout.zones import THIRDS, Played, losses, passing, played, samples
+from pipeline.views.scout.words import said
+from pipeline.views.scout.zones import THIRDS, Played, Samples, losses, passing, played, samples
 from schemas import SIDES, Passes, Possession
 
-_NAMES = {code: name for code, (name, _) in TABLE_1.items()}
+
+class Kept(NamedTuple):
+    """A match as the pages of teams need it, JSON-able.
+
+    Attributes:
+        robots: samples of each side's robots by role.
+        scored: its goals.
+    """
+
+    robots: dict[str, Samples]
+    scored: list[Scored]
 
 
-def of_match(match: Match, tables: Tables) -> dict[str, dict[str, Any]]:
+def of_match(match: Match, tables: Tables, kept: Kept) -> dict[str, dict[str, Any]]:
     """The answers about each side of a match."""
-    robots = samples(tables.trajectories)
-    goals = goals_of(match, tables)
     minutes, lengths = tables.matches["duration_s"][0] / 60, {match.name: match.pitch.length}
     shots = with_chances(tables)
     found: dict[str, dict[str, Any]] = {}
     for side in SIDES:
-        seen = played([(robots[side], minutes)])
+        seen = played([(kept.robots[side], minutes)])
         held, passes, own = (table.filter(team=side) for table in (tables.possession, tables.passes, shots))
         found[side] = {
             "losses": losses(held, lengths, seen), "passing": passing(passes, lengths), "thirds": THIRDS,
-            "shooting": shooting(own), "scored": how(of_side(goals, side), seen)}
+            "shooting": shooting(own), "scored": how(of_side(kept.scored, side), seen)}
     return found
 
 
-def kept(match: Match, tables: Tables) -> dict[str, Any]:
-    """What the pages of teams need of a match, JSON-able: samples of robots by role, and goals."""
-    return {"robots": samples(tables.trajectories), "scored": goals_of(match, tables)}
+def kept(match: Match, tables: Tables) -> Kept:
+    """Samples of a match's robots, and its goals."""
+    return Kept(samples(tables.trajectories), goals_of(match, tables))
 
 
 def of_team(
@@ -55,7 +63,7 @@ def of_team(
 def robots_of(
     sides: Sequence[tuple[Match, str]], lines: Mapping[str, dict[str, Any]]
 ) -> dict[int, Played]:
-    """What each robot of a team was in its matches."""
+    """Roles and minutes of each robot of a team in its matches."""
     return played(({int(robot): roles for robot, roles in lines[match.name]["robots"][side].items()},
                    lines[match.name]["seconds"] / 60) for match, side in sides)
 
@@ -75,11 +83,11 @@ def goals_of(match: Match, tables: Tables) -> list[Scored]:
 def how(goals: Sequence[Scored], seen: Mapping[int, Played]) -> dict[str, Any]:
     """How goals came about, with the commonest run before them in words."""
     found = summary(goals, {robot: it.says for robot, it in seen.items()})
-    return found._asdict() | {"last": None if found.run is None else said(_NAMES, found.run.codes)}
+    return found._asdict() | {"last": None if found.run is None else said(found.run.codes)}
 
 
 def scores_by(goals: Sequence[Scored], seen: Mapping[int, Played]) -> tuple[str, list[Any]]:
-    """What a team scores by, in sentences, with clips of its commonest way."""
+    """A team's ways to score, in sentences, with clips of its commonest one."""
     found = summary(goals, {robot: it.says for robot, it in seen.items()})
     if not found.n:
         return "No goal of it is recorded.", []
@@ -91,6 +99,6 @@ def scores_by(goals: Sequence[Scored], seen: Mapping[int, Played]) -> tuple[str,
     first = found.scorers[0]
     says += f" Most often the maker was {first.says}: {first.n}."
     if found.run is not None:
-        says += (f" The scorer's commonest last situations: {said(_NAMES, found.run.codes)}"
+        says += (f" The scorer's commonest last situations: {said(found.run.codes)}"
                  f" ({found.run.n} of {found.run.of} goals).")
     return says, found.run.clips if found.run is not None else found.whole.clips

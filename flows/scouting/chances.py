@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import polars as pl
 
@@ -32,7 +33,7 @@ def _with(shots: pl.DataFrame, chances: pl.DataFrame) -> pl.DataFrame:
 
 
 def rests_on(match: Match, chances: pl.DataFrame) -> str:
-    """What the expected goals of a match rest on, or why it has none; nothing without a shot."""
+    """A sentence on what a match's expected goals rest on, or why it has none; empty without a shot."""
     if chances.is_empty():
         return ""
     goals, shots = chances.select("goals", "shots").row(0)
@@ -51,6 +52,12 @@ def known_in(matches: int, xg: Sequence[Mean | None]) -> str:
     known = min((0 if each is None else each.n) for each in xg)
     says = f"Expected goals are known in {known} of {matches} {'match' if matches == 1 else 'matches'}"
     return f"{says}. They are of shots; a ball pushed over the line is a goal without a shot."
+
+
+def words_of(shot: Mapping[str, Any]) -> str:
+    """A shot in words: its outcome, its distance and its expected goals, as far as they are known."""
+    says = f"{shot['outcome']}, from {shot['distance']:.2f} m"
+    return says if shot["xg"] is None else f"{says}, xG {shot['xg']:.2f}"
 
 
 def size(xg: float | None) -> float:

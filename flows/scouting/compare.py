@@ -1,4 +1,4 @@
-"""What the page that compares is made from: matches and teams in numbers, and versions of the knowledge."""
+"""Scripts that the page that compares loads: matches and teams in numbers, versions of the knowledge."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from flows.scouting.matches import MEASURES
 from flows.scouting.sources import Match, TeamName, against_itself, counted
 from flows.scouting.teams import over
 from pipeline.estimates import BY_EVIDENCE
-from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest
+from pipeline.views.scout.words import NAMES
 from schemas import SIDES, Behaviours
 
 #: Versions of the knowledge that can be compared: the newest.
@@ -35,7 +35,7 @@ def numbers(
     """
     return _script("scoutNumbers", {
         "measures": MEASURES,
-        "codes": {code: name for code, (name, _) in TABLE_1.items()},
+        "codes": NAMES,
         "matches": [{
             "id": match.name, "names": [match.home.name, match.away.name], "kind": match.pitch.kind.value,
             "score": lines[match.name]["score"],

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from flows.knowledge import learned_from, lineage
-from flows.scouting.sources import Known, Match, TeamName, sides_of
+from flows.scouting.sources import Known, Match
 from pipeline.store import Store
 
 #: Behaviours that the report names.
@@ -14,17 +14,11 @@ BEHAVIOURS = 5
 _KEEPER = "goalkeeper"
 
 
-def sides_learned(store: Store, known: Known, team: TeamName, league: Sequence[Match]) -> int:
-    """On how many sides of matches that the knowledge was learned from a team plays.
-
-    Args:
-        store: the data folder.
-        known: the newest knowledge.
-        team: the team.
-        league: all matches that have run.
-    """
-    learned = {match for version in lineage(store, known.manifest) for match in learned_from(version)}
-    return sum(len(sides_of(team, match)) for match in league if match.name in learned)
+def matches_learned(store: Store, known: Known | None, league: Sequence[Match]) -> list[Match]:
+    """The matches of a league that the newest knowledge was learned from; none without knowledge."""
+    versions = () if known is None else lineage(store, known.manifest)
+    learned = {match for version in versions for match in learned_from(version)}
+    return [match for match in league if match.name in learned]
 
 
 def dangerous(cards: Sequence[dict[str, Any]], sides: int) -> list[dict[str, Any]]:
@@ -44,7 +38,7 @@ def dangerous(cards: Sequence[dict[str, Any]], sides: int) -> list[dict[str, Any
 
 
 def of_keeper(behaviours: Sequence[dict[str, Any]]) -> str:
-    """What it means that most of the most dangerous behaviours are the goalkeeper's; nothing if few are."""
+    """A note where most of the most dangerous behaviours are the goalkeeper's; empty where few are."""
     own = sum(card["role"] == _KEEPER for card in behaviours)
     if 2 * own <= len(behaviours):
         return ""

@@ -6,11 +6,12 @@ from typing import Any
 
 from flows.scouting.learned import Learned
 from flows.scouting.sources import Known, TeamName, counted
-from flows.scouting.teams import NAMES, on_page, words
+from flows.scouting.teams import on_page
 from pipeline.views.scout.gallery import ranked
 from pipeline.views.scout.maps import lying, maps
 from pipeline.views.scout.ring import Edge, Node, ring
 from pipeline.views.scout.transitions import Transitions, transitions
+from pipeline.views.scout.words import NAMES, of_behaviour
 
 #: Behaviours on the ring: those that were begun most often. Arrows from each: its commonest next ones.
 _NODES, _ARROWS = 16, 4
@@ -41,7 +42,7 @@ def _graph(found: Transitions, shown: list[str]) -> dict[str, Any] | None:
     if found.begun.is_empty():
         return None
     most = found.begun.head(_NODES).sort("role", "n", "behaviour_id", descending=[False, True, False])
-    nodes = [row | {"words": words(row["behaviour_id"]), "key": f"b-{row['behaviour_id']}",
+    nodes = [row | {"words": of_behaviour(row["behaviour_id"]), "key": f"b-{row['behaviour_id']}",
                     "label": f"{row['role'][0].upper()}{place}", "shown": row["behaviour_id"] in shown}
              for place, row in enumerate(most.iter_rows(named=True), 1)]
     at = {node["behaviour_id"]: place for place, node in enumerate(nodes)}
@@ -76,6 +77,6 @@ def _named(
 ) -> dict[str, Any]:
     """A behaviour that follows or comes before, in words."""
     name = told[other]
-    return {"words": words(name), "role": name.split("-")[0], "times": told["times"],
+    return {"words": of_behaviour(name), "role": name.split("-")[0], "times": told["times"],
             "key": nodes[at[name]]["key"] if name in at else None,
             "label": nodes[at[name]]["label"] if name in at else None}

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from flows.scouting.answers import kept, of_match
-from flows.scouting.chances import rests_on, size, with_chances
+from flows.scouting.answers import Kept, of_match
+from flows.scouting.chances import rests_on, size, with_chances, words_of
 from flows.scouting.flaws import flaws
 from flows.scouting.sources import Match, TeamName
 from pipeline.pitch import Pitch
 from pipeline.views.commentary import Commentary, commentary
 from pipeline.views.scout.changes import Change, change, change_of_count, told
 from pipeline.views.scout.facts import Numbers, Tables, by_lead, halves, markers, numbers, parts
-from pipeline.views.scout.gallery import Clip
 from pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time, pass_arrow
 from pipeline.views.scout.restarts import any_moment
+from pipeline.views.scout.scored import clip_of
 from schemas import SIDES, note_on
 
 #: What is counted of a side: label, field of Numbers, whether it is a share.
@@ -31,18 +31,16 @@ MEASURES = (
     ("balls lost to the adversary", "lost", False),
     ("times a robot pressed", "pressed", False), ("of these won the ball", "won", False),
 )
-#: Seconds shown before a goal.
-_BEFORE_GOAL_S, _AFTER_GOAL_S = 5.0, 0.5
+#: What the clip of a goal shows.
+_HOW = "how it came"
 #: Seconds before an event at which its link opens the replay.
 _BEFORE_S = 1.0
-#: Seconds before what the commentary tells of at which the replay begins.
-_BEFORE_TOLD_S = 1.0
 
 
-def facts(match: Match, tables: Tables, moments: Commentary) -> dict[str, Any]:
-    """What the page of a match says; ``moments`` are :func:`told_of` it."""
+def facts(match: Match, tables: Tables, moments: Commentary, kept: Kept) -> dict[str, Any]:
+    """What the page of a match says; ``moments`` are its commentary, ``kept`` as for :func:`line`."""
     row, pitch = tables.matches.row(0, named=True), match.pitch
-    answers = of_match(match, tables)
+    answers = of_match(match, tables, kept)
     whole = [("whole match", 0, 1 << 62), *halves(tables)]
     counts = [numbers(tables, start, end) for _, start, end in whole]
     sides, names = (match.home, match.away), called(match.home.name, match.away.name)
@@ -73,8 +71,8 @@ def facts(match: Match, tables: Tables, moments: Commentary) -> dict[str, Any]:
     }
 
 
-def line(match: Match, tables: Tables) -> dict[str, Any]:
-    """A match's line in the league, JSON-able."""
+def line(match: Match, tables: Tables, kept: Kept) -> dict[str, Any]:
+    """A match's line in the league, JSON-able; ``kept`` is what the pages of its teams need of it."""
     row, own, leads = tables.matches.row(0, named=True), numbers(tables), by_lead(tables)
     ball = tables.trajectories.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())
     counts, _ = np.histogram(ball["x"].to_numpy(), 12, (-match.pitch.goal_x, match.pitch.goal_x))
@@ -84,7 +82,7 @@ def line(match: Match, tables: Tables) -> dict[str, Any]:
         "flaws": _flaws(tables), "numbers": {side: it._asdict() for side, it in own.items()},
         "any_moment": {side: list(it) for side, it in any_moment(
             tables.trajectories, tables.shots, tables.referee).items()},
-        **kept(match, tables),
+        **kept._asdict(),
         "by_lead": {side: {name: list(it) for name, it in each.items()} for side, each in leads.items()},
         "picture": bars([float(share) for share in counts], "where the ball was, from home's goal to away's"),
     }
@@ -130,7 +128,7 @@ def told_of(match: Match, tables: Tables) -> Commentary:
 
 def _told(told: Commentary) -> list[dict[str, Any]]:
     """Each sentence of the commentary, with the moment of the replay that it tells of, seconds."""
-    return [{"at": round(max(moment.t_ns / 1e9 - _BEFORE_TOLD_S, 0), 2), "seconds": moment.t_ns / 1e9,
+    return [{"at": before(moment.t_ns / 1e9), "seconds": moment.t_ns / 1e9,
              "team": moment.team or "", "robot": moment.robot, "says": moment.text}
             for moment in told.moments]
 
@@ -139,16 +137,8 @@ def _goals(match: Match, tables: Tables, told: Commentary) -> list[dict[str, Any
     """Each goal in the commentary's words, with the clip that leads to it; its maker is ringed."""
     said = [moment.line() for moment in told.moments if moment.kind == "goal"]
     goals = tables.goals.sort("t_ns", maintain_order=True).iter_rows(named=True)
-    return [{"team": goal["team"] or "", "says": line, "clip": clip_of(goal)}
+    return [{"team": goal["team"] or "", "says": line, "clip": clip_of(goal, _HOW)}
             for goal, line in zip(goals, said, strict=True)]
-
-
-def clip_of(goal: dict[str, Any]) -> Clip:
-    """The clip that leads to a goal, a row of schema Goals; the robot that made it is ringed, on its side."""
-    sides = dict(zip(SIDES, reversed(SIDES), strict=True))
-    side = sides.get(goal["team"]) if goal["kind"] == "error" else goal["team"]
-    return Clip.about(goal | {"team": side}, goal["t_ns"], goal["t_ns"], "how it came",
-                      before_s=_BEFORE_GOAL_S, after_s=_AFTER_GOAL_S)
 
 
 def _shots(match: Match, tables: Tables) -> dict[str, Any]:
@@ -156,8 +146,7 @@ def _shots(match: Match, tables: Tables) -> dict[str, Any]:
     for shot in with_chances(tables).iter_rows(named=True):
         turn = 1 if shot["team"] == "home" else -1
         at = shot["t_ns"] / 1e9
-        says = f"{shot['team']} {shot['robot']}: {shot['outcome']}, from {shot['distance']:.2f} m"
-        says += "" if shot["xg"] is None else f", xG {shot['xg']:.2f}"
+        says = f"{shot['team']} {shot['robot']}: {words_of(shot)}"
         style = f"mark {shot['team']} {shot['outcome']}"
         marks.append(Mark(turn * shot["x"], turn * shot["y"], style, says,
                           link=f"../replays/{match.name}.html#t={before(at)}", size=size(shot["xg"])))

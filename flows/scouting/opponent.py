@@ -10,12 +10,12 @@ import polars as pl
 
 from flows.scouting.answers import goals_over, robots_of, scores_by
 from flows.scouting.danger import dangerous, of_keeper
-from flows.scouting.matches import clip_of
 from flows.scouting.sources import Match, TeamName, against_itself, counted, events_of, sides_of
 from pipeline.pitch import Pitch
 from pipeline.store import Store
 from pipeline.views.scout.gallery import Clip
 from pipeline.views.scout.restarts import SOON_S, paid, soon
+from pipeline.views.scout.scored import clip_of
 from pipeline.views.scout.zones import third
 from schemas import Goals, Possession, Pressure, Restarts, Shots, Trajectories
 
@@ -113,7 +113,7 @@ def _conceded(store: Store, played: Sequence[tuple[Match, str]], shots: pl.DataF
         middle = float(np.median(shots["distance"].to_numpy()))
         says += f" Half of the {shots.height} shots at it came from less than {middle:.2f} m."
     return _said("What has worked against it", says, [
-        clip_of(row) for row in goals.tail(CLIPS).iter_rows(named=True)])
+        clip_of(row, "how it came") for row in goals.tail(CLIPS).iter_rows(named=True)])
 
 
 def _keeper(

@@ -9,17 +9,15 @@ import polars as pl
 
 from flows.scouting.sources import Match, TeamName, team_name
 from pipeline.pitch import PITCHES, Kind, Pitch
-from pipeline.situations.rules import TABLE_1
 from pipeline.state.words import named
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest
-from pipeline.views.scout.facts import said
 from pipeline.views.scout.pictures import bars, on_pitch
 from pipeline.views.scout.states import facts_of, shaded
+from pipeline.views.scout.words import of_behaviour
 from schemas import KEYS, ROLES, Policies, Returns, States
 from schemas.policies import FEW, VERDICTS
 
-_NAMES = {code: name for code, (name, _) in TABLE_1.items()}
 #: States shown of each role and key that are unsure, and that are not; candidates shown of each.
 _UNSURE, _KNOWN, _CANDIDATES = 4, 2, 5
 #: Bins of episodes: label, least and most, both included.
@@ -187,7 +185,7 @@ def _state(
                                         "best_episodes", "second_episodes", "behaviours")},
         **facts_of(named(row["elements"]), row["role"], pitch),
         "candidates": [{
-            "words": said(_NAMES, [int(code) for code in each["behaviour_id"].split("-")[1:]]),
+            "words": of_behaviour(each["behaviour_id"]),
             "link": cards.get(each["behaviour_id"]),
             **{name: each[name] for name in ("q", "visits", "evidence", "episodes", "mean", "spread")},
         } for each in own.head(_CANDIDATES).iter_rows(named=True)],

@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from flows.scouting.answers import of_team
-from flows.scouting.chances import known_in, shots_over, size
+from flows.scouting.chances import known_in, shots_over, size, words_of
 from flows.scouting.learned import Learned
 from flows.scouting.matches import MEASURES, before
 from flows.scouting.sources import (
@@ -23,9 +23,8 @@ from flows.scouting.sources import (
     sides_of,
 )
 from pipeline.pitch import Pitch
-from pipeline.situations.rules import TABLE_1
 from pipeline.store import Store
-from pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matches, said
+from pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matches
 from pipeline.views.scout.gallery import clips, leading, paths, ranked
 from pipeline.views.scout.maps import lying, neuron_key
 from pipeline.views.scout.occurrences import occurrences, placed
@@ -33,6 +32,7 @@ from pipeline.views.scout.pictures import Mark, heat, on_pitch, pass_arrow
 from pipeline.views.scout.restarts import SOON_S, Moments, paid
 from pipeline.views.scout.restarts import over_matches as any_moment
 from pipeline.views.scout.transitions import Followed, around, transitions
+from pipeline.views.scout.words import of_behaviour, said
 from schemas import SIDES, Passes, Possession, Restarts, Trajectories, note_on
 
 #: Matches that clips are taken from: the newest.
@@ -48,8 +48,6 @@ LISTED = 800
 #: Passes that are drawn: the last.
 PASSES = 200
 _ATTACKS = "It attacks to the right."
-#: Names of the situations, by code.
-NAMES = {code: name for code, (name, _) in TABLE_1.items()}
 
 
 def facts(
@@ -145,10 +143,9 @@ def _shots(shots: pl.DataFrame) -> list[Mark]:
     marks = []
     for row in shots.iter_rows(named=True):
         at = before(row["t_ns"] / 1e9)
-        says = f"robot {row['robot']}: {row['outcome']}, from {row['distance']:.2f} m"
         marks.append(Mark(
             row["x"], row["y"], f"mark home {row['outcome']}",
-            says if row["xg"] is None else f"{says}, xG {row['xg']:.2f}", size=size(row["xg"]),
+            f"robot {row['robot']}: {words_of(row)}", size=size(row["xg"]),
             link=f"../replays/{row['match_id']}.html#t={at}" if shots.height <= LINKED else None))
     return marks
 
@@ -194,12 +191,12 @@ def gallery(
     return {
         "team": team, "version": known.manifest.version, "total": own.height,
         "roles": every["role"].cast(pl.String).unique().sort().to_list(),
-        "every": [row | {"words": said(NAMES, row["codes"]), "shown": row["behaviour_id"] in ids}
+        "every": [row | {"words": said(row["codes"]), "shown": row["behaviour_id"] in ids}
                   for row in every.head(LISTED).select(
                       "behaviour_id", "codes", "role", "support", "value", "low", "high", "times", "at_least",
                   ).iter_rows(named=True)],
         "cards": [{
-            "id": row["behaviour_id"], "words": said(NAMES, row["codes"]), "role": row["role"],
+            "id": row["behaviour_id"], "words": said(row["codes"]), "role": row["role"],
             "danger": None if row["low"] is None else row["low"] * row["support"],
             **{name: row[name] for name in (
                 "support", "new", "value", "low", "high", "neuron", "times", "at_least")},
@@ -249,10 +246,6 @@ def _way(pitch: Pitch, row: Mapping[str, Any], way: pl.DataFrame | None) -> dict
 
 def _told(neighbours: Sequence[Followed], shown: Sequence[str]) -> list[dict[str, Any]]:
     """Behaviours before or after another, in words; those that have a card are marked."""
-    return [{"id": each.behaviour, "words": words(each.behaviour), "role": each.behaviour.split("-")[0],
-             "times": each.times, "of": each.of, "shown": each.behaviour in shown} for each in neighbours]
-
-
-def words(behaviour_id: str) -> str:
-    """A behaviour in words, by its id: role and codes."""
-    return said(NAMES, [int(code) for code in behaviour_id.split("-")[1:]])
+    return [{"id": each.behaviour, "words": of_behaviour(each.behaviour),
+             "role": each.behaviour.split("-")[0], "times": each.times, "of": each.of,
+             "shown": each.behaviour in shown} for each in neighbours]

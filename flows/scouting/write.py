@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 from markupsafe import Markup
 
 from flows.progress import RunReport, StageReport
-from flows.scouting import compare, danger, maps, opponent, replays
+from flows.scouting import answers, compare, danger, maps, opponent, replays
 from flows.scouting import matches as match_pages
 from flows.scouting import policies as policy_pages
 from flows.scouting import situations as situation_pages
 from flows.scouting import teams as team_pages
 from flows.scouting.learned import Learned
-from flows.scouting.sources import Known, Match, TeamName, chosen, newest, played, readable
+from flows.scouting.sources import Known, Match, TeamName, chosen, newest, played, readable, sides_of
 from pipeline.errors import BadSettings, NotFound, PitchloreError
 from pipeline.store import Store
 from pipeline.store.receipts import RELEASE, canonical, digest, source_hash
@@ -123,13 +123,14 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
     around: dict[str, Any] = {"menu": teams, "made": code}
     learned = around | {"made": f"{code}; knowledge {'none' if version is None else f'version {version}'}"}
     lines = {match.name: _match(store, match, folder, around) for match in league}
+    learned_of = danger.matches_learned(store, known, whole)
     policies = policy_pages.newest_policies(store, league)
     galleries: dict[TeamName, tuple[str, Callable[[], dict[str, Any]]]] = {}
     for team in teams:
         own = [match for match in league if team in (match.home, match.away)]
         learned_from = [match.key(match.made["sequences"].digests()) for match in own]
         imitated = any(policy.team == team for policy in policies)
-        sides = 0 if known is None else danger.sides_learned(store, known, team, whole)
+        sides = sum(len(sides_of(team, match)) for match in learned_of)
         key = digest(canonical([code, teams, learned_from, version, known and known.manifest.key,
                                 behind.key, imitated, sides]))
         folder.put(f"teams/{team.slug}.html", key, partial(
@@ -214,14 +215,15 @@ def _match(
     """The pages and the data of one match; its line in the league. No knowledge is in them."""
     tables = cache(lambda: match.tables(store))
     told = cache(lambda: match_pages.told_of(match, tables()))
+    kept = cache(lambda: answers.kept(match, tables()))
     key = match.key(around["made"], replays.gap_of(match))
     folder.put(f"data/{match.name}.js", key, lambda: replays.data(match, tables(), told()))
     replay = linked(match.name, match.home.name, match.away.name).encode()
     folder.put(f"replays/{match.name}.html", digest(replay), lambda: replay)
     folder.put(f"matches/{match.name}.html", match.key(
         around["made"], around["menu"], match.goals_at_least), lambda: page(
-        "match", up="../", **around, **match_pages.facts(match, tables(), told())))
-    return folder.remember(match.name, key, lambda: match_pages.line(match, tables()))
+        "match", up="../", **around, **match_pages.facts(match, tables(), told(), kept())))
+    return folder.remember(match.name, key, lambda: match_pages.line(match, tables(), kept()))
 
 
 def _row(match: Match, line: dict[str, Any]) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -262,8 +262,3 @@ def _within(mean: Mean | None, most: float | None) -> Mean | None:
     if mean is None or mean.low is None or mean.high is None:
         return mean
     return mean._replace(low=max(mean.low, 0.0), high=mean.high if most is None else min(mean.high, most))
-
-
-def said(names: Mapping[int, str], codes: Sequence[int]) -> str:
-    """A behaviour in words: its situations one after another."""
-    return ", then ".join(names.get(code, f"{code:03d}").removeprefix("Robot ") for code in codes)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from pipeline.views.scout.facts import said
+from pipeline.views.scout.words import said
 from schemas.behaviours import id_of
 
 #: Grams that the panel of a neuron lists, the most frequent first; and behaviours, by evidence.
@@ -87,15 +87,15 @@ def _cell(
     listed = grams.sort("count", "role", "codes", descending=[True, False, False]).head(LISTED)
     return neuron | {
         "key": neuron_key(n, neuron["neuron"]), "sign": sign(neuron["value"]),
-        "near": said(names, nearest(neuron["prototype"], list(names))),
+        "near": said(nearest(neuron["prototype"], list(names)), names),
         "weights": ", ".join(f"{weight:.1f}" for weight in neuron["prototype"]),
         "often": " ".join(f"{code:03d}" for code in listed["codes"][0]) if listed.height else "",
         "known": grams.height,
-        "list": [{"words": said(names, row["codes"]), "codes": row["codes"], "role": row["role"],
+        "list": [{"words": said(row["codes"], names), "codes": row["codes"], "role": row["role"],
                   "count": row["count"], "value": row["value_sum"] / row["count"]}
                  for row in listed.iter_rows(named=True)],
         "behaviours": behaviours["behaviour_id"].to_list(),
-        "best": [{"id": row["behaviour_id"], "words": said(names, row["codes"]), "role": row["role"],
+        "best": [{"id": row["behaviour_id"], "words": said(row["codes"], names), "role": row["role"],
                         "support": row["support"], "value": row["value"], "low": row["low"],
                         "high": row["high"], "shown": row["behaviour_id"] in shown}
                        for row in behaviours.head(LISTED).iter_rows(named=True)],

@@ -50,9 +50,16 @@ class Scored(NamedTuple):
     @property
     def clip(self) -> Clip:
         """The seconds that lead to it; the robot that made it is watched, on its side."""
-        team = SIDES[1 - SIDES.index(self.side)] if self.kind == ERROR else self.side
-        return Clip.about({"match_id": self.match, "team": team, "robot": self.robot},
-                          self.t_ns, self.t_ns, f"{self.kind} goal", before_s=BEFORE_S, after_s=AFTER_S)
+        return clip_of({"match_id": self.match, "team": self.side, "robot": self.robot, "kind": self.kind,
+                        "t_ns": self.t_ns}, f"{self.kind} goal")
+
+
+def clip_of(goal: Mapping[str, Any], says: str) -> Clip:
+    """The clip that leads to a goal, a row of schema Goals; the robot that made it is ringed, on its side."""
+    side, t_ns = goal["team"], goal["t_ns"]
+    if side is not None and goal["kind"] == ERROR:
+        side = SIDES[1 - SIDES.index(side)]
+    return Clip.about({**goal, "team": side}, t_ns, t_ns, says, before_s=BEFORE_S, after_s=AFTER_S)
 
 
 class Line(NamedTuple):

@@ -1,0 +1,20 @@
+"""Behaviours in words: their situations one after another."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from pipeline.situations.rules import TABLE_1
+
+#: Names of the situations, by code.
+NAMES = {code: name for code, (name, _) in TABLE_1.items()}
+
+
+def said(codes: Sequence[int], names: Mapping[int, str] = NAMES) -> str:
+    """Situations in words; a code that has no name stands for itself."""
+    return ", then ".join(names.get(code, f"{code:03d}").removeprefix("Robot ") for code in codes)
+
+
+def of_behaviour(behaviour_id: str) -> str:
+    """A behaviour in words, by its id: role and codes."""
+    return said([int(code) for code in behaviour_id.split("-")[1:]])
