@@ -248,6 +248,10 @@ def test_filter_finds_words_of_the_behaviour(pages, page):
     page.fill("[data-filter]", name)
     shown = page.locator("#rows tr:visible")
     assert shown.first.locator("td").nth(1).inner_text().startswith(name)
+    lengths = page.locator(".card").evaluate_all("cards => cards.map(card => Number(card.dataset.length))")
+    assert lengths == sorted(lengths), "while words are typed, the plainest behaviour comes first"
+    page.fill("[data-filter]", "")
+    assert page.locator(".card").evaluate_all("cards => cards.map(card => card.dataset.words)") == names
     page.fill("[data-filter]", "best")
     assert page.locator(".card:visible").count() == 0, "what a clip says is no word of the behaviour"
     page.fill("[data-filter]", "")

@@ -197,6 +197,7 @@ def gallery(
                   ).iter_rows(named=True)],
         "cards": [{
             "id": row["behaviour_id"], "words": said(row["codes"]), "role": row["role"],
+            "length": len(row["codes"]),
             "danger": None if row["low"] is None else row["low"] * row["support"],
             **{name: row[name] for name in (
                 "support", "new", "value", "low", "high", "neuron", "times", "at_least")},

@@ -13,7 +13,7 @@ from pipeline.estimates import BY_EVIDENCE
 NOBODY = -1
 #: Clips shown of a behaviour: the best, the worst, and the typical ones, four each.
 EACH = 4
-#: Behaviours shown: the first by evidence, and the first in each other order.
+#: Behaviours shown beside those of one situation: the first by evidence, and the first in each other order.
 SHOWN, SHOWN_OF_ORDER = 50, 10
 #: What a behaviour is worth in all, at least: the lower end of its value, times its support.
 DANGER = pl.col("low") * pl.col("support")
@@ -59,13 +59,13 @@ def ranked(behaviours: pl.DataFrame) -> pl.DataFrame:
 
 
 def leading(ranked: pl.DataFrame) -> pl.DataFrame:
-    """The behaviours that a page shows: the first by evidence, and the first in each other order.
+    """The behaviours that a page shows: the first by evidence, in each other order, and all of one situation.
 
     Args:
-        ranked: behaviours by evidence, with columns support, value, low, new and at_least.
+        ranked: behaviours by evidence, with columns codes, support, value, low, new and at_least.
     """
     orders = (pl.col("support"), pl.col("value"), pl.col("new"), pl.col("at_least"), DANGER)
-    first = [pl.int_range(pl.len()) < SHOWN, *(
+    first = [pl.int_range(pl.len()) < SHOWN, pl.col("codes").list.len() == 1, *(
         order.rank("ordinal", descending=True) <= SHOWN_OF_ORDER for order in orders)]
     return ranked.filter(pl.any_horizontal(first))
 

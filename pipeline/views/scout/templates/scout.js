@@ -133,15 +133,23 @@ function filters() {
   show();
 }
 
-/** Put cards into the order of one of their numbers, the greatest first; equal ones stay by evidence. */
+/**
+ * Put cards into the order of one of their numbers, the greatest first; equal ones stay by evidence.
+ *
+ * While words are typed, the behaviours of the fewest situations that have them come first.
+ */
 function orders() {
   const choice = document.querySelector("[data-order]");
   if (!choice) return;
-  const holder = document.getElementById(choice.dataset.order);
+  const words = document.querySelector("[data-filter]"), holder = document.getElementById(choice.dataset.order);
   const first = [...holder.children];
-  choice.addEventListener("change", () => {
-    holder.append(...[...first].sort((a, b) => b.dataset[choice.value] - a.dataset[choice.value]));
-  });
+  const arrange = () => {
+    const plain = words.value.trim() !== "", chosen = choice.selectedIndex > 0;
+    holder.append(...[...first].sort((a, b) => (plain && a.dataset.length - b.dataset.length)
+      || (chosen && b.dataset[choice.value] - a.dataset[choice.value])));
+  };
+  choice.addEventListener("change", arrange);
+  words.addEventListener("input", arrange);
 }
 
 addEventListener("DOMContentLoaded", () => {
