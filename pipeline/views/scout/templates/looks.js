@@ -14,6 +14,7 @@ function counter(tools) {
 
 /** Tables that are wider than their place scroll by the keyboard; on a phone they say so. */
 function wide(table) {
+  table.dataset.looked = "";
   const hint = document.createElement("p");
   hint.className = "scrolls";
   hint.textContent = "The table goes on to the right: scroll it.";
@@ -48,7 +49,9 @@ function rove(holder, which, label) {
 }
 
 addEventListener("DOMContentLoaded", () => {
-  document.querySelectorAll("main table").forEach(wide);
+  const look = () => document.querySelectorAll("main table:not([data-looked])").forEach(wide);
+  look();
+  new MutationObserver(look).observe(document.querySelector("main"), { childList: true, subtree: true }); // a comparison makes tables
   document.querySelectorAll(".clips").forEach((clips) => rove(clips, "canvas", "clips"));
   document.querySelectorAll("svg.pitch").forEach((pitch) => rove(pitch, "a", pitch.getAttribute("aria-label")));
 });
