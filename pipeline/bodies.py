@@ -52,3 +52,16 @@ def see(bodies: F64, team: int, attacks: float, out: F64) -> None:
         if not -math.pi < theta <= math.pi:
             theta = math.atan2(math.sin(theta), math.cos(theta))
         out[row, THETA] = theta
+
+
+@njit(cache=True, nogil=True)
+def see_both(bodies: F64, home_attacks: float, out: F64) -> None:
+    """The bodies as both teams :func:`see` them.
+
+    Args:
+        bodies: float64 [1 + 2 N, 6] in the pitch frame; rows 1 to N are home's, then away's.
+        home_attacks: +1 if home attacks +x, -1 if -x.
+        out: float64 [2, 1 + 2 N, 6], the views of home and of away.
+    """
+    see(bodies, 0, home_attacks, out[0])
+    see(bodies, 1, -home_attacks, out[1])

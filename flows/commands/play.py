@@ -21,8 +21,9 @@ from pipeline.arena.match.controllers import controllers_of
 from pipeline.arena.match.human import HumanController
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.window import window_class
 from pipeline.arena.window.painting import Picture
-from pipeline.errors import BadSettings, NotFound
+from pipeline.errors import BadSettings
 from pipeline.matches.frame import AWAY, HOME, home_attacks
 from pipeline.store import Store
 from schemas import SIDES, note_on
@@ -62,7 +63,7 @@ def play(
     """
     store = common.store
     how = playing.matches(store, _MINUTES).of_match()
-    open_window = _window()
+    open_window = window_class("play")
     policies: dict[str, pl.DataFrame] = {}
     team = SIDES.index(side)
     teams = [entrant(store, against, policies).settings] * 2
@@ -85,22 +86,6 @@ def play(
                         soft_wrap=True)
         print_stand_in(against)
     renew(store)
-
-
-def _window() -> type[Window]:
-    """The window. It is loaded only here, because not everybody has pygame-ce.
-
-    Raises:
-        NotFound: if pygame is not installed.
-    """
-    try:
-        from pipeline.arena.window.screen import Window  # noqa: PLC0415
-    except ModuleNotFoundError as error:
-        if error.name != "pygame":
-            raise
-        raise NotFound("its window needs pygame-ce, which is not installed", where="play",
-                       next_step="Install the extra pitchlore[play]") from error
-    return Window
 
 
 def _unplayed(store: Store, recipe: Recipe, seed: int | None) -> Recipe:

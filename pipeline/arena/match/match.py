@@ -16,7 +16,7 @@ from pipeline.arena.physics.laws import END, GOAL, HALF, KICK_OFF, PLAY_ON
 from pipeline.arena.physics.referee import Laws, RefereeEvent, begin, home_attacks, table, told, watch
 from pipeline.arena.physics.restarts import restart
 from pipeline.arrays import F64
-from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see
+from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y, see_both
 from pipeline.matches.frame import AWAY, BALL_DTYPE, HOME, ROBOT_DTYPE, Frames, MatchInfo
 from pipeline.store.receipts import RELEASE
 from schemas import ROLES, SIDES, Decisions
@@ -43,6 +43,9 @@ class Part(NamedTuple):
 class Match:
     """A match that is played frame by frame.
 
+    :meth:`advance` plays whole frames. Who decides between the referee's call and the next motion, as an
+    environment does, calls :meth:`whistle` and :meth:`move` in turn, a whistle first.
+
     Args:
         recipe: of the match.
         controllers: of home and away.
@@ -50,7 +53,11 @@ class Match:
 
     Attributes:
         bodies: float64 [1 + 2 N, 6], as they are at the frame that is next.
+        views: float64 [2, 1 + 2 N, 6], of home and of away: see :func:`pipeline.bodies.see`. They are the
+            bodies as the camera saw them at the last whistle, whether play was on or not.
         over: whether the final whistle has been.
+        in_play: whether play is on; while it is not, all wheels stand still and nobody is asked.
+        attacks: +1 if home attacks +x, else -1.
 
     Raises:
         BadSettings: if nothing can be played by this recipe.
@@ -73,9 +80,10 @@ class Match:
         )
         self._wheels = np.zeros((2 * recipe.robots, 2))
         self._hands = (self._wheels[: recipe.robots], self._wheels[recipe.robots :])
-        self._views = (np.zeros_like(self.bodies), np.zeros_like(self.bodies))
-        self._attacks = 1.0
-        self._in_play = False
+        self.views: F64 = np.zeros((2, *self.bodies.shape))
+        self._of_teams = tuple(self.views)
+        self.attacks = 1.0
+        self.in_play = False
         self._logged = logged
         self._samples: list[F64] = []
         self._first = 0
@@ -109,8 +117,27 @@ class Match:
         for _ in range(frames):
             if self.over:
                 break
-            self._play()
+            self.whistle()
+            self.move()
         return not self.over
+
+    def whistle(self) -> None:
+        """The first half of a frame: the referee's call, new places at a restart, the look, the log."""
+        frame = int(self._state["frame"])
+        call = watch(self.bodies, self._state, self.laws.limits)
+        if call != PLAY_ON:
+            self._called(call, frame)
+        see_both(self._look(), self.attacks, self.views)
+
+    def move(self) -> None:
+        """The second half of a frame, unless the match is over: controllers think, bodies move."""
+        if self.over:
+            return
+        if self.in_play:
+            frame = int(self._state["frame"]) - 1
+            for controller, view, wheels in zip(self.controllers, self._of_teams, self._hands, strict=True):
+                controller.think(frame, view, wheels)
+        self._arena.frame(self._wheels)
 
     def leave(self) -> None:
         """End the match early, at the next frame."""
@@ -138,22 +165,6 @@ class Match:
             pl.concat(made).sort("end_ns", "team", "robot", "t_ns"),
         )
 
-    def _play(self) -> None:
-        """The next frame: whistle, look, log, think, move."""
-        frame = int(self._state["frame"])
-        call = watch(self.bodies, self._state, self.laws.limits)
-        if call != PLAY_ON:
-            self._called(call, frame)
-        seen = self._look()
-        if self.over:
-            return
-        if self._in_play:
-            for team in (HOME, AWAY):
-                view = self._views[team]
-                see(seen, team, self._attacks if team == HOME else -self._attacks, view)
-                self.controllers[team].think(frame, view, self._hands[team])
-        self._arena.frame(self._wheels)
-
     def _look(self) -> F64:
         """The bodies as the camera sees them; unseen bodies are NaN in the logged sample."""
         seen, visible = self._camera.see(self.bodies)
@@ -174,10 +185,10 @@ class Match:
             return
         if call == HALF:
             self._stop(frame, None)
-        self._attacks = float(home_attacks(int(self._state["halves_over"])))
+        self.attacks = float(home_attacks(int(self._state["halves_over"])))
         restart(self.bodies, call, self._state, self.laws, self._rng)
         self._arena.place(self.bodies)
-        self._in_play = True
+        self.in_play = True
         home, away = self.score
         for controller, lead in zip(self.controllers, (home - away, away - home), strict=True):
             controller.restarted(frame, lead)
@@ -185,10 +196,10 @@ class Match:
     def _stop(self, frame: int, scorer: str | None) -> None:
         """Play stops, if it was on: robots stand, episodes are over."""
         self._wheels[:] = 0.0
-        if self._in_play:
+        if self.in_play:
             for team, controller in zip(SIDES, self.controllers, strict=True):
                 controller.stopped(frame, 0.0 if scorer is None else (1.0 if scorer == team else -1.0))
-        self._in_play = False
+        self.in_play = False
 
 
 def _frames(samples: F64, first: int, laws: Laws) -> Frames:

@@ -7,7 +7,34 @@ painting        what it shows at one frame, and a picture of it; needs no pygame
 ==============  ==============================================================
 """
 
+from __future__ import annotations
+
 import os
+from typing import TYPE_CHECKING
+
+from pipeline.errors import NotFound
+
+if TYPE_CHECKING:
+    from pipeline.arena.window.screen import Window
 
 # read when pygame is imported; standard output is the command's
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+
+
+def window_class(where: str) -> type[Window]:
+    """The window. It is loaded only here, because not everybody has pygame-ce.
+
+    Args:
+        where: who asks, for the error.
+
+    Raises:
+        NotFound: if pygame is not installed.
+    """
+    try:
+        from pipeline.arena.window.screen import Window  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        if error.name != "pygame":
+            raise
+        raise NotFound("its window needs pygame-ce, which is not installed", where=where,
+                       next_step="Install the extra pitchlore[play]") from error
+    return Window

@@ -1,0 +1,88 @@
+"""A match that is played a step at a time by whoever drives one or both of its teams."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.arena.match.controllers import Controller
+from pipeline.arena.match.driven import Driven
+from pipeline.arena.match.match import Match
+from pipeline.arena.match.observation import length, observe, scales
+from pipeline.arena.match.recipe import Recipe
+from pipeline.arrays import F32
+
+class SteppedMatch:
+    """A match between steps: a whistle has been, and the next motion is to come.
+
+    So a goal is called in the step in which the ball went in, and at a restart the bodies stand at their new
+    places when the next action is chosen. The match is not logged.
+
+    Args:
+        recipe: of the match.
+        controllers: of home and away; those that are :class:`Driven` are driven.
+
+    Attributes:
+        match: the match; it stands at its kick-off at first.
+        score: goals of home and away.
+
+    Raises:
+        BadSettings: if nothing can be played by this recipe.
+    """
+
+    def __init__(self, recipe: Recipe, controllers: tuple[Controller, Controller]) -> None:
+        self.match = Match(recipe, controllers, logged=False)
+        driven = {team: own for team, own in enumerate(controllers) if isinstance(own, Driven)}
+        self._teams, self._driven = tuple(driven), tuple(driven.values())
+        self._scales = scales(recipe)
+        self._length = length(recipe.robots)
+        self._frames = 1 + self.match.laws.duration
+        self.match.whistle()
+        self.score = self.match.score
+
+    def step(
+        self, actions: Sequence[Sequence[Any] | npt.NDArray[Any]], frames: int, until_goal: bool,
+        each: Callable[[], None] | None = None,
+    ) -> list[float]:
+        """Play some frames, fewer if the match ends.
+
+        Args:
+            actions: of each driven team, see ``Driven.command``.
+            frames: number of frames.
+            until_goal: whether a goal ends the step.
+            each: called after each frame.
+
+        Returns:
+            Goals for less goals against of each driven team in these frames.
+
+        Raises:
+            BadSettings: if the actions do not fit; nothing has moved then.
+        """
+        driven, match = self._driven, self.match
+        for own, given in zip(driven, actions, strict=True):
+            own.command(given)
+            own.earned = 0.0
+        for _ in range(frames):
+            match.move()
+            match.whistle()
+            if each is not None:
+                each()
+            if match.over or (until_goal and driven[0].earned):
+                break
+        self.score = match.score
+        return [own.earned for own in driven]
+
+    def observe(self, robots: int) -> F32:
+        """What the first robots of each driven team see, float32 [driven teams times robots, 14 N + 7].
+
+        The rows are vectors of :mod:`pipeline.arena.match.observation`, in an array of their own.
+        """
+        match = self.match
+        home, away = self.score
+        out = np.empty((len(self._teams) * robots, self._length), dtype=np.float32)
+        left = 1.0 - match.frame / self._frames
+        observe(match.views, self._teams, home - away, left, match.in_play, self._scales, out)
+        return out
