@@ -169,6 +169,11 @@ COMMANDS = (
         "pitchlore commentary rsim-vss-3v3 --goals",
     ),
     Command(
+        "minari", "minari:minari",
+        "Write the decisions of matches as a Minari dataset, for offline learners.",
+        "pitchlore minari derby/decisions-v0 rsim-vss-3v3",
+    ),
+    Command(
         "server start", "server:start",
         "Start the data folder's Prefect server, and print the address of its pages.",
         "pitchlore server start",

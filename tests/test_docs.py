@@ -18,8 +18,8 @@ from flows.cli import COMMANDS
 from pipeline.toml import Frozen
 from schemas import PUBLIC
 
-#: Settings that no file fills: of a team in a recipe, and of the commentary.
-IN_NO_FILE = {"TeamSettings", "CommentarySettings", "LearnerSettings"}
+#: Settings that no file fills: of a team in a recipe, of the commentary, of an environment.
+IN_NO_FILE = {"TeamSettings", "CommentarySettings", "LearnerSettings", "EnvSettings"}
 
 
 def generator():

@@ -1,25 +1,25 @@
 """The arena for learners: a PettingZoo parallel environment and a Gymnasium one (extra ``rl``).
 
-:func:`parallel_env` has an agent for each robot of both teams. :func:`env` has one agent, which drives a whole
-team against an opponent. Both play :class:`pipeline.arena.match.match.Match`: the same frames, laws and camera
-as a match that ``pitchlore record`` plays.
+:func:`parallel_env` has an agent for each robot of both teams. :func:`env` has one agent, which drives a
+whole team against an opponent. Both play :class:`pipeline.arena.match.match.Match`: the frames, laws and
+camera of a match that ``pitchlore record`` plays.
 
 - An episode is a match. It is truncated at the final whistle. With ``goal_ends`` a goal terminates it.
-- A step is ``step_s`` seconds, rounded to whole frames, at least one. The frames of a pause count, too; actions
-  change nothing then.
+- A step is ``step_s`` seconds, rounded to whole frames, at least one. The frames of a pause of play count,
+  too; actions change nothing then.
 - The reward is +1 for a goal for and -1 for a goal against in the step.
-- Observations are :mod:`pipeline.arena.match.observation`'s vectors, float32, cut at -2 and 2. An agent of
+- Observations are vectors of :mod:`pipeline.arena.match.observation`, float32, cut at -2 and 2. An agent of
   ``parallel_env`` gets its robot's; the agent of ``env`` gets that of robot 1.
 - An action of a robot turns its wheels (``wheels``: shares of the top speed of the left and the right one, in
   [-1, 1]) or names a behaviour (``behaviours``: an index in :data:`BEHAVIOURS`), which the robot carries out
   until another is chosen, see :mod:`pipeline.arena.teams.chosen`.
-- ``reset(seed=S)`` starts the match of seed S; the seeds of the matches after it follow from S.
+- ``reset(seed=S)`` begins the match of seed S; the seeds of the matches after it follow from S.
 - Infos have ``score``: goals of the agent's team and of the other.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import gymnasium
 import numpy as np
@@ -354,7 +354,7 @@ class TeamEnv(gymnasium.Env[F32, Any]):
         self._begun = not (goal or over)
         return self._observation(), reward, goal, over, self._info()
 
-    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> npt.NDArray[np.uint8] | None:
         """A picture, uint8 [560, 640, 3], in the mode ``rgb_array``; None in others."""
         return self._screen.picture()
 
@@ -363,7 +363,8 @@ class TeamEnv(gymnasium.Env[F32, Any]):
         self._screen.close()
 
     def _observation(self) -> F32:
-        return self._played.observe(1)[0]
+        (seen,) = self._played.observe(1)
+        return cast("F32", seen)
 
     def _info(self) -> dict[str, Any]:
         home, away = self._played.score
@@ -475,13 +476,15 @@ def _seed(random: np.random.Generator, asked: int | None) -> int:
     return int(random.integers(1 << 62)) if asked is None else asked
 
 
-def _observed(robots: int) -> spaces.Box:
-    return spaces.Box(-LIMIT, LIMIT, (length(robots),), np.float32)
+def _observed(robots: int) -> spaces.Space[F32]:
+    return cast("spaces.Space[F32]", spaces.Box(-LIMIT, LIMIT, (length(robots),), np.float32))
 
 
 def _of_one(actions: Actions) -> spaces.Space[Any]:
     """The actions of a robot."""
-    return spaces.Box(-1.0, 1.0, (2,), np.float32) if actions == "wheels" else spaces.Discrete(len(BEHAVIOURS))
+    if actions == "wheels":
+        return spaces.Box(-1.0, 1.0, (2,), np.float32)
+    return spaces.Discrete(len(BEHAVIOURS))
 
 
 def _of_all(actions: Actions, robots: int) -> spaces.Space[Any]:

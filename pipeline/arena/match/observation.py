@@ -27,7 +27,7 @@ from pipeline.arrays import F32, F64
 from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, X, Y
 
 #: One team or both, 0 home, 1 away.
-Teams = tuple[int] | tuple[int, int]
+Teams = tuple[int, ...]
 
 #: Numbers are cut at this and at its negative.
 LIMIT = 2.0

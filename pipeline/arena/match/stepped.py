@@ -15,6 +15,7 @@ from pipeline.arena.match.observation import length, observe, scales
 from pipeline.arena.match.recipe import Recipe
 from pipeline.arrays import F32
 
+
 class SteppedMatch:
     """A match between steps: a whistle has been, and the next motion is to come.
 

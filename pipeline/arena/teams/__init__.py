@@ -4,6 +4,7 @@
 table           TEAMS: an entry for each team; static, human_like, moving_randomly are their scripts
 people          settings of the person of a human-like team
 learned         the team that plays a policy, laid out as a policy_table
+chosen          a team whose robots carry out what somebody chooses
 executors       a controller for each situation of Table 1
 goalkeeping     a goalkeeper on its line, where the ball will cross it
 ball            possession, the ball's way, driving that moves it
