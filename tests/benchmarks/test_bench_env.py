@@ -1,0 +1,87 @@
+"""The arena for learners: frames of 3v3 through an environment, beside the match alone with the same wheels.
+
+A step is a frame for wheels and 24 frames for behaviours, unless the name says otherwise. Actions are drawn
+beforehand: what a learner's own network takes is not in it.
+"""
+
+import numpy as np
+import pytest
+
+from pipeline.arena.env import BEHAVIOURS, env, parallel_env
+from pipeline.arena.match.controllers import Controller
+from pipeline.arena.match.match import Match
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+
+FRAMES = 6_000
+GROUP = "play 3v3 through an environment"
+#: Frames between new wheels, as for the arena alone.
+HELD = 24
+
+
+def drawn(steps, high=None):
+    """Actions of six robots, float32 [steps, 6, 2] wheels that hold for 24 frames, or int [steps, 6] below ``high``."""
+    rng = np.random.default_rng(1)
+    if high is not None:
+        return rng.integers(high, size=(steps, 6))
+    return np.repeat(rng.uniform(-1, 1, (-(-steps // HELD), 6, 2)).astype(np.float32), HELD, axis=0)[:steps]
+
+
+class Replayed(Controller):
+    """Turns the wheels of a list, a frame each."""
+
+    def __init__(self, wheels):
+        self.wheels = wheels
+
+    def think(self, frame, view, wheels):
+        wheels[:] = self.wheels[frame % FRAMES]
+
+
+def measure(benchmark, begin, actions):
+    """Play all actions from a new kick-off."""
+    def play(one):
+        for action in actions:
+            one.step(action)
+
+    def fresh():
+        one = begin()
+        one.reset(seed=1)
+        return (one,), {}
+
+    benchmark.extra_info.update(units=FRAMES, unit="frames")
+    benchmark.pedantic(play, setup=fresh, rounds=7, warmup_rounds=1)
+
+
+@pytest.mark.benchmark(group=GROUP)
+@pytest.mark.parametrize("frames", [1, 4])
+def test_parallel_ours_wheels(benchmark, frames):
+    """Six agents; each step returns observations, rewards and infos of all."""
+    names = parallel_env().possible_agents
+    actions = [dict(zip(names, step, strict=True)) for step in drawn(FRAMES)[::frames]]
+    measure(benchmark, lambda: parallel_env(step_s=frames / 60), actions)
+
+
+@pytest.mark.benchmark(group=GROUP)
+def test_parallel_behaviours(benchmark):
+    names = parallel_env().possible_agents
+    actions = [dict(zip(names, step.tolist(), strict=True)) for step in drawn(FRAMES // 24, len(BEHAVIOURS))]
+    measure(benchmark, lambda: parallel_env(actions="behaviours"), actions)
+
+
+@pytest.mark.benchmark(group=GROUP)
+def test_team_wheels_against_static(benchmark):
+    actions = list(drawn(FRAMES)[:, :3].reshape(FRAMES, 6))
+    measure(benchmark, lambda: env("static"), actions)
+
+
+@pytest.mark.benchmark(group=GROUP)
+def test_match_alone(benchmark):
+    """The limit: the same wheels in a match that nobody looks at and that is not logged."""
+    driven = TeamSettings(kind="human")
+    recipe = Recipe(home=driven, away=driven, seed=1)
+    wheels = recipe.physics.wheel_speed * drawn(FRAMES).astype(float)
+
+    def fresh():
+        return (Match(recipe, (Replayed(wheels[:, :3]), Replayed(wheels[:, 3:])), logged=False),), {}
+
+    benchmark.extra_info.update(units=FRAMES, unit="frames")
+    benchmark.pedantic(lambda match: match.advance(FRAMES), setup=fresh, rounds=7, warmup_rounds=1)
