@@ -1,4 +1,4 @@
-"""The arena: physics and referee, teams, their matches, the window for a person, and environments for learners."""
+"""The arena: physics and referee, teams, matches, a window for a person, environments for learners."""
 
 #: Raised when the same recipe plays another match: part of the key of all that is played here.
 VERSION = 2

@@ -97,9 +97,10 @@ def write(dataset_id: str, decisions: pl.DataFrame, origin: Origin) -> Written:
             warnings.simplefilter("ignore", UserWarning)  # it would like an e-mail address and an environment
             dataset = minari.create_dataset_from_buffers(
                 dataset_id, cast("Any", _episodes(decisions, behaviours, origin.seeds)), data_format="hdf5",
-                observation_space=MultiDiscrete(LEVELS, dtype=np.uint8), action_space=Discrete(len(behaviours)),
-                algorithm_name="decisions of robots in matches", code_permalink=origin.software,
-                author="pitchlore", description=_described(origin), requirements=[RELEASE.replace(" ", "==")],
+                observation_space=MultiDiscrete(LEVELS, dtype=np.uint8),
+                action_space=Discrete(len(behaviours)), algorithm_name="decisions of robots in matches",
+                code_permalink=origin.software, author="pitchlore", description=_described(origin),
+                requirements=[RELEASE.replace(" ", "==")],
             )  # fmt: skip
         dataset.storage.update_metadata({
             "behaviours": list(behaviours), "elements": [element.name for element in TABLE],
