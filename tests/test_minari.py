@@ -37,8 +37,8 @@ def league(tmp_path_factory):
     known = policy(*((role, 0, codes, 0.5) for role in ROLES for codes in ("046-044-021", "194")))
     record(store, Recipe(
         home=TeamSettings(kind="learned", policy="known", explore=0.5), away=TeamSettings(kind="static"), seed=9,
-        referee=RefereeSettings(duration_s=40.0)), {"known": known})
-    clip(0.0, 60.0).write_csv(folder / "derby.csv")
+        referee=RefereeSettings(duration_s=20.0)), {"known": known})
+    clip(0.0, 30.0).write_csv(folder / "derby.csv")
     import_recording(store, Recording(file=folder / "derby.csv"))
     STAGES.make(store, Settings(), scope := scope_of(store))
     emit(store, STAGES["knowledge"], STAGES["knowledge"].settings(Settings()), scope)

@@ -262,7 +262,7 @@ class ParallelMatch(ParallelEnv[str, F32, Any]):
         return dict(zip(self.possible_agents, seen, strict=True))
 
     def _infos(self) -> dict[str, dict[str, Any]]:
-        home, away = self._played.score
+        home, away = self._played.match.score
         of_home, of_away = self._names
         infos: dict[str, dict[str, Any]] = {name: {"score": (home, away)} for name in of_home}
         for name in of_away:
@@ -367,7 +367,7 @@ class TeamEnv(gymnasium.Env[F32, Any]):
         return cast("F32", seen)
 
     def _info(self) -> dict[str, Any]:
-        home, away = self._played.score
+        home, away = self._played.match.score
         return {"score": (home, away) if self._team == HOME else (away, home)}
 
 

@@ -58,6 +58,7 @@ class Match:
         over: whether the final whistle has been.
         in_play: whether play is on; while it is not, all wheels stand still and nobody is asked.
         attacks: +1 if home attacks +x, else -1.
+        score: goals of home and away, those of the start included.
 
     Raises:
         BadSettings: if nothing can be played by this recipe.
@@ -69,6 +70,7 @@ class Match:
         self.recipe = recipe
         self.controllers = controllers
         self.over = False
+        self.score = recipe.score
         physics = recipe.physics
         self.laws = Laws.of(recipe.pitch, recipe.referee, physics.hz)
         self._arena = Arena(recipe.pitch, recipe.robots, physics)
@@ -95,11 +97,6 @@ class Match:
         return int(self._state["frame"])
 
     @property
-    def score(self) -> tuple[int, int]:
-        """Goals of home and away, those of the start included."""
-        return int(self._state["home_goals"]), int(self._state["away_goals"])
-
-    @property
     def info(self) -> MatchInfo:
         """Description of the match for its log; a match that was left is not complete."""
         recipe = self.recipe
@@ -123,10 +120,9 @@ class Match:
 
     def whistle(self) -> None:
         """The first half of a frame: the referee's call, new places at a restart, the look, the log."""
-        frame = int(self._state["frame"])
         call = watch(self.bodies, self._state, self.laws.limits)
         if call != PLAY_ON:
-            self._called(call, frame)
+            self._called(call, self.frame - 1)
         see_both(self._look(), self.attacks, self.views)
 
     def move(self) -> None:
@@ -134,7 +130,7 @@ class Match:
         if self.over:
             return
         if self.in_play:
-            frame = int(self._state["frame"]) - 1
+            frame = self.frame - 1
             for controller, view, wheels in zip(self.controllers, self._of_teams, self._hands, strict=True):
                 controller.think(frame, view, wheels)
         self._arena.frame(self._wheels)
@@ -177,6 +173,7 @@ class Match:
 
     def _called(self, call: int, frame: int) -> None:
         """Tell the log, the controllers and the arena what the referee has called."""
+        self.score = int(self._state["home_goals"]), int(self._state["away_goals"])
         events = told(call, self._state, self.laws)
         self._events += events
         if not KICK_OFF <= call <= HALF:

@@ -72,22 +72,26 @@ def observe(
     each = out.shape[0] // len(teams)
     for index, team in enumerate(teams):
         lead = _cut((home_leads if team == 0 else -home_leads) / _GOALS)
-        for robot in range(each):
+        first = out[index * each]
+        at = _of_bodies(views[team], of, first)
+        first[at], first[at + 1], first[at + 2] = lead, left, 1.0 if on else 0.0
+        for robot in range(1, each):
             row = out[index * each + robot]
-            at = _of_bodies(views[team], robot + 1, of, row)
-            row[at], row[at + 1], row[at + 2] = lead, left, 1.0 if on else 0.0
+            row[:] = first
+            own = _BALL + robot * _ROBOT
+            row[_BALL : _BALL + _ROBOT] = first[own : own + _ROBOT]
+            row[_BALL + _ROBOT : own + _ROBOT] = first[_BALL:own]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _of_bodies(view: F64, own: int, of: F64, row: F32) -> int:
-    """Write ball and robots as the robot in row ``own`` sees them; the place after them."""
+def _of_bodies(view: F64, of: F64, row: F32) -> int:
+    """Write ball and robots, in the order of the view's rows; the place after them."""
     row[0] = _cut(view[BALL, X] / of[_OF_X])
     row[1] = _cut(view[BALL, Y] / of[_OF_Y])
     row[2] = _cut(view[BALL, VX] / of[_OF_BALL])
     row[3] = _cut(view[BALL, VY] / of[_OF_BALL])
     at = _BALL
-    for place in range(view.shape[0] - 1):
-        body = place + 1 if place >= own else (place if place > 0 else own)
+    for body in range(1, view.shape[0]):
         row[at] = _cut(view[body, X] / of[_OF_X])
         row[at + 1] = _cut(view[body, Y] / of[_OF_Y])
         row[at + 2] = math.cos(view[body, THETA])

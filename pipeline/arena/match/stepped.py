@@ -28,7 +28,6 @@ class SteppedMatch:
 
     Attributes:
         match: the match; it stands at its kick-off at first.
-        score: goals of home and away.
 
     Raises:
         BadSettings: if nothing can be played by this recipe.
@@ -42,7 +41,6 @@ class SteppedMatch:
         self._length = length(recipe.robots)
         self._frames = 1 + self.match.laws.duration
         self.match.whistle()
-        self.score = self.match.score
 
     def step(
         self, actions: Sequence[Sequence[Any] | npt.NDArray[Any]], frames: int, until_goal: bool,
@@ -73,7 +71,6 @@ class SteppedMatch:
                 each()
             if match.over or (until_goal and driven[0].earned):
                 break
-        self.score = match.score
         return [own.earned for own in driven]
 
     def observe(self, robots: int) -> F32:
@@ -82,7 +79,7 @@ class SteppedMatch:
         The rows are vectors of :mod:`pipeline.arena.match.observation`, in an array of their own.
         """
         match = self.match
-        home, away = self.score
+        home, away = match.score
         out = np.empty((len(self._teams) * robots, self._length), dtype=np.float32)
         left = 1.0 - match.frame / self._frames
         observe(match.views, self._teams, home - away, left, match.in_play, self._scales, out)
