@@ -25,6 +25,8 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore", DeprecationWarning)  # PettingZoo's tests import its old games
     from pettingzoo.test import parallel_api_test, parallel_seed_test
 
+pytestmark = pytest.mark.slow
+
 ACTIONS = ("wheels", "behaviours")
 #: Two halves of three seconds: both teams kick off, and change sides.
 SHORT = MatchSettings(referee=RefereeSettings(duration_s=6.0))

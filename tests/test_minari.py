@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 
 import minari
 import polars as pl
@@ -23,6 +24,8 @@ from pipeline.state import encode
 from pipeline.store import Store
 from pipeline.views import datasets
 from schemas import ROLES, Decisions
+
+pytestmark = pytest.mark.slow
 
 ID = "derby/decisions-v0"
 
@@ -146,3 +149,13 @@ def test_nothing_half_written(league, tmp_path, monkeypatch):
     with pytest.raises(KeyError):
         datasets.write(ID, table(league), origin)
     assert not (tmp_path / "minari" / ID).exists()
+
+
+def test_without_the_extra(written, monkeypatch):
+    """Where Minari is not installed, the command names the extra."""
+    monkeypatch.setitem(sys.modules, "minari", None)
+    monkeypatch.delitem(sys.modules, "pipeline.views.datasets")
+    monkeypatch.delattr("pipeline.views.datasets")
+    code, _, err = written(ID)
+    assert code == 1
+    assert "needs minari, which is not installed. Install the extra pitchlore[rl]" in err

@@ -1,6 +1,6 @@
 """The arena for learners: frames of 3v3 through an environment, beside the match alone with the same wheels.
 
-A step is a frame for wheels and 24 frames for behaviours, unless the name says otherwise. Actions are drawn
+Rates are frames of physics a second: a step is one frame, or as many as the name says. Actions are drawn
 beforehand: what a learner's own network takes is not in it.
 """
 
@@ -52,8 +52,10 @@ def measure(benchmark, begin, actions):
 
 
 @pytest.mark.benchmark(group=GROUP)
-@pytest.mark.parametrize("frames", [1, 4])
-def test_parallel_ours_wheels(benchmark, frames):
+@pytest.mark.parametrize("frames", [
+    pytest.param(1, id="ours, six agents, a frame a step"), pytest.param(4, id="six agents, four frames a step"),
+])
+def test_wheels(benchmark, frames):
     """Six agents; each step returns observations, rewards and infos of all."""
     names = parallel_env().possible_agents
     actions = [dict(zip(names, step, strict=True)) for step in drawn(FRAMES)[::frames]]
@@ -61,20 +63,20 @@ def test_parallel_ours_wheels(benchmark, frames):
 
 
 @pytest.mark.benchmark(group=GROUP)
-def test_parallel_behaviours(benchmark):
+def test_six_agents_behaviours_of_24_frames(benchmark):
     names = parallel_env().possible_agents
     actions = [dict(zip(names, step.tolist(), strict=True)) for step in drawn(FRAMES // 24, len(BEHAVIOURS))]
     measure(benchmark, lambda: parallel_env(actions="behaviours"), actions)
 
 
 @pytest.mark.benchmark(group=GROUP)
-def test_team_wheels_against_static(benchmark):
+def test_one_agent_a_team_against_static(benchmark):
     actions = list(drawn(FRAMES)[:, :3].reshape(FRAMES, 6))
     measure(benchmark, lambda: env("static"), actions)
 
 
 @pytest.mark.benchmark(group=GROUP)
-def test_match_alone(benchmark):
+def test_the_match_alone(benchmark):
     """The limit: the same wheels in a match that nobody looks at and that is not logged."""
     driven = TeamSettings(kind="human")
     recipe = Recipe(home=driven, away=driven, seed=1)
