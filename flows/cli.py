@@ -13,7 +13,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
-from flows.child import hush
+from flows.child import collect_rarely, hush
 from flows.interrupt import interruptible
 from pipeline import __version__
 from pipeline.errors import PitchloreError, in_one_line
@@ -241,6 +241,7 @@ def script() -> None:
 
     Some are Prefect's. If such a thread is in compiled code when Python unwinds it, the process aborts.
     """
+    collect_rarely()
     code = 1
 
     def leave() -> None:

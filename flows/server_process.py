@@ -12,12 +12,15 @@ import socket
 import sys
 from threading import Thread
 
+from flows.child import collect_rarely
+
 #: Exit code if another process listens on the port.
 TAKEN = 4
 
 
 def main(port: int) -> None:
     """Serve until told to stop; port 0 is any free one."""
+    collect_rarely()
     try:
         listener = socket.create_server(("127.0.0.1", port))
     except OSError:

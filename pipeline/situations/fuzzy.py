@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import skfuzzy
 
 from pipeline.arrays import F64
 from pipeline.pitch import Scales
@@ -134,6 +133,8 @@ def membership(term: Trapezoid, x: npt.ArrayLike) -> F64:
     Returns:
         Float64 in [0, 1] of the same shape, NaN where ``x`` is NaN.
     """
+    import skfuzzy  # noqa: PLC0415 (it loads much of scipy, and few commands need it)
+
     values = np.asarray(x, dtype=np.float64)
     degrees: F64 = skfuzzy.trapmf(values.ravel(), term)  # type: ignore[no-untyped-call]
     return np.where(np.isnan(values), np.nan, degrees.reshape(values.shape))
@@ -144,6 +145,8 @@ def crossings(term: Trapezoid, degree: float = 0.5) -> tuple[float | None, float
 
     None for the side of a shoulder, on which it neither rises nor falls.
     """
+    import skfuzzy  # noqa: PLC0415 (see membership)
+
     def cut(low: float, high: float) -> float | None:
         if low == high:
             return None
