@@ -14,14 +14,17 @@ import httpx
 import hypothesis
 import polars as pl
 import pytest
+from support.sessions import FOLDER, HOME, SERVED, keep_migrated, once
 
 import pipeline  # noqa: F401 - before any test imports numba: it says where numba keeps its cache
+from flows.child import collect_rarely
 from flows.placement.crew import cores
 from flows.server import START_S, Process
 
 if TYPE_CHECKING:
     from flows.progress import RunReport
 
+collect_rarely()
 os.environ["PREFECT_SERVER_ANALYTICS_ENABLED"] = "false"
 os.environ["PREFECT_LOGGING_LEVEL"] = "CRITICAL"
 os.environ["DO_NOT_TRACK"] = "1"
@@ -70,16 +73,19 @@ def pytest_xdist_auto_num_workers() -> int:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Start the workers' Prefect server while they collect the tests; `make quick` has no use for it."""
+    if not hasattr(config, "workerinput"):  # the session's first process: the others inherit its environment
+        os.environ[FOLDER] = folder = tempfile.mkdtemp(prefix="pitchlore-tests-")
+        os.environ["PREFECT_HOME"] = str(Path(folder) / HOME)
+        config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
     if config.option.numprocesses and config.option.markexpr != "unit":
         start_server(config)
 
 
 def start_server(config: pytest.Config) -> None:
     """Start the session's Prefect server, with a database of its own (about 10 s); it ends with the session."""
-    home = tempfile.mkdtemp(prefix="pitchlore-tests-")
-    server = Process({**os.environ, "PREFECT_HOME": home, "PREFECT_UI_ENABLED": "false"})
+    home = Path(os.environ[FOLDER]) / SERVED
+    server = Process({**os.environ, "PREFECT_HOME": str(home), "PREFECT_UI_ENABLED": "false"})
     os.environ[SERVER] = server.api
-    config.add_cleanup(lambda: shutil.rmtree(home, ignore_errors=True))
     config.add_cleanup(server.stop)
 
 
@@ -102,6 +108,7 @@ def prefect_server(request: pytest.FixtureRequest) -> Iterator[str]:
         except httpx.TransportError:
             assert time.monotonic() < end, "the Prefect server does not answer"
             time.sleep(0.1)
+    keep_migrated()
     with temporary_settings({PREFECT_API_URL: os.environ[SERVER], PREFECT_FLOWS_HEARTBEAT_FREQUENCY: None}):
         yield os.environ[SERVER]
 
@@ -214,8 +221,10 @@ def run(data: Path, **options) -> RunReport:
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory, clips, prefect_server) -> Path:
-    """A data folder after one whole run."""
-    data = tmp_path_factory.mktemp("finished")
-    fill(data, clips)
-    assert run(data).failures == {}
-    return data
+    """A data folder after one whole run, which one process of the session does for all; a copy for this one."""
+    def make(data: Path) -> None:
+        fill(data, clips)
+        assert run(data).failures == {}
+
+    data = tmp_path_factory.mktemp("finished") / "data"
+    return shutil.copytree(once(tmp_path_factory, "finished-run", make), data)

@@ -23,6 +23,7 @@ import pytest
 from conftest import clip, run
 from support.outputs import put_goal
 from support.processes import alive, eventually, pitchlore
+from support.sessions import migrated
 
 import flows.catalog
 import flows.matches
@@ -119,6 +120,7 @@ def test_closed_streams(tmp_path, closed):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("prefect_server")
 def test_working_directory(tmp_path, derby):
     """Modules of the folder in which a command is called are not loaded."""
     for name in ("uvicorn", "json", "prefect", "multiprocessing", "pipeline"):
@@ -304,6 +306,7 @@ def meanwhile(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("prefect_server")
 @pytest.mark.parametrize(("number", "why", "within_s"), [
     ("SIGKILL", "has ended", 15), ("SIGSTOP", "does not answer", 15 + serving.REPLY_S)])
 def test_server_that_fails_meanwhile(derby, number, why, within_s):
@@ -315,11 +318,12 @@ def test_server_that_fails_meanwhile(derby, number, why, within_s):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("prefect_server")
 def test_database_locked_meanwhile(tmp_path, derby):
     """If another process locks Prefect's database while flows run, the command does not wait minutes for it."""
     lock = "import sqlite3; flows.lock = sqlite3.connect(os.environ['PREFECT_HOME'] + '/prefect.db'); flows.lock.execute('begin immediate')"
     said, _ = meanwhile(derby, lock, 0, "raise ValueError('refused')", 15 + serving.REPLY_S,
-                        PREFECT_HOME=str(tmp_path / "home"))
+                        PREFECT_HOME=str(migrated(tmp_path / "home")))
     assert "the Prefect server failed (ReadTimeout: timed out" in said
     assert said.endswith("What was finished is kept; run the command again to go on.")
 

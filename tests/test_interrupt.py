@@ -85,8 +85,8 @@ def derby(tmp_path):
 
 
 @pytest.fixture
-def alone(monkeypatch):
-    """No Prefect server is named: the command brings its own."""
+def alone(monkeypatch, prefect_server):
+    """No Prefect server is named: the command brings its own, with a database that stands."""
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
 
 

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from support.played import logged, policy
 from support.played import starting as match
 
+from flows.record import record
 from pipeline import matches as log
 from pipeline.arena.match.controllers import controller_of
 from pipeline.arena.match.recipe import Recipe, TeamSettings
@@ -22,6 +23,7 @@ from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.bodies import BALL
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE
+from pipeline.store import Store
 
 MINUTE = 3600
 
@@ -82,7 +84,7 @@ def test_same_recipe():
 
 
 #: Records a match into the folder in which it runs, and says where its log is.
-FRESH = """
+ELSEWHERE = """
 from pathlib import Path
 from flows.record import record
 from pipeline.store import Store
@@ -95,16 +97,13 @@ print(receipt.files["log"].path)
 @pytest.mark.slow
 def test_same_recipe_elsewhere(tmp_path):
     """The same recipe gives the same bytes in another process and another folder."""
-    processes = []
-    for number in ("1", "2"):
-        (tmp_path / number).mkdir()
-        seen = {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path]), "PYTHONHASHSEED": number}
-        processes.append(subprocess.Popen(
-            [sys.executable, "-c", FRESH], cwd=tmp_path / number, env={**os.environ, **seen},
-            stdout=subprocess.PIPE, text=True,
-        ))
-    said = [process.communicate(timeout=120)[0].strip() for process in processes]
-    one, other = ((tmp_path / folder / path).read_bytes() for folder, path in zip(("1", "2"), said, strict=True))
+    here, there = tmp_path / "here", tmp_path / "there"
+    there.mkdir()
+    receipt, _ = record(Store(here), recipe("learned", "human-like", seed=5, seconds=10.0))
+    seen = {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path]), "PYTHONHASHSEED": "1"}
+    said = subprocess.run([sys.executable, "-c", ELSEWHERE], cwd=there, env={**os.environ, **seen}, check=True,
+                          stdout=subprocess.PIPE, text=True, timeout=120).stdout.strip()
+    one, other = (here / receipt.files["log"].path).read_bytes(), (there / said).read_bytes()
     assert one == other
     played = log.read(one, where="there")
     assert len(played.frames) == 601

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -19,6 +20,7 @@ import pytest
 import yaml
 from conftest import ROOT, clip, fill
 from support.processes import eventually
+from support.sessions import migrated
 from support.terminal import terminal
 
 from flows.history import log
@@ -53,9 +55,11 @@ def test_run_states(tmp_path, capsys):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("prefect_server")
 def test_serve_alone(tmp_path, monkeypatch):
     """Without a server, serve starts one, does the runs that are due one by one, and takes the server with it."""
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    migrated(Keeper(tmp_path).folder)
     (tmp_path / "inbox").mkdir()
     clip(0.0, 5.0).write_csv(tmp_path / "inbox" / "derby.csv")
     often = {"COLUMNS": "400", "PREFECT_RUNNER_POLL_FREQUENCY": "1"}
@@ -125,6 +129,21 @@ def commands() -> list[str]:
     return [line.removeprefix("#   ") for line in lines if line.startswith("#   prefect ")]
 
 
+#: The command `prefect`, called for each list of words; the first that fails ends it.
+PREFECT = """
+import json, sys
+from prefect.cli import app
+for words in json.loads(sys.argv[1]):
+    sys.argv = ["prefect", *words]
+    try:
+        code = app()
+    except SystemExit as ended:
+        code = ended.code
+    if code:
+        sys.exit(f"{words}: {code}")
+"""
+
+
 class Operated:
     """A Prefect server as docs/how-to/schedule.md says, with the deployments of prefect.yaml for another data folder.
 
@@ -141,17 +160,19 @@ class Operated:
             deployment["parameters"]["data"] = str(self.data)
         self._file.write_text(yaml.safe_dump(said))
 
-    def begin(self, command: str) -> subprocess.Popen[str]:
-        words = [str(Path(sys.executable).with_name("prefect")), "--no-prompt", *command.split()[1:]]
-        if "deploy" in words:
-            words += ["--prefect-file", str(self._file)]
-        return subprocess.Popen(words, env=self._environment, cwd=ROOT, text=True, start_new_session=True,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    def begin(self, *commands: str) -> subprocess.Popen[str]:
+        """Begin a process that does commands one after the other: to load Prefect's takes seconds."""
+        lines = [["--no-prompt", *command.split()[1:]] for command in commands]
+        for words in lines:
+            if "deploy" in words:
+                words += ["--prefect-file", str(self._file)]
+        return subprocess.Popen([sys.executable, "-c", PREFECT, json.dumps(lines)], env=self._environment, cwd=ROOT,
+                                text=True, start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
-    def call(self, command: str) -> None:
-        with self.begin(command) as process:
+    def call(self, *commands: str) -> None:
+        with self.begin(*commands) as process:
             said, _ = process.communicate(timeout=120)
-        assert process.returncode == 0, f"{command}: {said}"
+        assert process.returncode == 0, f"{commands}: {said}"
 
     def ask(self, method: str, path: str, body: Any = None, **params: str) -> Any:
         url = f"{self._environment['PREFECT_API_URL']}{path}"
@@ -199,11 +220,11 @@ class Operated:
 
 
 @pytest.fixture
-def operated(tmp_path, clips, monkeypatch):
+def operated(tmp_path, clips, monkeypatch, prefect_server):
     """The server, with pool, queue and deployments."""
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
     environment = {
-        **os.environ, "PREFECT_HOME": str(tmp_path / "home"), "PREFECT_UI_ENABLED": "false", "COLUMNS": "250",
+        **os.environ, "PREFECT_HOME": str(migrated(tmp_path / "home")), "PREFECT_UI_ENABLED": "false", "COLUMNS": "250",
         "PREFECT_SERVER_SERVICES_SCHEDULER_LOOP_SECONDS": "1",
         "PREFECT_SERVER_SERVICES_LATE_RUNS_AFTER_SECONDS": "2", "PREFECT_SERVER_SERVICES_LATE_RUNS_LOOP_SECONDS": "1",
         "PREFECT_WORKER_QUERY_SECONDS": "1", "PITCHLORE_ON": "threads:1", "PREFECT_LOGGING_LEVEL": "INFO",
@@ -225,8 +246,7 @@ def test_missed_and_fired(operated):
     A run that is due while a worker is there is done in time. The commands are those of prefect.yaml.
     """
     *setting_up, work = commands()
-    for command in setting_up:
-        operated.call(command)
+    operated.call(*setting_up)
     nights = operated.fire("run/nightly", 8, times=2)
     weeks = operated.fire("train/weekly", 10)
     missed = [("run/nightly", moment) for moment in nights] + [("train/weekly", moment) for moment in weeks]

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from support.processes import alive, pitchlore
+from support.sessions import migrated
 from support.terminal import terminal
 
 from flows.server import Keeper, Kept, Process, ServerFailed
@@ -166,6 +167,7 @@ def test_server_of_the_folder(data, monkeypatch):
 
     monkeypatch.delenv("PREFECT_API_URL", raising=False)
     other, said = PREFECT_API_URL.value(), []
+    migrated(Keeper(data).folder)
     code, out, _ = call("server", "start", "--json", "--data", data)
     kept = json.loads(out)
     assert code == 0

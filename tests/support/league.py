@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import fcntl
-import os
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import polars as pl
 import pytest
 from conftest import clip
+from support.sessions import once
 
 from flows.matches import Recording, import_recording
 from flows.scouting.write import write
@@ -47,7 +45,7 @@ def bring(store: Store) -> None:
 
 def shared(tmp_path_factory: pytest.TempPathFactory) -> Store:
     """The league with its pages. Tests read it; one that changes it takes :func:`copied`."""
-    return Store(_once(tmp_path_factory, "league", lambda folder: write(league(folder))))
+    return Store(once(tmp_path_factory, "league", lambda folder: write(league(folder))))
 
 
 def copied(tmp_path_factory: pytest.TempPathFactory) -> Store:
@@ -70,16 +68,3 @@ def serious(page: Any, scheme: str) -> list[str]:
     options = {"runOnly": ["color-contrast"]} if scheme == "dark" else {}
     return [f"{page.url}: {each['id']}: {each['nodes'][0]['html'][:120]}"
             for each in Axe().run(page, options=options)["violations"] if each["impact"] in ("serious", "critical")]
-
-
-def _once(tmp_path_factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
-    """A folder that the first process of the session makes; the others wait for it."""
-    base = tmp_path_factory.getbasetemp()
-    base = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
-    folder, made = base / name, base / f"{name}.made"
-    with (base / f"{name}.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not made.exists():
-            make(folder)
-            made.touch()
-    return folder
