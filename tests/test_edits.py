@@ -13,7 +13,7 @@ import pytest
 from conftest import ROOT, clip
 from support import trees
 
-from flows import season as loop
+from flows import games as loop
 from flows.chain import Chain
 from flows.matches import Recording, import_recording
 from flows.stages import STAGES

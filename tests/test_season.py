@@ -3,7 +3,7 @@
 import polars as pl
 import pytest
 
-from flows import season as loop
+from flows import games as loop
 from flows.record import record
 from flows.teams import entrant
 from pipeline import matches as log

@@ -7,7 +7,7 @@ from pathlib import Path
 import polars as pl
 from rich.console import Console
 
-from flows import season as loop
+from flows import games as loop
 from flows.catalog import refresh
 from flows.commands.commentary import told_of
 from flows.commands.common import DEFAULTS, Common

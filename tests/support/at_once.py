@@ -12,10 +12,10 @@ from pathlib import Path
 
 from flows.catalog import forget_match, refresh
 from flows.costs import Spent
+from flows.games import Turn, done, take
 from flows.making import Outcome, make
 from flows.matches import Recording, import_recording
 from flows.progress import RunReport
-from flows.season import Turn, done, take
 from flows.stage import Output, Per, Scope, Stage
 from flows.stages import STAGES
 from flows.update import bring_up_to_date

@@ -11,7 +11,7 @@ from typing import Any
 
 import polars as pl
 
-from flows import season as loop
+from flows import games as loop
 from pipeline import matches
 from pipeline.arena.match.controllers import controller_of
 from pipeline.arena.match.match import PART, Match
