@@ -10,6 +10,7 @@ import time
 import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 
 from support.processes import pitchlore
 
@@ -80,14 +81,19 @@ class Terminal:
         os.close(self._hand)
 
     def _alive(self) -> list[str]:
-        """The processes that have this terminal's mark in their environment, as ps shows them."""
-        every = subprocess.run(["ps", "axeww", "-o", "pid=,stat=,command="], capture_output=True, text=True,
-                               check=True, errors="replace").stdout
-        return [line for line in every.splitlines() if self.mark in line and line.split()[1][0] != "Z"]
+        """The number and the words of each process that has this terminal's mark in its environment."""
+        found = []
+        for folder in Path("/proc").glob("[0-9]*"):
+            try:
+                if self.mark.encode() in (folder / "environ").read_bytes().split(b"\0"):  # a zombie has none
+                    words = (folder / "cmdline").read_bytes().replace(b"\0", b" ")
+                    found.append(f"{folder.name} {words.decode(errors='replace')}")
+            except OSError:  # it has ended, or is another user's
+                continue
+        return found
 
     def read(self, seconds: float) -> bool:
-        """Read what comes within some seconds; False if the terminal has closed, or nothing comes."""
-        """Read what is there; False if there is nothing and the terminal has closed or time is up."""
+        """Read what comes within some seconds; False if there is nothing and the terminal has closed or time is up."""
         if not select.select([self._hand], [], [], seconds)[0]:
             return seconds > 0 and self.process.poll() is None
         try:
