@@ -132,7 +132,7 @@ seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablati
 	for idea in $(IDEAS); do $(SEASON) --settings best-$$idea --games 20 --seasons 3 || exit 1; done
 	for other in random static; do \
 	  $(EVALUATE) --policy static --against $$other --matches 200 --minutes 2 || exit 1; \
-	  for code in 044 021; do $(EVALUATE) --policy always-$$code --against $$other --matches 100 || exit 1; done; \
+	  for code in 044 021; do $(EVALUATE) --policy constant:$$code --against $$other --matches 100 || exit 1; done; \
 	  for seed in 101 102 103 104 105; do \
 	    for ours in best best-in-games; do \
 	      $(EVALUATE) --policy $$ours-static-$$seed --against $$other --matches 100 || exit 1; \

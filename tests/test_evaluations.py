@@ -19,7 +19,7 @@ from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.errors import BadSettings, NotFound, WorkerLost
 from pipeline.statistics import wilson
 from pipeline.store import Store
-from pipeline.studies.evaluations import Entrant, Evaluation, Pair, play, summarise
+from pipeline.studies.evaluations import Entrant, Evaluation, Pair, play, slug, summarise
 from schemas import Evaluations, Policies
 
 pytestmark = pytest.mark.slow
@@ -137,6 +137,16 @@ def test_longest_names():
     long = scripted("static").model_copy(update={"name": "a-very-long-name-of-settings-that-somebody-wrote-human-like-12"})
     rows = play(Pair(evaluation=short().model_copy(update={"team": long, "opponent": long}), seed=0), {})
     assert rows["evaluation"].str.len_chars().max() == 64
+
+
+def test_names_for_files(tmp_path):
+    """A constant team names its evaluation in characters that every file system takes."""
+    policies = {}
+    team = entrant(Store(tmp_path), "constant:44/21/184", policies)
+    rows = play(Pair(evaluation=short().model_copy(update={"team": team}), seed=0), policies)
+    assert rows["team"].unique().to_list() == ["constant:044/021/184"]
+    assert rows["evaluation"].str.starts_with("constant-044-021-184-random-").all()
+    assert slug("constant:044/021/184", "static") == "constant-044-021-184-static"
 
 
 def test_names_of_settings():

@@ -326,22 +326,22 @@ def test_controls():
     """Constant teams stand beside the apprentices: their means are over pairs, and aims are held against them."""
     games, growth = tables(*(season("best", STATIC, s) for s in range(5)))
     rows = pl.concat([
-        apprentices(5), evaluation("always-044", goals=lambda i: (5 + i // 2 % 2, 1)),
-        evaluation("always-021", goals=lambda i: (0, i % 2)), evaluation("always-001"),
+        apprentices(5), evaluation("constant:044", goals=lambda i: (5 + i // 2 % 2, 1)),
+        evaluation("constant:021", goals=lambda i: (0, i % 2)), evaluation("constant:001"),
     ])
     found = measured(games, rows)
-    assert found["settings"].to_list() == ["best", "best", "always-044", "always-021"]
+    assert found["settings"].to_list() == ["best", "best", "constant:044", "constant:021"]
     best, reaches = found.row(1, named=True), found.row(2, named=True)
     assert (reaches["opponent"], reaches["games"], reaches["seasons"], reaches["matches"]) == ("–", None, None, 20)
     ends = mean_interval([4.0, 5.0] * 5)
     assert (reaches["difference"], reaches["difference_low"], reaches["difference_high"]) == (4.5, *map(pytest.approx, ends))
     assert found["difference"][3] == -0.5
     claims = verdicts(games, growth, rows)
-    beyond = [claim(claims, f"({control})") for control in ("always-044", "always-021")]
+    beyond = [claim(claims, f"({control})") for control in ("constant:044", "constant:021")]
     assert [row["verdict"] for row in beyond] == ["not reached", "reached"]
     assert beyond[0]["measured"] == pytest.approx(best["difference"] - 4.5)
-    assert (beyond[0]["settings"], beyond[0]["seasons"]) == ("best less always-044", 5)
-    assert claim(verdicts(games, growth, apprentices(5)), "(always-044)")["verdict"] == "not judged"
+    assert (beyond[0]["settings"], beyond[0]["seasons"]) == ("best less constant:044", 5)
+    assert claim(verdicts(games, growth, apprentices(5)), "(constant:044)")["verdict"] == "not judged"
 
 
 def test_goals_and_leads():

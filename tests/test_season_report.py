@@ -357,22 +357,22 @@ def test_evaluations_in_report(taught):
 def test_controls_in_report(taught):
     """Constant teams in matches like a season's stand beside its apprentice."""
     measure(taught, (0, 1))
-    measure(taught, (0, 1), policy="always-044")
-    measure(taught, policy="always-021", seconds=1.0)
+    measure(taught, (0, 1), policy="constant:044")
+    measure(taught, policy="constant:021", seconds=1.0)
     _, page, (_, _, evaluations, left_out, _) = write_report(taught)
-    assert (evaluations["team"].unique().sort().to_list(), left_out) == (["always-044", SHORT.id], 1)
+    assert (evaluations["team"].unique().sort().to_list(), left_out) == ([SHORT.id, "constant:044"], 1)
     said = page.read_text()
-    assert "pitchlore evaluate --policy always-044 --against random --matches 4 --minutes 0.0333" in said
+    assert "pitchlore evaluate --policy constant:044 --against random --matches 4 --minutes 0.0333" in said
 
 
 def test_controls_beside_an_old_season(taught):
     """A season whose settings this version cannot read takes nothing from the others."""
-    measure(taught, (0, 1), policy="always-044")
+    measure(taught, (0, 1), policy="constant:044")
     path = taught.root / "seasons" / f"{SHORT.id}.receipt.json"
     said = receipt_at(path)
     said["settings"]["settings"]["pipeline"]["behaviours"]["teams"] = ["away"]
     put_receipt(taught.root / "seasons" / "an-old-one.receipt.json", said, name="an-old-one")
-    assert read(taught).evaluations["team"].unique().to_list() == ["always-044"]
+    assert read(taught).evaluations["team"].unique().to_list() == ["constant:044"]
 
 
 def test_evaluations_left_out(taught, monkeypatch):

@@ -143,10 +143,13 @@ def test_unknown_team(tmp_path):
 
 def test_constant_team(tmp_path):
     """Every decision of a constant team is for its code, by role."""
-    for word, codes in (("always-044", "044 044 044"), ("always-184-021-150", "184 021 150")):
+    for word, name, codes in (
+        ("constant:044", "constant:044", "044 044 044"), ("constant:184/21/150", "constant:184/021/150", "184 021 150"),
+        ("constant:44/44/044", "constant:044", "044 044 044"),
+    ):
         policies = {}
         team = entrant(Store(tmp_path), word, policies)
-        assert (team.name, team.settings.policy, team.policy_version) == (word, word, None)
+        assert (team.name, team.settings.policy, team.policy_version) == (name, name, None)
         of = recipe("static").model_copy(update={"home": team.settings})
         minds = controllers_of(of, policies)
         match = Match(of, minds, logged=False)
@@ -155,9 +158,9 @@ def test_constant_team(tmp_path):
         did = {(ROLES[each.role], each.behaviour_id, each.random) for each in minds[0].decided()}
         assert did == {(role, f"{role}-{code}", False) for role, code in zip(ROLES, codes.split(), strict=True)}
     with pytest.raises(BadSettings, match=r"there is no action 999\. Name some of 001, .* 184, 194"):
-        entrant(Store(tmp_path), "always-044-999-021", {})
-    for word in ("always-44", "always-044-021", "always-\u0660\u0664\u0664"):
-        with pytest.raises(BadSettings, match="is no team"):
+        entrant(Store(tmp_path), "constant:044/999/021", {})
+    for word in ("constant:", "constant:044/021", "constant:0044", "constant:\u0660\u0664\u0664", "constant:044-021-021"):
+        with pytest.raises(BadSettings, match="one code, or three"):
             entrant(Store(tmp_path), word, {})
 
 

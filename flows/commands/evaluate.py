@@ -21,7 +21,7 @@ from flows.progress import listener
 from pipeline.errors import BadSettings
 from pipeline.store import Store
 from pipeline.store.receipts import software
-from pipeline.studies.evaluations import Evaluation, EvaluationSummary, Measured, summarise
+from pipeline.studies.evaluations import Evaluation, EvaluationSummary, Measured, slug, summarise
 from schemas import note_on
 from schemas.evaluations import minutes_of, word_of
 
@@ -119,7 +119,8 @@ def _table(summary: EvaluationSummary) -> pl.DataFrame:
 
 
 def _stem(summary: EvaluationSummary) -> str:
-    return f"{summary.team}-{summary.opponent}"
+    """Name of the files of an evaluation, without their ends."""
+    return slug(summary.team, summary.opponent)
 
 
 def _export(

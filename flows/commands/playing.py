@@ -23,8 +23,9 @@ from pipeline.toml import over, tables
 
 #: Words that name teams, for help texts.
 TEAM_WORDS = (
-    f"{', '.join(SCRIPTED)}, learned (the newest policy), learned:3 or 3 (a version), always-044 (robots "
-    "that do nothing else; always-044-021-021 by role), or a season's id (best-static-1) for its apprentice"
+    f"{', '.join(SCRIPTED)}, learned (the newest policy), learned:3 or 3 (a version), constant:044 (robots "
+    "that do nothing else; constant:44/21/21 for goalkeeper, midfield and striker), or a season's id "
+    "(best-static-1) for its apprentice"
 )
 #: Option of a command: a team that plays.
 WhoPlays = Annotated[str, Parameter(help=f"Team: {TEAM_WORDS}.")]

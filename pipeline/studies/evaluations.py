@@ -8,6 +8,7 @@ interval is the pair.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
@@ -26,15 +27,21 @@ from schemas import SIDES, Evaluations
 _FIRST_SEED = 2_000_000_000
 
 
+def slug(*teams: str) -> str:
+    """Names of teams as part of a file's name or an id: ``constant-044-021-021-static``."""
+    return re.sub(r"[^a-z0-9-]", "-", "-".join(teams))
+
+
 class Entrant(Frozen):
     """A team in an evaluation.
 
     Attributes:
-        name: name of the team: the kind of a scripted team, v and the version of its policy, or the id of the
-            season whose apprentice it is.
+        name: name of the team: the kind of a scripted team, the word of a constant team, v and the version
+            of its policy, or the id of the season whose apprentice it is.
         settings: settings of the team.
-        policy_version: version of its policy; None for a scripted team.
-        knowledge_version: version of the knowledge that the policy values; None for a scripted team.
+        policy_version: version of its policy; None for a scripted or constant team.
+        knowledge_version: version of the knowledge that the policy values; None for a scripted or constant
+            team.
     """
 
     name: str
@@ -57,7 +64,7 @@ class Evaluation(MatchSettings):
     @property
     def id(self) -> str:
         """Name of the evaluation: both teams, as far as there is room, and a hash of everything."""
-        return f"{self.team.name}-{self.opponent.name}"[:51].rstrip("-") + f"-{fingerprint(self)[:12]}"
+        return f"{slug(self.team.name, self.opponent.name)[:51].rstrip('-')}-{fingerprint(self)[:12]}"
 
     @property
     def of_itself(self) -> bool:

@@ -27,7 +27,7 @@ from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 from schemas import Matches, Possession, Situations, Trajectories
 
-TEAMS = ("static", "human-like", "random", "always-044", "always-021")
+TEAMS = ("static", "human-like", "random", "constant:044", "constant:021")
 MINUTES, SHUFFLES = 2, 10_000
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from typing import NamedTuple
 
 import numpy as np
 import polars as pl
@@ -11,35 +12,56 @@ from pipeline.arena.teams.executors.actions import VERB
 from pipeline.errors import BadSettings
 from schemas import ROLES, Policies
 
-_WORD = re.compile(r"always-([0-9]{3})(?:-([0-9]{3})-([0-9]{3}))?")
-_KNOWN = np.flatnonzero(VERB >= 0).tolist()
+#: Codes for which robots have an action, ascending.
+ACTIONS: tuple[int, ...] = tuple(np.flatnonzero(VERB >= 0).tolist())
+
+_PREFIX = "constant:"
+_CODE = re.compile(r"[0-9]{1,3}")
 
 
-def constant(word: str) -> pl.DataFrame | None:
-    """The policy of a constant team, None if the word names none.
+class Constant(NamedTuple):
+    """A constant team: the code that each role takes."""
+
+    goalkeeper: int
+    midfield: int
+    striker: int
+
+    @property
+    def word(self) -> str:
+        """Name of the team: ``constant:044``, or ``constant:044/021/021`` if roles differ."""
+        said = [f"{code:03d}" for code in self]
+        return _PREFIX + (said[0] if len(set(said)) == 1 else "/".join(said))
+
+    def policy(self) -> pl.DataFrame:
+        """Rows of schema Policies: one behaviour of one code in the only state of each role."""
+        return Policies.validate(pl.DataFrame(
+            [
+                {"version": 1, "knowledge_version": 1, "role": role, "key": "role0", "state": 0,
+                 "behaviour_id": f"{role}-{code:03d}", "q": 0.0, "visits": 0, "evidence": 0.0}
+                for role, code in zip(ROLES, self, strict=True)
+            ],
+            schema=Policies.dtypes(),
+        ))
+
+
+def constant(word: str) -> Constant | None:
+    """The constant team that a word names; None if the word does not begin with ``constant:``.
 
     Args:
-        word: ``always-044``: every robot; ``always-044-021-021``: goalkeeper, midfield, striker.
-
-    Returns:
-        Rows of schema Policies: one behaviour of one code in the only state of each role.
+        word: ``constant:044``: every robot; ``constant:44/21/21``: goalkeeper, midfield, striker. Leading
+            zeros may be left out.
 
     Raises:
-        BadSettings: if robots have no action for a code.
+        BadSettings: if there are not one or three codes, or if robots have no action for a code.
     """
-    said = _WORD.fullmatch(word)
-    if said is None:
+    if not word.startswith(_PREFIX):
         return None
-    codes = [code for code in said.groups() if code] * (1 if said[2] else len(ROLES))
-    unknown = [code for code in codes if int(code) not in _KNOWN]
+    codes = word.removeprefix(_PREFIX).split("/")
+    if len(codes) not in (1, len(ROLES)) or not all(_CODE.fullmatch(code) for code in codes):
+        raise BadSettings("a constant team has one code, or three", where=word, next_step=(
+            "Name it like constant:044, or constant:044/021/021 for goalkeeper, midfield and striker"))
+    unknown = [code for code in codes if int(code) not in ACTIONS]
     if unknown:
         raise BadSettings(f"there is no action {unknown[0]}", where=word, next_step=(
-            f"Name some of {', '.join(f'{code:03d}' for code in _KNOWN)}"))
-    return Policies.validate(pl.DataFrame(
-        [
-            {"version": 1, "knowledge_version": 1, "role": role, "key": "role0", "state": 0,
-             "behaviour_id": f"{role}-{code}", "q": 0.0, "visits": 0, "evidence": 0.0}
-            for role, code in zip(ROLES, codes, strict=True)
-        ],
-        schema=Policies.dtypes(),
-    ))
+            f"Name some of {', '.join(f'{code:03d}' for code in ACTIONS)}"))
+    return Constant(*map(int, codes * (1 if len(codes) > 1 else len(ROLES))))

@@ -40,7 +40,7 @@ LOST = (pl.col("goals_for") < pl.col("goals_against")).cast(pl.Float64)
 
 #: Constant teams that stand beside the apprentices: each robot always takes the same behaviour
 #: (:mod:`pipeline.arena.teams.constant`). Whatever an apprentice has learned, it must do better.
-CONTROLS = ("always-044", "always-021")
+CONTROLS = ("constant:044", "constant:021")
 #: What a control was trained against.
 NOTHING = "–"
 
