@@ -116,7 +116,7 @@ def share_out(view: F64, m: Measures, robots: Records) -> None:
             if cost < least:
                 keeper, least = robot, cost
     attacker, least = 0, np.inf
-    ux, uy = _shot(view, m)
+    ux, uy = shot(view, m)
     bx, by = view[BALL, X] - m.touch * ux, view[BALL, Y] - m.touch * uy
     for robot in range(1, len(robots) + 1):
         if robot == keeper:
@@ -152,13 +152,19 @@ def guard(view: F64, robot: int, m: Measures, wheels: F64) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def attack(view: F64, robot: int, rule: Record, m: Measures, wheels: F64) -> None:
-    """Get behind the ball by the univector field and drive it into the adversary's goal."""
-    x, y = view[robot, X], view[robot, Y]
-    if for_keeper(view, m) or (rule["yields"] and comes_in(view, m)):
+    """Drive the ball into the adversary's goal, unless it is the keeper's."""
+    if kept(view, rule, m):
         off = _CLEAR if rule["clears"] else _WAIT
         wait(view, robot, -m.goal_x + m.area_depth + off * m.radius, view[BALL, Y], m, wheels)
         return
-    ux, uy = _shot(view, m)
+    ux, uy = shot(view, m)
+    drive(view, robot, ux, uy, m, wheels)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def drive(view: F64, robot: int, ux: float, uy: float, m: Measures, wheels: F64) -> None:
+    """Get behind the ball by the univector field and drive it in the direction (ux, uy) of length 1."""
+    x, y = view[robot, X], view[robot, Y]
     dx, dy = offset(view, robot, BALL)
     away = math.hypot(dx, dy)
     ahead, behind = along(view, robot, dx, dy), dx * ux + dy * uy
@@ -247,9 +253,15 @@ def not_behind(view: F64, robot: int, m: Measures) -> bool:
 def for_keeper(view: F64, m: Measures) -> bool:
     """Whether only the goalkeeper plays the ball: in the own goal area, or to be played from within it."""
     x, y = view[BALL, X], view[BALL, Y]
-    ux, uy = _shot(view, m)
+    ux, uy = shot(view, m)
     px, py = run_up(x, y, ux, uy, m)
     return in_area(x, y, m.radius, m) or in_area(px, py, 0.0, m)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def kept(view: F64, rule: Record, m: Measures) -> bool:
+    """Whether field players leave the ball to the keeper."""
+    return for_keeper(view, m) or (rule["yields"] and comes_in(view, m))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -308,7 +320,7 @@ def get_free(view: F64, robot: int, rule: Record, m: Measures, own: Record, whee
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _shot(view: F64, m: Measures) -> tuple[float, float]:
+def shot(view: F64, m: Measures) -> tuple[float, float]:
     """Direction of length 1 from the ball to the part of the goal that the adversary leaves open."""
     bx, by = view[BALL, X], view[BALL, Y]
     count = (view.shape[0] - 1) // 2

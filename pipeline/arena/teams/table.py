@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy.typing as npt
 from numpy.random import Generator
 
-from pipeline.arena.teams import human_like, moving_randomly, static
+from pipeline.arena.teams import counter, human_like, moving_randomly, pressing, static
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.people import People
 
@@ -66,6 +66,14 @@ TEAMS = {
         Team(
             "human-like", "One robot is driven late and unsteadily as by a person, the others are static.",
             "#D55E00", (0, (5, 2)), Script(human_like.new_memory, human_like.play),
+        ),
+        Team(
+            "pressing", "The nearest robot is always on the ball, a second close behind, one keeps the goal.",
+            "#56B4E9", (0, (3, 1, 1, 1)), Script(pressing.new_memory, pressing.play),
+        ),
+        Team(
+            "counter", "A deep block before the area until the ball is won, then forward passes and shots.",
+            "#000000", (0, (6, 1, 1, 1)), Script(counter.new_memory, counter.play),
         ),
         Team(
             "random", "Every robot moves randomly.",
