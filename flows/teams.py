@@ -7,7 +7,7 @@ from typing import NamedTuple
 import polars as pl
 
 from pipeline.arena.match.recipe import TeamSettings
-from pipeline.arena.teams.constant import constant
+from pipeline.arena.teams.constant import BEST, constant
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings, NotFound, PitchloreError
 from pipeline.store import Store
@@ -30,8 +30,9 @@ def entrant(
     Args:
         store: holds policies and seasons.
         word: the name of a scripted team; learned for the newest policy, learned:3 or just 3 for a
-            version; constant:044 for a constant team, see :func:`pipeline.arena.teams.constant.constant`;
-            the id of a season for its apprentice, see :func:`apprentice`.
+            version; best-constant or constant:044 for a constant team, see
+            :func:`pipeline.arena.teams.constant.constant`; the id of a season for its apprentice, see
+            :func:`apprentice`.
         policies: rows of schema Policies by label; the team's policy is added.
         explore: for a learned team, see ``TeamSettings``; None means 0.
         lcb_weight: for a learned team; None means the season's, else 0.
@@ -46,7 +47,8 @@ def entrant(
     control = constant(word)
     if control is not None:
         policies[control.word] = control.policy()
-        return Entrant(name=control.word, settings=TeamSettings(kind="learned", policy=control.word))
+        name = word if word == BEST else control.word
+        return Entrant(name=name, settings=TeamSettings(kind="learned", policy=control.word))
     version = word.removeprefix("learned:")
     if word == "learned" or version.isdecimal():
         manifest = policy(store, None if word == "learned" else int(version))
@@ -112,8 +114,8 @@ def _no_season(store: Store, word: str) -> PitchloreError:
                         next_step="Play the season with `pitchlore season`")
     there = ", ".join(receipt.name for receipt in store.receipts(_SEASONS)) or "none yet"
     return BadSettings(f"{word!r} is no team, nor a season (there are: {there})", next_step=(
-        f"Name {', '.join(SCRIPTED)}, learned, learned:VERSION, constant:CODE, "
-        "constant:CODE/CODE/CODE or a season's id"))
+        f"Name {', '.join(SCRIPTED)}, learned, learned:VERSION, {BEST}, "
+        "constant:CODE, constant:CODE/CODE/CODE or a season's id"))
 
 
 def policy(store: Store, version: int | None = None) -> Manifest:

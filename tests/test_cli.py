@@ -21,9 +21,11 @@ from support.receipts import put_receipt, receipt_at
 from flows.cli import COMMANDS
 from flows.commands.printing import print_frame
 from flows.commands.run import _print_rounds
+from pipeline.arena.teams.panel import PANEL
 from pipeline.pitch import Kind
 from pipeline.store import Store
 from pipeline.store.work import Made, Work
+from pipeline.studies.evaluations import slug
 from schemas import PUBLIC
 
 
@@ -360,6 +362,27 @@ def test_exported_evaluation(call, tmp_path):
         assert call(*said["command"].split()[1:], "--on", "processes:2", "--export", again, "--data", tmp_path / data)[0] == 0
         assert {file.name: file.read_bytes() for file in again.iterdir()} == {
             file.name: file.read_bytes() for file in first.iterdir()}
+
+
+@pytest.mark.slow
+def test_panel(call, tmp_path):
+    """One table has a row for each opponent of the panel, all with the same seeds, and the files have safe names."""
+    words = ("evaluate", "--policy", "constant:044", "--panel", "--matches", "2", "--seed", "5", "--minutes", "0.02",
+             "--on", "processes:1", "--data", tmp_path / "data")
+    code, out, _ = call(*words, "--json", "--export", tmp_path / "export")
+    said = json.loads(out)
+    assert (code, said["team"]) == (0, "constant:044")
+    assert [each["opponent"] for each in said["panel"]] == list(PANEL)
+    assert {(each["matches"], each["seed"], each["played_now"]) for each in said["panel"]} == {(2, 5, 2)}
+    assert {path.name for path in (tmp_path / "export").iterdir()} == {
+        slug("constant:044", word) + end for word in PANEL for end in (".json", ".matches.csv")}
+    code, out, _ = call(*words)
+    rows = [row for row in out.splitlines() if row.startswith("│")]
+    assert (code, [row.split()[1] for row in rows]) == (0, list(PANEL))
+    assert "0 matches played now, 14 before" in out
+    assert "constant:044: the same team on both sides" in out
+    code, _, err = call(*words, "--against", "random")
+    assert (code, "the panel has its own opponents" in err) == (1, True)
 
 
 def test_failed_export(call, tmp_path, monkeypatch):

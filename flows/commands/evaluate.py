@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json as encoder
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import polars as pl
 from cyclopts import Parameter
@@ -18,6 +18,7 @@ from flows.commands.printing import bars, console, print_frame, print_json, prin
 from flows.evaluations import evaluate
 from flows.placement.places import crew_at
 from flows.progress import listener
+from pipeline.arena.teams.panel import PANEL
 from pipeline.errors import BadSettings
 from pipeline.store import Store
 from pipeline.store.receipts import software
@@ -31,12 +32,17 @@ Against = Annotated[str, Parameter(help=(
     f"Opponent: {TEAM_WORDS}. If a team plays itself, its home side is measured, and each match has its own "
     "seed: this measures the arena."
 ))]  # fmt: skip
+#: Option: all opponents of the panel, in one table.
+Panel = Annotated[bool, Parameter(negative="", help=(
+    f"Measure against each opponent of the panel, with the same seeds: {', '.join(PANEL)}."
+))]  # fmt: skip
 
 
 def evaluate_team(
     *,
     policy: WhoIsMeasured = "learned",
-    against: Against = "static",
+    against: Against | None = None,
+    panel: Panel = False,
     matches: Many = 200,
     seed: Seed = 0,
     playing: Playing = AS_USUAL,
@@ -50,7 +56,8 @@ def evaluate_team(
 
     Args:
         policy: Team to measure.
-        against: Opponent.
+        against: Opponent (default: static).
+        panel: Whole panel as opponents.
         matches: Number of matches, even. Matches that were played before are not played again.
         seed: Seed of the first pair of matches; each later pair has the next seed.
         playing: How the matches are played.
@@ -64,35 +71,100 @@ def evaluate_team(
     if matches % 2:
         raise BadSettings(f"{matches} matches do not come in pairs", where="--matches",
                           next_step=f"Ask for {matches + 1}")
+    if panel and against is not None:
+        raise BadSettings("the panel has its own opponents", where="--panel",
+                          next_step="Leave out --panel, or --against")
     store = common.store
     how = playing.matches(store)
-    (team, opponent), policies = learners.entrants(store, policy, against)
-    evaluation = Evaluation(**how.of_match(), team=team, opponent=opponent)
-    minutes = how.referee.duration_s / 60
+    (team, *opponents), policies = learners.entrants(
+        store, policy, *(PANEL if panel else (against or "static",)))
     seeds = range(seed, seed + matches // 2)
+    evaluations = [Evaluation(**how.of_match(), team=team, opponent=opponent) for opponent in opponents]
     with crew_at(on, store.root) as crew, bars() as progress:
         listener.set(progress)
-        rows, played = evaluate(store, evaluation, seeds, policies, crew)
-    summary = summarise(rows)
+        found = [evaluate(store, evaluation, seeds, policies, crew) for evaluation in evaluations]
+    measured = [
+        _Measurement(evaluation, seeds, rows, summarise(rows), 2 * played)
+        for evaluation, (rows, played) in zip(evaluations, found, strict=True)
+    ]
     if json:
-        print_json(_plain(summary) | {"minutes": minutes, "seed": seed, "played_now": 2 * played,
-                                      "note": note_on(summary.team, summary.opponent)})
+        said = [one.plain() for one in measured]
+        print_json({"team": team.name, "panel": said} if panel else said[0])
+    elif panel:
+        _print_panel(measured)
     else:
-        print_frame(_table(summary), title=(
-            f"{summary.team} against {summary.opponent}: {summary.matches} matches of {minutes:g} min,"
-            f" {how.robots} a side on {how.pitch.length:g} by {how.pitch.width:g} m"))
-        console().print(f"{2 * played} matches played now, {summary.matches - 2 * played} before;"
-                        f" intervals are over {summary.pairs} pairs.")
-        if evaluation.of_itself:
-            console().print("A team against itself: its home side, in matches with seeds of their own.")
-        print_stand_in(summary.team, summary.opponent)
+        _print(measured[0])
     if export:
-        command = _command(evaluation, seeds, {
-            "settings": playing.settings, "robots": playing.robots, **asdict(learners)})
-        _export(store, evaluation, seeds, command, rows, summary, export)
-        if not json:
-            console().print(f"{export}: {_stem(summary)} written", soft_wrap=True)
+        for one in measured:
+            command = _command(one.evaluation, seeds, {
+                "settings": playing.settings, "robots": playing.robots, **asdict(learners)})
+            _export(store, one, command, export)
+            if not json:
+                console().print(f"{export}: {_stem(one.summary)} written", soft_wrap=True)
     renew(store)
+
+
+class _Measurement(NamedTuple):
+    """A measurement against one opponent: its settings, seeds, rows of schema Evaluations, and summary.
+
+    ``played`` is the number of matches that were played now.
+    """
+
+    evaluation: Evaluation
+    seeds: range
+    rows: pl.DataFrame
+    summary: EvaluationSummary
+    played: int
+
+    def plain(self) -> dict[str, object]:
+        """The measurement for programs."""
+        return _plain(self.summary) | {
+            "minutes": self.minutes, "seed": self.seeds[0], "played_now": self.played,
+            "note": note_on(self.summary.team, self.summary.opponent),
+        }
+
+    @property
+    def minutes(self) -> float:
+        """Length of a match."""
+        return self.evaluation.referee.duration_s / 60
+
+    @property
+    def matches(self) -> str:
+        """The matches in words."""
+        how = self.evaluation
+        return (f"{self.summary.matches} matches of {self.minutes:g} min, {how.robots} a side on"
+                f" {how.pitch.length:g} by {how.pitch.width:g} m")
+
+
+def _print(one: _Measurement) -> None:
+    """Print a measurement against one opponent."""
+    summary = one.summary
+    print_frame(_table(summary), title=f"{summary.team} against {summary.opponent}: {one.matches}")
+    console().print(f"{one.played} matches played now, {summary.matches - one.played} before;"
+                    f" intervals are over {summary.pairs} pairs.")
+    if one.evaluation.of_itself:
+        console().print("A team against itself: its home side, in matches with seeds of their own.")
+    print_stand_in(summary.team, summary.opponent)
+
+
+def _print_panel(measured: Sequence[_Measurement]) -> None:
+    """Print the measurements against the panel, a row for each opponent."""
+    first = measured[0].summary
+    print_frame(pl.DataFrame([
+        {"opponent": one.summary.opponent, "goal difference a match": one.summary.goal_difference.value,
+         "95 % low": one.summary.goal_difference.low, "95 % high": one.summary.goal_difference.high,
+         "wins": one.summary.wins, "draws": one.summary.draws, "losses": one.summary.losses}
+        for one in measured
+    ]), title=f"{first.team} against the panel: each {measured[0].matches}")
+    played = sum(one.played for one in measured)
+    console().print(f"{played} matches played now, {sum(one.summary.matches for one in measured) - played}"
+                    f" before; intervals are over {first.pairs} pairs, whose seeds all rows share. Each is a"
+                    " 95 % interval by itself.")
+    for one in measured:
+        if one.evaluation.of_itself:
+            console().print(f"{one.summary.opponent}: the same team on both sides, so the difference is 0 on"
+                            " average by construction.")
+    print_stand_in(*(one.summary.opponent for one in measured), first.team)
 
 
 def _plain(summary: EvaluationSummary) -> dict[str, object]:
@@ -123,14 +195,12 @@ def _stem(summary: EvaluationSummary) -> str:
     return slug(summary.team, summary.opponent)
 
 
-def _export(
-    store: Store, evaluation: Evaluation, seeds: range, command: str, rows: pl.DataFrame,
-    summary: EvaluationSummary, folder: Path,
-) -> None:
+def _export(store: Store, one: _Measurement, command: str, folder: Path) -> None:
     """Write the matches as CSV, and the summary with its origin as JSON: small, readable, to be kept in git.
 
     The files do not depend on the time or on the number of processes.
     """
+    evaluation, seeds, rows, summary, _ = one
     said = {
         "command": command, "software": software(), "seeds": {"first": seeds[0], "last": seeds[-1]},
         "summary": _plain(summary), "note": note_on(summary.team, summary.opponent),

@@ -15,6 +15,7 @@ from cyclopts.validators import Number
 
 from flows.teams import entrant
 from pipeline.arena.match.recipe import MatchSettings, match_settings
+from pipeline.arena.teams.constant import BEST
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings
 from pipeline.store import Store
@@ -24,8 +25,8 @@ from pipeline.toml import over, tables
 #: Words that name teams, for help texts.
 TEAM_WORDS = (
     f"{', '.join(SCRIPTED)}, learned (the newest policy), learned:3 or 3 (a version), constant:044 (robots "
-    "that do nothing else; constant:44/21/21 for goalkeeper, midfield and striker), or a season's id "
-    "(best-static-1) for its apprentice"
+    "that do nothing else; constant:44/21/21 for goalkeeper, midfield and striker), "
+    f"{BEST} (the best of these against static), or a season's id (best-static-1) for its apprentice"
 )
 #: Option of a command: a team that plays.
 WhoPlays = Annotated[str, Parameter(help=f"Team: {TEAM_WORDS}.")]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import re
+from importlib import resources
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +16,9 @@ from schemas import ROLES, Policies
 
 #: Codes for which robots have an action, ascending.
 ACTIONS: tuple[int, ...] = tuple(np.flatnonzero(VERB >= 0).tolist())
+
+#: Name of the constant team that a search found best, and the file that the search wrote beside this module.
+BEST, BEST_FILE = "best-constant", "best-constant.json"
 
 _PREFIX = "constant:"
 _CODE = re.compile(r"[0-9]{1,3}")
@@ -44,16 +49,27 @@ class Constant(NamedTuple):
         ))
 
 
+def best_constant() -> Constant:
+    """The constant team that successive halving found best against the static team.
+
+    ``make best-constant`` is the search; DECISIONS.md ("The best constant team") says how it goes.
+    """
+    text = resources.files("pipeline.arena.teams").joinpath(BEST_FILE).read_text(encoding="utf-8")
+    return Constant(**json.loads(text)["codes"])
+
+
 def constant(word: str) -> Constant | None:
-    """The constant team that a word names; None if the word does not begin with ``constant:``.
+    """The constant team that a word names; None if the word names none.
 
     Args:
-        word: ``constant:044``: every robot; ``constant:44/21/21``: goalkeeper, midfield, striker. Leading
-            zeros may be left out.
+        word: ``constant:044``: every robot; ``constant:44/21/21``: goalkeeper, midfield, striker; leading
+            zeros may be left out. ``best-constant``: see :func:`best_constant`.
 
     Raises:
         BadSettings: if there are not one or three codes, or if robots have no action for a code.
     """
+    if word == BEST:
+        return best_constant()
     if not word.startswith(_PREFIX):
         return None
     codes = word.removeprefix(_PREFIX).split("/")

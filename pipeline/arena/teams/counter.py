@@ -11,8 +11,8 @@ Source: RoboTeam Twente's counter play, ``src/tactics/CounterPlay.cpp``
 ahead beside the goal's middle, which passes to the one that shoots. With three a side one pass is left of
 that. The block is ours: without a line of defence a pass forward leaves the goal open, so the block is where
 the adversary has to come. The one robot that goes for the ball is ours, too. If it waits in the block until
-the ball is near, the team loses to the static one by 6 to 9 goals a match: robots of this league have no
-kicker, and a carrier that gets going pushes the ball through (12 matches each). Goalkeeper, shots and the
+the ball is near, the team loses to the static one by 6 to 9 goals a match (12 matches each): robots of this
+league have no kicker, and a carrier that gets going pushes the ball through. Goalkeeper, shots and the
 rules for the laws are those of :mod:`pipeline.arena.teams.static`.
 """
 
