@@ -187,6 +187,21 @@ def test_evaluation_commands():
     ]
 
 
+def test_tally_of_aims():
+    """What holds by construction is said, and counts in no tally of our aims."""
+    games, growth = world()
+    rows = apprentices()
+    claims = verdicts(games, growth, rows)
+    text = SeasonsReport(games, rows, 0, NO_PREFERENCES, claims, [], "pitchlore").markdown()
+    aims = claims.filter(pl.col("item") == "aim")
+    given = aims.filter(pl.col("verdict") == "by construction").height
+    assert 0 < given < aims.height
+    (tally,) = re.findall(r"- Our aims, (\d+) claims: (.*)", text)
+    assert int(tally[0]) == aims.height - given
+    assert "by construction" not in tally[1]
+    assert f"- {given} of our aims hold by construction and are not counted." in text
+
+
 def test_apprentices_on_page():
     """The page says how apprentices did and what is left out."""
     games, growth = (pl.concat(parts) for parts in zip(world(), *(season("best-exact", "static", s) for s in range(2)), strict=True))
