@@ -117,11 +117,11 @@ class TestSameMatch:
             assert one.match.bodies.tobytes() == alone[frame + 3][0].tobytes()
 
     def test_always_the_same_behaviour_is_the_constant_team(self):
-        rows = constant("always-044")
+        rows = constant("constant:044").policy()
         recipe = recipe_of("learned", "learned")
         alone = Match(recipe, tuple(controller_of(recipe.home, recipe, team, rows) for team in (0, 1)), logged=False)
         alone.advance(10_000)
-        one, both = env("always-044", actions="behaviours", settings=SHORT), parallel_env(actions="behaviours", settings=SHORT)
+        one, both = env("constant:044", actions="behaviours", settings=SHORT), parallel_env(actions="behaviours", settings=SHORT)
         one.reset(seed=3)
         both.reset(seed=3)
         reach = BEHAVIOURS.index(44)
@@ -183,7 +183,7 @@ class TestSeeds:
 class TestRewards:
     def test_are_goals(self):
         """Nobody stands in the way of a team that reaches and kicks: the rewards add up to the score."""
-        one = env("always-184", actions="behaviours", minutes=1.0)
+        one = env("constant:184", actions="behaviours", minutes=1.0)
         one.reset(seed=1)
         rewards, over = [], False
         while not over:
@@ -275,9 +275,9 @@ class TestPictures:
 
 class TestErrors:
     @pytest.mark.parametrize(("make", "said"), [
-        (lambda: env("nobody"), "'nobody' is no opponent.*static, human-like, random"),
+        (lambda: env("nobody"), "'nobody' is no opponent.*static, human-like, pressing, counter, random"),
         (lambda: env("learned"), "is no opponent"),
-        (lambda: env("always-999"), "there is no action 999"),
+        (lambda: env("constant:999"), "there is no action 999"),
         (lambda: env(side="left"), "no side 'left'.*home, away"),
         (lambda: env(actions="legs"), "actions: .*'wheels' or 'behaviours'"),
         (lambda: parallel_env(robots=0), r"matches\.robots: .*greater than or equal to 1"),

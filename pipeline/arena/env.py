@@ -134,8 +134,8 @@ def env(
     """The arena as a Gymnasium environment: one agent drives a team against an opponent.
 
     Args:
-        opponent: name of a team that plays by fixed rules (static, human-like, random); always-044 or
-            always-044-021-021 for a constant team; or a policy, rows of schema Policies of one version.
+        opponent: name of a team that plays by fixed rules (static, human-like, pressing and so on); constant:044,
+            constant:44/21/21 or best-constant for a constant team; or a policy, rows of schema Policies of one version.
         side: of the agent's team. Home kicks off first.
         actions: see :class:`EnvSettings`, as the next, ``goal_ends`` and ``render_mode``.
         step_s: seconds that a step lasts.
@@ -467,8 +467,8 @@ def _opponent(word: str | pl.DataFrame) -> tuple[TeamSettings, pl.DataFrame | No
     always = constant(word)
     if always is None:
         raise BadSettings(f"{word!r} is no opponent", where="opponent", next_step=(
-            f"Name one of {', '.join(SCRIPTED)}, always-044 or always-044-021-021, or give a policy"))
-    return TeamSettings(kind="learned"), always
+            f"Name one of {', '.join(SCRIPTED)}, constant:044, constant:44/21/21, best-constant, or give a policy"))
+    return TeamSettings(kind="learned"), always.policy()
 
 
 def _seed(random: np.random.Generator, asked: int | None) -> int:
