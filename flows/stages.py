@@ -242,7 +242,7 @@ STAGES = Chain(
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 2, _situations),
     Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 2, _goals),
     Stage("events", Per.MATCH, ("matches", "trajectories"),
-          (Possession, Passes, Shots, Pressure, Restarts), 4, _events),
+          (Possession, Passes, Shots, Pressure, Restarts), 5, _events),
     Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),
     Stage("models", Per.GROUP, ("matches", "moments", "events"), (), 5, _models, choose=models.choose),
     Stage("chances", Per.MATCH, ("matches", "events", "models"), (Chances,), 1, _chances),

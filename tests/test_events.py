@@ -163,6 +163,24 @@ def test_deflected():
     assert shot(robots=robots, deflected_s=0.5)["outcome"].to_list() == ["blocked"]
 
 
+def test_pushed_past():
+    """A shot whose robot still pushes when an adversary is at the ball is the goal's shot, too."""
+    assert shot(robots=SHOOTER | {(AWAY, 1): (0.05, 0.06)})["outcome"].to_list() == ["goal"]
+
+
+def test_one_shot_a_goal():
+    """Of shots off adversaries the last is the goal's; a slow one that is aimed at the goal is one, too."""
+    push = [*SHOT[:2], (1.3, 0.015, 0), (2.3, 0.815, 0), (4, 0.815, 0)]
+    robots = SHOOTER | {(AWAY, 1): (0.0075, 0.0772)}
+    scored = [SCORED[0], (2.2, "goal", "home")]
+    (row,) = shot(push, robots, scored).iter_rows(named=True)
+    assert (row["outcome"], row["t_ns"] > ns(1.25)) == ("goal", True)
+    slow = [*SHOT[:2], (1.5, 0.1, 0.03), (2.4, 0.8, 0), (4, 0.8, 0)]
+    robots = SHOOTER | {(AWAY, 1): (0.14, 0.08)}
+    assert shot(slow, robots, scored)["outcome"].to_list() == ["goal"]
+    assert shot(slow, robots, SCORED[:1]).is_empty(), "the control: without a goal it is no shot"
+
+
 def test_stopped_by():
     """A shot that an adversary stops has its number; another shot has none."""
     keeper = SHOOTER | {(AWAY, 0): (0.67, 0.0)}

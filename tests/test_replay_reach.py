@@ -5,9 +5,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import polars as pl
 import pytest
 from axe_core_python.sync_playwright import Axe
 from support.recordings import INSPER, SSL, imported
+from test_replay import MS, make
+from test_replay import trajectories as samples
 from test_replay_finds import replay, shown  # noqa: F401 (fixtures)
 
 from pipeline.events.derive import events
@@ -18,6 +21,7 @@ from pipeline.situations.recognise import recognise
 from pipeline.trajectories.derive import trajectories
 from pipeline.views.commentary import commentary
 from pipeline.views.replay import page as replay_page
+from schemas import Goals
 
 
 def whole(name: str, folder: Path) -> str:
@@ -108,3 +112,23 @@ def test_words_behind_the_pitch(replay, page):  # noqa: F811
     assert len(places) == page.locator("#now .now").count() + 1
     assert all(re.search(r"at x -?\d+\.\d\d m, y -?\d+\.\d\d m|not seen", each) for each in places)
     assert any(each.startswith("ball, at") for each in places)
+
+
+@pytest.mark.slow
+def test_banner_of_a_goal(page, tmp_path):
+    """A goal's banner is there while its stoppage lasts, not over the play that follows, nor where a clip begins later."""
+    rows = [(t, team, robot, 0.1, 0.1, 0.0, 0 if t <= 400 else 1 if t >= 900 else None)
+            for t in range(0, 2000, 100) for team, robot in (("ball", None), ("home", 1))]
+    goals = pl.DataFrame([("m-1", 450 * MS, "home", 1, "direct")], schema=Goals.dtypes(), orient="row")
+    (tmp_path / "replay.html").write_text(make(samples(rows), goals=goals))
+    page.add_init_script("window.drawn = []; const fill = CanvasRenderingContext2D.prototype.fillText;"
+                         "CanvasRenderingContext2D.prototype.fillText = function (text, ...at) { drawn.push(text); fill.call(this, text, ...at); }")
+    for t, banner in ((0.6, True), (1.0, False), (0.3, False)):
+        page.goto("about:blank")
+        page.goto(f"{(tmp_path / 'replay.html').as_uri()}#t={t}&paused")
+        shown(page)
+        assert page.evaluate("drawn.some((text) => String(text).startsWith('Goal for Blues'))") == banner
+    later = "decode(document.getElementById('payload').textContent).then(understand).then((m) => [m.goalAt(600, 0), m.goalAt(600, 500)])"
+    first, second = page.evaluate(later)
+    assert first["stopped"]
+    assert second is None

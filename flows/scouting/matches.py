@@ -18,7 +18,7 @@ from pipeline.views.scout.changes import Change, change, change_of_count, told
 from pipeline.views.scout.facts import Numbers, Tables, by_lead, halves, markers, numbers, parts
 from pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time, pass_arrow
 from pipeline.views.scout.restarts import any_moment
-from pipeline.views.scout.scored import clip_of
+from pipeline.views.scout.scored import Scored, clip_of
 from schemas import SIDES, note_on
 
 #: What is counted of a side: label, field of Numbers, whether it is a share.
@@ -63,7 +63,7 @@ def facts(match: Match, tables: Tables, moments: Commentary, kept: Kept) -> dict
                  [getattr(part, of) for part in each], goals, name, row["duration_s"], blank)}
             for name, of, blank in (("Possession over time", "possession", "nobody had the ball"),
                                     ("Territory over time", "territory", "ball not in play"))],
-        "goals": _goals(match, tables, moments), "told": _told(moments),
+        "goals": _goals(tables, moments, kept.scored), "told": _told(moments),
         "shots": _shots(match, tables),
         "sides": [{"key": side, "name": team.name, "answers": answers[side], **_passes(tables, side, pitch)}
                   for side, team in zip(SIDES, sides, strict=True)],
@@ -133,11 +133,14 @@ def _told(told: Commentary) -> list[dict[str, Any]]:
             for moment in told.moments]
 
 
-def _goals(match: Match, tables: Tables, told: Commentary) -> list[dict[str, Any]]:
-    """Each goal in the commentary's words, with the clip that leads to it; its maker is ringed."""
+def _goals(tables: Tables, told: Commentary, scored: Sequence[Scored]) -> list[dict[str, Any]]:
+    """Each goal in the commentary's words and with its shot, and the clip that leads to it."""
+    shots = {goal.t_ns: "no shot" if goal.distance is None else f"shot from {goal.distance:.2f} m"
+             for goal in scored}
     said = [moment.line() for moment in told.moments if moment.kind == "goal"]
     goals = tables.goals.sort("t_ns", maintain_order=True).iter_rows(named=True)
-    return [{"team": goal["team"] or "", "says": line, "clip": clip_of(goal, _HOW)}
+    return [{"team": goal["team"] or "", "says": line, "shot": shots.get(goal["t_ns"], ""),
+             "clip": clip_of(goal, _HOW)}
             for goal, line in zip(goals, said, strict=True)]
 
 

@@ -71,15 +71,16 @@ def shots(
     off, way = _at_line(to_x, y, dx, dy)
     rolling, scales = ROLLING[pitch.kind], SCALES[pitch.kind]
     on_target = (off < pitch.goal_width / 2) & (rolling.at(speed, way) > rolling.least)
+    aimed = off <= settings.wide * pitch.goal_width
     past = (
-        (off >= pitch.goal_width / 2) & (off <= settings.wide * pitch.goal_width)
+        (off >= pitch.goal_width / 2) & aimed
         & (speed >= settings.wide_speed * scales.speed) & (to_x <= speed * settings.wide_s)
     )
     names = pl.Series(SIDES).gather(team)
-    outcome, by = _outcomes(
-        last, following, on_target, control, trajectories, over, round(settings.deflected_s * 1e9))
+    scored = _scored(last, on_target | aimed, control, over, round(settings.deflected_s * 1e9))
+    outcome, by = _outcomes(last, following, on_target, scored, control, trajectories)
     arrives = _reach(ball, last, following, turn, past) >= pitch.goal_x - 2 * scales.ball_radius
-    found = on_target | (past & (arrives | (outcome == "goal").to_numpy()))
+    found = on_target | (past & arrives) | scored
     t_ns = pl.Series(ball.t_ns[last])
     before = in_way(trajectories, names, t_ns, x, y, pitch)
     return tabled(Shots, trajectories, {
@@ -148,9 +149,29 @@ def _angle(to_x: F64, y: F64, half_goal: float) -> F64:
     return left - right
 
 
+def _scored(last: I64, aimed: Bools, control: Control, over: pl.DataFrame, soon_ns: int) -> Bools:
+    """Which touches the goals came of, [n]: at most one a goal, the last that is aimed.
+
+    The direction is enough, whatever the speed: :mod:`pipeline.goals` tells so whose goal it is.
+    """
+    contacts, ball = control.contacts, control.ball
+    ends = {episode: (over_ns, scorer)
+            for episode, over_ns, scorer in over.select("episode", "over_ns", "scorer").iter_rows()}
+    found = dict[int, int]()  # segment to the last such touch
+    for index in np.flatnonzero(aimed):
+        here = int(last[index])
+        segment, team = int(ball.segment[here]), contacts.team[control.toucher[here]]
+        over_ns, scorer = ends[segment]
+        if (scorer == SIDES[team] and over_ns - ball.t_ns[here] <= soon_ns
+                and not _touches_after(control, here, int(np.searchsorted(ball.t_ns, over_ns)))):
+            found[segment] = int(index)
+    scored = np.zeros(len(last), dtype=np.bool_)
+    scored[list(found.values())] = True
+    return scored
+
+
 def _outcomes(
-    last: I64, following: I64, on_target: Bools, control: Control, trajectories: pl.DataFrame,
-    over: pl.DataFrame, soon_ns: int,
+    last: I64, following: I64, on_target: Bools, scored: Bools, control: Control, trajectories: pl.DataFrame
 ) -> tuple[pl.Series, pl.Series]:
     """What came of shots, and whose robot stopped them: columns outcome and by of schema Shots, [n] each."""
     contacts, toucher, ball = control.contacts, control.toucher, control.ball
@@ -158,14 +179,6 @@ def _outcomes(
     team, other = contacts.team[toucher[last]], contacts.team[toucher[following]]
     by = pl.Series("by", contacts.robot[toucher[following]])
     role = roles(trajectories, pl.Series(SIDES).gather(other), by, pl.Series(ball.t_ns[following]))
-    ends = {episode: (over_ns, scorer)
-            for episode, over_ns, scorer in over.select("episode", "over_ns", "scorer").iter_rows()}
-    scored = np.zeros(len(last), dtype=np.bool_)
-    for index, here in enumerate(last):
-        over_ns, scorer = ends[int(ball.segment[here])]
-        scored[index] = (
-            scorer == SIDES[team[index]] and over_ns - ball.t_ns[here] <= soon_ns
-            and not _touches_after(control, int(here), int(np.searchsorted(ball.t_ns, over_ns))))
     came = pl.DataFrame({
         "touched": touched, "own": other == team, "keeper": (role == "goalkeeper").fill_null(value=False),
         "scored": scored, "on_target": on_target, "by": by,
@@ -181,7 +194,11 @@ def _outcomes(
 
 
 def _touches_after(control: Control, here: int, until: int) -> bool:
-    """Whether the team of the robot that touches at row ``here`` touches after it and before ``until``."""
-    contacts = control.contacts
-    own = contacts.team == contacts.team[control.toucher[here]]
-    return bool(np.any(own & (contacts.last > here) & (contacts.first < until)))
+    """Whether the team of the robot that touches at row ``here`` touches after it and before ``until``.
+
+    The robot's own touch may go on: it pushes the ball while an adversary is at it, too.
+    """
+    contacts, own = control.contacts, control.toucher[here]
+    after = (contacts.team == contacts.team[own]) & (contacts.last > here) & (contacts.first < until)
+    after[own] = False
+    return bool(np.any(after))

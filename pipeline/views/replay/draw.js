@@ -211,12 +211,15 @@ function painter(match, state) {
     const seen = ball >= 0 && match.pose(ball, now);
     const under = seen ? { px: w / 2 + seen.x * scale, py: h / 2 - seen.y * scale } : null;
     if (state.labels) drawLabels(c, places, under, w, h);
-    const g = before(match.goalTimes, state.t);
-    if (g >= 0 && state.t - match.goalTimes[g] < FLASH) {
-      const [t, team, robot, kind] = match.goals[g], fade = 1 - (state.t - t) / FLASH;
-      const colour = colours[team ?? "muted"], title = match.goalTitle(team);
-      c.strokeStyle = colour; c.lineWidth = w < SMALL ? 4 : 8; c.globalAlpha = fade; c.strokeRect(c.lineWidth / 2, c.lineWidth / 2, w - c.lineWidth, h - c.lineWidth);
-      banner(c, w, h, `${title[0].toUpperCase()}${title.slice(1)}${match.story(team, robot, kind)}`, colour, Math.min(1, 2 * fade), under && under.py);
+    const shown = match.goalAt(state.t, state.from), since = shown ? state.t - shown.goal[0] : Infinity;
+    const [, team, robot, kind] = shown?.goal ?? [];
+    if (since < FLASH) {
+      c.strokeStyle = colours[team ?? "muted"]; c.lineWidth = w < SMALL ? 4 : 8; c.globalAlpha = 1 - since / FLASH;
+      c.strokeRect(c.lineWidth / 2, c.lineWidth / 2, w - c.lineWidth, h - c.lineWidth); c.globalAlpha = 1;
+    }
+    if (since < FLASH && shown.stopped) { // never over the play that follows
+      const title = match.goalTitle(team);
+      banner(c, w, h, `${title[0].toUpperCase()}${title.slice(1)}${match.story(team, robot, kind)}`, colours[team ?? "muted"], Math.min(1, 2 * (1 - since / FLASH)), under && under.py);
     } else if (now.i < 0) banner(c, w, h, "nothing recorded here", colours.muted, 0.9, null);
     else if (match.stoppage(state.t)) banner(c, w, h, "play is stopped", colours.muted, 0.75, under && under.py);
   }

@@ -122,6 +122,14 @@ function understand(match) {
     };
   }
 
+  const starts = match.play.map(([a]) => a);
+  const resumed = goalTimes.map((t) => starts.find((a) => a >= t) ?? Infinity);
+  /** The goal at or before t, and whether its own stoppage still lasts; null if there is none since `from`. */
+  function goalAt(t, from = 0) {
+    const g = before(goalTimes, t);
+    return g < 0 || goalTimes[g] < from ? null : { goal: match.goals[g], stopped: t < resumed[g] };
+  }
+
   /** The team whose robot made the goal: an error is the conceding team's; null where nobody knows. */
   const makers = (team, kind) => (kind === "error" ? { home: "away", away: "home" }[team] : team);
 
@@ -141,6 +149,6 @@ function understand(match) {
 
   return {
     ...match, end, robots, ball, teams, goalTimes, restarts, dead, crowded: robots.length > 8,
-    family, shortName, situationAt, stoppage, moment, pose, makers, story, scoreAt, goalTitle,
+    family, shortName, situationAt, stoppage, moment, pose, makers, story, scoreAt, goalTitle, goalAt,
   };
 }

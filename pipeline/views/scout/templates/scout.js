@@ -26,7 +26,7 @@ function matchOf(id) {
 function clip(figure) {
   const canvas = figure.querySelector("canvas");
   const { match: id, team, robot, start, end } = figure.dataset;
-  const state = { t: 1000 * start, labels: false, marked: -1 };
+  const state = { t: 1000 * start, from: 1000 * start, labels: false, marked: -1 };
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
   let painting = null, seen = false, paused = still, last = 0;
   canvas.tabIndex = 0;
