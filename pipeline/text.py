@@ -24,6 +24,11 @@ def printable(text: str, most: int | None = None) -> str:
     return text if most is None or len(text) <= most else f"{text[:most - 1]}…"
 
 
+def number_of(count: int, noun: str) -> str:
+    """A number of things, such as "1 goal" or "2 goals"; the noun has a regular plural."""
+    return f"{count:,} {noun if count == 1 else f'{noun}s'}"
+
+
 def as_markdown(text: str) -> str:
     """The text as Markdown that shows it: no link, picture, table or HTML of a stranger's comes of it."""
     return re.sub(r"([\\`*_{}\[\]()<>#+!|~&:.-])", r"\\\1", printable(text))

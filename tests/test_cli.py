@@ -284,7 +284,7 @@ def test_commentary_output(call, finished):
     """`commentary` prints text for people, and JSON for programs."""
     code, out, _ = call("commentary", "early", "--data", finished)
     assert code == 0
-    assert "GOAL for home, 1 : 0!" in out
+    assert "GOAL for blue, 1 : 0!" in out
     assert "possession" in out
     code, out, _ = call("commentary", "early", "--goals", "--json", "--data", finished)
     told = json.loads(out)

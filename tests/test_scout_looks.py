@@ -11,7 +11,9 @@ from test_scout import text_of
 from flows.scouting.flaws import WORDS, flaws
 from flows.scouting.sources import counted
 from pipeline.pitch import PITCHES, Kind
+from pipeline.text import number_of
 from pipeline.views.replay import linked
+from pipeline.views.scout import words
 from pipeline.views.scout.pages import page as render
 from pipeline.views.scout.pictures import MANY, Mark, on_pitch, over_time, pass_arrow
 from pipeline.views.scout.states import zone
@@ -104,6 +106,34 @@ def test_replay_leads_back(pages):
     assert all((found.parent / link).exists() for link in links)
     assert "<nav" not in make()
     assert "{{" not in linked("m", "a", "b")
+
+
+def test_matches_name_their_teams(pages):
+    """Goals, commentary, shots and captions of a match name the teams, and each goal says its shot."""
+    for found in (pages.first.parent / "matches").iterdir():
+        shown = found.read_text()
+        home, away = re.search(r"<title>(.*) – (.*) · Pitchlore", shown).groups()
+        said = re.findall(r'<a href="[^"]*">\d+:\d\d</a> <span>(.*?)</span>', shown)
+        assert said
+        assert not [each for each in said if re.search(r"\b(home|away) \d", each)]
+        assert set(re.findall(r'</a></td><td class="(?:home|away)">(.*?)</td>', shown)) <= {home, away}
+        assert set(re.findall(r'aria-label="[^"]*robot \d+ of ([^,"]*),', shown)) <= {home, away}
+        goals = re.findall(r'<span class="(?:home|away)">[^<]*GOAL.*?</li>', shown)
+        assert all(re.search("no shot|shot from", goal) for goal in goals)
+
+
+def test_bar_is_of_who_acts():
+    """A save begins with the shot, and an error with who errs: the commentary's bar is of that team."""
+    from test_commentary import KEEPER, rolls, tell
+
+    (save,) = [it for it in tell({"ball": rolls(0.64), **KEEPER}).moments if it.kind == "save"]
+    assert (save.team, save.actor) == ("away", "home")
+
+
+def test_numbers_of_things():
+    """One is singular, names within a phrase are small, and the paper's slip is spelt right."""
+    assert (number_of(1, "goal"), number_of(0, "goal"), number_of(1200, "shot")) == ("1 goal", "0 goals", "1,200 shots")
+    assert words.said([47, 78, 21]) == "ball hits the robot, then orients to its own goal, then kicks the ball"
 
 
 # ---- in a browser

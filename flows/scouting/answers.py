@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from flows.scouting.chances import shots_over, with_chances
 from flows.scouting.sources import Match, TeamName, events_of, sides_of
 from pipeline.store import Store
+from pipeline.text import number_of
 from pipeline.views.scout.facts import Tables
 from pipeline.views.scout.scored import Scored, again, of_side, scored, summary
 from pipeline.views.scout.shooting import shooting
@@ -92,13 +93,14 @@ def scores_by(goals: Sequence[Scored], seen: Mapping[int, Played]) -> tuple[str,
     if not found.n:
         return "No goal of it is recorded.", []
     kinds = ", ".join(f"{line.n} {line.says}" for line in found.kinds)
-    says = f"{found.n} {'goal' if found.n == 1 else 'goals'}: {kinds}."
+    says = f"{number_of(found.n, 'goal')}: {kinds}."
     if found.whole.distance is not None:
         says += (f" {found.whole.shots} came from shots, half of these from less than"
-                 f" {found.whole.distance:.2f} m.")
+                 f" {found.whole.distance:.2f} m." if found.whole.shots > 1
+                 else f" One came from a shot, from {found.whole.distance:.2f} m.")
     first = found.scorers[0]
     says += f" Most often the maker was {first.says}: {first.n}."
     if found.run is not None:
         says += (f" The scorer's commonest last situations: {said(found.run.codes)}"
-                 f" ({found.run.n} of {found.run.of} goals).")
+                 f" ({found.run.n} of {number_of(found.run.of, 'goal')}).")
     return says, found.run.clips if found.run is not None else found.whole.clips

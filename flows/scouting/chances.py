@@ -9,6 +9,7 @@ import polars as pl
 
 from flows.scouting.sources import Match, events_of
 from pipeline.store import Store
+from pipeline.text import number_of
 from pipeline.views.scout.facts import Mean, Tables
 from schemas import Chances, Shots
 
@@ -39,11 +40,13 @@ def rests_on(match: Match, chances: pl.DataFrame) -> str:
     goals, shots = chances.select("goals", "shots").row(0)
     if chances["xg"].null_count():
         return (
-            f"There are no expected goals (xG): {shots:,} shots of other matches of the league became "
-            f"{goals} goals. At least {match.goals_at_least} goals, and a shot that fails, are needed.")
+            f"There are no expected goals (xG): {number_of(shots, 'shot')} of other matches of the league "
+            f"became {number_of(goals, 'goal')}. At least {match.goals_at_least} goals, and a shot that "
+            "fails, are needed.")
     return (
         "xG is the probability that a shot becomes a goal, by its distance, its angle and the adversaries in "
-        f"the way. It is calibrated on other matches of the league: {shots:,} shots and {goals:,} goals. "
+        f"the way. It is calibrated on other matches of the league: {number_of(shots, 'shot')} and "
+        f"{number_of(goals, 'goal')}. "
         "The larger a mark, the greater its xG.")
 
 

@@ -14,7 +14,7 @@ from flows.scouting.teams import over
 from pipeline.estimates import BY_EVIDENCE
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest
-from pipeline.views.scout.words import NAMES
+from pipeline.views.scout.words import NAMES, short
 from schemas import SIDES, Behaviours
 
 #: Versions of the knowledge that can be compared: the newest.
@@ -35,7 +35,7 @@ def numbers(
     """
     return _script("scoutNumbers", {
         "measures": MEASURES,
-        "codes": NAMES,
+        "codes": {code: short(name) for code, name in NAMES.items()},
         "matches": [{
             "id": match.name, "names": [match.home.name, match.away.name], "kind": match.pitch.kind.value,
             "score": lines[match.name]["score"],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from flows.scouting.flaws import flaws
 from flows.scouting.sources import Match, TeamName
 from pipeline.pitch import Pitch
 from pipeline.views.commentary import Commentary, commentary
+from pipeline.views.commentary.words import called
 from pipeline.views.scout.changes import Change, change, change_of_count, told
 from pipeline.views.scout.facts import Numbers, Tables, by_lead, halves, markers, numbers, parts
 from pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time, pass_arrow
@@ -46,7 +47,8 @@ def facts(match: Match, tables: Tables, moments: Commentary, kept: Kept) -> dict
     sides, names = (match.home, match.away), called(match.home.name, match.away.name)
     changes = _changes(counts[1], counts[2], [(end - start) / 1e9 for _, start, end in whole[1:]])
     each, goals = parts(tables), [
-        (t_ns / 1e9 / max(row["duration_s"], 1e-9), team or "", f"goal for {team or 'nobody knows whom'}")
+        (t_ns / 1e9 / max(row["duration_s"], 1e-9), team or "",
+         f"goal for {names[team] if team else 'nobody knows whom'}")
         for t_ns, team in tables.goals.select("t_ns", "team").iter_rows()]
     return {
         "id": match.name, "home": match.home, "away": match.away, "kind": pitch.kind.value,
@@ -64,8 +66,9 @@ def facts(match: Match, tables: Tables, moments: Commentary, kept: Kept) -> dict
             for name, of, blank in (("Possession over time", "possession", "nobody had the ball"),
                                     ("Territory over time", "territory", "ball not in play"))],
         "goals": _goals(tables, moments, kept.scored), "told": _told(moments),
-        "shots": _shots(match, tables),
-        "sides": [{"key": side, "name": team.name, "answers": answers[side], **_passes(tables, side, pitch)}
+        "shots": _shots(match, tables, names),
+        "sides": [{"key": side, "name": team.name, "answers": answers[side],
+                   **_passes(tables, side, names[side], pitch)}
                   for side, team in zip(SIDES, sides, strict=True)],
         "robots": _robots(match, tables),
     }
@@ -86,12 +89,6 @@ def line(match: Match, tables: Tables, kept: Kept) -> dict[str, Any]:
         "by_lead": {side: {name: list(it) for name, it in each.items()} for side, each in leads.items()},
         "picture": bars([float(share) for share in counts], "where the ball was, from home's goal to away's"),
     }
-
-
-def called(home: str, away: str) -> dict[str, str]:
-    """What each side is called: its team, and the side, too, where a team plays itself."""
-    return {side: name if home != away else f"{name} ({side})"
-            for side, name in zip(SIDES, (home, away), strict=True)}
 
 
 def _changes(
@@ -128,8 +125,9 @@ def told_of(match: Match, tables: Tables) -> Commentary:
 
 def _told(told: Commentary) -> list[dict[str, Any]]:
     """Each sentence of the commentary, with the moment of the replay that it tells of, seconds."""
-    return [{"at": before(moment.t_ns / 1e9), "seconds": moment.t_ns / 1e9,
-             "team": moment.team or "", "robot": moment.robot, "says": moment.text}
+    return [{"at": before(moment.t_ns / 1e9), "seconds": moment.t_ns / 1e9, "team": moment.team or "",
+             "actor": moment.actor or moment.team or "", "robot": moment.robot,
+             "says": moment.text}
             for moment in told.moments]
 
 
@@ -144,22 +142,23 @@ def _goals(tables: Tables, told: Commentary, scored: Sequence[Scored]) -> list[d
             for goal, line in zip(goals, said, strict=True)]
 
 
-def _shots(match: Match, tables: Tables) -> dict[str, Any]:
+def _shots(match: Match, tables: Tables, names: Mapping[str, str]) -> dict[str, Any]:
     rows, marks = [], []
     for shot in with_chances(tables).iter_rows(named=True):
         turn = 1 if shot["team"] == "home" else -1
         at = shot["t_ns"] / 1e9
-        says = f"{shot['team']} {shot['robot']}: {words_of(shot)}"
+        says = f"{names[shot['team']]} {shot['robot']}: {words_of(shot)}"
         style = f"mark {shot['team']} {shot['outcome']}"
         marks.append(Mark(turn * shot["x"], turn * shot["y"], style, says,
                           link=f"../replays/{match.name}.html#t={before(at)}", size=size(shot["xg"])))
         told = ("team", "robot", "distance", "speed", "xg", "outcome")
-        rows.append({key: shot[key] for key in told} | {"at": at, "watch": before(at)})
+        rows.append({key: shot[key] for key in told}
+                    | {"name": names[shot["team"]], "at": at, "watch": before(at)})
     return {"rows": rows, "rests_on": rests_on(match, tables.chances),
             "picture": on_pitch(match.pitch, "shots of both teams", marks=marks)}
 
 
-def _passes(tables: Tables, side: str, pitch: Pitch) -> dict[str, Any]:
+def _passes(tables: Tables, side: str, name: str, pitch: Pitch) -> dict[str, Any]:
     """Passes and losses of a side, as a picture and as rows."""
     own = tables.passes.filter(pl.col("team") == side)
     lost = tables.possession.filter(pl.col("team") == side, pl.col("ended") == "lost")
@@ -172,7 +171,7 @@ def _passes(tables: Tables, side: str, pitch: Pitch) -> dict[str, Any]:
     rows += [(row["end_ns"], row["last_robot"], "loses the ball", row["end_x"], row["end_y"])
              for row in lost.iter_rows(named=True)]
     return {
-        "picture": on_pitch(pitch, f"passes of {side}, and where it loses the ball", marks=marks),
+        "picture": on_pitch(pitch, f"passes of {name}, and where it loses the ball", marks=marks),
         "rows": [{"at": t_ns / 1e9, "watch": before(t_ns / 1e9), "robot": robot, "says": says, "x": x, "y": y}
                  for t_ns, robot, says, x, y in sorted(rows)],
     }

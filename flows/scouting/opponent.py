@@ -13,6 +13,7 @@ from flows.scouting.danger import dangerous, of_keeper
 from flows.scouting.sources import Match, TeamName, against_itself, counted, events_of, sides_of
 from pipeline.pitch import Pitch
 from pipeline.store import Store
+from pipeline.text import number_of
 from pipeline.views.scout.gallery import Clip
 from pipeline.views.scout.restarts import SOON_S, paid, soon
 from pipeline.views.scout.scored import clip_of
@@ -93,8 +94,8 @@ def _pressed(pressed: pl.DataFrame) -> dict[str, Any]:
     share = won.height / max(pressed.height, 1)
     return _said(
         "Under pressure",
-        f"A robot pressed it {pressed.height} times. In {won.height} of them ({share:.0%}) the pressing team"
-        " won the ball.",
+        f"A robot pressed it {number_of(pressed.height, 'time')}. In {won.height} of these ({share:.0%}) the"
+        " pressing team won the ball.",
         [_clip(row, row["end_ns"], "won by pressing")
          for row in _spread(won).iter_rows(named=True)])
 
@@ -108,10 +109,11 @@ def _conceded(store: Store, played: Sequence[tuple[Match, str]], shots: pl.DataF
     counts = goals.select(kind=kind).group_by("kind").len()
     kinds = ", ".join(f"{count} {kind}" for kind, count in counts.sort(
         "len", "kind", descending=[True, False]).iter_rows())
-    says = f"{goals.height} goals{f': {kinds}' if kinds else ''}."
+    says = f"{number_of(goals.height, 'goal')}{f': {kinds}' if kinds else ''}."
     if shots.height:
         middle = float(np.median(shots["distance"].to_numpy()))
-        says += f" Half of the {shots.height} shots at it came from less than {middle:.2f} m."
+        says += (f" Half of the {shots.height} shots at it came from less than {middle:.2f} m."
+                 if shots.height > 1 else f" The only shot at it came from {middle:.2f} m.")
     return _said("What has worked against it", says, [
         clip_of(row, "how it came") for row in goals.tail(CLIPS).iter_rows(named=True)])
 
@@ -135,7 +137,7 @@ def _keeper(
     return _said(
         "Its keeper",
         f"It stands {out:.2f} m before its goal line and {aside:.2f} m from the middle (medians of {len(at)}"
-        f" samples). Of {shots.height} shots on target it saved {saved.height}.",
+        f" samples). Of {number_of(shots.height, 'shot')} on target it saved {saved.height}.",
         [_clip(row, row["t_ns"], "saved", before_s=2.0)
          for row in _spread(saved).iter_rows(named=True)])
 
@@ -149,7 +151,7 @@ def _restarts(store: Store, played: Sequence[tuple[Match, str]]) -> dict[str, An
         for it in paid(given))
     return _said(
         "Its restarts",
-        f"Of {given.height} restarts that the recordings give it, {led.height} led to a shot within"
-        f" {SOON_S:.0f} s of the first touch{f': {parts}' if parts else ''}.",
+        f"Of {number_of(given.height, 'restart')} that the recordings give it, {led.height} led to a shot"
+        f" within {SOON_S:.0f} s of the first touch{f': {parts}' if parts else ''}.",
         [Clip.about(row, row["taken_ns"], row["taken_ns"] + round(SOON_S * 1e9), row["note"] or row["kind"],
                     before_s=0, after_s=0) for row in _spread(led).iter_rows(named=True)])

@@ -109,7 +109,8 @@ def facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict[str, A
 
     keep = [key for key in KEYS if any(rows["key"][0] == key and len(rows["elements"][0]) for rows in shown)]
     return about | {
-        "told": True, "unsure_share": _unsure_share(states), "groups": [_group(rows) for rows in shown], "evidence": _evidence(states),
+        "told": True, "unsure_share": _unsure_share(states), "groups": [_group(rows) for rows in shown],
+        "evidence": _evidence(states),
         "ball": [it for rows in shown if (it := _by_ball(rows, policy.pitch)) is not None],
         "unsure": [card for rows in shown for card in told(rows.filter(unsure).sort(
             "visits", "state", descending=[True, False]).head(_UNSURE))],

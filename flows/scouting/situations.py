@@ -10,10 +10,11 @@ import polars as pl
 from flows.scouting.sources import Match
 from pipeline.pitch import Kind
 from pipeline.situations.rulebook import rule_table, term_table, terms_used
-from pipeline.situations.rules import MACROS, TABLE_1
+from pipeline.situations.rules import MACROS
 from pipeline.store import Store
 from pipeline.views.scout.curves import Curve, curves, swatch
 from pipeline.views.scout.gallery import Clip
+from pipeline.views.scout.words import NAMES
 from schemas import Situations
 
 #: Matches of each kind of pitch that shares and examples are taken from: the newest.
@@ -48,7 +49,7 @@ def facts(store: Store, league: Sequence[Match]) -> dict[str, Any]:
                 pl.col("code") == code, pl.col("initial").is_not_null()).iter_rows(named=True)],
             "curves": list(_curves({kind: table.filter(pl.col("code") == code)
                                     for kind, table in terms.items()}, name)),
-        } for code, (name, _) in TABLE_1.items()],
+        } for code, name in NAMES.items()],
     }
 
 

@@ -24,6 +24,7 @@ from flows.scouting.sources import (
 )
 from pipeline.pitch import Pitch
 from pipeline.store import Store
+from pipeline.text import number_of
 from pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matches
 from pipeline.views.scout.gallery import clips, leading, paths, ranked
 from pipeline.views.scout.maps import lying, neuron_key
@@ -117,14 +118,14 @@ def _pictures(store: Store, team: TeamName, matches: Sequence[Match]) -> list[di
     last = "its last match" if count == 1 else f"its last {count} matches"
     drawn = f"; the last {PASSES} are drawn" if arrows.height > PASSES else ""
     return [
-        {"name": "Where it loses the ball", "says": f"{losses.height} balls lost. {_ATTACKS}",
+        {"name": "Where it loses the ball", "says": f"{number_of(losses.height, 'ball')} lost. {_ATTACKS}",
          "picture": on_pitch(pitch, "where it loses the ball", cells=heat(
              losses["end_x"].to_numpy(), losses["end_y"].to_numpy(), pitch))},
-        {"name": "Shots", "says": f"{shots.height} shots: filled ones are goals, dashed ones are wide. "
-            f"{_ATTACKS}",
+        {"name": "Shots", "says": f"{number_of(shots.height, 'shot')}: filled ones are goals, dashed ones "
+            f"are wide. {_ATTACKS}",
          "picture": on_pitch(pitch, "shots", marks=_shots(shots))},
-        {"name": "Passes", "says": f"{arrows.height} passes{drawn}; arrows lead from pass to receipt. "
-            f"{_ATTACKS}",
+        {"name": "Passes", "says": f"Passes that arrive: {arrows.height}{drawn}; arrows lead from pass to "
+            f"receipt. {_ATTACKS}",
          "picture": on_pitch(pitch, "passes", marks=[
              pass_arrow(row, "home", pitch) for row in arrows.tail(PASSES).iter_rows(named=True)])},
         {"name": "Where its keeper is", "says": f"In {last}, while a team has the ball; n = "

@@ -22,6 +22,7 @@ from flows.scouting.sources import Known, Match, TeamName, chosen, newest, playe
 from pipeline.errors import BadSettings, NotFound, PitchloreError
 from pipeline.store import Store
 from pipeline.store.receipts import RELEASE, canonical, digest, source_hash
+from pipeline.views.commentary.words import called
 from pipeline.views.replay import linked
 from pipeline.views.scout.pages import files, page
 from schemas import SIDES
@@ -120,7 +121,8 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
     known, teams, code = newest(store), match_pages.menu(league), f"{RELEASE}+{_made_by()}"
     version = None if known is None else known.manifest.version
     behind = Learned(store, known, league)
-    around: dict[str, Any] = {"menu": teams, "made": code}
+    around: dict[str, Any] = {"menu": teams, "made": code, "names_of": {
+        match.name: called(match.home.name, match.away.name) for match in league}}
     learned = around | {"made": f"{code}; knowledge {'none' if version is None else f'version {version}'}"}
     lines = {match.name: _match(store, match, folder, around) for match in league}
     learned_of = danger.matches_learned(store, known, whole)

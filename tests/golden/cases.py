@@ -284,7 +284,7 @@ def fitted() -> Golden:
     told = {"features": FEATURES, "shots": shots.height, "goals": int(by_shots.goals[-1]),
             "weights": by_shots.weights[-1].round(4).tolist()}
     return Golden(
-        json.dumps({"report": report, **models.to_json(found), "shots": told}, indent=1), _versions("models"),
+        json.dumps({"report": report, **models.to_json(found), "shots": told}, indent=1), _versions("events", "models"),
         ModelSettings().model_dump(mode="json"), inputs=_digest(_csv(bodies), _csv(read.referee)))
 
 

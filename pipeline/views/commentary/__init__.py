@@ -27,6 +27,7 @@ from pipeline.views.commentary.moments import (
 from pipeline.views.commentary.settings import CommentarySettings
 from pipeline.views.commentary.spells import spells
 from pipeline.views.commentary.summary import MatchStatistics, summarise
+from pipeline.views.commentary.words import called
 
 __all__ = ["Commentary", "CommentarySettings", "commentary"]
 
@@ -79,16 +80,17 @@ def commentary(
         settings: thresholds of the commentary, None for the defaults.
     """
     settings = settings or CommentarySettings()
-    touched, kept = at_ball(trajectories, pitch), spells(possession, passes, trajectories)
+    names = called(match["home"][0], match["away"][0])
+    touched, kept = at_ball(trajectories, pitch), spells(possession, passes, trajectories, names)
     moments = chain(
-        of_the_referee(referee, match),
-        of_goals(goals, referee, situations, touched, settings),
-        of_shots(shots, touched),
-        of_passes(passes, trajectories, pitch, settings),
+        of_the_referee(referee, match, names),
+        of_goals(goals, referee, situations, touched, names, settings),
+        of_shots(shots, touched, names),
+        of_passes(passes, trajectories, pitch, names, settings),
         of_spells(kept, situations, pitch, settings),
     )
     told = _chosen(moments, settings)
-    told = sorted([*told, *of_lulls(told, kept, settings)], key=lambda moment: moment.t_ns)
+    told = sorted([*told, *of_lulls(told, kept, names, settings)], key=lambda moment: moment.t_ns)
     return Commentary(tuple(told), summarise(match, goals, situations, possession, shots, settings))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from enum import IntEnum
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -38,6 +38,7 @@ class Moment(NamedTuple):
         robot: number of its robot, None without one.
         text: a sentence.
         weight: its importance.
+        actor: team of the robot that acts first; ``team`` unless it is said.
     """
 
     t_ns: int
@@ -46,6 +47,7 @@ class Moment(NamedTuple):
     robot: int | None
     text: str
     weight: Weight
+    actor: str | None = None
 
     def line(self) -> str:
         """The moment with the match clock, for people."""
@@ -57,7 +59,9 @@ class Moment(NamedTuple):
                 "robot": self.robot, "text": self.text}
 
 
-def of_the_referee(referee: pl.DataFrame, match: pl.DataFrame) -> Iterator[Moment]:
+def of_the_referee(
+    referee: pl.DataFrame, match: pl.DataFrame, names: Mapping[str, str]
+) -> Iterator[Moment]:
     """Kick-offs of halves, restarts, half time, and the final whistle or the end of the recording.
 
     The kick-off after a goal, and the stop before a restart, say nothing new and are left out, unless the
@@ -74,9 +78,9 @@ def of_the_referee(referee: pl.DataFrame, match: pl.DataFrame) -> Iterator[Momen
             reason = row["note"].rpartition("goal annulled, ")[2]
             yield Moment(t_ns, "annulled", None, None, f"No goal: {reason}.", Weight.ALWAYS)
         elif event == "fault":
-            yield Moment(t_ns, "restart", team, None, restart(row["note"], team), Weight.ALWAYS)
+            yield Moment(t_ns, "restart", team, None, restart(row["note"], names.get(team)), Weight.ALWAYS)
         elif event == "kick-off" and last != "goal":
-            text = f"Kick-off for {team}." if team else "Kick-off."
+            text = f"Kick-off for {names[team]}." if team else "Kick-off."
             yield Moment(t_ns, "kick-off", team, None, text, Weight.ALWAYS)
         if event not in ("play", "stop"):
             last = event
@@ -90,7 +94,7 @@ def _with_score(what: str, row: dict[str, Any]) -> str:
     return f"{what}, {score(row)}." if score(row) else f"{what}."
 
 
-def of_shots(shots: pl.DataFrame, touched: pl.DataFrame) -> Iterator[Moment]:
+def of_shots(shots: pl.DataFrame, touched: pl.DataFrame, names: Mapping[str, str]) -> Iterator[Moment]:
     """Shots that are no goals; the touches are :func:`pipeline.views.commentary.goals.at_ball`."""
     stops = touched.select("t_ns", side="team", by=pl.col("robot").cast(shots.schema["by"]), stopper="role")
     sides = pl.col("team").cast(pl.String).replace_strict(OTHER)
@@ -98,10 +102,11 @@ def of_shots(shots: pl.DataFrame, touched: pl.DataFrame) -> Iterator[Moment]:
         stops, on="t_ns", by=("side", "by"), strategy="forward", check_sortedness=False)
     for row in told.iter_rows(named=True):
         t_ns, team, number, outcome = row["t_ns"], row["team"], row["robot"], row["outcome"]
-        what = f"{robot(team, number, row['role'])} shoots from {metres(row['distance'])}"
-        stopper = robot(row["side"], row["by"], row["stopper"])
+        what = f"{robot(names[team], number, row['role'])} shoots from {metres(row['distance'])}"
+        stopper = robot(names[row["side"]], row["by"], row["stopper"])
         if outcome == "saved":
-            yield Moment(t_ns, "save", row["side"], row["by"], f"{what}; {stopper} saves.", Weight.CHANCE)
+            text = f"{what}; {stopper} saves."
+            yield Moment(t_ns, "save", row["side"], row["by"], text, Weight.CHANCE, actor=team)
         elif outcome == "blocked":
             yield Moment(t_ns, "shot", team, number, f"{what}; {stopper} is in the way.", Weight.ATTEMPT)
         elif outcome == "wide":
@@ -111,7 +116,8 @@ def of_shots(shots: pl.DataFrame, touched: pl.DataFrame) -> Iterator[Moment]:
 
 
 def of_passes(
-    passes: pl.DataFrame, trajectories: pl.DataFrame, pitch: Pitch, settings: CommentarySettings
+    passes: pl.DataFrame, trajectories: pl.DataFrame, pitch: Pitch, names: Mapping[str, str],
+    settings: CommentarySettings,
 ) -> Iterator[Moment]:
     """Passes that are long enough."""
     least = settings.pass_m * SCALES[pitch.kind].close
@@ -121,8 +127,9 @@ def of_passes(
     ).filter((pl.col("to_x") - pl.col("x")) ** 2 + (pl.col("to_y") - pl.col("y")) ** 2 >= least**2)
     for row in told.iter_rows(named=True):
         how = "plays a through pass" if row["through"] else PASSES[row["direction"]]
-        team, giver = row["team"], robot(row["team"], row["robot"], row["giver"])
-        text = f"{giver} {how} to {robot(team, row['receiver'], row['taker'])}."
+        team, name = row["team"], names[row["team"]]
+        text = (f"{robot(name, row['robot'], row['giver'])} {how} to"
+                f" {robot(name, row['receiver'], row['taker'])}.")
         yield Moment(row["t_ns"], "pass", team, row["robot"], text, Weight.PLAY)
 
 
@@ -138,7 +145,7 @@ def of_spells(
 
 
 def of_lulls(
-    told: Sequence[Moment], spells: Sequence[Spell], settings: CommentarySettings
+    told: Sequence[Moment], spells: Sequence[Spell], names: Mapping[str, str], settings: CommentarySettings
 ) -> Iterator[Moment]:
     """Possession, and changes of sides, in long stretches without other moments; all are given by time."""
     for before, after in pairwise(told):
@@ -151,12 +158,12 @@ def of_lulls(
         more, share = ("home", homes) if homes > 0.5 else ("away", 1 - homes)
         turns = sum(one.team != two.team for one, two in pairwise(during))
         duels = seconds - held
-        text = f"{more.capitalize()} have {share:.0%} of the possession in the next {seconds:.0f} s."
+        text = f"{names[more]} has {share:.0%} of the possession in the next {seconds:.0f} s."
         if duels > held or turns * settings.scramble_s >= held:
             changes = "once" if turns == 1 else f"{turns} times"
             nobody = f", and nobody has it for {duels:.0f} s" if duels > held else ""
             text = (f"A scramble: in {seconds:.0f} s the ball changes sides {changes}{nobody};"
-                    f" {more} have {share:.0%} of the possession.")
+                    f" {names[more]} has {share:.0%} of the possession.")
         yield Moment(during[0].start_ns, "possession", more, None, text, Weight.PLAY)
 
 

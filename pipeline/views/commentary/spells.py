@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import groupby
 from typing import Any, NamedTuple
 
@@ -47,13 +48,16 @@ class Spell(NamedTuple):
         return (self.end_ns - self.start_ns) / 1e9
 
 
-def spells(possession: pl.DataFrame, passes: pl.DataFrame, trajectories: pl.DataFrame) -> list[Spell]:
+def spells(
+    possession: pl.DataFrame, passes: pl.DataFrame, trajectories: pl.DataFrame, names: Mapping[str, str]
+) -> list[Spell]:
     """Teams' times on the ball, by time.
 
     Args:
         possession: rows of schema Possession of one match.
         passes: rows of schema Passes of that match.
         trajectories: rows of schema Trajectories of that match.
+        names: what each side is called.
     """
     owned = possession.with_columns(
         pl.col("team").cast(pl.String),
@@ -80,13 +84,13 @@ def spells(possession: pl.DataFrame, passes: pl.DataFrame, trajectories: pl.Data
             team, first["start_ns"], last["end_ns"], ends[segment],
             held_s=sum(row["end_ns"] - row["start_ns"] for row in rows) / 1e9,
             robots=tuple(dict.fromkeys(number for _, number in sorted(at_ball))),
-            first=robot(team, first["robot"], first["role"]),
+            first=robot(names[team], first["robot"], first["role"]),
             touches=sum(row["touches"] for row in rows),
             x=first["x"],
             far=max([row[name] for row in rows for name in ("x", "end_x")]
                     + [row[name] for row in passed for name in ("x", "to_x")]),
             lost_by=(before["team"], before["last_robot"], robot(
-                before["team"], before["last_robot"], before["last_role"])) if before else None,
+                names[before["team"]], before["last_robot"], before["last_role"])) if before else None,
             lost_ns=before["end_ns"] if before else first["start_ns"],
         ))
         before = last

@@ -42,8 +42,14 @@ def clock(t_ns: int) -> str:
     return f"{seconds // 60}:{seconds % 60:02d}"
 
 
+def called(home: str, away: str) -> dict[str, str]:
+    """What each side is called: its team, and the side, too, where a team plays itself."""
+    return {side: name if home != away else f"{name} ({side})"
+            for side, name in (("home", home), ("away", away))}
+
+
 def robot(team: str, number: int, role: str | None) -> str:
-    """A robot's name."""
+    """A robot's name; ``team`` is what its team is called."""
     return f"{team} {number}" if role is None else f"{team} {number} ({role})"
 
 
@@ -64,7 +70,7 @@ def listed(items: Sequence[str]) -> str:
 
 
 def restart(note: str | None, team: str | None) -> str:
-    """Sentence for a restart; an unknown word is quoted."""
+    """Sentence for a restart of a team that is called so; an unknown word is quoted."""
     words = (note or "").replace("_", " ").strip().lower().removesuffix(" l").removesuffix(" r")
     said = RESTARTS.get(words, f"Play restarts ({note})" if note else "Play restarts")
     return f"{said} for {team}." if team else f"{said}."

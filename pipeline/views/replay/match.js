@@ -76,7 +76,8 @@ function understand(match) {
       if (ranges.some(([first, last]) => first <= code && code <= last)) family.set(Number(code), i);
     }
   });
-  const shortName = (code) => match.names[code].replace(/^(the )?robot /i, "");
+  for (const code of Object.keys(match.names)) match.names[code] = match.names[code].replace("it's own", "its own"); // the paper's slip
+  const shortName = (code) => match.names[code].replace(/^(the )?robot /i, "").replace(/^./, (letter) => letter.toLowerCase());
 
   // each robot's situations, as parallel slices in order of start
   for (const robot of robots) robot.situations = { start: [], end: [], index: [] };

@@ -9,6 +9,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from pipeline.text import number_of
 from pipeline.views.replay import asset
 
 #: Files that stand beside the pages.
@@ -23,7 +24,7 @@ def _environment() -> Environment:
         loader=PackageLoader("pipeline.views.scout"), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True)
     made.filters |= {"percent": _percent, "clock": _clock, "number": _number, "code": "{:03d}".format,
-                     "short": _short}
+                     "short": _short, "number_of": number_of}
     return made
 
 

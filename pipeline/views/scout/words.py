@@ -6,13 +6,19 @@ from collections.abc import Mapping, Sequence
 
 from pipeline.situations.rules import TABLE_1
 
-#: Names of the situations, by code.
-NAMES = {code: name for code, (name, _) in TABLE_1.items()}
+#: Names of the situations, by code; the paper's "it's own goal" is spelt right.
+NAMES = {code: name.replace("it's", "its") for code, (name, _) in TABLE_1.items()}
+
+
+def short(name: str) -> str:
+    """A situation's name within a phrase: of the robot that is spoken of."""
+    within = name.removeprefix("Robot ")
+    return within[:1].lower() + within[1:]
 
 
 def said(codes: Sequence[int], names: Mapping[int, str] = NAMES) -> str:
     """Situations in words; a code that has no name stands for itself."""
-    return ", then ".join(names.get(code, f"{code:03d}").removeprefix("Robot ") for code in codes)
+    return ", then ".join(short(names.get(code, f"{code:03d}")) for code in codes)
 
 
 def of_behaviour(behaviour_id: str) -> str:

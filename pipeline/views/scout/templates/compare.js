@@ -197,7 +197,7 @@ function twoTeams(...slugs) {
 /** A behaviour's id in words. */
 function inWords(id) {
   const [role, ...codes] = id.split("-");
-  const names = codes.map((code) => (league.codes[Number(code)] ?? code).replace(/^Robot /, ""));
+  const names = codes.map((code) => league.codes[Number(code)] ?? code);
   return `${role}: ${names.join(", then ")}`;
 }
 
