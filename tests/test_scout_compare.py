@@ -13,7 +13,7 @@ from flows.scouting import compare
 from flows.scouting.sources import chosen, played
 from flows.scouting.write import write
 from pipeline.errors import NotFound
-from pipeline.views.scout.facts import PARTS, numbers, parts
+from pipeline.views.scout.facts import PARTS, numbers, parts, played_s
 from schemas import SIDES, Behaviours
 
 
@@ -24,6 +24,11 @@ def facts_of(script: bytes):
 @pytest.fixture(scope="module")
 def league(store):
     return list(played(store))
+
+
+def lines_of(store, league):
+    """What the scripts take from the league's lines, by match."""
+    return {match.name: {"played_s": played_s(match.tables(store).trajectories)} for match in league}
 
 
 def test_chosen(league):
@@ -64,18 +69,24 @@ def test_numbers_of_both(store, league):
     assert mean == pytest.approx(10 * sum(lines[it.name]["numbers"]["home"]["shots"] for it in league) / 2)
 
 
-def test_knowledge(store):
+def test_knowledge(store, league):
     """A version's script has each team's behaviours, by evidence, as the table has them."""
     manifest = compare.versions(store)[0]
     table = store.read_table(manifest, "behaviours", Behaviours)
-    found = facts_of(compare.knowledge(store, manifest))
+    found = facts_of(compare.knowledge(store, manifest, league, lines_of(store, league)))
     assert found["version"] == manifest.version
     assert sum(len(team["behaviours"]) for team in found["teams"]) == table.height
     for team in found["teams"]:
         rows = table.filter(pl.col("team") == team["name"])
         assert {row[0] for row in team["behaviours"]} == set(rows["behaviour_id"])
+        sides = [match for match in league for each in (match.home, match.away) if each.name == team["name"]]
+        played = sum(played_s(match.tables(store).trajectories) for match in sides)
+        assert team["minutes"] == pytest.approx(played / 60)
+        assert 0 < played <= sum(match.tables(store).matches["duration_s"][0] for match in sides)
         evidence = [row[2] if row[3] is None else row[3] for row in team["behaviours"]]
         assert evidence == sorted(evidence, reverse=True)
+    part = facts_of(compare.knowledge(store, manifest, league[:1], lines_of(store, league)))
+    assert {team["minutes"] for team in part["teams"]} == {None}, "a match that it was learned from is not there"
 
 
 def test_parts(store, league):
@@ -146,3 +157,53 @@ def test_one_version_compared_with_itself(pages, page):
     assert re.match(r"\d+ in both, 0 only in .*, 0 only in .*no interval", text)
 
 
+
+
+@pytest.mark.slow
+def test_partner_of_a_team(pages, page):
+    """The team that is compared with is one of its league that it has played, and the behaviours are those teams'."""
+    address = (pages.first.parent / "compare.html").as_uri()
+    page.goto(address)
+    page.locator("#behaviours .found tbody tr").first.wait_for()
+    teams = page.evaluate("league.teams.map(({ slug, name, kind }) => [slug, `${name} (${kind})`])")
+    for slug, name in teams:
+        page.goto("about:blank")
+        page.goto(f"{address}#teams={slug}")
+        page.locator("#behaviours .found > *").first.wait_for()
+        both = [page.locator(f"#teams [data-side='{side}'] option:checked").inner_text() for side in (0, 1)]
+        assert both[0] == name
+        assert page.evaluate("(slugs) => met(slugs.map((slug) => league.teams.find((it) => it.slug === slug)))", [
+            page.locator(f"#teams [data-side='{side}']").input_value() for side in (0, 1)])
+        chosen = page.locator("#behaviours [data-side] option:checked").all_inner_texts()
+        known = page.locator("#behaviours [data-side='0'] option").all_inner_texts()
+        assert chosen == [each for each in both if each in known]
+    page.select_option("#teams [data-side='1']", teams[0][0])
+    if teams[0][1] in known:
+        assert page.locator("#behaviours [data-side='1'] option:checked").inner_text() == teams[0][1]
+
+
+@pytest.mark.slow
+def test_how_often_sorts(pages, page):
+    """Behaviours are counted in ten minutes of play, a click sorts by that, and the first twenty are shown."""
+    page.goto((pages.first.parent / "compare.html").as_uri())
+    rows = page.locator("#behaviours .found tbody tr")
+    rows.first.wait_for()
+    visible, every = page.locator("#behaviours .found tbody tr:visible"), rows.count()
+    assert visible.count() == every <= 20, "the control: few are all shown"
+    page.evaluate("""known.forEach((teams) => teams.forEach((team) => {
+        for (let i = 0; i < 40; i++) team.behaviours.push([`striker-${String(i).padStart(3, "0")}`, 3 + 7 * i % 41, 0.01, null, null]);
+    }))""")
+    page.select_option("[data-show]", "first")
+    page.select_option("[data-show]", "all")
+    every = rows.count()
+    assert every > 40
+    rates = page.locator("#behaviours .found thead th", has_text="each 10 min").first
+    rates.click()
+    rates.click()
+    shown = visible.evaluate_all("rows => rows.map((row) => row.cells[2].textContent)")
+    assert len(shown) == 20
+    rate = [float(it) for it in shown]
+    assert rate == sorted(rate, reverse=True)
+    assert rate[0] > rate[-1]
+    page.get_by_role("button", name=f"Show all {every}").click()
+    assert visible.count() == every

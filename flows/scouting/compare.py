@@ -8,6 +8,7 @@ from typing import Any
 
 import polars as pl
 
+from flows.knowledge import learned_from, lineage
 from flows.scouting.matches import MEASURES
 from flows.scouting.sources import Match, TeamName, against_itself, counted
 from flows.scouting.teams import over
@@ -57,17 +58,43 @@ def versions(store: Store) -> list[Manifest]:
     return [store.manifest("knowledge", version) for version in newest]
 
 
-def knowledge(store: Store, manifest: Manifest) -> bytes:
+def knowledge(
+    store: Store, manifest: Manifest, league: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+) -> bytes:
     """A script that has the behaviours of a version, each team's by itself and by evidence.
 
-    Of each its id, support, value, and the ends of the value's 95 % interval.
+    Of each its id, support, value, and the ends of the value's 95 % interval; of each team its minutes of play
+    in the matches that the version was learned from, null where one of these is unknown.
+
+    Args:
+        store: the data folder.
+        manifest: of the version.
+        league: the matches.
+        lines: the league's, by match.
     """
+    minutes = _minutes(store, manifest, league, lines)
     known = store.read_table(manifest, "behaviours", Behaviours).drop_nulls("team")
     return _script("scoutKnowledge", {"version": manifest.version, "teams": [{
-        "name": name, "kind": kind,
+        "name": name, "kind": kind, "minutes": None if minutes is None else minutes.get((name, kind)),
         "behaviours": rows.sort(*BY_EVIDENCE, descending=True).select(
             "behaviour_id", "support", pl.col("value", "low", "high").round(4)).rows(),
     } for (name, kind), rows in known.group_by("team", "kind", maintain_order=True)]})
+
+
+def _minutes(
+    store: Store, manifest: Manifest, league: Sequence[Match], lines: Mapping[str, dict[str, Any]]
+) -> dict[tuple[str, str], float] | None:
+    """Minutes of play of each team (name and kind of pitch) over its sides; None where a match is unknown."""
+    learned = {match for version in lineage(store, manifest) for match in learned_from(version)}
+    own = [match for match in league if match.name in learned]
+    if len(own) < len(learned):
+        return None
+    found = dict[tuple[str, str], float]()
+    for match in own:
+        for team in (match.home, match.away):
+            key = team.name, team.kind
+            found[key] = found.get(key, 0.0) + lines[match.name]["played_s"] / 60
+    return found
 
 
 def _script(function: str, facts: object) -> bytes:

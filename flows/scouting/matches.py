@@ -16,7 +16,7 @@ from pipeline.pitch import Pitch
 from pipeline.views.commentary import Commentary, commentary
 from pipeline.views.commentary.words import called
 from pipeline.views.scout.changes import Change, change, change_of_count, told
-from pipeline.views.scout.facts import Numbers, Tables, by_lead, halves, markers, numbers, parts
+from pipeline.views.scout.facts import Numbers, Tables, by_lead, halves, markers, numbers, parts, played_s
 from pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time, pass_arrow
 from pipeline.views.scout.restarts import any_moment
 from pipeline.views.scout.scored import Scored, clip_of
@@ -80,7 +80,8 @@ def line(match: Match, tables: Tables, kept: Kept) -> dict[str, Any]:
     ball = tables.trajectories.filter(pl.col("team") == "ball", pl.col("segment").is_not_null())
     counts, _ = np.histogram(ball["x"].to_numpy(), 12, (-match.pitch.goal_x, match.pitch.goal_x))
     return {
-        "score": score(row), "seconds": row["duration_s"], "kind": match.pitch.kind.value,
+        "score": score(row), "seconds": row["duration_s"], "played_s": played_s(tables.trajectories),
+        "kind": match.pitch.kind.value,
         "date": row["started_at"].date().isoformat() if row["started_at"] else "",
         "flaws": _flaws(tables), "numbers": {side: it._asdict() for side, it in own.items()},
         "any_moment": {side: list(it) for side, it in any_moment(

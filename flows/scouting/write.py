@@ -157,8 +157,8 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
     folder.put("compare/numbers.js", digest(canonical([everything, [it.key for it in versions]])), lambda: (
         compare.numbers(league, teams, lines, versions)))
     for manifest in versions:
-        folder.put(f"compare/v{manifest.version}.js", digest(canonical([code, manifest.key])), partial(
-            compare.knowledge, store, manifest))
+        folder.put(f"compare/v{manifest.version}.js", digest(canonical([everything, manifest.key])), partial(
+            compare.knowledge, store, manifest, league, lines))
     for name, content in (files() | replays.files(teams, known, behind)).items():
         folder.put(name, digest(content), lambda content=content: content)  # type: ignore[misc]
     folder.close()

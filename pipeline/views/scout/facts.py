@@ -103,6 +103,17 @@ def numbers(tables: Tables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[st
     return found
 
 
+def played_s(trajectories: pl.DataFrame) -> float:
+    """Seconds of play: from the first to the last sample of each segment; the stops between them are left out.
+
+    Args:
+        trajectories: rows of schema Trajectories of one match.
+    """
+    spans = trajectories.drop_nulls("segment").group_by("segment").agg(
+        lasts=pl.col("t_ns").max() - pl.col("t_ns").min())
+    return int(spans["lasts"].sum()) / 1e9
+
+
 class Part(NamedTuple):
     """A part of a match.
 

@@ -3,8 +3,8 @@
 
 const known = new Map(); // version to its teams, as its script gave them
 let league = null;
-/** Rows of a table at most; the rest is counted. */
-const ROWS = 300;
+/** Rows of a table at most; the rest is counted. Of these so many are shown at first. */
+const ROWS = 2000, FIRST = 20;
 /** The normal distribution's 97.5 % point. */
 const Z = 1.959964;
 
@@ -65,7 +65,9 @@ function table(heads, rows, over = []) {
     cells.forEach((text, i) => {
       const cell = row.appendChild(document.createElement(i ? "td" : "th"));
       if (i) cell.className = "n"; else cell.scope = "row";
-      if (text instanceof Node) cell.append(text); else cell.textContent = text;
+      if (text instanceof Node) cell.append(text);
+      else if (typeof text === "object") [cell.textContent, cell.dataset.by] = text; // as it is shown, and as it sorts
+      else cell.textContent = text;
     });
   }
   return made;
@@ -83,19 +85,22 @@ function fill(select, choices, chosen) {
   if (choices.some(([value]) => value === chosen)) select.value = chosen;
 }
 
-/** A section with two selects; `show` gives what is found for the two choices. */
-function pair(id, choices, asked, show, preset) {
+/** A section with two selects; `show` gives what is found for the two choices, `partner` the second for a first. */
+function pair(id, choices, asked, show, preset, partner, chosen = () => {}) {
   const section = document.getElementById(id);
   if (choices.length < 2) {
     section.hidden = true;
     return;
   }
   const sides = [0, 1].map((side) => section.querySelector(`[data-side="${side}"]`));
-  const first = asked?.[0] ?? preset?.[0] ?? choices[0][0];
-  const second = asked?.[1] ?? (asked ? undefined : preset?.[1]) ?? choices.find(([value]) => value !== first)[0];
+  const first = asked?.[0] ?? preset ?? choices[0][0];
+  const second = asked?.[1] ?? partner(first) ?? choices.find(([value]) => value !== first)[0];
   fill(sides[0], choices, first);
   fill(sides[1], choices, second);
-  const update = () => section.querySelector(".found").replaceChildren(...show(sides[0].value, sides[1].value));
+  const update = () => {
+    section.querySelector(".found").replaceChildren(...show(sides[0].value, sides[1].value));
+    chosen(sides.map((each) => each.value));
+  };
   sides.forEach((select) => select.addEventListener("change", () => {
     history.replaceState(null, "", `#${id}=${sides.map((each) => encodeURIComponent(each.value)).join(",")}`);
     update();
@@ -111,6 +116,13 @@ function firstPair(list, fit) {
     if (other) return [one, other];
   }
   return undefined;
+}
+
+/** Another than the chosen one, of its league if there is one: such as `fits` it, else any of the league. */
+function partner(list, chosen, fits) {
+  const one = list.find(chosen);
+  const others = list.filter((other) => one && other !== one && other.kind === one.kind);
+  return others.find((other) => fits(one, other)) ?? others[0];
 }
 
 const teamsOf = (match) => JSON.stringify([match.kind, ...[...match.names].sort()]);
@@ -236,6 +248,25 @@ function linked(id, team) {
   return made;
 }
 
+/** How often a behaviour is shown in ten minutes of play, as it is shown and as it sorts. */
+function often(row, team) {
+  if (!row || !team.minutes) return ["–", -1];
+  const rate = (10 * row[1]) / team.minutes;
+  return [rate.toFixed(1), rate];
+}
+
+const sorts = (text, value) => [text, value ?? -1e9];
+
+/** A button that shows all rows of a table that is cut after the first ones; sorting keeps the cut. */
+function more(made, count) {
+  if (count <= FIRST) return [];
+  made.classList.add("cut");
+  const button = document.createElement("button");
+  button.textContent = `Show all ${count}`;
+  button.addEventListener("click", () => { made.classList.remove("cut"); button.remove(); made.tabIndex = -1; made.focus(); });
+  return [button];
+}
+
 function twoLists(teams, versions, show) {
   const independent = !(teams[0].name === teams[1].name && teams[0].kind === teams[1].kind);
   const names = teams.map((team, side) => `${team.name}, version ${versions[side]}`);
@@ -246,9 +277,14 @@ function twoLists(teams, versions, show) {
   const kept = rows.filter(wanted[show]).sort((x, y) => rank(y) - rank(x));
   const found = [paragraph(told(rows, names, independent))];
   if (teams[0].kind !== teams[1].kind) found.push(paragraph("They are of two leagues, and each league has a V of its own."));
-  found.push(table(["Behaviour", "n", names[0], "n", names[1], "difference"], kept.slice(0, ROWS).map((row) => [
-    linked(row.id, row.a ? teams[0] : teams[1]), row.a?.[1] ?? "–", worth(row.a), row.b?.[1] ?? "–", worth(row.b),
-    row.shared === null ? "" : `${row.sure ? "★ " : ""}${row.shared.toFixed(3)}${row.half === null ? "" : ` ± ${row.half.toFixed(3)}`}`])));
+  const made = table(["Behaviour", ...teams.flatMap(() => ["n", "each 10 min", "value"]), "of values"], kept.slice(0, ROWS).map((row) => [
+    linked(row.id, row.a ? teams[0] : teams[1]),
+    ...[row.a, row.b].flatMap((own, side) => [sorts(own?.[1] ?? "–", own?.[1]), often(own, teams[side]), sorts(worth(own), own?.[2])]),
+    sorts(row.shared === null ? "" : `${row.sure ? "★ " : ""}${row.shared.toFixed(3)}${row.half === null ? "" : ` ± ${row.half.toFixed(3)}`}`, row.shared)]),
+  [[names[0], 3], [names[1], 3], ["difference", 1]]);
+  made.classList.add("sortable");
+  sortable(made);
+  found.push(made, ...more(made, Math.min(kept.length, ROWS)));
   if (!kept.length) found.push(paragraph("Nothing fits the choice."));
   if (kept.length > ROWS) found.push(paragraph(`The first ${ROWS} of ${kept.length} are shown.`));
   return found;
@@ -270,7 +306,8 @@ function behaviours(asked) {
   let lists = [[], []];
   const update = () => {
     const teams = sides.map((select, side) => lists[side][Number(select.value)]);
-    found.replaceChildren(...(teams.every(Boolean) ? twoLists(teams, versions.map((it) => it.value), show.value) : []));
+    found.replaceChildren(...(teams.every(Boolean) ? twoLists(teams, versions.map((it) => it.value), show.value)
+      : [paragraph("A team that is chosen above has no behaviours of its own in this version. Choose another here.")]));
   };
   const load = async (teams = sides.map((select) => select.selectedOptions[0]?.textContent)) => {
     try {
@@ -291,21 +328,32 @@ function behaviours(asked) {
   };
   versions.forEach((select) => select.addEventListener("change", () => load()));
   [...sides, show].forEach((select) => select.addEventListener("change", update));
-  load([said[1], said[3]]).then(() => {
+  const loaded = load([said[1], said[3]]).then(() => {
     // without two teams of one league: the same team in two versions
     if (asked || numbers.length < 2 || firstPair(lists[0], (one, other) => one.kind === other.kind)) return;
     versions[1].value = numbers[1][0];
-    load();
+    return load();
   });
   if (asked) section.scrollIntoView();
+  return (slugs) => loaded.then(() => {
+    slugs.forEach((slug, side) => {
+      const { name, kind } = league.teams.find((team) => team.slug === slug);
+      sides[side].selectedIndex = lists[side].findIndex((team) => team.name === name && team.kind === kind);
+    });
+    update();
+  });
 }
 
 addEventListener("DOMContentLoaded", () => {
   const [name, rest] = location.hash.slice(1).split("=");
   const asked = (own) => (name === own && rest ? rest.split(",").map(decodeURIComponent) : undefined);
   pair("matches", league.matches.map(({ id, names, score }) => [id, `${id}: ${names[0]} ${score} ${names[1]}`]), asked("matches"), twoMatches,
-    firstPair(league.matches, (one, other) => teamsOf(one) === teamsOf(other))?.map(({ id }) => id));
+    firstPair(league.matches, (one, other) => teamsOf(one) === teamsOf(other))?.[0].id, (id) => partner(league.matches, (it) => it.id === id,
+      (one, other) => teamsOf(one) === teamsOf(other))?.id);
+  const follow = behaviours(asked("behaviours"));
+  let own = Boolean(asked("behaviours")); // an address of behaviours holds until teams are chosen
   pair("teams", league.teams.map(({ name: team, kind, slug }) => [slug, `${team} (${kind})`]), asked("teams"), twoTeams,
-    firstPair([...league.teams].sort((one, other) => other.matches - one.matches), (one, other) => one.kind === other.kind)?.map(({ slug }) => slug));
-  behaviours(asked("behaviours"));
+    firstPair([...league.teams].sort((one, other) => other.matches - one.matches), (one, other) => one.kind === other.kind)?.[0].slug,
+    (slug) => partner(league.teams, (it) => it.slug === slug, (one, other) => met([one, other]))?.slug,
+    (slugs) => { if (!own) follow?.(slugs); own = false; });
 });

@@ -86,7 +86,7 @@ function clip(figure) {
 
 /** Sort a table by a column; again turns it round. Cells sort by data-by, or by what they say. */
 function sortable(table) {
-  const heads = [...table.tHead.rows[0].cells];
+  const heads = [...table.tHead.rows[table.tHead.rows.length - 1].cells];
   heads.forEach((head, column) => {
     head.tabIndex = 0;
     const sort = () => {
