@@ -212,3 +212,22 @@ def test_words_and_replays_on_a_phone(pages, browser, scheme):
     way, team = (phone.locator(each).bounding_box() for each in ("header nav", "#home"))
     assert way["y"] + way["height"] <= team["y"]
     phone.close()
+
+
+@pytest.mark.slow
+def test_words_that_there_are(pages, page):
+    """Where nothing fits, the page says which words there are, and each of them fills the filter."""
+    found = next(it for it in sorted((pages.first.parent / "behaviours").glob("*.html")) if "data-match" in it.read_text())
+    page.goto(found.as_uri())
+    words = page.locator(".phrases button")
+    assert not words.first.is_visible()
+    page.fill("[data-filter]", "no such thing")
+    said = words.all_inner_texts()
+    assert len(said) == len(set(said)) > 2
+    words.nth(1).click()
+    assert page.input_value("[data-filter]") == said[1]
+    assert page.locator("#rows tr:visible").count() > 0
+    assert not words.first.is_visible()
+    assert all(re.fullmatch(r"Within 10 s, of n = \d+: .*", each) for each in page.locator(".led").all_inner_texts())
+    assert page.locator(".led").count() > 0
+    page.wait_for_load_state("networkidle")

@@ -1,4 +1,4 @@
-"""What is typical of a team, and which behaviours its page shows."""
+"""What is typical of a team, what followed its behaviours, and which ones its page shows."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 import polars as pl
 import pytest
 
+from pipeline.views.scout.following import FOLLOWS_S, Following, followed_by, following
 from pipeline.views.scout.gallery import SHOWN, SHOWN_OF_ORDER, leading
 from pipeline.views.scout.typical import typical
 
@@ -64,3 +65,33 @@ def test_the_first_of_each_order():
     assert {"b120", "b150", "b70", "b160", "b90"} <= set(shown)
     assert len(shown) <= SHOWN + 1 + 5 * SHOWN_OF_ORDER
     assert leading(table.head(3)).equals(table.head(3))
+
+
+S = 10**9
+
+
+def led(*occurrences, shots=(), goals=()):
+    """What followed occurrences (start, end in s, segment) of home, in segments of 20 s; shots and goals (s, team)."""
+    found = pl.DataFrame([("striker-044", "home", round(a * S), round(b * S), episode) for a, b, episode in occurrences],
+                         schema=["behaviour_id", "team", "t_ns", "done_ns", "episode"], orient="row")
+    frames = pl.DataFrame([(t * S, t // 20) for t in range(60)], schema={"t_ns": pl.Int64, "segment": pl.Int64}, orient="row")
+    tables = [pl.DataFrame([(team, round(t * S), int(t // 20)) for t, team in rows],
+                           schema={"team": pl.String, "t_ns": pl.Int64, "segment": pl.Int64}, orient="row")
+              for rows in (shots, goals)]
+    return following(followed_by(found.cast({"episode": pl.Int64}), *tables, frames))["striker-044"]
+
+
+def test_followed():
+    """A shot within an occurrence or up to some seconds after its end followed it, once however many there are."""
+    assert led((1, 2, 0), (5, 6, 0), shots=[(1.5, "home"), (1.8, "home")]) == Following(2, 1, 0, 0, 0)
+    assert led((1, 2, 0), shots=[(2 + FOLLOWS_S, "home")]).shot == 1
+    assert led((1, 2, 0), shots=[(2.01 + FOLLOWS_S, "home")]).shot == 0
+    assert led((1, 2, 0), shots=[(0.9, "home")]).shot == 0, "it came before"
+    assert led((1, 2, 0), (21, 22, 1), shots=[(3, "away")]) == Following(2, 0, 0, 1, 0)
+
+
+def test_followed_before_play_stops():
+    """What comes after the next restart did not follow; a goal that is logged with the restart did."""
+    assert led((18, 19, 0), shots=[(21, "home")], goals=[(20, "home")]) == Following(1, 0, 1, 0, 0)
+    assert led((18, 19, 0), goals=[(20.5, "away")]) == Following(1, 0, 0, 0, 0)
+    assert led((18, 19, 0), goals=[(19.5, "away")]) == Following(1, 0, 0, 0, 1)

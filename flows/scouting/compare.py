@@ -63,8 +63,8 @@ def knowledge(
 ) -> bytes:
     """A script that has the behaviours of a version, each team's by itself and by evidence.
 
-    Of each its id, support, value, and the ends of the value's 95 % interval; of each team its minutes of play
-    in the matches that the version was learned from, null where one of these is unknown.
+    Of each its id, support, value, and the ends of the value's 95 % interval; of each team its minutes of
+    play in the matches that the version was learned from, null where one of these is unknown.
 
     Args:
         store: the data folder.

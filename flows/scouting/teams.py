@@ -26,6 +26,7 @@ from pipeline.pitch import Pitch
 from pipeline.store import Store
 from pipeline.text import number_of
 from pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matches
+from pipeline.views.scout.following import FOLLOWS_S, followed_by, following
 from pipeline.views.scout.gallery import clips, leading, paths, ranked
 from pipeline.views.scout.maps import lying, neuron_key
 from pipeline.views.scout.occurrences import occurrences, placed
@@ -34,7 +35,7 @@ from pipeline.views.scout.restarts import SOON_S, Moments, paid
 from pipeline.views.scout.restarts import over_matches as any_moment
 from pipeline.views.scout.transitions import Followed, around, transitions
 from pipeline.views.scout.words import of_behaviour, said
-from schemas import SIDES, Passes, Possession, Restarts, Trajectories, note_on
+from schemas import SIDES, Goals, Passes, Possession, Restarts, Shots, Trajectories, note_on
 
 #: Matches that clips are taken from: the newest.
 FROM = 40
@@ -188,10 +189,13 @@ def gallery(
     ids = shown["behaviour_id"].to_list()
     seen = [_seen(store, match, team, own).filter(pl.col("behaviour_id").is_in(ids)) for match in newest]
     ways = paths(pl.concat(rows for match, rows in zip(newest, seen, strict=True) if match.pitch == pitch))
+    led = following(pl.concat(seen))
     by_behaviour, near = clips(pl.concat(seen)), around(transitions(learned.decisions(team)))
     return {
         "team": team, "version": known.manifest.version, "total": own.height,
-        "roles": every["role"].cast(pl.String).unique().sort().to_list(),
+        "roles": every["role"].cast(pl.String).unique().sort().to_list(), "follows_s": FOLLOWS_S,
+        "counted_in": counted(len(newest), 0),
+        "phrases": [said([code]) for code in every["codes"].explode().unique().sort().to_list()],
         "every": [row | {"words": said(row["codes"]), "shown": row["behaviour_id"] in ids}
                   for row in every.head(LISTED).select(
                       "behaviour_id", "codes", "role", "support", "value", "low", "high", "times", "at_least",
@@ -206,6 +210,7 @@ def gallery(
             "before": _told(near.get(row["behaviour_id"], ([], []))[0], ids),
             "after": _told(near.get(row["behaviour_id"], ([], []))[1], ids),
             "clips": by_behaviour.get(row["behaviour_id"], []),
+            "led": led.get(row["behaviour_id"]),
             **_way(pitch, row, ways.get(row["behaviour_id"])),
         } for row in shown.iter_rows(named=True)],
     }
@@ -223,9 +228,12 @@ def _typical(team: TeamName, known: Known, learned: Learned) -> pl.DataFrame:
 
 
 def _seen(store: Store, match: Match, team: TeamName, own: pl.DataFrame) -> pl.DataFrame:
-    """The occurrences of all of a team's behaviours in a match, with their places."""
+    """The occurrences of all of a team's behaviours in a match, with their places and what followed."""
     found = pl.concat([occurrences(sequence(store, match, side), own) for side in sides_of(team, match)])
-    return placed(found, store.read_table(match.made["trajectories"], "trajectories", Trajectories))
+    trajectories = store.read_table(match.made["trajectories"], "trajectories", Trajectories)
+    return followed_by(
+        placed(found, trajectories), store.read_table(match.made["events"], "shots", Shots),
+        store.read_table(match.made["goals"], "goals", Goals), trajectories)
 
 
 def _way(pitch: Pitch, row: Mapping[str, Any], way: pl.DataFrame | None) -> dict[str, Any]:

@@ -248,7 +248,8 @@ def _gallery(
     store: Store, team: TeamName, own: list[Match], known: Known | None, behind: Learned, sides: int
 ) -> dict[str, Any]:
     found = None if known is None else team_pages.gallery(store, team, own, known, behind)
-    none = {"team": team, "version": "none", "total": 0, "roles": [], "cards": [], "every": []}
+    none = {"team": team, "version": "none", "total": 0, "roles": [], "cards": [], "every": [],
+            "phrases": []}
     return (found or none) | {"sides": sides}
 
 

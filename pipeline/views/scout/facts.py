@@ -104,7 +104,7 @@ def numbers(tables: Tables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[st
 
 
 def played_s(trajectories: pl.DataFrame) -> float:
-    """Seconds of play: from the first to the last sample of each segment; the stops between them are left out.
+    """Seconds of play: from the first to the last sample of each segment, without the stops between.
 
     Args:
         trajectories: rows of schema Trajectories of one match.

@@ -17,10 +17,11 @@ def occurrences(sequence: pl.DataFrame, behaviours: pl.DataFrame) -> pl.DataFram
         behaviours: rows of schema Behaviours of its team.
 
     Returns:
-        Columns behaviour_id, match_id, team, robot, t_ns, done_ns, and change (of V, goals included).
+        Columns behaviour_id, match_id, team, robot, episode, t_ns, done_ns, and change (of V, goals
+        included).
     """
     total = np.append(0.0, np.cumsum(sequence["change"].fill_null(0.0).to_numpy()))
-    starts = sequence.select("match_id", pl.col("team").cast(pl.String), "robot", t_ns="start_ns")
+    starts = sequence.select("match_id", pl.col("team").cast(pl.String), "robot", "episode", t_ns="start_ns")
     found = [starts.head(0).with_columns(
         pl.lit("").alias("behaviour_id"), done_ns=pl.lit(0, dtype=pl.Int64), change=pl.lit(0.0))]
     for each in instances(sequence, behaviours):

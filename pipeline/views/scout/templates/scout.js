@@ -115,6 +115,13 @@ function filters() {
   // of a card only what it is, not what is said of it
   const texts = items.map((item) => (item.dataset.words ?? item.textContent).toLowerCase());
   const tell = counter(words.closest(".tools"));
+  const phrases = document.querySelector(".phrases");
+  phrases?.addEventListener("click", ({ target }) => {
+    if (target.tagName !== "BUTTON") return;
+    words.value = target.textContent;
+    words.dispatchEvent(new Event("input"));
+    words.focus();
+  });
   const show = () => {
     const asked = words.value.toLowerCase().split(/\s+/).filter(Boolean);
     items.forEach((item, i) => {
@@ -122,6 +129,7 @@ function filters() {
       const right = !is?.value || item.dataset[is.dataset.is] === is.value;
       item.hidden = !(enough && right && asked.every((word) => texts[i].includes(word)));
     });
+    if (phrases) phrases.hidden = items.some((item) => !item.hidden);
     tell(holders.map((holder) => {
       const own = items.filter((item) => holder.contains(item));
       return [own.filter((item) => !item.hidden).length, own.length, holder.id];
