@@ -63,9 +63,10 @@ def test_roles():
 def test_passing():
     """A pass is counted once from third to third, and once from robot to robot."""
     given = rows(Passes, *(
-        {"team": "home", "robot": a, "receiver": b, "x": x, "to_x": to} for a, b, x, to in (
-            (1, 2, -0.7, 0.7), (1, 2, -0.7, 0.0), (2, 5, 0.0, 0.0))))
+        {"team": "home", "robot": a, "receiver": b, "x": x, "to_x": to, "direction": way} for a, b, x, to, way in (
+            (1, 2, -0.7, 0.7, "front"), (1, 2, -0.7, 0.0, "left"), (2, 5, 0.0, 0.0, "right"))))
     found = passing(given, {MATCH: 1.5})
+    assert found.ways == [[1, 1, 0], [0, 1, 0], [0, 0, 0]], "forward, sideways, back"
     assert found.thirds == [[0, 1, 1], [0, 1, 0], [0, 0, 0]]
     assert (found.robots, found.pairs, found.n) == ([1, 2, 5], [[0, 2, 0], [0, 0, 1], [0, 0, 0]], 3)
 

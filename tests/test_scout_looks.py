@@ -171,7 +171,7 @@ def test_filters_say_what_is_left(pages, page):
     for found in (pages.first, cards, root / "situations.html"):
         page.goto(found.as_uri())
         said = page.locator(".shown[role=status]")
-        assert re.fullmatch(r"(\d+) of \1( cards, (\d+) of \3 rows)? shown", said.inner_text())
+        assert re.fullmatch(r"(\d+) of \1 shown|\d+ of \d+ cards, \d+ of \d+ rows shown", said.inner_text())
         page.fill("[data-filter]", "no such thing")
         assert re.fullmatch(r"Nothing fits the filter: 0 of \d+( cards, 0 of \d+ rows)? shown\.", said.inner_text())
         page.wait_for_load_state("networkidle")  # a clip's data that still load would count as failed
@@ -231,3 +231,80 @@ def test_words_that_there_are(pages, page):
     assert all(re.fullmatch(r"Within 10 s, of n = \d+: .*", each) for each in page.locator(".led").all_inner_texts())
     assert page.locator(".led").count() > 0
     page.wait_for_load_state("networkidle")
+
+
+@pytest.mark.slow
+def test_behaviours_fold(pages, page, tmp_path):
+    """Of many cards a few are shown; a filter looks through all, a link opens its own, and a button all."""
+    found = next(it for it in sorted((pages.first.parent / "behaviours").glob("*.html")) if "data-match" in it.read_text())
+    html = found.read_text()
+    cut = html.index('<article class="card"'), html.index("</article>") + len("</article>")
+    many = "".join(html[slice(*cut)].replace('<h2 id="', f'<h2 id="again-{i}-') for i in range(20))
+    (tmp_path / "behaviours").mkdir()
+    for each in ("scout.js", "scout.css", "data"):
+        (tmp_path / each).symlink_to(pages.first.parent / each)
+    found = tmp_path / "behaviours" / "many.html"
+    found.write_text(html.replace('<div id="cards" data-few="12">', f'<div id="cards" data-few="12">{many}'))
+    page.goto(found.as_uri())
+    cards, seen = page.locator(".card"), page.locator(".card:visible")
+    every = cards.count()
+    assert every > 20
+    assert seen.count() == 12
+    name = cards.last.locator("h2").get_attribute("id")
+    last = page.locator(f".card:has(h2[id='{name}'])")
+    page.fill("[data-filter]", name)
+    assert last.is_visible()
+    page.fill("[data-filter]", "")
+    assert not last.is_visible()
+    page.goto("about:blank")
+    page.goto(f"{found.as_uri()}#{name}")
+    assert last.is_visible()
+    assert seen.count() == every
+    page.goto("about:blank")
+    page.goto(found.as_uri())
+    page.get_by_role("button", name=f"Show all {every} cards").click()
+    assert seen.count() == every
+    card = next(it for it in cards.all() if it.locator("details").count())
+    assert card.locator("canvas:visible").count() == 4
+    page.wait_for_load_state("networkidle")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("width", "share"), [(1366, 0.5), (390, 0.46)])
+def test_wide_tables(pages, page, width, share):
+    """A table that is wider than its place says so, and its first column stays in sight, with whole words."""
+    page.set_viewport_size({"width": width, "height": 844})
+    for folder in ("teams", "matches"):
+        page.goto(next((pages.first.parent / folder).glob("*.html")).as_uri())
+        page.evaluate("document.querySelectorAll('details').forEach((it) => { it.open = true; })")
+        page.evaluate("document.querySelectorAll('main table').forEach((it) => { it.style.maxWidth = '360px'; })")
+        page.locator("table.over").first.wait_for()
+        for table in page.locator("table.over").all():
+            hint = table.evaluate("it => it.previousElementSibling.textContent")
+            assert "scroll it" in hint
+            assert table.evaluate("it => getComputedStyle(it.previousElementSibling).display") != "none"
+            left = table.evaluate("it => { it.scrollLeft = 90; return it.getBoundingClientRect().left; }")
+            first = table.locator("tbody tr > :first-child").first
+            assert first.bounding_box()["x"] == pytest.approx(left, abs=1)
+            assert first.bounding_box()["width"] <= share * width
+            assert first.evaluate("it => it.scrollWidth <= it.clientWidth + 1"), "no word is cut"
+            clear = first.evaluate("it => getComputedStyle(it).backgroundColor")
+            assert clear not in {"rgba(0, 0, 0, 0)", "transparent"}, "what scrolls beneath is not seen"
+
+
+@pytest.mark.slow
+def test_way_to_the_top(pages, page):
+    """The way to the top covers nothing, and is not on pages that do not scroll."""
+    match = next((pages.first.parent / "matches").glob("*.html")).as_uri()
+    over = """() => {
+        const way = document.querySelector(".to-top").getBoundingClientRect(), main = document.querySelector("main").getBoundingClientRect();
+        return way.left < main.right && way.top < main.bottom && way.bottom > main.top;
+    }"""
+    for width in (390, 1366, 1500, 1920):
+        page.set_viewport_size({"width": width, "height": 768})
+        page.goto(match)
+        page.locator(".to-top").wait_for()
+        assert not page.evaluate(over)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.goto((pages.first.parent / "policies.html").as_uri())
+    page.locator(".to-top").wait_for(state="hidden")

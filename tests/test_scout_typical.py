@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 
 from pipeline.views.scout.following import FOLLOWS_S, Following, followed_by, following
-from pipeline.views.scout.gallery import SHOWN, SHOWN_OF_ORDER, leading
+from pipeline.views.scout.gallery import AT_FIRST, SHOWN, SHOWN_OF_ORDER, Clip, at_first, leading
 from pipeline.views.scout.typical import typical
 
 
@@ -95,3 +95,14 @@ def test_followed_before_play_stops():
     assert led((18, 19, 0), shots=[(21, "home")], goals=[(20, "home")]) == Following(1, 0, 1, 0, 0)
     assert led((18, 19, 0), goals=[(20.5, "away")]) == Following(1, 0, 0, 0, 0)
     assert led((18, 19, 0), goals=[(19.5, "away")]) == Following(1, 0, 0, 0, 1)
+
+
+@pytest.mark.parametrize("kinds", [(4, 4, 4), (1, 2, 1), (1, 1, 1), (0, 2, 0), (2, 2, 2)])
+def test_clips_at_first(kinds):
+    """Up to four clips are shown at first, one of each kind among them; none is lost."""
+    found = [Clip("m", "home", 1, float(i), i + 1.0, f"{kind}, {i}")
+             for kind, count in zip(("best", "typical", "worst"), kinds, strict=True) for i in range(count)]
+    first, rest = at_first(found)
+    assert len(first) == min(AT_FIRST, len(found))
+    assert {clip.says.split(",")[0] for clip in first} == {clip.says.split(",")[0] for clip in found}
+    assert sorted(first + rest) == sorted(found)

@@ -13,7 +13,7 @@ from pipeline.views.scout.facts import Tables
 from pipeline.views.scout.scored import Scored, again, of_side, scored, summary
 from pipeline.views.scout.shooting import shooting
 from pipeline.views.scout.words import said
-from pipeline.views.scout.zones import THIRDS, Played, Samples, losses, passing, played, samples
+from pipeline.views.scout.zones import THIRDS, WAYS, Played, Samples, losses, passing, played, samples
 from schemas import SIDES, Passes, Possession
 
 
@@ -39,6 +39,7 @@ def of_match(match: Match, tables: Tables, kept: Kept) -> dict[str, dict[str, An
         held, passes, own = (table.filter(team=side) for table in (tables.possession, tables.passes, shots))
         found[side] = {
             "losses": losses(held, lengths, seen), "passing": passing(passes, lengths), "thirds": THIRDS,
+            "ways": [name for name, _ in WAYS], "roles": {robot: it.says for robot, it in seen.items()},
             "shooting": shooting(own), "scored": how(of_side(kept.scored, side), seen)}
     return found
 
@@ -58,6 +59,7 @@ def of_team(
     return {
         "losses": losses(events_of(store, sides, Possession), lengths, seen), "thirds": THIRDS,
         "passing": passing(events_of(store, sides, Passes), lengths),
+        "ways": [name for name, _ in WAYS], "roles": {robot: it.says for robot, it in seen.items()},
         "shooting": shooting(shots_over(store, sides)), "scored": how(goals_over(sides, lines), seen)}
 
 

@@ -27,7 +27,7 @@ from pipeline.store import Store
 from pipeline.text import number_of
 from pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matches
 from pipeline.views.scout.following import FOLLOWS_S, followed_by, following
-from pipeline.views.scout.gallery import clips, leading, paths, ranked
+from pipeline.views.scout.gallery import at_first, clips, leading, paths, ranked
 from pipeline.views.scout.maps import lying, neuron_key
 from pipeline.views.scout.occurrences import occurrences, placed
 from pipeline.views.scout.pictures import Mark, heat, on_pitch, pass_arrow
@@ -209,7 +209,7 @@ def gallery(
             "on": None if row["neuron"] is None else neuron_key(row["n"], row["neuron"]),
             "before": _told(near.get(row["behaviour_id"], ([], []))[0], ids),
             "after": _told(near.get(row["behaviour_id"], ([], []))[1], ids),
-            "clips": by_behaviour.get(row["behaviour_id"], []),
+            "clips": at_first(by_behaviour.get(row["behaviour_id"], [])),
             "led": led.get(row["behaviour_id"]),
             **_way(pitch, row, ways.get(row["behaviour_id"])),
         } for row in shown.iter_rows(named=True)],

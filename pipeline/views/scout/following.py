@@ -66,7 +66,8 @@ def followed_by(
         found = found.join_asof(
             right, left_on="t_ns", right_on="at_ns", by=("team", "episode"), strategy="forward",
             check_sortedness=False,
-        ).with_columns((pl.col("came_ns") <= until).fill_null(value=False).alias(name)).drop("came_ns", "at_ns")
+        ).with_columns((pl.col("came_ns") <= until).fill_null(value=False).alias(name)).drop(
+            "came_ns", "at_ns")
     return found
 
 

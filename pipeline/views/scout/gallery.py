@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import polars as pl
@@ -13,6 +13,8 @@ from pipeline.estimates import BY_EVIDENCE
 NOBODY = -1
 #: Clips shown of a behaviour: the best, the worst, and the typical ones, four each.
 EACH = 4
+#: Of these, clips shown at first.
+AT_FIRST = 4
 #: Behaviours shown beside those of one situation: the first by evidence, and the first in each other order.
 SHOWN, SHOWN_OF_ORDER = 50, 10
 #: What a behaviour is worth in all, at least: the lower end of its value, times its support.
@@ -89,6 +91,20 @@ def clips(occurrences: pl.DataFrame) -> dict[str, list[Clip]]:
                        before_s=LEAD_S, after_s=TAIL_S)
             for kind, part in _parts(rows) for row in part.iter_rows(named=True)]
         for (name,), rows in ordered.group_by("behaviour_id", maintain_order=True)}
+
+
+def at_first(found: Sequence[Clip]) -> tuple[list[Clip], list[Clip]]:
+    """Clips of a behaviour that are shown at first, and those that are shown on demand.
+
+    The first are the best, a typical and the worst one, and one more.
+
+    Args:
+        found: clips of one behaviour, in the order of :func:`clips`.
+    """
+    heads = {clip.says.split(",")[0]: clip for clip in reversed(found)}
+    chosen = list(heads.values())
+    chosen += [clip for clip in found if clip not in chosen][:AT_FIRST - len(chosen)]
+    return ([clip for clip in found if clip in chosen], [clip for clip in found if clip not in chosen])
 
 
 def paths(seen: pl.DataFrame) -> dict[str, pl.DataFrame]:

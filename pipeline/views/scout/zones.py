@@ -11,6 +11,8 @@ from schemas import SIDES
 
 #: Thirds of the pitch along it, as a team sees them.
 THIRDS = ("own third", "middle third", "attacking third")
+#: Ways of a pass, and the directions of schema Passes that each is made of.
+WAYS = (("forward", ("front",)), ("sideways", ("left", "right")), ("back", ("back",)))
 #: Share of its samples from which a robot's commonest role is said without the share.
 _CONSTANT = 0.9
 
@@ -62,12 +64,14 @@ class Passing(NamedTuple):
         thirds: by the third in which a pass begins (rows) and ends (columns), in the order of THIRDS.
         robots: numbers of the robots that pass or receive, sorted.
         pairs: by the robot that passes (rows) and the one that receives (columns), in that order.
+        ways: by the robot that passes (rows) and the direction (columns), in the order of WAYS.
         n: all of them.
     """
 
     thirds: list[list[int]]
     robots: list[int]
     pairs: list[list[int]]
+    ways: list[list[int]]
     n: int
 
 
@@ -145,10 +149,13 @@ def passing(passes: pl.DataFrame, lengths: Mapping[str, float]) -> Passing:
     length = _length(lengths)
     zones = _counts(passes.select(third("x", length), third("to_x", length)))
     pairs = _counts(passes.select("robot", "receiver"))
+    ways = _counts(passes.select("robot", pl.col("direction").cast(pl.String).replace_strict(
+        {direction: at for at, (_, own) in enumerate(WAYS) for direction in own}, return_dtype=pl.Int8)))
     robots = sorted({robot for pair in pairs for robot in pair})
     return Passing(
         [[zones.get((start, end), 0) for end in range(len(THIRDS))] for start in range(len(THIRDS))],
-        robots, [[pairs.get((giver, taker), 0) for taker in robots] for giver in robots], passes.height)
+        robots, [[pairs.get((giver, taker), 0) for taker in robots] for giver in robots],
+        [[ways.get((giver, at), 0) for at in range(len(WAYS))] for giver in robots], passes.height)
 
 
 def _length(lengths: Mapping[str, float]) -> pl.Expr:

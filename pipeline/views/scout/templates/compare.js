@@ -2,6 +2,7 @@
 // The page that compares: two matches, two teams, or the behaviours of two teams or versions of the knowledge.
 
 const known = new Map(); // version to its teams, as its script gave them
+const asking = new Map(); // version to a promise of its teams: each script is loaded once
 let league = null;
 /** Rows of a table at most; the rest is counted. Of these so many are shown at first. */
 const ROWS = 2000, FIRST = 20;
@@ -20,7 +21,11 @@ function scoutKnowledge(facts) {
 
 /** The teams of a version; its script is loaded when it is first asked for. */
 function versionOf(version) {
-  if (known.has(version)) return Promise.resolve(known.get(version));
+  if (!asking.has(version)) asking.set(version, loaded(version));
+  return asking.get(version);
+}
+
+function loaded(version) {
   return new Promise((resolve, reject) => {
     const script = document.createElement("script");
     script.src = `compare/v${version}.js`;

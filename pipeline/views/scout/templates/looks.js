@@ -12,7 +12,7 @@ function counter(tools) {
   };
 }
 
-/** Tables that are wider than their place scroll by the keyboard; on a phone they say so. */
+/** Tables that are wider than their place scroll by the keyboard, and say so. */
 function wide(table) {
   table.dataset.looked = "";
   const hint = document.createElement("p");
@@ -22,9 +22,19 @@ function wide(table) {
   const measure = () => {
     const over = table.scrollWidth > table.clientWidth + 4;
     hint.classList.toggle("on", over);
+    table.classList.toggle("over", over);
+    table.classList.toggle("at-start", table.scrollLeft < 2);
+    table.classList.toggle("at-end", table.scrollLeft + table.clientWidth > table.scrollWidth - 2);
     if (over) table.tabIndex = 0; else table.removeAttribute("tabindex");
   };
+  table.addEventListener("scroll", measure);
   new ResizeObserver(measure).observe(table);
+}
+
+/** The way to the top is there only where the page scrolls. */
+function toTop() {
+  const way = document.querySelector(".to-top");
+  new ResizeObserver(() => { way.hidden = document.documentElement.scrollHeight <= innerHeight + (way.hidden ? 0 : way.offsetHeight + 12); }).observe(document.body);
 }
 
 /** Of clips side by side, and of the marks of a picture, one is a Tab stop; arrow keys lead to the others. */
@@ -52,6 +62,7 @@ addEventListener("DOMContentLoaded", () => {
   const look = () => document.querySelectorAll("main table:not([data-looked])").forEach(wide);
   look();
   new MutationObserver(look).observe(document.querySelector("main"), { childList: true, subtree: true }); // a comparison makes tables
+  toTop();
   document.querySelectorAll(".clips").forEach((clips) => rove(clips, "canvas", "clips"));
   document.querySelectorAll("svg.pitch").forEach((pitch) => rove(pitch, "a", pitch.getAttribute("aria-label")));
 });

@@ -106,6 +106,30 @@ function sortable(table) {
   });
 }
 
+/** Of many cards or rows the first few are shown, until a button is pressed, one is linked to, or a filter chooses. */
+function fold(holder, changed) {
+  let open = false;
+  const button = document.createElement("button");
+  button.type = "button";
+  button.className = "more";
+  button.textContent = `Show all ${holder.children.length} ${holder.id}`;
+  (holder.closest("table") ?? holder).after(button);
+  const unfold = () => { open = true; changed(); };
+  button.addEventListener("click", () => {
+    const next = holder.children[holder.dataset.few];
+    unfold();
+    next.tabIndex = -1;
+    next.focus();
+  });
+  const reveal = () => {
+    const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    if (!open && target && holder.contains(target)) { unfold(); target.scrollIntoView(); }
+  };
+  addEventListener("hashchange", reveal);
+  addEventListener("load", reveal);
+  return { cut(wanted) { holder.classList.toggle("cut", wanted && !open); button.hidden = !wanted || open; } };
+}
+
 /** Show only the rows or cards that have all the words, and at least the numbers asked for. */
 function filters() {
   const words = document.querySelector("[data-filter]"), least = document.querySelector("[data-least]"), is = document.querySelector("[data-is]");
@@ -122,7 +146,10 @@ function filters() {
     words.dispatchEvent(new Event("input"));
     words.focus();
   });
+  const folds = holders.filter((holder) => holder.children.length > (holder.dataset.few ?? Infinity)).map((holder) => fold(holder, () => show()));
+  const filtered = () => words.value.trim() !== "" || Boolean(is?.value) || Number(least?.value || 0) > Number(least?.min || 0);
   const show = () => {
+    folds.forEach((each) => each.cut(!filtered()));
     const asked = words.value.toLowerCase().split(/\s+/).filter(Boolean);
     items.forEach((item, i) => {
       const enough = !least || Number(item.dataset[least.dataset.least]) >= Number(least.value || 0);
@@ -132,7 +159,8 @@ function filters() {
     if (phrases) phrases.hidden = items.some((item) => !item.hidden);
     tell(holders.map((holder) => {
       const own = items.filter((item) => holder.contains(item));
-      return [own.filter((item) => !item.hidden).length, own.length, holder.id];
+      const fit = own.filter((item) => !item.hidden).length;
+      return [holder.classList.contains("cut") ? Math.min(fit, holder.dataset.few) : fit, own.length, holder.id];
     }));
   };
   words.addEventListener("input", show);
