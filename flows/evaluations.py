@@ -10,6 +10,7 @@ from flows.placement.pieces import spread
 from flows.progress import listener
 from flows.stages import STAGES
 from pipeline import arena
+from pipeline.arena.match.controllers import PolicyTables
 from pipeline.store import Store
 from pipeline.store.work import Made, Work
 from pipeline.studies.evaluations import Evaluation, Pair, play
@@ -21,7 +22,7 @@ HERE = Here(1)
 
 
 def evaluate(
-    store: Store, evaluation: Evaluation, seeds: Sequence[int], policies: Mapping[str, pl.DataFrame],
+    store: Store, evaluation: Evaluation, seeds: Sequence[int], policies: Mapping[str, PolicyTables],
     crew: Crew = HERE,
 ) -> tuple[pl.DataFrame, int]:
     """Results of all pairs of an evaluation; missing pairs are played, and each is stored when it ends.
@@ -53,7 +54,7 @@ def evaluate(
     return pl.concat([there[seed] for seed in pairs]), len(todo)
 
 
-def play_pair(data: Path, pair: Pair, policies: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
+def play_pair(data: Path, pair: Pair, policies: Mapping[str, PolicyTables]) -> pl.DataFrame:
     """Rows of schema Evaluations of a pair, which is played and stored unless it was before."""
     store = Store(data)
     rows = _there(store, pair)

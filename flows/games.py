@@ -33,7 +33,7 @@ from schemas.table import Key
 
 NOUN = "seasons"
 #: What is kept of the games of a season that is to leave little behind.
-_KEPT = ("sides", "decisions")
+_KEPT = ("sides", "sequences", "decisions")
 
 
 def store_of(data: Path, season: Season) -> Store:
@@ -72,8 +72,8 @@ def play(data: Path, season: Season, game: int) -> list[str]:
     own.sweep()
     label, known = None, {}
     if before is not None:
-        label, rows = labelled(own, own.manifest("policies", before.details["policy"]))
-        known[label] = rows
+        label, tables = labelled(own, own.manifest("policies", before.details["policy"]))
+        known[label] = tables
     recipes = season.recipes(game, label)
     for recipe in recipes:
         record(own, recipe, known)

@@ -18,7 +18,7 @@ from pipeline.store import Store
 from pipeline.store.receipts import Manifest, Receipt, digest
 from pipeline.store.work import Made
 from pipeline.teams import Team, sides_of
-from schemas import Decisions, Occasions, Policies, Returns, Sides, States
+from schemas import Appraisals, Decisions, Occasions, Policies, Returns, Sides, Sights, States
 
 
 def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
@@ -43,24 +43,29 @@ def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
     inputs |= {label_of(each.receipt, each.match): sha256_of(each.receipt, each.match) for each in known}
     parent = _parent(store, knowledge) if settings.parent else None
     fresh = known if parent is None else _unlearned(store, parent, known)
-    goes_on = parent is not None and bool(fresh)
+    goes_on = parent is not None and bool(fresh) and settings.learner == "sarsa"
     taken = fresh if goes_on else known
     receipts: dict[str, list[Receipt]] = {
         "knowledge": [knowledge], "sides": [sides[each.match] for each in taken],
         "decisions": list({each.receipt.name: each.receipt for each in taken}.values()),
     }
+    if settings.learner == "sight":
+        receipts["sequences"] = [need(store, "sequences", each.match) for each in taken]
+        inputs |= digests({"sequences": receipts["sequences"]})
     if goes_on and parent is not None:
         return Plan(receipts | {"parent": [parent]}, inputs, parent.version)
     return Plan(receipts, inputs)
 
 
 def compute(inputs: Inputs, settings: PolicySettings) -> Made:
-    """The action values of a policy: of what the knowledge has of the team that it imitates.
+    """The action values of a policy: of what the knowledge has of the team that it imitates; and appraisals.
 
     Decisions are those of that team, and those that players chose.
     """
+    from pipeline.policies.appraise import actions, appraise  # noqa: PLC0415 (see flows.stages)
     from pipeline.policies.certainty import returns_of, states_of  # noqa: PLC0415 (see flows.stages)
     from pipeline.policies.train import train  # noqa: PLC0415 (see flows.stages)
+    from pipeline.situations.rules import TABLE_1  # noqa: PLC0415 (see flows.stages)
 
     (knowledge,) = inputs["knowledge"]
     assert isinstance(knowledge, Manifest)
@@ -69,13 +74,22 @@ def compute(inputs: Inputs, settings: PolicySettings) -> Made:
     mine = sides_of(team, pl.concat(inputs.batches("sides", Sides)))
     decisions = pl.concat(inputs.tables("decisions", Decisions)).join(order, on="match_id").join(
         mine, on=("match_id", "team"), how="left").filter(pl.col("chosen") | pl.col("own"))
+    if settings.learner == "sight":
+        seen = actions(seen, TABLE_1, settings.appraisals)
     ordered = decisions.sort("place", maintain_order=True).select(list(Decisions.dtypes()))
     policy, report = train(
         [ordered], seen, inputs.table("parent", Policies) if "parent" in inputs else None,
         settings, inputs.version, knowledge.version,
     )
+    appraisals = Appraisals.empty()
+    if settings.learner == "sight":
+        sights = pl.concat(inputs.batches("sequences", Sights))
+        appraisals, kept = appraise(ordered, sights, seen, settings.appraisals, inputs.version)
+        policy = policy.join(kept, on=["role", "behaviour_id"], how="semi", maintain_order="left")
     returned = returns_of(policy, ordered, _returns(inputs), settings)
-    return Made([(policy, Policies), (returned, Returns), (states_of(policy, returned), States)], details={
+    tables = [(policy, Policies), (appraisals, Appraisals), (returned, Returns),
+              (states_of(policy, returned), States)]
+    return Made(tables, details={
         "knowledge_version": knowledge.version, "imitates": knowledge.details.get("imitates"),
         **asdict(report), "matches": len(inputs["sides"]),
     })

@@ -4,13 +4,11 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import polars as pl
-
 from flows.matches import PLAYING, keep
 from flows.stages import STAGES
 from pipeline import arena
 from pipeline import matches as log
-from pipeline.arena.match.controllers import controllers_of
+from pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pipeline.arena.match.match import PART, Match
 from pipeline.arena.match.recipe import Recipe
 from pipeline.errors import PitchloreError
@@ -20,14 +18,14 @@ from pipeline.store.work import Work
 
 
 def record(
-    store: Store, recipe: Recipe, policies: Mapping[str, pl.DataFrame] | None = None
+    store: Store, recipe: Recipe, policies: Mapping[str, PolicyTables] | None = None
 ) -> tuple[Receipt, bool]:
     """Play a match, unless the store has it. Returns its receipt, and whether it is new.
 
     Args:
         store: keeps the match.
         recipe: of the match.
-        policies: rows of schema Policies by the label that the recipe's teams name.
+        policies: policies by the label that the recipe's teams name.
 
     Raises:
         StorageFailed: if the log cannot be written, or if another process plays this match.
@@ -45,7 +43,7 @@ def record(
 
 
 def record_match(
-    data: Path, recipe: Recipe, policies: Mapping[str, pl.DataFrame]
+    data: Path, recipe: Recipe, policies: Mapping[str, PolicyTables]
 ) -> tuple[Receipt, bool]:
     """Play a match for a data folder (:func:`record`)."""
     return record(Store(data), recipe, policies)

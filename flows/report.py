@@ -232,7 +232,7 @@ def _preferences(of: Sequence[Apprentice]) -> pl.DataFrame:
     """Preferred behaviours: settings, opponent, season, and the columns of ``preferred``."""
     found = [NO_PREFERENCES]
     for season, player in of:
-        _, policy = labelled(player.store, player.manifest)
+        policy = labelled(player.store, player.manifest)[1].values
         does = preferred(policy, player.team.settings.lcb_weight).with_columns(
             settings=pl.lit(season.name), opponent=pl.lit(season.opponent), season=pl.lit(season.id))
         found.append(does.select(found[0].columns))

@@ -35,6 +35,7 @@ from pipeline.teams import Team
 from pipeline.toml import Frozen
 from schemas import (
     SIDES,
+    Appraisals,
     Behaviours,
     Chances,
     Choices,
@@ -63,6 +64,7 @@ from schemas import (
     Sequences,
     Shots,
     Sides,
+    Sights,
     Situations,
     States,
     StatesPlayed,
@@ -187,7 +189,8 @@ def _values(inputs: Inputs, settings: ValueSettings) -> Made:
 
 
 def _sequences(inputs: Inputs, settings: GramSettings) -> Made:
-    from pipeline.sequences import choices, sequences  # noqa: PLC0415 (see above)
+    from pipeline.sequences.derive import choices, sequences  # noqa: PLC0415 (see above)
+    from pipeline.sequences.sights import sights  # noqa: PLC0415 (see above)
 
     goals = inputs.table("goals", Goals)
     table = sequences(
@@ -196,8 +199,10 @@ def _sequences(inputs: Inputs, settings: GramSettings) -> Made:
     )
     if inputs.details("matches").get("decisions") == 0:  # a log that is known to hold none is not read
         return Made([(table, Sequences)])
-    logged = choices(_log(inputs).decisions, goals, settings)
-    return Made([(table, Sequences), (logged, Choices)])
+    log = _log(inputs)
+    logged = choices(log.decisions, goals, settings)
+    seen = sights(log, inputs.table("values", Values), settings)
+    return Made([(table, Sequences), (logged, Choices), (seen, Sights)])
 
 
 def _counting(sides: Sequence[Receipt]) -> dict[str, dict[str, Team]]:
@@ -249,12 +254,13 @@ STAGES = Chain(
     Stage("values", Per.MATCH, ("matches", "trajectories", "situations", "moments", "models"),
           (Values, Worths), 3, _values),
     Stage("sequences", Per.MATCH, ("matches", "trajectories", "situations", "goals", "values"),
-          (Sequences, Choices), 2, _sequences),
+          (Sequences, Choices, Sights), 3, _sequences),
     Stage("behaviours", Per.GROUP, ("sides", "sequences"), (Patterns, Grams, Neurons), 6, _behaviours),
     Stage("decisions", Per.GROUP, ("sides", "sequences", "behaviours"), (Decisions,), 3, _decisions),
     Stage("knowledge", Per.VERSION, ("sides", "behaviours", "decisions"), (Behaviours, Occasions), 2,
           knowledge.compute, knowledge.plan),
-    Stage("policies", Per.VERSION, ("knowledge", "sides", "decisions"), (Policies, Returns, States), 3,
+    Stage("policies", Per.VERSION, ("knowledge", "sides", "sequences", "decisions"),
+          (Policies, Appraisals, Returns, States), 4,
           policies.compute, policies.plan),
     Stage("paradigms", Per.OWN, schemas=(Paradigms, Verdicts), version=1),
     Stage("seasons", Per.OWN, schemas=(Games, Growth, StatesPlayed), version=1),

@@ -4,25 +4,24 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import polars as pl
-
+from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.teams.constant import BEST, constant
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.errors import BadSettings, NotFound, PitchloreError
 from pipeline.store import Store
 from pipeline.store.paths import SAFE_NAME
-from pipeline.store.receipts import Manifest
+from pipeline.store.receipts import Manifest, digest
 from pipeline.studies.evaluations import Entrant
 from pipeline.studies.seasons.settings import Season
 from pipeline.toml import fitted
-from schemas import Policies
+from schemas import Appraisals, Policies
 
 _SEASONS = "seasons"
 
 
 def entrant(
-    store: Store, word: str, policies: dict[str, pl.DataFrame], *, explore: float | None = None,
+    store: Store, word: str, policies: dict[str, PolicyTables], *, explore: float | None = None,
     lcb_weight: float | None = None, min_visits: int | None = None,
 ) -> Entrant:
     """The team that a word names; its policy, if it has one, is added to ``policies``.
@@ -33,7 +32,7 @@ def entrant(
             version; best-constant or constant:044 for a constant team, see
             :func:`pipeline.arena.teams.constant.constant`; the id of a season for its apprentice, see
             :func:`apprentice`.
-        policies: rows of schema Policies by label; the team's policy is added.
+        policies: policies by label; the team's is added.
         explore: for a learned team, see ``TeamSettings``; None means 0.
         lcb_weight: for a learned team; None means the season's, else 0.
         min_visits: for a learned team; None means the season's, else 0.
@@ -46,7 +45,7 @@ def entrant(
         return Entrant(name=word, settings=TeamSettings.model_validate({"kind": word}))
     control = constant(word)
     if control is not None:
-        policies[control.word] = control.policy()
+        policies[control.word] = PolicyTables(control.policy())
         name = word if word == BEST else control.word
         return Entrant(name=name, settings=TeamSettings(kind="learned", policy=control.word))
     version = word.removeprefix("learned:")
@@ -55,8 +54,8 @@ def entrant(
         player = _player(store, manifest, f"v{manifest.version}", TeamSettings(kind="learned"))
     else:
         player = apprentice(store, word)
-    named, rows = labelled(player.store, player.manifest)
-    policies[named] = rows
+    named, tables = labelled(player.store, player.manifest)
+    policies[named] = tables
     asked = {"explore": explore, "lcb_weight": lcb_weight, "min_visits": min_visits}
     settings = player.team.settings.model_dump() | {k: v for k, v in asked.items() if v is not None}
     return player.team.model_copy(update={"settings": TeamSettings.model_validate(settings)})
@@ -133,9 +132,18 @@ def policy(store: Store, version: int | None = None) -> Manifest:
 
 def label(manifest: Manifest) -> str:
     """The name of a policy in recipes: its version and the SHA-256 of its bytes, the same in every store."""
-    return f"v{manifest.version} {manifest.files['policies'].sha256}"
+    sha256 = manifest.files["policies"].sha256
+    if _looks(manifest):
+        sha256 = digest(f"{sha256} {manifest.files['appraisals'].sha256}".encode())
+    return f"v{manifest.version} {sha256}"
 
 
-def labelled(store: Store, manifest: Manifest) -> tuple[str, pl.DataFrame]:
-    """A policy's label for recipes, and its rows."""
-    return label(manifest), store.read_table(manifest, "policies", Policies)
+def labelled(store: Store, manifest: Manifest) -> tuple[str, PolicyTables]:
+    """A policy's label for recipes, and its tables."""
+    appraisals = store.read_table(manifest, "appraisals", Appraisals) if _looks(manifest) else None
+    return label(manifest), PolicyTables(store.read_table(manifest, "policies", Policies), appraisals)
+
+
+def _looks(manifest: Manifest) -> bool:
+    """Whether a policy appraises what robots see."""
+    return bool(manifest.settings.get("learner") == "sight")

@@ -214,12 +214,14 @@ class GramSettings(Frozen):
         tick_s: the discrete time of the paper's exponent.
         gap_s: situations this far apart, or further, are not consecutive. Shorter holes are gaps that the
             recogniser leaves empty.
+        ahead_s: time after a player's decision at which V is looked at again (table sights).
     """
 
     outcome: Literal["change", "paper"] = "change"
     alpha: float = Field(default=0.998, gt=0, lt=1)
     tick_s: float = Field(default=1 / 30, gt=0)
     gap_s: float = Field(default=0.2, gt=0)
+    ahead_s: float = Field(default=1.0, gt=0)
 
 
 class RoundSettings(Frozen):
@@ -326,12 +328,42 @@ class KnowledgeSettings(Frozen):
         return (self.state_key, *self.backoff)
 
 
+class AppraisalSettings(Frozen):
+    """How actions are appraised by what a robot sees (``pipeline.policies.appraise``).
+
+    Attributes:
+        codes: actions to choose from. "watched": those of the behaviours that the imitated team showed, by
+            role. "all": every one that robots can do.
+        least_share: an action of a role is offered if it is the best at so great a share of the role's logged
+            sights, or was never tried.
+        trees, learning_rate, leaves, leaf_samples, tree_penalty, bins: scikit-learn's max_iter,
+            learning_rate, max_leaf_nodes, min_samples_leaf, l2_regularization and max_bins of histogram
+            boosting.
+        seed: seed of its bins.
+    """
+
+    codes: Literal["watched", "all"] = "watched"
+    least_share: float = Field(default=0.03, ge=0, lt=1)
+    trees: int = Field(default=60, ge=1)
+    learning_rate: float = Field(default=0.08, gt=0, le=1)
+    leaves: int = Field(default=8, ge=2)
+    leaf_samples: int = Field(default=150, ge=1)
+    tree_penalty: float = Field(default=20.0, ge=0)
+    bins: int = Field(default=64, ge=2, le=255)
+    seed: int = 0
+
+
 class PolicySettings(Frozen):
     """Batch Sarsa(lambda): the decisions of a batch, its start values, and the rule.
 
     Source: paper section 4. The values are ours, because the paper gives none.
 
     Attributes:
+        learner: "sarsa": a team looks up the behaviour of the greatest value in its state, and values come
+            from Sarsa(lambda). "sight": it takes the action that trees, fitted to what V did after each
+            action of the logged decisions, appraise highest at what it sees; Sarsa(lambda) still gives each
+            action its mean value in a role.
+        appraisals: settings of "sight".
         learn_from: decisions to learn from. "chosen": logged by a player. "seen": read from the situations
             of a match. "both": all.
         last_matches: number of the newest matches of the knowledge to learn from; not given: all.
@@ -353,6 +385,8 @@ class PolicySettings(Frozen):
         sweeps: passes over the batch.
     """
 
+    learner: Literal["sarsa", "sight"] = "sarsa"
+    appraisals: AppraisalSettings = AppraisalSettings()
     learn_from: Literal["chosen", "seen", "both"] = "both"
     last_matches: int | None = Field(default=None, ge=1)
     parent: bool = True

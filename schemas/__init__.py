@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from schemas import lean  # noqa: F401 (before any other: see there)
+from schemas.appraisals import Appraisals as Appraisals
 from schemas.behaviours import Behaviours as Behaviours
 from schemas.behaviours import Patterns as Patterns
 from schemas.chances import Chances as Chances
@@ -33,6 +34,7 @@ from schemas.seasons import Growth as Growth
 from schemas.seasons import StatesPlayed as StatesPlayed
 from schemas.sequences import Choices as Choices
 from schemas.sequences import Sequences as Sequences
+from schemas.sights import Sights as Sights
 from schemas.situations import Situations as Situations
 from schemas.table import BODIES as BODIES
 from schemas.table import KEYS as KEYS

@@ -11,7 +11,7 @@ from pipeline.behaviours.grams import cover
 from pipeline.decisions import complete, observe, resolve
 from pipeline.episodes import episodes
 from pipeline.pitch import PITCHES, Kind
-from pipeline.sequences import choices, sequences
+from pipeline.sequences.derive import choices, sequences
 from pipeline.settings import GramSettings
 from pipeline.state import elements, encode
 from pipeline.windows import followed

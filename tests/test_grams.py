@@ -10,7 +10,7 @@ from support.rows import SIDES, changed, consecutive, goals, patterns, sequences
 
 from pipeline.behaviours.grams import cover, grams, merge, spelt
 from pipeline.errors import SchemaMismatch
-from pipeline.sequences import value
+from pipeline.sequences.derive import value
 from pipeline.settings import GramSettings
 from pipeline.sums import exact
 from pipeline.windows import codes_of, followed, keys_of, owned_by, owner_of, role_of, side_of, windows

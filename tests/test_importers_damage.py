@@ -20,7 +20,7 @@ from pipeline.decisions import observe
 from pipeline.errors import BadRecording, BadSettings
 from pipeline.goals import attribute
 from pipeline.importers.tracking_map import load_map
-from pipeline.sequences import sequences, value
+from pipeline.sequences.derive import sequences, value
 from pipeline.settings import (
     GoalSettings,
     GramSettings,

@@ -287,8 +287,8 @@ def flat(settings, path=""):
 
 
 def test_settings_names():
-    """The settings that come along are the paper's, the best ones and their ablations."""
-    assert set(names()) == {"paper", "best", *ABLATIONS}
+    """The settings that come along are the paper's, the best ones and their ablations, and those of a team that looks."""
+    assert set(names()) == {"paper", "best", "looking", *ABLATIONS}
 
 
 @pytest.mark.parametrize("ablation", ABLATIONS)

@@ -14,11 +14,11 @@ from threadpoolctl import threadpool_limits
 from flows import models as flow
 from flows.stage import Output, Scope
 from flows.stages import STAGES
+from pipeline import trees
 from pipeline.pitch import PITCHES, SCALES, Kind
 from pipeline.settings import ModelSettings, MomentSettings, ValueSettings
 from pipeline.store import Store
 from pipeline.store.work import Made, Work
-from pipeline.values import trees
 from pipeline.values.fitting import fit, grow
 from pipeline.values.models import Logistic, Models, from_bytes, shipped, to_bytes, to_json
 from pipeline.values.moments import Ball, Robots, features, moments

@@ -21,6 +21,7 @@ from flows.record import record
 from flows.report import write_report
 from flows.scouting.write import write as scouted
 from flows.teams import entrant
+from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.errors import PitchloreError
@@ -80,7 +81,7 @@ def _learn(store: Store) -> None:
 
 def _play(store: Store, home: str, seed: int) -> str:
     """Play a match against the static team, unless it exists. Returns its id."""
-    policies: dict[str, pl.DataFrame] = {}
+    policies: dict[str, PolicyTables] = {}
     recipe = Recipe(
         home=entrant(store, home, policies).settings, away=TeamSettings(kind="static"), seed=seed,
         referee=RefereeSettings(duration_s=60 * _MINUTES),

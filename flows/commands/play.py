@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt
 
@@ -17,7 +16,7 @@ from flows.commands.printing import console, print_json, print_stand_in
 from flows.matches import PLAYING
 from flows.record import recording
 from flows.teams import entrant
-from pipeline.arena.match.controllers import controllers_of
+from pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pipeline.arena.match.human import HumanController
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
@@ -64,7 +63,7 @@ def play(
     store = common.store
     how = playing.matches(store, _MINUTES).of_match()
     open_window = window_class("play")
-    policies: dict[str, pl.DataFrame] = {}
+    policies: dict[str, PolicyTables] = {}
     team = SIDES.index(side)
     teams = [entrant(store, against, policies).settings] * 2
     teams[team] = TeamSettings(kind="human")

@@ -8,12 +8,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeFloat, NonNegativeInt, NormFloat, PositiveInt
 from cyclopts.validators import Number
 
 from flows.teams import entrant
+from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import MatchSettings, match_settings
 from pipeline.arena.teams.constant import BEST
 from pipeline.arena.teams.table import SCRIPTED
@@ -100,14 +100,14 @@ class Learners:
     lcb_weight: NonNegativeFloat | None = None
     min_visits: NonNegativeInt | None = None
 
-    def entrants(self, store: Store, *words: str) -> tuple[list[Entrant], Mapping[str, pl.DataFrame]]:
+    def entrants(self, store: Store, *words: str) -> tuple[list[Entrant], Mapping[str, PolicyTables]]:
         """The teams that words name, and the policies that they play by label.
 
         Raises:
             NotFound, BadSettings: see :func:`flows.teams.entrant`.
             BadSettings: if options of learned teams are given and none of the teams is learned.
         """
-        policies: dict[str, pl.DataFrame] = {}
+        policies: dict[str, PolicyTables] = {}
         asked = asdict(self)
         teams = [entrant(store, word, policies, **asked) for word in words]
         said = ", ".join(f"--{name.replace('_', '-')}" for name, value in asked.items() if value is not None)

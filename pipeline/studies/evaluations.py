@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.arena.match.controllers import controllers_of
+from pipeline.arena.match.controllers import PolicyTables, controllers_of
 from pipeline.arena.match.match import PART, Match
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.matches.frame import AWAY, HOME
@@ -93,7 +93,7 @@ class Pair(Frozen):
             yield side, Recipe(**whole.of_match(), home=home.settings, away=away.settings, seed=seed)
 
 
-def play(pair: Pair, policies: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
+def play(pair: Pair, policies: Mapping[str, PolicyTables]) -> pl.DataFrame:
     """Results of a pair of matches, which are played without a log.
 
     Args:

@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from pipeline.arrays import F32, F64, Bools
 from pipeline.settings import ModelSettings
+from pipeline.trees import Trees, arrays_of
 from pipeline.values.models import (
     Logistic,
     Models,
@@ -23,7 +24,6 @@ from pipeline.values.models import (
     named_of,
     probability,
 )
-from pipeline.values.trees import Trees
 from schemas.values import NAMED
 
 #: Features of the plainer models that the report compares with: the ball's alone.
@@ -131,22 +131,7 @@ def grow(features: F32, scores: Bools, settings: ModelSettings) -> Trees:
     )
     with threadpool_limits(1):  # type: ignore[no-untyped-call]
         model = builder.fit(features, scores)
-    # the fitted trees have no public form; the test compares these arrays with the model's own predictions
-    nodes = [stage[0].nodes for stage in model._predictors]
-    start = np.cumsum([0, *(len(tree) for tree in nodes)])
-    joined = np.concatenate(nodes)
-    offset = np.repeat(start[:-1], [len(tree) for tree in nodes])
-    leaf = joined["is_leaf"].astype(bool)
-    return Trees(
-        start=start[:-1].astype(np.int32),
-        feature=joined["feature_idx"].astype(np.int32),
-        threshold=joined["num_threshold"].astype(np.float64),
-        missing_left=joined["missing_go_to_left"].astype(bool),
-        left=np.where(leaf, -1, joined["left"] + offset).astype(np.int32),
-        right=np.where(leaf, -1, joined["right"] + offset).astype(np.int32),
-        value=joined["value"].astype(np.float64),
-        base=np.asarray(model._baseline_prediction, dtype=np.float64).reshape(1),
-    )
+    return arrays_of(model)
 
 
 def _goals(moments: pl.DataFrame) -> int:

@@ -9,11 +9,11 @@ from conftest import SAMPLE
 from sklearn.ensemble import HistGradientBoostingClassifier
 from threadpoolctl import threadpool_limits
 
+from pipeline import trees
 from pipeline.importers import readers
 from pipeline.importers.tracking_map import TrackingMap
 from pipeline.settings import ModelSettings, MomentSettings, TrajectorySettings
 from pipeline.trajectories.derive import trajectories
-from pipeline.values import trees
 from pipeline.values.fitting import fit, grow
 from pipeline.values.moments import moments
 

@@ -31,7 +31,7 @@ from pipeline.behaviours.shrinkage import valued
 from pipeline.goals import attribute
 from pipeline.importers import readers
 from pipeline.importers.tracking_map import TrackingMap
-from pipeline.sequences import value
+from pipeline.sequences.derive import value
 from pipeline.settings import (
     GoalSettings,
     GramSettings,

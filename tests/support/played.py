@@ -13,7 +13,7 @@ import polars as pl
 
 from flows import games as loop
 from pipeline import matches
-from pipeline.arena.match.controllers import controller_of
+from pipeline.arena.match.controllers import PolicyTables, controller_of
 from pipeline.arena.match.match import PART, Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
@@ -44,7 +44,8 @@ Shown = tuple[dict[str, object], list[pl.DataFrame]]
 
 def starting(recipe: Recipe, policy: pl.DataFrame | None = None, *, logged: bool = True) -> Match:
     """A match that has not begun; learned teams play the policy."""
-    controllers = (controller_of(recipe.home, recipe, 0, policy), controller_of(recipe.away, recipe, 1, policy))
+    known = None if policy is None else PolicyTables(policy)
+    controllers = (controller_of(recipe.home, recipe, 0, known), controller_of(recipe.away, recipe, 1, known))
     return Match(recipe, controllers, logged=logged)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import polars as pl
 
 from pipeline.arena.match.recipe import Recipe, TeamSettings
-from pipeline.arena.teams import learned
+from pipeline.arena.teams import appraising, learned
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.policy_table import policy_table_of
 from pipeline.arena.teams.splitmix import seeded
@@ -103,55 +103,51 @@ class ScriptedController(Controller):
         self._play(view, self._measures, self._splitmix, wheels, *self._memory)
 
 
-class LearnedController(Controller):
-    """Plays a policy.
+class PolicyTables(NamedTuple):
+    """A version of a policy, as teams play it.
 
-    Args:
-        policy: rows of schema Policies, of one version; none if it knows nothing.
-        settings: how it explores.
-        recipe: of the match.
-        rng: decides what is left to chance.
+    Attributes:
+        values: rows of schema Policies; none if it knows nothing.
+        appraisals: rows of schema Appraisals; None if teams look behaviours up in states.
     """
 
-    def __init__(
-        self, policy: pl.DataFrame, settings: TeamSettings, recipe: Recipe, rng: np.random.Generator
-    ) -> None:
-        self._known, self._names = policy_table_of(policy, settings.min_visits)
-        self._settings = settings
-        sampled = self._known._replace(values=self._known.values.copy())
-        edges = BinEdges.of(recipe.pitch)
-        self._policy = learned.Policy(sampled, radix("full36"), edges, settings.explore)
+    values: pl.DataFrame
+    appraisals: pl.DataFrame | None = None
+
+
+class _Deciding(Controller):
+    """Logs the decisions of a team.
+
+    Args:
+        recipe: of the match.
+        rng: decides what is left to chance.
+        names: behaviour ids by the number that a decision holds, None for moves randomly.
+    """
+
+    def __init__(self, recipe: Recipe, rng: np.random.Generator, names: list[str | None]) -> None:
+        self._names = names
+        self._edges = BinEdges.of(recipe.pitch)
         self._measures = measures_of(recipe).packed()
         self._robots = np.zeros(recipe.robots, dtype=learned.ROBOT)
         self._splitmix = seeded(rng)
         self._made = np.zeros(recipe.robots, dtype=learned.DECISION)
-        self._due = True
         self._direction = math.nan
         self._lead = self._episode = 0
         self._rows: list[tuple[int, ...]] = []
         self._over: list[Decided] = []
 
-    def restarted(self, frame: int, lead: int) -> None:  # noqa: D102
-        self._robots["behaviour"] = -1
-        own = self._settings
-        learned.sample_values(
-            self._known, own.posterior_std, own.lcb_weight, self._splitmix, self._policy.table.values
-        )
-        self._due, self._lead, self._direction = True, lead, math.nan
+    def restarted(self, frame: int, lead: int) -> None:
+        self._lead, self._direction = lead, math.nan
 
-    def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
-        self._direction = learned.ball_direction(view, self._direction, self._policy.edges.moving)
-        if self._due:
-            made = learned.decide(
-                view, self._direction, self._lead, self._robots, self._policy, self._measures,
-                self._splitmix, self._made,
-            )  # fmt: skip
-            self._rows += [(frame, *row) for row in self._made[:made].tolist()]
-        self._due = learned.carry_on(
-            view, self._robots, self._policy.table.codes, self._measures, self._splitmix, wheels
-        )
+    def _look(self, view: F64) -> None:
+        """Follow the ball's direction."""
+        self._direction = learned.ball_direction(view, self._direction, self._edges.moving)
 
-    def stopped(self, frame: int, reward: float) -> None:  # noqa: D102
+    def _note(self, frame: int, made: int) -> None:
+        """Remember the first ``made`` decisions of a frame."""
+        self._rows += [(frame, *row) for row in self._made[:made].tolist()]
+
+    def stopped(self, frame: int, reward: float) -> None:
         following: dict[int, int] = {}
         closed = []
         for at, robot, role, state, chosen, random in reversed(self._rows):
@@ -165,13 +161,92 @@ class LearnedController(Controller):
         self._rows.clear()
         self._episode += 1
 
-    def decided(self) -> list[Decided]:  # noqa: D102
+    def decided(self) -> list[Decided]:
         over, self._over = self._over, []
         return over
 
 
+class LearnedController(_Deciding):
+    """Plays a policy whose behaviours are looked up in states.
+
+    Args:
+        policy: rows of schema Policies, of one version; none if it knows nothing.
+        settings: how it explores.
+        recipe: of the match.
+        rng: decides what is left to chance.
+    """
+
+    def __init__(
+        self, policy: pl.DataFrame, settings: TeamSettings, recipe: Recipe, rng: np.random.Generator
+    ) -> None:
+        self._known, names = policy_table_of(policy, settings.min_visits)
+        super().__init__(recipe, rng, names)
+        self._settings = settings
+        sampled = self._known._replace(values=self._known.values.copy())
+        self._policy = learned.Policy(sampled, radix("full36"), self._edges, settings.explore)
+        self._due = True
+
+    def restarted(self, frame: int, lead: int) -> None:  # noqa: D102
+        super().restarted(frame, lead)
+        self._robots["behaviour"] = -1
+        own = self._settings
+        learned.sample_values(
+            self._known, own.posterior_std, own.lcb_weight, self._splitmix, self._policy.table.values
+        )
+        self._due = True
+
+    def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
+        self._look(view)
+        if self._due:
+            self._note(frame, learned.decide(
+                view, self._direction, self._lead, self._robots, self._policy, self._measures,
+                self._splitmix, self._made,
+            ))  # fmt: skip
+        self._due = learned.carry_on(
+            view, self._robots, self._policy.table.codes, self._measures, self._splitmix, wheels
+        )
+
+
+class AppraisingController(_Deciding):
+    """Plays a policy that appraises actions by what robots see.
+
+    Args:
+        values: rows of schema Policies, of one version.
+        appraisals: rows of schema Appraisals of the same version.
+        settings: how often it decides and how it explores.
+        recipe: of the match.
+        rng: decides what is left to chance.
+    """
+
+    def __init__(
+        self, values: pl.DataFrame, appraisals: pl.DataFrame, settings: TeamSettings, recipe: Recipe,
+        rng: np.random.Generator,
+    ) -> None:  # fmt: skip
+        self._appraiser, names = appraising.appraiser_of(values, appraisals)
+        super().__init__(recipe, rng, names)
+        self._whole, self._explore = radix("full36"), settings.explore
+        self._clock = max(1, round(settings.clock_s * recipe.physics.hz))
+        self._next = 0
+
+    def restarted(self, frame: int, lead: int) -> None:  # noqa: D102
+        super().restarted(frame, lead)
+        self._next = frame
+
+    def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
+        self._look(view)
+        if frame >= self._next:
+            appraising.decide(
+                view, self._direction, self._lead, self._robots, self._appraiser, self._whole, self._edges,
+                self._explore, self._measures, self._splitmix, self._made,
+            )  # fmt: skip
+            self._note(frame, len(self._made))
+            self._next = frame + self._clock
+        appraising.carry_on(
+            view, self._robots, self._appraiser, self._measures, self._splitmix, wheels)
+
+
 def controller_of(
-    settings: TeamSettings, recipe: Recipe, team: int, policy: pl.DataFrame | None = None
+    settings: TeamSettings, recipe: Recipe, team: int, policy: PolicyTables | None = None
 ) -> Controller:
     """The controller of a team that plays by itself.
 
@@ -179,27 +254,30 @@ def controller_of(
         settings: of the team.
         recipe: of the match.
         team: 0 home, 1 away; its chances do not depend on the other's.
-        policy: rows of schema Policies for a learned team; None if it knows nothing.
+        policy: of a learned team; None if it knows nothing.
 
     Raises:
         BadSettings: if a person has to play it.
     """
     rng = np.random.default_rng([recipe.seed, 1 + team])
     if settings.kind == "learned":
-        return LearnedController(Policies.empty() if policy is None else policy, settings, recipe, rng)
+        known = policy or PolicyTables(Policies.empty())
+        if known.appraisals is not None:
+            return AppraisingController(known.values, known.appraisals, settings, recipe, rng)
+        return LearnedController(known.values, settings, recipe, rng)
     if settings.kind == "human":
         raise BadSettings("a person plays at the window", where="human", next_step="Use `pitchlore play`")
     return ScriptedController(settings, recipe, rng)
 
 
 def controllers_of(
-    recipe: Recipe, policies: Mapping[str, pl.DataFrame], person: Controller | None = None
+    recipe: Recipe, policies: Mapping[str, PolicyTables], person: Controller | None = None
 ) -> tuple[Controller, Controller]:
     """The controllers of both teams, home and away.
 
     Args:
         recipe: of the match.
-        policies: rows of schema Policies by the label that the recipe's teams name.
+        policies: policies by the label that the recipe's teams name.
         person: plays the team that is of kind human.
 
     Raises:

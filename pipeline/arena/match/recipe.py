@@ -15,6 +15,9 @@ from pipeline.pitch import PITCHES, Kind, Pitch
 from pipeline.store.receipts import fingerprint
 from pipeline.toml import Frozen, fitted
 
+#: The usual time between decisions, seconds; the ids of matches with it do not say it.
+_CLOCK_S = 0.5
+
 
 class TeamSettings(Frozen):
     """Settings of a team.
@@ -36,6 +39,7 @@ class TeamSettings(Frozen):
             the root of the evidence (a lower confidence bound). Of two equal values the team prefers the
             one with more evidence.
         min_visits: for a learned team: least visits of a state to be looked up by a finer key.
+        clock_s: for a learned team that appraises what it sees: time between its decisions, seconds.
     """
 
     kind: TeamKind
@@ -45,6 +49,7 @@ class TeamSettings(Frozen):
     posterior_std: float = Field(default=0.0, ge=0, serialization_alias="doubt")
     lcb_weight: float = Field(default=0.0, ge=0, serialization_alias="caution")
     min_visits: int = Field(default=0, ge=0, serialization_alias="trust")
+    clock_s: float = Field(default=_CLOCK_S, gt=0, exclude_if=lambda clock_s: clock_s == _CLOCK_S)
 
 
 class MatchSettings(Frozen):

@@ -71,6 +71,22 @@ def ball_direction(view: F64, before: float, moving: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def observe(view: F64, direction: float, lead: int, roles: I64, edges: BinEdges, elements: U8) -> None:
+    """Write the levels of the 36 elements as the team sees them into ``elements``, uint8 [36].
+
+    ``roles`` are those of the robots of rows 1 to 2 N of the view, int64 [2 N]; see :func:`decide` for the
+    others.
+    """
+    sides = np.zeros(len(roles), dtype=np.int64)
+    sides[len(roles) // 2:] = 1
+    ball = np.array([view[BALL, X], view[BALL, Y], view[BALL, VX], view[BALL, VY]])
+    score = DRAWING + (1 if lead > 0 else (-1 if lead < 0 else 0))
+    bodies = np.ascontiguousarray(view[1:, :3])
+    seen = Observation(bodies, sides, roles, ball, 1.0, direction, score, NORMAL)
+    abstract_state(seen, edges, elements)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def decide(
     view: F64, direction: float, lead: int, robots: Records, policy: Policy, packed: Records,
     splitmix: SplitMix, decisions: Records,
@@ -93,15 +109,9 @@ def decide(
     m = packed[0]
     count = len(robots)
     roles = np.empty(2 * count, dtype=np.int64)
-    sides = np.zeros(2 * count, dtype=np.int64)
-    sides[count:] = 1
     elements = np.zeros(ELEMENTS, dtype=np.uint8)
     assign(view, m, roles)
-    ball = np.array([view[BALL, X], view[BALL, Y], view[BALL, VX], view[BALL, VY]])
-    score = DRAWING + (1 if lead > 0 else (-1 if lead < 0 else 0))
-    bodies = np.ascontiguousarray(view[1:, :3])
-    seen = Observation(bodies, sides, roles, ball, 1.0, direction, score, NORMAL)
-    abstract_state(seen, policy.edges, elements)
+    observe(view, direction, lead, roles, policy.edges, elements)
     made = 0
     for robot in range(1, count + 1):
         own = robots[robot - 1]

@@ -41,6 +41,7 @@ class SeasonSettings(MatchSettings):
         lcb_weight: goals subtracted from a value known from one episode, in the counted match of a game.
         explore_counted: whether the counted match of a game explores, too, and draws values.
         min_visits: least visits of a state to be looked up by a finer key.
+        clock_s: time between decisions of an apprentice that appraises what it sees.
         pipeline: settings of all stages.
     """
 
@@ -57,6 +58,7 @@ class SeasonSettings(MatchSettings):
     lcb_weight: float = Field(default=0.0, ge=0)
     explore_counted: bool = True
     min_visits: int = Field(default=0, ge=0)
+    clock_s: float = Field(default=0.5, gt=0)
     pipeline: Settings = Settings()
 
 
@@ -118,7 +120,7 @@ class Season(Frozen):
                 home=TeamSettings(
                     kind="learned", policy=policy, min_visits=own.min_visits,
                     explore=explore if tries else 0.0, posterior_std=own.posterior_std if tries else 0.0,
-                    lcb_weight=own.lcb_weight if match == 0 else 0.0,
+                    lcb_weight=own.lcb_weight if match == 0 else 0.0, clock_s=own.clock_s,
                 ),
                 away=TeamSettings(kind=self.opponent),
                 seed=first + match, score=(self.lead(game), 0), **own.of_match(),

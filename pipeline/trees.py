@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -19,8 +19,8 @@ class Trees(NamedTuple):
         threshold: float64 [nodes]; a value at most this goes left.
         missing_left: bool [nodes], whether NaN goes left.
         left, right: int32 [nodes], children.
-        value: float64 [nodes], what a leaf adds to the logit.
-        base: float64 [1], the logit before any tree.
+        value: float64 [nodes], what a leaf adds to the logit, or to the value.
+        base: float64 [1], the logit or value before any tree.
     """
 
     start: I32
@@ -31,6 +31,28 @@ class Trees(NamedTuple):
     right: I32
     value: F64
     base: F64
+
+
+def arrays_of(model: Any) -> Trees:
+    """The trees of scikit-learn's histogram boosting, fitted to one output, as arrays.
+
+    They have no public form; a test compares these arrays with the model's own predictions.
+    """
+    nodes = [stage[0].nodes for stage in model._predictors]
+    start = np.cumsum([0, *(len(tree) for tree in nodes)])
+    joined = np.concatenate(nodes)
+    offset = np.repeat(start[:-1], [len(tree) for tree in nodes])
+    leaf = joined["is_leaf"].astype(bool)
+    return Trees(
+        start=start[:-1].astype(np.int32),
+        feature=joined["feature_idx"].astype(np.int32),
+        threshold=joined["num_threshold"].astype(np.float64),
+        missing_left=joined["missing_go_to_left"].astype(bool),
+        left=np.where(leaf, -1, joined["left"] + offset).astype(np.int32),
+        right=np.where(leaf, -1, joined["right"] + offset).astype(np.int32),
+        value=joined["value"].astype(np.float64),
+        base=np.asarray(model._baseline_prediction, dtype=np.float64).reshape(1),
+    )
 
 
 @numba.njit(cache=True, nogil=True)

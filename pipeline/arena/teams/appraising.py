@@ -1,0 +1,190 @@
+"""The team that looks: each robot takes the action that trees appraise highest at what it sees.
+
+All robots decide when play starts and each ``clock_s`` of play. A robot chooses among the actions of its
+role; of equal ones it takes any. With probability ``explore`` it takes any of them. An action whose end holds
+before the next decision is begun anew: a goalkeeper that goes to its goal, and is there, stays. A robot that
+can choose none moves randomly.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+from numba import njit
+
+from pipeline.arena.teams import executors
+from pipeline.arena.teams.executors.actions import VERB
+from pipeline.arena.teams.learned import observe
+from pipeline.arena.teams.roles import assign
+from pipeline.arena.teams.splitmix import SplitMix, uniform
+from pipeline.arrays import F32, F64, I32, I64, Bools
+from pipeline.bodies import Records
+from pipeline.state import BinEdges, Radix, encode_one
+from pipeline.state.sight import see_from
+from pipeline.state.table import ELEMENTS
+from schemas import ROLES
+from schemas.sights import SIGHT
+from schemas.situations import MOVES_RANDOMLY
+
+#: Numbers of a sight.
+_NUMBERS = len(SIGHT)
+
+
+class Appraiser(NamedTuple):
+    """Appraisals as :func:`decide` looks them up; node i is a leaf if ``left[i]`` is -1.
+
+    Attributes:
+        codes: int64 [C], the actions; the first is moves randomly, which is never appraised.
+        allowed: bool [3, C], those of each role, by index in ROLES.
+        first: int64 [C + 1]; the trees of action i are ``first[i]`` to ``first[i + 1]``, exclusive.
+        start: int32 [trees], the root of each.
+        feature: int32 [nodes], the number of the sight that a node splits by.
+        threshold: float64 [nodes]; a number at most this goes left.
+        missing_left: bool [nodes], whether NaN goes left.
+        left, right: int32 [nodes], children.
+        value: float64 [nodes], what a leaf adds.
+    """
+
+    codes: I64
+    allowed: Bools
+    first: I64
+    start: I32
+    feature: I32
+    threshold: F64
+    missing_left: Bools
+    left: I32
+    right: I32
+    value: F64
+
+
+def appraiser_of(values: pl.DataFrame, appraisals: pl.DataFrame) -> tuple[Appraiser, list[str | None]]:
+    """Appraisals as arrays, and the names of what is chosen.
+
+    Args:
+        values: rows of schema Policies of one version; the actions of each role are its behaviours, which
+            have one code each.
+        appraisals: rows of schema Appraisals of the same version; an action without any is worth 0.
+
+    Returns:
+        The arrays; and behaviour ids by role (ROLES) and action, role first, None for moves randomly.
+    """
+    pairs = values.select(
+        pl.col("role").cast(pl.String), code=pl.col("behaviour_id").str.split("-").list.last().cast(pl.Int64))
+    codes = [MOVES_RANDOMLY, *(
+        code for code in pairs["code"].unique().sort() if VERB[code] >= 0 and code != MOVES_RANDOMLY)]
+    known = set(pairs.iter_rows())
+    allowed = np.array([[(role, code) in known for code in codes] for role in ROLES])
+    rows = appraisals.filter(pl.col("code").is_in(codes[1:])).select(
+        pl.all(), place=pl.col("code").replace_strict(codes, range(len(codes)), return_dtype=pl.Int64),
+    ).sort("place", "tree", "node").with_row_index("row")
+    roots = rows.filter(node=0)
+    start = roots["row"].to_numpy().astype(np.int32)
+    size = np.diff(np.append(start, rows.height))
+    offset = np.repeat(start, size)
+
+    def child(name: str) -> I32:
+        own = rows[name].fill_null(-1).to_numpy()
+        return np.where(own < 0, -1, own + offset).astype(np.int32)
+
+    appraiser = Appraiser(
+        np.array(codes, dtype=np.int64), allowed,
+        np.searchsorted(roots["place"].to_numpy(), np.arange(len(codes) + 1)).astype(np.int64), start,
+        rows["feature"].to_physical().fill_null(0).to_numpy().astype(np.int32),
+        rows["threshold"].fill_null(0.0).to_numpy().astype(np.float64),
+        rows["missing_left"].fill_null(value=False).to_numpy().astype(np.bool_),
+        child("left"), child("right"), rows["value"].to_numpy().astype(np.float64),
+    )
+    names = [None if code == MOVES_RANDOMLY else f"{role}-{code:03d}" for role in ROLES for code in codes]
+    return appraiser, names
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def appraise(appraiser: Appraiser, action: int, sight: F32) -> float:
+    """What an action is worth at a sight, float32 [30]; 0 without trees."""
+    worth = 0.0
+    for tree in range(appraiser.first[action], appraiser.first[action + 1]):
+        node = appraiser.start[tree]
+        while appraiser.left[node] >= 0:
+            seen = sight[appraiser.feature[node]]
+            left = appraiser.missing_left[node] if np.isnan(seen) else seen <= appraiser.threshold[node]
+            node = appraiser.left[node] if left else appraiser.right[node]
+        worth += appraiser.value[node]
+    return worth
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def decide(
+    view: F64, direction: float, lead: int, robots: Records, appraiser: Appraiser, whole: Radix,
+    edges: BinEdges, explore: float, packed: Records, splitmix: SplitMix, decisions: Records,
+) -> None:  # fmt: skip
+    """Decide for all robots.
+
+    Args:
+        view: float64 [1 + 2 N, 6], the team's.
+        direction: of the ball's last motion, radians; NaN if it never moved.
+        lead: own goals minus the adversary's.
+        robots: records of :data:`pipeline.arena.teams.learned.ROBOT`, [N]; written.
+        appraiser: the appraisals.
+        whole: digits of the key that keeps all elements; decisions are logged with it.
+        edges: of the pitch.
+        explore: chance that a robot takes any action instead of the best, in [0, 1].
+        packed: measures, ``Measures.packed()``.
+        splitmix: draws ties and exploration.
+        decisions: records of :data:`pipeline.arena.teams.learned.DECISION`, [N], written; ``behaviour`` is
+            role times C plus action.
+    """
+    m = packed[0]
+    count = len(robots)
+    roles = np.empty(2 * count, dtype=np.int64)
+    elements = np.zeros(ELEMENTS, dtype=np.uint8)
+    assign(view, m, roles)
+    observe(view, direction, lead, roles, edges, elements)
+    state = encode_one(elements, whole)
+    sight = np.empty(_NUMBERS, dtype=np.float32)
+    for robot in range(1, count + 1):
+        own, role = robots[robot - 1], roles[robot - 1]
+        see_from(view, robot, m.goal_x, sight)
+        tries = uniform(splitmix) < explore
+        best, most, ties = 0, 0.0, 0
+        for action in range(1, len(appraiser.codes)):
+            if not appraiser.allowed[role, action]:
+                continue
+            worth = 0.0 if tries else appraise(appraiser, action, sight)
+            if ties == 0 or worth > most:
+                best, most, ties = action, worth, 1
+            elif worth == most:
+                ties += 1
+                if uniform(splitmix) * ties < 1.0:
+                    best = action
+        own["behaviour"], own["place"] = best, 0
+        executors.start(appraiser.codes[best], robot, view, roles, m, splitmix, own["action"])
+        decision = decisions[robot - 1]
+        decision["robot"], decision["role"], decision["state"] = robot, role, state
+        decision["behaviour"], decision["random"] = role * len(appraiser.codes) + best, tries or best == 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def carry_on(
+    view: F64, robots: Records, appraiser: Appraiser, packed: Records, splitmix: SplitMix, wheels: F64
+) -> None:
+    """Carry on all actions for a frame; one whose end holds is begun anew.
+
+    Args:
+        view: float64 [1 + 2 N, 6], the team's.
+        robots: after :func:`decide`.
+        appraiser: whose actions they are.
+        packed: measures, ``Measures.packed()``.
+        splitmix: draws the wheels of random moves.
+        wheels: float64 [N, 2], written.
+    """
+    m = packed[0]
+    count = len(robots)
+    for robot in range(1, count + 1):
+        own = robots[robot - 1]
+        if executors.act(robot, view, m, own["action"], wheels):
+            roles = np.empty(2 * count, dtype=np.int64)
+            assign(view, m, roles)
+            executors.start(
+                appraiser.codes[own["behaviour"]], robot, view, roles, m, splitmix, own["action"])

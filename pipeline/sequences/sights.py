@@ -1,0 +1,106 @@
+"""The table sights: what robots saw when they decided, and what V did after it."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+from numba import njit
+
+from pipeline.arrays import F32, F64, I8, I64
+from pipeline.bodies import BALL, COLUMNS, see
+from pipeline.matches.frame import Frames, MatchLog, home_attacks
+from pipeline.settings import GramSettings
+from pipeline.state.sight import see_from
+from schemas import SIDES, Sights
+from schemas.sights import SIGHT
+
+_PLACE, _BALL = ("x", "y", "theta", "vx", "vy", "omega"), ("x", "y", "vx", "vy")
+
+
+def sights(log: MatchLog, values: pl.DataFrame, settings: GramSettings) -> pl.DataFrame:
+    """What the robots of a match saw at the decisions that its log holds, and what V did after each.
+
+    Bodies are those of the log's sample at the decision: a robot that the sample has not is unknown.
+
+    Args:
+        log: of the match.
+        values: rows of schema Values of the same match; none if V is not known.
+        settings: ``ahead_s``.
+
+    Returns:
+        Rows of schema Sights.
+    """
+    decisions = log.decisions.sort("team", "robot", "t_ns")
+    if decisions.is_empty():
+        return Sights.empty()
+    t_ns = decisions["t_ns"].to_numpy()
+    team = decisions["team"].to_physical().to_numpy().astype(np.int64)
+    frame = np.searchsorted(log.frames.t_ns, t_ns)
+    there = log.frames.t_ns[np.minimum(frame, len(log.frames) - 1)] == t_ns
+    bodies, row = _bodies(log.frames, np.where(there, frame, -1))
+    number = np.array([row.get(who, 0) for who in zip(team, decisions["robot"], strict=True)], dtype=np.int64)
+    found = np.full((len(t_ns), len(SIGHT)), np.nan, dtype=np.float32)
+    _see_all(bodies, team, home_attacks(log.info.periods, t_ns), number, log.info.pitch.goal_x, found)
+    change = _changes(decisions, values, round(settings.ahead_s * 1e9))
+    return decisions.select(
+        "match_id", "team", "robot", "t_ns",
+        pl.Series("sight", found).arr.eval(pl.element().fill_nan(None)),
+        pl.Series("change", change).fill_nan(None),
+    ).cast(pl.Schema(Sights.dtypes()))
+
+
+def _bodies(frames: Frames, chosen: I64) -> tuple[F64, dict[tuple[int, int], int]]:
+    """The bodies of some frames as :mod:`pipeline.bodies` has them; of frame -1 all are unknown.
+
+    Returns:
+        float64 [K, 1 + 2 N, 6] in the pitch frame, NaN where a body was not seen; and the row of each robot
+        in its own team's view, 1 to N, by team and number.
+    """
+    owners = {team: np.unique(frames.robots["id"][frames.robots["team"] == team]).tolist() for team in (0, 1)}
+    count = max(map(len, owners.values()))
+    row = {(team, robot): 1 + place for team, own in owners.items() for place, robot in enumerate(own)}
+    out = np.full((len(chosen), 1 + 2 * count, COLUMNS), np.nan)
+    known = np.flatnonzero(chosen >= 0)
+    for column, name in enumerate(_PLACE):
+        if name in _BALL:
+            out[known, BALL, column] = frames.ball[name][chosen[known]]
+    of_frame = frames.counts()[chosen[known]]
+    within = np.arange(of_frame.sum()) - np.repeat(np.cumsum(of_frame) - of_frame, of_frame)
+    robots = frames.robots[np.repeat(frames.offsets[chosen[known]], of_frame) + within]
+    side = robots["team"].astype(np.int64)
+    for team, own in owners.items():
+        mine = side == team
+        at = 1 + np.searchsorted(own, robots["id"][mine]) + count * team
+        for column, name in enumerate(_PLACE):
+            out[np.repeat(known, of_frame)[mine], at, column] = robots[name][mine]
+    return out, row
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _see_all(bodies: F64, team: I64, attacks: I8, row: I64, goal_x: float, out: F32) -> None:
+    """Write the sights of K decisions into ``out``, float32 [K, 30]; a robot of row 0 is not there: NaN."""
+    view = np.empty(bodies.shape[1:])
+    for k in range(len(bodies)):
+        if row[k] > 0:
+            see(bodies[k], team[k], attacks[k] if team[k] == 0 else -attacks[k], view)
+            see_from(view, row[k], goal_x, out[k])
+
+
+def _changes(decisions: pl.DataFrame, values: pl.DataFrame, ahead_ns: int) -> F64:
+    """What V did after each decision, for its team, float64 [K]; NaN where V is not known."""
+    out = np.full(len(decisions), np.nan)
+    t_all, value_all = values["t_ns"].to_numpy(), values["value"].to_numpy()
+    groups = decisions.with_row_index("row").group_by("team", "episode", maintain_order=True)
+    for (team, _), rows in groups:
+        start, over = rows["t_ns"].to_numpy(), int(rows["end_ns"].max())  # type: ignore[arg-type]
+        low, high = np.searchsorted(t_all, [start.min(), over + 1])
+        if low == high:
+            continue
+        side = 1.0 if team == SIDES[0] else -1.0
+        then = np.minimum(start + ahead_ns, over)
+        path = side * value_all[low:high]
+        before, after = (np.interp(at, t_all[low:high], path) for at in (start, then))
+        goal = float(rows["reward"].sum())
+        scored = (then == over) & (goal != 0)
+        out[rows["row"].to_numpy()] = np.where(scored, np.sign(goal), after) - before
+    return out

@@ -1,0 +1,243 @@
+"""The learner that looks: sights, what came of them, appraisals, and the team that plays by them."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.arena.match import controllers
+from pipeline.arena.match.controllers import PolicyTables, controllers_of
+from pipeline.arena.match.match import Match
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.arena.teams.appraising import appraise as worth
+from pipeline.arena.teams.appraising import appraiser_of
+from pipeline.matches.frame import MatchLog
+from pipeline.policies.appraise import actions, appraise
+from pipeline.sequences.sights import sights
+from pipeline.settings import AppraisalSettings, GramSettings
+from pipeline.situations.rules import TABLE_1
+from pipeline.state.sight import see_from
+from schemas import ROLES, SIDES, Appraisals, Decisions, Occasions, Policies, Sights, Values
+from schemas.sights import SIGHT
+
+SMALL = AppraisalSettings(trees=10, leaf_samples=20, tree_penalty=0.0)
+PLACE = {name: place for place, name in enumerate(SIGHT)}
+
+
+def view_of(*bodies):
+    """A view of the ball and robots at (x, y, theta, vx, vy)."""
+    return np.array([[*body, 0.0] for body in bodies])
+
+
+def seen(view, robot):
+    out = np.empty(len(SIGHT), dtype=np.float32)
+    see_from(view, robot, 0.75, out)
+    return dict(zip(SIGHT, out.tolist(), strict=True))
+
+
+def pairs_of(**codes):
+    """Values of actions by role: no action is better than another."""
+    return Policies.of([
+        {"version": 1, "knowledge_version": 1, "role": role, "key": "role0", "state": 0,
+         "behaviour_id": f"{role}-{code:03d}", "q": 0.0, "visits": 0, "evidence": 0.0}
+        for role in ROLES for code in sorted(codes[role])])
+
+
+# ---- sights
+
+
+def test_worked_sight():
+    """What a robot behind a resting ball sees, by hand."""
+    view = view_of((0.0, 0.3, 0, 0, 0), (-0.4, 0.0, 0, 0.5, 0.1), (0.0, 0.1, 0, 0, 0), (0.3, 0.3, 0, 0, 0), (0.7, 0.3, 0, 0, 0))
+    found = seen(view, 1)
+    assert found["ball_distance"] == pytest.approx(0.5)
+    assert (found["ball_dx"], found["ball_dy"]) == pytest.approx((0.4, 0.3))
+    assert found["nearer"] == 1
+    assert found["deeper"] == 0
+    assert (found["mate_distance"], found["adversary_distance"]) == pytest.approx((0.2, 0.3))
+    assert found["behind"] == pytest.approx((0.4 * 0.75 - 0.3 * 0.3) / 0.5 / np.hypot(0.75, 0.3))
+    assert found["faces_ball"] == pytest.approx(0.8)
+    assert found["adversary_behind"] == pytest.approx(0.75 / np.hypot(0.75, 0.3))
+    assert found["home"] == pytest.approx(0.35)
+    assert (found["to_own_line"], found["to_their_line"]) == (9.0, 9.0)
+    assert np.isnan(seen(view[[0, 1, 3]], 1)["mate_x"])
+
+
+@given(st.integers(0, 1 << 30), st.integers(1, 3))
+def test_sights_are_mirrored(seed, robot):
+    """Both half-widths look the same."""
+    view = np.random.default_rng(seed).normal(scale=0.4, size=(7, 6))
+    view[0, 1] += 0.001  # a ball on the line has no side
+    mirrored = view * [1, -1, -1, 1, -1, -1]
+    np.testing.assert_allclose(list(seen(view, robot).values()), list(seen(mirrored, robot).values()), atol=1e-5)
+
+
+@pytest.fixture(scope="module")
+def played():
+    """A log of a minute in which a team of equal actions plays at both sides, with what it saw."""
+    table = pairs_of(goalkeeper=[44, 88], midfield=[11, 44], striker=[21, 44, 118])
+    policy = PolicyTables(table, Appraisals.empty())
+    of = TeamSettings(kind="learned", policy="it", explore=1.0)
+    recipe = Recipe(home=of, away=of, seed=3, referee=RefereeSettings(duration_s=60.0))
+    noted = []
+    minds = controllers_of(recipe, {"it": policy})
+    with pytest.MonkeyPatch.context() as patch:
+        decide = controllers.appraising.decide
+
+        def spy(view, *rest):
+            noted.append([list(seen(view, robot).values()) for robot in (1, 2, 3)])
+            decide(view, *rest)
+
+        patch.setattr(controllers.appraising, "decide", spy)
+        match = Match(recipe, minds)
+        while match.advance(500):
+            pass
+    part = match.take()
+    return MatchLog(match.info, part.frames, part.referee, part.decisions), np.array(noted)
+
+
+def test_sights_are_what_players_saw(played):
+    """A log's sights are those by which its robots decided, in both halves and of both teams."""
+    log, noted = played
+    found = sights(log, Values.empty(), GramSettings())
+    assert found.height == log.decisions.height
+    assert log.decisions["team"].n_unique() == 2
+    by_time = found.sort("t_ns", "team", "robot")
+    theirs = noted.reshape(-1, len(SIGHT))
+    np.testing.assert_allclose(by_time["sight"].to_numpy(), theirs, atol=1e-4)
+    assert found["change"].null_count() == found.height, "without V no change is known"
+    Sights.validate(found)
+
+
+def test_team_decides_by_the_clock(played):
+    """All robots decide at once, each half second of play, among the actions of their role."""
+    log, _ = played
+    rows = log.decisions.filter(pl.col("ends").is_null())
+    spans = ((rows["end_ns"] - rows["t_ns"]) / 1e9).to_list()
+    assert spans == pytest.approx([0.5] * len(spans), abs=1e-6)
+    chosen = log.decisions.drop_nulls("behaviour_id").select("role", "behaviour_id").unique()
+    known = {f"{role}-{code:03d}" for role, codes in (
+        ("goalkeeper", [44, 88]), ("midfield", [11, 44]), ("striker", [21, 44, 118])) for code in codes}
+    assert set(chosen["behaviour_id"]) == known, "exploration tries them all"
+    assert (chosen["role"].cast(pl.String) == chosen["behaviour_id"].str.head(-4)).all()
+
+
+def test_changes_by_hand(played):
+    """V a second later less V now, for the own team; a goal within that second counts as one."""
+    log, _ = played
+    start = 10_000_000_000
+    made = log.decisions.clear().vstack(pl.DataFrame([
+        {**log.decisions.row(0, named=True), "team": team, "robot": 1, "t_ns": start + at, "end_ns": start + end,
+         "reward": reward, "episode": 0, "ends": ends}
+        for team, sign in zip(SIDES, (1.0, -1.0), strict=True)
+        for at, end, reward, ends in ((0, 500_000_000, 0.0, None), (500_000_000, 1_200_000_000, sign, "terminal"))
+    ], schema=log.decisions.schema))
+    values = Values.of([{
+        "match_id": log.info.match_id, "t_ns": start + at * 100_000_000, "segment": 0, "home": 0.0, "away": 0.0,
+        "value": 0.01 * at} for at in range(12)])
+    found = sights(MatchLog(log.info, log.frames, log.referee, made), values, GramSettings())
+    assert found["change"].to_list() == pytest.approx([0.1, 1 - 0.05, -0.1, -1 + 0.05])
+
+
+# ---- appraisals
+
+
+def decided(sight, code, change, role="striker"):
+    """Decisions with what was seen, one second apart."""
+    t_ns = np.arange(len(code)) * 1_000_000_000
+    made = Decisions.validate(pl.DataFrame({
+        "match_id": "it", "team": "home", "robot": 1, "role": role, "t_ns": t_ns, "end_ns": t_ns + 1, "state": 0,
+        "behaviour_id": [f"{role}-{each:03d}" for each in code], "chosen": True, "random": False, "reward": 0.0,
+        "episode": 0, "ends": None, "value": 0.0}, schema=Decisions.dtypes()))
+    looked = Sights.validate(pl.DataFrame({
+        "match_id": "it", "team": "home", "robot": 1, "t_ns": t_ns, "sight": sight, "change": change},
+        schema=Sights.dtypes()))
+    return made, looked
+
+
+def two_places(seed, rng_codes=(21, 44, 88)):
+    """Where the ball is far up, 021 is worth more, elsewhere 044; 088 is always worth less."""
+    rng = np.random.default_rng(seed)
+    sight = rng.normal(size=(3000, len(SIGHT))).astype(np.float32)
+    code = rng.choice(rng_codes, len(sight))
+    up = sight[:, PLACE["ball_x"]] > 0
+    change = np.where(code == 88, -0.2, np.where((code == 21) == up, 0.1, -0.1)) + rng.normal(scale=0.05, size=len(code))
+    return sight, code, change
+
+
+def test_learns_what_to_do_where():
+    """The best action of each place is found, and one that is the best nowhere is no longer offered."""
+    sight, code, change = two_places(1)
+    pairs = pairs_of(goalkeeper=[], midfield=[], striker=[21, 44, 88, 118])
+    found, kept = appraise(*decided(sight, code, change), pairs, SMALL, 7)
+    Appraisals.validate(found)
+    assert set(found["version"]) == {7}
+    assert kept["behaviour_id"].to_list() == ["striker-021", "striker-044", "striker-118"], "118 was never tried"
+    appraiser, names = appraiser_of(kept, found)
+    new = two_places(2)[0][:500]
+    best = [max(range(1, 3), key=lambda action: worth(appraiser, action, each)) for each in new]
+    chosen = [names[2 * len(appraiser.codes) + action] for action in best]
+    wanted = ["striker-021" if up else "striker-044" for up in new[:, PLACE["ball_x"]] > 0]
+    assert np.mean([a == b for a, b in zip(chosen, wanted, strict=True)]) > 0.95
+
+
+def test_learns_nothing_from_shuffled_changes():
+    """The control: with the changes dealt out anew, no action is told from another by place."""
+    sight, code, change = two_places(1)
+    shuffled = np.random.default_rng(5).permutation(change)
+    found, kept = appraise(
+        *decided(sight, code, shuffled), pairs_of(goalkeeper=[], midfield=[], striker=[21, 44]), SMALL, 1)
+    appraiser, _ = appraiser_of(kept, found)
+    new = two_places(2)[0][:500]
+    up = new[:, PLACE["ball_x"]] > 0
+    gain = np.array([worth(appraiser, 1, each) - worth(appraiser, 2, each) for each in new])
+    assert abs(gain[up].mean() - gain[~up].mean()) < 0.02, "0.2 in truth"
+
+
+def test_little_evidence_is_shrunk():
+    """An action that was chosen a few times has its mean alone, next to nothing."""
+    sight, code, change = two_places(1)
+    few = slice(0, 30)
+    found, _ = appraise(
+        *decided(sight[few], np.full(30, 21), np.full(30, 0.5)), pairs_of(goalkeeper=[], midfield=[], striker=[21]), SMALL, 1)
+    assert found.height == 1
+    assert found["value"].to_list() == pytest.approx([0.5 * 30 / (30 + SMALL.leaf_samples)])
+    assert appraise(*decided(sight, code, change), pairs_of(goalkeeper=[], midfield=[], striker=[21]), SMALL, 1)[0].equals(
+        appraise(*decided(sight, code, change), pairs_of(goalkeeper=[], midfield=[], striker=[21]), SMALL, 1)[0])
+
+
+def test_watched_actions():
+    """Actions are those of the watched behaviours by role, code by code; all codes if that is asked for."""
+    seen_ = Occasions.of([
+        {"version": 1, "role": role, "key": "role0", "state": 0, "behaviour_id": f"{role}-{codes}", "count": count,
+         "value": None, "initial": 0.0, "team": None, "kind": None}
+        for role, codes, count in (("goalkeeper", "194", 0), ("midfield", "044-021", 3), ("striker", "021", 2), ("striker", "088", 0))])
+    found = actions(seen_, TABLE_1, AppraisalSettings())
+    assert found["behaviour_id"].to_list() == ["midfield-021", "midfield-044", "striker-021"]
+    assert actions(seen_, TABLE_1, AppraisalSettings(codes="all")).height == 3 * 31
+
+
+# ---- the team
+
+
+def test_team_takes_the_best():
+    """A team takes what is appraised highest; two teams of the same tables play the same match."""
+    table = pairs_of(goalkeeper=[88, 118], midfield=[44, 118], striker=[44, 118])
+    leaf = {"version": 1, "tree": 0, "node": 0, "feature": None, "threshold": None, "missing_left": None, "left": None, "right": None}
+    appraisals = Appraisals.of([leaf | {"code": code, "value": value} for code, value in ((44, 0.3), (88, 0.2), (118, 0.1))])
+    recipe = Recipe(home=TeamSettings(kind="learned", policy="it"), away=TeamSettings(kind="static"), seed=4,
+                    referee=RefereeSettings(duration_s=30.0))
+
+    def log():
+        match = Match(recipe, controllers_of(recipe, {"it": PolicyTables(table, appraisals)}))
+        match.advance(10_000)
+        return match.take().decisions
+
+    made = log()
+    assert set(made["behaviour_id"]) == {"goalkeeper-088", "midfield-044", "striker-044"}
+    assert not made["random"].any()
+    assert made.equals(log())
