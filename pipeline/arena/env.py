@@ -24,20 +24,19 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import gymnasium
 import numpy as np
 import numpy.typing as npt
-import polars as pl
 from gymnasium import spaces
 from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 from pydantic import Field
 
-from pipeline.arena.match.controllers import controller_of
+from pipeline.arena.match.controllers import PolicyTables, controller_of
 from pipeline.arena.match.driven import BehaviourController, Driven, WheelController
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.observation import LIMIT, length
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.arena.match.stepped import SteppedMatch
 from pipeline.arena.teams.chosen import CODES
-from pipeline.arena.teams.constant import constant
+from pipeline.arena.teams.constant import BEST, constant
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.arena.window import window_class
 from pipeline.arena.window.painting import Picture, WindowPainter
@@ -45,7 +44,7 @@ from pipeline.arrays import F32
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import AWAY, HOME
 from pipeline.toml import Frozen, fitted
-from schemas import SIDES, Policies
+from schemas import SIDES
 
 if TYPE_CHECKING:
     from pipeline.arena.window.screen import Window
@@ -127,15 +126,15 @@ def parallel_env(
 
 
 def env(
-    opponent: str | pl.DataFrame = "static", *, side: Side = "home", actions: Actions = "wheels",
+    opponent: str | PolicyTables = "static", *, side: Side = "home", actions: Actions = "wheels",
     step_s: float | None = None, robots: int | None = None, minutes: float | None = None,
     goal_ends: bool = False, render_mode: RenderMode | None = None, settings: MatchSettings | None = None,
 ) -> TeamEnv:
     """The arena as a Gymnasium environment: one agent drives a team against an opponent.
 
     Args:
-        opponent: name of a team that plays by fixed rules (static, human-like, pressing and so on); constant:044,
-            constant:44/21/21 or best-constant for a constant team; or a policy, rows of schema Policies of one version.
+        opponent: name of a team that plays by fixed rules (static, human-like, pressing and so on);
+            constant:044, constant:44/21/21 or best-constant for a constant team; or a policy.
         side: of the agent's team. Home kicks off first.
         actions: see :class:`EnvSettings`, as the next, ``goal_ends`` and ``render_mode``.
         step_s: seconds that a step lasts.
@@ -275,13 +274,13 @@ class TeamEnv(gymnasium.Env[F32, Any]):
 
     Args:
         settings: of the environment.
-        opponent: word, or rows of schema Policies.
+        opponent: word, or a policy.
         side: of the agent's team.
     """
 
     metadata = EnvSettings().metadata
 
-    def __init__(self, settings: EnvSettings, opponent: str | pl.DataFrame, side: Side) -> None:
+    def __init__(self, settings: EnvSettings, opponent: str | PolicyTables, side: Side) -> None:
         if side not in SIDES:
             raise BadSettings(f"there is no side {side!r}", where="side",
                               next_step=f"Name one of {', '.join(SIDES)}")
@@ -454,21 +453,21 @@ def _driver(settings: EnvSettings, recipe: Recipe, team: int) -> Driven:
     return BehaviourController(recipe, np.random.default_rng([recipe.seed, 1 + team]))
 
 
-def _opponent(word: str | pl.DataFrame) -> tuple[TeamSettings, pl.DataFrame | None]:
+def _opponent(word: str | PolicyTables) -> tuple[TeamSettings, PolicyTables | None]:
     """Settings and policy of an opponent.
 
     Raises:
         BadSettings: if there is none of this name, or robots have no action for a code.
     """
-    if isinstance(word, pl.DataFrame):
-        return TeamSettings(kind="learned"), Policies.validate(word)
+    if isinstance(word, PolicyTables):
+        return TeamSettings(kind="learned"), word
     if word in SCRIPTED:
         return TeamSettings(kind=word), None
     always = constant(word)
     if always is None:
         raise BadSettings(f"{word!r} is no opponent", where="opponent", next_step=(
-            f"Name one of {', '.join(SCRIPTED)}, constant:044, constant:44/21/21, best-constant, or give a policy"))
-    return TeamSettings(kind="learned"), always.policy()
+            f"Name one of {', '.join(SCRIPTED)}, constant:044, constant:44/21/21, {BEST}, or give a policy"))
+    return TeamSettings(kind="learned"), PolicyTables(always.policy())
 
 
 def _seed(random: np.random.Generator, asked: int | None) -> int:
