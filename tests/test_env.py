@@ -12,7 +12,7 @@ from gymnasium.utils.env_checker import check_env
 from support.played import policy
 
 from pipeline.arena.env import BEHAVIOURS, ID, env, parallel_env
-from pipeline.arena.match.controllers import Controller, controller_of
+from pipeline.arena.match.controllers import Controller, PolicyTables, controller_of
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.arena.physics.camera import CameraSettings
@@ -117,9 +117,9 @@ class TestSameMatch:
             assert one.match.bodies.tobytes() == alone[frame + 3][0].tobytes()
 
     def test_always_the_same_behaviour_is_the_constant_team(self):
-        rows = constant("constant:044").policy()
+        known = PolicyTables(constant("constant:044").policy())
         recipe = recipe_of("learned", "learned")
-        alone = Match(recipe, tuple(controller_of(recipe.home, recipe, team, rows) for team in (0, 1)), logged=False)
+        alone = Match(recipe, tuple(controller_of(recipe.home, recipe, team, known) for team in (0, 1)), logged=False)
         alone.advance(10_000)
         one, both = env("constant:044", actions="behaviours", settings=SHORT), parallel_env(actions="behaviours", settings=SHORT)
         one.reset(seed=3)
@@ -132,8 +132,8 @@ class TestSameMatch:
         assert one.match.bodies.tobytes() == both.match.bodies.tobytes() == alone.bodies.tobytes()
 
     def test_a_policy_as_opponent(self):
-        rows = policy(*((role, 0, "184", 0.5) for role in ROLES))
-        one = env(rows, settings=SHORT)
+        known = PolicyTables(policy(*((role, 0, "184", 0.5) for role in ROLES)))
+        one = env(known, settings=SHORT)
         one.reset(seed=3)
         for _ in range(60):
             one.step(np.zeros(6, np.float32))
