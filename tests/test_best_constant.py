@@ -78,7 +78,7 @@ def test_plays_its_file(tmp_path):
     codes = file()["codes"]
     assert best_constant() == Constant(**codes)
     assert (team.name, team.settings.policy) == ("best-constant", Constant(**codes).word)
-    rows = policies[team.settings.policy]
+    rows = policies[team.settings.policy].values
     assert dict(rows.select("role", "behaviour_id").rows()) == {
         role: f"{role}-{code:03d}" for role, code in codes.items()}
 

@@ -348,7 +348,9 @@ def test_outage(server, machine, recordings, local, requests, fault, monkeypatch
         store = machine(url, name)  # as the next command of the machine finds it
         mirrors._mirror.cache_clear()
         brought(store, recordings)
-        assert plain(server.objects(url)) == local, begins
+        left = {key: data for key, data in plain(server.objects(url)).items()
+                if not key.endswith("/claim.json")}  # one that could not be given back ends with its time
+        assert left == local, begins
         assert verify_all(store).problems == []
 
 

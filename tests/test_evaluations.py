@@ -14,6 +14,7 @@ from scipy import stats
 from flows import evaluations as flow
 from flows.placement.processes import Processes
 from flows.teams import entrant
+from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.errors import BadSettings, NotFound, WorkerLost
@@ -185,7 +186,7 @@ def test_learned_team():
     """A learned team's decisions are counted."""
     team = Entrant(name="v1", settings=TeamSettings(kind="learned", policy="v1 abc"), policy_version=1, knowledge_version=1)
     pair = Pair(evaluation=Evaluation(team=team, opponent=scripted("static"), referee=SHORT), seed=0)
-    rows = play(pair, {"v1 abc": Policies.empty()})
+    rows = play(pair, {"v1 abc": PolicyTables(Policies.empty())})
     assert (rows["actions"] > 0).all()
     assert (rows["other_actions"] == 0).all()  # it knows nothing, and moves randomly
     assert rows["side"].to_list() == ["home", "away"]

@@ -17,6 +17,7 @@ from flows.record import record
 from flows.stages import STAGES
 from flows.update import scope_of
 from flows.versions import emit
+from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.settings import Settings
@@ -37,7 +38,7 @@ def league(tmp_path_factory):
 
     folder = tmp_path_factory.mktemp("datasets")
     store = Store(folder / "data")
-    known = policy(*((role, 0, codes, 0.5) for role in ROLES for codes in ("046-044-021", "194")))
+    known = PolicyTables(policy(*((role, 0, codes, 0.5) for role in ROLES for codes in ("046-044-021", "194"))))
     record(store, Recipe(
         home=TeamSettings(kind="learned", policy="known", explore=0.5), away=TeamSettings(kind="static"), seed=9,
         referee=RefereeSettings(duration_s=20.0)), {"known": known})

@@ -26,6 +26,7 @@ from typing import NamedTuple
 
 import polars as pl
 
+from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.teams.constant import ACTIONS, Constant
@@ -70,7 +71,7 @@ def difference(job: Job) -> float:
     team, seed = job
     entrant = Entrant(name=team.word, settings=TeamSettings(kind="learned", policy=team.word))
     pair = Pair(evaluation=Evaluation(team=entrant, opponent=_STATIC, referee=_MINUTE), seed=seed)
-    rows = play(pair, {team.word: team.policy()})
+    rows = play(pair, {team.word: PolicyTables(team.policy())})
     return float(rows.select((pl.col("goals_for") - pl.col("goals_against")).mean()).item())
 
 
