@@ -45,7 +45,7 @@ def season(
     """Play seasons: play, watch the opponent, learn, repeat. Games that are done are not played again.
 
     Args:
-        settings: Named settings (paper, best, and the ablations of both) or a TOML file.
+        settings: Named settings (paper, best, the ablations of both, and looking) or a TOML file.
         opponent: Opponent.
         seed: Seed of the first season; each later season has the next seed.
         seasons: Number of seasons against each opponent.
