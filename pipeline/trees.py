@@ -56,15 +56,21 @@ def arrays_of(model: Any) -> Trees:
 
 
 @numba.njit(cache=True, nogil=True)
+def leaf(trees: Trees, root: int, features: F32) -> float:
+    """What one tree adds for features float32 [F], NaN where unknown."""
+    node = root
+    while trees.left[node] >= 0:
+        x = features[trees.feature[node]]
+        goes_left = trees.missing_left[node] if np.isnan(x) else x <= trees.threshold[node]
+        node = trees.left[node] if goes_left else trees.right[node]
+    return float(trees.value[node])
+
+
+@numba.njit(cache=True, nogil=True)
 def logits(trees: Trees, features: F32) -> F64:
     """Logit of each moment, float64 [T]; features float32 [T, F], NaN where unknown."""
     out = np.full(len(features), trees.base[0])
     for root in trees.start:  # tree by tree: one tree's nodes stay in the fastest cache
         for k in range(len(features)):
-            node = root
-            while trees.left[node] >= 0:
-                x = features[k, trees.feature[node]]
-                goes_left = trees.missing_left[node] if np.isnan(x) else x <= trees.threshold[node]
-                node = trees.left[node] if goes_left else trees.right[node]
-            out[k] += trees.value[node]
+            out[k] += leaf(trees, root, features[k])
     return out

@@ -10,7 +10,8 @@ import pytest
 from studies.best_constant import BUDGET_MINUTES, FIRST_SEED, difference, search
 
 from flows.teams import entrant
-from pipeline.arena.teams.constant import ACTIONS, BEST_FILE, Constant, best_constant
+from pipeline.arena.teams.constant import BEST_FILE, Constant, best_constant
+from pipeline.arena.teams.executors.actions import CODES
 from pipeline.arena.teams.panel import PANEL
 from pipeline.store import Store
 from schemas import ROLES
@@ -24,19 +25,19 @@ def file():
 def worth(team):
     """Goals a minute of a toy team: each role has a best code, and the nearer its code the better."""
     best = {"goalkeeper": 21, "midfield": 47, "striker": 44}
-    return -sum(abs(ACTIONS.index(code) - ACTIONS.index(best[role])) for role, code in team._asdict().items())
+    return -sum(abs(CODES.index(code) - CODES.index(best[role])) for role, code in team._asdict().items())
 
 
 def test_finds_the_best():
     """With so much play that luck does not matter, the search ends at the best code of each role."""
     rng = np.random.default_rng(0)
-    rounds = list(search(ACTIONS, 4000, 5, lambda jobs: [worth(team) + rng.normal(0, 1) for team, _ in jobs]))
+    rounds = list(search(CODES, 4000, 5, lambda jobs: [worth(team) + rng.normal(0, 1) for team, _ in jobs]))
     assert {each.stage: next(iter(each.values)) for each in rounds[5:]} == {
         "striker": 44, "midfield": 47, "goalkeeper": 21}
     assert [len(each.values) for each in rounds] == [32, 16, 8, 4, 2] * 4
 
 
-@pytest.mark.parametrize("codes", [ACTIONS, ACTIONS[:7]])
+@pytest.mark.parametrize("codes", [CODES, CODES[:7]])
 def test_fair(codes):
     """In a round codes play the same seeds, which no other round has, and differ in what is chosen; time is kept."""
     played = []

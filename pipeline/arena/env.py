@@ -35,8 +35,8 @@ from pipeline.arena.match.match import Match
 from pipeline.arena.match.observation import LIMIT, length
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.arena.match.stepped import SteppedMatch
-from pipeline.arena.teams.chosen import CODES
 from pipeline.arena.teams.constant import BEST, constant
+from pipeline.arena.teams.executors.actions import CODES
 from pipeline.arena.teams.table import SCRIPTED
 from pipeline.arena.window import window_class
 from pipeline.arena.window.painting import Picture, WindowPainter

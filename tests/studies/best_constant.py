@@ -29,7 +29,8 @@ import polars as pl
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
-from pipeline.arena.teams.constant import ACTIONS, Constant
+from pipeline.arena.teams.constant import Constant
+from pipeline.arena.teams.executors.actions import CODES
 from pipeline.store.receipts import software
 from pipeline.studies.evaluations import Entrant, Evaluation, Pair, play
 
@@ -116,7 +117,7 @@ def _halve(stage: str, teams: Mapping[int, Constant], budget: int, seed: int, pl
 def main(path: Path, seed: int = FIRST_SEED) -> None:
     """Search, and write the file."""
     with ProcessPoolExecutor(2) as pool:
-        rounds = list(search(ACTIONS, BUDGET_MINUTES, seed, lambda jobs: pool.map(difference, jobs, chunksize=4)))
+        rounds = list(search(CODES, BUDGET_MINUTES, seed, lambda jobs: pool.map(difference, jobs, chunksize=4)))
     last = {each.stage: next(iter(each.values)) for each in rounds}
     best = Constant(**{stage: last[stage] for stage in STAGES[1:]})
     said = {

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from pipeline.arena.match.controllers import Controller, measures_of
 from pipeline.arena.match.recipe import Recipe
-from pipeline.arena.teams.chosen import CODES, carry_out
-from pipeline.arena.teams.executors.actions import ACTION
+from pipeline.arena.teams.chosen import carry_out
+from pipeline.arena.teams.executors.actions import ACTION, CODES
 from pipeline.arena.teams.splitmix import seeded
 from pipeline.arrays import F64
 from pipeline.errors import BadSettings
@@ -71,7 +71,7 @@ class WheelController(Driven):
 class BehaviourController(Driven):
     """Carries out behaviours as it is told, see :mod:`pipeline.arena.teams.chosen`.
 
-    An action is an index in :data:`pipeline.arena.teams.chosen.CODES`. At first robots stand (184).
+    An action is an index in ``executors.actions.CODES``. At first robots stand (184).
 
     Args:
         recipe: of the match.

@@ -24,6 +24,7 @@ from pipeline.bodies import Records
 from pipeline.state import BinEdges, Radix, encode_one
 from pipeline.state.sight import see_from
 from pipeline.state.table import ELEMENTS
+from pipeline.trees import Trees, leaf
 from schemas import ROLES
 from schemas.sights import SIGHT
 from schemas.situations import MOVES_RANDOMLY
@@ -33,30 +34,19 @@ _NUMBERS = len(SIGHT)
 
 
 class Appraiser(NamedTuple):
-    """Appraisals as :func:`decide` looks them up; node i is a leaf if ``left[i]`` is -1.
+    """Appraisals as :func:`decide` looks them up.
 
     Attributes:
         codes: int64 [C], the actions; the first is moves randomly, which is never appraised.
         allowed: bool [3, C], those of each role, by index in ROLES.
         first: int64 [C + 1]; the trees of action i are ``first[i]`` to ``first[i + 1]``, exclusive.
-        start: int32 [trees], the root of each.
-        feature: int32 [nodes], the number of the sight that a node splits by.
-        threshold: float64 [nodes]; a number at most this goes left.
-        missing_left: bool [nodes], whether NaN goes left.
-        left, right: int32 [nodes], children.
-        value: float64 [nodes], what a leaf adds.
+        trees: of all actions, one action's after the other's; their base is 0.
     """
 
     codes: I64
     allowed: Bools
     first: I64
-    start: I32
-    feature: I32
-    threshold: F64
-    missing_left: Bools
-    left: I32
-    right: I32
-    value: F64
+    trees: Trees
 
 
 def appraiser_of(values: pl.DataFrame, appraisals: pl.DataFrame) -> tuple[Appraiser, list[str | None]]:
@@ -90,11 +80,13 @@ def appraiser_of(values: pl.DataFrame, appraisals: pl.DataFrame) -> tuple[Apprai
 
     appraiser = Appraiser(
         np.array(codes, dtype=np.int64), allowed,
-        np.searchsorted(roots["place"].to_numpy(), np.arange(len(codes) + 1)).astype(np.int64), start,
-        rows["feature"].to_physical().fill_null(0).to_numpy().astype(np.int32),
-        rows["threshold"].fill_null(0.0).to_numpy().astype(np.float64),
-        rows["missing_left"].fill_null(value=False).to_numpy().astype(np.bool_),
-        child("left"), child("right"), rows["value"].to_numpy().astype(np.float64),
+        np.searchsorted(roots["place"].to_numpy(), np.arange(len(codes) + 1)).astype(np.int64),
+        Trees(
+            start, rows["feature"].to_physical().fill_null(0).to_numpy().astype(np.int32),
+            rows["threshold"].fill_null(0.0).to_numpy().astype(np.float64),
+            rows["missing_left"].fill_null(value=False).to_numpy().astype(np.bool_),
+            child("left"), child("right"), rows["value"].to_numpy().astype(np.float64), np.zeros(1),
+        ),
     )
     names = [None if code == MOVES_RANDOMLY else f"{role}-{code:03d}" for role in ROLES for code in codes]
     return appraiser, names
@@ -105,12 +97,7 @@ def appraise(appraiser: Appraiser, action: int, sight: F32) -> float:
     """What an action is worth at a sight, float32 [30]; 0 without trees."""
     worth = 0.0
     for tree in range(appraiser.first[action], appraiser.first[action + 1]):
-        node = appraiser.start[tree]
-        while appraiser.left[node] >= 0:
-            seen = sight[appraiser.feature[node]]
-            left = appraiser.missing_left[node] if np.isnan(seen) else seen <= appraiser.threshold[node]
-            node = appraiser.left[node] if left else appraiser.right[node]
-        worth += appraiser.value[node]
+        worth += leaf(appraiser.trees, appraiser.trees.start[tree], sight)
     return worth
 
 

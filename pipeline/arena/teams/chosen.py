@@ -10,14 +10,10 @@ import numpy as np
 from numba import njit
 
 from pipeline.arena.teams import executors
-from pipeline.arena.teams.executors.actions import VERB
 from pipeline.arena.teams.roles import assign
 from pipeline.arena.teams.splitmix import SplitMix
 from pipeline.arrays import F64, I64
 from pipeline.bodies import Records
-
-#: The codes that robots have an action for, increasing.
-CODES: tuple[int, ...] = tuple(np.flatnonzero(VERB >= 0).tolist())
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -28,7 +24,7 @@ def carry_out(
 
     Args:
         view: float64 [1 + 2 N, 6], the team's.
-        codes: int64 [N], chosen; each is one of :data:`CODES`.
+        codes: int64 [N], chosen; each is one of ``executors.actions.CODES``.
         robots: records of ``executors.actions.ACTION``, [N], as the frames before left them; changed. A
             robot with the code 0 begins.
         packed: measures, ``Measures.packed()``.

@@ -7,15 +7,11 @@ import re
 from importlib import resources
 from typing import NamedTuple
 
-import numpy as np
 import polars as pl
 
-from pipeline.arena.teams.executors.actions import VERB
+from pipeline.arena.teams.executors.actions import CODES
 from pipeline.errors import BadSettings
 from schemas import ROLES, Policies
-
-#: Codes for which robots have an action, ascending.
-ACTIONS: tuple[int, ...] = tuple(np.flatnonzero(VERB >= 0).tolist())
 
 #: Name of the constant team that a search found best, and the file that the search wrote beside this module.
 BEST, BEST_FILE = "best-constant", "best-constant.json"
@@ -76,8 +72,8 @@ def constant(word: str) -> Constant | None:
     if len(codes) not in (1, len(ROLES)) or not all(_CODE.fullmatch(code) for code in codes):
         raise BadSettings("a constant team has one code, or three", where=word, next_step=(
             "Name it like constant:044, or constant:044/021/021 for goalkeeper, midfield and striker"))
-    unknown = [code for code in codes if int(code) not in ACTIONS]
+    unknown = [code for code in codes if int(code) not in CODES]
     if unknown:
         raise BadSettings(f"there is no action {unknown[0]}", where=word, next_step=(
-            f"Name some of {', '.join(f'{code:03d}' for code in ACTIONS)}"))
+            f"Name some of {', '.join(f'{code:03d}' for code in CODES)}"))
     return Constant(*map(int, codes * (1 if len(codes) > 1 else len(ROLES))))

@@ -66,6 +66,8 @@ _ACTIONS: dict[int, Action] = {
     MOVES_RANDOMLY: Action(WANDER, limit_s=0.4),
 }
 
+#: The codes that robots have an action for, ascending.
+CODES: tuple[int, ...] = tuple(sorted(_ACTIONS))
 #: The table by code for compiled functions, int64 [195] and float64 [195]; -1 and 0 of what is no code.
 VERB, THING, ROLE = np.full((3, max(_ACTIONS) + 1), -1, dtype=np.int64)
 LIMIT_S = np.zeros(max(_ACTIONS) + 1)
