@@ -32,9 +32,9 @@ def run_flow(
             report.stages.append(import_all(store, recordings, limits))
             look_for_damage(store, report)
             Runner(store).update(settings, report, train=train)
-        refresh_after(store, report)
-        if scout.refresh:
-            write_after(store, report)
+            refresh_after(store, report)
+            if scout.refresh:
+                write_after(store, report)
     prune_or_say(history)
     show(report.markdown(), key="run", description="what the run did")
     return report.model_dump()

@@ -84,7 +84,7 @@ def decode(html):
         planes = take(rows * S * width).reshape(width, rows, S).astype(np.int64)
         zigzag = sum(plane << 8 * i for i, plane in enumerate(planes))
         total = np.cumsum((zigzag >> 1) ^ -(zigzag & 1), axis=1)
-        return total if width == 4 else total.astype(np.int16)
+        return total if width == 4 else np.cumsum(total, axis=1).astype(np.int16)
 
     facts["time"] = values(1, 4)[0]
     facts["joined"], facts["mask"] = take(S), take(S * B).reshape(B, S)
@@ -198,7 +198,7 @@ def test_facts():
     facts = decode(make(done=done, goals=goals, referee=referee))
     assert facts["bodies"] == [["ball", None], ["home", 1], ["away", 2]]
     assert facts["situations"] == {
-        "body": [1, 1, 2], "code": [21, 194, 139], "start": [0, 400, 100], "end": [400, 900, 300],
+        "body": [1, 1, 2], "code": [21, 194, 139], "after": [0, 0, 100], "lasts": [400, 500, 200],
         "strength": [76, None, 100], "target": ["ball", None, "home-1"], "role": ["striker"] * 3,
         "follows": [0, 1, 0],
     }

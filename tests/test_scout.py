@@ -49,13 +49,14 @@ def test_heat():
 
 
 def test_cells_are_drawn():
-    """A heat map has a rectangle a cell that has samples, the fuller the stronger, and marks are drawn over it."""
+    """A heat map has a square a cell that has samples, the fuller the stronger, and marks are drawn over it."""
     cells = np.zeros((16, 24))
     cells[0, 0], cells[15, 23] = 0.25, 0.75
     drawn = on_pitch(VSSS, "here", cells=cells, marks=[Mark(0, 0, "mark", "there")])
-    found = re.findall(r'class="heat" x="(.*?)" y="(.*?)" .*? opacity="(.*?)"', drawn)
-    assert [place[:2] for place in found] == [("-0.75", "0.5687"), ("0.6875", "-0.65")]
-    assert float(found[0][2]) < float(found[1][2]) == 1.0
+    assert 'class="heat" transform="matrix(0.0625 0 0 -0.08125 -0.75 0.65)"' in drawn  # y points down in SVG
+    found = re.findall(r'opacity="(.*?)" d="(.*?)"', drawn)
+    assert [place for _, place in found] == ["M0 0h1v1h-1z", "M23 15h1v1h-1z"]
+    assert float(found[0][0]) < float(found[1][0]) == 1.0
     assert drawn.count('class="goal"') == 2
     assert drawn.endswith("</circle></svg>")
 

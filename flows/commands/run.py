@@ -21,7 +21,7 @@ from flows.commands.printing import (
 )
 from flows.history import Note
 from flows.knowledge import imitates, of_imitated
-from flows.placement.places import place_of
+from flows.placement.places import place_of, placed
 from flows.progress import RunReport
 from flows.stage import ALL
 from pipeline.errors import StorageFailed
@@ -85,7 +85,8 @@ def bring_up_to_date(
         if scout.refresh:
             from flows.scouting.write import write_after  # noqa: PLC0415 (only who asks for pages waits)
 
-            write_after(store, report)
+            with placed(on, store.root):
+                write_after(store, report)
         note.report = report
         with suppress(StorageFailed):  # nothing was made; a folder that nobody may write can be looked at
             note.write(store, history)

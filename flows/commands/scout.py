@@ -8,13 +8,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from flows.commands.common import DEFAULTS, Common, Flag
+from flows.commands.common import DEFAULTS, Common, Flag, On
 from flows.commands.printing import console
+from flows.placement.places import placed
 
 
 def scout(
     *names: str, output: Annotated[Path | None, Parameter(name=("--out", "-o"))] = None,
-    show: Annotated[Flag, Parameter(name="--open")] = False, common: Common = DEFAULTS,
+    show: Annotated[Flag, Parameter(name="--open")] = False, on: On = None, common: Common = DEFAULTS,
 ) -> None:
     """Write pages about the league, its matches, teams and behaviours, with clips; they open from disk.
 
@@ -24,11 +25,14 @@ def scout(
         names: Teams or matches (ids, or their beginnings) that the pages are of (default: all).
         output: Folder to write into (default: scout in the data folder, or scout-… for the named ones).
         show: Open the first page in the browser.
+        on: Where pages are made.
         common: Options of every command.
     """
     from flows.scouting.write import write  # noqa: PLC0415 (it loads numba, which no other command line needs)
 
-    found = write(common.existing, output, names)
+    store = common.existing
+    with placed(on, store.root):
+        found = write(store, output, names)
     console().print(f"{found.first}: {found.new} pages written, {found.kept} kept, {found.size / 1e6:.1f} MB",
                     soft_wrap=True)
     if show:

@@ -43,8 +43,8 @@ FROM = 40
 DOTS = 60
 #: Seconds from which rates are given of a time in which a team leads, is level or trails.
 LEAST_S = 60.0
-#: Shots on a team's page up to which each leads to its moment.
-LINKED = 200
+#: Shots that are drawn, each with the way to its moment: the last.
+SHOTS = 200
 #: Behaviours in the table of all: the first by evidence.
 LISTED = 800
 #: Passes that are drawn: the last.
@@ -117,14 +117,16 @@ def _pictures(store: Store, team: TeamName, matches: Sequence[Match]) -> list[di
     keeper = pl.concat(places).filter(pl.col("role") == "goalkeeper")
     count = len(same[-8:])
     last = "its last match" if count == 1 else f"its last {count} matches"
+    many = shots.height > SHOTS
     drawn = f"; the last {PASSES} are drawn" if arrows.height > PASSES else ""
     return [
         {"name": "Where it loses the ball", "says": f"{number_of(losses.height, 'ball')} lost. {_ATTACKS}",
          "picture": on_pitch(pitch, "where it loses the ball", cells=heat(
              losses["end_x"].to_numpy(), losses["end_y"].to_numpy(), pitch))},
         {"name": "Shots", "says": f"{number_of(shots.height, 'shot')}: filled ones are goals, dashed ones "
-            f"are wide. {_ATTACKS}",
-         "picture": on_pitch(pitch, "shots", marks=_shots(shots))},
+            f"are wide{f'; the last {SHOTS} are drawn, all are shaded' if many else ''}. {_ATTACKS}",
+         "picture": on_pitch(pitch, "shots", marks=_shots(shots.tail(SHOTS)), cells=heat(
+             shots["x"].to_numpy(), shots["y"].to_numpy(), pitch) if many else None)},
         {"name": "Passes", "says": f"Passes that arrive: {arrows.height}{drawn}; arrows lead from pass to "
             f"receipt. {_ATTACKS}",
          "picture": on_pitch(pitch, "passes", marks=[
@@ -141,14 +143,14 @@ def _pictures(store: Store, team: TeamName, matches: Sequence[Match]) -> list[di
 
 
 def _shots(shots: pl.DataFrame) -> list[Mark]:
-    """Marks of shots; each leads to its moment where they are few."""
+    """Marks of shots; each leads to its moment."""
     marks = []
     for row in shots.iter_rows(named=True):
         at = before(row["t_ns"] / 1e9)
         marks.append(Mark(
             row["x"], row["y"], f"mark home {row['outcome']}",
             f"robot {row['robot']}: {words_of(row)}", size=size(row["xg"]),
-            link=f"../replays/{row['match_id']}.html#t={at}" if shots.height <= LINKED else None))
+            link=f"../replays/{row['match_id']}.html#t={at}"))
     return marks
 
 

@@ -2,35 +2,36 @@
 
 from __future__ import annotations
 
-import json
-import re
-from collections.abc import Callable, Sequence
-from functools import cache, partial
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import polars as pl
 from markupsafe import Markup
 
+from flows.placement.crew import crew
+from flows.placement.pieces import spread
 from flows.progress import RunReport, StageReport
-from flows.scouting import answers, compare, danger, maps, opponent, replays
+from flows.scouting import compare, danger, replays
 from flows.scouting import matches as match_pages
 from flows.scouting import policies as policy_pages
 from flows.scouting import situations as situation_pages
-from flows.scouting import teams as team_pages
+from flows.scouting.folder import Folder
 from flows.scouting.learned import Learned
-from flows.scouting.sources import Known, Match, TeamName, chosen, newest, played, readable, sides_of
+from flows.scouting.pieces import Team, Todo, of_matches, of_team
+from flows.scouting.sources import Match, TeamName, chosen, newest, played, readable, sides_of
+from flows.scouting.teams import FROM, on_page
 from pipeline.errors import BadSettings, NotFound, PitchloreError
 from pipeline.store import Store
 from pipeline.store.receipts import RELEASE, canonical, digest, source_hash
 from pipeline.views.commentary.words import called
 from pipeline.views.replay import linked
 from pipeline.views.scout.pages import files, page
-from schemas import SIDES
+from schemas import SIDES, Behaviours
 
-#: What each page was made from, by its name.
-_KEYS = ".pages.json"
-#: Names of pages and of their data.
-_PAGE = re.compile(r"(?:[a-z]+/)?[a-z0-9][a-z0-9-]*\.(?:html|js|css)")
+#: Matches of a piece of work: a process takes as long to start as to make the pages of a few.
+_AT_ONCE = 4
 TITLE = "The league"
 
 
@@ -48,51 +49,6 @@ class Written(NamedTuple):
     new: int
     kept: int
     size: int
-
-
-class _Folder:
-    """A folder of pages, each written only if what it is made from has changed."""
-
-    def __init__(self, store: Store, path: Path) -> None:
-        self._store, self.path = store, path
-        self._before = self._read()
-        self._now: dict[str, str] = {}
-        self.facts: dict[str, Any] = {}
-        self.new = self.kept = 0
-
-    def _read(self) -> dict[str, Any]:
-        try:
-            found = json.loads((self.path / _KEYS).read_bytes())
-        except (OSError, ValueError):
-            return {}
-        known = isinstance(found, dict) and isinstance(found.get("facts"), dict)
-        return found if known else {}
-
-    def put(self, name: str, key: str, make: Callable[[], bytes]) -> None:
-        """Write a page unless it stands."""
-        self._now[name] = key
-        target = self.path / name
-        if self._before.get(name) == key and target.exists():
-            self.kept += 1
-            return
-        self._store.write_bytes(target, make())
-        self.new += 1
-
-    def remember(self, name: str, key: str, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-        """Facts that several pages need, from the last time if nothing has changed."""
-        before = self._before.get("facts", {}).get(name)
-        stands = isinstance(before, dict) and before.get("key") == key
-        kept = before["facts"] if stands and isinstance(before.get("facts"), dict) else make()
-        self.facts[name] = {"key": key, "facts": kept}
-        return dict(kept)
-
-    def close(self) -> None:
-        """Remove the pages of what is gone, and keep what each page was made from."""
-        for name in self._before.keys() - self._now.keys() - {"facts"}:
-            if _PAGE.fullmatch(name):  # nobody's list of pages may have files elsewhere removed
-                (self.path / name).unlink(missing_ok=True)
-        said = json.dumps(self._now | {"facts": self.facts}, separators=(",", ":"))
-        self._store.write_bytes(self.path / _KEYS, said.encode())
 
 
 def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> Written:
@@ -117,35 +73,27 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
                        next_step="Import recordings and run: `pitchlore run`")
     whole, league = league, chosen(league, names)
     every = len(whole)
-    folder = _Folder(store, out or store.root / _folder(names))
+    folder = Folder(store, out or store.root / _folder(names))
     known, teams, code = newest(store), match_pages.menu(league), f"{RELEASE}+{_made_by()}"
     version = None if known is None else known.manifest.version
     behind = Learned(store, known, league)
     around: dict[str, Any] = {"menu": teams, "made": code, "names_of": {
         match.name: called(match.home.name, match.away.name) for match in league}}
-    learned = around | {"made": f"{code}; knowledge {'none' if version is None else f'version {version}'}"}
-    lines = {match.name: _match(store, match, folder, around) for match in league}
-    learned_of = danger.matches_learned(store, known, whole)
+    lines = _matches(store, folder, league, around)
     policies = policy_pages.newest_policies(store, league)
-    galleries: dict[TeamName, tuple[str, Callable[[], dict[str, Any]]]] = {}
-    for team in teams:
-        own = [match for match in league if team in (match.home, match.away)]
-        learned_from = [match.key(match.made["sequences"].digests()) for match in own]
-        imitated = any(policy.team == team for policy in policies)
-        sides = sum(len(sides_of(team, match)) for match in learned_of)
-        key = digest(canonical([code, teams, learned_from, version, known and known.manifest.key,
-                                behind.key, imitated, sides]))
-        folder.put(f"teams/{team.slug}.html", key, partial(
-            _page, "team", learned | {"imitated": imitated},
-            partial(team_pages.facts, store, team, own, lines)))
-        shown = cache(partial(_gallery, store, team, own, known, behind, sides))
-        galleries[team] = key, shown
-        folder.put(f"behaviours/{team.slug}.html", key, partial(_page, "behaviours", learned, shown))
-        folder.put(f"maps/{team.slug}.html", key, partial(
-            _page, "map", learned, partial(maps.facts, team, known, behind)))
-        folder.put(f"against/{team.slug}.html", key, partial(
-            _page, "opponent", learned, partial(_opponent, store, team, own, lines, shown)))
-    _policies(store, folder, policies, galleries, around)
+    learned_of = danger.matches_learned(store, known, whole)
+    by_team = [Team(
+        team, own := [match for match in league if team in (match.home, match.away)],
+        {match.name: lines[match.name] for match in own}, known, league,
+        sum(len(sides_of(team, match)) for match in learned_of),
+        any(policy.team == team for policy in policies)) for team in teams]
+    keys = {it.team: digest(canonical([
+        code, teams, [match.key(match.made["sequences"].digests()) for match in it.matches],
+        version, known and known.manifest.key, behind.key, it.imitated, it.sides])) for it in by_team}
+    _teams(store, folder, by_team, keys, around | {
+        "made": f"{code}; knowledge {'none' if version is None else f'version {version}'}"})
+    _policies(store, folder, policies, {team: (key, partial(on_page, team, known, behind))
+                                        for team, key in keys.items() if known is not None}, around)
     everything = digest(canonical([code, teams, every, [match.key() for match in league]]))
     folder.put("index.html", everything, lambda: page("league", **around, title=TITLE, every=every, rows=[
         _row(match, lines[match.name]) for match in league]))
@@ -188,9 +136,58 @@ def write_after(store: Store, report: RunReport) -> None:
         report.stages.append(StageReport(noun="scout", failed={"pages": str(error)}))
 
 
+def _matches(
+    store: Store, folder: Folder, league: Sequence[Match], around: dict[str, Any]
+) -> dict[str, dict[str, Any]]:
+    """Write the pages and the data of the matches. Returns their lines in the league, by their ids."""
+    lines: dict[str, dict[str, Any]] = {}
+    keys: dict[str, dict[str, str]] = {}
+    todo = []
+    for match in league:
+        replay = linked(match.name, match.home.name, match.away.name).encode()
+        folder.put(f"replays/{match.name}.html", digest(replay), lambda replay=replay: replay)  # type: ignore[misc]
+        key = match.key(around["made"], replays.gap_of(match))
+        keys[match.name] = own = {
+            f"data/{match.name}.js": key,
+            f"matches/{match.name}.html": match.key(around["made"], around["menu"], match.goals_at_least)}
+        line, pages = folder.known(match.name, key), folder.missing(own)
+        if line is not None:
+            lines[match.name] = line
+        if line is None or pages:
+            todo.append(Todo(match, pages, line is None))
+    data = crew.get().path(store.root)
+    pieces = [(f"matches {begin}", {"data": data, "todo": todo[begin:begin + _AT_ONCE], "around": around})
+              for begin in range(0, len(todo), _AT_ONCE)]
+    for _, made in spread(crew.get(), of_matches, pieces, len(pieces)):
+        for match_id, done in made.items():
+            for name, content in done.pages.items():
+                folder.write(name, keys[match_id][name], content)
+            if done.line is not None:
+                lines[match_id] = folder.remember(match_id, keys[match_id][f"data/{match_id}.js"], done.line)
+    return lines
+
+
+def _teams(
+    store: Store, folder: Folder, teams: Sequence[Team], keys: Mapping[TeamName, str], around: dict[str, Any]
+) -> None:
+    """Write the pages of the teams."""
+    data, pieces, matches = crew.get().path(store.root), [], 0
+    for team in sorted(teams, key=lambda it: -len(it.matches)):  # the longest work first
+        pages = folder.missing({f"{kind}/{team.team.slug}.html": keys[team.team]
+                                for kind in ("teams", "behaviours", "maps", "against")})
+        if pages:
+            pieces.append((team.team.slug, {"data": data, "team": team, "pages": pages, "around": around}))
+            matches += min(len(team.matches), FROM)
+    workers = crew.get() if matches > _AT_ONCE else crew.get().alone()
+    slugs = {team.team.slug: keys[team.team] for team in teams}
+    for slug, made in spread(workers, of_team, pieces, len(pieces)):
+        for name, content in made.items():
+            folder.write(name, slugs[slug], content)
+
+
 def _policies(
-    store: Store, folder: _Folder, policies: list[policy_pages.Newest],
-    galleries: dict[TeamName, tuple[str, Callable[[], dict[str, Any]]]], around: dict[str, Any],
+    store: Store, folder: Folder, policies: list[policy_pages.Newest],
+    galleries: Mapping[TeamName, tuple[str, Callable[[], pl.DataFrame]]], around: dict[str, Any],
 ) -> None:
     """The list of policies, and a page for each; behaviours lead to their cards in the team's gallery."""
     made_from = [around["made"], around["menu"]]
@@ -199,33 +196,15 @@ def _policies(
     folder.put("policies.html", digest(canonical([*made_from, known])), lambda: page(
         "policies", **around, rows=policy_pages.summary(store, policies)))
     for policy, own in zip(policies, known, strict=True):
-        gallery = None if policy.team is None else galleries.get(policy.team)
-        key, shown = gallery or ("", None)
+        key, shown = ("", Behaviours.empty) if policy.team is None else galleries.get(
+            policy.team, ("", Behaviours.empty))
 
-        def facts(policy: policy_pages.Newest = policy, shown: Any = shown) -> dict[str, Any]:
-            cards = {} if shown is None else {
-                card["id"]: f"../behaviours/{policy.slug}.html#{card['id']}" for card in shown()["cards"]}
-            return policy_pages.facts(store, policy, cards)
+        def made(policy: policy_pages.Newest = policy,
+                 shown: Callable[[], pl.DataFrame] = shown) -> bytes:
+            cards = {name: f"../behaviours/{policy.slug}.html#{name}" for name in shown()["behaviour_id"]}
+            return page("policy", up="../", **around, **policy_pages.facts(store, policy, cards))
 
-        folder.put(f"policies/{policy.slug}.html", digest(canonical([*made_from, own, key])), partial(
-            _page, "policy", around, facts))
-
-
-def _match(
-    store: Store, match: Match, folder: _Folder, around: dict[str, Any]
-) -> dict[str, Any]:
-    """The pages and the data of one match; its line in the league. No knowledge is in them."""
-    tables = cache(lambda: match.tables(store))
-    told = cache(lambda: match_pages.told_of(match, tables()))
-    kept = cache(lambda: answers.kept(match, tables()))
-    key = match.key(around["made"], replays.gap_of(match))
-    folder.put(f"data/{match.name}.js", key, lambda: replays.data(match, tables(), told()))
-    replay = linked(match.name, match.home.name, match.away.name).encode()
-    folder.put(f"replays/{match.name}.html", digest(replay), lambda: replay)
-    folder.put(f"matches/{match.name}.html", match.key(
-        around["made"], around["menu"], match.goals_at_least), lambda: page(
-        "match", up="../", **around, **match_pages.facts(match, tables(), told(), kept())))
-    return folder.remember(match.name, key, lambda: match_pages.line(match, tables(), kept()))
+        folder.put(f"policies/{policy.slug}.html", digest(canonical([*made_from, own, key])), made)
 
 
 def _row(match: Match, line: dict[str, Any]) -> dict[str, Any]:
@@ -238,23 +217,3 @@ def _row(match: Match, line: dict[str, Any]) -> dict[str, Any]:
         "shots": [numbers[side]["shots"] for side in SIDES],
         **{name: line[name] for name in ("score", "seconds", "kind", "date", "flaws")},
     }
-
-
-def _page(name: str, around: dict[str, Any], facts: Callable[[], dict[str, Any]]) -> bytes:
-    return page(name, up="../", **around, **facts())
-
-
-def _gallery(
-    store: Store, team: TeamName, own: list[Match], known: Known | None, behind: Learned, sides: int
-) -> dict[str, Any]:
-    found = None if known is None else team_pages.gallery(store, team, own, known, behind)
-    none = {"team": team, "version": "none", "total": 0, "roles": [], "cards": [], "every": [],
-            "phrases": []}
-    return (found or none) | {"sides": sides}
-
-
-def _opponent(
-    store: Store, team: TeamName, own: list[Match], lines: dict[str, dict[str, Any]],
-    shown: Callable[[], dict[str, Any]],
-) -> dict[str, Any]:
-    return opponent.facts(store, team, own, lines, shown())

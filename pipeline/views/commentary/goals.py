@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from itertools import pairwise
-from typing import Any
+from bisect import bisect_left
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby, pairwise
+from operator import itemgetter
+from typing import Any, NamedTuple
 
 import numpy as np
 import polars as pl
@@ -33,6 +35,28 @@ def at_ball(trajectories: pl.DataFrame, pitch: Pitch) -> pl.DataFrame:
     return rows.with_columns(role=roles(trajectories, *rows.select("team", "robot", "t_ns")))
 
 
+class _Touch(NamedTuple):
+    """A row of :func:`at_ball`."""
+
+    t_ns: int
+    segment: int
+    team: str
+    robot: int
+    role: str | None
+
+
+class _Done(NamedTuple):
+    """A situation in which a robot does something with the ball."""
+
+    segment: int
+    team: str
+    start_ns: int
+    end_ns: int
+    robot: int
+    role: str | None
+    code: int
+
+
 def of_goals(
     goals: pl.DataFrame, referee: pl.DataFrame, situations: pl.DataFrame, touched: pl.DataFrame,
     names: Mapping[str, str], settings: CommentarySettings,
@@ -44,46 +68,52 @@ def of_goals(
     given = referee.filter(pl.col("event") == "goal").sort("t_ns", maintain_order=True)
     scores = [score(row) for row in given.iter_rows(named=True)]
     made = goals.sort("t_ns", maintain_order=True).iter_rows(named=True)
+    by_time = touched.select(_Touch._fields).sort("t_ns", maintain_order=True)
+    touches = [_Touch(*row) for row in by_time.iter_rows()]
+    times, done = [touch.t_ns for touch in touches], _done(situations)
     for goal, now in zip(made, scores, strict=True):
         t_ns, team = goal["t_ns"], goal["team"]
-        seen = touched.filter(pl.col("t_ns") < t_ns)
+        seen = touches[:bisect_left(times, t_ns)]
         head = f"GOAL{f' for {names[team]}' if team else ''}{f', {now}' if now else ''}!"
         credit, scorer = _credit(goal, seen, names)
-        way = _way(goal, seen, situations, scorer, names, settings)
+        way = _way(goal, seen[-1], done.get((seen[-1].segment, team), []), scorer, names, settings) if (
+            team and seen) else ""
         said = ": ".join(part for part in (credit, way) if part)
         maker = None if goal["kind"] == "error" else goal["robot"]  # who errs is the other team's
         actor = OTHER[team] if team and goal["kind"] == "error" else team
         yield Moment(t_ns, "goal", team, maker, f"{head} {said}".strip(), Weight.ALWAYS, actor)
 
 
-def _credit(goal: dict[str, Any], seen: pl.DataFrame, names: Mapping[str, str]) -> tuple[str, str]:
+def _done(situations: pl.DataFrame) -> dict[tuple[int, str], list[_Done]]:
+    """What the robots of a team did with the ball in a segment, from its start on."""
+    rows = situations.filter(pl.col("code").is_in(list(DONE))).drop_nulls("segment").select(
+        _Done._fields).sort("segment", "team", "start_ns", "robot", "code")
+    return {key: [_Done(*row) for row in group]
+            for key, group in groupby(rows.iter_rows(), key=itemgetter(0, 1))}
+
+
+def _credit(goal: dict[str, Any], seen: Sequence[_Touch], names: Mapping[str, str]) -> tuple[str, str]:
     """Maker and kind of a goal in words, and the maker's name if it plays for the scoring team."""
     team, number, kind = goal["team"], goal["robot"], goal["kind"]
     if team is None or number is None or kind is None:
         return "", ""
     side = OTHER[team] if kind == "error" else team
-    own = seen.filter(pl.col("team") == side, pl.col("robot") == number)["role"]
-    name = robot(names[side], number, None if own.is_empty() else own[-1])
+    role = next((touch.role for touch in reversed(seen) if (touch.team, touch.robot) == (side, number)), None)
+    name = robot(names[side], number, role)
     return (f"Error of {name}", "") if kind == "error" else (f"{name}, {kind} action", name)
 
 
 def _way(
-    goal: dict[str, Any], seen: pl.DataFrame, situations: pl.DataFrame, scorer: str,
+    goal: dict[str, Any], last: _Touch, done: Sequence[_Done], scorer: str,
     names: Mapping[str, str], settings: CommentarySettings,
 ) -> str:
     """The scoring team's actions with the ball before a goal, and the robot that touched it last."""
-    if goal["team"] is None or seen.is_empty():
-        return ""
-    last = seen.row(-1, named=True)
-    done = situations.filter(
-        pl.col("team") == goal["team"], pl.col("code").is_in(list(DONE)),
-        pl.col("segment") == last["segment"],
-        pl.col("end_ns") > goal["t_ns"] - round(settings.lead_s * 1e9), pl.col("start_ns") < goal["t_ns"],
-    ).sort("start_ns", "robot").select("team", "robot", "role", "code")
-    steps = [(robot(names[team], *rest), code) for team, *rest, code in done.iter_rows()]
+    since_ns = goal["t_ns"] - round(settings.lead_s * 1e9)
+    steps = [(robot(names[it.team], it.robot, it.role), it.code) for it in done
+             if it.end_ns > since_ns and it.start_ns < goal["t_ns"]]
     lead = [step for before, step in pairwise([None, *steps]) if step is not None and step != before]
     told = story(lead[-settings.lead_steps:], scorer)
-    toucher = robot(names[last["team"]], last["robot"], last["role"])
-    if last["team"] != goal["team"]:
+    toucher = robot(names[last.team], last.robot, last.role)
+    if last.team != goal["team"]:
         return f"{told}; it goes in off {toucher}." if told else f"the ball goes in off {toucher}."
     return f"{told}; it is in." if told else f"{toucher} touches the ball last."

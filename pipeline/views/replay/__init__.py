@@ -21,9 +21,10 @@ y        2 S B the same
 heading  2 S B turns counter-clockwise from +x, in 1 / TURN
 ======== ===== ================================================================================
 
-time, x, y and heading are differences along the samples, from zero; a body that is not SEEN repeats its
-last value. They are zigzagged and stored one byte plane after the other, lowest first, because small
-differences leave planes of zeros that deflate to nothing.
+time is differences along the samples, from zero; x, y and heading are differences of their differences,
+because bodies keep their speed more often than their place. A body that is not SEEN repeats its last value.
+All are zigzagged and stored one byte plane after the other, lowest first, because small differences leave
+planes of zeros that deflate to nothing.
 """
 
 from __future__ import annotations
@@ -258,7 +259,7 @@ def _samples(trajectories: pl.DataFrame, bodies: pl.DataFrame, shown: pl.DataFra
         moves = np.diff(steps, axis=1, prepend=0)
         if name == "theta":  # the short way round
             moves = (moves + TURN // 2) % TURN - TURN // 2
-        channels.append(_planes(moves.ravel(), 2))
+        channels.append(_planes(np.diff(moves, axis=1, prepend=0).ravel(), 2))
     time = _planes(np.diff(shown["ms"].to_numpy(), prepend=0), 4)
     joined = shown["joined"].to_numpy().astype(np.uint8).tobytes()
     return b"".join([time, joined, mask.tobytes(), *channels])
@@ -338,9 +339,11 @@ def _shots(shots: pl.DataFrame) -> list[tuple[Any, ...]]:
 
 
 def _situations(situations: pl.DataFrame, bodies: pl.DataFrame, gap_s: float) -> dict[str, list[Any]]:
-    """Columns of equal length, sorted by body and start; strength in percent, the end exclusive.
+    """Columns of equal length, sorted by body and start; strength in percent.
 
-    ``follows`` is 1 where a situation follows the one before without a break, as in the table sequences.
+    ``after`` is how long after the end of the body's situation before (of its first: after zero) one begins,
+    ``lasts`` how long it lasts, ms. ``follows`` is 1 where a situation follows the one before without a break,
+    as in the table sequences.
     """
     ordered = followed(situations.sort("team", "robot", "start_ns"), gap_s)
     return (
@@ -350,8 +353,8 @@ def _situations(situations: pl.DataFrame, bodies: pl.DataFrame, gap_s: float) ->
         .select(
             "body",
             "code",
-            _ms("start_ns").alias("start"),
-            _ms("end_ns").alias("end"),
+            (_ms("start_ns") - _ms("end_ns").shift(1).over("body").fill_null(0)).alias("after"),
+            (_ms("end_ns") - _ms("start_ns")).alias("lasts"),
             (pl.col("strength") * 100).round().cast(pl.Int8).alias("strength"),
             "target",
             pl.col("role").cast(pl.String),

@@ -53,9 +53,15 @@ async function decode(base64) {
   match.time = sums(differences(S, 4), new Int32Array(S));
   match.joined = take(S);
   match.mask = take(S * B);
-  match.x = sums(differences(S * B, 2), new Int16Array(S * B));
-  match.y = sums(differences(S * B, 2), new Int16Array(S * B));
-  match.heading = sums(differences(S * B, 2), new Int16Array(S * B));
+  for (const channel of ["x", "y", "heading"]) {
+    match[channel] = sums(sums(differences(S * B, 2), new Int16Array(S * B)), new Int16Array(S * B));
+  }
+  const table = match.situations;
+  table.start = []; table.end = [];
+  table.body.forEach((body, i) => {
+    table.start[i] = table.after[i] + (table.body[i - 1] === body ? table.end[i - 1] : 0);
+    table.end[i] = table.start[i] + table.lasts[i];
+  });
   return match;
 }
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import groupby
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -131,7 +134,7 @@ def scored(
     """
     went_in = shots.filter(pl.col("outcome") == "goal").select(
         pl.col("team").cast(pl.String), "t_ns", "distance", at=third("x", length)).sort("t_ns").rows()
-    found, last_ns = [], -1
+    found, last_ns, begun = [], -1, _begun(situations)
     for row in goals.sort("t_ns").iter_rows(named=True):
         side, t_ns, kind = row["team"], row["t_ns"], row["kind"] or UNKNOWN
         if side is None:
@@ -140,20 +143,26 @@ def scored(
         shot = next((it for it in reversed(went_in) if it[0] == side and last_ns < it[1] <= t_ns), None)
         own = row["robot"] is not None and kind != ERROR
         until_ns = t_ns if shot is None else shot[1]
-        run = _run(situations, side, row["robot"], last_ns, until_ns) if own else ()
+        run = _run(begun.get((side, row["robot"]), []), last_ns, until_ns) if own else ()
         found.append(Scored(row["match_id"], side, t_ns, row["robot"], kind,
                             None if shot is None else shot[2], None if shot is None else shot[3], run))
         last_ns = t_ns
     return found
 
 
-def _run(situations: pl.DataFrame, side: str, robot: int, after_ns: int, t_ns: int) -> tuple[int, ...]:
+def _begun(situations: pl.DataFrame) -> dict[tuple[str, int], list[tuple[int, int | None, int]]]:
+    """Start, segment and code of the situations of each robot, from the first to the last to begin."""
+    rows = situations.select("team", "robot", "start_ns", "segment", "code").sort(
+        "team", "robot", "start_ns", "code")
+    return {key: [row[2:] for row in group] for key, group in groupby(rows.iter_rows(), key=itemgetter(0, 1))}
+
+
+def _run(begun: Sequence[tuple[int, int | None, int]], after_ns: int, t_ns: int) -> tuple[int, ...]:
     """The last situations that a robot began after a time and up to another, in one stretch of play."""
-    own = situations.filter(
-        pl.col("team") == side, pl.col("robot") == robot,
-        pl.col("start_ns").is_between(after_ns, t_ns, closed="right")).sort("start_ns").tail(RUN)
-    whole = own.height == RUN and own["segment"].n_unique() == 1
-    return tuple(own["code"].to_list()) if whole else ()
+    first, past = (bisect_right(begun, at, key=itemgetter(0)) for at in (after_ns, t_ns))
+    last = begun[max(first, past - RUN):past]
+    whole = len(last) == RUN and len({segment for _, segment, _ in last}) == 1
+    return tuple(code for _, _, code in last) if whole else ()
 
 
 def again(rows: Iterable[Sequence[Any]]) -> list[Scored]:
