@@ -342,8 +342,8 @@ def _situations(situations: pl.DataFrame, bodies: pl.DataFrame, gap_s: float) ->
     """Columns of equal length, sorted by body and start; strength in percent.
 
     ``after`` is how long after the end of the body's situation before (of its first: after zero) one begins,
-    ``lasts`` how long it lasts, ms. ``follows`` is 1 where a situation follows the one before without a break,
-    as in the table sequences.
+    ``lasts`` how long it lasts, ms. ``follows`` is 1 where a situation follows the one before without a
+    break, as in the table sequences.
     """
     ordered = followed(situations.sort("team", "robot", "start_ns"), gap_s)
     return (
