@@ -3,6 +3,7 @@
 const GUTTER = 118, EDGE = 14, AXIS = 20, TEAM_GAP = 6;
 const FLASH = 2500, TRAIL = 900;
 const SMALL = 360; // pixels: a pitch less wide is that of a clip
+const NARROW = 560; // pixels: on a pitch less wide all names would cover it
 const RANDOM = 194; // says nothing, so it has no label
 const IDLE = [184, 194]; // not worth a label where it is crowded: does not move, moves randomly
 
@@ -143,7 +144,10 @@ function painter(match, state) {
     if (!at.suspect) c.fill();
   }
 
-  /** Code and name beside each robot where they cover nothing else; for want of room the code alone. */
+  /**
+   * Code and name beside each robot where they cover nothing else; for want of room the code alone. On a narrow
+   * pitch only the robot that is nearest to the ball has its name.
+   */
   function drawLabels(c, places, at, width, height) {
     const size = crowded ? 10.5 : 12, h = size + 7;
     const taken = places.map(({ px, py, reach }) => ({ l: px - reach + 4, t: py - reach + 4, w: 2 * reach - 8, h: 2 * reach - 8 }));
@@ -152,6 +156,8 @@ function painter(match, state) {
     const around = ({ px, py, reach }, w) => [
       [-w / 2, -reach - h], [-w / 2, reach], [reach, -h / 2], [-reach - w, -h / 2], [0, -reach - h], [-w, -reach - h], [0, reach], [-w, reach],
     ].map(([dx, dy]) => ({ l: clamp(px + dx, 3, width - w - 3), t: clamp(py + dy, 3, height - h - 3), w, h }));
+    const far = ({ px, py }) => (at ? Math.hypot(px - at.px, py - at.py) : 0);
+    const nearest = width < NARROW ? Math.min(...places.map(far)) : Infinity;
     for (const place of places) {
       const index = match.situationAt(place.robot, state.t), code = table.code[index];
       if (index < 0 || code === RANDOM || (crowded && IDLE.includes(code)) || dimmed(index)) continue;
@@ -159,7 +165,7 @@ function painter(match, state) {
       c.font = mono(size, 600);
       const codeWidth = c.measureText(three(code)).width;
       c.font = sans(size);
-      const boxes = around(place, codeWidth + c.measureText(name).width + 18);
+      const boxes = far(place) <= nearest ? around(place, codeWidth + c.measureText(name).width + 18) : [];
       const box = boxes.find(free) ?? around(place, codeWidth + 12).find(free);
       if (!box) continue; // better no label than one over the ball or a robot
       taken.push(box);
