@@ -338,7 +338,8 @@ class AppraisalSettings(Frozen):
             sights, or was never tried.
         trees, learning_rate, leaves, leaf_samples, tree_penalty, bins: scikit-learn's max_iter,
             learning_rate, max_leaf_nodes, min_samples_leaf, l2_regularization and max_bins of histogram
-            boosting.
+            boosting, for each action.
+        expected_trees, expected_leaves: ``trees`` and ``leaves`` for what is expected of all actions together.
         seed: seed of its bins.
     """
 
@@ -348,6 +349,8 @@ class AppraisalSettings(Frozen):
     learning_rate: float = Field(default=0.08, gt=0, le=1)
     leaves: int = Field(default=8, ge=2)
     leaf_samples: int = Field(default=150, ge=1)
+    expected_trees: int = Field(default=120, ge=1)
+    expected_leaves: int = Field(default=16, ge=2)
     tree_penalty: float = Field(default=20.0, ge=0)
     bins: int = Field(default=64, ge=2, le=255)
     seed: int = 0

@@ -199,13 +199,14 @@ def test_learns_nothing_from_shuffled_changes():
 
 
 def test_little_evidence_is_shrunk():
-    """An action that was chosen a few times has its mean alone, next to nothing."""
+    """An action that was chosen a few times has its mean alone, of what is left of it: next to nothing."""
     sight, code, change = two_places(1)
     few = slice(0, 30)
     found, _ = appraise(
         *decided(sight[few], np.full(30, 21), np.full(30, 0.5)), pairs_of(goalkeeper=[], midfield=[], striker=[21]), SMALL, 1)
     assert found.height == 1
-    assert found["value"].to_list() == pytest.approx([0.5 * 30 / (30 + SMALL.leaf_samples)])
+    share = 30 / (30 + SMALL.leaf_samples)
+    assert found["value"].to_list() == pytest.approx([0.5 * (1 - share) * share])
     assert appraise(*decided(sight, code, change), pairs_of(goalkeeper=[], midfield=[], striker=[21]), SMALL, 1)[0].equals(
         appraise(*decided(sight, code, change), pairs_of(goalkeeper=[], midfield=[], striker=[21]), SMALL, 1)[0])
 

@@ -1,9 +1,10 @@
-"""Appraisals: what each action is worth at a sight, fitted to what V did after it.
+"""Appraisals: how much more than another an action is worth at a sight, fitted to what V did after it.
 
 A logged decision says what a robot saw, which action it began, and how V, the chance to score soon, had
-changed a second later. Boosted trees are fitted to that change for each action by itself, over the decisions
-of all matches and roles. V is cross-fitted by match, so that no match judges itself. A goal comes ten seconds
-and twenty decisions later: its sign says little of one decision, and the change of V says more.
+changed a second later. Part of that change comes from the sight alone, whatever is done: it is what boosted
+trees expect of all decisions together. Trees for each action are fitted to what is left of it, over the
+decisions of all matches and roles. V is cross-fitted by match, so that no match judges itself. A goal comes
+ten seconds and twenty decisions later: its sign says little of one decision, and the change of V says more.
 """
 
 from __future__ import annotations
@@ -61,6 +62,8 @@ def appraise(
 ) -> tuple[pl.DataFrame, pl.DataFrame]:
     """Fit the trees of each action that was chosen at least once, and keep the actions that are worth a try.
 
+    An action's worth is relative: to what is expected of all decisions at the same sight.
+
     Args:
         decisions: rows of schema Decisions; those of more than one code are passed over.
         sights: rows of schema Sights of the same matches.
@@ -70,7 +73,7 @@ def appraise(
 
     Returns:
         Rows of schema Appraisals. An action that was chosen fewer than two ``leaf_samples`` times has its
-        mean change alone, as if ``leaf_samples`` more decisions had changed nothing. And the pairs that are
+        mean alone, as if ``leaf_samples`` more decisions had changed nothing. And the pairs that are
         kept.
     """
     made = decisions.filter("chosen").join(
@@ -78,8 +81,12 @@ def appraise(
     ).filter(pl.col("change").is_not_null(), pl.col("behaviour_id").is_not_null()).with_columns(
         code=_CODES).filter(pl.col("code").list.len() == 1).with_columns(
         code=pl.col("code").list.first().cast(pl.Int16))
+    seen, change = made["sight"].to_numpy().astype(np.float32), made["change"].to_numpy()
+    expected = _grow(seen, change, settings.model_copy(update={
+        "trees": settings.expected_trees, "leaves": settings.expected_leaves}))
+    made = made.with_columns(left=pl.Series(change - logits(expected, seen)))
     grown = {
-        int(code): _grow(rows["sight"].to_numpy().astype(np.float32), rows["change"].to_numpy(), settings)
+        int(code): _grow(rows["sight"].to_numpy().astype(np.float32), rows["left"].to_numpy(), settings)
         for (code,), rows in made.sort("code", maintain_order=True).group_by("code", maintain_order=True)}
     schema = pl.Schema(Appraisals.dtypes())
     appraisals = pl.concat([Appraisals.empty(), *(
@@ -106,7 +113,7 @@ def _kept(
 
 
 def _grow(sight: F32, change: F64, settings: AppraisalSettings) -> Trees:
-    """The trees of one action, from float32 [T, 30] and float64 [T]."""
+    """Trees fitted to changes, from float32 [T, 30] and float64 [T]."""
     if len(change) < 2 * settings.leaf_samples:
         none, mean = np.empty(0, dtype=np.int32), change.sum() / (len(change) + settings.leaf_samples)
         number = none.astype(np.float64)
