@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import SIDES, STAND_IN, Table, unit
+from schemas.table import SIDES, SLUG, STAND_IN, Table, unit
 
 
 def word_of(team: str) -> str:
@@ -31,7 +31,7 @@ class Evaluations(Table):
     NAME: ClassVar[str] = "evaluations"
     VERSION: ClassVar[int] = 1
 
-    evaluation = dy.String(regex=r"^[a-z0-9][a-z0-9-]{0,63}$", description="team, opponent, and a hash of all but the seed")
+    evaluation = dy.String(regex=SLUG, description="team, opponent, and a hash of all but the seed")
     team = dy.String(description="team that is measured: v and the version of its policy, the id of its season if it is an apprentice, or a scripted team")
     policy_version = dy.Int32(nullable=True, min=1, description="version of the policy it plays, among the season's own if it is an apprentice; null for a scripted team")
     knowledge_version = dy.Int32(nullable=True, min=1, description="version of the knowledge whose pairs that policy values")

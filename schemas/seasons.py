@@ -8,7 +8,7 @@ import dataframely as dy
 import polars as pl
 
 from schemas.paradigms import VERDICTS
-from schemas.table import ROLES, STAND_IN, Table, match_id, unit
+from schemas.table import ROLES, SLUG, STAND_IN, Table, match_id, unit
 
 #: Teams that seasons are played against; another one makes new versions of the tables that name it.
 Opponent = Literal["static", "human-like", "random"]
@@ -19,8 +19,8 @@ CLAIM_VERDICTS = (*VERDICTS, "contradictory", "reached", "not reached", "not jud
 class OfGame(Table):
     """Columns that identify one game of one season."""
 
-    season = dy.String(primary_key=True, regex=r"^[a-z0-9][a-z0-9-]{0,63}$", description="season the row belongs to: a slug, unique in a data folder")
-    settings = dy.String(regex=r"^[a-z0-9][a-z0-9-]{0,63}$", description="name of the season's settings: paper, best, or an ablation's")
+    season = dy.String(primary_key=True, regex=SLUG, description="season the row belongs to: a slug, unique in a data folder")
+    settings = dy.String(regex=SLUG, description="name of the season's settings: paper, best, or an ablation's")
     opponent = dy.Enum(OPPONENTS, description=f"team played against. {STAND_IN}")
     seed = dy.Int64(min=0, description="seed of the season; all its random numbers follow from it")
     game = dy.Int16(primary_key=True, min=1, description="number of the game in its season")

@@ -94,6 +94,10 @@ class Table(dy.Schema):
         return out
 
 
+#: Names that other names are made of: of matches, seasons and their settings.
+SLUG = r"^[a-z0-9][a-z0-9-]{0,63}$"
+
+
 def unit(name: str) -> dict[str, Any]:
     """Column metadata that names the unit."""
     return {"unit": name}
@@ -102,7 +106,7 @@ def unit(name: str) -> dict[str, Any]:
 def match_id() -> dy.String:
     """The identity of a match: ``<slug>-<12 hex digits>``."""
     return dy.String(
-        regex=r"^[a-z0-9][a-z0-9-]{0,63}$",
+        regex=SLUG,
         description="match the row belongs to: slug of its source and a hash of its bytes",
     )
 

@@ -443,6 +443,16 @@ def test_match_of_season(call, tmp_path):
     assert f"learned-static-7: is a match of the season club-static-1. Add `--data {own}`." in err
 
 
+@pytest.mark.parametrize("stem", ["look.4", "Looking", "x" * 49])
+def test_name_of_season_settings(call, tmp_path, stem):
+    """A file whose name cannot be a season's is refused before a game is played."""
+    (tmp_path / f"{stem}.toml").write_text("games = 1\n")
+    code, _, err = call("season", "--settings", tmp_path / f"{stem}.toml", "--data", tmp_path / "data")
+    assert code == 1
+    assert err.startswith(f"pitchlore: {tmp_path / stem}.toml: its name cannot name a season.")
+    assert not (tmp_path / "data").exists()
+
+
 @pytest.mark.usefixtures("prefect_server")
 def test_import_run_and_train(call, tmp_path):
     """What was imported is run and trained on once, and again only with other settings."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -18,10 +19,10 @@ from flows.placement.places import place_of
 from flows.progress import StageReport
 from pipeline.errors import BadSettings, CorruptFile
 from pipeline.store import Store
-from pipeline.store.paths import SAFE_NAME
 from pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse
 from schemas import Games, note_on
 from schemas.seasons import OPPONENTS, Opponent
+from schemas.table import SLUG
 
 #: Option: the opponents.
 WhoIsPlayed = Annotated[tuple[Opponent, ...], Parameter(negative=(), show_default=False, help=(
@@ -93,9 +94,9 @@ def _settings(word: str, store: Store) -> tuple[str, SeasonSettings]:
     if not word.endswith(".toml"):
         return word, named(word)
     path = Path(word)
-    if not SAFE_NAME.match(path.stem):
+    if not re.match(SLUG, f"{path.stem}-{max(OPPONENTS, key=len)}-9999"):  # the longest id of its seasons
         raise BadSettings("its name cannot name a season", where=word,
-                          next_step="Name the file in lower case letters, digits and hyphens")
+                          next_step="Name the file in lower case letters, digits and hyphens, 48 at most")
     if path.stem in names():
         raise BadSettings("has the name of settings in the package", where=word,
                           next_step="Rename the file, and write base = \"...\" in it")
