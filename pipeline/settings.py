@@ -339,7 +339,7 @@ class AppraisalSettings(Frozen):
         trees, learning_rate, leaves, leaf_samples, tree_penalty, bins: scikit-learn's max_iter,
             learning_rate, max_leaf_nodes, min_samples_leaf, l2_regularization and max_bins of histogram
             boosting, for each action.
-        expected_trees, expected_leaves: ``trees`` and ``leaves`` for what is expected of all actions together.
+        expected_trees, expected_leaves: the same of what is expected of all actions together.
         seed: seed of its bins.
     """
 
