@@ -22,7 +22,7 @@ _SEASONS = "seasons"
 
 def entrant(
     store: Store, word: str, policies: dict[str, PolicyTables], *, explore: float | None = None,
-    lcb_weight: float | None = None, min_visits: int | None = None,
+    lcb_weight: float | None = None, min_visits: int | None = None, blind: bool | None = None,
 ) -> Entrant:
     """The team that a word names; its policy, if it has one, is added to ``policies``.
 
@@ -36,6 +36,7 @@ def entrant(
         explore: for a learned team, see ``TeamSettings``; None means 0.
         lcb_weight: for a learned team; None means the season's, else 0.
         min_visits: for a learned team; None means the season's, else 0.
+        blind: for a learned team; None means that it looks.
 
     Raises:
         BadSettings: if the word names no team, or a constant team of unknown codes.
@@ -56,7 +57,7 @@ def entrant(
         player = apprentice(store, word)
     named, tables = labelled(player.store, player.manifest)
     policies[named] = tables
-    asked = {"explore": explore, "lcb_weight": lcb_weight, "min_visits": min_visits}
+    asked = {"explore": explore, "lcb_weight": lcb_weight, "min_visits": min_visits, "blind": blind}
     settings = player.team.settings.model_dump() | {k: v for k, v in asked.items() if v is not None}
     return player.team.model_copy(update={"settings": TeamSettings.model_validate(settings)})
 

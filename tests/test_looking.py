@@ -15,6 +15,7 @@ from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.teams.appraising import appraise as worth
 from pipeline.arena.teams.appraising import appraiser_of
+from pipeline.errors import BadSettings
 from pipeline.matches.frame import MatchLog
 from pipeline.policies.appraise import actions, appraise
 from pipeline.sequences.sights import sights
@@ -242,3 +243,36 @@ def test_team_takes_the_best():
     assert set(made["behaviour_id"]) == {"goalkeeper-088", "midfield-044", "striker-044"}
     assert not made["random"].any()
     assert made.equals(log())
+
+
+def looks(blind):
+    """Whether strikers take 021 where the ball is in the other half, as they should, and where it is in their own."""
+    table = pairs_of(goalkeeper=[88], midfield=[11], striker=[21, 44])
+    at = {"version": 1, "tree": 1, "missing_left": True}
+    split = at | {"code": 21, "node": 0, "feature": "ball_x", "threshold": 0.0, "left": 1, "right": 2, "value": 0.0}
+    ends = [at | {"code": 21, "node": node, "feature": None, "threshold": None, "missing_left": None, "left": None,
+                  "right": None, "value": value} for node, value in ((1, -1.0), (2, 1.0))]
+    appraisals = Appraisals.of([ends[0] | {"tree": 0, "node": 0, "value": 0.0}, split, *ends])
+    recipe = Recipe(home=TeamSettings(kind="learned", policy="it", blind=blind), away=TeamSettings(kind="static"), seed=4,
+                    referee=RefereeSettings(duration_s=120.0))
+    match = Match(recipe, controllers_of(recipe, {"it": PolicyTables(table, appraisals)}))
+    while match.advance(1000):
+        pass
+    part = match.take()
+    log = MatchLog(match.info, part.frames, part.referee, part.decisions)
+    rows = log.decisions.join(sights(log, Values.empty(), GramSettings()), on=("team", "robot", "t_ns")).filter(role="striker")
+    up = rows["sight"].arr.get(PLACE["ball_x"]) > 0
+    return rows.filter(up)["behaviour_id"] == "striker-021", rows.filter(~up)["behaviour_id"] == "striker-021"
+
+
+def test_blind_team():
+    """A blind team takes each action as often as it sees cause to, but at other times."""
+    there, back = looks(blind=False)
+    assert there.all()
+    assert not back.any()
+    there, back = looks(blind=True)
+    whole = np.concatenate([there, back])
+    assert 0.05 < whole.mean() < 0.95
+    assert abs(there.mean() - back.mean()) < 4 * np.sqrt(whole.var() * (1 / len(there) + 1 / len(back)))
+    with pytest.raises(BadSettings, match="only a team that appraises what it sees can be blind"):
+        controllers_of(Recipe(home=TeamSettings(kind="learned", blind=True), away=TeamSettings(kind="static"), seed=1), {})

@@ -219,5 +219,6 @@ def _command(evaluation: Evaluation, seeds: range, options: Mapping[str, object]
     team, opponent = (word_of(side.name) for side in (evaluation.team, evaluation.opponent))
     words = {"policy": team, "against": opponent, "matches": 2 * len(seeds), "seed": seeds[0],
              "minutes": minutes_of(evaluation.referee.duration_s), **options}
-    said = " ".join(f"--{name} {word}" for name, word in words.items() if word is not None)
+    said = " ".join(f"--{name}" if word is True else f"--{name} {word}"
+                    for name, word in words.items() if word is not None)
     return f"pitchlore evaluate {said}"

@@ -94,11 +94,14 @@ class Learners:
             bound (default: as in its season, else 0).
         min_visits: Visits of a state from which a learned team uses its finer key (default: as in its
             season, else 0).
+        blind: Robots of a learned team act on sights that their role had before in the match: the control of
+            a team that looks.
     """
 
     explore: NormFloat | None = None
     lcb_weight: NonNegativeFloat | None = None
     min_visits: NonNegativeInt | None = None
+    blind: Annotated[bool | None, Parameter(negative=())] = None
 
     def entrants(self, store: Store, *words: str) -> tuple[list[Entrant], Mapping[str, PolicyTables]]:
         """The teams that words name, and the policies that they play by label.

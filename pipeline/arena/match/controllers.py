@@ -224,6 +224,7 @@ class AppraisingController(_Deciding):
     ) -> None:  # fmt: skip
         self._appraiser, names = appraising.appraiser_of(values, appraisals)
         super().__init__(recipe, rng, names)
+        self._memory = appraising.Memory.of(blind=settings.blind)
         self._whole, self._explore = radix("full36"), settings.explore
         self._clock = max(1, round(settings.clock_s * recipe.physics.hz))
         self._next = 0
@@ -236,8 +237,8 @@ class AppraisingController(_Deciding):
         self._look(view)
         if frame >= self._next:
             appraising.decide(
-                view, self._direction, self._lead, self._robots, self._appraiser, self._whole, self._edges,
-                self._explore, self._measures, self._splitmix, self._made,
+                view, self._direction, self._lead, self._robots, self._appraiser, self._memory, self._whole,
+                self._edges, self._explore, self._measures, self._splitmix, self._made,
             )  # fmt: skip
             self._note(frame, len(self._made))
             self._next = frame + self._clock
@@ -257,11 +258,14 @@ def controller_of(
         policy: of a learned team; None if it knows nothing.
 
     Raises:
-        BadSettings: if a person has to play it.
+        BadSettings: if a person has to play it, or a team is to be blind that looks states up.
     """
     rng = np.random.default_rng([recipe.seed, 1 + team])
     if settings.kind == "learned":
         known = policy or PolicyTables(Policies.empty())
+        if settings.blind and known.appraisals is None:
+            raise BadSettings("only a team that appraises what it sees can be blind", where="blind",
+                              next_step="Leave it out, or name a policy of the learner \"sight\"")
         if known.appraisals is not None:
             return AppraisingController(known.values, known.appraisals, settings, recipe, rng)
         return LearnedController(known.values, settings, recipe, rng)

@@ -40,6 +40,8 @@ class TeamSettings(Frozen):
             one with more evidence.
         min_visits: for a learned team: least visits of a state to be looked up by a finer key.
         clock_s: for a learned team that appraises what it sees: time between its decisions, seconds.
+        blind: for a learned team that appraises what it sees: its robots act on sights drawn from those that
+            their role had before in the match. It is the control of all that such a team gains by looking.
     """
 
     kind: TeamKind
@@ -50,6 +52,7 @@ class TeamSettings(Frozen):
     lcb_weight: float = Field(default=0.0, ge=0, serialization_alias="caution")
     min_visits: int = Field(default=0, ge=0, serialization_alias="trust")
     clock_s: float = Field(default=_CLOCK_S, gt=0, exclude_if=lambda clock_s: clock_s == _CLOCK_S)
+    blind: bool = Field(default=False, exclude_if=lambda blind: not blind)
 
 
 class MatchSettings(Frozen):

@@ -4,6 +4,8 @@ All robots decide when play starts and each ``clock_s`` of play. A robot chooses
 role; of equal ones it takes any. With probability ``explore`` it takes any of them. An action whose end holds
 before the next decision is begun anew: a goalkeeper that goes to its goal, and is there, stays. A robot that
 can choose none moves randomly.
+
+A blind team is the control: each robot acts on a sight that a robot of its role had before in the match.
 """
 
 from __future__ import annotations
@@ -31,6 +33,8 @@ from schemas.situations import MOVES_RANDOMLY
 
 #: Numbers of a sight.
 _NUMBERS = len(SIGHT)
+#: Sights that a blind team keeps of each role.
+_KEPT = 4096
 
 
 class Appraiser(NamedTuple):
@@ -47,6 +51,24 @@ class Appraiser(NamedTuple):
     allowed: Bools
     first: I64
     trees: Trees
+
+
+class Memory(NamedTuple):
+    """Sights of the match so far, from which a blind team draws.
+
+    Attributes:
+        sights: float32 [3, K, 30], by role; of a full role any is replaced. K = 0: the team is not blind.
+        held: int64 [3], how many there are of each role.
+    """
+
+    sights: F32
+    held: I64
+
+    @classmethod
+    def of(cls, *, blind: bool) -> Memory:
+        """An empty memory, for a team that is blind or not."""
+        return cls(np.zeros((len(ROLES), _KEPT if blind else 0, _NUMBERS), dtype=np.float32),
+                   np.zeros(len(ROLES), dtype=np.int64))
 
 
 def appraiser_of(values: pl.DataFrame, appraisals: pl.DataFrame) -> tuple[Appraiser, list[str | None]]:
@@ -102,9 +124,18 @@ def appraise(appraiser: Appraiser, action: int, sight: F32) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _drawn(memory: Memory, role: int, sight: F32, splitmix: SplitMix) -> None:
+    """Keep a sight, and write one of the kept ones of the role over it."""
+    room, count = memory.sights.shape[1], memory.held[role]
+    memory.sights[role, count if count < room else int(uniform(splitmix) * room)] = sight
+    memory.held[role] = min(count + 1, room)
+    sight[:] = memory.sights[role, int(uniform(splitmix) * memory.held[role])]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def decide(
-    view: F64, direction: float, lead: int, robots: Records, appraiser: Appraiser, whole: Radix,
-    edges: BinEdges, explore: float, packed: Records, splitmix: SplitMix, decisions: Records,
+    view: F64, direction: float, lead: int, robots: Records, appraiser: Appraiser, memory: Memory,
+    whole: Radix, edges: BinEdges, explore: float, packed: Records, splitmix: SplitMix, decisions: Records,
 ) -> None:  # fmt: skip
     """Decide for all robots.
 
@@ -114,6 +145,7 @@ def decide(
         lead: own goals minus the adversary's.
         robots: records of :data:`pipeline.arena.teams.learned.ROBOT`, [N]; written.
         appraiser: the appraisals.
+        memory: of a blind team; written.
         whole: digits of the key that keeps all elements; decisions are logged with it.
         edges: of the pitch.
         explore: chance that a robot takes any action instead of the best, in [0, 1].
@@ -133,6 +165,8 @@ def decide(
     for robot in range(1, count + 1):
         own, role = robots[robot - 1], roles[robot - 1]
         see_from(view, robot, m.goal_x, sight)
+        if memory.sights.shape[1] > 0:
+            _drawn(memory, role, sight, splitmix)
         tries = uniform(splitmix) < explore
         best, most, ties = 0, 0.0, 0
         for action in range(1, len(appraiser.codes)):
