@@ -72,7 +72,7 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world rules best-constant teams-apart expected-goals study-labels study-values paradigms seasons  ## all studies, into data/studies/
+study: world rules best-constant teams-apart expected-goals study-labels study-values paradigms seasons looking  ## all studies, into data/studies/
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
@@ -107,6 +107,9 @@ rules: $(READY)  ## what each rule of the static team is worth (a quarter of an 
 
 best-constant: $(READY)  ## search for the best constant team, which the name best-constant plays (three minutes)
 	PYTHONPATH=tests $(BIN)/python -m studies.best_constant pipeline/arena/teams/best-constant.json
+
+looking: $(READY)  ## does a team that looks win? five apprentices against the panel, and blind (three hours)
+	PYTHONPATH=tests $(BIN)/python -m studies.looking data/studies/looking $(STUDY_DATA)
 
 study-values: $(READY)  ## whether V and the values of behaviours predict (a quarter of an hour; RECORDINGS as above)
 	PYTHONPATH=tests $(BIN)/python -m studies.values data/studies/values $(RECORDINGS)

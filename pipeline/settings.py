@@ -333,17 +333,18 @@ class AppraisalSettings(Frozen):
 
     Attributes:
         codes: actions to choose from. "watched": those of the behaviours that the imitated team showed, by
-            role. "all": every one that robots can do.
+            role. "all": every one that robots can do. "shuffled": as "watched", but in each role the actions
+            of the logged decisions are dealt out anew: the control of all that is learned of actions.
         least_share: an action of a role is offered if it is the best at so great a share of the role's logged
             sights, or was never tried.
         trees, learning_rate, leaves, leaf_samples, tree_penalty, bins: scikit-learn's max_iter,
             learning_rate, max_leaf_nodes, min_samples_leaf, l2_regularization and max_bins of histogram
             boosting, for each action.
         expected_trees, expected_leaves: the same of what is expected of all actions together.
-        seed: seed of its bins.
+        seed: seed of its bins, and of the deal.
     """
 
-    codes: Literal["watched", "all"] = "watched"
+    codes: Literal["watched", "all", "shuffled"] = "watched"
     least_share: float = Field(default=0.03, ge=0, lt=1)
     trees: int = Field(default=60, ge=1)
     learning_rate: float = Field(default=0.08, gt=0, le=1)

@@ -68,7 +68,7 @@ def appraise(
         decisions: rows of schema Decisions; those of more than one code are passed over.
         sights: rows of schema Sights of the same matches.
         pairs: of :func:`actions`.
-        settings: the trees, and ``least_share``.
+        settings: the trees, ``least_share``, and whether actions are dealt out anew.
         version: of the policy.
 
     Returns:
@@ -81,6 +81,8 @@ def appraise(
     ).filter(pl.col("change").is_not_null(), pl.col("behaviour_id").is_not_null()).with_columns(
         code=_CODES).filter(pl.col("code").list.len() == 1).with_columns(
         code=pl.col("code").list.first().cast(pl.Int16))
+    if settings.codes == "shuffled":
+        made = made.with_columns(pl.col("code").shuffle(settings.seed).over("role"))
     seen, change = made["sight"].to_numpy().astype(np.float32), made["change"].to_numpy()
     expected = _grow(seen, change, settings.model_copy(update={
         "trees": settings.expected_trees, "leaves": settings.expected_leaves}))

@@ -1,0 +1,277 @@
+"""Does a team that looks win? Five apprentices of fresh seeds, the panel, and what they are without looking.
+
+``PYTHONPATH=tests python -m studies.looking data/studies/looking DATA`` (two and a half hours on 2 cores; what
+is in the data folder is not played again).
+
+The aims were written down before any of these seeds was played. Apprentices train against the static team alone,
+in seasons of 140 matches of eight minutes, own exploration included. Each plays 100 matches, in pairs with one
+seed and sides swapped, in each arm. The independent observation is the apprentice: intervals are Student's over
+the five. The settings were chosen on seasons of seeds 901 to 914 and matches of seeds 730,000 to 880,000.
+
+``results.csv`` has a row for each apprentice, arm and opponent, ``controls.csv`` the same of teams that learn
+nothing, on the same seeds. ``aims.csv`` says what was reached. ``decisions.csv`` describes the decisions of four
+logged matches of each apprentice.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+from studies.teams_apart import command
+
+from flows.evaluations import evaluate
+from flows.placement.places import crew_at
+from flows.record import record
+from flows.teams import apprentice, entrant, labelled
+from pipeline import matches as log
+from pipeline.arena.match.controllers import PolicyTables
+from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
+from pipeline.arena.physics.camera import CameraSettings
+from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.arena.physics.settings import PhysicsSettings
+from pipeline.arena.teams.appraising import appraise as worth
+from pipeline.arena.teams.appraising import appraiser_of
+from pipeline.arena.teams.panel import PANEL
+from pipeline.policies.appraise import appraise
+from pipeline.sequences.sights import sights
+from pipeline.settings import AppraisalSettings, GramSettings
+from pipeline.statistics import mean_interval, welch
+from pipeline.store import Store
+from pipeline.studies.evaluations import Evaluation
+from schemas import ROLES, Decisions, Sights, Values
+from schemas.sights import SIGHT
+
+#: Seeds of the seasons, and of the pairs of matches; nothing else was ever played with them.
+SEASONS = range(2001, 2006)
+SEEDS = range(2_000_000, 2_000_050)
+#: Seeds of the logged matches.
+LOGGED = range(2_100_000, 2_100_004)
+STATIC, CONSTANT = "static", "best-constant"
+USUAL = MatchSettings(referee=RefereeSettings(duration_s=480.0))
+_TYPICAL = CameraSettings(position_noise=0.003, heading_noise=np.radians(2.0))
+_ROLLING = PhysicsSettings().rolling
+SETTINGS = "looking"
+
+
+class Arm(NamedTuple):
+    """Matches of one kind.
+
+    Attributes:
+        name: of the arm.
+        opponents: words of the opponents.
+        how: the matches.
+        blind: whether the apprentice is blind.
+        trained: settings of its season.
+    """
+
+    name: str
+    opponents: Sequence[str]
+    how: MatchSettings = USUAL
+    blind: bool | None = None
+    trained: str = SETTINGS
+
+
+ARMS = (
+    Arm("panel", PANEL),
+    Arm("blind", (STATIC,), blind=True),
+    Arm("camera noise", (STATIC,), USUAL.model_copy(update={"camera": _TYPICAL})),
+    *(Arm(f"camera noise, rolling {share:+.0%}", (STATIC,), USUAL.model_copy(update={
+        "camera": _TYPICAL, "physics": PhysicsSettings(rolling=(1 + share) * _ROLLING)})) for share in (-0.5, 0.5)),
+    Arm("late camera, trained under it", (STATIC,), USUAL.model_copy(update={
+        "camera": CameraSettings(latency_s=0.1, position_noise=0.01)}), trained="looking-late"),
+    Arm("actions shuffled in training", (STATIC,), trained="looking-shuffled"),
+)
+
+
+def seasons(data: Path) -> None:
+    """Play the seasons that are missing."""
+    for settings in dict.fromkeys(arm.trained for arm in ARMS):
+        command("season", "--settings", settings, "--seed", str(SEASONS[0]), "--seasons", str(len(SEASONS)),
+                "--data", str(data))
+
+
+def measured(store: Store, word: str, arm: Arm, opponent: str) -> pl.DataFrame:
+    """Goal differences of a team in an arm, a row a pair of matches: seed, difference."""
+    policies: dict[str, PolicyTables] = {}
+    team = entrant(store, word, policies, blind=arm.blind)
+    other = entrant(store, opponent, policies)
+    how = Evaluation(**arm.how.of_match(), team=team, opponent=other)
+    with crew_at(f"processes:{os.cpu_count()}", store.root) as crew:
+        rows, _ = evaluate(store, how, SEEDS, policies, crew)
+    return rows.group_by("seed", maintain_order=True).agg(
+        difference=(pl.col("goals_for") - pl.col("goals_against")).mean())
+
+
+def row(word: str, arm: str, opponent: str, pairs: pl.DataFrame) -> dict[str, object]:
+    """A team in an arm, with the interval over its pairs."""
+    low, high = mean_interval(pairs["difference"].to_numpy()) or (None, None)
+    return {"team": word, "arm": arm, "opponent": opponent, "matches": 2 * pairs.height,
+            "difference": pairs["difference"].mean(), "low": low, "high": high}
+
+
+class Aim(NamedTuple):
+    """An aim: a mean over apprentices whose lower bound has to be above a number."""
+
+    aim: str
+    needed: float
+    mean: float
+    low: float
+    high: float
+
+    @property
+    def reached(self) -> bool:
+        """Whether the lower bound is above what is needed."""
+        return self.low > self.needed
+
+
+def _aim(name: str, needed: float, values: Sequence[float]) -> Aim:
+    low, high = mean_interval(values) or (float("nan"), float("nan"))
+    return Aim(name, needed, float(np.mean(values)), low, high)
+
+
+def aims(found: pl.DataFrame, control: pl.DataFrame) -> Iterator[Aim]:
+    """The aims, from results.csv and the pairs of the best constant team against static."""
+
+    def means(arm: str, opponent: str = STATIC) -> list[float]:
+        return found.filter(arm=arm, opponent=opponent)["difference"].to_list()
+
+    yield _aim("1. ahead of best-constant, head to head", 2.0, means("panel", CONSTANT))
+    ours, theirs = means("panel"), control["difference"].to_numpy()
+    low, high = welch(ours, theirs) or (float("nan"), float("nan"))
+    yield Aim("2. ahead of static by more than best-constant (Welch)", 1.0, float(np.mean(ours) - theirs.mean()),
+              low, high)
+    for opponent in PANEL:
+        yield _aim(f"3. not beaten by {opponent}", -1.0, means("panel", opponent))
+    lost = [a - b for a, b in zip(ours, means("blind"), strict=True)]
+    yield _aim("4. loses when it is blind", 0.0, lost)
+    for arm in ARMS[2:5]:
+        yield _aim(f"5. beats static, {arm.name}", 0.0, means(arm.name))
+    yield _aim("5. beats static, late camera, trained under it", 0.0, means("late camera, trained under it"))
+
+
+def described(store: Store, word: str) -> dict[str, object]:
+    """The decisions of an apprentice in a few logged matches against static."""
+    player = apprentice(store, word)
+    label, tables = labelled(player.store, player.manifest)
+    made, seen = [], []
+    for seed in LOGGED:
+        recipe = Recipe(**USUAL.of_match(), home=player.team.settings, away=TeamSettings(kind="static"), seed=seed)
+        receipt, _ = record(store, recipe, {label: tables})
+        whole = log.read(store.read(receipt, "log"), where=receipt.name)
+        made.append(whole.decisions.drop_nulls("behaviour_id"))
+        seen.append(sights(whole, Values.empty(), GramSettings()))
+    decided = pl.concat(made).join(pl.concat(seen), on=("match_id", "team", "robot", "t_ns"), maintain_order="left")
+    return {
+        "team": word, "decisions": decided.height, "two frames or fewer": _brief(decided),
+        "bits of sight in the action": information(decided), "earned share": earned(player.store, decided)}
+
+
+def _brief(decided: pl.DataFrame) -> float:
+    """Share of decisions that last two frames or fewer."""
+    return float((decided["end_ns"] - decided["t_ns"] <= 2.5e9 / 60).mean())  # type: ignore[arg-type]
+
+
+def information(decided: pl.DataFrame) -> float:
+    """Mutual information of what is seen and the action, given the role, in bits, less that of shuffles.
+
+    What is seen is in 36 cells: the ball's third, how near the robot is to it, and whether it is behind it.
+    """
+    sight = decided["sight"].to_numpy()
+    names = {name: place for place, name in enumerate(SIGHT)}
+    cells = (np.digitize(sight[:, names["ball_x"]], [-0.25, 0.25]) * 12
+             + np.digitize(sight[:, names["ball_distance"]], [0.1, 0.25, 0.5]) * 3
+             + np.digitize(sight[:, names["behind"]], [-0.3, 0.6]))
+    rng, action = np.random.default_rng(0), decided["behaviour_id"].to_numpy()
+    roles = decided["role"].cast(pl.String).to_numpy()
+    total = 0.0
+    for role in ROLES:
+        own = roles == role
+        true = _bits(cells[own], action[own])
+        chance = np.mean([_bits(rng.permutation(cells[own]), action[own]) for _ in range(20)])
+        total += own.mean() * (true - chance)
+    return float(total)
+
+
+def _bits(one: np.ndarray, other: np.ndarray) -> float:
+    """Mutual information of two discrete variables, bits, by their counts."""
+    _, first = np.unique(one, return_inverse=True)
+    _, second = np.unique(other, return_inverse=True)
+    joint = np.zeros((first.max() + 1, second.max() + 1))
+    np.add.at(joint, (first, second), 1 / len(first))
+    outer = joint.sum(1, keepdims=True) * joint.sum(0, keepdims=True)
+    there = joint > 0
+    return float((joint[there] * np.log2(joint[there] / outer[there])).sum())
+
+
+def earned(store: Store, decided: pl.DataFrame, parts: int = 5) -> float:
+    """Share of time in actions that are surely worth more where they were chosen than the role's best constant.
+
+    The appraisals are fitted anew to the season's log without each fifth of its matches. The lower bound is
+    that of the jackknife (Student). Constants, the first second of an episode and decisions at random do not
+    count.
+    """
+    made, seen = (pl.concat([store.read_table(receipt, name, schema) for receipt in store.receipts(noun)])
+                  for noun, name, schema in (("decisions", "decisions", Decisions), ("sequences", "sights", Sights)))
+    matches = made["match_id"].unique().sort()
+    pairs = decided.select("role", "behaviour_id").unique().sort("role", "behaviour_id")
+    settings = AppraisalSettings(least_share=0.0)
+    lasts = (decided["end_ns"] - decided["t_ns"]).to_numpy()
+    start = pl.col("t_ns").min().over("match_id", "episode")
+    since = decided.select(pl.col("t_ns") - start).to_series().to_numpy()
+    gains = []
+    for part in range(parts):
+        left = matches.gather_every(parts, part)
+        kept = ~pl.col("match_id").is_in(left.implode())
+        found, _ = appraise(made.filter(kept), seen.filter(kept), pairs, settings, 1)
+        gains.append(_gains(found, decided))
+    gain = np.array(gains)
+    mean = gain.mean(0)
+    error = np.sqrt((parts - 1) / parts * ((gain - mean) ** 2).sum(0))
+    sure = (mean - 2.776 * error > 0) & (since >= 1e9) & ~decided["random"].to_numpy()
+    return float((lasts * sure).sum() / lasts.sum())
+
+
+def _gains(appraisals: pl.DataFrame, decided: pl.DataFrame) -> np.ndarray:
+    """How much more the chosen actions are worth than the action of the role that is worth most on average."""
+    appraiser, _ = appraiser_of(decided.select("role", "behaviour_id").unique(), appraisals)
+    sight = np.ascontiguousarray(decided["sight"].to_numpy(), dtype=np.float32)
+    value = np.array([[worth(appraiser, action, each) for each in sight] for action in range(len(appraiser.codes))])
+    code = decided["behaviour_id"].str.split("-").list.last().cast(pl.Int64).to_numpy()
+    chosen = value[np.searchsorted(appraiser.codes[1:], code) + 1, np.arange(len(code))]
+    best = np.zeros(len(code))
+    for number, role in enumerate(ROLES):
+        own = (decided["role"].cast(pl.String) == role).to_numpy()
+        offered = np.flatnonzero(appraiser.allowed[number])
+        best[own] = value[offered[value[np.ix_(offered, own)].mean(1).argmax()], own]
+    gain: np.ndarray = chosen - best
+    return gain
+
+
+def main(out: Path, data: Path) -> None:
+    """Play what is missing, and write the tables."""
+    out.mkdir(parents=True, exist_ok=True)
+    seasons(data)
+    store = Store(data)
+    found = [row(word, arm.name, opponent, measured(store, word, arm, opponent))
+             for arm in ARMS for word in (f"{arm.trained}-static-{seed}" for seed in SEASONS)
+             for opponent in arm.opponents]
+    results = pl.DataFrame(found)
+    controls = {word: {opponent: measured(store, word, ARMS[0], opponent) for opponent in PANEL if opponent != word}
+                for word in (CONSTANT, "constant:044", "pressing")}
+    results.write_csv(out / "results.csv", float_precision=2)
+    pl.DataFrame([row(word, "panel", opponent, pairs) for word, own in controls.items()
+                  for opponent, pairs in own.items()]).write_csv(out / "controls.csv", float_precision=2)
+    reached = [aim._asdict() | {"reached": aim.reached} for aim in aims(results, controls[CONSTANT][STATIC])]
+    pl.DataFrame(reached).write_csv(out / "aims.csv", float_precision=2)
+    described_ = [described(store, f"{SETTINGS}-static-{seed}") for seed in SEASONS]
+    pl.DataFrame(described_).write_csv(out / "decisions.csv", float_precision=3)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]))

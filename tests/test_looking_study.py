@@ -1,0 +1,63 @@
+"""The study of the team that looks: what counts as reached, and what an action says of what was seen."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+import pytest
+from studies.looking import ARMS, PANEL, aims, information
+
+from schemas import ROLES
+from schemas.sights import SIGHT
+
+
+def results(ours, blind=-5.0, spread=0.5):
+    """Results of five apprentices: a mean against each opponent and in each arm."""
+    wiggle = spread * np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+    rows = [{"arm": arm.name, "opponent": opponent, "difference": float(each)}
+            for arm in ARMS for opponent in arm.opponents
+            for each in (blind if arm.blind else ours) + wiggle]
+    return pl.DataFrame(rows)
+
+
+@pytest.fixture
+def control():
+    """Fifty pairs of the best constant team, which loses by one goal."""
+    return pl.DataFrame({"difference": np.random.default_rng(1).normal(-1.0, 1.0, 50)})
+
+
+def test_aims_of_a_good_team(control):
+    """A team that is six goals better everywhere, and loses when it is blind, reaches all; each panel member counts."""
+    found = {aim.aim: aim for aim in aims(results(6.0), control)}
+    assert all(aim.reached for aim in found.values())
+    assert len(found) == 2 + len(PANEL) + 1 + 4
+    assert found["2. ahead of static by more than best-constant (Welch)"].mean == pytest.approx(7.0, abs=0.5)
+    assert found["4. loses when it is blind"].mean == pytest.approx(11.0)
+
+
+def test_aims_need_the_lower_bound(control):
+    """A mean above the aim is not enough where the apprentices differ; a team that is as good blind fails aim 4."""
+    wide = {aim.aim: aim for aim in aims(results(3.0, spread=4.0), control)}
+    assert wide["1. ahead of best-constant, head to head"].mean > 2
+    assert not wide["1. ahead of best-constant, head to head"].reached
+    same = {aim.aim: aim for aim in aims(results(6.0, blind=6.0), control)}
+    assert not same["4. loses when it is blind"].reached
+
+
+def decided(rng, follows):
+    """Decisions whose action follows the ball's place, or nothing."""
+    sight = rng.normal(scale=0.4, size=(4000, len(SIGHT))).astype(np.float32)
+    up = sight[:, list(SIGHT).index("ball_x")] > 0.25
+    code = np.where(up if follows else rng.random(len(up)) < up.mean(), "021", "044")
+    role = rng.choice(ROLES, len(up))
+    return pl.DataFrame({"role": role, "behaviour_id": [f"{a}-{b}" for a, b in zip(role, code, strict=True)],
+                         "sight": pl.Series(sight, dtype=pl.Array(pl.Float32, len(SIGHT)))})
+
+
+def test_information():
+    """An action that follows what is seen has its whole entropy in common with it; one by chance has nothing."""
+    rng = np.random.default_rng(0)
+    up = 0.266  # a normal ball beyond a quarter of a metre
+    entropy = -(up * np.log2(up) + (1 - up) * np.log2(1 - up))
+    assert information(decided(rng, follows=True)) == pytest.approx(entropy, abs=0.03)
+    assert information(decided(rng, follows=False)) == pytest.approx(0.0, abs=0.01)
