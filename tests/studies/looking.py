@@ -6,7 +6,7 @@ is in the data folder is not played again).
 The aims were written down before any of these seeds was played. Apprentices train against the static team alone,
 in seasons of 140 matches of eight minutes, own exploration included. Each plays 100 matches, in pairs with one
 seed and sides swapped, in each arm. The independent observation is the apprentice: intervals are Student's over
-the five. The settings were chosen on seasons of seeds 901 to 914 and matches of seeds 730,000 to 880,000.
+the five. The settings were chosen on seasons of seeds 901 to 914 and matches of seeds 740,000 to 880,019.
 
 ``results.csv`` has a row for each apprentice, arm and opponent, ``controls.csv`` the same of teams that learn
 nothing, on the same seeds. ``aims.csv`` says what was reached. ``decisions.csv`` describes the decisions of four
