@@ -8,6 +8,7 @@ import shutil
 import sqlite3
 from collections.abc import Callable
 from contextlib import closing
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,11 @@ from flows.server import DATABASE
 FOLDER = "PITCHLORE_TESTS"
 #: In that folder: the home of the session's server, that of servers which commands bring, a migrated database.
 SERVED, HOME, MIGRATED = "served", "home", "migrated.db"
+#: A database of Prefect's with nothing in it, which the first session keeps for the next ones.
+EMPTY = Path(__file__).parents[2] / ".cache" / f"prefect-{version('prefect')}.db"
+#: What no flow of ours needs of a server that tests share, and would cost it seconds.
+QUIET = {f"PREFECT_SERVER_SERVICES_{service}_ENABLED": "false" for service in (
+    "CANCELLATION_CLEANUP", "CLEANUP_RECONCILER", "EVENT_PERSISTER", "FOREMAN", "PAUSE_EXPIRATIONS", "REPOSSESSOR", "TRIGGERS")}
 
 
 def once(tmp_path_factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
@@ -43,6 +49,10 @@ def keep_migrated() -> None:
         with (closing(sqlite3.connect(here / SERVED / DATABASE)) as served,
               closing(sqlite3.connect(here / "copy.db")) as copy):
             served.backup(copy)
+        if not EMPTY.exists():
+            EMPTY.parent.mkdir(exist_ok=True)
+            kept = Path(shutil.copy(here / "copy.db", EMPTY.with_suffix(f".{os.getpid()}")))
+            kept.rename(EMPTY)
         (here / "copy.db").rename(here / MIGRATED)
         migrated(here / HOME)
 
