@@ -82,11 +82,11 @@ world: $(READY)  ## check each frame of a thousand random matches, and measure t
 fuzz: $(READY)  ## ten minutes of broken recordings in every format
 	PYTHONPATH=tests $(BIN)/python -m studies.fuzz data/studies/fuzz 600
 
-# Then fifty rounds of each pair of commands at once, and a kill at every step.
+# Then fifty rounds of each pair of commands at once, fifty outages of each kind, and a kill at every step.
 soak: $(READY)  ## an hour of everything at once on one data folder (two hours with what follows)
 	PYTHONPATH=tests $(BIN)/python -m studies.soak data/studies/soak 3600
 	PITCHLORE_ROUNDS=50 PITCHLORE_STEPS=1 $(BIN)/python -m pytest --numprocesses auto --dist load --quiet \
-	  tests/test_at_once.py tests/test_kills.py > data/studies/soak/rounds.txt || { cat data/studies/soak/rounds.txt; exit 1; }
+	  tests/test_at_once.py tests/test_buckets.py tests/test_kills.py > data/studies/soak/rounds.txt || { cat data/studies/soak/rounds.txt; exit 1; }
 
 bench-scale: $(READY)  ## what a run costs with 10, 100 and 1,000 matches (an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.scale data/studies/scale/scale.csv

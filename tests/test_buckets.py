@@ -328,9 +328,8 @@ def test_passing_faults(server, machine, recordings, local, monkeypatch):
 @pytest.mark.parametrize("fault", FAULTS)
 def test_outage(server, machine, recordings, local, requests, fault, monkeypatch):
     """An outage between any two requests is one line; nobody sees half an output; a run again ends it."""
-    steps = max(2, ROUNDS)
-    for step in range(steps):
-        begins = 1 + (requests - 2) * (FAULTS.index(fault) + len(FAULTS) * step) // (len(FAULTS) * steps)
+    for step in range(ROUNDS):
+        begins = 1 + (requests - 2) * (FAULTS.index(fault) + len(FAULTS) * step) // (len(FAULTS) * ROUNDS)
         url, name = server.new(), f"{step}"
         server.mend()
         server.fault = lambda number, begins=begins: fault if number >= begins else None

@@ -17,17 +17,22 @@ from types import SimpleNamespace
 import pytest
 from conftest import ROOT, clip, run
 from support.buckets import Served, served
+from support.deeds import die, refuse
 from support.processes import eventually, pitchlore
+from test_costs import kept
 
 pytest.importorskip("distributed", reason="the extra dask is not installed")
 
 from distributed.comm.core import CommClosedError
 
 from flows.evaluations import evaluate
+from flows.imports import matches_flow
+from flows.matches import Recording
 from flows.placement import cluster
 from flows.placement.identity import identity
 from flows.placement.pieces import spread
 from flows.placement.places import crew_at, place_of
+from flows.progress import StageReport
 from flows.record import record_match
 from flows.season import season_flow
 from flows.verify import verify_all
@@ -42,7 +47,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("prefect_server")]
 
 #: A season of seconds.
 STATIC = TeamSettings(kind="static")
-SEASON = 'base = "paper"\ngames = 2\nlead_from = 2\n[referee]\nduration_s = 10'
+SEASON = 'base = "paper"\ngames = {games}\nlead_from = {games}\n[referee]\nduration_s = 10'
 
 
 class Cluster:
@@ -84,7 +89,7 @@ class Cluster:
     def begin(self, name: str, program: str, *words: str, **environment: str) -> None:
         home = self.root / name
         home.mkdir(exist_ok=True)
-        there = {"HOME": str(home), "PATH": f"{home}:/usr/bin:/bin", **self.environment, **environment}
+        there = {"HOME": str(home), "PATH": f"{home}:/usr/bin:/bin", "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False", **self.environment, **environment}
         with (home / "log").open("ab") as log:
             self.processes[name] = subprocess.Popen(
                 [sys.executable, "-m", f"distributed.cli.{program}", *words], cwd=home, env=there,
@@ -145,7 +150,7 @@ def league(folder: Path, matches: int = 2) -> Path:
     inbox = folder / "league" / "inbox"
     inbox.mkdir(parents=True)
     for number in range(matches):
-        clip(60.0 * number, 60.0 * number + 30.0).write_csv(inbox / f"part-{number}.csv")
+        clip(60.0 * number, 60.0 * number + 10.0).write_csv(inbox / f"part-{number}.csv")
     return folder
 
 
@@ -161,9 +166,10 @@ def brought(folder: Path, on: str, work: Callable[[Path, str], None]) -> dict[st
 
 
 def everything(data: Path, on: str) -> None:
-    """A run, two seasons, an evaluation and two matches."""
+    """A run, two seasons of one game and of two, an evaluation and two matches."""
     assert run(data, on=on).failures == {}
-    seasons = [Season(name="short", opponent="static", seed=seed, settings=parse(SEASON, where="short.toml")) for seed in (1, 2)]
+    seasons = [Season(name="short", opponent="static", seed=games, settings=parse(SEASON.format(games=games), where="short.toml"))
+               for games in (1, 2)]
     assert season_flow(data, seasons, on=on)["failed"] == {}
     played(data, on)
 
@@ -229,15 +235,21 @@ def test_bucket(workers, buckets, alone, tmp_path, monkeypatch):
 
 
 def test_processes(alone, tmp_path):
-    """So do two processes of the command. (test_season_flow.py has seasons.)"""
-
-    def stages_and_matches(data: Path, on: str) -> None:
-        assert run(data, on=on).failures == {}
-        played(data, on)
-
-    made = brought(league(tmp_path), "processes:2", stages_and_matches)
+    """So do two processes of the command, of matches. (test_costs.py has a run, test_season_flow.py seasons.)"""
+    made = brought(tmp_path, "processes:2", played)
     assert same(made, {name: data for name, data in alone.items() if name in made})
-    assert {name.partition("/")[0] for name in made} == {name.partition("/")[0] for name in alone} - {"seasons"}
+    assert {name.partition("/")[0] for name in made} == {"matches", "evaluations"}
+
+
+def test_costs(workers, tmp_path):
+    """The cost of a piece that a worker did comes back with its result."""
+    recording = next((league(tmp_path) / "league" / "inbox").iterdir())
+    report = StageReport.model_validate(matches_flow(tmp_path / "data", [Recording(file=recording)], on=workers.on))
+    assert report.failed == {}
+    cost = report.cost
+    assert (cost.pieces, cost.bytes_in, cost.bytes_out) == (
+        1, recording.stat().st_size, kept(tmp_path / "data", "matches"))
+    assert cost.slowest_s == cost.seconds > 0
 
 
 def test_killed_worker(workers, alone, tmp_path, prefect_server):
@@ -281,14 +293,6 @@ def test_local_cluster(tmp_path):
             crew.run(die)
         assert crew.run(int, "7") == 7
     assert str(refused.value) == "m.parquet: cannot be written. Free space."
-
-
-def refuse():
-    raise StorageFailed("cannot be written", where="m.parquet", next_step="Free space")
-
-
-def die():
-    os.kill(os.getpid(), signal.SIGKILL)
 
 
 def test_other_code(workers, call, tmp_path):

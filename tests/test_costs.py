@@ -12,9 +12,7 @@ from hypothesis import strategies as st
 from support.buckets import files
 
 from flows.costs import Cost, Spent
-from flows.imports import matches_flow
-from flows.matches import Recording
-from flows.progress import RunReport, StageReport
+from flows.progress import RunReport
 from flows.stages import STAGES
 from pipeline.store import Store
 from pipeline.store.outputs import RECEIPT
@@ -75,21 +73,6 @@ def test_the_same_at_places(at_places):
               for report in (one, other)]
     assert counts[0] == counts[1]
     assert files(threads) == files(processes)
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("prefect_server")
-def test_at_a_cluster(tmp_path, clips):
-    """The cost of a piece that a worker of Dask did comes back with its result."""
-    pytest.importorskip("distributed")
-    recording = next(clips.iterdir())
-    report = StageReport.model_validate(
-        matches_flow(tmp_path, [Recording(file=recording)], on="dask:local:1"))
-    assert report.failed == {}
-    cost = report.cost
-    assert (cost.pieces, cost.bytes_in, cost.bytes_out) == (
-        1, recording.stat().st_size, kept(tmp_path, "matches"))
-    assert cost.slowest_s == cost.seconds > 0
 
 
 @pytest.mark.slow

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import signal
-
 import polars as pl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
+from support.deeds import die_of_a_pair
 
 from flows import evaluations as flow
 from flows.placement.processes import Processes
@@ -192,16 +190,11 @@ def test_learned_team():
     assert rows["side"].to_list() == ["home", "away"]
 
 
-def dies(data, pair, policies):
-    """Plays no pair: whoever should is killed."""
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
 def test_killed_process(tmp_path, monkeypatch):
     """A killed process is one line of error, and what was over is kept."""
     store = Store(tmp_path)
     flow.evaluate(store, short(), [0], {})
-    monkeypatch.setattr(flow, "play_pair", dies)
+    monkeypatch.setattr(flow, "play_pair", die_of_a_pair)
     with Processes(2) as crew, pytest.raises(WorkerLost, match="killed") as said:
         flow.evaluate(store, short(), range(3), {}, crew)
     assert "\n" not in str(said.value)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import threading
 
 import pytest
+from support.deeds import die_of_two
 
 from flows.costs import Spent
 from flows.jobs import run_pieces
@@ -106,18 +105,11 @@ def test_parts():
     assert [label for part in many for label in part] == list(numbered(10_000))
 
 
-def dies(number: int) -> int:
-    """Does all pieces but one, which brings its process down."""
-    if number == 2:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return number
-
-
 @pytest.mark.slow
 def test_lost_worker():
     """A piece that brings its worker down is lost alone: those that it shared the worker with are done."""
     with Processes(2) as both:
-        part = Part(both, dies, numbered(4))
+        part = Part(both, die_of_two, numbered(4))
         part.do()
     lost = part.results.pop("p2")
     assert part.results == {"p0": 0, "p1": 1, "p3": 3}

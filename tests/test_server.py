@@ -63,13 +63,14 @@ def begin(*words: object) -> subprocess.Popen[str]:
     return subprocess.Popen(pitchlore(*words), text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
-def call(*words: object) -> tuple[int, str, str]:
+def ended(*words: object) -> tuple[int, str, str]:
+    """Exit code, output and errors of a command in a process of its own, which reads Prefect's settings anew."""
     with begin(*words) as process:
         out, err = process.communicate(timeout=300)
     return process.returncode, out, err
 
 
-def test_two_starts(uvicorn, data):
+def test_two_starts(uvicorn, data, call):
     """Two starts at once start one server, which status, a third start and stop find."""
     uvicorn(UVICORN)
     with begin("server", "start", "--json", "--data", data) as one, begin("server", "start", "--json", "--data", data) as two:
@@ -92,7 +93,7 @@ def test_two_starts(uvicorn, data):
     lambda folder: folder.write_text(""), lambda folder: folder.symlink_to("nothing"), lambda folder: (folder / ".lock").mkdir(parents=True),
 ])
 @pytest.mark.parametrize("words", [("server", "start"), ("server", "status"), ("server", "stop")])
-def test_unfit_folder(data, spoil, words):
+def test_unfit_folder(data, spoil, words, call):
     """A `server` in the data folder that is no folder of a server is one line of error, or no server."""
     spoil(data / "server")
     code, out, err = call(*words, "--data", data)
@@ -104,7 +105,7 @@ def test_unfit_folder(data, spoil, words):
         assert "no server runs" in out
 
 
-def test_dead_server(uvicorn, data):
+def test_dead_server(uvicorn, data, call):
     """A server that died is said to have died, and the next start brings another."""
     uvicorn(UVICORN)
     pid = json.loads(call("server", "start", "--json", "--data", data)[1])["pid"]
@@ -126,7 +127,7 @@ def test_stale_record(data):
     assert keeper.look() == (False, None)
 
 
-def test_taken_port(data):
+def test_taken_port(data, call):
     """A port that is taken is told in one line."""
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
@@ -135,7 +136,7 @@ def test_taken_port(data):
     assert err == f"pitchlore: --port: port {port} of 127.0.0.1 is taken. Name another port, or none: then a free one is taken.\n"
 
 
-def test_failing_start(uvicorn, data):
+def test_failing_start(uvicorn, data, call):
     """A server that does not start says why."""
     uvicorn("raise RuntimeError('out of cheese')")
     code, out, err = call("server", "start", "--data", data)
@@ -161,7 +162,7 @@ def test_stopped_start(uvicorn, data, end):
 
 
 @pytest.mark.usefixtures("prefect_server")
-def test_server_of_the_folder(data, monkeypatch):
+def test_server_of_the_folder(data, monkeypatch, call):
     """Flows talk to the data folder's server, and when it has died to another, which is said."""
     from prefect.settings import PREFECT_API_URL
 
@@ -221,7 +222,7 @@ def test_nobody_at_address(data, words, monkeypatch):
     """An address where no server answers is told in one line, without a traceback."""
     something_new(data)
     monkeypatch.setenv("PREFECT_API_URL", "http://127.0.0.1:1/api")
-    code, out, err = call(*words, "--data", data)
+    code, out, err = ended(*words, "--data", data)
     assert (code, out) == (1, "")
     assert err.splitlines()[-1].startswith("pitchlore: http://127.0.0.1:1/api: no Prefect server answers (")
     assert err.endswith("). Start it, or correct PREFECT_API_URL in the environment, .env or prefect.toml.\n")
@@ -232,6 +233,6 @@ def test_address_without_api(data, pages, monkeypatch):
     """An address without Prefect's API is told in one line that names the address to set."""
     something_new(data)
     monkeypatch.setenv("PREFECT_API_URL", pages)
-    code, out, err = call("run", "--data", data)
+    code, out, err = ended("run", "--data", data)
     assert (code, out) == (1, "")
     assert err.splitlines()[-1] == f"pitchlore: {pages}: is not the address of a Prefect API. Set PREFECT_API_URL to {pages}/api."

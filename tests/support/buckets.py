@@ -14,6 +14,8 @@ from itertools import count
 from pathlib import Path
 
 import boto3
+from moto.core import DEFAULT_ACCOUNT_ID
+from moto.s3.models import s3_backends
 from moto.server import ThreadedMotoServer
 
 #: What the tests' credentials are; nothing may repeat them.
@@ -67,11 +69,10 @@ class Served:
         return f"s3://{NAME}/folder-{next(_numbers)}"
 
     def objects(self, url: str) -> dict[str, bytes]:
-        """All objects under a URL, by key."""
+        """All objects under a URL, by key, as the server holds them."""
         prefix = url.removeprefix(f"s3://{NAME}/") + "/"
-        pages = self.client.get_paginator("list_objects_v2").paginate(Bucket=NAME, Prefix=prefix)
-        return {entry["Key"].removeprefix(prefix): self.client.get_object(Bucket=NAME, Key=entry["Key"])["Body"].read()
-                for page in pages for entry in page.get("Contents", ())}
+        held = s3_backends[DEFAULT_ACCOUNT_ID]["aws"].buckets[NAME].keys
+        return {key.removeprefix(prefix): held[key].value for key in sorted(held) if key.startswith(prefix)}
 
     def put(self, url: str, key: str, data: bytes) -> None:
         """Write an object."""
