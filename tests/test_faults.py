@@ -24,6 +24,7 @@ from conftest import clip, run
 from support.outputs import put_goal
 from support.processes import alive, eventually, pitchlore
 from support.sessions import migrated
+from support.terminal import terminal
 
 import flows.catalog
 import flows.matches
@@ -121,16 +122,17 @@ def test_closed_streams(tmp_path, closed):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("prefect_server")
-def test_working_directory(tmp_path, derby):
-    """Modules of the folder in which a command is called are not loaded."""
+def test_working_directory(tmp_path, derby, monkeypatch):
+    """Modules of the folder in which a command is called are not loaded; of one that ends well no process is left."""
     for name in ("uvicorn", "json", "prefect", "multiprocessing", "pipeline"):
         (tmp_path / f"{name}.py").write_text(f"import pathlib; pathlib.Path('{name}-was-here').touch()")
     (tmp_path / "flows").mkdir()
     (tmp_path / "flows" / "__init__.py").touch()
-    command = Path(sys.executable).with_name("pitchlore")
-    here = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}
-    subprocess.run([command, "import", "--isolate", derby, "--data", "data"], cwd=tmp_path, env=here, check=True,
-                   capture_output=True, timeout=SOON_S)
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    with terminal("import", "--isolate", derby, "--data", "data", folder=tmp_path) as command:
+        assert command.end(300.0) == 0
+        assert "derby-" in command.text
+        assert command.left(20.0) == []
     assert not list(tmp_path.glob("*-was-here"))
     assert len(list(Store(tmp_path / "data").receipts("matches"))) == 1
 

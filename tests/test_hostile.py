@@ -84,13 +84,13 @@ def test_hostile_names(tmp_path, prefect_server):
     for number, name in enumerate(NAMES):
         with open(os.path.join(box, name), "wb") as file:  # noqa: PTH118, PTH123 (bytes)
             file.write(DERBY.replace(b"0.1,", b"0.%d1," % (number + 1)))
-    command = pitchlore()
+    command, served = pitchlore(), {**os.environ, "PREFECT_API_URL": prefect_server}
     done = subprocess.run([*command, "import", *(os.path.join(box, name) for name in NAMES), "--data", data],  # noqa: PTH118
-                          capture_output=True, check=False)
+                          env=served, capture_output=True, check=False)
     assert done.returncode == 0, done.stderr
     assert b"%d imported" % len(NAMES) in done.stdout
-    again = subprocess.run([*command, "import", b"[bold]markup[].csv", "--data", data], capture_output=True, cwd=box,
-                           check=True)
+    again = subprocess.run([*command, "import", b"[bold]markup[].csv", "--data", data], env=served,
+                           capture_output=True, cwd=box, check=True)
     assert b"0 imported, 1 already here" in again.stdout
     shown = subprocess.run([*command, "sql", "from matches", "--csv", "--data", data], capture_output=True, check=True)
     assert shown.stdout.count(b"\n") == 1 + len(NAMES)

@@ -184,12 +184,3 @@ def test_terminated_command(derby, tmp_path):
         assert command.end(SOON_S) == 143
         assert "pitchlore: Terminated. What was finished is kept; run the command again to go on." in command.text
         assert command.left(SOON_S) == []
-
-
-@pytest.mark.usefixtures("alone")
-def test_finished_command(derby, tmp_path):
-    """No process outlives a command that ends well."""
-    with terminal("import", derby, "--data", tmp_path / "data") as command:
-        assert command.end(300.0) == 0
-        assert "derby-" in command.text
-        assert command.left(SOON_S) == []

@@ -207,8 +207,8 @@ def telling() -> Golden:
 
 
 def paradigms() -> Golden:
-    """A few points of every figure, and what they say of the paper's claims."""
-    design = Design(quick=True)
+    """A few points of every figure with a few runs, and what they say of the paper's claims."""
+    design = Design(quick=True, runs=20)
     every = sweeps(design)
     points = pl.concat(
         curve.play(k, decay, runs=sweep.runs, seed=sweep.seed)

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -56,9 +57,10 @@ def _shown(output: NotebookNode) -> str:
 def sample_data(data: Path, environment: Mapping[str, str] = {}) -> Path:
     """A data folder after one run of all stages on the sample recording, as the command line makes it."""
     pitchlore = Path(sys.executable).with_name("pitchlore")
-    for arguments in (["import", str(SAMPLE)], ["run"]):
-        subprocess.run([pitchlore, *arguments, "--data", str(data)], check=True, stdout=subprocess.DEVNULL,
-                       env={**os.environ, **environment})
+    (data / "inbox").mkdir(parents=True)
+    shutil.copy(SAMPLE, data / "inbox")
+    subprocess.run([pitchlore, "run", "--data", str(data)], check=True, stdout=subprocess.DEVNULL,
+                   env={**os.environ, **environment})
     return data
 
 

@@ -6,6 +6,7 @@ import os
 import pty
 import select
 import subprocess
+import sys
 import time
 import uuid
 from collections.abc import Iterator, Mapping
@@ -15,6 +16,8 @@ from pathlib import Path
 from support.processes import pitchlore
 
 CTRL_C = b"\x03"
+#: The command line as it is installed.
+SCRIPT = Path(sys.executable).with_name("pitchlore")
 
 
 class Terminal:
@@ -24,15 +27,16 @@ class Terminal:
         words: of the command line.
         before: Python that the process runs before the command.
         environment: added to this process's.
+        folder: in which the installed script is called; without one the command line is called here.
     """
 
-    def __init__(self, *words: object, before: str = "", environment: Mapping[str, str] = {}) -> None:
+    def __init__(self, *words: object, before: str = "", environment: Mapping[str, str] = {}, folder: Path | None = None) -> None:
         self.mark = f"PITCHLORE_TEST={uuid.uuid4().hex}"
         name, _, value = self.mark.partition("=")
         self.said = b""
         self._hand, screen = pty.openpty()
         self.process = subprocess.Popen(
-            pitchlore(*words, before=before),
+            pitchlore(*words, before=before) if folder is None else [SCRIPT, *map(str, words)], cwd=folder,
             stdin=screen, stdout=screen, stderr=screen, start_new_session=True,
             env={**os.environ, name: value, **environment},
             preexec_fn=_take_terminal,
@@ -105,9 +109,11 @@ class Terminal:
 
 
 @contextmanager
-def terminal(*words: object, before: str = "", environment: Mapping[str, str] = {}) -> Iterator[Terminal]:
+def terminal(
+    *words: object, before: str = "", environment: Mapping[str, str] = {}, folder: Path | None = None
+) -> Iterator[Terminal]:
     """A command in a terminal; nothing of it is left in the end."""
-    opened = Terminal(*words, before=before, environment=environment)
+    opened = Terminal(*words, before=before, environment=environment, folder=folder)
     try:
         yield opened
     finally:
