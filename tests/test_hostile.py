@@ -332,7 +332,7 @@ def plain(tmp_path_factory) -> list[tuple[str, tuple[str, ...]]]:
     return Tags(shown(tmp_path_factory.mktemp("plain"), "Lions", "Tigers")[0]).found
 
 
-@settings(max_examples=5)
+@settings(max_examples=2)
 @given(*[st.lists(st.sampled_from(NASTY), min_size=1, max_size=4).map("".join)] * 2)
 @example("<script>alert(1)</script>\x1b]0;owned\x07", "$\\frac{[/red]\u202e\n")
 def test_hostile_teams(plain, tmp_path_factory, home, away):

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.usefixtures("prefect_server")
 
 SHORT = 'base = "paper"\ngames = 3\nlead_from = 3\n[referee]\nduration_s = 20'
 #: What is really played.
-SHORTER = SHORT.replace("= 3", "= 2")
+SHORTER = SHORT.replace("= 3", "= 2").replace("= 20", "= 10")
 
 
 def season(seed, text=SHORT):

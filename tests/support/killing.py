@@ -1,7 +1,7 @@
 """A process that does things to data folders in children of its own, which kill themselves at a step.
 
-A line of standard input is a step, an action of ``support.at_once`` and a folder. A step is a write, a sync, a
-rename, a lock or a removal of a file. At step N the child ends as by SIGKILL: no cleaning up is done, and of
+A line of standard input is a step, how often an action is done, its name in ``support.at_once`` and a folder. A
+step is a write, a sync, a rename, a lock or a removal of a file. At step N the child ends as by SIGKILL: no cleaning up is done, and of
 a write a half is there. Step 0 is none: the child goes on to the end. The answer is the number of steps that
 were reached, and the exit code.
 
@@ -76,7 +76,7 @@ def main() -> None:
     print("ready", flush=True)
     warnings.simplefilter("ignore", DeprecationWarning)  # polars' threads have not started
     for line in sys.stdin:
-        step, action, folder = line.rstrip("\n").split(" ", 2)
+        step, times, action, folder = line.rstrip("\n").split(" ", 3)
         told, tell = os.pipe()
         child = os.fork()
         if child == 0:
@@ -84,7 +84,8 @@ def main() -> None:
             try:
                 store = Store(Path(folder))
                 store.sweep()
-                ACTIONS[action](store)
+                for _ in range(int(times)):
+                    ACTIONS[action](store)
             except PitchloreError as error:
                 print(error, file=sys.stderr)
                 code = 1
