@@ -33,7 +33,7 @@ os.environ.pop("PYTHONUNBUFFERED", None)  # commands buffer their output, as a u
 
 # a slow machine is no failure; CI repeats the same examples, a developer's runs try new ones each time
 hypothesis.settings.register_profile(
-    "pitchlore", deadline=None, derandomize=bool(os.environ.get("CI")), max_examples=50, print_blob=True)
+    "pitchlore", deadline=None, derandomize=bool(os.environ.get("CI")), max_examples=30, print_blob=True)
 hypothesis.settings.load_profile("pitchlore")
 
 ROOT = Path(__file__).parent.parent

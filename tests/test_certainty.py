@@ -27,7 +27,7 @@ elements36 = st.tuples(*(st.integers(0, int(n) - 1) for n in LEVELS))
 
 @pytest.mark.parametrize("key", KEYS)
 @given(st.lists(elements36, min_size=1, max_size=4), st.integers(0, 2))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_words_are_the_inverse(key, rows, slot):
     """The words of an encoded state name the levels that were encoded, of the elements that the key keeps."""
     found = np.array(rows, dtype=np.uint8)

@@ -212,7 +212,7 @@ class TestGrams:
 class TestMerge:
     @pytest.mark.slow
     @given(st.lists(matches, max_size=4), st.integers(1, 4), st.randoms(use_true_random=False))
-    @settings(max_examples=40, deadline=None)
+    @settings(max_examples=15, deadline=None)
     def test_any_order(self, found, n, random):
         """A merge gives the same in any order and for any split."""
         none = table_of(([], [], []), n)

@@ -75,7 +75,7 @@ def one_by_one(tables, sides):
 
 @pytest.mark.slow
 @given(leagues)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_all_at_once(found):
     """All matches at once give the patterns and grams of each match and team by itself."""
     tables, sides = league_of(found)
@@ -130,7 +130,7 @@ def test_decisions(found, random):
 
 
 @given(leagues, st.data())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_digests(found, data):
     """A match has the same digest exactly if it has the same rows, whatever the other matches have."""
     tables, sides = league_of(found)

@@ -316,7 +316,7 @@ class TestLiteral:
         assert_same(fast, recognise_literally(clip, log.info.pitch, DEFAULT))
 
     @pytest.mark.slow
-    @settings(max_examples=40, deadline=None)
+    @settings(max_examples=20, deadline=None)
     @given(seed=st.integers(0, 2**32 - 1), sideways=st.booleans())
     def test_same_on_walks(self, seed, sideways):
         """Random walks have the situations that the literal reading of the rules finds."""
