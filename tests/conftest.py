@@ -17,6 +17,7 @@ import pytest
 from support.sessions import EMPTY, FOLDER, HOME, QUIET, SERVED, keep_migrated, once
 
 import pipeline  # noqa: F401 - before any test imports numba: it says where numba keeps its cache
+from flows import serving
 from flows.child import collect_rarely
 from flows.placement.crew import cores
 from flows.server import DATABASE, START_S, Process
@@ -77,6 +78,8 @@ def pytest_configure(config: pytest.Config) -> None:
         os.environ[FOLDER] = folder = tempfile.mkdtemp(prefix="pitchlore-tests-")
         os.environ["PREFECT_HOME"] = str(Path(folder) / HOME)
         config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
+    else:
+        os.nice(10)  # the tests of a worker, and all that they start, give way to the server that all of them ask
     if config.option.numprocesses and config.option.markexpr != "unit":
         start_server(config)
 
@@ -115,6 +118,8 @@ def prefect_server(request: pytest.FixtureRequest) -> Iterator[str]:
             assert time.monotonic() < end, "the Prefect server does not answer"
             time.sleep(0.1)
     keep_migrated()
+    # a server that is slow on a busy machine ends a command; here it would end the worker with all its tests
+    serving.SILENT, serving.ANSWER_S = 30, 120.0
     with temporary_settings({PREFECT_API_URL: os.environ[SERVER], PREFECT_FLOWS_HEARTBEAT_FREQUENCY: None}):
         yield os.environ[SERVER]
 
