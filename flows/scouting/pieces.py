@@ -16,7 +16,7 @@ from pipeline.store import Store
 from pipeline.views.scout.pages import page
 
 
-class Todo(NamedTuple):
+class MatchTodo(NamedTuple):
     """What is to be made of a match.
 
     Attributes:
@@ -42,7 +42,7 @@ class Done(NamedTuple):
     line: dict[str, Any] | None
 
 
-def of_matches(data: Path, todo: Sequence[Todo], around: Mapping[str, Any]) -> dict[str, Done]:
+def of_matches(data: Path, todo: Sequence[MatchTodo], around: Mapping[str, Any]) -> dict[str, Done]:
     """The pages and the data of some matches, by their ids. No knowledge is in them.
 
     Args:
@@ -57,7 +57,7 @@ def of_matches(data: Path, todo: Sequence[Todo], around: Mapping[str, Any]) -> d
     return {each.match.name: _of_match(store, each, around) for each in todo}
 
 
-def _of_match(store: Store, todo: Todo, around: Mapping[str, Any]) -> Done:
+def _of_match(store: Store, todo: MatchTodo, around: Mapping[str, Any]) -> Done:
     match, tables = todo.match, todo.match.tables(store)
     told = cache(partial(match_pages.told_of, match, tables))
     kept = cache(partial(answers.kept, match, tables))
@@ -70,7 +70,7 @@ def _of_match(store: Store, todo: Todo, around: Mapping[str, Any]) -> Done:
                 match_pages.line(match, tables, kept()) if todo.line else None)
 
 
-class Team(NamedTuple):
+class TeamTodo(NamedTuple):
     """What the pages of a team are made from.
 
     Attributes:
@@ -93,7 +93,7 @@ class Team(NamedTuple):
 
 
 def of_team(
-    data: Path, team: Team, pages: Collection[str], around: Mapping[str, Any]
+    data: Path, team: TeamTodo, pages: Collection[str], around: Mapping[str, Any]
 ) -> dict[str, bytes]:
     """The pages of a team, by name.
 
@@ -120,7 +120,7 @@ def of_team(
     return {name: page(makers[name][0], up="../", **around, **makers[name][1]()) for name in pages}
 
 
-def _gallery(store: Store, team: Team, behind: Learned) -> dict[str, Any]:
+def _gallery(store: Store, team: TeamTodo, behind: Learned) -> dict[str, Any]:
     found = None if team.known is None else team_pages.gallery(
         store, team.team, team.matches, team.known, behind)
     none = {"team": team.team, "version": "none", "total": 0, "roles": [], "cards": [], "every": [],

@@ -19,7 +19,7 @@ from flows.scouting import policies as policy_pages
 from flows.scouting import situations as situation_pages
 from flows.scouting.folder import Folder
 from flows.scouting.learned import Learned
-from flows.scouting.pieces import Team, Todo, of_matches, of_team
+from flows.scouting.pieces import MatchTodo, TeamTodo, of_matches, of_team
 from flows.scouting.sources import Match, TeamName, chosen, newest, played, readable, sides_of
 from flows.scouting.teams import FROM, on_page
 from pipeline.errors import BadSettings, NotFound, PitchloreError
@@ -82,7 +82,7 @@ def write(store: Store, out: Path | None = None, names: Sequence[str] = ()) -> W
     lines = _matches(store, folder, league, around)
     policies = policy_pages.newest_policies(store, league)
     learned_of = danger.matches_learned(store, known, whole)
-    by_team = [Team(
+    by_team = [TeamTodo(
         team, own := [match for match in league if team in (match.home, match.away)],
         {match.name: lines[match.name] for match in own}, known, league,
         sum(len(sides_of(team, match)) for match in learned_of),
@@ -154,7 +154,7 @@ def _matches(
         if line is not None:
             lines[match.name] = line
         if line is None or pages:
-            todo.append(Todo(match, pages, line is None))
+            todo.append(MatchTodo(match, pages, line is None))
     data = crew.get().path(store.root)
     pieces = [(f"matches {begin}", {"data": data, "todo": todo[begin:begin + _AT_ONCE], "around": around})
               for begin in range(0, len(todo), _AT_ONCE)]
@@ -168,7 +168,8 @@ def _matches(
 
 
 def _teams(
-    store: Store, folder: Folder, teams: Sequence[Team], keys: Mapping[TeamName, str], around: dict[str, Any]
+    store: Store, folder: Folder, teams: Sequence[TeamTodo], keys: Mapping[TeamName, str],
+    around: dict[str, Any],
 ) -> None:
     """Write the pages of the teams."""
     data, pieces, matches = crew.get().path(store.root), [], 0
@@ -179,10 +180,10 @@ def _teams(
             pieces.append((team.team.slug, {"data": data, "team": team, "pages": pages, "around": around}))
             matches += min(len(team.matches), FROM)
     workers = crew.get() if matches > _AT_ONCE else crew.get().alone()
-    slugs = {team.team.slug: keys[team.team] for team in teams}
+    key_of = {team.slug: key for team, key in keys.items()}
     for slug, made in spread(workers, of_team, pieces, len(pieces)):
         for name, content in made.items():
-            folder.write(name, slugs[slug], content)
+            folder.write(name, key_of[slug], content)
 
 
 def _policies(

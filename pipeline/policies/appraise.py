@@ -86,10 +86,8 @@ def appraise(
     seen, change = made["sight"].to_numpy().astype(np.float32), made["change"].to_numpy()
     expected = _grow(seen, change, settings.model_copy(update={
         "trees": settings.expected_trees, "leaves": settings.expected_leaves}))
-    made = made.with_columns(left=pl.Series(change - logits(expected, seen)))
-    grown = {
-        int(code): _grow(rows["sight"].to_numpy().astype(np.float32), rows["left"].to_numpy(), settings)
-        for (code,), rows in made.sort("code", maintain_order=True).group_by("code", maintain_order=True)}
+    left, code = change - logits(expected, seen), made["code"].to_numpy()
+    grown = {int(each): _grow(seen[code == each], left[code == each], settings) for each in np.unique(code)}
     schema = pl.Schema(Appraisals.dtypes())
     appraisals = pl.concat([Appraisals.empty(), *(
         part.select(pl.lit(version).alias("version"), pl.lit(code).alias("code"), pl.all()).cast(schema)

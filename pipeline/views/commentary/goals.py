@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import groupby, pairwise
-from operator import itemgetter
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,10 +45,8 @@ class _Touch(NamedTuple):
 
 
 class _Done(NamedTuple):
-    """A situation in which a robot does something with the ball."""
+    """A situation in which a robot of a team does something with the ball."""
 
-    segment: int
-    team: str
     start_ns: int
     end_ns: int
     robot: int
@@ -76,8 +73,7 @@ def of_goals(
         seen = touches[:bisect_left(times, t_ns)]
         head = f"GOAL{f' for {names[team]}' if team else ''}{f', {now}' if now else ''}!"
         credit, scorer = _credit(goal, seen, names)
-        way = _way(goal, seen[-1], done.get((seen[-1].segment, team), []), scorer, names, settings) if (
-            team and seen) else ""
+        way = _way(goal, seen, done, scorer, names, settings)
         said = ": ".join(part for part in (credit, way) if part)
         maker = None if goal["kind"] == "error" else goal["robot"]  # who errs is the other team's
         actor = OTHER[team] if team and goal["kind"] == "error" else team
@@ -85,11 +81,11 @@ def of_goals(
 
 
 def _done(situations: pl.DataFrame) -> dict[tuple[int, str], list[_Done]]:
-    """What the robots of a team did with the ball in a segment, from its start on."""
-    rows = situations.filter(pl.col("code").is_in(list(DONE))).drop_nulls("segment").select(
-        _Done._fields).sort("segment", "team", "start_ns", "robot", "code")
-    return {key: [_Done(*row) for row in group]
-            for key, group in groupby(rows.iter_rows(), key=itemgetter(0, 1))}
+    """What the robots did with the ball, by segment and team, from its start on."""
+    of = ("segment", "team")
+    rows = situations.filter(pl.col("code").is_in(list(DONE))).select(*of, *_Done._fields)
+    found = rows.sort("start_ns", "robot", "code").rows_by_key(of)
+    return {key: [_Done(*row) for row in group] for key, group in found.items()}
 
 
 def _credit(goal: dict[str, Any], seen: Sequence[_Touch], names: Mapping[str, str]) -> tuple[str, str]:
@@ -104,12 +100,15 @@ def _credit(goal: dict[str, Any], seen: Sequence[_Touch], names: Mapping[str, st
 
 
 def _way(
-    goal: dict[str, Any], last: _Touch, done: Sequence[_Done], scorer: str,
-    names: Mapping[str, str], settings: CommentarySettings,
+    goal: dict[str, Any], seen: Sequence[_Touch], done: Mapping[tuple[int, str], Sequence[_Done]],
+    scorer: str, names: Mapping[str, str], settings: CommentarySettings,
 ) -> str:
     """The scoring team's actions with the ball before a goal, and the robot that touched it last."""
-    since_ns = goal["t_ns"] - round(settings.lead_s * 1e9)
-    steps = [(robot(names[it.team], it.robot, it.role), it.code) for it in done
+    if goal["team"] is None or not seen:
+        return ""
+    last, since_ns = seen[-1], goal["t_ns"] - round(settings.lead_s * 1e9)
+    steps = [(robot(names[goal["team"]], it.robot, it.role), it.code)
+             for it in done.get((last.segment, goal["team"]), [])
              if it.end_ns > since_ns and it.start_ns < goal["t_ns"]]
     lead = [step for before, step in pairwise([None, *steps]) if step is not None and step != before]
     told = story(lead[-settings.lead_steps:], scorer)

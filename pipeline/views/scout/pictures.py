@@ -119,8 +119,9 @@ def _cells(cells: F64, pitch: Pitch) -> Markup:
 
 
 def _mark(mark: Mark, unit: float) -> Markup:
-    """A mark; y points up in metres and down in SVG. Format strings of Markup take ten times as long."""
-    style, title = escape(mark.style), Markup(f"<title>{escape(mark.says)}</title>")  # noqa: S704
+    """A mark; y points up in metres and down in SVG."""
+    # f-strings, because Markup.format takes several times as long, and a page has hundreds of marks
+    style, title = escape(mark.style), f"<title>{escape(mark.says)}</title>"
     if mark.to is None:
         place = f'cx="{mark.x:.4g}" cy="{-mark.y:.4g}" r="{(mark.size or 1.1) * unit:.4g}"'
         drawn = f'<circle class="{style}" {place}>{title}</circle>'
@@ -130,7 +131,7 @@ def _mark(mark: Mark, unit: float) -> Markup:
     elif mark.size:
         drawn = _headed(mark, style, title, unit)
     else:
-        (x, y) = mark.to
+        x, y = mark.to
         drawn = (f'<path class="{style} way" d="M{mark.x:.4g} {-mark.y:.4g}L{x:.4g} {-y:.4g}">{title}</path>'
                  f'<circle class="{style}" cx="{x:.4g}" cy="{-y:.4g}" r="{0.7 * unit:.4g}"/>')
     if mark.link is not None:
@@ -139,7 +140,7 @@ def _mark(mark: Mark, unit: float) -> Markup:
     return Markup(drawn)  # noqa: S704 (all text in it is escaped)
 
 
-def _headed(mark: Mark, style: Markup, title: Markup, unit: float) -> str:
+def _headed(mark: Mark, style: str, title: str, unit: float) -> str:
     """An arrow with a head, which is left out if the arrow is shorter than it."""
     assert mark.to is not None
     x, y, to_x, to_y = mark.x, -mark.y, mark.to[0], -mark.to[1]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import groupby
 from operator import itemgetter
 from typing import Any, NamedTuple
 
@@ -152,9 +151,8 @@ def scored(
 
 def _begun(situations: pl.DataFrame) -> dict[tuple[str, int], list[tuple[int, int | None, int]]]:
     """Start, segment and code of the situations of each robot, from the first to the last to begin."""
-    rows = situations.select("team", "robot", "start_ns", "segment", "code").sort(
-        "team", "robot", "start_ns", "code")
-    return {key: [row[2:] for row in group] for key, group in groupby(rows.iter_rows(), key=itemgetter(0, 1))}
+    return situations.select("team", "robot", "start_ns", "segment", "code").sort(
+        "start_ns", "code").rows_by_key(("team", "robot"))
 
 
 def _run(begun: Sequence[tuple[int, int | None, int]], after_ns: int, t_ns: int) -> tuple[int, ...]:
