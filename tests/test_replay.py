@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 from pipeline.errors import BadSettings, NotFound
 from pipeline.pitch import PITCHES, Kind
-from pipeline.views.replay import FAMILIES, HEADED, SEEN, SUSPECT, TURN, page
+from pipeline.views.replay import FAMILIES, page
+from pipeline.views.replay.packing import HEADED, NO_STRENGTH, SEEN, SUSPECT, TURN
 from schemas import Goals, Matches, Referee, Situations, Trajectories
 
 SAMPLE = Path(__file__).parents[1] / "data" / "samples" / "rsim-vss-3v3.parquet"
@@ -68,7 +69,7 @@ def make(played=STILL, done=None, goals=None, referee=None, pitch=VSSS, about=No
 
 
 def decode(html):
-    """The page's facts and samples, by the format that pipeline/views/replay documents."""
+    """The page's facts and samples, by the format that pipeline/views/replay/packing.py documents."""
     (payload,) = re.findall(r'<script type="application/octet-stream" id="payload">([A-Za-z0-9+/=]*)</script>', html)
     raw = zlib.decompress(base64.b64decode(payload, validate=True))
     (length,) = struct.unpack_from("<I", raw)
@@ -80,15 +81,33 @@ def decode(html):
         at += n
         return np.frombuffer(raw[at - n : at], np.uint8)
 
-    def values(rows, width):
+    def values(rows, width, S=S):
         planes = take(rows * S * width).reshape(width, rows, S).astype(np.int64)
         zigzag = sum(plane << 8 * i for i, plane in enumerate(planes))
-        total = np.cumsum((zigzag >> 1) ^ -(zigzag & 1), axis=1)
-        return total if width == 4 else np.cumsum(total, axis=1).astype(np.int16)
+        return (zigzag >> 1) ^ -(zigzag & 1)
 
-    facts["time"] = values(1, 4)[0]
+    def summed(off):
+        steps = off.copy()
+        for i in range(2, S):
+            before, now = ticks[i - 1] - ticks[i - 2], ticks[i] - ticks[i - 1]
+            if facts["joined"][i] and facts["joined"][i - 1] and before > 0:
+                steps[:, i] += (2 * steps[:, i - 1] * now + before) // (2 * before)
+            steps[:, i] = steps[:, i].astype(np.int16)
+        return np.cumsum(steps, axis=1).astype(np.int16)
+
+    ticks, tick = np.cumsum(values(1, 4)[0]), facts["tick"]
+    facts["time"] = np.rint(ticks * tick).astype(int)
     facts["joined"], facts["mask"] = take(S), take(S * B).reshape(B, S)
-    facts["x"], facts["y"], facts["heading"] = (values(B, 2) for _ in range(3))
+    facts["x"], facts["y"], facts["heading"] = (summed(values(B, 2)) for _ in range(3))
+    done, N = facts["situations"], sum(n for _, n in facts["situations"]["bodies"])
+    kinds = [done["kinds"][kind] for kind in values(1, 2, N)[0]]
+    facts["situations"] = {
+        "body": [body for body, n in done["bodies"] for _ in range(n)],
+        **{name: [kind[part] for kind in kinds] for part, name in enumerate(("code", "target", "role"))},
+        **{name: np.rint(values(1, 4, N)[0] * tick).astype(int).tolist() for name in ("after", "lasts")},
+        "strength": [None if percent == NO_STRENGTH else percent for percent in take(N).tolist()],
+        "follows": take(N).tolist(),
+    }
     assert at == len(raw)
     return facts
 
@@ -162,6 +181,46 @@ def test_slots():
     assert facts["time"].tolist() == [0, 51, 100, 151]
     assert facts["x"][0].tolist() == [0, 51, 100, 151]
     assert decode(make(table, hz=1000))["samples"] == 9
+
+
+@settings(max_examples=60, deadline=None)
+@given(recorded, st.sampled_from([0.002, 0.02, 0.2]))
+def test_near(rows, near):
+    """Samples are left out only where lines between the others bring all bodies near their places."""
+    table = trajectories([
+        (t, *body, x, y, None if body[0] == "ball" else theta, 0, suspect)
+        for (t, body), (x, y, theta, suspect) in rows.items()
+    ])
+    facts, every = decode(make(table, near=near)), decode(make(table))
+    time, least = facts["time"], near + facts["quantum"] / 2 + every["quantum"] / 2 + 1e-9
+    assert set(time) <= set(every["time"])
+    assert {every["time"][0], every["time"][-1]} <= set(time)
+    assert set(facts["time"][facts["joined"] == 0]) == set(every["time"][every["joined"] == 0])
+    for b in range(len(facts["bodies"])):
+        for s, t in enumerate(every["time"]):
+            after = min(np.searchsorted(time, t), len(time) - 1)
+            left = after if time[after] == t else after - 1
+            assert facts["mask"][b, left] == every["mask"][b, s], "whether it is seen changes at no other time"
+            for axis in "xy":
+                line = np.interp(t, time[[left, after]], facts[axis][b, [left, after]])
+                assert abs(line * facts["quantum"] - every[axis][b, s] * every["quantum"]) <= least
+            turn = np.interp(t, time[[left, after]], np.unwrap(facts["heading"][b, [left, after]] * 2 * np.pi / TURN))
+            assert turned(turn, every["heading"][b, s] * 2 * np.pi / TURN) <= 0.2 + 2 * np.pi / TURN
+
+
+def test_near_leaves_out():
+    """Of a body on its course samples are a quarter of a second apart; where it turns, there is one."""
+    table = trajectories([(t, "ball", None, abs(t - 1000) / 1000, 0.0, None) for t in range(0, 2001, 50)])
+    facts = decode(make(table, near=0.01))
+    assert facts["time"].tolist() == [0, 250, 500, 750, 1000, 1250, 1500, 1750, 2000]
+    assert decode(make(table))["samples"] == 41
+
+
+@pytest.mark.parametrize("near", [-0.1, float("nan"), float("inf")])
+def test_bad_nearness(near):
+    """A distance that cannot be is refused."""
+    with pytest.raises(BadSettings, match="near cannot be"):
+        make(near=near)
 
 
 def test_gaps():
@@ -269,7 +328,7 @@ def test_no_network():
 
 def test_mask():
     """The script reads the mask as it was written."""
-    assert f"const SEEN = {SEEN}, SUSPECT = {SUSPECT}, HEADED = {HEADED};" in make()
+    assert f"const SEEN = {SEEN}, SUSPECT = {SUSPECT}, HEADED = {HEADED}, NO_STRENGTH = {NO_STRENGTH};" in make()
 
 
 def test_markup_parts():

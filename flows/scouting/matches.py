@@ -17,6 +17,7 @@ from pipeline.views.commentary import Commentary, commentary
 from pipeline.views.commentary.words import called
 from pipeline.views.scout.changes import Change, change, change_of_count, told
 from pipeline.views.scout.facts import Numbers, Tables, by_lead, halves, markers, numbers, parts, played_s
+from pipeline.views.scout.moments import moment
 from pipeline.views.scout.pictures import Mark, bars, heat, on_pitch, over_time, pass_arrow
 from pipeline.views.scout.restarts import any_moment
 from pipeline.views.scout.scored import Scored, clip_of
@@ -151,7 +152,7 @@ def _shots(match: Match, tables: Tables, names: Mapping[str, str]) -> dict[str, 
         says = f"{names[shot['team']]} {shot['robot']}: {words_of(shot)}"
         style = f"mark {shot['team']} {shot['outcome']}"
         marks.append(Mark(turn * shot["x"], turn * shot["y"], style, says,
-                          link=f"../replays/{match.name}.html#t={before(at)}", size=size(shot["xg"])))
+                          link=moment(match.name, before(at), of=match.name), size=size(shot["xg"])))
         told = ("team", "robot", "distance", "speed", "xg", "outcome")
         rows.append({key: shot[key] for key in told}
                     | {"name": names[shot["team"]], "at": at, "watch": before(at)})

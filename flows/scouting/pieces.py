@@ -64,7 +64,7 @@ def _of_match(store: Store, todo: MatchTodo, around: Mapping[str, Any]) -> Done:
     makers: dict[str, Callable[[], bytes]] = {
         f"data/{match.name}.js": lambda: replays.data(match, tables, told()),
         f"matches/{match.name}.html": lambda: page(
-            "match", up="../", **around, **match_pages.facts(match, tables, told(), kept())),
+            "match", up="../", of=match.name, **around, **match_pages.facts(match, tables, told(), kept())),
     }
     return Done({name: makers[name]() for name in todo.pages},
                 match_pages.line(match, tables, kept()) if todo.line else None)

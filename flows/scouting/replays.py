@@ -8,12 +8,13 @@ from collections.abc import Sequence
 from flows.scouting.learned import Learned
 from flows.scouting.sources import Known, Match, TeamName
 from flows.scouting.teams import on_page
+from pipeline.pitch import SCALES
 from pipeline.views.commentary import Commentary
-from pipeline.views.replay import payload, script
+from pipeline.views.replay import payload, script, style
 from pipeline.views.scout.facts import Tables
 
-#: Samples a second in clips and replays.
-_HZ = 15.0
+#: Most samples a second in clips and replays, and how far they may show a robot from its place, in its radii.
+_HZ, _NEAR = 60.0, 1 / 2
 
 
 def gap_of(match: Match) -> float:
@@ -25,14 +26,15 @@ def data(match: Match, tables: Tables, told: Commentary) -> bytes:
     """The script with a match's payload: the clips and the replay load it."""
     packed = payload(
         tables.matches, tables.trajectories, tables.situations, tables.goals, tables.referee, match.pitch,
-        hz=_HZ, passes=tables.passes, shots=tables.shots, told=told.sentences(),
-        gap_s=gap_of(match))[1]
+        hz=_HZ, near=_NEAR * SCALES[match.pitch.kind].robot_radius, passes=tables.passes,
+        shots=tables.shots, told=told.sentences(), gap_s=gap_of(match))[1]
     return f"scoutMatch({json.dumps(match.name)}, {json.dumps(packed)});\n".encode()
 
 
 def files(teams: Sequence[TeamName], known: Known | None, learned: Learned) -> dict[str, bytes]:
-    """The files that all replays load: their code, and the teams' behaviours."""
-    return {"replay.js": script().encode(), "known.js": known_behaviours(teams, known, learned)}
+    """The files that all replays load: their code, their style, and the teams' behaviours."""
+    return {"replay.js": script().encode(), "replay.css": style().encode(),
+            "known.js": known_behaviours(teams, known, learned)}
 
 
 def known_behaviours(teams: Sequence[TeamName], known: Known | None, learned: Learned) -> bytes:

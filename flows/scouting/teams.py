@@ -29,6 +29,7 @@ from pipeline.views.scout.facts import LEADS, ByLead, Mean, Numbers, over_matche
 from pipeline.views.scout.following import FOLLOWS_S, followed_by, following
 from pipeline.views.scout.gallery import at_first, clips, leading, paths, ranked
 from pipeline.views.scout.maps import lying, neuron_key
+from pipeline.views.scout.moments import moment
 from pipeline.views.scout.occurrences import occurrences, placed
 from pipeline.views.scout.pictures import Mark, heat, on_pitch, pass_arrow
 from pipeline.views.scout.restarts import SOON_S, Moments, paid
@@ -150,7 +151,7 @@ def _shots(shots: pl.DataFrame) -> list[Mark]:
         marks.append(Mark(
             row["x"], row["y"], f"mark home {row['outcome']}",
             f"robot {row['robot']}: {words_of(row)}", size=size(row["xg"]),
-            link=f"../replays/{row['match_id']}.html#t={at}"))
+            link=moment(row["match_id"], at)))
     return marks
 
 

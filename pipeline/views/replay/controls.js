@@ -1,7 +1,7 @@
 // The page's words, keys and clicks, and how it moves through time.
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
-const WINDOW = 20000, BEFORE_GOAL = 3000;
+const WINDOW = 20000, BEFORE_GOAL = 3000, STEP = 50;
 const BEFORE_SITUATION = 1000, KICK = 21;
 const READING = 6000; // so long a sentence of the commentary stands
 const LINGER = 1500; // so much of a stoppage is played before it is jumped over
@@ -140,8 +140,8 @@ function start(match, known) {
   function step(direction) {
     play(false);
     const i = before(time, state.t);
-    const between = state.t > time[i];
-    seek(time[clamp(direction > 0 ? i + 1 : between ? i : i - 1, 0, S - 1)]);
+    const next = time[clamp(direction > 0 ? i + 1 : state.t > time[i] ? i : i - 1, 0, S - 1)];
+    seek(clamp(next, state.t - STEP, state.t + STEP)); // samples are far apart where bodies keep their course
   }
 
   function toGoal(direction) {

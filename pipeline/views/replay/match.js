@@ -1,7 +1,7 @@
-// A match in the page: the payload (its format is documented in pipeline/views/replay/__init__.py) and questions to it.
+// A match in the page: the payload (its format is documented in pipeline/views/replay/packing.py) and questions to it.
 // All times are milliseconds since the first sample.
 
-const SEEN = 1, SUSPECT = 2, HEADED = 4;
+const SEEN = 1, SUSPECT = 2, HEADED = 4, NO_STRENGTH = 255;
 const STOPPAGE = 250; // a shorter stretch without play is not shown as one
 
 const $ = (id) => document.getElementById(id);
@@ -44,25 +44,42 @@ async function decode(base64) {
     }
     return out;
   };
-  const sums = (moves, into) => {
-    for (let b = 0; b < into.length / S; b++) {
-      for (let i = b * S, sum = 0; i < (b + 1) * S; i++) into[i] = sum += moves[i];
-    }
-    return into;
-  };
-  match.time = sums(differences(S, 4), new Int32Array(S));
+  const ticks = differences(S, 4);
+  for (let i = 1; i < S; i++) ticks[i] += ticks[i - 1];
+  match.time = ticks.map((each) => Math.round(each * match.tick));
   match.joined = take(S);
   match.mask = take(S * B);
+  const { joined } = match;
+  /** The step of sample i that is expected after the step before it. */
+  const expected = (step, i) => {
+    if (i < 2 || !joined[i] || !joined[i - 1]) return 0;
+    const last = ticks[i - 1] - ticks[i - 2];
+    return last > 0 ? Math.floor((2 * step * (ticks[i] - ticks[i - 1]) + last) / (2 * last)) : 0;
+  };
   for (const channel of ["x", "y", "heading"]) {
-    match[channel] = sums(sums(differences(S * B, 2), new Int16Array(S * B)), new Int16Array(S * B));
+    const off = differences(S * B, 2), into = match[channel] = new Int16Array(S * B);
+    for (let b = 0; b < B; b++) {
+      for (let i = 0, k = b * S, step = 0, sum = 0; i < S; i++, k++) {
+        step = (off[k] + expected(step, i)) << 16 >> 16;
+        into[k] = sum += step;
+      }
+    }
   }
-  const table = match.situations;
-  table.start = []; table.end = [];
-  table.body.forEach((body, i) => {
-    table.start[i] = table.after[i] + (table.body[i - 1] === body ? table.end[i - 1] : 0);
-    table.end[i] = table.start[i] + table.lasts[i];
-  });
+  match.situations = situated(match, differences, take);
   return match;
+}
+
+/** The situations as columns of equal length. */
+function situated({ tick, situations: { kinds, bodies } }, differences, take) {
+  const body = bodies.flatMap(([each, n]) => Array(n).fill(each)), N = body.length;
+  const kind = differences(N, 2), start = differences(N, 4), end = differences(N, 4), strength = take(N), follows = take(N);
+  for (let i = 0; i < N; i++) {
+    if (body[i - 1] === body[i]) start[i] += end[i - 1];
+    end[i] += start[i];
+  }
+  const [code, target, role] = [0, 1, 2].map((part) => Array.from(kind, (index) => kinds[index][part]));
+  const ms = (ticks) => Array.from(ticks, (each) => Math.round(each * tick));
+  return { body, code, target, role, start: ms(start), end: ms(end), follows, strength: Array.from(strength, (percent) => (percent === NO_STRENGTH ? null : percent)) };
 }
 
 /** The decoded match with what the page asks of it. */

@@ -7,15 +7,17 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined, pass_context
+from jinja2.runtime import Context
 
 from pipeline.text import number_of
 from pipeline.views.replay import asset
+from pipeline.views.scout.moments import moment
 
 #: Files that stand beside the pages.
 STYLE, SCRIPT, COMPARE, MAP = "scout.css", "scout.js", "compare.js", "map.js"
 #: Further style sheets and scripts, which are added to those two.
-_MORE_STYLE, _MORE_SCRIPT = ("map.css", "states.css", "looks.css"), ("pick.js", "looks.js")
+_MORE_STYLE, _MORE_SCRIPT = ("marks.css", "map.css", "states.css", "looks.css"), ("pick.js", "looks.js")
 
 
 @cache
@@ -25,12 +27,20 @@ def _environment() -> Environment:
         trim_blocks=True, lstrip_blocks=True)
     made.filters |= {"percent": _percent, "clock": _clock, "number": _number, "code": "{:03d}".format,
                      "short": _short, "number_of": number_of}
+    made.globals["moment"] = _moment
     return made
 
 
-def page(name: str, *, up: str = "", **facts: Any) -> bytes:
-    """A page from its template; ``up`` leads from it to the scout's folder."""
-    return _environment().get_template(f"{name}.html").render(up=up, **facts).encode()
+def page(name: str, *, up: str = "", of: str | None = None, **facts: Any) -> bytes:
+    """A page from its template.
+
+    Args:
+        name: of the template.
+        up: leads from the page to the scout's folder.
+        of: id of the match that the page is of: its addresses begin at the match's replay.
+        facts: what the template says.
+    """
+    return _environment().get_template(f"{name}.html").render(up=up, of=of, **facts).encode()
 
 
 def files() -> dict[str, bytes]:
@@ -41,6 +51,12 @@ def files() -> dict[str, bytes]:
     script = "\n".join(['"use strict";', asset("match.js"), asset("draw.js"), *scripts])
     return {SCRIPT: script.encode(), STYLE: "\n".join(styles).encode(),
             **{name: own.joinpath(name).read_bytes() for name in (COMPARE, MAP)}}
+
+
+@pass_context
+def _moment(context: Context, *of_what: Any) -> str:
+    """:func:`moment`, from the page."""
+    return moment(*of_what, up=context["up"], of=context["of"])
 
 
 def _percent(share: float | None) -> str:

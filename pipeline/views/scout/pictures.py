@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import groupby
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ MANY = 80
 #: Faintest cell of a heat map, so that it is seen on light and on dark ground.
 _FAINTEST = 0.09
 #: Shades of a heat map, and the least share of its fullest cell that is drawn.
-_SHADES, _LEAST = 20, 0.02
+_SHADES, _LEAST = 12, 0.02
 #: Blank parts of a strip, side by side, that a word fits into.
 _WORD = 4
 #: Times under a strip: steps in seconds, and how many there are at most.
@@ -92,7 +93,7 @@ def on_pitch(
     parts.append(Markup('<circle class="chalk" r="{:.4g}"/>').format(0.09 * pitch.length))
     parts += [Markup('<path class="goal" d="M{:.4g} {:.4g}h{:.4g}v{:.4g}h{:.4g}"/>').format(
         side * x, -pitch.goal_width / 2, side * depth, pitch.goal_width, -side * depth) for side in (-1, 1)]
-    parts += [_mark(mark, unit) for mark in marks]
+    parts += _drawn(marks, unit)
     return Markup("").join([*parts, Markup("</svg>")])
 
 
@@ -104,55 +105,90 @@ def _thirds(cells: F64) -> str:
 
 
 def _cells(cells: F64, pitch: Pitch) -> Markup:
-    """The cells that have samples: a path for each shade, in a group whose unit is a cell."""
+    """The cells that have samples: for each shade the runs of its rows, as lines one cell wide."""
     share = cells / (cells.max() or 1.0)
     wide, high = pitch.length / cells.shape[1], pitch.width / cells.shape[0]
     levels = np.where(share > _LEAST, np.ceil(_SHADES * share), 0).astype(int)
-    paths = []
-    for level in np.unique(levels[levels > 0]):
-        drawn = "".join(f"M{column} {row}h1v1h-1z" for row, column in np.argwhere(levels == level))
-        opacity = _FAINTEST + (1 - _FAINTEST) * level / _SHADES
-        paths.append(f'<path opacity="{opacity:.2f}" d="{drawn}"/>')
+    edges = np.diff(levels, axis=1, prepend=0, append=0) != 0
+    runs: dict[int, str] = {}
+    for row, ends in enumerate(edges):
+        for first, last in pairwise(np.flatnonzero(ends).tolist()):
+            level = int(levels[row, first])
+            runs[level] = runs.get(level, "") + f"M{first} {row}h{last - first}"
+    paths = (f'<path opacity="{_FAINTEST + (1 - _FAINTEST) * level / _SHADES:.2f}" d="{runs[level]}"/>'
+             for level in sorted(runs.keys() - {0}))
     return Markup(  # noqa: S704 (numbers only)
         f'<g class="heat" transform="matrix({wide:.4g} 0 0 {-high:.4g} {-pitch.length / 2:.4g}'
-        f' {pitch.width / 2:.4g})">{"".join(paths)}</g>')
+        f' {(pitch.width - high) / 2:.4g})">{"".join(paths)}</g>')
 
 
-def _mark(mark: Mark, unit: float) -> Markup:
-    """A mark; y points up in metres and down in SVG."""
-    # f-strings, because Markup.format takes several times as long, and a page has hundreds of marks
-    style, title = escape(mark.style), f"<title>{escape(mark.says)}</title>"
-    if mark.to is None:
-        place = f'cx="{mark.x:.4g}" cy="{-mark.y:.4g}" r="{(mark.size or 1.1) * unit:.4g}"'
-        drawn = f'<circle class="{style}" {place}>{title}</circle>'
-        if mark.letter:
-            drawn += (f'<text class="{style}" x="{mark.x:.4g}" y="{-mark.y:.4g}"'
-                      f' font-size="{3.6 * unit:.4g}">{escape(mark.letter)}</text>')
-    elif mark.size:
-        drawn = _headed(mark, style, title, unit)
-    else:
-        x, y = mark.to
-        drawn = (f'<path class="{style} way" d="M{mark.x:.4g} {-mark.y:.4g}L{x:.4g} {-y:.4g}">{title}</path>'
-                 f'<circle class="{style}" cx="{x:.4g}" cy="{-y:.4g}" r="{0.7 * unit:.4g}"/>')
-    if mark.link is not None:
-        # the script makes the first one a Tab stop; arrow keys lead to the others
-        drawn = (f'<a href="{escape(mark.link)}" aria-label="{escape(mark.says)}" tabindex="-1">{drawn}</a>')
-    return Markup(drawn)  # noqa: S704 (all text in it is escaped)
+class _Pen(NamedTuple):
+    """Writes shapes in the units of a pitch; y points up in metres and down in SVG.
+
+    Attributes:
+        unit: a hundredth of the pitch, metres.
+        digits: after the point, so that a tenth of a unit shows.
+    """
+
+    unit: float
+    digits: int
+
+    def number(self, metres: float) -> str:
+        """A number without zeros that say nothing."""
+        text = f"{round(metres, self.digits) + 0.0:.{self.digits}f}"  # no minus before a zero
+        if self.digits:
+            text = text.rstrip("0").rstrip(".")
+        return re.sub(r"^(-?)0\.", r"\1.", text)
+
+    def at(self, x: float, y: float) -> str:
+        """A place in a path."""
+        return f"{self.number(x)} {self.number(-y)}"
+
+    def dot(self, x: float, y: float, size: float) -> str:
+        """A circle; ``size`` is in units."""
+        place = f'cx="{self.number(x)}" cy="{self.number(-y)}" r="{self.number(size * self.unit)}"'
+        return f"<circle {place}/>"
+
+    def shape(self, mark: Mark) -> str:
+        """What is drawn of a mark."""
+        if mark.to is None:
+            drawn = self.dot(mark.x, mark.y, mark.size or 1.1)
+            if mark.letter:
+                drawn += (f'<text x="{self.number(mark.x)}" y="{self.number(-mark.y)}"'
+                          f' font-size="{self.number(3.6 * self.unit)}">{escape(mark.letter)}</text>')
+            return drawn
+        if mark.size:
+            return self._headed(mark.x, mark.y, *mark.to, mark.size * self.unit)
+        return (f'<path class="way" d="M{self.at(mark.x, mark.y)}L{self.at(*mark.to)}"/>'
+                f"{self.dot(*mark.to, 0.7)}")
+
+    def _headed(self, x: float, y: float, to_x: float, to_y: float, head: float) -> str:
+        """An arrow with a head, which is left out if the arrow is shorter than it."""
+        length = math.hypot(to_x - x, to_y - y)
+        if length <= head:
+            return ""
+        along_x, along_y = (to_x - x) / length, (to_y - y) / length
+        neck_x, neck_y, side_x, side_y = (
+            to_x - head * along_x, to_y - head * along_y, -0.45 * head * along_y, 0.45 * head * along_x)
+        return (f'<path class="way" d="M{self.at(x, y)}L{self.at(neck_x, neck_y)}"/>'
+                f'<path class="head" d="M{self.at(to_x, to_y)}L{self.at(neck_x + side_x, neck_y + side_y)}'
+                f' {self.at(neck_x - side_x, neck_y - side_y)}Z"/>')
 
 
-def _headed(mark: Mark, style: str, title: str, unit: float) -> str:
-    """An arrow with a head, which is left out if the arrow is shorter than it."""
-    assert mark.to is not None
-    x, y, to_x, to_y = mark.x, -mark.y, mark.to[0], -mark.to[1]
-    length, head = math.hypot(to_x - x, to_y - y), mark.size * unit
-    if length <= head:
-        return ""
-    along_x, along_y = (to_x - x) / length, (to_y - y) / length
-    neck_x, neck_y, side_x, side_y = (
-        to_x - head * along_x, to_y - head * along_y, -0.45 * head * along_y, 0.45 * head * along_x)
-    return (f'<path class="{style} way" d="M{x:.4g} {y:.4g}L{neck_x:.4g} {neck_y:.4g}">{title}</path>'
-            f'<path class="{style} head" d="M{to_x:.4g} {to_y:.4g}L{neck_x + side_x:.4g}'
-            f' {neck_y + side_y:.4g} {neck_x - side_x:.4g} {neck_y - side_y:.4g}Z"/>')
+def _drawn(marks: Iterable[Mark], unit: float) -> Iterator[Markup]:
+    """The marks: in a group for each style, in it a group for those that say the same, or a link for each."""
+    pen = _Pen(unit, max(0, math.ceil(-math.log10(unit / 10))))
+    styles: dict[str, dict[tuple[str, str | None], list[str]]] = {}
+    for mark in marks:
+        if shape := pen.shape(mark):
+            styles.setdefault(mark.style, {}).setdefault((mark.says, mark.link), []).append(shape)
+    for style, groups in styles.items():
+        # f-strings, because Markup.format takes several times as long, and a page has hundreds of marks
+        drawn = []
+        for (says, link), shapes in groups.items():
+            tag, address = ("g", "") if link is None else ("a", f' href="{escape(link)}"')
+            drawn.append(f"<{tag}{address}><title>{escape(says)}</title>{''.join(shapes)}</{tag}>")
+        yield Markup(f'<g class="{escape(style)}">{"".join(drawn)}</g>')  # noqa: S704 (all text in it is escaped)
 
 
 def over_time(
@@ -172,13 +208,14 @@ def over_time(
     words = []
     parts = [Markup('<svg class="strip" role="img" aria-label="{}" viewBox="0 0 100 24" '
                     'preserveAspectRatio="none">').format(label)]
+    halves: dict[str, str] = {"home": "", "away": ""}
     for place, share in enumerate(shares):
         if share is not None:
-            home = 20 * share
-            parts.append(Markup(
-                '<rect class="home" x="{0:.3f}" y="2" width="{1:.3f}" height="{2:.2f}"/>'
-                '<rect class="away" x="{0:.3f}" y="{3:.2f}" width="{1:.3f}" height="{4:.2f}"/>').format(
-                    place * wide, wide * 0.92, home, 2 + home, 20 - home))
+            home = round(20 * share, 2)
+            for side, top, high in (("home", 2.0, home), ("away", 2 + home, 20 - home)):
+                halves[side] += (f"M{place * wide:.4g} {top:.4g}h{wide * 0.92:.4g}"
+                                 f"v{high:.4g}h{-wide * 0.92:.4g}z")
+    parts += [Markup('<path class="{}" d="{}"/>').format(side, drawn) for side, drawn in halves.items()]
     first = 0
     for missing, group in groupby(shares, lambda share: share is None):
         begin, count = first, len(list(group))
@@ -191,8 +228,12 @@ def over_time(
             words.append(Markup('<span style="left:{:.2f}%;width:{:.2f}%">{}</span>').format(
                 begin * wide, count * wide, blank))
     parts.append(Markup('<path class="half" d="M0 12H100"/>'))
-    parts += [Markup('<path class="goal-at" d="M{:.3f} {}V{}"><title>{}</title></path>').format(
-        100 * at, 12 * (team == "away"), 24 - 12 * (team == "home"), says) for at, team, says in goals]
+    lines: dict[str, str] = {}
+    for at, team, says in goals:
+        line = f"M{100 * at:.4g} {12 * (team == 'away')}V{24 - 12 * (team == 'home')}"
+        lines[says] = lines.get(says, "") + line
+    parts += [Markup('<path class="goal-at" d="{}"><title>{}</title></path>').format(drawn, says)
+              for says, drawn in lines.items()]
     return Markup('<div class="over-time">{}<div class="words" aria-hidden="true">{}</div>'
                   '<div class="times" aria-hidden="true">{}</div></div>').format(
         Markup("").join([*parts, Markup("</svg>")]), Markup("").join(words), _times(seconds))
@@ -211,8 +252,8 @@ def bars(values: Sequence[float], label: str) -> Markup:
     """Small bars side by side, the greatest of full height."""
     most = max(values, default=0.0) or 1.0
     wide = 100 / max(len(values), 1)
-    bar = Markup('<rect class="heat" x="{:.3f}" y="{:.2f}" width="{:.3f}" height="{:.2f}"/>')
-    drawn = [bar.format(place * wide, 20 * (1 - value / most), wide * 0.94, 20 * value / most)
-             for place, value in enumerate(values)]
+    drawn = "".join(
+        f"M{place * wide:.4g} 20v{-20 * value / most:.3g}h{wide * 0.94:.4g}V20z"
+        for place, value in enumerate(values) if value)
     return Markup('<svg class="bars" role="img" aria-label="{}" viewBox="0 0 100 20" '
-                  'preserveAspectRatio="none">{}</svg>').format(label, Markup("").join(drawn))
+                  'preserveAspectRatio="none"><path d="{}"/></svg>').format(label, drawn)

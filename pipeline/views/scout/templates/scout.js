@@ -25,7 +25,7 @@ function matchOf(id) {
 /** One clip: a stretch of a match that plays again and again while it is seen and not paused. */
 function clip(figure) {
   const canvas = figure.querySelector("canvas");
-  const { match: id, team, robot, start, end } = figure.dataset;
+  const { match: id = document.body.dataset.match, team, robot, start, end } = figure.dataset;
   const state = { t: 1000 * start, from: 1000 * start, labels: false, marked: -1 };
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
   let painting = null, seen = false, paused = still, last = 0;

@@ -1,0 +1,23 @@
+"""Addresses of moments: where in which replay."""
+
+from __future__ import annotations
+
+
+def moment(
+    match: str, at: float, team: str = "", robot: int | None = None, behaviour: str = "", *,
+    up: str = "../", of: str | None = None,
+) -> str:
+    """The address of a moment in the replay of a match.
+
+    Args:
+        match: id of the match.
+        at: when, seconds since the first sample.
+        team: home or away, the side of the robot.
+        robot: whom to watch; nobody if it is None or negative.
+        behaviour: what the replay is to look for, a behaviour's id or a code.
+        up: leads from the page to the scout's folder.
+        of: id of the match whose replay the page's addresses begin at; its moments need no file.
+    """
+    file = "" if match == of else f"{up}replays/{match}.html"
+    watched = "" if robot is None or robot < 0 else f"&robot={team}-{robot}"
+    return f"{file}#t={at}{watched}{f'&behaviour={behaviour}' if behaviour else ''}"
