@@ -284,16 +284,10 @@ def test_nothing_has_run(tmp_path, capsys):
 @pytest.mark.slow
 def test_every_page_opens(pages, page):
     """Each page opens from disk without an error, and no name becomes markup."""
-    under_way = set()
-    page.on("request", lambda request: under_way.add(request))
-    for ended in ("requestfinished", "requestfailed"):
-        page.on(ended, lambda request: under_way.discard(request))
     for found in sorted(pages.first.parent.rglob("*.html")):
         page.goto(found.as_uri())
         assert page.title() != "taken"
         page.wait_for_timeout(100)
-        while under_way:  # to leave before would be taken for a failure
-            page.wait_for_timeout(20)
 
 
 @pytest.mark.slow

@@ -36,7 +36,6 @@ import polars as pl
 
 from pipeline.arrays import F64, I64, U8, Bools
 from pipeline.pitch import Pitch
-from pipeline.views.replay.thinning import thinned
 from pipeline.windows import followed
 
 #: Mask bits: the body has a sample; the sample is an implausible jump; its heading is known.
@@ -94,6 +93,8 @@ class Samples(NamedTuple):
 
     def near(self, metres: float) -> Bools:
         """Which samples to keep, so that the page's lines between them pass so near all others, bool [S]."""
+        from pipeline.views.replay.thinning import thinned  # noqa: PLC0415 (numba, which `replay` does without)
+
         cut = ~self.joined
         cut[1:] |= (self.mask[:, 1:] != self.mask[:, :-1]).any(axis=0)
         cut[1:] |= np.diff(self.ticks) == 0
