@@ -194,7 +194,7 @@ def payload(
         "shots": _shots(Shots.empty() if shots is None else shots)}
     text = json.dumps(facts, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
     raw = struct.pack("<I", len(text)) + text + samples.packed(quantum) + done.packed
-    return facts, base64.b64encode(zlib.compress(raw, 9)).decode("ascii")
+    return facts, base64.b64encode(zlib.compress(raw, 8)).decode("ascii")
 
 
 def asset(name: str) -> str:

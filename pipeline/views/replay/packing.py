@@ -128,9 +128,10 @@ class Samples(NamedTuple):
 
 def samples_of(trajectories: pl.DataFrame, bodies: pl.DataFrame, shown: pl.DataFrame, tick: float) -> Samples:
     """What is shown of the trajectories."""
+    own = bodies.with_columns(pl.col("team").cast(trajectories.schema["team"]))
     rows = (
-        trajectories.with_columns(pl.col("team").cast(pl.String))
-        .join(bodies, on=["team", "robot"], nulls_equal=True)
+        trajectories.select("frame", "team", "robot", "x", "y", "theta", "suspect")
+        .join(own, on=["team", "robot"], nulls_equal=True)
         .join(shown.select("frame", "sample"), on="frame")
     )
     cell = (rows["body"].to_numpy(), rows["sample"].to_numpy())
