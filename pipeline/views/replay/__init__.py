@@ -27,7 +27,7 @@ import polars as pl
 from pipeline.errors import BadSettings, NotFound
 from pipeline.pitch import SCALES, Kind, Pitch
 from pipeline.settings import GramSettings
-from pipeline.views.replay.packing import TURN, in_ticks, quantum_of, samples_of, situated, tick_of
+from pipeline.views.replay.packing import TURN, milliseconds, quantum_of, samples_of, situated, tick_of
 from schemas import SIDES, Passes, Shots, note_on
 
 #: Samples further apart are never joined, seconds.
@@ -204,8 +204,7 @@ def asset(name: str) -> str:
 
 def _bodies(trajectories: pl.DataFrame) -> pl.DataFrame:
     """Every body of the match: team, robot and its index ``body``; the ball, home, then away."""
-    found = trajectories.select("team", "robot").unique().sort("team", "robot")
-    return found.with_columns(pl.col("team").cast(pl.String)).with_row_index("body")
+    return trajectories.select("team", "robot").unique().sort("team", "robot").with_row_index("body")
 
 
 def _shown(trajectories: pl.DataFrame, hz: float) -> pl.DataFrame:
@@ -219,7 +218,7 @@ def _shown(trajectories: pl.DataFrame, hz: float) -> pl.DataFrame:
         # half a microsecond of grace for times that were rounded down from the slot's edge
         .unique(((pl.col("t_ns") + 500) / slot_ns).floor(), keep="first", maintain_order=True)
         .with_columns(
-            ms=in_ticks("t_ns"),
+            ms=milliseconds("t_ns"),
             joined=(
                 pl.col("segment").eq_missing(pl.col("segment").shift())
                 & (pl.col("t_ns").diff() <= gap_ns).fill_null(value=False)
@@ -258,9 +257,9 @@ def _facts(
         "samples": len(shown),
         "bodies": bodies.select("team", "robot").rows(),
         "play": stretches.select("start", "end").rows(),
-        "scores": scores.select(in_ticks("t_ns"), "score_home", "score_away").rows(),
-        "goals": goals.sort("t_ns").select(in_ticks("t_ns"), "team", "robot", "kind").rows(),
-        "events": events.select(in_ticks("t_ns"), "event", "team", "note").rows(),
+        "scores": scores.select(milliseconds("t_ns"), "score_home", "score_away").rows(),
+        "goals": goals.sort("t_ns").select(milliseconds("t_ns"), "team", "robot", "kind").rows(),
+        "events": events.select(milliseconds("t_ns"), "event", "team", "note").rows(),
         "families": FAMILIES,
         "names": {str(code): name for code, name in names.rows()},
     }
@@ -276,12 +275,12 @@ def _worn(home: str, away: str, pitch: Pitch) -> dict[str, str] | None:
 def _passes(passes: pl.DataFrame) -> list[tuple[Any, ...]]:
     """Of each pass: times of pass and receipt, team, robot, receiver, direction, whether it is through."""
     return passes.sort("t_ns").select(
-        in_ticks("t_ns"), in_ticks("received_ns"), pl.col("team").cast(pl.String), "robot", "receiver",
-        pl.col("direction").cast(pl.String), "through").rows()
+        milliseconds("t_ns"), milliseconds("received_ns"), pl.col("team").cast(pl.String), "robot",
+        "receiver", pl.col("direction").cast(pl.String), "through").rows()
 
 
 def _shots(shots: pl.DataFrame) -> list[tuple[Any, ...]]:
     """Of each shot: time, team, robot, outcome, and distance in metres, to the centimetre."""
     return shots.sort("t_ns").select(
-        in_ticks("t_ns"), pl.col("team").cast(pl.String), "robot", pl.col("outcome").cast(pl.String),
+        milliseconds("t_ns"), pl.col("team").cast(pl.String), "robot", pl.col("outcome").cast(pl.String),
         pl.col("distance").cast(pl.Float64).round(2)).rows()

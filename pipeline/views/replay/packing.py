@@ -112,8 +112,8 @@ class Samples(NamedTuple):
             if values is self.theta:  # the short way round
                 steps = (steps + TURN // 2) % TURN - TURN // 2
             steps = steps.astype(np.int16).astype(np.int64)
-            channels.append(planes((steps - self._expected(steps)).ravel(), 2))
-        time = planes(np.diff(self.ticks, prepend=0), 4)
+            channels.append(_planes((steps - self._expected(steps)).ravel(), 2))
+        time = _planes(np.diff(self.ticks, prepend=0), 4)
         return b"".join([time, self.joined.astype(np.uint8).tobytes(), self.mask.tobytes(), *channels])
 
     def _expected(self, steps: I64) -> I64:
@@ -128,10 +128,9 @@ class Samples(NamedTuple):
 
 def samples_of(trajectories: pl.DataFrame, bodies: pl.DataFrame, shown: pl.DataFrame, tick: float) -> Samples:
     """What is shown of the trajectories."""
-    own = bodies.with_columns(pl.col("team").cast(trajectories.schema["team"]))
     rows = (
         trajectories.select("frame", "team", "robot", "x", "y", "theta", "suspect")
-        .join(own, on=["team", "robot"], nulls_equal=True)
+        .join(bodies, on=["team", "robot"], nulls_equal=True)
         .join(shown.select("frame", "sample"), on="frame")
     )
     cell = (rows["body"].to_numpy(), rows["sample"].to_numpy())
@@ -144,7 +143,7 @@ def samples_of(trajectories: pl.DataFrame, bodies: pl.DataFrame, shown: pl.DataF
         values = np.zeros(shape)
         values[cell] = rows[name].fill_null(0.0).fill_nan(0.0).cast(pl.Float64).to_numpy()
         channels.append(_held(values, mask & bit > 0))
-    ticks = shown.select(in_ticks("t_ns", tick)).to_series().to_numpy()
+    ticks = shown.select(_in_ticks("t_ns", tick)).to_series().to_numpy()
     return Samples(ticks, tick, shown["joined"].to_numpy(), mask, *channels)
 
 
@@ -173,19 +172,19 @@ def situated(situations: pl.DataFrame, bodies: pl.DataFrame, gap_s: float, tick:
     kind = ("code", "target", "role")
     rows = (
         followed(situations.sort("team", "robot", "start_ns"), gap_s)
-        .with_columns(pl.col("team", "role").cast(pl.String))
+        .with_columns(pl.col("team").cast(bodies.schema["team"]), pl.col("role").cast(pl.String))
         .join(bodies, on=["team", "robot"])
         .sort("body", "start_ns")
         .with_columns(
-            after=in_ticks("start_ns", tick) - in_ticks("end_ns", tick).shift(1).over("body").fill_null(0),
-            lasts=in_ticks("end_ns", tick) - in_ticks("start_ns", tick),
+            after=_in_ticks("start_ns", tick) - _in_ticks("end_ns", tick).shift(1).over("body").fill_null(0),
+            lasts=_in_ticks("end_ns", tick) - _in_ticks("start_ns", tick),
             strength=(pl.col("strength") * 100).round().fill_null(NO_STRENGTH).cast(pl.UInt8),
         )
     )
     kinds = rows.select(kind).unique().sort(kind).with_row_index("kind")
     rows = rows.join(kinds, on=kind, nulls_equal=True, maintain_order="left")
     columns = (("kind", 2), ("after", 4), ("lasts", 4))
-    packed = [planes(rows[name].cast(pl.Int64).to_numpy(), width) for name, width in columns]
+    packed = [_planes(rows[name].cast(pl.Int64).to_numpy(), width) for name, width in columns]
     packed += [rows[name].cast(pl.UInt8).to_numpy().tobytes() for name in ("strength", "follows")]
     counts = rows.group_by("body", maintain_order=True).len()
     return Situated({"kinds": kinds.select(kind).rows(), "bodies": counts.rows()}, b"".join(packed))
@@ -207,9 +206,14 @@ def tick_of(frames: pl.Series, situations: pl.DataFrame) -> float:
     return tick / _MS if np.abs(times - np.rint(times / tick) * tick).max() <= _MS / 2 else 1.0
 
 
-def in_ticks(column: str, tick: float = 1.0) -> pl.Expr:
-    """A column of nanoseconds in whole ticks, or in milliseconds."""
+def _in_ticks(column: str, tick: float) -> pl.Expr:
+    """A column of nanoseconds in whole ticks of so many milliseconds."""
     return (pl.col(column) / (tick * _MS)).round().cast(pl.Int64)
+
+
+def milliseconds(column: str) -> pl.Expr:
+    """A column of nanoseconds in whole milliseconds."""
+    return _in_ticks(column, 1.0)
 
 
 def _held(values: F64, known: Bools) -> F64:
@@ -218,7 +222,7 @@ def _held(values: F64, known: Bools) -> F64:
     return np.where(last >= 0, np.take_along_axis(values, np.maximum(last, 0), axis=1), 0)
 
 
-def planes(differences: I64, width: int) -> bytes:
+def _planes(differences: I64, width: int) -> bytes:
     """Differences [N] modulo 256 ** width, zigzagged, as ``width`` byte planes."""
     signed = differences.astype(f"<i{width}").astype(np.int64)
     zigzag = ((signed << 1) ^ (signed >> 63)).astype(f"<u{width}")
