@@ -23,6 +23,7 @@ _SEASONS = "seasons"
 def entrant(
     store: Store, word: str, policies: dict[str, PolicyTables], *, explore: float | None = None,
     lcb_weight: float | None = None, min_visits: int | None = None, blind: bool | None = None,
+    predict_s: float | None = None,
 ) -> Entrant:
     """The team that a word names; its policy, if it has one, is added to ``policies``.
 
@@ -37,6 +38,7 @@ def entrant(
         lcb_weight: for a learned team; None means the season's, else 0.
         min_visits: for a learned team; None means the season's, else 0.
         blind: for a learned team; None means that it looks.
+        predict_s: for a learned team; None means the season's, else 0.
 
     Raises:
         BadSettings: if the word names no team, or a constant team of unknown codes.
@@ -45,21 +47,26 @@ def entrant(
     if word in SCRIPTED:
         return Entrant(name=word, settings=TeamSettings.model_validate({"kind": word}))
     control = constant(word)
+    version = word.removeprefix("learned:")
     if control is not None:
         policies[control.word] = PolicyTables(control.policy())
         name = word if word == BEST else control.word
-        return Entrant(name=name, settings=TeamSettings(kind="learned", policy=control.word))
-    version = word.removeprefix("learned:")
-    if word == "learned" or version.isdecimal():
-        manifest = policy(store, None if word == "learned" else int(version))
-        player = _player(store, manifest, f"v{manifest.version}", TeamSettings(kind="learned"))
+        team = Entrant(name=name, settings=TeamSettings(kind="learned", policy=control.word))
     else:
-        player = apprentice(store, word)
-    named, tables = labelled(player.store, player.manifest)
-    policies[named] = tables
-    asked = {"explore": explore, "lcb_weight": lcb_weight, "min_visits": min_visits, "blind": blind}
-    settings = player.team.settings.model_dump() | {k: v for k, v in asked.items() if v is not None}
-    return player.team.model_copy(update={"settings": TeamSettings.model_validate(settings)})
+        if word == "learned" or version.isdecimal():
+            manifest = policy(store, None if word == "learned" else int(version))
+            player = _player(store, manifest, f"v{manifest.version}", TeamSettings(kind="learned"))
+        else:
+            player = apprentice(store, word)
+        named, tables = labelled(player.store, player.manifest)
+        policies[named] = tables
+        team = player.team
+    asked = {
+        "explore": explore, "lcb_weight": lcb_weight, "min_visits": min_visits, "blind": blind,
+        "predict_s": predict_s,
+    }
+    settings = team.settings.model_dump() | {k: v for k, v in asked.items() if v is not None}
+    return team.model_copy(update={"settings": TeamSettings.model_validate(settings)})
 
 
 class Player(NamedTuple):

@@ -96,12 +96,15 @@ class Learners:
             season, else 0).
         blind: Robots of a learned team act on sights that their role had before in the match: the control of
             a team that looks.
+        predict_s: Seconds that a learned team reckons bodies ahead, for a late camera (default: as in its
+            season, else 0).
     """
 
     explore: NormFloat | None = None
     lcb_weight: NonNegativeFloat | None = None
     min_visits: NonNegativeInt | None = None
     blind: Annotated[bool | None, Parameter(negative=())] = None
+    predict_s: NonNegativeFloat | None = None
 
     def entrants(self, store: Store, *words: str) -> tuple[list[Entrant], Mapping[str, PolicyTables]]:
         """The teams that words name, and the policies that they play by label.

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 import polars as pl
 from numba import njit
@@ -14,13 +17,17 @@ from pipeline.state.sight import see_from
 from schemas import SIDES, Sights
 from schemas.sights import SIGHT
 
+#: Times of frames are rounded to nanoseconds.
+_ROUNDED_NS = 1_000
 _PLACE, _BALL = ("x", "y", "theta", "vx", "vy", "omega"), ("x", "y", "vx", "vy")
 
 
 def sights(log: MatchLog, values: pl.DataFrame, settings: GramSettings) -> pl.DataFrame:
     """What the robots of a match saw at the decisions that its log holds, and what V did after each.
 
-    Bodies are those of the log's sample at the decision: a robot that the sample has not is unknown.
+    Bodies are those of the log's sample at the decision: a robot that the sample has not is unknown. A team
+    that predicts (``predict_s`` in the recipe) acts on bodies as a late camera shows them so much later:
+    those are taken as its sight, and V from then on.
 
     Args:
         log: of the match.
@@ -35,18 +42,26 @@ def sights(log: MatchLog, values: pl.DataFrame, settings: GramSettings) -> pl.Da
         return Sights.empty()
     t_ns = decisions["t_ns"].to_numpy()
     team = decisions["team"].to_physical().to_numpy().astype(np.int64)
-    frame = np.searchsorted(log.frames.t_ns, t_ns)
-    there = log.frames.t_ns[np.minimum(frame, len(log.frames) - 1)] == t_ns
-    bodies, row = _bodies(log.frames, np.where(there, frame, -1))
+    ahead_ns = np.array([_predicts_ns(log.info.settings, side) for side in SIDES])
+    last = len(log.frames) - 1
+    there = log.frames.t_ns[np.minimum(np.searchsorted(log.frames.t_ns, t_ns), last)] == t_ns
+    frame = np.searchsorted(log.frames.t_ns, t_ns + np.maximum(ahead_ns[team] - _ROUNDED_NS, 0))
+    bodies, row = _bodies(log.frames, np.where(there, np.minimum(frame, last), -1))
     number = np.array([row.get(who, 0) for who in zip(team, decisions["robot"], strict=True)], dtype=np.int64)
     found = np.full((len(t_ns), len(SIGHT)), np.nan, dtype=np.float32)
     _see_all(bodies, team, home_attacks(log.info.periods, t_ns), number, log.info.pitch.goal_x, found)
-    change = _changes(decisions, values, round(settings.ahead_s * 1e9))
+    change = _changes(decisions, values, ahead_ns, round(settings.ahead_s * 1e9))
     return decisions.select(
         "match_id", "team", "robot", "t_ns",
         pl.Series("sight", found).arr.eval(pl.element().fill_nan(None)),
         pl.Series("change", change).fill_nan(None),
     ).cast(pl.Schema(Sights.dtypes()))
+
+
+def _predicts_ns(settings: Mapping[str, Any], side: str) -> int:
+    """How far ahead a team acts, by the recipe of the match; 0 if it does not say."""
+    team = settings.get(side)
+    return round(team.get("predict_s", 0.0) * 1e9) if isinstance(team, dict) else 0
 
 
 def _bodies(frames: Frames, chosen: I64) -> tuple[F64, dict[tuple[int, int], int]]:
@@ -86,18 +101,22 @@ def _see_all(bodies: F64, team: I64, attacks: I8, row: I64, goal_x: float, out: 
             see_from(view, row[k], goal_x, out[k])
 
 
-def _changes(decisions: pl.DataFrame, values: pl.DataFrame, ahead_ns: int) -> F64:
-    """What V did after each decision, for its team, float64 [K]; NaN where V is not known."""
+def _changes(decisions: pl.DataFrame, values: pl.DataFrame, starts_ns: I64, lasts_ns: int) -> F64:
+    """What V did after each decision, for its team, float64 [K]; NaN where V is not known.
+
+    It is looked at ``starts_ns`` after the decision, int64 [2] by team, and ``lasts_ns`` after that.
+    """
     out = np.full(len(decisions), np.nan)
     t_all, value_all = values["t_ns"].to_numpy(), values["value"].to_numpy()
     groups = decisions.with_row_index("row").group_by("team", "episode", maintain_order=True)
     for (team, _), rows in groups:
-        start, over = rows["t_ns"].to_numpy(), int(rows["end_ns"].max())  # type: ignore[arg-type]
+        over = int(rows["end_ns"].max())  # type: ignore[arg-type]
+        start = np.minimum(rows["t_ns"].to_numpy() + starts_ns[SIDES.index(team)], over)
         low, high = np.searchsorted(t_all, [start.min(), over + 1])
         if low == high:
             continue
         side = 1.0 if team == SIDES[0] else -1.0
-        then = np.minimum(start + ahead_ns, over)
+        then = np.minimum(start + lasts_ns, over)
         path = side * value_all[low:high]
         before, after = (np.interp(at, t_all[low:high], path) for at in (start, then))
         goal = float(rows["reward"].sum())

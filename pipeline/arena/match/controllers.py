@@ -13,9 +13,11 @@ from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.teams import appraising, learned
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.policy_table import policy_table_of
+from pipeline.arena.teams.predicting import Predictor, predict
 from pipeline.arena.teams.splitmix import seeded
 from pipeline.arena.teams.table import TEAMS, Script
 from pipeline.arrays import F64
+from pipeline.bodies import COLUMNS
 from pipeline.errors import BadSettings
 from pipeline.matches.frame import AWAY, HOME
 from pipeline.state import BinEdges, radix
@@ -38,7 +40,8 @@ class Controller(Protocol):
         Args:
             frame: its number.
             view: float64 [1 + 2 N, 6], see :func:`pipeline.bodies.see`.
-            wheels: float64 [N, 2], written: left and right wheel, m/s.
+            wheels: float64 [N, 2], written: left and right wheel, m/s. Before, they are those of the last
+                frame, or 0 after a restart.
         """
 
     def stopped(self, frame: int, reward: float) -> None:
@@ -246,6 +249,37 @@ class AppraisingController(_Deciding):
             view, self._robots, self._appraiser, self._measures, self._splitmix, wheels)
 
 
+class PredictingController(Controller):
+    """Shows a team the bodies as they are now, by its commands, where the camera shows them as they were.
+
+    Args:
+        player: the team.
+        frames: number of frames that are predicted, at least 1.
+        recipe: of the match.
+    """
+
+    def __init__(self, player: Controller, frames: int, recipe: Recipe) -> None:
+        self._player = player
+        self._measures = measures_of(recipe).packed()
+        self._acceleration = recipe.physics.wheel_acceleration
+        self._predictor = Predictor.of(recipe.robots, frames)
+        self._ahead = np.zeros((1 + 2 * recipe.robots, COLUMNS))
+
+    def restarted(self, frame: int, lead: int) -> None:  # noqa: D102
+        self._predictor.restart()
+        self._player.restarted(frame, lead)
+
+    def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
+        predict(frame, view, wheels, self._measures, self._acceleration, self._predictor, self._ahead)
+        self._player.think(frame, self._ahead, wheels)
+
+    def stopped(self, frame: int, reward: float) -> None:  # noqa: D102
+        self._player.stopped(frame, reward)
+
+    def decided(self) -> list[Decided]:  # noqa: D102
+        return self._player.decided()
+
+
 def controller_of(
     settings: TeamSettings, recipe: Recipe, team: int, policy: PolicyTables | None = None
 ) -> Controller:
@@ -260,6 +294,12 @@ def controller_of(
     Raises:
         BadSettings: if a person has to play it, or a team is to be blind that looks states up.
     """
+    player = _player_of(settings, recipe, team, policy)
+    frames = round(settings.predict_s * recipe.physics.hz)
+    return PredictingController(player, frames, recipe) if frames else player
+
+
+def _player_of(settings: TeamSettings, recipe: Recipe, team: int, policy: PolicyTables | None) -> Controller:
     rng = np.random.default_rng([recipe.seed, 1 + team])
     if settings.kind == "learned":
         known = policy or PolicyTables(Policies.empty())
