@@ -197,11 +197,12 @@ def _sequences(inputs: Inputs, settings: GramSettings) -> Made:
         inputs.table("situations", Situations), goals, inputs.table("values", Worths),
         inputs.table("trajectories", Trajectories), inputs.table("matches", Referee), inputs.pitch, settings,
     )
-    if inputs.details("matches").get("decisions") == 0:  # a log that is known to hold none is not read
+    # a log that is known to hold no decisions is not read
+    if inputs.details("matches").get("decisions") == 0 and settings.watched_s is None:
         return Made([(table, Sequences)])
     log = _log(inputs)
     logged = choices(log.decisions, goals, settings)
-    seen = sights(log, inputs.table("values", Values), settings)
+    seen = sights(log, inputs.table("values", Values), settings, table)
     return Made([(table, Sequences), (logged, Choices), (seen, Sights)])
 
 
@@ -254,7 +255,7 @@ STAGES = Chain(
     Stage("values", Per.MATCH, ("matches", "trajectories", "situations", "moments", "models"),
           (Values, Worths), 3, _values),
     Stage("sequences", Per.MATCH, ("matches", "trajectories", "situations", "goals", "values"),
-          (Sequences, Choices, Sights), 3, _sequences),
+          (Sequences, Choices, Sights), 4, _sequences),
     Stage("behaviours", Per.GROUP, ("sides", "sequences"), (Patterns, Grams, Neurons), 6, _behaviours),
     Stage("decisions", Per.GROUP, ("sides", "sequences", "behaviours"), (Decisions,), 3, _decisions),
     Stage("knowledge", Per.VERSION, ("sides", "behaviours", "decisions"), (Behaviours, Occasions), 2,

@@ -215,6 +215,8 @@ class GramSettings(Frozen):
         gap_s: situations this far apart, or further, are not consecutive. Shorter holes are gaps that the
             recogniser leaves empty.
         ahead_s: time after a player's decision at which V is looked at again (table sights).
+        watched_s: time between the moments at which robots of teams that log no decisions are watched (table
+            sights); not given: they are not.
     """
 
     outcome: Literal["change", "paper"] = "change"
@@ -222,6 +224,7 @@ class GramSettings(Frozen):
     tick_s: float = Field(default=1 / 30, gt=0)
     gap_s: float = Field(default=0.2, gt=0)
     ahead_s: float = Field(default=1.0, gt=0)
+    watched_s: float | None = Field(default=None, gt=0)
 
 
 class RoundSettings(Frozen):
@@ -335,6 +338,8 @@ class AppraisalSettings(Frozen):
         codes: actions to choose from. "watched": those of the behaviours that the imitated team showed, by
             role. "all": every one that robots can do. "shuffled": as "watched", but in each role the actions
             of the logged decisions are dealt out anew: the control of all that is learned of actions.
+        watched: whether an action that was chosen too seldom for trees is appraised by what V did while the
+            imitated team was seen doing it (``grams.watched_s``), if that was often enough.
         least_share: an action of a role is offered if it is the best at so great a share of the role's logged
             sights, or was never tried.
         trees, learning_rate, leaves, leaf_samples, tree_penalty, bins: scikit-learn's max_iter,
@@ -345,6 +350,7 @@ class AppraisalSettings(Frozen):
     """
 
     codes: Literal["watched", "all", "shuffled"] = "watched"
+    watched: bool = False
     least_share: float = Field(default=0.03, ge=0, lt=1)
     trees: int = Field(default=60, ge=1)
     learning_rate: float = Field(default=0.08, gt=0, le=1)

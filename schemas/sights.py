@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import dataframely as dy
 
-from schemas.table import SIDES, Table, match_id, unit
+from schemas.table import ROLES, SIDES, Table, match_id, unit
 
 #: The numbers of a sight, by name, with their meanings: metres, m/s and cosines, seen by a team that attacks
 #: +x. Where the ball's y is negative, the pitch is mirrored at the line between the goals.
@@ -45,21 +45,24 @@ SIGHT: dict[str, str] = {
 
 
 class Sights(Table):
-    """One decision that a player logged: what the robot saw then, and what V did after it.
+    """One moment of one robot: what it saw, and what V did after it.
 
-    V is the chance to score soon, less that of the adversary (table values). Sorted as the table decisions, with
-    one row for each of its rows that is ``chosen``.
+    V is the chance to score soon, less that of the adversary (table values). There is a row for each decision that a player logged (table decisions, ``chosen``), and, if grams.watched_s is
+    set, for each robot of the other teams at each such time of play at which it was in a situation. Sorted by team,
+    robot, t_ns.
     """
 
     NAME: ClassVar[str] = "sights"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
 
     match_id = match_id()
     team = dy.Enum(SIDES, description="team of the robot")
     robot = dy.Int16(description="the robot's number")
-    t_ns = dy.Int64(description="time of the decision", metadata=unit("ns"))
+    t_ns = dy.Int64(description="time of the decision or the moment", metadata=unit("ns"))
+    role = dy.Enum(ROLES, description="the robot's role then: at a decision, or at the start of the situation")
+    code = dy.Int16(nullable=True, min=1, max=194, description="code of the situation that it was seen in; null at a decision")
     sight = dy.Array(dy.Float32(nullable=True), len(SIGHT), description="what it saw: schemas.sights.SIGHT, in that order; null where it is not known")
     change = dy.Float64(nullable=True, min=-2, max=2, description=(
-        "V a second later (setting grams.ahead_s) less V at the decision; 1 or -1 in place of the later V if a goal "
-        "for or against ends play before; null where V is not known"
+        "V a second later (setting grams.ahead_s) less V then; 1 or -1 in place of the later V if a goal for or "
+        "against ends play before; null where V is not known"
     ))

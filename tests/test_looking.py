@@ -22,7 +22,7 @@ from pipeline.sequences.sights import sights
 from pipeline.settings import AppraisalSettings, GramSettings
 from pipeline.situations.rules import TABLE_1
 from pipeline.state.sight import see_from
-from schemas import ROLES, SIDES, Appraisals, Decisions, Occasions, Policies, Sights, Values
+from schemas import ROLES, SIDES, Appraisals, Decisions, Occasions, Policies, Sequences, Sights, Values
 from schemas.sights import SIGHT
 
 SMALL = AppraisalSettings(trees=10, leaf_samples=20, tree_penalty=0.0)
@@ -144,7 +144,58 @@ def test_changes_by_hand(played):
     assert found["change"].to_list() == pytest.approx([0.1, 1 - 0.05, -0.1, -1 + 0.05])
 
 
+def test_watched_moments(played):
+    """Robots of a team that logs no decisions are watched at each step in which they are in a situation."""
+    log, _ = played
+    t_ns = log.frames.t_ns
+    step = 200_000_000
+    rows = [(50, 1, 44, 10 * step, 13 * step, 14 * step, 1.0), (51, 1, 21, 13 * step, 13 * step + step // 2, 14 * step, 1.0),
+            (52, 2, 11, 20 * step + 1, 21 * step, 22 * step, 0.0)]
+    watched = pl.DataFrame([
+        {"match_id": log.info.match_id, "team": "away", "robot": robot, "role": "striker", "code": code, "start_ns": start,
+         "end_ns": end, "episode": 0 if over < 20 * step else 1, "over_ns": over, "reward": reward}
+        for _, robot, code, start, end, over, reward in rows])
+    watched = watched.cast({name: of for name, of in Sequences.dtypes().items() if name in watched.columns})
+    values = Values.of([{"match_id": log.info.match_id, "t_ns": at * step, "segment": 0, "home": 0.0, "away": 0.0,
+                         "value": 0.01 * at} for at in range(30)])
+    alone = MatchLog(log.info, log.frames, log.referee, log.decisions.filter(team="home"))
+    of = GramSettings(watched_s=0.2)
+    found = sights(alone, values, of, watched).drop_nulls("code")
+    at = [first_at(t_ns, moment * step) for moment in (10, 11, 12, 13)]
+    assert found["t_ns"].to_list() == at, "robot 2 began after the first sample of its only step"
+    assert found["code"].to_list() == [44, 44, 44, 21]
+    assert set(found["team"]) == {"away"}
+    # all end within the second in which V is looked at again, by a goal for them; V is that of home
+    assert found["change"].to_list() == pytest.approx([1 + 0.01 * t / step for t in at], abs=1e-6)
+    assert sights(log, values, of, watched)["code"].null_count() == log.decisions.height, "both teams decide"
+    assert sights(alone, values, GramSettings(), watched)["code"].drop_nulls().is_empty()
+
+
+def first_at(t_ns, least):
+    """The first sample's time that is at least so late."""
+    return int(t_ns[np.searchsorted(t_ns, least)])
+
+
 # ---- appraisals
+
+
+def test_what_is_not_tried_is_watched():
+    """An action that was never chosen is appraised by what was watched; one that was often chosen is not."""
+    sight, code, change = two_places(1)
+    made, looked = decided(sight, np.full(len(code), 88), change)
+    pairs = pairs_of(goalkeeper=[], midfield=[], striker=[21, 44, 88])
+    _, shown = decided(sight, code, change)
+    watched = shown.with_columns(pl.Series("code", code, dtype=pl.Int16))
+    own, _ = appraise(made, looked, pairs, SMALL, 1, watched)
+    assert set(own["code"]) == {88}, "as the setting is off"
+    found, kept = appraise(made, looked, pairs, SMALL.model_copy(update={"watched": True}), 1, watched)
+    assert found.filter(code=88).equals(own)
+    appraiser, _ = appraiser_of(kept, found)
+    places = list(appraiser.codes).index(21), list(appraiser.codes).index(44)
+    new = two_places(2)[0][:500]
+    up = new[:, PLACE["ball_x"]] > 0
+    better = np.array([worth(appraiser, places[0], each) > worth(appraiser, places[1], each) for each in new])
+    assert np.mean(better == up) > 0.95
 
 
 def decided(sight, code, change, role="striker"):
@@ -155,7 +206,7 @@ def decided(sight, code, change, role="striker"):
         "behaviour_id": [f"{role}-{each:03d}" for each in code], "chosen": True, "random": False, "reward": 0.0,
         "episode": 0, "ends": None, "value": 0.0}, schema=Decisions.dtypes()))
     looked = Sights.validate(pl.DataFrame({
-        "match_id": "it", "team": "home", "robot": 1, "t_ns": t_ns, "sight": sight, "change": change},
+        "match_id": "it", "team": "home", "robot": 1, "t_ns": t_ns, "role": role, "code": None, "sight": sight, "change": change},
         schema=Sights.dtypes()))
     return made, looked
 

@@ -261,6 +261,8 @@ def test_paper_settings():
 #: What each ablation changes, by the name of its settings; those of the paper are played against one team.
 ABLATIONS = {
     "looking-all": {"pipeline.policies.appraisals.codes"},
+    "looking-imitates": {"pipeline.policies.appraisals.codes", "pipeline.policies.appraisals.watched",
+                         "pipeline.grams.watched_s"},
     "looking-late": {"camera.latency_s", "camera.position_noise", "predict_s"},
     "looking-shuffled": {"pipeline.policies.appraisals.codes"},
     "paper-full35": {"pipeline.knowledge.state_key", "opponents"},

@@ -58,7 +58,7 @@ def actions(occasions: pl.DataFrame, codes: Iterable[int], settings: AppraisalSe
 
 def appraise(
     decisions: pl.DataFrame, sights: pl.DataFrame, pairs: pl.DataFrame, settings: AppraisalSettings,
-    version: int,
+    version: int, watched: pl.DataFrame | None = None,
 ) -> tuple[pl.DataFrame, pl.DataFrame]:
     """Fit the trees of each action that was chosen at least once, and keep the actions that are worth a try.
 
@@ -68,34 +68,61 @@ def appraise(
         decisions: rows of schema Decisions; those of more than one code are passed over.
         sights: rows of schema Sights of the same matches.
         pairs: of :func:`actions`.
-        settings: the trees, ``least_share``, and whether actions are dealt out anew.
+        settings: the trees, ``least_share``, whether actions are dealt out anew, and ``watched``.
         version: of the policy.
+        watched: rows of schema Sights of the team that is imitated; decisions are passed over.
 
     Returns:
-        Rows of schema Appraisals. An action that was chosen fewer than two ``leaf_samples`` times has its
-        mean alone, as if ``leaf_samples`` more decisions had changed nothing. And the pairs that are
-        kept.
+        Rows of schema Appraisals. An action that was chosen fewer than two ``leaf_samples`` times, and that
+        nobody was watched at so often, has its mean alone, as if ``leaf_samples`` more decisions had changed
+        nothing. And the pairs that are kept.
     """
     made = decisions.filter("chosen").join(
-        sights, on=("match_id", "team", "robot", "t_ns"), maintain_order="left",
+        sights.select("match_id", "team", "robot", "t_ns", "sight", "change"),
+        on=("match_id", "team", "robot", "t_ns"), maintain_order="left",
     ).filter(pl.col("change").is_not_null(), pl.col("behaviour_id").is_not_null()).with_columns(
         code=_CODES).filter(pl.col("code").list.len() == 1).with_columns(
-        code=pl.col("code").list.first().cast(pl.Int16))
+        code=pl.col("code").list.first().cast(pl.Int16)).select("role", "code", "sight", "change")
     if settings.codes == "shuffled":
         made = made.with_columns(pl.col("code").shuffle(settings.seed).over("role"))
-    seen, change = made["sight"].to_numpy().astype(np.float32), made["change"].to_numpy()
-    expected = _grow(seen, change, settings.model_copy(update={
-        "trees": settings.expected_trees, "leaves": settings.expected_leaves}))
-    left, code = change - logits(expected, seen), made["code"].to_numpy()
-    grown = {int(each): _grow(seen[code == each], left[code == each], settings) for each in np.unique(code)}
+    grown = _appraised(made, settings)
+    if settings.watched and watched is not None:
+        shown = watched.filter(
+            pl.col("change").is_not_null(), pl.col("code") != MOVES_RANDOMLY).select(made.columns)
+        tried, often = (_often(table, settings) for table in (made, shown))
+        by_others = _appraised(shown, settings)
+        grown |= {code: by_others[code] for code in sorted(often - tried)}
+        made = pl.concat([made, shown])
     schema = pl.Schema(Appraisals.dtypes())
     appraisals = pl.concat([Appraisals.empty(), *(
         part.select(pl.lit(version).alias("version"), pl.lit(code).alias("code"), pl.all()).cast(schema)
-        for code, trees in grown.items() for part in _tables(trees))])
+        for code, trees in sorted(grown.items()) for part in _tables(trees))])
     looked = made.gather_every(-(-made.height // _LOOKED) or 1)
     kept = [_kept(own, looked.filter(role=role), grown, settings.least_share)
             for (role,), own in pairs.group_by("role", maintain_order=True)]
     return appraisals, pl.concat([pairs.clear(), *kept])
+
+
+def _often(made: pl.DataFrame, settings: AppraisalSettings) -> set[int]:
+    """The codes that are there often enough for trees."""
+    count = made.group_by("code").len()
+    return set(count.filter(pl.col("len") >= 2 * settings.leaf_samples)["code"])
+
+
+def _appraised(made: pl.DataFrame, settings: AppraisalSettings) -> dict[int, Trees]:
+    """The trees of each code: of what is left of V's change after what is expected at the sight.
+
+    Args:
+        made: columns code, sight and change.
+        settings: the trees.
+    """
+    if made.is_empty():
+        return {}
+    seen, change = made["sight"].to_numpy().astype(np.float32), made["change"].to_numpy()
+    expected = _grow(seen, change, settings.model_copy(update={
+        "trees": settings.expected_trees, "leaves": settings.expected_leaves}))
+    left, code = change - logits(expected, seen), made["code"].to_numpy()
+    return {int(each): _grow(seen[code == each], left[code == each], settings) for each in np.unique(code)}
 
 
 def _kept(

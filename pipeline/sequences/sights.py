@@ -22,40 +22,83 @@ _ROUNDED_NS = 1_000
 _PLACE, _BALL = ("x", "y", "theta", "vx", "vy", "omega"), ("x", "y", "vx", "vy")
 
 
-def sights(log: MatchLog, values: pl.DataFrame, settings: GramSettings) -> pl.DataFrame:
+def sights(
+    log: MatchLog, values: pl.DataFrame, settings: GramSettings, sequences: pl.DataFrame | None = None
+) -> pl.DataFrame:
     """What the robots of a match saw at the decisions that its log holds, and what V did after each.
 
-    Bodies are those of the log's sample at the decision: a robot that the sample has not is unknown. A team
-    that predicts (``predict_s`` in the recipe) acts on bodies as a late camera shows them so much later:
-    those are taken as its sight, and V from then on.
+    With ``watched_s`` also what robots of teams that log no decisions saw while they were in situations: at
+    the first sample of each such time. Bodies are those of the log's sample at the moment: a robot that the
+    sample has not is unknown. A team that predicts (``predict_s`` in the recipe) acts on bodies as a late
+    camera shows them so much later: those are taken as its sight, and V from then on.
 
     Args:
         log: of the match.
         values: rows of schema Values of the same match; none if V is not known.
-        settings: ``ahead_s``.
+        settings: ``ahead_s`` and ``watched_s``.
+        sequences: rows of schema Sequences of the same match; None: nobody is watched.
 
     Returns:
         Rows of schema Sights.
     """
-    decisions = log.decisions.sort("team", "robot", "t_ns")
-    if decisions.is_empty():
+    found = [_decided(log.decisions)]
+    if sequences is not None and settings.watched_s is not None and len(log.frames):
+        deciding = log.decisions["team"].unique().to_list()
+        watched = sequences.filter(~pl.col("team").is_in(deciding))
+        found.append(_watched(watched, log.frames.t_ns, round(settings.watched_s * 1e9)))
+    moments = pl.concat(found).sort("team", "robot", "t_ns")
+    if moments.is_empty():
         return Sights.empty()
-    t_ns = decisions["t_ns"].to_numpy()
-    team = decisions["team"].to_physical().to_numpy().astype(np.int64)
+    t_ns = moments["t_ns"].to_numpy()
+    team = moments["team"].to_physical().to_numpy().astype(np.int64)
     ahead_ns = np.array([_predicts_ns(log.info.settings, side) for side in SIDES])
     last = len(log.frames) - 1
     there = log.frames.t_ns[np.minimum(np.searchsorted(log.frames.t_ns, t_ns), last)] == t_ns
     frame = np.searchsorted(log.frames.t_ns, t_ns + np.maximum(ahead_ns[team] - _ROUNDED_NS, 0))
     bodies, row = _bodies(log.frames, np.where(there, np.minimum(frame, last), -1))
-    number = np.array([row.get(who, 0) for who in zip(team, decisions["robot"], strict=True)], dtype=np.int64)
-    found = np.full((len(t_ns), len(SIGHT)), np.nan, dtype=np.float32)
-    _see_all(bodies, team, home_attacks(log.info.periods, t_ns), number, log.info.pitch.goal_x, found)
-    change = _changes(decisions, values, ahead_ns, round(settings.ahead_s * 1e9))
-    return decisions.select(
-        "match_id", "team", "robot", "t_ns",
-        pl.Series("sight", found).arr.eval(pl.element().fill_nan(None)),
+    number = np.array([row.get(who, 0) for who in zip(team, moments["robot"], strict=True)], dtype=np.int64)
+    seen = np.full((len(t_ns), len(SIGHT)), np.nan, dtype=np.float32)
+    _see_all(bodies, team, home_attacks(log.info.periods, t_ns), number, log.info.pitch.goal_x, seen)
+    change = _changes(moments, values, ahead_ns, round(settings.ahead_s * 1e9))
+    return moments.select(
+        "match_id", "team", "robot", "t_ns", "role", "code",
+        pl.Series("sight", seen).arr.eval(pl.element().fill_nan(None)),
         pl.Series("change", change).fill_nan(None),
     ).cast(pl.Schema(Sights.dtypes()))
+
+
+def _decided(decisions: pl.DataFrame) -> pl.DataFrame:
+    """The moments of decisions: who, when, and how their episodes ended."""
+    return decisions.select(
+        "match_id", "team", "robot", "role", "t_ns", pl.lit(None, dtype=pl.Int16).alias("code"),
+        over_ns=pl.col("end_ns").max().over("team", "episode"),
+        goal=pl.col("reward").sum().sign().over("team", "episode"),
+    )
+
+
+def _watched(sequences: pl.DataFrame, t_ns: I64, step_ns: int) -> pl.DataFrame:
+    """The moments at which robots are watched: the first sample of each step, in situations.
+
+    Args:
+        sequences: rows of schema Sequences.
+        t_ns: int64 [F], times of samples, sorted.
+        step_ns: time between moments.
+
+    Returns:
+        Columns as those of :func:`_decided`.
+    """
+    step = t_ns // step_ns
+    moments = t_ns[np.flatnonzero(np.diff(step, prepend=step[0] - 1))]
+    first, last = (np.searchsorted(moments, sequences[name].to_numpy()) for name in ("start_ns", "end_ns"))
+    return sequences.select(
+        "match_id", "team", "robot", "role", "code", "start_ns",
+        over_ns=pl.col("over_ns").fill_null(pl.col("end_ns").max().over("team", "episode")),
+        goal=pl.col("reward").sign(),
+        moment=pl.int_ranges(pl.Series(first), pl.Series(last)),
+    ).explode("moment").drop_nulls("moment").select(
+        "match_id", "team", "robot", "role", pl.lit(pl.Series(moments)).gather("moment").alias("t_ns"),
+        "code", "over_ns", "goal",
+    )
 
 
 def _predicts_ns(settings: Mapping[str, Any], side: str) -> int:
@@ -101,16 +144,17 @@ def _see_all(bodies: F64, team: I64, attacks: I8, row: I64, goal_x: float, out: 
             see_from(view, row[k], goal_x, out[k])
 
 
-def _changes(decisions: pl.DataFrame, values: pl.DataFrame, starts_ns: I64, lasts_ns: int) -> F64:
-    """What V did after each decision, for its team, float64 [K]; NaN where V is not known.
+def _changes(moments: pl.DataFrame, values: pl.DataFrame, starts_ns: I64, lasts_ns: int) -> F64:
+    """What V did after each moment, for its team, float64 [K]; NaN where V is not known.
 
-    It is looked at ``starts_ns`` after the decision, int64 [2] by team, and ``lasts_ns`` after that.
+    It is looked at ``starts_ns`` after the moment, int64 [2] by team, and ``lasts_ns`` after that, no later
+    than the end of the episode.
     """
-    out = np.full(len(decisions), np.nan)
+    out = np.full(len(moments), np.nan)
     t_all, value_all = values["t_ns"].to_numpy(), values["value"].to_numpy()
-    groups = decisions.with_row_index("row").group_by("team", "episode", maintain_order=True)
-    for (team, _), rows in groups:
-        over = int(rows["end_ns"].max())  # type: ignore[arg-type]
+    groups = moments.with_row_index("row").group_by("team", "over_ns", maintain_order=True)
+    for (team, over_ns), rows in groups:
+        over = int(over_ns)
         start = np.minimum(rows["t_ns"].to_numpy() + starts_ns[SIDES.index(team)], over)
         low, high = np.searchsorted(t_all, [start.min(), over + 1])
         if low == high:
@@ -119,7 +163,6 @@ def _changes(decisions: pl.DataFrame, values: pl.DataFrame, starts_ns: I64, last
         then = np.minimum(start + lasts_ns, over)
         path = side * value_all[low:high]
         before, after = (np.interp(at, t_all[low:high], path) for at in (start, then))
-        goal = float(rows["reward"].sum())
-        scored = (then == over) & (goal != 0)
-        out[rows["row"].to_numpy()] = np.where(scored, np.sign(goal), after) - before
+        goal = rows["goal"].to_numpy()
+        out[rows["row"].to_numpy()] = np.where((then == over) & (goal != 0), goal, after) - before
     return out
