@@ -84,7 +84,8 @@ def compute(inputs: Inputs, settings: PolicySettings) -> Made:
     appraisals = Appraisals.empty()
     if settings.learner == "sight":
         sights = pl.concat(inputs.batches("sequences", Sights))
-        watched = sights.join(mine.filter("own"), on=("match_id", "team"), how="semi", maintain_order="left")
+        watched = sights.drop_nulls("code").join(
+            mine, on=("match_id", "team"), how="semi", maintain_order="left")
         appraisals, kept = appraise(ordered, sights, seen, settings.appraisals, inputs.version, watched)
         policy = policy.join(kept, on=["role", "behaviour_id"], how="semi", maintain_order="left")
     returned = returns_of(policy, ordered, _returns(inputs), settings)

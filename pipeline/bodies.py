@@ -27,6 +27,12 @@ BALL = 0
 
 
 @njit(cache=True, nogil=True)
+def wrapped(angle: float) -> float:
+    """The same angle in (-pi, pi]."""
+    return math.atan2(math.sin(angle), math.cos(angle))
+
+
+@njit(cache=True, nogil=True)
 def see(bodies: F64, team: int, attacks: float, out: F64) -> None:
     """The bodies as a team sees them: its own robots first, its own goal at -x.
 
@@ -50,7 +56,7 @@ def see(bodies: F64, team: int, attacks: float, out: F64) -> None:
         if attacks < 0:
             theta += math.pi if theta <= 0.0 else -math.pi
         if not -math.pi < theta <= math.pi:
-            theta = math.atan2(math.sin(theta), math.cos(theta))
+            theta = wrapped(theta)
         out[row, THETA] = theta
 
 

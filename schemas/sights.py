@@ -47,9 +47,9 @@ SIGHT: dict[str, str] = {
 class Sights(Table):
     """One moment of one robot: what it saw, and what V did after it.
 
-    V is the chance to score soon, less that of the adversary (table values). There is a row for each decision that a player logged (table decisions, ``chosen``), and, if grams.watched_s is
-    set, for each robot of the other teams at each such time of play at which it was in a situation. Sorted by team,
-    robot, t_ns.
+    V is the chance to score soon, less that of the adversary (table values). There is a row for each decision that
+    a player logged (table decisions, ``chosen``). If grams.watched_s is set, there is also one for each robot of the
+    other teams at each such time of play at which it was in a situation. Sorted by team, robot, t_ns.
     """
 
     NAME: ClassVar[str] = "sights"

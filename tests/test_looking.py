@@ -149,12 +149,12 @@ def test_watched_moments(played):
     log, _ = played
     t_ns = log.frames.t_ns
     step = 200_000_000
-    rows = [(50, 1, 44, 10 * step, 13 * step, 14 * step, 1.0), (51, 1, 21, 13 * step, 13 * step + step // 2, 14 * step, 1.0),
-            (52, 2, 11, 20 * step + 1, 21 * step, 22 * step, 0.0)]
+    rows = [(1, 44, 10 * step, 13 * step, 14 * step, 1.0), (1, 21, 13 * step, 13 * step + step // 2, 14 * step, 1.0),
+            (2, 11, 20 * step + 1, 21 * step, 22 * step, 0.0)]
     watched = pl.DataFrame([
         {"match_id": log.info.match_id, "team": "away", "robot": robot, "role": "striker", "code": code, "start_ns": start,
          "end_ns": end, "episode": 0 if over < 20 * step else 1, "over_ns": over, "reward": reward}
-        for _, robot, code, start, end, over, reward in rows])
+        for robot, code, start, end, over, reward in rows])
     watched = watched.cast({name: of for name, of in Sequences.dtypes().items() if name in watched.columns})
     values = Values.of([{"match_id": log.info.match_id, "t_ns": at * step, "segment": 0, "home": 0.0, "away": 0.0,
                          "value": 0.01 * at} for at in range(30)])

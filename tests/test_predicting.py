@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from support.watched import Watched
 
 from pipeline.arena.match.controllers import (
-    Controller,
     PolicyTables,
     controller_of,
     controllers_of,
@@ -32,29 +32,12 @@ def recipe(home=STATIC, camera=LATE, seconds=60.0, **rest):
                   referee=RefereeSettings(duration_s=seconds), **rest)
 
 
-class Watcher(Controller):
-    """Keeps what a player is shown."""
-
-    def __init__(self, player):
-        self.player, self.shown = player, []
-
-    def restarted(self, frame, lead):
-        self.player.restarted(frame, lead)
-
-    def think(self, frame, view, wheels):
-        self.shown.append(view.copy())
-        self.player.think(frame, view, wheels)
-
-    def stopped(self, frame, reward):
-        self.player.stopped(frame, reward)
-
-
 def errors(of):
     """Of each frame of play, how far from their places the team is shown its bodies, metres: [T, 1 + 2 N]."""
     match = Match(of, controllers_of(of, {}))
     outer = match.controllers[0]
     inner = outer._player if of.home.predict_s else outer
-    watcher = Watcher(inner)
+    watcher = Watched(inner)
     if of.home.predict_s:
         outer._player = watcher
     else:

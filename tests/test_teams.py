@@ -6,10 +6,11 @@ from contextlib import suppress
 import numpy as np
 import pytest
 from support.toy_scenes import view_of
+from support.watched import Watched
 
 from flows.cli import main
 from flows.teams import entrant
-from pipeline.arena.match.controllers import Controller, controller_of, controllers_of
+from pipeline.arena.match.controllers import controller_of, controllers_of
 from pipeline.arena.match.human import DriveCommand, HumanController
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.recipe import Recipe, TeamSettings
@@ -36,27 +37,6 @@ def controller(of):
     person = HumanController(of, np.random.default_rng([of.seed, 1]))
     person.command(DriveCommand(forward=1.0, turn=0.5, boost=True))
     return person
-
-
-class Watched(Controller):
-    """A controller whose wheels are kept."""
-
-    def __init__(self, inner):
-        self.inner, self.wheels = inner, []
-
-    def restarted(self, frame, lead):
-        self.inner.restarted(frame, lead)
-
-    def think(self, frame, view, wheels):
-        wheels[:] = np.nan  # each has to be written at each frame
-        self.inner.think(frame, view, wheels)
-        self.wheels.append(wheels.copy())
-
-    def stopped(self, frame, reward):
-        self.inner.stopped(frame, reward)
-
-    def decided(self):
-        return self.inner.decided()
 
 
 def played(of):

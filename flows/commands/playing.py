@@ -104,7 +104,7 @@ class Learners:
     lcb_weight: NonNegativeFloat | None = None
     min_visits: NonNegativeInt | None = None
     blind: Annotated[bool | None, Parameter(negative=())] = None
-    predict_s: NonNegativeFloat | None = None
+    predict_s: NormFloat | None = None
 
     def entrants(self, store: Store, *words: str) -> tuple[list[Entrant], Mapping[str, PolicyTables]]:
         """The teams that words name, and the policies that they play by label.

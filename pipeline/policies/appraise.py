@@ -85,13 +85,14 @@ def appraise(
         code=pl.col("code").list.first().cast(pl.Int16)).select("role", "code", "sight", "change")
     if settings.codes == "shuffled":
         made = made.with_columns(pl.col("code").shuffle(settings.seed).over("role"))
-    grown = _appraised(made, settings)
+    grown = _appraised(made, set(made["code"]), settings)
     if settings.watched and watched is not None:
         shown = watched.filter(
             pl.col("change").is_not_null(), pl.col("code") != MOVES_RANDOMLY).select(made.columns)
-        tried, often = (_often(table, settings) for table in (made, shown))
-        by_others = _appraised(shown, settings)
-        grown |= {code: by_others[code] for code in sorted(often - tried)}
+        with_trees = {code for code, trees in grown.items() if len(trees.start)}
+        untried = set(shown["code"]) - with_trees
+        by_others = _appraised(shown, untried, settings)
+        grown |= {code: trees for code, trees in by_others.items() if len(trees.start)}
         made = pl.concat([made, shown])
     schema = pl.Schema(Appraisals.dtypes())
     appraisals = pl.concat([Appraisals.empty(), *(
@@ -103,26 +104,19 @@ def appraise(
     return appraisals, pl.concat([pairs.clear(), *kept])
 
 
-def _often(made: pl.DataFrame, settings: AppraisalSettings) -> set[int]:
-    """The codes that are there often enough for trees."""
-    count = made.group_by("code").len()
-    return set(count.filter(pl.col("len") >= 2 * settings.leaf_samples)["code"])
-
-
-def _appraised(made: pl.DataFrame, settings: AppraisalSettings) -> dict[int, Trees]:
-    """The trees of each code: of what is left of V's change after what is expected at the sight.
+def _appraised(made: pl.DataFrame, codes: set[int], settings: AppraisalSettings) -> dict[int, Trees]:
+    """The trees of some codes: of what is left of V's change after what is expected at the sight.
 
     Args:
-        made: columns code, sight and change.
+        made: columns code, sight and change; what is expected is that of all its rows.
+        codes: those that trees are wanted of; each is in ``made``.
         settings: the trees.
     """
-    if made.is_empty():
-        return {}
     seen, change = made["sight"].to_numpy().astype(np.float32), made["change"].to_numpy()
     expected = _grow(seen, change, settings.model_copy(update={
         "trees": settings.expected_trees, "leaves": settings.expected_leaves}))
     left, code = change - logits(expected, seen), made["code"].to_numpy()
-    return {int(each): _grow(seen[code == each], left[code == each], settings) for each in np.unique(code)}
+    return {int(each): _grow(seen[code == each], left[code == each], settings) for each in sorted(codes)}
 
 
 def _kept(

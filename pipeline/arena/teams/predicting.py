@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from pipeline.arena.teams.geometry import clamp
 from pipeline.arena.teams.measures import Measures
 from pipeline.arrays import F64
-from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, Records, X, Y
+from pipeline.bodies import BALL, OMEGA, THETA, VX, VY, Records, X, Y, wrapped
 
 #: Share of the difference between where a robot is seen and where it was reckoned to be that is believed.
 _TRUST = 0.3
@@ -76,12 +77,11 @@ def predict(
         if off <= _PUT * m.radius:
             pose[0] += _TRUST * (view[row, X] - pose[0])
             pose[1] += _TRUST * (view[row, Y] - pose[1])
-            turn = view[row, THETA] - pose[2]
-            pose[2] += _TRUST * math.atan2(math.sin(turn), math.cos(turn))
+            pose[2] += _TRUST * wrapped(view[row, THETA] - pose[2])
         else:  # put there, or seen for the first time: the distance is NaN then
             pose[:] = view[row, :3]
         for side in range(2):
-            by.rims[robot, side] += min(max(wheels[robot, side] - by.rims[robot, side], -change), change)
+            by.rims[robot, side] += clamp(wheels[robot, side] - by.rims[robot, side], change)
             by.past[slot, robot, side] = by.rims[robot, side]
         now = pose.copy()
         for back in range(late):
@@ -89,7 +89,7 @@ def predict(
         left, right = by.rims[robot]
         speed = (left + right) / 2
         out[row, X], out[row, Y] = now[0], now[1]
-        out[row, THETA] = math.atan2(math.sin(now[2]), math.cos(now[2]))
+        out[row, THETA] = wrapped(now[2])
         out[row, VX], out[row, VY] = speed * math.cos(now[2]), speed * math.sin(now[2])
         out[row, OMEGA] = (right - left) / m.axle
     for row in range(len(view)):
@@ -97,12 +97,11 @@ def predict(
             out[row, X] += ahead_s * view[row, VX]
             out[row, Y] += ahead_s * view[row, VY]
             if row != BALL:
-                turned = view[row, THETA] + ahead_s * view[row, OMEGA]
-                out[row, THETA] = math.atan2(math.sin(turned), math.cos(turned))
+                out[row, THETA] = wrapped(view[row, THETA] + ahead_s * view[row, OMEGA])
         # Walls stop what rolls on; where the goals are open, to the depth of a robot.
         deep = m.goal_x + (2 * m.radius if abs(out[row, Y]) < m.half_goal else 0.0)
-        out[row, X] = min(max(out[row, X], -deep), deep)
-        out[row, Y] = min(max(out[row, Y], -m.half_width), m.half_width)
+        out[row, X] = clamp(out[row, X], deep)
+        out[row, Y] = clamp(out[row, Y], m.half_width)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
