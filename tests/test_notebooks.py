@@ -26,13 +26,14 @@ def test_notebook_is_not_stale(path, sample):
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebook_is_committed_with_outputs(path):
-    """Every notebook was run from top to bottom, shows tables and a picture, and is small."""
+    """Every notebook was run from top to bottom, shows tables and a picture, no warning, and is small."""
     notebook = read(path)
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]
     assert [cell.execution_count for cell in code] == list(range(1, len(code) + 1))
     outputs = [output for cell in shown(notebook) for output in cell]
     assert len(outputs) > 5
     assert "image" in outputs
+    assert all(output.get("name") != "stderr" for cell in code for output in cell.outputs)
     assert path.stat().st_size < 400_000
 
 

@@ -44,8 +44,12 @@ def executed(path: Path, data: Path) -> NotebookNode:
 
 
 def shown(notebook: NotebookNode) -> list[list[str]]:
-    """The outputs of each code cell: text as it stands, a picture as the word ``image``."""
-    return [[_shown(output) for output in cell.outputs] for cell in notebook.cells if cell.cell_type == "code"]
+    """The outputs of each code cell: text as it stands, a picture as the word ``image``.
+
+    Standard error is left out: there a library speaks of the machine, as of a cache of fonts that it builds.
+    """
+    return [[_shown(output) for output in cell.outputs if output.get("name") != "stderr"]
+            for cell in notebook.cells if cell.cell_type == "code"]
 
 
 def _shown(output: NotebookNode) -> str:
