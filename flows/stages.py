@@ -264,7 +264,7 @@ STAGES = Chain(
           (Policies, Appraisals, Returns, States), 4,
           policies.compute, policies.plan),
     Stage("paradigms", Per.OWN, schemas=(Paradigms, Verdicts), version=1),
-    Stage("seasons", Per.OWN, schemas=(Games, Growth, StatesPlayed), version=1),
-    Stage("evaluations", Per.OWN, schemas=(Evaluations,), version=1),
-    Stage("report", Per.OWN, ("seasons", "evaluations"), schemas=(Claims,), version=3),
+    Stage("seasons", Per.OWN, schemas=(Games, Growth, StatesPlayed), version=2),
+    Stage("evaluations", Per.OWN, schemas=(Evaluations,), version=2),
+    Stage("report", Per.OWN, ("seasons", "evaluations"), schemas=(Claims,), version=4),
 )

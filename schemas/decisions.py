@@ -10,6 +10,11 @@ from schemas.table import ROLES, SIDES, Table, match_id, unit
 
 ENDS = ("terminal", "truncated")
 
+#: The first part of an episode that tables count by itself, seconds: what is decided there belongs to the restart.
+FIRST_S = 1.0
+#: A decision that lasts no longer is brief, frames.
+BRIEF_FRAMES = 2
+
 
 class Decisions(Table):
     """One decision of one robot: logged by the player that chose it, or read from its situations.

@@ -29,7 +29,8 @@ class Evaluations(Table):
     """
 
     NAME: ClassVar[str] = "evaluations"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
+    SINCE: ClassVar[int] = 1
 
     evaluation = dy.String(regex=SLUG, description="team, opponent, and a hash of all but the seed")
     team = dy.String(description="team that is measured: v and the version of its policy, the id of its season if it is an apprentice, or a scripted team")
@@ -45,3 +46,6 @@ class Evaluations(Table):
     goals_against = dy.Int16(min=0, description="goals of the opponent", metadata=unit("goals"))
     actions = dy.Int64(nullable=True, min=0, description="the team's decisions; null for a scripted team, which makes none")
     other_actions = dy.Int64(nullable=True, min=0, description="the team's decisions for any other behaviour than moves randomly (194)")
+    played_s = dy.Float64(nullable=True, min=0, description="time of the team's decisions, added up over its robots; null for a scripted team, and in tables that were written without it", metadata=unit("s"))
+    other_s = dy.Float64(nullable=True, min=0, description="time of its decisions for any other behaviour than moves randomly (194)", metadata=unit("s"))
+    brief_actions = dy.Int64(nullable=True, min=0, description="its decisions that lasted two frames or fewer")

@@ -30,11 +30,13 @@ class Games(OfGame):
     """One game of one season, from the apprentice's side. Sorted by season, game.
 
     Only the apprentice's decisions in play count (Decisions: team home, chosen). A decision is random if
-    its behaviour is moves randomly (194), drawn or preferred. The paper's Table 3 counts so, too.
+    its behaviour is moves randomly (194), drawn or preferred. The paper's Table 3 counts so, too. Times are
+    added up over the robots. Columns from played_s on are null in tables that were written without them.
     """
 
     NAME: ClassVar[str] = "games"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
+    SINCE: ClassVar[int] = 1
 
     match_id = match_id()
     lead = dy.Int16(description="goals that the apprentice started ahead by (negative: behind)", metadata=unit("goals"))
@@ -57,11 +59,25 @@ class Games(OfGame):
     duration_s = dy.Float64(min=0, description="first to last sample of the match", metadata=unit("s"))
     policy_version = dy.Int32(nullable=True, min=1, description="version of the policy it played with; null where there was none yet")
     knowledge_version = dy.Int32(nullable=True, min=1, description="newest version of the knowledge after the game; null where there was none yet")
+    played_s = dy.Float64(nullable=True, min=0, description="time of the apprentice's decisions, each from its start to the next or to the end of play", metadata=unit("s"))
+    other_s = dy.Float64(nullable=True, min=0, description="time of its decisions for any other behaviour than moves randomly, 194", metadata=unit("s"))
+    first_actions = dy.Int64(nullable=True, min=0, description="its decisions in the first second of an episode: after a kick-off or another restart")
+    first_other_actions = dy.Int64(nullable=True, min=0, description="its decisions for any other behaviour in the first second of an episode")
+    other_states = dy.Int64(nullable=True, min=0, description="pairs of role and state in which it decided for any other behaviour, by the finest key of the knowledge")
+    brief_actions = dy.Int64(nullable=True, min=0, description="its decisions that lasted two frames or fewer")
 
     @dy.rule()
     def actions_add_up(cls: Any) -> pl.Expr:  # noqa: N805
         """Random and other actions are all actions."""
         return pl.col("random_actions") + pl.col("other_actions") == pl.col("actions")
+
+    @dy.rule()
+    def parts_are_no_more_than_all(cls: Any) -> pl.Expr:  # noqa: N805
+        """A part of the decisions, or of their time, is not more than all."""
+        return (
+            (pl.col("other_s") <= pl.col("played_s")) & (pl.col("first_actions") <= pl.col("actions"))
+            & (pl.col("first_other_actions") <= pl.min_horizontal("first_actions", "other_actions"))
+            & (pl.col("other_states") <= pl.col("other_actions")) & (pl.col("brief_actions") <= pl.col("actions")))
 
     @dy.rule()
     def goals_are_attributed_once(cls: Any) -> pl.Expr:  # noqa: N805

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import compress
 from typing import NamedTuple
 
 import polars as pl
 
-from pipeline.arena.match.controllers import PolicyTables, controllers_of
+from pipeline.arena.match.controllers import Decided, PolicyTables, controllers_of
 from pipeline.arena.match.match import PART, Match
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.matches.frame import AWAY, HOME
@@ -22,6 +23,7 @@ from pipeline.statistics import mean_interval, wilson
 from pipeline.store.receipts import fingerprint
 from pipeline.toml import Frozen
 from schemas import SIDES, Evaluations
+from schemas.decisions import BRIEF_FRAMES
 
 #: First seed of the matches, two for each pair; seeds of seasons are below.
 _FIRST_SEED = 2_000_000_000
@@ -117,10 +119,20 @@ def play(pair: Pair, policies: Mapping[str, PolicyTables]) -> pl.DataFrame:
             "seed": pair.seed, "match": number, "side": SIDES[side], "match_seed": recipe.seed,
             "duration_s": recipe.referee.duration_s,
             "goals_for": match.score[side], "goals_against": match.score[1 - side],
-            "actions": len(decided) if learned else None,
-            "other_actions": sum(d.behaviour_id is not None for d in decided) if learned else None,
+            **(_decisions(decided, recipe.physics.hz) if learned else {}),
         })  # fmt: skip
     return Evaluations.of(rows)
+
+
+def _decisions(decided: Sequence[Decided], hz: float) -> dict[str, float]:
+    """Counts and times of a team's decisions, with the names of schema Evaluations."""
+    other = [each.behaviour_id is not None for each in decided]
+    frames = [each.end - each.frame for each in decided]
+    return {
+        "actions": len(decided), "other_actions": sum(other), "played_s": sum(frames) / hz,
+        "other_s": sum(compress(frames, other)) / hz,
+        "brief_actions": sum(lasted <= BRIEF_FRAMES for lasted in frames),
+    }
 
 
 class Measured(NamedTuple):

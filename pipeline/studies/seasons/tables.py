@@ -10,6 +10,7 @@ from pipeline.errors import SchemaMismatch
 from pipeline.studies.seasons.settings import Season
 from schemas import ROLES, Games, Growth, StatesPlayed
 from schemas.behaviours import moves_randomly
+from schemas.decisions import BRIEF_FRAMES, FIRST_S
 from schemas.goals import KINDS
 from schemas.table import Key
 
@@ -54,6 +55,7 @@ def game_row(
                              next_step="Pass the row of the game's match")
     mine = own(decisions)
     other = mine.filter(~_at_random()).height
+    hz = match["hz"].item()
     row = {
         **_identity(season, game), **match.select("match_id", "duration_s").row(0, named=True),
         "lead": season.lead(game), **_scored(goals),
@@ -61,6 +63,7 @@ def game_row(
         "known_states": _share_known(mine, known, season.settings.pipeline.knowledge.state_key),
         "situations": situations,
         "policy_version": policy_version, "knowledge_version": knowledge_version,
+        **_timed(mine, hz),
     }
     return Games.validate(pl.DataFrame([row], schema=Games.dtypes()), cast=True)
 
@@ -127,6 +130,19 @@ def _identity(season: Season, game: int) -> dict[str, Any]:
 def _at_random() -> pl.Expr:
     """True if the behaviour is moves randomly: null, or the behaviour of code 194 alone."""
     return pl.col("behaviour_id").is_null() | (pl.col("behaviour_id") == moves_randomly())
+
+
+def _timed(mine: pl.DataFrame, hz: float) -> dict[str, float]:
+    """How long decisions last, and how many are of the first second of an episode; names as in schema Games."""
+    lasts = pl.col("end_ns") - pl.col("t_ns")
+    first = pl.col("t_ns") - pl.col("t_ns").min().over("episode") < FIRST_S * 1e9
+    other = ~_at_random()
+    return mine.select(
+        played_s=lasts.sum() / 1e9, other_s=lasts.filter(other).sum() / 1e9,
+        first_actions=first.sum(), first_other_actions=(first & other).sum(),
+        other_states=pl.struct("role", "state").filter(other).n_unique(),
+        brief_actions=(lasts < round((BRIEF_FRAMES + 0.5) * 1e9 / hz)).sum(),
+    ).row(0, named=True)
 
 
 def _share_known(mine: pl.DataFrame, known: pl.DataFrame | None, key: Key) -> float:
