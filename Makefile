@@ -126,8 +126,10 @@ paradigms: $(READY)  ## section 5 of the paper in full (about 45 minutes)
 # The settings were searched for with seeds below 101.
 SEASON = $(BIN)/pitchlore season --seed 101 --on processes:2 --discard --data $(STUDY_DATA)
 EVALUATE = $(BIN)/pitchlore evaluate --export data/studies/evaluations --data $(STUDY_DATA)
-IDEAS := bold both-teams constant-steps each-decision grams influence one-match optimistic random-tries \
-  short-traces states
+IDEAS := begin-all bold both-teams constant-steps each-decision grams influence no-interrupts no-least-time \
+  one-match optimistic paper-clock random-tries short-traces states
+# What the paper leaves open, see pipeline/studies/seasons/named/paper-vary-*.toml.
+VARIED := $(sort $(patsubst pipeline/studies/seasons/named/%.toml,%,$(wildcard pipeline/studies/seasons/named/paper-vary-*.toml)))
 
 seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablation of each idea (two hours)
 	$(SEASON) --settings paper --seasons 5

@@ -11,6 +11,8 @@ import polars as pl
 
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.teams import appraising, learned
+from pipeline.arena.teams.ball import NOBODY
+from pipeline.arena.teams.clock import Clock
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.policy_table import policy_table_of
 from pipeline.arena.teams.predicting import Predictor, predict
@@ -174,7 +176,7 @@ class LearnedController(_Deciding):
 
     Args:
         policy: rows of schema Policies, of one version; none if it knows nothing.
-        settings: how it explores.
+        settings: how it explores, and when it decides.
         recipe: of the match.
         rng: decides what is left to chance.
     """
@@ -186,28 +188,35 @@ class LearnedController(_Deciding):
         super().__init__(recipe, rng, names)
         self._settings = settings
         sampled = self._known._replace(values=self._known.values.copy())
-        self._policy = learned.Policy(sampled, radix("full36"), self._edges, settings.explore)
+        self._policy = learned.Policy(sampled, radix("full36"), self._edges, settings.explore,
+                                      Clock.of(settings.clock, recipe.physics.hz))
         self._due = True
+        self._has = NOBODY
 
     def restarted(self, frame: int, lead: int) -> None:  # noqa: D102
         super().restarted(frame, lead)
-        self._robots["behaviour"] = -1
+        learned.forget(self._robots)
         own = self._settings
         learned.sample_values(
             self._known, own.posterior_std, own.lcb_weight, self._splitmix, self._policy.table.values
         )
         self._due = True
+        self._has = NOBODY
 
     def think(self, frame: int, view: F64, wheels: F64) -> None:  # noqa: D102
         self._look(view)
+        if self._policy.clock.interrupts:
+            self._has, interrupted = learned.interrupt(view, self._robots, self._has, self._measures)
+            self._due = self._due or interrupted
         if self._due:
             self._note(frame, learned.decide(
                 view, self._direction, self._lead, self._robots, self._policy, self._measures,
                 self._splitmix, self._made,
             ))  # fmt: skip
         self._due = learned.carry_on(
-            view, self._robots, self._policy.table.codes, self._measures, self._splitmix, wheels
-        )
+            view, self._robots, self._policy.table.codes, self._policy.clock, self._measures, self._splitmix,
+            wheels,
+        )  # fmt: skip
 
 
 class AppraisingController(_Deciding):

@@ -9,6 +9,7 @@ from pydantic import Field, field_validator
 from pipeline.arena.physics.camera import CameraSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.physics.settings import PhysicsSettings
+from pipeline.arena.teams.clock import PAPER, ClockSettings
 from pipeline.arena.teams.people import People
 from pipeline.arena.teams.table import TeamKind
 from pipeline.pitch import PITCHES, Kind, Pitch
@@ -39,6 +40,7 @@ class TeamSettings(Frozen):
             the root of the evidence (a lower confidence bound). Of two equal values the team prefers the
             one with more evidence.
         min_visits: for a learned team: least visits of a state to be looked up by a finer key.
+        clock: for a learned team that looks behaviours up in states: when its robots decide.
         clock_s: for a learned team that appraises what it sees: time between its decisions, seconds.
         blind: for a learned team that appraises what it sees: its robots act on sights drawn from those that
             their role had before in the match. It is the control of all that such a team gains by looking.
@@ -53,6 +55,7 @@ class TeamSettings(Frozen):
     posterior_std: float = Field(default=0.0, ge=0, serialization_alias="doubt")
     lcb_weight: float = Field(default=0.0, ge=0, serialization_alias="caution")
     min_visits: int = Field(default=0, ge=0, serialization_alias="trust")
+    clock: ClockSettings = Field(default=PAPER, exclude_if=lambda clock: clock == PAPER)
     clock_s: float = Field(default=_CLOCK_S, gt=0, exclude_if=lambda clock_s: clock_s == _CLOCK_S)
     blind: bool = Field(default=False, exclude_if=lambda blind: not blind)
     predict_s: float = Field(default=0.0, ge=0, le=1, exclude_if=lambda predict_s: predict_s == 0)

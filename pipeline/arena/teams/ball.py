@@ -19,6 +19,9 @@ from pipeline.bodies import BALL, VX, VY, X, Y
 #: Half angle at which the recogniser's term FACING crosses 0.5, cosine.
 COS_FACING = math.cos(math.radians(30))
 
+#: Teams that have the ball, as a team sees it.
+NOBODY, OWN, OTHER = range(3)
+
 # Longest prediction of the ball's way, seconds.
 _AHEAD_S = 0.5
 
@@ -37,6 +40,31 @@ def has_ball(view: F64, robot: int, m: Measures) -> bool:
     if off >= m.contact:
         return False
     return along(view, robot, dx, dy) > COS_FACING * off
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def holder(view: F64, before: int, m: Measures) -> int:
+    """The team that had the ball alone last: OWN, OTHER, or NOBODY since play started.
+
+    A team has the ball from its touch until the other team touches or both do, as in the stage events
+    (:mod:`pipeline.events.control`). A ball behind a goal line is not touched. Unlike there, a touch is not
+    carried over samples without contact, because that needs later samples.
+
+    Args:
+        view: float64 [1 + 2 N, 6].
+        before: the team at the frame before.
+        m: measures.
+    """
+    if abs(view[BALL, X]) > m.goal_x:
+        return before
+    count = (len(view) - 1) // 2
+    own = other = False
+    for row in range(1, count + 1):
+        own = own or touches(view, row, m)
+        other = other or touches(view, count + row, m)
+    if own == other:
+        return before
+    return OWN if own else OTHER
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

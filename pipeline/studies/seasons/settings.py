@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field
 
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
+from pipeline.arena.teams.clock import PAPER, ClockSettings
 from pipeline.errors import NotFound
 from pipeline.settings import Settings, none_twice
 from pipeline.toml import Frozen, fitted, over, tables
@@ -41,6 +42,7 @@ class SeasonSettings(MatchSettings):
         lcb_weight: goals subtracted from a value known from one episode, in the counted match of a game.
         explore_counted: whether the counted match of a game explores, too, and draws values.
         min_visits: least visits of a state to be looked up by a finer key.
+        clock: when an apprentice decides that looks behaviours up in states; by default as in the paper.
         clock_s: time between decisions of an apprentice that appraises what it sees.
         predict_s: how far ahead the apprentice predicts bodies, because its camera is late.
         pipeline: settings of all stages.
@@ -59,6 +61,7 @@ class SeasonSettings(MatchSettings):
     lcb_weight: float = Field(default=0.0, ge=0)
     explore_counted: bool = True
     min_visits: int = Field(default=0, ge=0)
+    clock: ClockSettings = Field(default=PAPER, exclude_if=lambda clock: clock == PAPER)
     clock_s: float = Field(default=0.5, gt=0)
     predict_s: float = Field(default=0.0, ge=0, le=1, exclude_if=lambda predict_s: predict_s == 0)
     pipeline: Settings = Settings()
@@ -122,8 +125,8 @@ class Season(Frozen):
                 home=TeamSettings(
                     kind="learned", policy=policy, min_visits=own.min_visits,
                     explore=explore if tries else 0.0, posterior_std=own.posterior_std if tries else 0.0,
-                    lcb_weight=own.lcb_weight if match == 0 else 0.0, clock_s=own.clock_s,
-                    predict_s=own.predict_s,
+                    lcb_weight=own.lcb_weight if match == 0 else 0.0, clock=own.clock,
+                    clock_s=own.clock_s, predict_s=own.predict_s,
                 ),
                 away=TeamSettings(kind=self.opponent),
                 seed=first + match, score=(self.lead(game), 0), **own.of_match(),

@@ -1,7 +1,7 @@
 """A controller for each situation of Table 1, by its code.
 
 An action is begun with :func:`start` and carried on with :func:`act`, frame by frame, until its final
-condition holds or its time is up.
+condition holds or its time is up. :func:`has_ended` says beforehand if that would be at its first frame.
 
 ==============  ==============================================================
 actions         controller, aim and time limit of each code; the memory of an action
@@ -46,15 +46,40 @@ def start(
         splitmix: draws the wheels of 194; other codes draw nothing.
         own: the robot's record of ``actions.ACTION``, written.
     """
+    _begin(code, robot, view, roles, m, own)
+    if actions.VERB[code] == actions.WANDER:
+        own["left"] = m.top * (2.0 * uniform(splitmix) - 1.0)
+        own["right"] = m.top * (2.0 * uniform(splitmix) - 1.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def has_ended(code: int, robot: int, view: F64, roles: I64, m: Measures, own: Record) -> bool:
+    """Whether an action would be over at its first frame.
+
+    Its final condition holds already, or the robot that is its aim does not exist. A condition that has to
+    last begins with the action, so it never holds already.
+
+    Args:
+        code, robot, view, roles, m: see :func:`start`.
+        own: a record of ``actions.ACTION``, written over.
+    """
+    _begin(code, robot, view, roles, m, own)
+    verb, thing = actions.VERB[code], actions.THING[code]
+    if thing >= actions.OPPONENT and own["other"] < 0:
+        return True
+    dx, dy = actions.to_aim(view, robot, thing, own["other"], m)
+    return is_over(view, robot, verb, dx, dy, m, own)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _begin(code: int, robot: int, view: F64, roles: I64, m: Measures, own: Record) -> None:
+    """Begin an action but for what is left to chance."""
     verb, thing = actions.VERB[code], actions.THING[code]
     own["code"], own["frames"], own["lasted"] = code, 0, 0
     own["level"], own["left"], own["right"] = np.nan, 0.0, 0.0
     own["other"] = _whom(view, robot, thing, actions.ROLE[code], roles)
     own["had_ball"] = has_ball(view, robot, m)
-    if verb == actions.WANDER:
-        own["left"] = m.top * (2.0 * uniform(splitmix) - 1.0)
-        own["right"] = m.top * (2.0 * uniform(splitmix) - 1.0)
-    elif verb in (actions.APPROACH, actions.RECEDE):
+    if verb in (actions.APPROACH, actions.RECEDE):
         dx, dy = actions.to_aim(view, robot, thing, own["other"], m)
         away = math.hypot(dx, dy)
         if verb == actions.RECEDE:
