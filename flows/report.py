@@ -20,9 +20,10 @@ from pipeline.store.work import Made
 from pipeline.studies.document import web_page
 from pipeline.studies.evaluations import Entrant, Evaluation
 from pipeline.studies.seasons.claims import BEST, IN_GAMES, LEARNED, PAPER, STATIC, verdicts
-from pipeline.studies.seasons.measures import CONTROLS, DIFFERENCE, EFFECTIVE, OTHER, Pooling
+from pipeline.studies.seasons.measures import CONTROLS, DIFFERENCE, EFFECTIVE, OTHER, OTHER_TIME, Pooling
 from pipeline.studies.seasons.preferences import NO_PREFERENCES, preferred
 from pipeline.studies.seasons.report import COLOURS, SeasonsReport
+from pipeline.studies.seasons.sensitivity import varied
 from pipeline.studies.seasons.settings import Season
 from pipeline.studies.seasons.summary import beside_table_3, curves
 from pipeline.studies.seasons.table3 import CHANGE
@@ -257,13 +258,13 @@ def drawn(games: pl.DataFrame, growth: pl.DataFrame) -> dict[str, bytes]:
         found["figure-8"] = plots.states(curves(known, states, ["role"], poolings=_WITHIN))
         found["figure-9"] = plots.actions(curves(known, actions, ["role"], poolings=_WITHIN))
         found["figure-10"] = plots.goals(curves(paper, goals, poolings=_WITHIN))
-    both = {"difference": DIFFERENCE, "other": OTHER}
+    both = {"difference": DIFFERENCE, "other": OTHER_TIME}
     best = games.filter(pl.col("settings") == BEST)
     if best.height:
         found["best"] = plots.progress(curves(best, both, poolings=_WITHIN), LEARNED)
     for base in (PAPER, BEST):
         mine = (pl.col("settings") == base) | pl.col("settings").str.starts_with(f"{base}-")
-        variants = games.filter(mine & (pl.col("opponent") == STATIC))
+        variants = games.filter(mine & ~varied() & (pl.col("opponent") == STATIC))
         if variants["settings"].n_unique() > 1 and base in variants["settings"]:
             found[f"ablations-{base}"] = plots.ablations(
                 curves(variants, both, poolings=_WITHIN), base, CHANGE if base == PAPER else None)
@@ -275,7 +276,7 @@ def _made(found: Tables) -> Made:
     games, growth, evaluations, left_out, preferences = found
     claims, pictures = verdicts(games, growth, evaluations), drawn(games, growth)
     text = SeasonsReport(
-        games, evaluations, left_out, preferences, claims, list(pictures), RELEASE).markdown()
+        games, growth, evaluations, left_out, preferences, claims, list(pictures), RELEASE).markdown()
     page = web_page(TITLE, text, pictures, COLOURS)
     return Made(
         tables=[(claims, Claims)],

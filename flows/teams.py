@@ -23,8 +23,9 @@ _SEASONS = "seasons"
 def entrant(
     store: Store, word: str, policies: dict[str, PolicyTables], *, explore: float | None = None,
     lcb_weight: float | None = None, min_visits: int | None = None, blind: bool | None = None,
-    predict_s: float | None = None,
-) -> Entrant:
+    predict_s: float | None = None, least_s: float | None = None, interrupts: bool | None = None,
+    begin_ended: bool | None = None,
+) -> Entrant:  # fmt: skip
     """The team that a word names; its policy, if it has one, is added to ``policies``.
 
     Args:
@@ -39,6 +40,10 @@ def entrant(
         min_visits: for a learned team; None means the season's, else 0.
         blind: for a learned team; None means that it looks.
         predict_s: for a learned team; None means the season's, else 0.
+        least_s: for a learned or a constant team, see ``ClockSettings``, as the next two; None means the
+            season's, else the paper's.
+        interrupts: likewise.
+        begin_ended: likewise.
 
     Raises:
         BadSettings: if the word names no team, or a constant team of unknown codes.
@@ -46,6 +51,8 @@ def entrant(
     """
     if word in SCRIPTED:
         return Entrant(name=word, settings=TeamSettings.model_validate({"kind": word}))
+    timed = {"least_s": least_s, "interrupts": interrupts, "begin_ended": begin_ended}
+    clock = {name: value for name, value in timed.items() if value is not None}
     control = constant(word)
     version = word.removeprefix("learned:")
     if control is not None:
@@ -66,6 +73,7 @@ def entrant(
         "predict_s": predict_s,
     }
     settings = team.settings.model_dump() | {k: v for k, v in asked.items() if v is not None}
+    settings["clock"] = team.settings.clock.model_dump() | clock
     return team.model_copy(update={"settings": TeamSettings.model_validate(settings)})
 
 

@@ -267,6 +267,7 @@ ABLATIONS = {
     "looking-shuffled": {"pipeline.policies.appraisals.codes"},
     "paper-full35": {"pipeline.knowledge.state_key", "opponents"},
     "paper-level": {"lead", "opponents"},
+    "best-begin-all": {"clock.begin_ended"},
     "best-bold": {"lcb_weight"},
     "best-both-teams": {"pipeline.sides.watch", "pipeline.sides.pools.both"},
     "best-constant-steps": {"pipeline.policies.steps", "pipeline.policies.step_size"},
@@ -274,11 +275,24 @@ ABLATIONS = {
     "best-grams": {"pipeline.behaviours.rounds"},
     "best-in-games": {"practice", "explore_counted", "pipeline.policies.last_matches"},
     "best-influence": {"pipeline.policies.rule"},
+    "best-no-interrupts": {"clock.interrupts"},
+    "best-no-least-time": {"clock.least_s"},
     "best-one-match": {"practice", "pipeline.policies.last_matches"},
     "best-optimistic": {"pipeline.policies.new_pairs"},
+    "best-paper-clock": {"clock.least_s", "clock.interrupts", "clock.begin_ended"},
     "best-random-tries": {"posterior_std", "explore", "explore_last"},
     "best-short-traces": {"pipeline.policies.trace_decay"},
     "best-states": {"pipeline.knowledge.state_key", "pipeline.knowledge.backoff", "min_visits"},
+    "paper-literal": {f"pipeline.behaviours.{name}" for name in ("share_of", "support_at_least", "keep_random")},
+    "paper-vary-alpha-high": {"pipeline.grams.alpha"},
+    "paper-vary-alpha-low": {"pipeline.grams.alpha"},
+    "paper-vary-explore-more": {"explore", "explore_last"},
+    "paper-vary-explore-none": {"explore", "explore_last"},
+    "paper-vary-lead-small": {"lead", "opponents"},
+    "paper-vary-maps-large": {"pipeline.behaviours.rounds"},
+    "paper-vary-maps-small": {"pipeline.behaviours.rounds"},
+    "paper-vary-random-long": {"pipeline.situations.random_longest_s"},
+    "paper-vary-random-short": {"pipeline.situations.random_longest_s"},
 }
 
 
@@ -300,8 +314,8 @@ def test_settings_names():
 def test_ablation(ablation):
     """An ablation changes the settings that are listed for it and no others."""
     base = dict(flat(named(ablation.split("-")[0]).model_dump()))
-    changed = {name for name, value in flat(named(ablation).model_dump()) if value != base.get(name)}
-    assert changed == ABLATIONS[ablation]
+    mine = dict(flat(named(ablation).model_dump()))
+    assert {name for name in mine | base if mine.get(name) != base.get(name)} == ABLATIONS[ablation]
 
 
 def test_exploration():

@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 from support.seasons import ablations, apprentices, evaluation, evolving, rising, season, tables, world
 
+from pipeline.arena.teams.executors.actions import LIMIT_S
 from pipeline.statistics import mean_interval, wilson
 from pipeline.studies.seasons import table3
 from pipeline.studies.seasons.claims import CLAIMS, verdicts
@@ -34,6 +35,7 @@ from pipeline.studies.seasons.summary import (
     played,
 )
 from schemas import Claims, Evaluations, Games, Growth
+from schemas.situations import MOVES_RANDOMLY
 
 HUMAN, STATIC, RANDOM = "human-like", "static", "random"
 NONE = Evaluations.empty()
@@ -191,6 +193,10 @@ def test_by_construction():
         "It uses what it learned: against the static team", "It uses what it learned: against the random team",
         "In its last games it uses what it learned"]
     assert by_construction.height == 15
+    # moves randomly takes 0.4 s: three robots decide 3,600 times in eight minutes, near enough to both columns
+    steady = [season("paper", kind, s, actions=round(3 * 480 / LIMIT_S[MOVES_RANDOMLY])) for s in range(5) for kind in (HUMAN, STATIC)]
+    found = verdicts(*tables(*steady), NONE)
+    assert {claim(found, "Actions in a game", kind)["verdict"] for kind in (HUMAN, STATIC)} == {"by construction"}
     # should one of them not hold, that is said, and few seasons say nothing of it either
     forgetful = [season("paper", STATIC, s, states=lambda g: 100 - g) for s in range(5)]
     assert claim(verdicts(*tables(*forgetful), NONE), "never falls", STATIC)["verdict"] == "contradicted"

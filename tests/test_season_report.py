@@ -192,14 +192,19 @@ def test_tally_of_aims():
     games, growth = world()
     rows = apprentices()
     claims = verdicts(games, growth, rows)
-    text = SeasonsReport(games, rows, 0, NO_PREFERENCES, claims, [], "pitchlore").markdown()
+    text = SeasonsReport(games, growth, rows, 0, NO_PREFERENCES, claims, [], "pitchlore").markdown()
     aims = claims.filter(pl.col("item") == "aim")
     given = aims.filter(pl.col("verdict") == "by construction").height
+    others = claims.filter(pl.col("item") != "aim", pl.col("verdict") == "by construction").height
     assert 0 < given < aims.height
     (tally,) = re.findall(r"- Our aims, (\d+) claims: (.*)", text)
     assert int(tally[0]) == aims.height - given
     assert "by construction" not in tally[1]
-    assert f"- {given} of our aims hold by construction and are not counted." in text
+    (paper,) = re.findall(r"- The paper, (\d+) claims: (.*)", text)
+    assert int(paper[0]) == claims.filter(~pl.col("item").is_in(["aim", "ablation"])).height - others
+    assert "by construction" not in paper[1]
+    assert others > 0
+    assert f"- {given} of our aims and {others} other claims hold by construction and are not counted." in text
 
 
 def test_apprentices_on_page():
@@ -208,10 +213,10 @@ def test_apprentices_on_page():
     rows = apprentices()
     does = pl.DataFrame([("best", "static", "best-static-s1", role, f"{code} Robot …", worth, 9.0) for role, code, worth in (
         ("goalkeeper", "088", 0.123), ("midfield", "021", 0.5), ("striker", "044", 0.25))], schema=NO_PREFERENCES.schema, orient="row")
-    report = SeasonsReport(games, rows, 3, does, verdicts(games, growth, rows), [], "pitchlore")
+    report = SeasonsReport(games, growth, rows, 3, does, verdicts(games, growth, rows), [], "pitchlore")
     text = report.markdown().replace("\\", "")
     assert "| best | static | best-static-s1 | 088 Robot … (0.12) | 021 Robot … (0.5) | 044 Robot … (0.25) |" in text
-    assert "| best | static | 35 | random | 5 | 100 | 3.80 [3.80, 3.80] | 95.0 [95.0, 95.0] | 95.0 [" in text
+    assert "| best | static | 35 | random | 5 | 100 | 3.80 [3.80, 3.80] | 95.0 [95.0, 95.0] | 10.0 [10.0, 10.0] | 95.0 [" in text
     assert "Left out: 3 pairs" in text
     assert "pitchlore evaluate --policy best-static-s4 --against static --matches 20" in text
     assert re.search(r"\| best-exact \| best \| static \| 2 and 5 \| 26 to 35 \| -\d.* \| worse \|", text)
@@ -280,7 +285,7 @@ def test_export(reported):
     """An export is complete, and its README links every picture in it and nothing else."""
     data, export = reported
     names = {path.name for path in export.iterdir()}
-    assert names == {"README.md", "games.csv", "growth.csv", "evaluations.csv", "claims.csv", "preferences.csv", "table-3.png", "figure-8.png", "figure-9.png",
+    assert names == {"README.md", "games.csv", "growth.csv", "evaluations.csv", "claims.csv", "preferences.csv", "kick-offs.csv", "sensitivity.csv", "table-3.png", "figure-8.png", "figure-9.png",
                      "figure-10.png", "best.png"}
     linked = re.findall(r"\]\(([^)]+)\)", (export / "README.md").read_text())
     assert set(linked) == {name for name in names if name.endswith(".png")}
@@ -409,7 +414,8 @@ def test_json(reported, capsys):
     data, _ = reported
     main_ok(["report", "--json", "--data", str(data)])
     said = json.loads(capsys.readouterr().out)
-    assert set(said) == {"page", "played", "claims", "compared", "ablated", "measured", "left_out", "preferences"}
+    assert set(said) == {"page", "played", "claims", "compared", "ablated", "measured", "left_out", "preferences",
+                         "kick_offs", "sensitivity"}
     assert {row["verdict"] for row in said["claims"]} >= {"reproduced", "contradictory", "reached", "not judged"}
 
 

@@ -43,7 +43,7 @@ def goals(*rows):
 
 
 def match(n=1):
-    row = dict.fromkeys(Matches.dtypes()) | {"match_id": MATCH, "duration_s": 480.0, "score_home": 7, "score_away": 1}
+    row = dict.fromkeys(Matches.dtypes()) | {"match_id": MATCH, "duration_s": 480.0, "hz": 60.0, "score_home": 7, "score_away": 1}
     return pl.DataFrame([row] * n, schema=Matches.dtypes())
 
 

@@ -181,7 +181,10 @@ def _table(summary: EvaluationSummary) -> pl.DataFrame:
         ("goal difference a match", summary.goal_difference, ""),
         ("goals for a match", summary.goals_for, ""),
         ("goals against a match", summary.goals_against, ""),
-        ("share of learned actions", summary.learned_share, "" if summary.learned_share else "none decided"),
+        ("learned behaviours, share of time", summary.learned_time, ""),
+        ("the same, share of decisions", summary.learned_share,
+         "" if summary.learned_share else "none decided"),
+        ("decisions of two frames or fewer", summary.brief, ""),
     ]
     return pl.DataFrame([
         {"": name, "mean": None if m is None else m.value, "95 % low": None if m is None else m.low,
@@ -207,11 +210,17 @@ def _export(store: Store, one: _Measurement, command: str, folder: Path) -> None
         "settings": evaluation.model_dump(mode="json"),
     }
     matches = rows.select("seed", "match", "side", "match_seed", "goals_for", "goals_against", "actions",
-                          "other_actions")
+                          "other_actions", "played_s", "other_s", "brief_actions")
     stem = folder / _stem(summary)
     store.write_bytes(stem.with_name(f"{stem.name}.matches.csv"), matches.write_csv().encode())
     text = encoder.dumps(said, indent=1, allow_nan=False)
     store.write_bytes(stem.with_name(f"{stem.name}.json"), f"{text}\n".encode())
+
+
+def _option(name: str, word: object) -> str:
+    if isinstance(word, bool):
+        return f"--{name}" if word else f"--no-{name}"
+    return f"--{name} {word}"
 
 
 def _command(evaluation: Evaluation, seeds: range, options: Mapping[str, object]) -> str:
@@ -219,6 +228,5 @@ def _command(evaluation: Evaluation, seeds: range, options: Mapping[str, object]
     team, opponent = (word_of(side.name) for side in (evaluation.team, evaluation.opponent))
     words = {"policy": team, "against": opponent, "matches": 2 * len(seeds), "seed": seeds[0],
              "minutes": minutes_of(evaluation.referee.duration_s), **options}
-    said = " ".join(f"--{name}" if word is True else f"--{name} {word}"
-                    for name, word in words.items() if word is not None)
+    said = " ".join(_option(name.replace("_", "-"), word) for name, word in words.items() if word is not None)
     return f"pitchlore evaluate {said}"

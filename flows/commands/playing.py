@@ -98,6 +98,11 @@ class Learners:
             a team that looks.
         predict_s: Seconds that a learned team reckons bodies ahead, for a late camera (default: as in its
             season, else 0).
+        least_s: Least time of a behaviour of a learned or constant team, seconds (default: as in its season,
+            else 0).
+        interrupts: Winning or losing the ball, or another role, interrupts these behaviours (default: as in
+            its season, else not).
+        begin_ended: A robot begins codes whose end holds already (default: as in its season, else it does).
     """
 
     explore: NormFloat | None = None
@@ -105,6 +110,9 @@ class Learners:
     min_visits: NonNegativeInt | None = None
     blind: Annotated[bool | None, Parameter(negative=())] = None
     predict_s: NormFloat | None = None
+    least_s: Annotated[float | None, Parameter(validator=Number(gte=0, lt=math.inf))] = None
+    interrupts: bool | None = None
+    begin_ended: bool | None = None
 
     def entrants(self, store: Store, *words: str) -> tuple[list[Entrant], Mapping[str, PolicyTables]]:
         """The teams that words name, and the policies that they play by label.

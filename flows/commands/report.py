@@ -15,7 +15,9 @@ from flows.report import damaged, write_report
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt
 from pipeline.studies.seasons.claims import BEST, LEAST_SEASONS, PAPER
+from pipeline.studies.seasons.kickoffs import kick_offs
 from pipeline.studies.seasons.preferences import side_by_side
+from pipeline.studies.seasons.sensitivity import sensitivity, varied
 from pipeline.studies.seasons.summary import ablated, compared, measured, played
 from pipeline.studies.seasons.table3 import GAMES
 from schemas import Claims
@@ -45,12 +47,14 @@ def report(
     claims = store.read_table(receipt, "claims", Claims)
     if json:
         print_json({"page": str(page), "played": played(games).to_dicts(), "claims": claims.to_dicts(),
-                    "compared": compared(games).to_dicts(), "ablated": _changes(games).to_dicts(),
+                    "compared": _compared(games).to_dicts(), "ablated": _changes(games).to_dicts(),
+                    "kick_offs": kick_offs(games, PAPER).to_dicts(),
+                    "sensitivity": sensitivity(games, growth, PAPER).to_dicts(),
                     "measured": measured(games, evaluations).to_dicts(), "left_out": left_out,
                     "preferences": prefer.to_dicts()})
     else:
         print_frame(played(games), title="what was played")
-        print_frame(_intervals(compared(games), ("settings", "opponent", "seasons")),
+        print_frame(_intervals(_compared(games), ("settings", "opponent", "seasons")),
                     title="settings beside each other (last games, 95 %)")
         if (changes := _changes(games)).height:
             print_frame(_intervals(changes, ("settings", "base", "opponent", "last")),
@@ -70,7 +74,9 @@ def report(
         console().print(f"page: {page}", soft_wrap=True)
     if export:
         _export(store, receipt, {"games": games, "growth": growth, "evaluations": evaluations,
-                                 "claims": claims, "preferences": prefer}, export)
+                                 "claims": claims, "preferences": prefer,
+                                 "kick-offs": kick_offs(games, PAPER),
+                                 "sensitivity": sensitivity(games, growth, PAPER)}, export)
         if not json:
             console().print(f"{export}: written", soft_wrap=True)
     renew(store)
@@ -84,12 +90,17 @@ def _interval(of: str, low: str, high: str) -> pl.Expr:
 
 def _intervals(rows: pl.DataFrame, first: tuple[str, ...]) -> pl.DataFrame:
     """Columns as they are, then what was measured with its interval."""
+    names = ("difference", "other", "brief", "won", "lost")
     return rows.select(*first, *(_interval(name, f"{name}_low", f"{name}_high")
-                                 for name in ("difference", "other", "won", "lost") if name in rows.columns))
+                                 for name in names if name in rows.columns))
+
+
+def _compared(games: pl.DataFrame) -> pl.DataFrame:
+    return compared(games.filter(~varied()))
 
 
 def _changes(games: pl.DataFrame) -> pl.DataFrame:
-    return ablated(games, (PAPER, BEST))
+    return ablated(games.filter(~varied()), (PAPER, BEST))
 
 
 def _shown(claims: pl.DataFrame) -> pl.DataFrame:

@@ -77,7 +77,7 @@ def season(
     if json:
         print_json({"report": report.model_dump(), "seasons": rows.to_dicts(), "note": note_on(*opponents)})
     else:
-        print_frame(rows, title="all games and the last ten: goals a game; share of actions that are learned")
+        print_frame(rows, title="all games and the last ten: goals a game, learned share of time")
         print_stand_in(*opponents)
         print_failed(report.failed, "stopped")
         console().print("`pitchlore report` writes the page on all seasons of the data folder")
@@ -124,5 +124,5 @@ def _means(games: pl.DataFrame, prefix: str) -> pl.DataFrame:
     return games.select(
         pl.col("goals_for").mean().alias(f"{prefix}for"),
         pl.col("goals_against").mean().alias(f"{prefix}against"),
-        (pl.col("other_actions").sum() / pl.col("actions").sum()).alias(f"{prefix}learned"),
+        (pl.col("other_s").sum() / pl.col("played_s").sum()).alias(f"{prefix}learned"),
     )

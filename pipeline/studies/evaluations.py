@@ -156,6 +156,8 @@ class EvaluationSummary(Frozen):
         goals_for, goals_against: goals per match.
         learned_share: share of decisions for a learned behaviour, mean over the matches in which the team
             decided; None if there is no such match.
+        learned_time: the same as a share of the robots' time.
+        brief: share of decisions that lasted two frames or fewer, likewise.
     """
 
     evaluation: str
@@ -173,6 +175,8 @@ class EvaluationSummary(Frozen):
     goals_for: Measured
     goals_against: Measured
     learned_share: Measured | None
+    learned_time: Measured | None
+    brief: Measured | None
 
 
 def summarise(rows: pl.DataFrame) -> EvaluationSummary:
@@ -192,9 +196,12 @@ def summarise(rows: pl.DataFrame) -> EvaluationSummary:
     rows = rows.with_columns(
         difference=difference, won=difference > 0, drawn=difference == 0, lost=difference < 0,
         share=pl.when(pl.col("actions") > 0).then(pl.col("other_actions") / pl.col("actions")),
+        time=pl.when(pl.col("played_s") > 0).then(pl.col("other_s") / pl.col("played_s")),
+        brief=pl.when(pl.col("actions") > 0).then(pl.col("brief_actions") / pl.col("actions")),
     )
     pairs = rows.group_by("seed").agg(
-        pl.col("difference", "won", "drawn", "lost", "goals_for", "goals_against", "share").mean()
+        pl.col("difference", "won", "drawn", "lost", "goals_for", "goals_against", "share", "time",
+               "brief").mean()
     ).sort("seed")
 
     def mean(column: str, least: float = -math.inf, most: float = math.inf) -> Measured:
@@ -202,6 +209,9 @@ def summarise(rows: pl.DataFrame) -> EvaluationSummary:
         ends = mean_interval(values)
         low, high = (None, None) if ends is None else (max(ends[0], least), min(ends[1], most))
         return Measured(float(values.mean()), low, high)
+
+    def share(column: str) -> Measured | None:
+        return None if pairs[column].is_null().all() else mean(column, least=0, most=1)
 
     def rate(column: str) -> Measured:
         shares = pairs[column].to_numpy()
@@ -214,5 +224,5 @@ def summarise(rows: pl.DataFrame) -> EvaluationSummary:
         win_rate=rate("won"), draw_rate=rate("drawn"), loss_rate=rate("lost"),
         goal_difference=mean("difference"),
         goals_for=mean("goals_for", least=0), goals_against=mean("goals_against", least=0),
-        learned_share=None if pairs["share"].is_null().all() else mean("share", least=0, most=1),
+        learned_share=share("share"), learned_time=share("time"), brief=share("brief"),
     )

@@ -25,6 +25,8 @@ def season(settings="paper", opponent="static", seed=0, *, last=35, other=lambda
             "indirect": scored - scored // 2, "error": 0, "direct_against": against, "indirect_against": 0,
             "error_against": 0, "situations": 4000, "duration_s": 480.0,
             "policy_version": g - 1 if g > 1 else None, "knowledge_version": knowledge(g),
+            "played_s": 1300.0, "other_s": 1300.0 * others / actions, "first_actions": actions // 5,
+            "first_other_actions": min(others, actions // 5), "other_states": min(others, 6), "brief_actions": actions // 10,
         })
         growth += [who | {
             "game": g, "role": role, "states": states(g), "behaviours": behaviours(g), "pairs": 2 * behaviours(g),
@@ -41,6 +43,7 @@ def evaluation(team, against="static", pairs=10, *, goals=lambda i: (1, 0), lear
         "opponent": against, "seed": first + i // 2, "match": 1 + i % 2, "side": ("home", "away")[i % 2],
         "match_seed": 2_000_000_000 + 2 * (first + i // 2), "duration_s": 60 * minutes, "goals_for": goals(i)[0],
         "goals_against": goals(i)[1], "actions": 200, "other_actions": 2 * learned,
+        "played_s": 1300.0, "other_s": 13.0 * learned, "brief_actions": 20,
     } for i in range(2 * pairs)]
     return Evaluations.validate(pl.DataFrame(rows, schema=Evaluations.dtypes()))
 

@@ -12,7 +12,7 @@ import polars as pl
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.teams import appraising, learned
 from pipeline.arena.teams.ball import NOBODY
-from pipeline.arena.teams.clock import Clock
+from pipeline.arena.teams.clock import PAPER, Clock
 from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.policy_table import policy_table_of
 from pipeline.arena.teams.predicting import Predictor, predict
@@ -301,7 +301,8 @@ def controller_of(
         policy: of a learned team; None if it knows nothing.
 
     Raises:
-        BadSettings: if a person has to play it, or a team is to be blind that looks states up.
+        BadSettings: if a person has to play it, if a team is to be blind that looks states up, or if one
+            that appraises what it sees has the other's clock.
     """
     player = _player_of(settings, recipe, team, policy)
     frames = round(settings.predict_s * recipe.physics.hz)
@@ -316,6 +317,9 @@ def _player_of(settings: TeamSettings, recipe: Recipe, team: int, policy: Policy
             raise BadSettings("only a team that appraises what it sees can be blind", where="blind",
                               next_step="Leave it out, or name a policy of the learner \"sight\"")
         if known.appraisals is not None:
+            if settings.clock != PAPER:
+                raise BadSettings("only a team that looks behaviours up in states has this clock",
+                                  where="clock", next_step="Leave it out, or set clock_s")
             return AppraisingController(known.values, known.appraisals, settings, recipe, rng)
         return LearnedController(known.values, settings, recipe, rng)
     if settings.kind == "human":

@@ -10,7 +10,7 @@ from pipeline.toml import Frozen
 
 
 class ClockSettings(Frozen):
-    """When robots decide. All decide when play starts. The default is the paper's clock: when a behaviour is over.
+    """When robots decide. All do when play starts. By default, the paper's clock, when a behaviour is over.
 
     Attributes:
         least_s: least time that a behaviour lasts, seconds, unless play stops or an event interrupts it. If

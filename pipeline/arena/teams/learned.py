@@ -23,8 +23,8 @@ from pipeline.arena.teams import executors
 from pipeline.arena.teams.ball import OWN, holder
 from pipeline.arena.teams.clock import Clock
 from pipeline.arena.teams.executors.actions import ACTION
-from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.geometry import speed_of
+from pipeline.arena.teams.measures import Measures
 from pipeline.arena.teams.policy_table import LONGEST, RANDOMLY, PolicyTable
 from pipeline.arena.teams.roles import assign
 from pipeline.arena.teams.splitmix import SplitMix, normal, uniform
@@ -269,7 +269,7 @@ def _choose(
                 if left == 0:
                     return offered[i], places[i], 1
                 left -= 1
-        best, ties = np.argmin(places), 0
+        best, ties = int(np.argmin(places)), 0
         for i in range(best, len(offered)):
             if places[i] == LONGEST:
                 continue

@@ -10,9 +10,10 @@ the static and the random team, in which it neither explores nor learns, and by 
 Beside it stand constant teams: an apprentice that is no better than them has learned nothing worth having.
 
 Some claims hold in every run of a system like ours: a first game has no policy to play, known states and
-behaviours are never forgotten and new ones always appear, behaviours come from training alone; and our best
-apprentice has one state a role, so it knows what to do in it. They are
-judged like the others, and their verdict, by construction, says that they are no evidence.
+behaviours are never forgotten and new ones always appear, behaviours come from training alone. Three robots
+that move randomly for 0.4 s at a time decide 3,600 times in eight minutes, whatever is learned. Our best
+apprentice has one state a role, so it knows what to do in it. Such claims are judged like the others. Their
+verdict, by construction, says that they are no evidence, and no tally counts them.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from pipeline.studies.seasons.measures import (
     EFFECTIVE,
     NOTHING,
     OTHER,
+    OTHER_TIME,
     WON,
     Measure,
     Pooling,
@@ -61,7 +63,7 @@ HUMAN, STATIC, RANDOM = "human-like", "static", "random"
 ABLATION, AIM = "ablation", "aim"
 #: First and last of the games at the end of the learning curve.
 LATE = (GAMES - 9, GAMES)
-#: Least share of learned actions that we aim at, %.
+#: Least share of time in learned behaviours that we aim at, %.
 LEARNED = 90.0
 #: Seasons that are enough to judge a claim.
 LEAST_SEASONS = 5
@@ -97,13 +99,15 @@ def _table_3(
 
 
 def _about(
-    text: str, quantity: str, measure: Measure, unit: str = "", kinds: tuple[str, ...] = (HUMAN, STATIC)
+    text: str, quantity: str, measure: Measure, unit: str = "", kinds: tuple[str, ...] = (HUMAN, STATIC), *,
+    by_construction: bool = False,
 ) -> Iterator[Claim[Seasons]]:
     """Claims that a quantity is about as great as in the paper's columns."""
     for kind in kinds:
         value = printed(measure, kind)
         about = Range(f"about {value:,.4g}{unit} (half to double)", value / 2, 2 * value)
-        yield _table_3(text, kind, quantity, measure, about, pooling="percent" if unit else "count")
+        yield _table_3(text, kind, quantity, measure, about, pooling="percent" if unit else "count",
+                       by_construction=by_construction)
 
 
 def _beats(text: str, settings: str) -> Claim[Seasons]:
@@ -165,7 +169,8 @@ CLAIMS: tuple[Claim[Seasons], ...] = (
           in_table_3=True),
     _claim("Table 3", "Against humans more new actions are executed", _BOTH,
           "other actions in the season", total(pl.col("other_actions"), 1, GAMES), ABOVE, in_table_3=True),
-    *_about("Actions in a game", "actions a game, mean", mean(pl.col("actions"), 1, GAMES)),
+    *_about("Actions in a game", "actions a game, mean", mean(pl.col("actions"), 1, GAMES),
+            by_construction=True),
     *_about("New actions over all games", "other of all actions, %", overall_other(1, GAMES), " %"),
     *_about("New actions in games 1 to 10", "other actions in games 1 to 10, mean %", _BEFORE, " %",
             kinds=(HUMAN,)),
@@ -214,7 +219,8 @@ CLAIMS: tuple[Claim[Seasons], ...] = (
 
     _beats("The best apprentice beats the static team", BEST),
     *(_claim(AIM, f"It uses what it learned: against the {kind} team", ((BEST, STATIC),),
-            f"other actions in evaluations against {kind}, mean %", evaluated(OTHER, kind, GAMES),
+            f"time in other behaviours in evaluations against {kind}, mean %",
+            evaluated(OTHER_TIME, kind, GAMES),
             MOSTLY_LEARNED, pooling="percent", by_construction=True) for kind in (STATIC, RANDOM)),
     _wins("It wins against the random team, too", BEST),
     _beats(f"One that has {GAMES} matches and no others beats the static team", IN_GAMES),
@@ -225,8 +231,8 @@ CLAIMS: tuple[Claim[Seasons], ...] = (
     _claim(AIM, "In its last games it beats the static team", ((BEST, STATIC),),
           f"goal difference in games {LATE[0]} to {LATE[1]}, mean", mean(DIFFERENCE, *LATE), ABOVE),
     *(_claim(AIM, "In its last games it uses what it learned", ((BEST, kind),),
-            f"other actions in games {LATE[0]} to {LATE[1]}, mean %", mean(OTHER, *LATE), MOSTLY_LEARNED,
-            pooling="percent", by_construction=True)
+            f"time in other behaviours in games {LATE[0]} to {LATE[1]}, mean %", mean(OTHER_TIME, *LATE),
+            MOSTLY_LEARNED, pooling="percent", by_construction=True)
       for kind in (STATIC, HUMAN)),
 )
 

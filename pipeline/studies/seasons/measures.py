@@ -32,6 +32,10 @@ _BOUNDS: dict[Pooling, tuple[float, float]] = {
 #: Decisions of another behaviour than 194, % of the game's (Table 3, column %). Null in a game without
 #: decisions; means leave it out.
 OTHER = 100 * pl.col("other_actions") / pl.when(pl.col("actions") > 0).then(pl.col("actions"))
+#: Time in another behaviour than 194, % of the time of all decisions. Null where times are not known.
+OTHER_TIME = 100 * pl.col("other_s") / pl.when(pl.col("played_s") > 0).then(pl.col("played_s"))
+#: Decisions that lasted two frames or fewer, % of all. Null where they were not counted.
+BRIEF = 100 * pl.col("brief_actions") / pl.when(pl.col("actions") > 0).then(pl.col("actions"))
 DIFFERENCE = pl.col("goals_for").cast(pl.Int64) - pl.col("goals_against")
 #: Goals by direct or indirect action (paper, Figure 10: goals effectively made).
 EFFECTIVE = pl.col("direct").cast(pl.Int64) + pl.col("indirect")

@@ -11,8 +11,11 @@ from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.studies.claims import counted
 from pipeline.studies.document import code, interval, number, picture, table
 from pipeline.studies.seasons.claims import ABLATION, AIM, BEST, IN_GAMES, LATE, LEAST_SEASONS, PAPER
+from pipeline.studies.seasons.kickoffs import HEADINGS, NOT_TOLD, conclusions, kick_offs
 from pipeline.studies.seasons.measures import CONTROLS, distinct
 from pipeline.studies.seasons.preferences import side_by_side
+from pipeline.studies.seasons.sensitivity import HEADINGS as VARIED
+from pipeline.studies.seasons.sensitivity import sensitivity, variations, varied
 from pipeline.studies.seasons.settings import named
 from pipeline.studies.seasons.summary import (
     LAST,
@@ -55,7 +58,7 @@ PICTURES: dict[str, tuple[str, str]] = {
     ),
     "best": (
         "Our best apprentice",
-        "Goal difference and share of learned actions, game by game, against each opponent.",
+        "Goal difference and share of time in learned behaviours, game by game, against each opponent.",
     ),
     "ablations-paper": (
         "Ablations of the paper's settings",
@@ -74,6 +77,7 @@ class SeasonsReport:
 
     Attributes:
         games: schema Games.
+        growth: schema Growth.
         evaluations: schema Evaluations, of the seasons' apprentices.
         left_out: pairs of matches of these apprentices that do not count.
         preferences: preferences of the best apprentices, see
@@ -84,6 +88,7 @@ class SeasonsReport:
     """
 
     games: pl.DataFrame
+    growth: pl.DataFrame
     evaluations: pl.DataFrame
     left_out: int
     preferences: pl.DataFrame
@@ -95,7 +100,8 @@ class SeasonsReport:
         """The report in Markdown."""
         parts = [
             *self._played(), *self._claims(), *self._evaluations(), *self._pictures(), *self._preferences(),
-            *self._comparisons(), *self._goals(), *self._table_3(),
+            *self._comparisons(), *self._goals(), *self._kick_offs(), *self._sensitivity(),
+            *self._table_3(),
         ]
         return "\n\n".join(parts) + "\n"
 
@@ -122,17 +128,16 @@ class SeasonsReport:
 
     def _claims(self) -> Iterator[str]:
         yield "## Claims and verdicts"
-        items = pl.col("item")
-        groups = {
-            "The paper": ~items.is_in([ABLATION, AIM]), "Ours on ablations": items == ABLATION,
-            "Our aims": (items == AIM) & (pl.col("verdict") != "by construction"),
-        }
-        given = self.claims.filter(items == AIM, pl.col("verdict") == "by construction").height
-        yield "\n".join([
-            *(f"- {whose}, {counted(self.claims.filter(mine)['verdict'])}."
-              for whose, mine in groups.items()),
-            *([f"- {given} of our aims hold by construction and are not counted."] if given else []),
-        ])
+        items, given = pl.col("item"), pl.col("verdict") == "by construction"
+        groups = {"The paper": ~items.is_in([ABLATION, AIM]), "Ours on ablations": items == ABLATION,
+                  "Our aims": items == AIM}
+        lines = [f"- {whose}, {counted(self.claims.filter(mine, ~given)['verdict'])}."
+                 for whose, mine in groups.items()]
+        if (left := self.claims.filter(given)).height:
+            aims = left.filter(items == AIM).height
+            lines.append(f"- {aims} of our aims and {left.height - aims} other claims hold by construction"
+                         " and are not counted.")
+        yield "\n".join(lines)
         yield (
             "*Reproduced*: the interval lies wholly inside the claimed range. *Contradicted*: wholly "
             "outside. *Not reproduced*: neither, so the claim is neither shown nor refuted. "
@@ -142,9 +147,10 @@ class SeasonsReport:
         yield (
             f"Our aims concern the apprentice after {GAMES} games against the static team. They are "
             f"measured by its evaluations and by its games {LATE[0]} to {LATE[1]}. The interval of a rate "
-            f"is {_OF_RATES.format('its games or matches')}. Every action of `{BEST}` from game 2 on is a "
-            "learned one. This holds by construction: its key has one state per role, and it is known. A "
-            "constant team's actions all count as learned, too.")
+            f"is {_OF_RATES.format('its games or matches')}. `{BEST}` spends all its time from game 2 on in "
+            "learned behaviours. This holds by construction: its key has one state per role, which it knows. "
+            "A constant team's time all counts as learned, too. The number of actions in a game holds by "
+            "construction as well: nearly all are \"moves randomly\", which lasts 0.4 s by our choice.")
         head = ("item", "claim", "seasons of", "quantity", "claimed", "paper's table", "measured", "seasons",
                 "verdict")
         rows = [
@@ -192,16 +198,18 @@ class SeasonsReport:
         yield _renamed(side_by_side(self.preferences), {"opponent": "trained against"})
 
     def _comparisons(self) -> Iterator[str]:
+        games = self.games.filter(~varied())
         yield "## Settings beside each other"
-        yield (f"The last {LAST} games of each season. Wins and losses are shares of these games; their "
-               f"intervals are {_OF_RATES.format('these games')}.")
-        yield _with_intervals(compared(self.games), ("settings", "opponent", "seasons"))
+        yield (f"The last {LAST} games of each season. The learned share is of the robots' time. Brief "
+               "decisions last two frames or fewer (1/30 s). Wins and losses are shares of these games; "
+               f"their intervals are {_OF_RATES.format('these games')}.")
+        yield _with_intervals(compared(games), ("settings", "opponent", "seasons"))
         yield "## Effect of each change"
         yield (
             f"Each ablation minus the settings that it varies, over the last {LAST} games that all their "
             "seasons have, with Welch's interval. Seasons of one seed share the chances of their first "
             "game and no more. If twenty changes had no effect, one would still be told apart by chance.")
-        yield _ablated(ablated(self.games, (PAPER, BEST)))
+        yield _ablated(ablated(games, (PAPER, BEST)))
 
     def _goals(self) -> Iterator[str]:
         yield "## How goals came about"
@@ -213,6 +221,32 @@ class SeasonsReport:
             **{f"{kind}_against": kind for kind in kinds},
         })
 
+    def _kick_offs(self) -> Iterator[str]:
+        rows = kick_offs(self.games, PAPER)
+        if not rows.height:
+            return
+        yield "## What of Table 3 is kick-offs"
+        yield (
+            f"The seasons of `{PAPER}`, from the first game on in which their column of Table 3 has learned "
+            "actions. Robots decide anew at each kick-off and other restart; the first second after one is "
+            "counted by itself. A state is of one role. The correlation is of the share with goals + 1, the "
+            "number of kick-offs after goals and at the start.")
+        yield _estimates(rows, HEADINGS, ("opponent", "seasons", "first", "last"))
+        yield " ".join((*conclusions(rows), NOT_TOLD))
+
+    def _sensitivity(self) -> Iterator[str]:
+        rows = sensitivity(self.games, self.growth, PAPER)
+        if not rows.height:
+            return
+        yield "## What the paper leaves open"
+        yield (
+            f"The key numbers of Table 3 and Figures 8 to 10 with one setting of `{PAPER}` changed, over the "
+            f"first {rows['games'][0]} games, means over seasons.")
+        said = variations()
+        told = rows["settings"].unique().sort()
+        yield "\n".join(f"- `{name}`: {said[name]}" for name in told if name in said)
+        yield _estimates(rows.drop("games"), VARIED, ("opponent", "settings", "seasons"))
+
     def _table_3(self) -> Iterator[str]:
         yield "## Table 3, game by game"
         yield (
@@ -220,18 +254,19 @@ class SeasonsReport:
             "printed. For Yamamoto's game 10 the paper prints 5,230 actions, 5,239 of them random: one "
             "number is a slip.")
         counts = ("total", "random", "other")
-        head = ("game", *counts, "other, %", *(f"the paper's {name}" for name in counts), "the paper's %")
+        head = ("game", *counts, "other, %", "other, % of time",
+                *(f"the paper's {name}" for name in counts), "the paper's %")
         columns = beside_table_3(self.games, PAPER).partition_by("opponent", as_dict=True)
         for (opponent,), games in columns.items():
             change = f" (the score changes at game {CHANGE})" if opponent == "static" else ""
             yield f"### Against the {opponent} team{change}"
             rows = [
                 (str(row["game"]), *(number(row[name], 0) for name in counts),
-                 interval(row["pct"], row["low"], row["high"], 2),
+                 interval(row["pct"], row["low"], row["high"], 2), number(row["time_pct"], 2),
                  *(number(row[f"paper_{name}"], 0) for name in counts), number(row["paper_pct"], 2))
                 for row in games.iter_rows(named=True)
             ]
-            yield table(head, rows, [True] * 9)
+            yield table(head, rows, [True] * len(head))
 
 
 def commands(games: pl.DataFrame) -> Iterator[str]:
@@ -279,8 +314,8 @@ def _ablated(rows: pl.DataFrame) -> str:
 
 
 #: Heading and factor of each column that has an interval.
-_WITH_INTERVALS = {"difference": ("goal difference a game", 1), "other": ("learned actions, %", 1),
-                   "won": ("won, %", 100), "lost": ("lost, %", 100)}
+_WITH_INTERVALS = {"difference": ("goal difference a game", 1), "other": ("learned, % of time", 1),
+                   "brief": ("brief decisions, %", 1), "won": ("won, %", 100), "lost": ("lost, %", 100)}
 
 
 def _with_intervals(rows: pl.DataFrame, first: tuple[str, ...], last: tuple[str, ...] = ()) -> str:
@@ -298,6 +333,17 @@ def _with_intervals(rows: pl.DataFrame, first: tuple[str, ...], last: tuple[str,
     head = (*first, *(label for label, _ in names.values()), *last)
     right = (*(rows.schema[name].is_numeric() for name in first), *[True] * len(names), *[False] * len(last))
     return table(head, cells, right)
+
+
+def _estimates(rows: pl.DataFrame, headings: Mapping[str, str], first: tuple[str, ...]) -> str:
+    """Table of the ``first`` columns and of those that ``headings`` names, which have intervals."""
+    cells = [
+        (*(_cell(row[name]) for name in first),
+         *(interval(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in headings))
+        for row in rows.iter_rows(named=True)
+    ]
+    right = (*(rows.schema[name].is_numeric() for name in first), *[True] * len(headings))
+    return table((*first, *headings.values()), cells, right)
 
 
 def _renamed(rows: pl.DataFrame, names: Mapping[str, str]) -> str:

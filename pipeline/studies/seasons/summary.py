@@ -14,9 +14,11 @@ import polars as pl
 from pipeline.statistics import Estimate, welch
 from pipeline.studies.seasons import table3
 from pipeline.studies.seasons.measures import (
+    BRIEF,
     DIFFERENCE,
     LOST,
     OTHER,
+    OTHER_TIME,
     WON,
     Measure,
     Pooling,
@@ -36,7 +38,7 @@ _SIDES = ("settings", "opponent")
 _ENDS = ("", "_low", "_high")
 _KINDS = ("direct", "indirect", "error")
 _COMPARED: dict[str, tuple[pl.Expr, Pooling]] = {
-    "difference": (DIFFERENCE, "mean"), "other": (OTHER, "percent"),
+    "difference": (DIFFERENCE, "mean"), "other": (OTHER_TIME, "percent"), "brief": (BRIEF, "percent"),
     "won": (WON, "rate"), "lost": (LOST, "rate"),
 }
 
@@ -77,17 +79,18 @@ def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
 
     Returns:
         One row for each opponent and game, sorted. Ours: opponent, game, seasons, total, random, other, pct
-        (means over the seasons), low, high (interval of pct); null if there are no seasons. The paper's:
+        (means over the seasons), low, high (interval of pct), and time_pct (mean share of time, %); null if
+        there are no seasons. The paper's:
         paper_total, paper_random, paper_other, paper_pct as printed; null after game 35.
     """
     mine = games.filter(pl.col("settings") == settings)
     ours = curves(mine, {
         "total": pl.col("actions"), "random": pl.col("random_actions"), "other": pl.col("other_actions"),
-        "pct": OTHER,
+        "pct": OTHER, "time_pct": OTHER_TIME,
     }, poolings={"pct": "percent"}).with_columns(pl.col("opponent").cast(pl.String))
     wide = ours.filter(pl.col("what") == "pct").select(
         "opponent", "game", "seasons", pl.col("mean").alias("pct"), "low", "high")
-    for what in ("other", "random", "total"):
+    for what in ("time_pct", "other", "random", "total"):
         means = ours.filter(pl.col("what") == what).select("opponent", "game", pl.col("mean").alias(what))
         wide = means.join(wide, on=["opponent", "game"], how="left")
     printed = pl.concat(
@@ -100,7 +103,7 @@ def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
     both = printed.join(wide, on=["opponent", "game"], how="full", coalesce=True)
     return both.filter(pl.col("opponent").is_in(list(table3.COLUMNS.values()))).select(
         "opponent", "game", pl.col("seasons").fill_null(0), "total", "random", "other", "pct", "low", "high",
-        "paper_total", "paper_random", "paper_other", "paper_pct",
+        "time_pct", "paper_total", "paper_random", "paper_other", "paper_pct",
     ).sort("opponent", "game")
 
 
@@ -109,8 +112,8 @@ def compared(games: pl.DataFrame) -> pl.DataFrame:
 
     Returns:
         One row for each settings and opponent: settings, opponent, seasons, games (of the shortest season),
-        and means over the seasons with 95 % intervals: difference (goals a game), other (%), won and lost
-        (shares of games).
+        and means over the seasons with 95 % intervals: difference (goals a game), other (% of time), brief
+        (% of decisions), won and lost (shares of games).
     """
     rows = []
     for (settings, opponent), seasons in seasons_of(games).items():
@@ -138,8 +141,8 @@ def ablated(games: pl.DataFrame, bases: Sequence[str]) -> pl.DataFrame:
     Returns:
         One row for each ablation and opponent that its base has played, too, by base, settings, opponent:
         settings, base, opponent, seasons and seasons_base (counts), first and last (the last ten games that
-        all these seasons have), and with 95 % intervals difference (goals a game) and other (%), the
-        ablation's minus the base's.
+        all these seasons have), and with 95 % intervals difference (goals a game) and other (% of time),
+        the ablation's minus the base's.
     """
     found = seasons_of(games)
     rows: list[dict[str, object]] = []
@@ -153,7 +156,7 @@ def ablated(games: pl.DataFrame, bases: Sequence[str]) -> pl.DataFrame:
                 "settings": settings, "base": base, "opponent": opponent, "seasons": len(seasons),
                 "seasons_base": len(others), "first": max(1, last - LAST + 1), "last": last,
             }
-            for name, value in (("difference", DIFFERENCE), ("other", OTHER)):
+            for name, value in (("difference", DIFFERENCE), ("other", OTHER_TIME)):
                 mine, theirs = ([_last(value, last)(season) for season in side] for side in (seasons, others))
                 apart = Estimate(pooled(mine, "mean")[0].value - pooled(theirs, "mean")[0].value,
                                  *(welch(mine, theirs) or (math.nan, math.nan)))
@@ -169,8 +172,9 @@ def measured(games: pl.DataFrame, evaluations: pl.DataFrame) -> pl.DataFrame:
     Returns:
         One row for each settings, opponent and length of seasons, and opponent of the evaluation: settings,
         opponent, games, against, seasons, matches (of all seasons), and means over the seasons with 95 %
-        intervals: difference (goals a match), other (%), won and lost (shares of matches). A control's name
-        is in settings; it has no games and no seasons, and its means are over pairs of matches.
+        intervals: difference (goals a match), other (% of time), brief (% of decisions), won and lost
+        (shares of matches). A control's name is in settings; it has no games and no seasons, and its means
+        are over pairs of matches.
     """
     rows: list[dict[str, object]] = []
     for (settings, opponent), seasons in seasons_of(games, evaluations=evaluations).items():

@@ -133,7 +133,7 @@ def _at_random() -> pl.Expr:
 
 
 def _timed(mine: pl.DataFrame, hz: float) -> dict[str, float]:
-    """How long decisions last, and how many are of the first second of an episode; names as in schema Games."""
+    """How long decisions last, how many are of an episode's first second; names as in schema Games."""
     lasts = pl.col("end_ns") - pl.col("t_ns")
     first = pl.col("t_ns") - pl.col("t_ns").min().over("episode") < FIRST_S * 1e9
     other = ~_at_random()

@@ -93,15 +93,15 @@ def goals(curves: pl.DataFrame) -> Figure:
 
 
 def progress(curves: pl.DataFrame, aim: float) -> Figure:
-    """Progress of our own settings: goal difference and share of learned actions.
+    """Progress of our own settings: goal difference and share of time in learned behaviours.
 
     Args:
-        curves: curves of ``difference`` and ``other``.
-        aim: share of learned actions that we aim at, %.
+        curves: curves of ``difference`` and ``other`` (% of time).
+        aim: share of time in learned behaviours that we aim at, %.
     """
     panels = _by_measure(curves, {
         "difference": ("(a) goals, for less against", "goal difference a game"),
-        "other": ("(b) learned actions", "other actions, % of all")})
+        "other": ("(b) learned behaviours", "% of time")})
     figure = _drawn(panels, 2)
     figure.axes[0].axhline(0, color="0.6", linewidth=0.8, zorder=1)
     figure.axes[1].axhline(aim, color="0.6", linewidth=0.8, linestyle=(0, (3, 3)), zorder=1)
@@ -112,7 +112,7 @@ def progress(curves: pl.DataFrame, aim: float) -> Figure:
 
 
 def ablations(curves: pl.DataFrame, base: str, change: int | None) -> Figure:
-    """Goal difference and other actions of each ablation, in a column of its own, with its base.
+    """Goal difference and time in learned behaviours of each ablation, in a column of its own, with its base.
 
     Args:
         curves: curves of ``difference`` and ``other``, against one opponent.
@@ -124,7 +124,7 @@ def ablations(curves: pl.DataFrame, base: str, change: int | None) -> Figure:
     panels: list[_Panel | None] = []
     for first in range(0, len(names), columns):
         row = names[first:first + columns]
-        for what, label in (("difference", "goal difference a game"), ("other", "other actions, %")):
+        for what, label in (("difference", "goal difference a game"), ("other", "learned, % of time")):
             for name in row:
                 drawn = curves.filter((pl.col("what") == what) & pl.col("settings").is_in([base, name]))
                 title = f"{name} ({_seasons(drawn.filter(pl.col('settings') == name))})"

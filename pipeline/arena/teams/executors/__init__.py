@@ -60,7 +60,11 @@ def has_ended(code: int, robot: int, view: F64, roles: I64, m: Measures, own: Re
     last begins with the action, so it never holds already.
 
     Args:
-        code, robot, view, roles, m: see :func:`start`.
+        code: of Table 1.
+        robot: row of the robot in the view, 1 to N.
+        view: float64 [1 + 2 N, 6], the team's.
+        roles: int64 [2 N], see :func:`start`.
+        m: measures.
         own: a record of ``actions.ACTION``, written over.
     """
     _begin(code, robot, view, roles, m, own)

@@ -1,0 +1,110 @@
+"""How much of Table 3 is kick-offs: learned decisions in the first second of an episode, and the rest.
+
+A kick-off puts the ball and robots near the same places each time. Its states are therefore known long before
+others, and each goal brings one more. So a share of learned actions can count goals instead of learning.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import polars as pl
+
+from pipeline.studies.document import number
+from pipeline.studies.seasons import table3
+from pipeline.studies.seasons.measures import OTHER, Pooling, pooled, seasons_of
+from schemas.decisions import FIRST_S
+
+#: Length of the paper's games, seconds: "about eight minutes".
+_GAME_S = 480.0
+_KICK_OFFS = pl.col("goals_for").cast(pl.Int64) + pl.col("goals_against") + 1
+_OTHER, _ALL = pl.col("other_actions").sum(), pl.col("actions").sum()
+_FIRST_OTHER, _FIRST = pl.col("first_other_actions").sum(), pl.col("first_actions").sum()
+
+#: Columns of :func:`kick_offs`: the value over the games of one season, and how seasons are pooled.
+MEASURES: dict[str, tuple[pl.Expr, Pooling]] = {
+    "other": (100 * _OTHER / _ALL, "percent"),
+    "later": (100 * (_OTHER - _FIRST_OTHER) / (_ALL - _FIRST), "percent"),
+    "in_first": (100 * _FIRST_OTHER / _OTHER, "percent"),
+    "states": (pl.col("other_states").mean(), "count"),
+    "kick_offs": (_KICK_OFFS.mean(), "count"),
+    "each": (_OTHER / _KICK_OFFS.sum(), "count"),
+    "r": (pl.corr(OTHER, _KICK_OFFS), "mean"),
+}
+#: Their headings.
+HEADINGS = {
+    "other": "learned actions, %", "later": f"the same without the first {FIRST_S:g} s, %",
+    "in_first": f"of the learned, in the first {FIRST_S:g} s, %",
+    "states": "states of learned actions, a game",
+    "kick_offs": "goals + 1, a game", "each": "learned actions by goals + 1", "r": "r of both, over games",
+}
+
+
+def begins(opponent: str) -> int:
+    """First game that counts: that of the new score against static, else the first that has a policy."""
+    return table3.CHANGE if opponent == "static" else 2
+
+
+def kick_offs(games: pl.DataFrame, settings: str) -> pl.DataFrame:
+    """What of the learned actions of seasons is kick-offs.
+
+    Args:
+        games: schema Games.
+        settings: name of the seasons' settings.
+
+    Returns:
+        One row for each of the paper's opponents that was played: opponent, first and last (game, of the
+        shortest season), seasons, and for each of :data:`MEASURES` its mean over the seasons with the ends
+        of its 95 % interval (``_low``, ``_high``); null where it is not defined. ``r`` is the correlation of
+        the share of learned actions with goals + 1, game by game.
+    """
+    rows = []
+    for (name, opponent), seasons in seasons_of(games).items():
+        first = begins(opponent)
+        played = [season.games.filter(pl.col("game") >= first) for season in seasons]
+        if name != settings or opponent not in table3.COLUMNS.values() or not all(map(len, played)):
+            continue
+        row: dict[str, object] = {"opponent": opponent, "first": first, "seasons": len(played),
+                                  "last": min(own["game"][-1] for own in played)}
+        for column, (value, pooling) in MEASURES.items():
+            estimate, _ = pooled((_of(own, value) for own in played), pooling)
+            row |= dict(zip((column, f"{column}_low", f"{column}_high"), estimate, strict=True))
+        rows.append(row)
+    names = [f"{column}{end}" for column in MEASURES for end in ("", "_low", "_high")]
+    types = {"opponent": pl.String(), "first": pl.Int64(), "last": pl.Int64(), "seasons": pl.Int64(),
+             **dict.fromkeys(names, pl.Float64())}
+    return pl.DataFrame(rows, schema=types).with_columns(pl.col(names).fill_nan(None)).sort("opponent")
+
+
+def _of(games: pl.DataFrame, value: pl.Expr) -> float:
+    """The value over the games of a season; NaN if it is not defined, or if a column for it is null."""
+    if games.select(set(value.meta.root_names())).null_count().sum_horizontal().item():
+        return math.nan
+    found = games.select(value).item()
+    return math.nan if found is None else float(found)
+
+
+def conclusions(rows: pl.DataFrame) -> Iterator[str]:
+    """What follows for the paper's own table, some sentences for each row of :func:`kick_offs`."""
+    for row in rows.drop_nulls("in_first").iter_rows(named=True):
+        paper = table3.games(row["opponent"]).filter(pl.col("game") >= row["first"])
+        others = float(paper["other_actions"].mean())  # type: ignore[arg-type]
+        needed = others / row["each"]
+        yield (
+            f"Against the {row['opponent']} team, {number(row['in_first'])} % of our learned actions fall in"
+            f" the first second of an episode. There are {number(row['each'])} of them for each kick-off.")
+        if (row["r_low"] or 0.0) > 0.0:
+            yield f"Goals + 1 accounts for {number(100 * row['r'] ** 2)} % of their variance over games."
+        if not (row["each_low"] or 0.0) > 0.0:
+            yield "They are too few to say anything of the paper's column."
+            continue
+        yield (
+            f"At that rate the paper's {number(others)} learned actions a game (from game {row['first']} on)"
+            f" are {number(needed)} kick-offs, one each {number(_GAME_S / needed)} s.")
+
+
+#: What the paper's table cannot tell, whatever we measure.
+NOT_TOLD = (
+    "The paper gives no goals of these games. So its 3 to 4 % can be kick-offs, learned play, or both: the"
+    " table alone does not tell.")
