@@ -18,7 +18,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help browser demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
-  teams-apart expected-goals paradigms seasons soak bench-scale golden notebooks lock clean
+  teams-apart expected-goals paradigms seasons sensitivity soak bench-scale golden notebooks lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -72,7 +72,7 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world rules best-constant teams-apart expected-goals study-labels study-values paradigms seasons looking  ## all studies, into data/studies/
+study: world rules best-constant teams-apart expected-goals study-labels study-values paradigms seasons sensitivity looking  ## all studies, into data/studies/
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
@@ -131,8 +131,9 @@ IDEAS := begin-all bold both-teams constant-steps each-decision grams influence 
 # What the paper leaves open, see pipeline/studies/seasons/named/paper-vary-*.toml.
 VARIED := $(sort $(patsubst pipeline/studies/seasons/named/%.toml,%,$(wildcard pipeline/studies/seasons/named/paper-vary-*.toml)))
 
-seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablation of each idea (two hours)
+seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablation of each idea (two and a half hours)
 	$(SEASON) --settings paper --seasons 5
+	$(SEASON) --settings paper-literal --seasons 5
 	$(SEASON) --settings paper-full35 --opponent static --opponent human-like --seasons 5
 	$(SEASON) --settings paper-level --seasons 5
 	$(SEASON) --settings best --opponent static --opponent human-like --seasons 5
@@ -148,6 +149,12 @@ seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablati
 	  done; \
 	done
 	$(BIN)/pitchlore report --export data/studies/seasons --data $(STUDY_DATA)
+
+# Paper's figures need games 1 to 10, and a few after the change of the score.
+sensitivity: $(READY)  ## the paper's seasons with each setting that it leaves open (40 minutes on two free cores)
+	$(SEASON) --settings paper --seasons 3 --games 14
+	for variation in $(VARIED); do $(SEASON) --settings $$variation --seasons 3 --games 14 || exit 1; done
+	PYTHONPATH=tests $(BIN)/python -m studies.sensitivity data/studies/sensitivity $(STUDY_DATA)
 
 golden: $(READY)  ## write the goldens anew; review the diff
 	PYTHONPATH=tests $(BIN)/python -m golden.cases

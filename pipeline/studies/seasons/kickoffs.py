@@ -30,7 +30,7 @@ MEASURES: dict[str, tuple[pl.Expr, Pooling]] = {
     "states": (pl.col("other_states").mean(), "count"),
     "kick_offs": (_KICK_OFFS.mean(), "count"),
     "each": (_OTHER / _KICK_OFFS.sum(), "count"),
-    "r": (pl.corr(OTHER, _KICK_OFFS), "mean"),
+    "r": (pl.corr(OTHER, _KICK_OFFS), "correlation"),
 }
 #: Their headings.
 HEADINGS = {

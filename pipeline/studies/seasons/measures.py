@@ -20,13 +20,14 @@ from pipeline.studies.claims import Evidence
 from pipeline.studies.seasons import table3
 from schemas import ROLES, Evaluations, Growth
 
-#: How numbers of seasons become one estimate. ``mean``: mean with Student's interval; ``count``, ``percent``
-#: and ``share``: the same, cut off at the values that are possible; ``seasons``: share of seasons whose
-#: number is 1 (else 0), with Wilson's interval; ``rate``: mean of shares of games or matches, with the wider
-#: of both.
-Pooling = Literal["mean", "count", "percent", "share", "seasons", "rate"]
+#: How numbers of seasons become one estimate. ``mean``: mean with Student's interval; ``count``, ``percent``,
+#: ``share`` and ``correlation``: the same, cut off at the values that are possible; ``seasons``: share of
+#: seasons whose number is 1 (else 0), with Wilson's interval; ``rate``: mean of shares of games or matches,
+#: with the wider of both.
+Pooling = Literal["mean", "count", "percent", "share", "correlation", "seasons", "rate"]
 _BOUNDS: dict[Pooling, tuple[float, float]] = {
-    "count": (0.0, math.inf), "percent": (0.0, 100.0), "share": (0.0, 1.0), "rate": (0.0, 1.0),
+    "count": (0.0, math.inf), "percent": (0.0, 100.0), "share": (0.0, 1.0), "correlation": (-1.0, 1.0),
+    "rate": (0.0, 1.0),
 }
 
 #: Decisions of another behaviour than 194, % of the game's (Table 3, column %). Null in a game without

@@ -11,11 +11,10 @@ from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.studies.claims import counted
 from pipeline.studies.document import code, interval, number, picture, table
 from pipeline.studies.seasons.claims import ABLATION, AIM, BEST, IN_GAMES, LATE, LEAST_SEASONS, PAPER
-from pipeline.studies.seasons.kickoffs import HEADINGS, NOT_TOLD, conclusions, kick_offs
 from pipeline.studies.seasons.measures import CONTROLS, distinct
 from pipeline.studies.seasons.preferences import side_by_side
-from pipeline.studies.seasons.sensitivity import HEADINGS as VARIED
-from pipeline.studies.seasons.sensitivity import sensitivity, variations, varied
+from pipeline.studies.seasons.sections import about_kick_offs, about_sensitivity
+from pipeline.studies.seasons.sensitivity import varied
 from pipeline.studies.seasons.settings import named
 from pipeline.studies.seasons.summary import (
     LAST,
@@ -100,8 +99,8 @@ class SeasonsReport:
         """The report in Markdown."""
         parts = [
             *self._played(), *self._claims(), *self._evaluations(), *self._pictures(), *self._preferences(),
-            *self._comparisons(), *self._goals(), *self._kick_offs(), *self._sensitivity(),
-            *self._table_3(),
+            *self._comparisons(), *self._goals(), *about_kick_offs(self.games),
+            *about_sensitivity(self.games, self.growth), *self._table_3(),
         ]
         return "\n\n".join(parts) + "\n"
 
@@ -221,32 +220,6 @@ class SeasonsReport:
             **{f"{kind}_against": kind for kind in kinds},
         })
 
-    def _kick_offs(self) -> Iterator[str]:
-        rows = kick_offs(self.games, PAPER)
-        if not rows.height:
-            return
-        yield "## What of Table 3 is kick-offs"
-        yield (
-            f"The seasons of `{PAPER}`, from the first game on in which their column of Table 3 has learned "
-            "actions. Robots decide anew at each kick-off and other restart; the first second after one is "
-            "counted by itself. A state is of one role. The correlation is of the share with goals + 1, the "
-            "number of kick-offs after goals and at the start.")
-        yield _estimates(rows, HEADINGS, ("opponent", "seasons", "first", "last"))
-        yield " ".join((*conclusions(rows), NOT_TOLD))
-
-    def _sensitivity(self) -> Iterator[str]:
-        rows = sensitivity(self.games, self.growth, PAPER)
-        if not rows.height:
-            return
-        yield "## What the paper leaves open"
-        yield (
-            f"The key numbers of Table 3 and Figures 8 to 10 with one setting of `{PAPER}` changed, over the "
-            f"first {rows['games'][0]} games, means over seasons.")
-        said = variations()
-        told = rows["settings"].unique().sort()
-        yield "\n".join(f"- `{name}`: {said[name]}" for name in told if name in said)
-        yield _estimates(rows.drop("games"), VARIED, ("opponent", "settings", "seasons"))
-
     def _table_3(self) -> Iterator[str]:
         yield "## Table 3, game by game"
         yield (
@@ -333,17 +306,6 @@ def _with_intervals(rows: pl.DataFrame, first: tuple[str, ...], last: tuple[str,
     head = (*first, *(label for label, _ in names.values()), *last)
     right = (*(rows.schema[name].is_numeric() for name in first), *[True] * len(names), *[False] * len(last))
     return table(head, cells, right)
-
-
-def _estimates(rows: pl.DataFrame, headings: Mapping[str, str], first: tuple[str, ...]) -> str:
-    """Table of the ``first`` columns and of those that ``headings`` names, which have intervals."""
-    cells = [
-        (*(_cell(row[name]) for name in first),
-         *(interval(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in headings))
-        for row in rows.iter_rows(named=True)
-    ]
-    right = (*(rows.schema[name].is_numeric() for name in first), *[True] * len(headings))
-    return table((*first, *headings.values()), cells, right)
 
 
 def _renamed(rows: pl.DataFrame, names: Mapping[str, str]) -> str:

@@ -1,0 +1,54 @@
+"""Sections of the report on seasons: what of Table 3 is kick-offs, and what the paper leaves open."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import polars as pl
+
+from pipeline.studies.document import interval, number, table
+from pipeline.studies.seasons import kickoffs
+from pipeline.studies.seasons.claims import PAPER
+from pipeline.studies.seasons.kickoffs import NOT_TOLD, conclusions, kick_offs
+from pipeline.studies.seasons.sensitivity import HEADINGS, sensitivity, variations
+
+
+def about_kick_offs(games: pl.DataFrame) -> Iterator[str]:
+    """Paragraphs on how much of Table 3 is kick-offs, from schema Games; none without the paper's seasons."""
+    rows = kick_offs(games, PAPER)
+    if not rows.height:
+        return
+    yield "## What of Table 3 is kick-offs"
+    yield (
+        f"The seasons of `{PAPER}`, from the first game on in which their column of Table 3 has learned "
+        "actions. Robots decide anew at each kick-off and other restart; the first second after one is "
+        "counted by itself. A state is of one role. The correlation is of the share with goals + 1, the "
+        "number of kick-offs after goals and at the start.")
+    yield _estimates(rows, kickoffs.HEADINGS, ("opponent", "seasons", "first", "last"))
+    yield " ".join((*conclusions(rows), NOT_TOLD))
+
+
+def about_sensitivity(games: pl.DataFrame, growth: pl.DataFrame) -> Iterator[str]:
+    """Paragraphs on the paper's settings varied, from schemas Games and Growth; none without variations."""
+    rows = sensitivity(games, growth, PAPER)
+    if not rows.height:
+        return
+    yield "## What the paper leaves open"
+    yield (
+        f"The key numbers of Table 3 and Figures 8 to 10 with one setting of `{PAPER}` changed, over the "
+        f"first {rows['games'][0]} games, means over seasons.")
+    said = variations()
+    told = rows["settings"].unique().sort()
+    yield "\n".join(f"- `{name}`: {said[name]}" for name in told if name in said)
+    yield _estimates(rows.drop("games"), HEADINGS, ("opponent", "settings", "seasons"))
+
+
+def _estimates(rows: pl.DataFrame, headings: Mapping[str, str], first: tuple[str, ...]) -> str:
+    """Table of the ``first`` columns and of those that ``headings`` names, which have intervals."""
+    cells = [
+        (*(row[name] if isinstance(row[name], str) else number(row[name]) for name in first),
+         *(interval(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in headings))
+        for row in rows.iter_rows(named=True)
+    ]
+    right = (*(rows.schema[name].is_numeric() for name in first), *[True] * len(headings))
+    return table((*first, *headings.values()), cells, right)
