@@ -76,6 +76,16 @@ def test_learned_share():
     assert found.learned_share.value == pytest.approx((0.75 + 0.25) / 2)
 
 
+def test_time_of_constant_team(tmp_path):
+    """All time of a constant team is in learned behaviours, also of one that stands and loses: that is no merit."""
+    policies = {}
+    team = entrant(Store(tmp_path), "constant:184", policies)
+    whole = Evaluation(team=team, opponent=entrant(Store(tmp_path), "static", {}), referee=RefereeSettings(duration_s=60.0))
+    found = summarise(play(Pair(evaluation=whole, seed=1), policies))
+    assert found.goal_difference.value < 0
+    assert (found.learned_time.value, found.learned_share.value) == (1.0, 1.0)
+
+
 def test_interval_bounds():
     """No interval reaches beyond what its quantity can be."""
     # pairs of 5 and 0 goals, shares .9 and 1.0: Student's with one degree of freedom is ±31.8 and ±.64

@@ -88,11 +88,13 @@ def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
         "total": pl.col("actions"), "random": pl.col("random_actions"), "other": pl.col("other_actions"),
         "pct": OTHER, "time_pct": OTHER_TIME,
     }, poolings={"pct": "percent"}).with_columns(pl.col("opponent").cast(pl.String))
-    wide = ours.filter(pl.col("what") == "pct").select(
+    wide = ours.filter(pl.col("what") == "total").select("opponent", "game", pl.col("mean").alias("total"))
+    shares = ours.filter(pl.col("what") == "pct").select(
         "opponent", "game", "seasons", pl.col("mean").alias("pct"), "low", "high")
-    for what in ("time_pct", "other", "random", "total"):
-        means = ours.filter(pl.col("what") == what).select("opponent", "game", pl.col("mean").alias(what))
-        wide = means.join(wide, on=["opponent", "game"], how="left")
+    others = (ours.filter(pl.col("what") == what).select("opponent", "game", pl.col("mean").alias(what))
+              for what in ("random", "other", "time_pct"))
+    for columns in (shares, *others):
+        wide = wide.join(columns, on=["opponent", "game"], how="left")
     printed = pl.concat(
         table3.printed().select(
             pl.lit(kind).alias("opponent"), pl.col("game").cast(pl.Int16),

@@ -1,0 +1,127 @@
+"""What of Table 3 is kick-offs, what settings change, and times of decisions: counted by hand."""
+
+import polars as pl
+import pytest
+from support.seasons import season, tables
+from test_season_tables import GAME, KICK, decisions, goals, match
+
+from flows.report import drawn
+from pipeline.studies.seasons.kickoffs import NOT_TOLD, conclusions, kick_offs
+from pipeline.studies.seasons.measures import BRIEF, OTHER, OTHER_TIME
+from pipeline.studies.seasons.sections import about_kick_offs, about_sensitivity
+from pipeline.studies.seasons.sensitivity import sensitivity, variations
+from pipeline.studies.seasons.settings import names
+from pipeline.studies.seasons.summary import beside_table_3, compared
+from pipeline.studies.seasons.tables import game_row
+
+STATIC, HUMAN = "static", "human-like"
+S = 1_000_000_000
+FRAME = S / 60
+
+
+def timed(*rows):
+    """(start, end, behaviour, state, episode) each, in seconds."""
+    made = decisions(*(("home", "striker", state, behaviour, True) for _, _, behaviour, state, _ in rows))
+    return made.with_columns(
+        t_ns=pl.Series([round(start * S) for start, *_ in rows]), end_ns=pl.Series([round(end * S) for _, end, *_ in rows]),
+        episode=pl.Series([episode for *_, episode in rows], dtype=pl.Int32))
+
+
+def test_times_of_a_game():
+    """Times, first seconds and brief decisions of a game, by hand."""
+    made = timed(
+        (10.0, 10.4, None, 1, 0), (10.4, 10.9, KICK, 2, 0), (10.9, 12.0, None, 3, 0), (12.0, 12.0 + 2 / 60, KICK, 2, 0),
+        (12.0 + 2 / 60, 12.0 + 5 / 60, KICK, 4, 0),  # three frames are not brief
+        (50.0, 51.0, KICK, 5, 1), (51.0, 51.0 + 1 / 60, None, 5, 1),  # a second after the kick-off is not its first
+    )
+    row = game_row(*GAME, match(), made, goals(), situations=0).row(0, named=True)
+    assert row["played_s"] == pytest.approx(2.0 + 5 / 60 + 1.0 + 1 / 60)
+    assert row["other_s"] == pytest.approx(0.5 + 5 / 60 + 1.0)
+    assert (row["actions"], row["other_actions"], row["brief_actions"]) == (7, 4, 2)
+    assert (row["first_actions"], row["first_other_actions"], row["other_states"]) == (4, 2, 3)
+    table = pl.DataFrame([row])
+    assert table.select(OTHER_TIME).item() == pytest.approx(100 * row["other_s"] / row["played_s"])
+    assert table.select(OTHER).item() == pytest.approx(400 / 7)
+    assert table.select(BRIEF).item() == pytest.approx(200 / 7)
+
+
+def kicking(seed, each=3):
+    """A season in which each kick-off brings so many learned actions: 3 × (goals + 1) of 1,000."""
+    return season("paper", STATIC, seed, goals=lambda g: (0, g + seed), last=20,
+                  other=lambda g: 0.0 if g < 11 else each * (g + seed + 1) / 10)
+
+
+def test_kick_offs():
+    """Learned actions that are three a kick-off are found to be so, and to follow it."""
+    games, _ = tables(*(kicking(s) for s in range(3)))
+    (row,) = kick_offs(games, "paper").iter_rows(named=True)
+    assert (row["opponent"], row["first"], row["last"], row["seasons"]) == (STATIC, 11, 20, 3)
+    assert row["each"] == pytest.approx(3.0)
+    assert row["r"] == pytest.approx(1.0)
+    assert row["r_high"] <= 1.0
+    assert row["kick_offs"] == pytest.approx(15.5 + 1 + 1)
+    assert row["other"] == pytest.approx(100 * 3 * 17.5 / 1000)
+    assert (row["in_first"], row["later"]) == (100.0, 0.0)  # the first 200 actions of a game hold all of them
+    said = " ".join(conclusions(kick_offs(games, "paper")))
+    # games 11 to 35 of the paper's column: 132 a game
+    assert "There are 3 of them for each kick-off. Goals + 1 accounts for 100 %" in said
+    assert "the paper's 132 learned actions a game (from game 11 on) are 44.1 kick-offs, one each 10.9 s" in said
+
+
+def test_learned_play_is_no_kick_off():
+    """Learned actions beyond the first second are seen as such."""
+    games, _ = tables(*(season("paper", STATIC, s, last=20, other=lambda g: 50.0 if g > 10 else 0.0) for s in range(3)))
+    (row,) = kick_offs(games, "paper").iter_rows(named=True)
+    assert row["in_first"] == pytest.approx(40.0)  # 200 of 500
+    assert row["later"] == pytest.approx(37.5)  # 300 of 800
+    assert row["r"] is None  # the share is the same in all games
+
+
+def test_too_few():
+    """A column with hardly any learned actions leads to no number of kick-offs, and old seasons to none at all."""
+    games, _ = tables(*(season("paper", HUMAN, s, last=20, other=lambda g, s=s: 5.0 if (s, g) == (0, 12) else 0.0) for s in range(3)))
+    said = list(conclusions(kick_offs(games, "paper")))
+    assert said[-1] == "They are too few to say anything of the paper's column."
+    old = games.with_columns(pl.lit(None, pl.Int64).alias("first_other_actions"))
+    assert kick_offs(old, "paper")["in_first"].to_list() == [None]
+    assert list(conclusions(kick_offs(old, "paper"))) == []
+    assert next(iter(reversed(list(about_kick_offs(games))))).endswith(NOT_TOLD)
+    assert list(about_kick_offs(games.filter(pl.col("settings") == "best"))) == []
+
+
+def varied():
+    """The paper's settings, five seasons, and one variation, three of fewer games."""
+    paper = [season("paper", STATIC, s, last=20, goals=lambda g: (0, 10)) for s in range(5)]
+    maps = [season("paper-vary-maps-large", STATIC, s, last=14, behaviours=lambda g: 2 * g, goals=lambda g: (0, 10 + g)) for s in range(3)]
+    return tables(*paper, *maps)
+
+
+def test_sensitivity():
+    """A variation stands below what it varies, over the games that both have."""
+    games, growth = varied()
+    paper, maps = sensitivity(games, growth, "paper").iter_rows(named=True)
+    assert [(row["settings"], row["seasons"], row["games"]) for row in (paper, maps)] == [("paper", 5, 14), ("paper-vary-maps-large", 3, 14)]
+    assert (paper["behaviours"], maps["behaviours"]) == (3 * 5 * 14, 3 * 2 * 14)
+    assert (paper["difference"], maps["difference"]) == (-10.0, -10 - 12.5)  # games 11 to 14
+    assert maps["states"] == 3 * 100 * 14
+    told = "\n".join(about_sensitivity(games, growth))
+    assert "- `paper-vary-maps-large`: Maps of about twice as many neurons: 20, 24, 30 and 49." in told
+    assert sensitivity(*tables(season("paper", STATIC)), "paper").height == 0
+
+
+def test_variations_are_apart():
+    """Variations are no ablations: neither the comparison of settings nor the plots have them."""
+    games, growth = varied()
+    assert "ablations-paper" not in drawn(games, growth)
+    assert set(compared(games)["settings"]) == {"paper", "paper-vary-maps-large"}  # who asks for them gets them
+    assert set(variations()) == {name for name in names() if name.startswith("paper-vary-")}
+    assert all(reason.endswith(".") for reason in variations().values())
+
+
+def test_time_in_table_3():
+    """The share of time stands beside the count, and is missing where it was not kept."""
+    games, _ = tables(season("paper", STATIC, 0, last=12, other=lambda g: 3.0))
+    row = beside_table_3(games.with_columns(other_s=2 * pl.col("other_s")), "paper").filter(opponent=STATIC, game=11).row(0, named=True)
+    assert (row["pct"], row["time_pct"]) == (3.0, pytest.approx(6.0))
+    old = beside_table_3(games.with_columns(other_s=pl.lit(None, pl.Float64)), "paper").filter(opponent=STATIC, game=11).row(0, named=True)
+    assert (old["pct"], old["time_pct"]) == (3.0, None)
