@@ -1,5 +1,7 @@
 """One game of a season after the other: play, take the matches through all stages, learn.
 
+Where a person plays, :mod:`flows.sitting` plays the match of a game and comes here for the rest.
+
 A season is a store of its own in ``seasons/<id>/``; its tables, a row for each game that is done, are an
 output of the noun seasons in the store that it belongs to. A game is done when its rows are there:
 whatever was killed goes on with the first game that is not.
@@ -7,6 +9,9 @@ whatever was killed goes on with the first game that is not.
 Nothing here loads Prefect: a process that plays games starts a second sooner.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,6 +26,8 @@ from flows.stages import STAGES
 from flows.teams import labelled
 from flows.versions import emit
 from pipeline import arena
+from pipeline.arena.match.controllers import PolicyTables
+from pipeline.arena.match.recipe import Recipe
 from pipeline.errors import BadSettings
 from pipeline.state import project
 from pipeline.store import Store
@@ -29,9 +36,14 @@ from pipeline.store.work import Made, Work
 from pipeline.studies.seasons.settings import Season
 from pipeline.studies.seasons.tables import game_row, growth_rows, states_played
 from schemas import Behaviours, Decisions, Games, Goals, Growth, Matches, Occasions, StatesPlayed, Table
+from schemas.seasons import PERSON
 from schemas.table import Key
 
 NOUN = "seasons"
+#: Folder, in a season's own store, of the logs of games that a person left before their end.
+LEFT = "left"
+#: Plays a match for a store, unless that has it (:func:`flows.record.record`).
+Recorder = Callable[[Store, Recipe, Mapping[str, PolicyTables]], object]
 #: What is kept of the games of a season that is to leave little behind.
 _KEPT = ("sides", "sequences", "decisions")
 
@@ -66,8 +78,15 @@ def group_of(game: int) -> str:
     return f"game-{game:03d}"
 
 
-def play(data: Path, season: Season, game: int) -> list[str]:
-    """Play the missing matches of a game. Returns the ids of all its matches, the counted one first."""
+def play(data: Path, season: Season, game: int, recorder: Recorder = record) -> list[str]:
+    """Play the missing matches of a game. Returns the ids of all its matches, the counted one first.
+
+    Args:
+        data: the data folder.
+        season: season of the game.
+        game: number of the game.
+        recorder: plays a match for a store, unless that has it.
+    """
     own, before = store_of(data, season), done(Store(data), season)
     own.sweep()
     label, known = None, {}
@@ -76,7 +95,7 @@ def play(data: Path, season: Season, game: int) -> list[str]:
         known[label] = tables
     recipes = season.recipes(game, label)
     for recipe in recipes:
-        record(own, recipe, known)
+        recorder(own, recipe, known)
     return [recipe.match_id for recipe in recipes]
 
 
@@ -123,6 +142,7 @@ def _commit(
             played_with, own.read_table(played_with, "occasions", Occasions)),
         policy_version=None if before is None else before.details["policy"],
         knowledge_version=known.version,
+        left=len(own.were_set_aside(LEFT, f"{match}.mcap")) if season.opponent == PERSON else None,
     )
     growth = growth_rows(
         season, number, decided, played,
@@ -162,6 +182,17 @@ def _work(season: Season) -> Work:
     )
 
 
+def next_of(store: Store, season: Season) -> Turn | None:
+    """The next game of a season, None if it has no games left.
+
+    Raises:
+        BadSettings: as for :func:`done`.
+    """
+    before = done(store, season)
+    last = 0 if before is None else before.details["games"]
+    return Turn(season, last + 1) if last < season.settings.games else None
+
+
 class Turn(NamedTuple):
     """A game to be played next.
 
@@ -183,7 +214,7 @@ class Turn(NamedTuple):
         """Number of games of the season that are still to be played, this one included."""
         return self.season.settings.games - self.game + 1
 
-    def following(self) -> "Turn | None":
+    def following(self) -> Turn | None:
         """The next game of the season, None if this is the last."""
         return Turn(self.season, self.game + 1) if self.game < self.season.settings.games else None
 

@@ -30,16 +30,21 @@ def record(
     Raises:
         StorageFailed: if the log cannot be written, or if another process plays this match.
     """
-    there = store.holding(_work(recipe))
-    if there is None:
-        match = Match(recipe, controllers_of(recipe, policies or {}))
-        with recording(store, match) as log_it:
-            while match.advance(PART):
-                log_it()
-        there = store.receipt("matches", recipe.match_id)
-        assert there is not None
-        return there, True
-    return there, False
+    there = recorded(store, recipe)
+    if there is not None:
+        return there, False
+    match = Match(recipe, controllers_of(recipe, policies or {}))
+    with recording(store, match) as log_it:
+        while match.advance(PART):
+            log_it()
+    there = recorded(store, recipe)
+    assert there is not None
+    return there, True
+
+
+def recorded(store: Store, recipe: Recipe) -> Receipt | None:
+    """The receipt of a match that has been played by a recipe, None if the store has none."""
+    return store.holding(_work(recipe))
 
 
 def record_match(

@@ -10,7 +10,7 @@ from typing import Any
 from prefect.futures import PrefectFuture, as_completed
 
 from flows.catalog import refresh_into
-from flows.games import NOUN, Turn, done, take
+from flows.games import NOUN, Turn, next_of, take
 from flows.jobs import stage_task
 from flows.placement.crew import Crew
 from flows.placement.places import placed
@@ -68,16 +68,15 @@ def _begin(store: Store, seasons: list[Season], report: StageReport) -> Iterator
     """The next game of each season that has games left."""
     for season in {season.id: season for season in seasons}.values():
         try:
-            before = done(store, season)
+            turn = next_of(store, season)
         except PitchloreError as error:
             report.failed[season.id] = str(error)
             continue
-        last = 0 if before is None else before.details["games"]
-        if last < season.settings.games:
-            listener.get().begin(season.id, season.settings.games - last)
-            yield Turn(season, last + 1)
-        else:
+        if turn is None:
             report.kept += 1
+        else:
+            listener.get().begin(season.id, turn.left)
+            yield turn
 
 
 def _end(turn: Turn, result: object, report: StageReport) -> Turn | None:

@@ -43,6 +43,7 @@ from schemas.table import SIDES as SIDES
 from schemas.table import STAND_IN as STAND_IN
 from schemas.table import Side as Side
 from schemas.table import Table as Table
+from schemas.table import called as called
 from schemas.table import note_on as note_on
 from schemas.trajectories import Trajectories as Trajectories
 from schemas.values import Moments as Moments

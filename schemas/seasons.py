@@ -10,9 +10,11 @@ import polars as pl
 from schemas.paradigms import VERDICTS
 from schemas.table import ROLES, SLUG, STAND_IN, Table, match_id, unit
 
-#: Teams that seasons are played against; another one makes new versions of the tables that name it.
-Opponent = Literal["static", "human-like", "random"]
+#: Whom seasons are played against; another one makes new versions of the tables that name it.
+Opponent = Literal["static", "human-like", "random", "person"]
 OPPONENTS: tuple[Opponent, ...] = get_args(Opponent)
+#: The opponent that is no script: a person plays it in a window.
+PERSON: Opponent = "person"
 CLAIM_VERDICTS = (*VERDICTS, "contradictory", "reached", "not reached", "not judged", "by construction")
 
 
@@ -21,7 +23,7 @@ class OfGame(Table):
 
     season = dy.String(primary_key=True, regex=SLUG, description="season the row belongs to: a slug, unique in a data folder")
     settings = dy.String(regex=SLUG, description="name of the season's settings: paper, best, or an ablation's")
-    opponent = dy.Enum(OPPONENTS, description=f"team played against. {STAND_IN}")
+    opponent = dy.Enum(OPPONENTS, description=f"team played against; person: a person in a window. {STAND_IN}")
     seed = dy.Int64(min=0, description="seed of the season; all its random numbers follow from it")
     game = dy.Int16(primary_key=True, min=1, description="number of the game in its season")
 
@@ -59,6 +61,7 @@ class Games(OfGame):
     duration_s = dy.Float64(min=0, description="first to last sample of the match", metadata=unit("s"))
     policy_version = dy.Int32(nullable=True, min=1, description="version of the policy it played with; null where there was none yet")
     knowledge_version = dy.Int32(nullable=True, min=1, description="newest version of the knowledge after the game; null where there was none yet")
+    left = dy.Int16(nullable=True, min=0, description="times that a person left the game before its end, after which it was played anew; null where a script plays")
     played_s = dy.Float64(nullable=True, min=0, description="time of the apprentice's decisions, each from its start to the next or to the end of play", metadata=unit("s"))
     other_s = dy.Float64(nullable=True, min=0, description="time of its decisions for any other behaviour than moves randomly, 194", metadata=unit("s"))
     first_actions = dy.Int64(nullable=True, min=0, description="its decisions in the first second of an episode: after a kick-off or another restart")
@@ -93,7 +96,8 @@ class Growth(OfGame):
     """
 
     NAME: ClassVar[str] = "growth"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
+    SINCE: ClassVar[int] = 1
 
     role = dy.Enum(ROLES, primary_key=True, description="role of the robot")
     states = dy.Int64(min=0, description="states known after the game: seen in knowledge or played in (Figure 8)")

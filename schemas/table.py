@@ -15,15 +15,21 @@ SIDES: tuple[Side, Side] = get_args(Side)
 BODIES = ("ball", *SIDES)
 ROLES = ("goalkeeper", "midfield", "striker")
 
-#: Teams that stand in for people.
+#: Teams that are named after people and are scripts.
 STAND_INS = ("human-like",)
 #: The note beside every result of one of them.
-STAND_IN = "Human-like is a scripted team that stands in for people and is no model of anyone"
+STAND_IN = "Human-like is a second script, after static: no person plays it, and it is no model of anyone"
 
 #: Which elements of the state are kept (``pipeline.state.columns``).
 Key = Literal["full36", "full35", "ego19", "team19", "self9", "self6", "role0"]
 #: From fine to coarse.
 KEYS: tuple[Key, ...] = get_args(Key)
+
+
+def called(team: str) -> str:
+    """The name of a team, or of several that make a difference, in reports: a second script is called so."""
+    parts = (f"{name} (a second script)" if name in STAND_INS else name for name in team.split(" less "))
+    return " less ".join(parts)
 
 
 def note_on(*teams: str) -> str | None:
@@ -35,14 +41,15 @@ class Table(dy.Schema):
     """Base of all schemas.
 
     A subclass names its table. Its version rises whenever its columns change in any way. Columns are only
-    added, and those that are added may be null, so that files of earlier versions can be read.
+    added, and those that are added may be null, so that files of earlier versions can be read. The words of
+    an enumeration are only added, too.
     """
 
     NAME: ClassVar[str]
     VERSION: ClassVar[int]
     #: Whether the table is a view of the catalogue; an abstract table has no name.
     PUBLIC: ClassVar[bool] = True
-    #: The first version to which the present one has only added columns.
+    #: The first version to which the present one has only added columns, and words to enumerations.
     SINCE: ClassVar[int] = 0
 
     @classmethod

@@ -13,7 +13,7 @@ import polars as pl
 import pytest
 
 from flows.cli import main
-from flows.commands import play as play_command
+from flows.person import PersonMatch
 from pipeline import matches as log
 from pipeline.arena.match.human import DriveCommand
 from pipeline.matches.frame import AWAY, HOME
@@ -22,6 +22,8 @@ from pipeline.store import Store
 from schemas import Matches, Referee
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
+
+from support.window import button, key, script  # noqa: E402
 
 from pipeline.arena.window import screen  # noqa: E402
 from pipeline.arena.window.controls import DEAD_ZONE, Controls  # noqa: E402
@@ -36,15 +38,6 @@ def no_screen(monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     yield
     pygame.quit()
-
-
-def key(code, down=True):
-    return pygame.event.Event(pygame.KEYDOWN if down else pygame.KEYUP, key=code)
-
-
-def button(code, down=True):
-    kind = pygame.CONTROLLERBUTTONDOWN if down else pygame.CONTROLLERBUTTONUP
-    return pygame.event.Event(kind, button=code, instance_id=0)
 
 
 def stick(axis, part):
@@ -198,20 +191,6 @@ class TestWindow:
             assert pygame.display.get_surface().get_size() == (500, 470)
 
 
-def script(monkeypatch, events):
-    """Let the match run as fast as it can; events are injected when so many frames have been due."""
-    frame = 0
-
-    def due(_):
-        nonlocal frame
-        frame += 1
-        for event in events.get(frame, ()):
-            pygame.event.post(event)
-        return 1
-
-    monkeypatch.setattr(Window, "due", due)
-
-
 def call(capsys, *words):
     """Exit code, standard output and standard error of `pitchlore play`."""
     with pytest.raises(SystemExit) as stop:
@@ -237,9 +216,9 @@ def path(match, team, number):
 
 def watched(monkeypatch):
     """The robots that are driven, frame by frame, as the match goes on."""
-    drove, scene = [], play_command._scene
-    monkeypatch.setattr(play_command, "_scene", lambda match, controller, *a, **k: (
-        drove.append(controller.driven), scene(match, controller, *a, **k))[1])
+    drove, picture = [], PersonMatch._picture
+    monkeypatch.setattr(PersonMatch, "_picture", lambda own, *words: (
+        drove.append(own.person.driven), picture(own, *words))[1])
     return drove
 
 
@@ -341,7 +320,7 @@ class TestPlay:
 
     def test_seed_again(self, monkeypatch, capsys, tmp_path):
         """No match is played over another with the same seed."""
-        script(monkeypatch, {frame: [key(pygame.K_ESCAPE)] for frame in (5, 10, 15)})
+        script(monkeypatch, *[{5: [key(pygame.K_ESCAPE)]}] * 3)
         ids = [played(capsys, tmp_path)[0]["match_id"] for _ in range(2)]
         assert ids[0] != ids[1]
         code, _, error = call(capsys, "--seed", 1, "--data", tmp_path)

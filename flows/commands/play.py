@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
-import numpy as np
 from cyclopts import Parameter
 from cyclopts.types import NonNegativeInt
 
@@ -14,26 +12,17 @@ from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.playing import AS_USUAL, Playing, WhoPlays
 from flows.commands.printing import console, print_json, print_stand_in
 from flows.matches import PLAYING
+from flows.person import PersonMatch
 from flows.record import recording
 from flows.teams import entrant
-from pipeline.arena.match.controllers import PolicyTables, controllers_of
-from pipeline.arena.match.human import HumanController
-from pipeline.arena.match.match import Match
+from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.window import window_class
-from pipeline.arena.window.painting import Picture
 from pipeline.errors import BadSettings
-from pipeline.matches.frame import AWAY, HOME, home_attacks
+from pipeline.matches.frame import AWAY, HOME
 from pipeline.store import Store
 from schemas import SIDES, note_on
 
-if TYPE_CHECKING:
-    from pipeline.arena.window.screen import Window
-
-
-# A killed process loses what was played since it was last logged.
-_LOG_EVERY_S = 1.0
-_FAREWELL_S = 3.0
 # A person's match is short, unless they ask for more.
 _MINUTES = 2.0
 
@@ -68,12 +57,11 @@ def play(
     teams = [entrant(store, against, policies).settings] * 2
     teams[team] = TeamSettings(kind="human")
     recipe = _unplayed(store, Recipe(**how, home=teams[HOME], away=teams[AWAY], seed=0), seed)
-    rng = np.random.default_rng([recipe.seed, 1 + team])
-    person = HumanController(recipe, rng)
-    match = Match(recipe, controllers_of(recipe, policies, person=person))
+    yours = PersonMatch(recipe, policies)
+    match = yours.match
     names = ("you", against) if team == HOME else (against, "you")
     with open_window(recipe.pitch, names, recipe.physics.hz) as window, recording(store, match) as log_it:
-        _play(window, match, person, team, log_it)
+        yours.play(window, log_it)
     home, away = match.score
     if json:
         print_json({"match_id": recipe.match_id, "as": side, "score_home": home, "score_away": away,
@@ -103,48 +91,3 @@ def _unplayed(store: Store, recipe: Recipe, seed: int | None) -> Recipe:
             raise BadSettings(f"this match has been played with seed {seed}", where=fresh.match_id,
                               next_step="Give another --seed, or none")
         number += 1
-
-
-def _play(
-    window: Window, match: Match, person: HumanController, team: int, log_it: Callable[[], None]
-) -> None:
-    """Play the match in real time, until the final whistle or until the person leaves."""
-    hz = match.laws.hz
-    logged = 0
-    while not match.over:
-        asked = window.listen()
-        if asked.leave:
-            match.leave()
-            return
-        person.command(asked.command)
-        if asked.switch:
-            person.switch(asked.switch)
-        due = window.due()
-        if not asked.paused:
-            match.advance(due)
-        window.show(_scene(match, person, team, paused=asked.paused))
-        if match.frame - logged >= _LOG_EVERY_S * hz:
-            logged = match.frame
-            log_it()
-    for _ in range(round(_FAREWELL_S * hz)):
-        if window.listen().leave:
-            return
-        window.due()
-        window.show(_scene(match, person, team, paused=False))
-
-
-def _scene(match: Match, person: HumanController, team: int, *, paused: bool) -> Picture:
-    """The picture that the window shows."""
-    robots, hz = match.recipe.robots, match.laws.hz
-    attacks = home_attacks(match.laws.periods(), np.array([match.laws.t_ns(match.frame)]))
-    message = ""
-    if match.over:
-        message = "Final whistle"
-    elif paused:
-        message = "Pause"
-    elif not person.playing and match.frame:
-        message = {1.0: "Goal!", -1.0: "They scored"}.get(person.reward, "Whistle")
-    return Picture(
-        match.bodies, int(attacks[0]), match.score, match.frame / hz, match.recipe.referee.duration_s,
-        driven=person.driven + (robots if team == AWAY else 0), message=message,
-    )  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -11,23 +12,27 @@ import polars as pl
 from cyclopts import Parameter
 from cyclopts.types import PositiveInt
 
+from flows.catalog import refresh_into
 from flows.commands.common import DEFAULTS, Common, Flag, Json, On
 from flows.commands.orchestrated import orchestrated
 from flows.commands.playing import Seed
 from flows.commands.printing import console, print_failed, print_frame, print_json, print_stand_in
+from flows.games import next_of
 from flows.placement.places import place_of
 from flows.progress import StageReport
+from flows.sitting import check_person_can_play, sit
+from pipeline.arena.window import window_class
 from pipeline.errors import BadSettings, CorruptFile
 from pipeline.store import Store
 from pipeline.studies.seasons.settings import Season, SeasonSettings, named, names, parse
 from schemas import Games, note_on
-from schemas.seasons import OPPONENTS, Opponent
+from schemas.seasons import OPPONENTS, PERSON, Opponent
 from schemas.table import SLUG
 
 #: Option: the opponents.
 WhoIsPlayed = Annotated[tuple[Opponent, ...], Parameter(negative=(), show_default=False, help=(
-    f"Opponent: {', '.join(OPPONENTS)}; may be repeated (default: those in the settings, which are static "
-    "for best, and static and human-like for paper)."
+    f"Opponent: {', '.join(OPPONENTS)} (you, in a window); may be repeated (default: those in the settings, "
+    "which are static for best, and static and human-like for paper)."
 ))]  # fmt: skip
 
 
@@ -38,12 +43,18 @@ def season(
     seed: Seed = 1,
     seasons: PositiveInt = 1,
     games: PositiveInt | None = None,
+    now: PositiveInt | None = None,
     on: On = None,
     discard: Flag = False,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
     """Play seasons: play, watch the opponent, learn, repeat. Games that are done are not played again.
+
+    With `--opponent person` you play each game yourself, in a window, with the keyboard or a gamepad. The
+    window waits before each game. Leave it there, and the same command goes on tomorrow. A game that you
+    leave before its end does not count and is played anew. Several people play seasons with seeds of their
+    own.
 
     Args:
         settings: Named settings (paper, best, the ablations of both, and looking) or a TOML file.
@@ -52,6 +63,7 @@ def season(
         seasons: Number of seasons against each opponent.
         games: Number of games in a season (default: from the settings). With more games a finished season
             continues, unless its settings change exploration from game to game.
+        now: Number of games that you play now, against a person (default: until you leave).
         on: Where games are played; each worker plays one at a time.
         discard: Delete a game's logs and tables after learning from it.
         json: Print JSON.
@@ -66,12 +78,10 @@ def season(
         Season(name=name, opponent=against, seed=number, settings=chosen)
         for number in range(seed, seed + seasons) for against in opponents
     ]
-    place_of(on)  # so that a word that names none is refused at once
-    with orchestrated(store) as begin:
-        from flows.season import season_flow  # noqa: PLC0415 (see orchestrated)
-
-        begin()
-        report = StageReport.model_validate(season_flow(store.root, wanted, discard, on))
+    if PERSON in opponents:
+        report = _in_person(store, wanted, on, now, discard, say=not json)
+    else:
+        report = _by_flow(store, wanted, on, now, discard)
     rows, damaged = _summary(store, wanted)
     report.failed |= damaged
     if json:
@@ -80,8 +90,54 @@ def season(
         print_frame(rows, title="all games and the last ten: goals a game, learned share of time")
         print_stand_in(*opponents)
         print_failed(report.failed, "stopped")
+        turn = next_of(store, wanted[0]) if PERSON in opponents else None
+        if turn is not None:
+            console().print(f"{turn.label} of {turn.season.settings.games} is next: the same command goes on")
         console().print("`pitchlore report` writes the page on all seasons of the data folder")
     sys.exit(1 if report.failed else 0)
+
+
+def _by_flow(
+    store: Store, wanted: list[Season], on: str | None, now: int | None, discard: bool
+) -> StageReport:
+    """Play seasons against scripts, several at once.
+
+    Raises:
+        BadSettings: if a number of games for now is given.
+    """
+    if now is not None:
+        raise BadSettings("only a person plays some games now and some later", where="--now",
+                          next_step="Leave it out, or name --opponent person")
+    place_of(on)  # so that a word that names none is refused at once
+    with orchestrated(store) as begin:
+        from flows.season import season_flow  # noqa: PLC0415 (see orchestrated)
+
+        begin()
+        return StageReport.model_validate(season_flow(store.root, wanted, discard, on))
+
+
+def _in_person(
+    store: Store, wanted: list[Season], on: str | None, now: int | None, discard: bool, *, say: bool
+) -> StageReport:
+    """Let a person play games of a season at the window of this process.
+
+    Raises:
+        BadSettings: if it is not one season, or it is to be played elsewhere; and as for
+            :func:`flows.sitting.sit`.
+    """
+    if len(wanted) > 1:
+        raise BadSettings("a person plays one season at a time", where="--opponent person",
+                          next_step="Name no other --opponent and no --seasons; --seed tells people apart")
+    if on is not None:
+        raise BadSettings("a person plays at the window of this machine", where="--on",
+                          next_step="Leave it out")
+    check_person_can_play(wanted[0])
+    window = window_class("season")
+    store.sweep()
+    report = sit(store, wanted[0], window, most=now, discard=discard,
+                 say=partial(console().print, soft_wrap=True) if say else lambda _: None)
+    refresh_into(store, report)
+    return report
 
 
 def _settings(word: str, store: Store) -> tuple[str, SeasonSettings]:

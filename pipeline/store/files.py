@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import re
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -143,6 +144,33 @@ class Files:
                 path.unlink()
                 return True
         return False
+
+    def set_aside(self, path: Path, folder: str) -> Path | None:
+        """Move a file that was growing until its process was killed or gave it up to another folder.
+
+        Args:
+            path: from :meth:`abandoned`.
+            folder: in which it gets a number: ``x.mcap`` becomes ``x-1.mcap``, the next one ``x-2.mcap``.
+
+        Returns:
+            Its new path; None if somebody has it again, or it is gone.
+        """
+        numbers = [int(there.stem.rpartition("-")[2]) for there in self.were_set_aside(folder, path.name)]
+        home = self.root / folder / f"{path.stem}-{max(numbers, default=0) + 1}{path.suffix}"
+        with suppress(BlockingIOError, FileNotFoundError), path.open("rb") as held:
+            take(held)
+            try:
+                home.parent.mkdir(parents=True, exist_ok=True)
+                return path.rename(home)
+            except OSError as error:
+                raise unwritable(home, error) from error
+        return None
+
+    def were_set_aside(self, folder: str, name: str) -> list[Path]:
+        """The files that :meth:`set_aside` has moved to a folder under a name."""
+        stem, _, suffix = name.rpartition(".")
+        numbered = re.compile(rf"{re.escape(stem)}-[0-9]+\.{re.escape(suffix)}")
+        return [path for path in map(Path, listed(self.root / folder)) if numbered.fullmatch(path.name)]
 
     def sweep(self) -> int:
         """Remove temporary files and staging folders of dead processes. Returns their number."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 
 import polars as pl
@@ -82,8 +82,19 @@ def joined(data: Sequence[bytes], schema: type[Table], *, where: Sequence[str]) 
     return pl.concat(from_parquet(each, schema, where=at) for each, at in zip(data, where, strict=True))
 
 
+def _widened(frame: pl.DataFrame, schema: type[Table]) -> Iterator[tuple[str, pl.Enum]]:
+    """Enumerations of an earlier version of a table that have got more words since: column and type now."""
+    for name, before in frame.schema.items():
+        now = schema.dtypes()[name]
+        if (isinstance(before, pl.Enum) and isinstance(now, pl.Enum) and before != now
+                and set(before.categories) <= set(now.categories)):
+            yield name, now
+
+
 def from_parquet(data: bytes, schema: type[Table], *, where: str) -> pl.DataFrame:
-    """The table in Parquet bytes that :func:`to_parquet` made; columns that are newer than it are null.
+    """The table in Parquet bytes that :func:`to_parquet` made, as the present version of the schema has it.
+
+    Columns that are newer than the file are null; its enumerations get the words that are newer than it.
 
     Raises:
         SchemaMismatch: if it is tagged as another table or version, or has other columns.
@@ -105,5 +116,6 @@ def from_parquet(data: bytes, schema: type[Table], *, where: str) -> pl.DataFram
                  if column.nullable and name not in frame.columns]
         frame = frame.with_columns(pl.lit(None, dtype=schema.dtypes()[name]).alias(name) for name in added)
         frame = frame.select([name for name in schema.dtypes() if name in frame.columns])
+        frame = frame.with_columns(pl.col(name).cast(wider) for name, wider in _widened(frame, schema))
     _check_columns(frame, schema, where)
     return frame

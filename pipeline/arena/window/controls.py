@@ -53,13 +53,17 @@ class Asked(NamedTuple):
 
 
 class Controls:
-    """Keys, buttons and sticks as their events leave them, of all devices together."""
+    """Keys, buttons and sticks as their events leave them, of all devices together.
 
-    def __init__(self) -> None:
+    Args:
+        paused: whether the match stands still until the person goes on.
+    """
+
+    def __init__(self, *, paused: bool = False) -> None:
         self._held: dict[tuple[int, int], Do] = {}
         self._stick = {pygame.CONTROLLER_AXIS_LEFTX: 0.0, pygame.CONTROLLER_AXIS_LEFTY: 0.0}
         self._switch: Literal["next", "nearest"] | None = None
-        self._paused = self._leave = False
+        self._paused, self._leave = paused, False
 
     def listen(self, events: Iterable[pygame.event.Event]) -> Asked:
         """Take the events since the last call, in order."""

@@ -14,7 +14,7 @@ from schemas import SIDES
 
 _DRIVEN = (255, 214, 77)
 _ZOOM, _FOOT = 1.7, 40  # the foot and the message in pixels
-_MESSAGE = (400, 76)
+_MESSAGE, _HINT = (400, 76), 24  # the hint makes the message higher
 _TRAIL = 36  # frames
 
 
@@ -29,6 +29,7 @@ class Picture(NamedTuple):
         duration_s: of the match.
         driven: row of the robot that a person drives, None if they drive none.
         message: in large letters over the pitch; none if empty.
+        hint: in small letters below the message.
     """
 
     bodies: F64
@@ -38,6 +39,7 @@ class Picture(NamedTuple):
     duration_s: float
     driven: int | None = None
     message: str = ""
+    hint: str = ""
 
 
 class WindowPainter:
@@ -83,7 +85,7 @@ class WindowPainter:
         if picture.driven is not None:
             self._mark(canvas, robots[picture.driven - 1])
         if picture.message:
-            self._paint_message(canvas, picture.message)
+            self._paint_message(canvas, picture.message, picture.hint)
         return canvas
 
     def _mark(self, canvas: Canvas, robot: Robot) -> None:
@@ -95,9 +97,11 @@ class WindowPainter:
             brush.circle((x, y), 1.75 * r, _DRIVEN, 3)
             brush.polygon([(x, tip), (x - half, top), (x + half, top)], _DRIVEN)
 
-    def _paint_message(self, canvas: Canvas, message: str) -> None:
+    def _paint_message(self, canvas: Canvas, message: str, hint: str) -> None:
         (x, y), (width, height) = self._painter.at((0.0, 0.0)), _MESSAGE
-        corners = ((x - width / 2, y - height / 2), (x + width / 2, y + height / 2))
+        corners = ((x - width / 2, y - height / 2), (x + width / 2, y + height / 2 + bool(hint) * _HINT))
         with part(canvas, *corners) as brush:
             brush.box(*corners, PAGE, radius=16)
             brush.write(message, (x, y), 44, INK)
+            if hint:
+                brush.write(hint, (x, y + height / 2), 18, MUTED, room=width)

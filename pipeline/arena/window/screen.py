@@ -28,14 +28,15 @@ class Window:
         pitch: what is played on.
         names: of home and away.
         hz: frames of the match a second.
+        paused: whether the match stands still until the person goes on.
 
     Raises:
         BadSettings: if there is no screen to open it on.
     """
 
-    def __init__(self, pitch: Pitch, names: tuple[str, str], hz: float) -> None:
+    def __init__(self, pitch: Pitch, names: tuple[str, str], hz: float, *, paused: bool = False) -> None:
         self._pitch, self._names, self._hz = pitch, names, hz
-        self._controls = Controls()
+        self._controls = Controls(paused=paused)
         self._pads: list[controller.Controller] = []
 
     def __enter__(self) -> Self:

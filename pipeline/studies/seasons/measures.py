@@ -237,9 +237,9 @@ def grown_without_training(column: str, first: int, last: int) -> Measure:
     return measure
 
 
-def printed(measure: Measure, opponent: str) -> float:
-    """Number of the paper's own season against an opponent, from Table 3."""
-    return measure(SeasonTables(table3.games(opponent)))
+def printed(measure: Measure, column: str) -> float:
+    """Number of the paper's own season in a column of Table 3."""
+    return measure(SeasonTables(table3.games(column)))
 
 
 def compared(
@@ -249,7 +249,8 @@ def compared(
     """Evidence from seasons: the estimate of one side, or of the first side minus the second.
 
     Args:
-        sides: settings and opponent of the seasons, one or two.
+        sides: settings and opponent of the seasons, one or two. A column of Table 3 stands for the opponent
+            beside it (:func:`pipeline.studies.seasons.table3.beside`).
         measure: number of one season.
         pooling: see :data:`Pooling`.
         trials: trials behind one season's share; only a rate needs it.
@@ -261,9 +262,11 @@ def compared(
         return pooled(values, pooling, min(map(trials, known), default=1))
 
     def evidence(seasons: Seasons) -> Iterator[Evidence]:
-        estimates, counts = zip(*(estimate(seasons.get(side, ())) for side in sides), strict=True)
-        paper = reduce(sub, [printed(measure, opponent) for _, opponent in sides]) if in_table_3 else None
-        settings, opponents = (" less ".join(dict.fromkeys(words)) for words in zip(*sides, strict=True))
+        ours = [(name, table3.beside(column, {there for own, there in seasons if own == name}))
+                for name, column in sides]
+        estimates, counts = zip(*(estimate(seasons.get(side, ())) for side in ours), strict=True)
+        paper = reduce(sub, [printed(measure, column) for _, column in sides]) if in_table_3 else None
+        settings, opponents = (" less ".join(dict.fromkeys(words)) for words in zip(*ours, strict=True))
         about = {"settings": settings, "opponent": opponents, "seasons": min(counts), "table_3": paper}
         yield Evidence(reduce(difference, estimates), min(counts), about, paper)
 

@@ -10,7 +10,7 @@ import polars as pl
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.studies.claims import counted
 from pipeline.studies.document import code, interval, number, picture, table
-from pipeline.studies.seasons.claims import ABLATION, AIM, BEST, IN_GAMES, LATE, LEAST_SEASONS, PAPER
+from pipeline.studies.seasons.claims import ABLATION, AIM, BEST, IN_GAMES, LATE, LEAST_SEASONS, PAPER, STATIC
 from pipeline.studies.seasons.measures import CONTROLS, distinct
 from pipeline.studies.seasons.preferences import side_by_side
 from pipeline.studies.seasons.sections import about_kick_offs, about_sensitivity
@@ -26,8 +26,9 @@ from pipeline.studies.seasons.summary import (
     played,
 )
 from pipeline.studies.seasons.table3 import CHANGE, GAMES
-from schemas import STAND_IN
+from schemas import STAND_IN, called
 from schemas.evaluations import minutes_of, word_of
+from schemas.seasons import PERSON
 
 #: Colours of verdicts on the web page: fulfilled, not fulfilled, denied by the paper's own table, undecided.
 COLOURS = {
@@ -111,9 +112,7 @@ class SeasonsReport:
             "best apprentices' policies. All intervals are 95 % intervals over seasons. A season is one "
             "apprentice; its games are not independent. Lines in plots are means over seasons, bands are "
             "their intervals.")
-        yield (
-            f"**{STAND_IN}. It plays with delays, noise and changing tactics. The paper's opponents were "
-            "people with joysticks. We have no such recordings: nothing here is evidence about people.**")
+        yield f"**{self._people()}**"
         yield "## What was played"
         yield _renamed(played(self.games), {
             "lead": "apprentice's lead", "minutes": "minutes a game", "situations": "situations a game",
@@ -122,8 +121,23 @@ class SeasonsReport:
         if BEST in self.games["settings"]:
             yield (f"An apprentice of `{BEST}` plays {named(BEST).practice} more matches beside each game, "
                    "for learning only. Its ablations do so, too, unless they vary this.")
-        yield "These commands make the study again:"
+        again = ("These commands make the study again, but for what people do:"
+                 if PERSON in self.games["opponent"] else "These commands make the study again:")
+        yield again
         yield code((*commands(self.games), *evaluating(self.games, self.evaluations), "pitchlore report"))
+
+    def _people(self) -> str:
+        """What stands beside the paper's human column, and what it is evidence of."""
+        mine = self.games.filter(pl.col("opponent") == PERSON)
+        script = f"{STAND_IN}. It has delays, noise and changing tactics"
+        if not mine.height:
+            return (f"{script}. The paper's opponents were people with joysticks. Here nobody has played a "
+                    "season yet: nothing is evidence about people.")
+        return (
+            f"People played {mine['season'].n_unique()} seasons, {mine.height} games. Those of `{PAPER}` "
+            "stand beside the paper's human column. A person drove one robot at a time, with keyboard or "
+            "gamepad; the static team's rules drove the others. Games left before their end, and played "
+            f"anew: {mine['left'].sum()}. {script}.")
 
     def _claims(self) -> Iterator[str]:
         yield "## Claims and verdicts"
@@ -153,7 +167,7 @@ class SeasonsReport:
         head = ("item", "claim", "seasons of", "quantity", "claimed", "paper's table", "measured", "seasons",
                 "verdict")
         rows = [
-            (row["item"], row["claim"], f"{row['settings']}, {row['opponent']}", row["quantity"],
+            (row["item"], row["claim"], f"{row['settings']}, {called(row['opponent'])}", row["quantity"],
              row["stated"], number(row["table_3"]), interval(row["measured"], row["low"], row["high"]),
              number(row["seasons"]), row["verdict"])
             for row in self.claims.iter_rows(named=True)
@@ -231,8 +245,9 @@ class SeasonsReport:
                 *(f"the paper's {name}" for name in counts), "the paper's %")
         columns = beside_table_3(self.games, PAPER).partition_by("opponent", as_dict=True)
         for (opponent,), games in columns.items():
-            change = f" (the score changes at game {CHANGE})" if opponent == "static" else ""
-            yield f"### Against the {opponent} team{change}"
+            yield "### Against " + {
+                STATIC: f"the static team (the score changes at game {CHANGE})", PERSON: "people",
+            }.get(str(opponent), f"{called(str(opponent))}, beside the paper's human column")
             rows = [
                 (str(row["game"]), *(number(row[name], 0) for name in counts),
                  interval(row["pct"], row["low"], row["high"], 2), number(row["time_pct"], 2),
@@ -251,8 +266,11 @@ def commands(games: pl.DataFrame) -> Iterator[str]:
         for run in runs.partition_by("run"):
             seed, last = run.select("seed", "game").row(0)
             length = "" if last == GAMES else f" --games {last}"
-            yield (f"pitchlore season --settings {settings} --opponent {opponent} --seed {seed} "
-                   f"--seasons {run.height}{length}")
+            words = f"pitchlore season --settings {settings} --opponent {opponent}"
+            if opponent == PERSON:  # one at a time
+                yield from (f"{words} --seed {seed + number}{length}" for number in range(run.height))
+            else:
+                yield f"{words} --seed {seed} --seasons {run.height}{length}"
 
 
 def evaluating(games: pl.DataFrame, evaluations: pl.DataFrame) -> Iterator[str]:
@@ -316,4 +334,4 @@ def _renamed(rows: pl.DataFrame, names: Mapping[str, str]) -> str:
 
 
 def _cell(value: str | float | None) -> str:
-    return value if isinstance(value, str) else number(value)
+    return called(value) if isinstance(value, str) else number(value)

@@ -12,7 +12,7 @@ from pipeline.arena.teams.clock import PAPER, ClockSettings
 from pipeline.errors import NotFound
 from pipeline.settings import Settings, none_twice
 from pipeline.toml import Frozen, fitted, over, tables
-from schemas.seasons import Opponent
+from schemas.seasons import PERSON, Opponent
 
 #: Seeds reserved for the matches of one season, and of one game.
 _SEEDS_A_SEASON = 100_000
@@ -73,7 +73,7 @@ class Season(Frozen):
     Attributes:
         name: name of the settings.
         opponent: opponent in all its games.
-        seed: seed of everything random.
+        seed: seed of everything random but what a person does; seasons of several people have their own.
         settings: settings of the season.
     """
 
@@ -86,6 +86,11 @@ class Season(Frozen):
     def id(self) -> str:
         """Name of the season: settings, opponent and seed."""
         return f"{self.name}-{self.opponent}-{self.seed}"
+
+    @property
+    def opposing(self) -> TeamSettings:
+        """The opponent as a team in matches."""
+        return TeamSettings(kind="human" if self.opponent == PERSON else self.opponent)
 
     @property
     def grows(self) -> bool:
@@ -128,7 +133,7 @@ class Season(Frozen):
                     lcb_weight=own.lcb_weight if match == 0 else 0.0, clock=own.clock,
                     clock_s=own.clock_s, predict_s=own.predict_s,
                 ),
-                away=TeamSettings(kind=self.opponent),
+                away=self.opposing,
                 seed=first + match, score=(self.lead(game), 0), **own.of_match(),
             )
             for match, tries in enumerate(explores)

@@ -77,6 +77,9 @@ def curves(
 def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
     """The paper's Table 3 and that of our seasons with these settings, game by game.
 
+    Seasons against a person stand beside the human column. If there are none, those against a second script
+    do.
+
     Returns:
         One row for each opponent and game, sorted. Ours: opponent, game, seasons, total, random, other, pct
         (means over the seasons), low, high (interval of pct), and time_pct (mean share of time, %); null if
@@ -84,6 +87,8 @@ def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
         paper_total, paper_random, paper_other, paper_pct as printed; null after game 35.
     """
     mine = games.filter(pl.col("settings") == settings)
+    played = set(mine["opponent"].unique())
+    columns = {column: table3.beside(column, played) for column in table3.COLUMNS}
     ours = curves(mine, {
         "total": pl.col("actions"), "random": pl.col("random_actions"), "other": pl.col("other_actions"),
         "pct": OTHER, "time_pct": OTHER_TIME,
@@ -100,10 +105,10 @@ def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
             pl.lit(kind).alias("opponent"), pl.col("game").cast(pl.Int16),
             *(pl.col(f"{column}_{name}").alias(f"paper_{name}")
               for name in ("total", "random", "other", "pct")),
-        ) for column, kind in table3.COLUMNS.items()
+        ) for column, kind in columns.items()
     )
     both = printed.join(wide, on=["opponent", "game"], how="full", coalesce=True)
-    return both.filter(pl.col("opponent").is_in(list(table3.COLUMNS.values()))).select(
+    return both.filter(pl.col("opponent").is_in(list(columns.values()))).select(
         "opponent", "game", pl.col("seasons").fill_null(0), "total", "random", "other", "pct", "low", "high",
         "time_pct", "paper_total", "paper_random", "paper_other", "paper_pct",
     ).sort("opponent", "game")

@@ -9,13 +9,17 @@ game is read as 5,230 actions, all random.
 from __future__ import annotations
 
 import io
+from collections.abc import Container
 from functools import cache
 from importlib import resources
 
 import polars as pl
 
-#: Our opponent for each group of columns; the columns' names begin with the key.
-COLUMNS = {"humans": "human-like", "static": "static"}
+from schemas.seasons import PERSON, Opponent
+
+#: Our opponents beside each of the paper's columns, whose names begin with the key. The first that has
+#: seasons counts: until a person has played, a second script stands beside the human column.
+COLUMNS: dict[str, tuple[Opponent, ...]] = {"humans": (PERSON, "human-like"), "static": ("static",)}
 
 #: First game of the paper's static column that starts with the apprentice far ahead.
 CHANGE = 11
@@ -34,17 +38,29 @@ def printed() -> pl.DataFrame:
     return pl.read_csv(io.BytesIO(resources.files(__package__).joinpath("table3.csv").read_bytes()))
 
 
+def beside(column: str, played: Container[str]) -> str:
+    """Our opponent beside one of the paper's columns.
+
+    Args:
+        column: a key of :data:`COLUMNS`; the name of an opponent is that opponent.
+        played: opponents that there are seasons against.
+    """
+    *first, last = COLUMNS.get(column, (column,))
+    return next((opponent for opponent in first if opponent in played), last)
+
+
 @cache
-def games(opponent: str) -> pl.DataFrame:
-    """One of the paper's columns, ``human-like`` or ``static``, with the column names of schema Games.
+def games(column: str) -> pl.DataFrame:
+    """One of the paper's columns, ``humans`` or ``static``, with the column names of schema Games.
 
     Returns:
         Columns game, actions and other_actions, 35 rows by game.
 
     Raises:
-        KeyError: if the paper has no column of this opponent.
+        KeyError: if the paper has no such column.
     """
-    column = {kind: name for name, kind in COLUMNS.items()}[opponent]
+    if column not in COLUMNS:
+        raise KeyError(column)
     return printed().select(
         pl.col("game").cast(pl.Int16),
         actions=pl.col(f"{column}_total"),

@@ -29,6 +29,7 @@ def game_row(
     known: pl.DataFrame | None = None,
     policy_version: int | None = None,
     knowledge_version: int | None = None,
+    left: int | None = None,
 ) -> pl.DataFrame:
     """Row of the apprentice's game.
 
@@ -43,6 +44,7 @@ def game_row(
         known: schema Occasions, of the knowledge that it played with; None in its first game.
         policy_version: version of the policy that it played with; None if it had none.
         knowledge_version: newest version after the game; None if there is none.
+        left: times that a person left the game before they played it to its end; None if a script plays.
 
     Returns:
         One row of schema Games.
@@ -62,7 +64,7 @@ def game_row(
         "actions": mine.height, "random_actions": mine.height - other, "other_actions": other,
         "known_states": _share_known(mine, known, season.settings.pipeline.knowledge.state_key),
         "situations": situations,
-        "policy_version": policy_version, "knowledge_version": knowledge_version,
+        "policy_version": policy_version, "knowledge_version": knowledge_version, "left": left,
         **_timed(mine, hz),
     }
     return Games.validate(pl.DataFrame([row], schema=Games.dtypes()), cast=True)

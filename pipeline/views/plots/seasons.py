@@ -20,7 +20,8 @@ from matplotlib.ticker import MaxNLocator
 from pipeline.arena.teams.table import TEAMS
 from pipeline.errors import NotFound
 from pipeline.views.plots.style import COLOURS, Dashes, plain
-from schemas import ROLES
+from schemas import ROLES, called
+from schemas.seasons import PERSON
 
 #: Colour and line of the settings that are varied, and of their ablations.
 _BASE: tuple[str, Dashes] = ("0.35", (0, (5, 2)))
@@ -47,18 +48,19 @@ def table_3(curves: pl.DataFrame, printed: pl.DataFrame, change: int) -> Figure:
 
     Args:
         curves: curves of ``other``, %.
-        printed: the paper's numbers: columns opponent, game and paper_pct.
+        printed: the paper's numbers beside our opponents': columns opponent, game and paper_pct.
         change: first game with the changed score against the static team.
     """
-    panels = [_Panel(f"against {name} opponents" if name == "human-like" else f"against the {name} team",
-                     "other actions, % of all", curves.filter(pl.col("opponent") == name))
-              for name in ("human-like", "static")]
+    titles = {name: f"against {_named(name)}" for name in sorted(set(printed["opponent"]) - {"static"})}
+    titles["static"] = "against the static team"
+    panels = [_Panel(title, "other actions, % of all", curves.filter(pl.col("opponent") == name))
+              for name, title in titles.items()]
     figure = _drawn(panels, 2, shared=True)
-    for axes, name in zip(figure.axes, ("human-like", "static"), strict=True):
+    for axes, name in zip(figure.axes, titles, strict=True):
         dots = printed.filter((pl.col("opponent") == name) & pl.col("paper_pct").is_not_null())
         axes.plot(dots["game"], dots["paper_pct"], linestyle="", marker="o", markersize=4, color="0.25",
                   markerfacecolor="white", zorder=2,
-                  label=f"the paper, against {'humans' if name == 'human-like' else 'Yamamoto'}")
+                  label=f"the paper, against {'Yamamoto' if name == 'static' else 'humans'}")
         if name == "static":
             axes.axvline(change - 0.5, color="0.6", linewidth=0.9, linestyle=(0, (3, 3)))
             axes.annotate("score changed", (change - 0.3, 1), xycoords=("data", "axes fraction"), fontsize=8,
@@ -206,8 +208,14 @@ def _drawn(
 def _look(panel: _Panel, name: str, seasons: str) -> tuple[str, str, Dashes]:
     """Label, colour and line of a curve."""
     if panel.of == "opponent":
-        return f"against {name} ({seasons})", TEAMS[name].colour, TEAMS[name].dashes
+        team = TEAMS["human" if name == PERSON else name]
+        return f"against {_named(name)} ({seasons})", team.colour, team.dashes
     return (f"{name} ({seasons})", *_BASE) if name == panel.base else ("with the change", *_VARIED)
+
+
+def _named(opponent: str) -> str:
+    """An opponent in a legend."""
+    return "people" if opponent == PERSON else called(opponent).replace(" (", ", ").rstrip(")")
 
 
 def _seasons(curve: pl.DataFrame) -> str:
