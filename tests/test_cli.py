@@ -309,7 +309,7 @@ def test_evaluate_output(call, tmp_path):
     code, out, _ = call(*words)
     assert code == 0
     assert "0 matches played now" in out
-    assert "stands in for people" in out
+    assert "a second script" in out
     _, out, _ = call("sql", "select count(*) n from evaluations", "--json", "--data", tmp_path)
     assert json.loads(out) == [{"n": 2}]
     code, _, err = call(*words[:6], "3", *words[7:])
@@ -351,7 +351,7 @@ def test_exported_evaluation(call, tmp_path):
     assert said["seeds"] == {"first": 3, "last": 4}
     assert said["settings"]["referee"]["duration_s"] == 3.0
     assert said["note"] == told["note"]
-    assert "stands in for people" in said["note"]
+    assert "a second script" in said["note"]
     assert said["software"].startswith("pitchlore ")
     assert said["summary"] == {name: told[name] for name in said["summary"]}
     matches = pl.read_csv(first / "human-like-random.matches.csv")

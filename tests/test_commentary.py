@@ -73,9 +73,9 @@ def rolls(to_x, to_y=0.0, *, leaves=1.0, speed=1.0):
 
 
 def test_human_like_note():
-    """A human-like team is said to stand in for people."""
+    """A human-like team is said to be a second script."""
     told = tell({"ball": rolls(0.1), **KEEPER}, match=about(away="human-like"))
-    assert "stands in for people" in told.summary.note
+    assert "a second script" in told.summary.note
     assert heading(told.summary)[1] == f"{told.summary.note}."
     told = tell({"ball": rolls(0.1), **KEEPER})
     assert told.summary.note is None

@@ -73,7 +73,7 @@ def test_six_a_side(recorded):
     assert match.info.pitch == PITCHES[Kind.SSL]
     assert match.info.complete
     assert row["duration_s"] == 20.0
-    assert "stands in for people" in row["note"]
+    assert "a second script" in row["note"]
     robots = match.frames.robots
     assert {(int(r["team"]), int(r["id"])) for r in robots[:12]} == {(team, n) for team in (0, 1) for n in range(1, 7)}
     assert np.abs(robots["x"]).max() < 6.0 + 0.18
@@ -114,7 +114,7 @@ def test_evaluation_settings(tmp_path, capsys):
         main([*words, "--settings", str(tmp_path / "match.toml")])
     found = json.loads(capsys.readouterr().out)
     assert found["minutes"] == 0.05
-    assert "stands in for people" in found["note"]
+    assert "a second script" in found["note"]
     (receipt,) = Store(tmp_path / "data").receipts("evaluations")
     evaluation = receipt.settings["evaluation"]
     assert (evaluation["robots"], evaluation["pitch"]["length"]) == (2, 12.0)

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
+import io
 import json
 
 import polars as pl
 import pyarrow.parquet
 import pytest
+from support.seasons import season
 
 from flows.catalog import refresh
 from flows.knowledge import describe
 from flows.stage import Scope
 from flows.stages import STAGES
 from flows.versions import emit
+from pipeline.errors import SchemaMismatch
 from pipeline.settings import KnowledgeSettings, Settings
 from pipeline.store import Store
 from pipeline.store.query import ask
 from pipeline.store.receipts import FileRecord, Manifest
-from pipeline.store.tables import SCHEMA_KEY
+from pipeline.store.tables import SCHEMA_KEY, from_parquet, joined, to_parquet
 from pipeline.store.verification import verify
 from pipeline.store.work import Made
-from schemas import ROLES, Behaviours, Decisions, Occasions, Patterns, Sides
+from schemas import ROLES, Behaviours, Decisions, Games, Occasions, Patterns, Sides
+from schemas.seasons import OPPONENTS, PERSON
 
 ADDS_UP = KnowledgeSettings(accumulate=True)
 NEW = {"low", "high", "mean", "error", "family", "family_spread", "family_size", "paper", "x", "y", "team", "kind"}
@@ -141,3 +145,20 @@ def test_beside_new(old):
     old.commit_version(work, Made([(new, Behaviours), (Occasions.empty(), Occasions)], details=details), 2, parent=1)
     found = ask(refresh(old)[0], "select version, low, x, codes from behaviours order by all")
     assert found.rows() == [(1, None, None, [11]), (1, None, None, [46]), (2, 0.25, 0.125, [46])]
+
+
+def test_wider_enumeration(tmp_path):
+    """A table whose enumerations have got words since is read, its newer columns are null; a strange word is refused."""
+    games, _ = season(last=2)
+    now = Games.validate(games)
+    fewer = pl.Enum([word for word in OPPONENTS if word != PERSON])
+    before = now.drop("left").with_columns(pl.col("opponent").cast(fewer))
+    data = io.BytesIO()
+    pyarrow.parquet.write_table(before.to_arrow().replace_schema_metadata({SCHEMA_KEY: "games/1"}), data)
+    assert from_parquet(data.getvalue(), Games, where="old").equals(now)
+    assert joined([data.getvalue(), to_parquet(now, Games, where="new")], Games, where=["old", "new"]).equals(pl.concat([now, now]))
+    strange = before.with_columns(pl.lit("static").cast(pl.Enum(["static", "nobody"])).alias("opponent"))
+    data = io.BytesIO()
+    pyarrow.parquet.write_table(strange.to_arrow().replace_schema_metadata({SCHEMA_KEY: "games/1"}), data)
+    with pytest.raises(SchemaMismatch, match="opponent"):
+        from_parquet(data.getvalue(), Games, where="old")

@@ -237,8 +237,8 @@ def test_gaps():
 
 
 def test_human_like_note():
-    """The page says that a human-like team stands in for people."""
-    assert "stands in for people" in decode(make(about=match(home="human-like")))["note"]
+    """The page says that a human-like team is a second script."""
+    assert "a second script" in decode(make(about=match(home="human-like")))["note"]
     assert decode(make())["note"] is None
 
 

@@ -37,7 +37,7 @@ from pipeline.studies.seasons.summary import (
 from schemas import Claims, Evaluations, Games, Growth
 from schemas.situations import MOVES_RANDOMLY
 
-HUMAN, STATIC, RANDOM = "human-like", "static", "random"
+HUMAN, STATIC, RANDOM, PERSON = "human-like", "static", "random", "person"
 NONE = Evaluations.empty()
 
 
@@ -48,16 +48,16 @@ def claim(found, text, opponent=None, quantity=""):
     return rows.row(0, named=True)
 
 
-@pytest.mark.parametrize(("opponent", "measure", "value"), [
-    (HUMAN, mean(OTHER, 1, 10), 2.32), (HUMAN, mean(OTHER, 11, 20), 3.08), (HUMAN, mean(OTHER, 21, 35), 2.39),
-    (HUMAN, mean(OTHER, 11, 35), 2.67), (HUMAN, slope(OTHER, 1, 10), 0.63), (HUMAN, slope(OTHER, 11, 35), -0.02),
-    (HUMAN, overall_other(1, 35), 2.50), (HUMAN, greatest(OTHER, 1, 35), 7.35),
+@pytest.mark.parametrize(("column", "measure", "value"), [
+    ("humans", mean(OTHER, 1, 10), 2.32), ("humans", mean(OTHER, 11, 20), 3.08), ("humans", mean(OTHER, 21, 35), 2.39),
+    ("humans", mean(OTHER, 11, 35), 2.67), ("humans", slope(OTHER, 1, 10), 0.63), ("humans", slope(OTHER, 11, 35), -0.02),
+    ("humans", overall_other(1, 35), 2.50), ("humans", greatest(OTHER, 1, 35), 7.35),
     (STATIC, mean(OTHER, 1, 10), 0.0), (STATIC, mean(OTHER, 11, 20), 3.61), (STATIC, mean(OTHER, 21, 35), 3.04),
     (STATIC, mean(OTHER, 11, 35), 3.27), (STATIC, slope(OTHER, 11, 35), 0.02), (STATIC, overall_other(1, 35), 2.38),
 ])
-def test_paper_table(opponent, measure, value):
+def test_paper_table(column, measure, value):
     """Measures of the paper's own table have the values known of it."""
-    assert printed(measure, opponent) == pytest.approx(value, abs=0.0051)
+    assert printed(measure, column) == pytest.approx(value, abs=0.0051)
 
 
 def test_contradictory_claims():
@@ -225,6 +225,31 @@ def test_unfinished_season():
     assert claim(verdicts(games, growth, apprentices()), "The best apprentice beats")["seasons"] == 4
 
 
+def test_people():
+    """Seasons against people are the human column: the second script says nothing of people any more."""
+    people = [season("paper", PERSON, s, other=lambda g, s=s: rising(s)(g) if g > 2 else 0.0) for s in range(5)]
+    games, growth = (pl.concat(parts) for parts in zip(world(), *people, *ablations(), strict=True))
+    before, found = verdicts(*world(), NONE), verdicts(games, growth, NONE)
+    assert claim(before, "used from game 2 on")["verdict"] == "reproduced"
+    row = claim(found, "used from game 2 on")
+    assert (row["opponent"], row["measured"], row["seasons"], row["verdict"]) == (PERSON, 0.0, 5, "contradicted")
+    assert row["table_3"] == claim(before, "used from game 2 on")["table_3"] == pytest.approx(0.87, abs=0.005)
+    human = found.filter(pl.col("opponent").str.contains(HUMAN))
+    assert human["claim"].to_list() == [
+        "With the score out of the key, more new actions are used against the second script",
+        "In its last games it uses what it learned"]
+    assert set(found["opponent"]) == {PERSON, STATIC, f"{PERSON} less {STATIC}", f"{STATIC} less {PERSON}", HUMAN, f"{STATIC} less –"}
+    assert found.height == before.height
+
+
+def test_one_person():
+    """One person's season is measured and not judged; seasons with other settings are no part of the column."""
+    games, growth = (pl.concat(parts) for parts in zip(world(), season("paper", PERSON, 1), strict=True))
+    assert claim(verdicts(games, growth, NONE), "used from game 2 on")["verdict"] == "not judged"
+    games, growth = (pl.concat(parts) for parts in zip(world(), season("best-in-games", PERSON, 1), strict=True))
+    assert claim(verdicts(games, growth, NONE), "used from game 2 on")["opponent"] == HUMAN
+
+
 def test_foreign_evaluations():
     """Evaluations of teams without a season say nothing."""
     rows = pl.concat([apprentices(), evaluation("best-static-s77", goals=lambda _: (0, 9)), evaluation("v3", goals=lambda _: (0, 9))])
@@ -236,7 +261,7 @@ def test_ablation_claims():
     games, growth = (pl.concat(parts) for parts in zip(world(), *ablations(), strict=True))
     found = verdicts(games, growth, NONE).filter(pl.col("item") == "ablation")
     assert found["verdict"].to_list() == ["reproduced"] * 5
-    assert claim(found, "used against the human-like team")["measured"] == pytest.approx(1.0 * 34 / 35, abs=0.01)
+    assert claim(found, "used against the second script")["measured"] == pytest.approx(1.0 * 34 / 35, abs=0.01)
     unbroken = [season("paper-full35", kind, s, other=other(s)) for s in range(5) for kind, other in ((STATIC, evolving), (HUMAN, rising))]
     games, growth = (pl.concat(parts) for parts in zip(world(), *unbroken, strict=True))
     found = verdicts(games, growth, NONE).filter(pl.col("item") == "ablation")
@@ -282,6 +307,10 @@ def test_beside_table_3():
     games, _ = tables(season("paper", STATIC, 0, last=37, other=evolving(0)))
     found = beside_table_3(games, "paper")
     assert found.filter(pl.col("opponent") == HUMAN).select("seasons", "pct").unique().rows() == [(0, None)]
+    person, _ = tables(season("paper", STATIC, 0), season("paper", PERSON, 0, last=3, other=lambda g: 2.0), season("paper", HUMAN, 0))
+    human = beside_table_3(person, "paper").filter(pl.col("opponent") != STATIC)
+    assert human["opponent"].unique().to_list() == [PERSON]
+    assert human.select("pct", "paper_pct").head(4).rows() == [(2.0, 0.0), (2.0, 0.87), (2.0, 1.04), (None, 0.81)]
     row = found.filter((pl.col("opponent") == STATIC) & (pl.col("game") == 11)).row(0, named=True)
     assert (row["total"], row["other"], row["pct"], row["low"]) == (1000.0, 30.0, 3.0, None)
     assert (row["paper_total"], row["paper_other"], row["paper_pct"]) == (4295, 97, 2.26)

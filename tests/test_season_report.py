@@ -10,7 +10,7 @@ import polars as pl
 import pytest
 from support.played import policy, starting
 from support.receipts import put_receipt, receipt_at
-from support.seasons import ablations, apprentices, evaluation, evolving, season, tables, world
+from support.seasons import ablations, apprentices, evaluation, evolving, rising, season, tables, world
 
 from flows.cli import main
 from flows.evaluations import evaluate
@@ -20,6 +20,7 @@ from flows.teams import entrant
 from pipeline import arena
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.arena.teams.table import TEAMS
 from pipeline.errors import NotFound
 from pipeline.store import Store
 from pipeline.store.query import ask
@@ -34,7 +35,7 @@ from pipeline.studies.seasons.settings import Season, parse
 from pipeline.studies.seasons.summary import beside_table_3, curves
 from pipeline.views.plots import seasons as plots
 from pipeline.views.plots.style import png
-from schemas import Games, Growth, Policies
+from schemas import Evaluations, Games, Growth, Policies
 
 pytestmark = pytest.mark.slow
 
@@ -58,13 +59,30 @@ def test_table_3():
     human, static = figure.axes
     assert human.get_xlabel() == static.get_xlabel() == "game"
     assert "%" in human.get_ylabel()
-    assert labels(figure) == {"against human-like (5 seasons)", "against static (5 seasons)",
+    assert human.get_title(loc="left") == "against human-like, a second script"
+    assert labels(figure) == {"against human-like, a second script (5 seasons)", "against static (5 seasons)",
                               "the paper, against humans", "the paper, against Yamamoto"}
     line, dots = human.lines
     assert line.get_ydata()[:3] == pytest.approx([0.0, 0.28, 0.38])
     assert dots.get_ydata()[:3].tolist() == [0.0, 0.87, 1.04]
     (change,) = [line for line in static.lines if list(line.get_xdata()) == [10.5, 10.5]]
     assert change.get_linestyle() != "-"
+
+
+def test_people_in_table_3():
+    """Seasons against people are drawn beside the paper's human column, and the second script is not."""
+    games, growth = (pl.concat(parts) for parts in zip(world(), season("paper", "person", 7, other=rising(7)), strict=True))
+    paper = games.filter(pl.col("settings") == "paper")
+    figure = plots.table_3(curves(paper, {"other": OTHER}), beside_table_3(games, "paper"), 11)
+    human, _ = figure.axes
+    assert human.get_title(loc="left") == "against people"
+    assert labels(figure) == {"against people (1 season)", "against static (5 seasons)",
+                              "the paper, against humans", "the paper, against Yamamoto"}
+    assert human.lines[0].get_ydata()[:2] == pytest.approx([0.0, 0.3])
+    (line,) = {line.get_color() for line in human.lines} & {TEAMS["human"].colour}
+    assert line
+    assert labels(plots.states(curves(growth, {"states": pl.col("states")}, ["role"]))) >= {
+        "against people (1 season)", "against human-like, a second script (5 seasons)"}
 
 
 def test_one_season():
@@ -168,6 +186,32 @@ def test_season_commands():
         "pitchlore season --settings paper --opponent static --seed 1 --seasons 3",
         "pitchlore season --settings paper --opponent static --seed 7 --seasons 1",
     ]
+
+
+def test_person_commands():
+    """A person plays one season at a time, and no command plays it again as it was."""
+    games, growth = tables(*(season("paper", "person", seed, left=2) for seed in (1, 2)), season("best", "static", 1, last=2))
+    assert list(commands(games))[1:] == [
+        f"pitchlore season --settings paper --opponent person --seed {seed}" for seed in (1, 2)]
+    text = SeasonsReport(games, Evaluations.empty(), 0, NO_PREFERENCES, verdicts(games, growth, Evaluations.empty()), [],
+                         "pitchlore").markdown()
+    assert "These commands make the study again, but for what people do:" in text
+    assert "People played 2 seasons, 70 games." in text
+    assert "Games left before their end, and played anew: 140." in text
+    assert "### Against people" in text
+    assert "nobody has played" not in text
+
+
+def test_second_script():
+    """Until a person plays, the human-like team is called a second script in each table that it is in."""
+    games, growth = world()
+    text = SeasonsReport(games, apprentices(), 0, NO_PREFERENCES, verdicts(games, growth, apprentices()), [],
+                         "pitchlore").markdown()
+    assert "Here nobody has played a season yet" in text
+    assert "### Against human-like (a second script), beside the paper's human column" in text
+    for line in re.findall(r".*human-like.*", text):
+        assert "human-like (a second script)" in line or "--opponent human-like" in line, line
+    assert "paper, static less human-like (a second script)" in text.replace("\\", "")
 
 
 def test_evaluation_commands():
@@ -276,7 +320,7 @@ def test_page(reported):
     assert len(page) < 3_000_000
     text = page.decode()
     assert not re.search(r'(src|href)="(?!data:)', text)
-    for what in ("stands in for people", "no model of anyone", "Table 3: new actions", "Figure 8", "Figure 9", "Figure 10",
+    for what in ("a second script", "no model of anyone", "Table 3: new actions", "Figure 8", "Figure 9", "Figure 10",
                  "Our best apprentice", "Settings beside each other", "contradictory", "5,230", "pitchlore season --settings paper"):
         assert what in text, what
 

@@ -122,6 +122,8 @@ def test_table_3():
         wrong = printed.filter(total != random + other)["game"].to_list()
         assert wrong == ([10] if column == "static" else [])
         assert ((100 * other / total - pct).abs() <= 0.0051).all()
-    human, static = table3.games("human-like"), table3.games("static")
+    human, static = table3.games("humans"), table3.games("static")
+    with pytest.raises(KeyError, match="human-like"):
+        table3.games("human-like")
     assert (human["other_actions"].sum(), static["other_actions"].sum()) == (3327, 3306)
     assert (human["actions"].sum(), static["actions"].sum()) == (133124, 139147)

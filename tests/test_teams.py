@@ -19,7 +19,7 @@ from pipeline.arena.teams.table import SCRIPTED, TEAMS
 from pipeline.errors import BadSettings
 from pipeline.store import Store
 from schemas import ROLES
-from schemas.seasons import OPPONENTS
+from schemas.seasons import OPPONENTS, PERSON
 from schemas.table import STAND_INS
 
 every_team = pytest.mark.parametrize("name", TEAMS)
@@ -99,8 +99,9 @@ def test_is_described_and_drawn(name):
 
 
 def test_names_of_the_schemas():
-    """The names that the schemas fix are teams, and opponents play by themselves."""
-    assert set(OPPONENTS) <= set(SCRIPTED)
+    """The names that the schemas fix are teams, and opponents play by themselves, but for a person."""
+    assert set(OPPONENTS) - {PERSON} <= set(SCRIPTED)
+    assert PERSON not in TEAMS  # it is no team for `record`
     assert set(STAND_INS) <= set(TEAMS)
 
 

@@ -116,3 +116,24 @@ def test_disk_without_locks(tmp_path, monkeypatch, error):
     assert store.receipt("sides", "n") is None
     with store.keeping():
         assert store.receipt("sides", "m") == receipt
+
+
+def test_set_aside(tmp_path):
+    """A file that was growing moves with a number that no other has; one that grows stays where it is."""
+    store = Store(tmp_path)
+
+    def grown(text):
+        with store.growing("playing", "x.mcap") as (path, stream):
+            stream.write(text)
+            stream.flush()
+            assert store.set_aside(path, "left") is None
+        return store.set_aside(path, "left")
+
+    paths = [grown(text) for text in (b"one", b"two", b"three")]
+    assert [path.relative_to(tmp_path).as_posix() for path in paths] == [f"left/x-{number}.mcap" for number in (1, 2, 3)]
+    paths[0].unlink()
+    (tmp_path / "left" / "x-y-9.mcap").write_bytes(b"another's")
+    assert store.were_set_aside("left", "x.mcap") == paths[1:]
+    assert grown(b"four").name == "x-4.mcap"
+    assert paths[1].read_bytes() == b"two"
+    assert store.set_aside(tmp_path / "playing" / "x.mcap", "left") is None  # it is gone

@@ -9,7 +9,7 @@ import polars as pl
 
 from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common, Json, On
-from flows.commands.printing import console, print_frame, print_json, warn
+from flows.commands.printing import console, print_frame, print_json, print_stand_in, warn
 from flows.placement.places import crew_at
 from flows.report import damaged, write_report
 from pipeline.store import Store
@@ -20,7 +20,7 @@ from pipeline.studies.seasons.preferences import side_by_side
 from pipeline.studies.seasons.sensitivity import sensitivity, varied
 from pipeline.studies.seasons.summary import ablated, compared, measured, played
 from pipeline.studies.seasons.table3 import GAMES
-from schemas import Claims
+from schemas import Claims, note_on
 
 
 def report(
@@ -51,7 +51,7 @@ def report(
                     "kick_offs": kick_offs(games, PAPER).to_dicts(),
                     "sensitivity": sensitivity(games, growth, PAPER).to_dicts(),
                     "measured": measured(games, evaluations).to_dicts(), "left_out": left_out,
-                    "preferences": prefer.to_dicts()})
+                    "preferences": prefer.to_dicts(), "note": note_on(*games["opponent"].unique())})
     else:
         print_frame(played(games), title="what was played")
         print_frame(_intervals(_compared(games), ("settings", "opponent", "seasons")),
@@ -68,6 +68,7 @@ def report(
         if left_out:
             console().print(f"{left_out} pairs of matches of apprentices are left out; the page says why.")
         print_frame(_shown(claims), title="claims and measurements")
+        print_stand_in(*games["opponent"].unique())
         if "not judged" in claims["verdict"]:
             console().print(f"not judged: fewer than {LEAST_SEASONS} seasons of {GAMES} games; the page says"
                             " what the other verdicts mean.")

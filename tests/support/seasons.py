@@ -8,7 +8,7 @@ from schemas import ROLES, Evaluations, Games, Growth
 
 def season(settings="paper", opponent="static", seed=0, *, last=35, other=lambda g: 0.0, goals=lambda g: (1, 0),
            states=lambda g: 100 * g, behaviours=lambda g: 5 * g, lead=lambda g: 0, actions=1000, name=None,
-           knowledge=lambda g: g, without=()):
+           knowledge=lambda g: g, without=(), left=None):
     """(games, growth) of one season; ``other(game)`` is per cent, ``goals(game)`` those for and against."""
     name = name or f"{settings}-{opponent}-s{seed}"
     who = {"season": name, "settings": settings, "opponent": opponent, "seed": seed}
@@ -24,7 +24,7 @@ def season(settings="paper", opponent="static", seed=0, *, last=35, other=lambda
             "other_actions": others, "known_states": other(g) / 100, "direct": scored // 2,
             "indirect": scored - scored // 2, "error": 0, "direct_against": against, "indirect_against": 0,
             "error_against": 0, "situations": 4000, "duration_s": 480.0,
-            "policy_version": g - 1 if g > 1 else None, "knowledge_version": knowledge(g),
+            "policy_version": g - 1 if g > 1 else None, "knowledge_version": knowledge(g), "left": left,
             "played_s": 1300.0, "other_s": 1300.0 * others / actions, "first_actions": actions // 5,
             "first_other_actions": min(others, actions // 5), "other_states": min(others, 6), "brief_actions": actions // 10,
         })

@@ -132,7 +132,8 @@ class SeasonsReport:
         script = f"{STAND_IN}. It has delays, noise and changing tactics"
         if not mine.height:
             return (f"{script}. The paper's opponents were people with joysticks. Here nobody has played a "
-                    "season yet: nothing is evidence about people.")
+                    "season yet: claims about humans are measured against the second script, and nothing is "
+                    "evidence about people.")
         return (
             f"People played {mine['season'].n_unique()} seasons, {mine.height} games. Those of `{PAPER}` "
             "stand beside the paper's human column. A person drove one robot at a time, with keyboard or "
