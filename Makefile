@@ -120,7 +120,7 @@ study-labels: $(READY)  ## the recogniser beside the labels of 200 moments and t
 
 paradigms: $(READY)  ## section 5 of the paper in full (about 45 minutes)
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms
-	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 4 --figure 5 --runs 2000 --sensitivity
+	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 4 --figure 5 --runs 2000 --sensitivity --comparison
 	$(BIN)/pitchlore paradigms --export data/studies/paradigms --figure 6 --runs 200 --sensitivity
 
 # The settings were searched for with seeds below 101.

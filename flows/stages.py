@@ -263,7 +263,7 @@ STAGES = Chain(
     Stage("policies", Per.VERSION, ("knowledge", "sides", "sequences", "decisions"),
           (Policies, Appraisals, Returns, States), 4,
           policies.compute, policies.plan),
-    Stage("paradigms", Per.OWN, schemas=(Paradigms, Verdicts), version=1),
+    Stage("paradigms", Per.OWN, schemas=(Paradigms, Verdicts), version=2),
     Stage("seasons", Per.OWN, schemas=(Games, Growth, StatesPlayed), version=2),
     Stage("evaluations", Per.OWN, schemas=(Evaluations,), version=2),
     Stage("report", Per.OWN, ("seasons", "evaluations"), schemas=(Claims,), version=4),

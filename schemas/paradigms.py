@@ -8,7 +8,7 @@ import dataframely as dy
 
 from schemas.table import Table, unit
 
-STUDIES = ("figure", "sensitivity", "confirmation")
+STUDIES = ("figure", "sensitivity", "confirmation", "comparison")
 VERDICTS = ("reproduced", "not reproduced", "contradicted")
 
 
@@ -21,10 +21,13 @@ class Paradigms(Table):
     """
 
     NAME: ClassVar[str] = "paradigms"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
+    SINCE: ClassVar[int] = 1
 
     study = dy.Enum(
-        STUDIES, description="curve of a figure; sensitivity to one reading; confirmation on fresh seeds"
+        STUDIES, description=(
+            "curve of a figure; sensitivity to one reading; confirmation on fresh seeds; comparison of two "
+            "learners on further fresh seeds")
     )
     figure = dy.Int8(min=4, max=6, description="figure of the paper; 6 stands for Figures 6 and 7, of the same runs")
     game = dy.String(description="penalty, climbing, grid, or a game that the paper does not have")
@@ -55,6 +58,14 @@ class Paradigms(Table):
         nullable=True, description="upper end of its 95 % interval over runs", metadata=unit("steps")
     )
     diverged = dy.Int64(min=0, description="runs whose values grew beyond all bounds; none of them counts as a success")
+    settled = dy.Float64(
+        nullable=True, min=0, max=1,
+        description="share of runs that settled before their bound; null where training ends with the temperature"
+    )
+    settle_steps = dy.Float64(
+        nullable=True, min=1, description="mean steps of training, the bound's where a run did not settle; null likewise",
+        metadata=unit("steps"),
+    )
 
 
 class Verdicts(Table):

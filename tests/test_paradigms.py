@@ -182,7 +182,7 @@ def test_company(monkeypatch, learner):
 def test_no_runs():
     """No runs give empty columns."""
     played = play(matrix.climbing(), IQ(), quick_training(), runner.Testing(), runs=range(0), seeds=SEEDS)
-    assert [len(column) for column in played] == [0, 0, 0, 0]
+    assert [len(column) for column in played] == [0, 0, 0, 0, 0, 0]
 
 
 def test_seeds():
@@ -289,7 +289,8 @@ def spied(monkeypatch):
     def record(game, settings, training, testing, *, runs, seeds):
         calls.append((game, settings, training, testing, runs, seeds))
         count = len(runs)
-        return Runs(np.ones(count), np.full(count, 4.0), np.zeros(count, np.int64), np.zeros(count, np.bool_))
+        return Runs(np.ones(count), np.full(count, 4.0), np.zeros(count, np.int64), np.zeros(count, np.bool_),
+                    np.zeros(count, np.bool_), np.zeros(count, np.int64))
 
     monkeypatch.setattr(curves, "play", record)
     return calls
@@ -384,14 +385,14 @@ def test_random_numbers(monkeypatch):
     """No two points of the study share random numbers."""
     calls = spied(monkeypatch)
     points = 0
-    for sweep in sweeps(Design(sensitivity=True)):
+    for sweep in sweeps(Design(sensitivity=True, comparison=True)):
         for curve in sweep.curves:
             for k, decay in curve.points():
                 curve.play(k, decay, runs=1, seed=sweep.seed)
                 points += 1
     seeds = [seeds for *_, seeds in calls]
     assert len(set(seeds)) == points > 1_000
-    assert {seed for seed, _ in seeds} == {0, 1_000}  # what is confirmed chose nothing
+    assert {seed for seed, _ in seeds} == {0, 1_000, 2_000}  # what is confirmed chose nothing, nor what is compared
 
 
 # -- the design -------------------------------------------------------------------------------------------
@@ -399,7 +400,8 @@ def test_random_numbers(monkeypatch):
 
 @pytest.mark.parametrize("design", [
     Design(), Design(quick=True), Design(sensitivity=True), Design(figures=(5,), runs=2000, sensitivity=True, seed=9),
-], ids=["all", "quick", "sensitivity", "one"])
+    Design(figures=(5,), comparison=True),
+], ids=["all", "quick", "sensitivity", "one", "comparison"])
 def test_names_of_sweeps(design):
     """Sweeps have names of their own that any disk takes."""
     made = sweeps(design)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import polars as pl
@@ -105,6 +106,31 @@ def test_command_output(played, capsys):
     assert "IVQ sometimes converges to the optimum" in out
     assert "figure-5.png" in out
     assert "penalty" not in out
+
+
+def test_comparison(played, tmp_path, capsys, monkeypatch):
+    """The comparison plays printed IVQ and IQ on seeds of its own, and gives their difference with its interval."""
+    data, _ = played
+    monkeypatch.setattr(experiments, "CONFIRMATION_RUNS", 60)
+    words = ["paradigms", "--figure", "5", "--runs", "4", "--quick", "--comparison", "--data", str(data)]
+    with pytest.raises(SystemExit) as stopped:
+        main([*words, "--export", str(tmp_path)])
+    assert stopped.value.code == 0
+    out = capsys.readouterr().out
+    (told,) = re.findall(r"IVQ less IQ, 60 trainings each, seed 2000: (-?[0-9.]+) \[(-?[0-9.]+), (-?[0-9.]+)\]", out)
+    points = pl.read_csv(tmp_path / "figure-5-r4-s0-quick.comparison.csv")
+    assert points.select("learner", "reading", "decay", "runs", "seed").sort("learner").rows() == [
+        ("IQ", "printed", 0.9997, 60, 2000), ("IVQ", "printed", 0.9997, 60, 2000)]
+    (lead,) = pl.read_csv(tmp_path / "figure-5-r4-s0-quick.leads.csv").iter_rows(named=True)
+    iq, ivq = points.sort("learner")["p_optimal"]
+    assert lead["difference"] == pytest.approx(ivq - iq, abs=2e-4)
+    assert lead["low"] < lead["difference"] < lead["high"]
+    assert tuple(map(float, told)) == pytest.approx((lead["difference"], lead["low"], lead["high"]), abs=1e-4)
+    assert "any equilibrium at 0.9997" in re.sub(r"[^a-z0-9.]+", " ", out)
+    with pytest.raises(SystemExit):
+        main([*words, "--json"])
+    (figure,) = json.loads(capsys.readouterr().out)
+    assert [row["study"] for row in figure["leads"]] == ["comparison"]
 
 
 def test_json(played, capsys):

@@ -196,7 +196,7 @@ def test_person_commands():
     text = SeasonsReport(games, Evaluations.empty(), 0, NO_PREFERENCES, verdicts(games, growth, Evaluations.empty()), [],
                          "pitchlore").markdown()
     assert "These commands make the study again, but for what people do:" in text
-    assert "People played 2 seasons, 70 games." in text
+    assert "Seasons that people played: 2, games: 70." in text
     assert "Games left before their end, and played anew: 140." in text
     assert "### Against people" in text
     assert "nobody has played" not in text
@@ -459,7 +459,7 @@ def test_json(reported, capsys):
     main_ok(["report", "--json", "--data", str(data)])
     said = json.loads(capsys.readouterr().out)
     assert set(said) == {"page", "played", "claims", "compared", "ablated", "measured", "left_out", "preferences",
-                         "kick_offs", "sensitivity"}
+                         "kick_offs", "sensitivity", "note"}
     assert {row["verdict"] for row in said["claims"]} >= {"reproduced", "contradictory", "reached", "not judged"}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as encoder
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from threading import Thread
 from typing import Annotated, Literal
@@ -19,14 +20,18 @@ from flows.outputs import need
 from flows.paradigms import FigureReport, paradigms_flow, points_of, reports
 from flows.placement.places import place_of
 from flows.progress import StageReport
+from pipeline.statistics import wilson
 from pipeline.store import Store
 from pipeline.studies.paradigms.claims import PEAK
-from pipeline.studies.paradigms.experiments import LEARNERS, Design, FigureNumber, sweeps
-from pipeline.studies.paradigms.measures import PRINTED
+from pipeline.studies.paradigms.experiments import COMPARED, LEARNERS, Design, FigureNumber, sweeps
+from pipeline.studies.paradigms.measures import PRINTED, fresh_leads
 from pipeline.studies.paradigms.runner import warm_up
 from schemas import Verdicts
 
 FigureName = Literal["4", "5", "6", "7"]
+
+#: Column: the share of trainings that ended in any pure equilibrium of a matrix game.
+EQUILIBRIUM = "any equilibrium"
 
 #: Runs of a quick look.
 QUICK_RUNS = 20
@@ -41,6 +46,7 @@ def paradigms(
     runs: PositiveInt | None = None,
     quick: Flag = False,
     sensitivity: Flag = False,
+    comparison: Flag = False,
     seed: NonNegativeInt = 0,
     on: On = None,
     export: Path | None = None,
@@ -54,6 +60,8 @@ def paradigms(
         runs: Number of independent trainings per point (default: the paper's 100, and 3 in the grid world).
         quick: Play only a few points of each curve, with 20 runs. This takes seconds.
         sensitivity: Also play every reading of the paper's open details, and confirm the best ones.
+        comparison: Also play printed IVQ and IQ on fresh seeds, 4,000 runs each, at the paper's best decay of
+            Figure 5, and say how much likelier IVQ reaches the optimum.
         seed: Seed of the runs.
         on: Where the curves are played.
         export: Also write tables, plots and settings into this folder.
@@ -62,7 +70,8 @@ def paradigms(
     """
     design = Design(
         figures=tuple(sorted({POINTS[name] for name in figure or POINTS})),
-        runs=runs or (QUICK_RUNS if quick else None), quick=quick, sensitivity=sensitivity, seed=seed,
+        runs=runs or (QUICK_RUNS if quick else None), quick=quick, sensitivity=sensitivity,
+        comparison=comparison, seed=seed,
     )
     store = common.store
     place_of(on)  # so that a word that names none is refused at once
@@ -73,7 +82,8 @@ def paradigms(
     told = [report for report in reports(design) if not {report.name, *report.sweeps} & set(done.failed)]
     if json:
         print_json([{"figure": report.figure, "points": points_of(store, report).to_dicts(),
-                     "verdicts": _verdicts(store, report).to_dicts()} for report in told])
+                     "verdicts": _verdicts(store, report).to_dicts(), "leads": list(_leads(store, report))}
+                    for report in told])
     for report in told:
         if not json:
             _print(store, report)
@@ -97,13 +107,19 @@ def _print(store: Store, report: FigureReport) -> None:
     for (game,), curves in shown.partition_by("game", as_dict=True, maintain_order=True).items():
         print_frame(_climb(curves) if report.figure == 5 else _means(curves),
                     title=f"{name}: {game}, {curves['runs'][0]} trainings a point")
-    for study, title, each in (("confirmation", "on fresh seeds", 9), ("sensitivity", "best readings", 3)):
+    for study, title, each in (("confirmation", "on fresh seeds", 9), ("sensitivity", "best readings", 3),
+                               ("comparison", "on further fresh seeds", 1)):
         tried = points.filter(pl.col("study") == study)
         if tried.height:
             best = tried.sort("p_optimal", descending=True).group_by("learner").head(each).sort(
                 pl.col("learner").cast(pl.Enum(LEARNERS)), maintain_order=True)
-            print_frame(best.select("learner", "reading", "k", "decay", "runs", _interval("p_optimal")),
-                        title=f"{name}: {title} ({tried.height} points)")
+            print_frame(_with_equilibria(best).select(
+                "learner", "reading", "k", "decay", "runs", _interval("p_optimal"), EQUILIBRIUM),
+                title=f"{name}: {title} ({tried.height} points)")
+    for lead in _leads(store, report):
+        console().print(
+            f"{lead['learner']} less {lead['other']}, {lead['runs']:,} trainings each, seed {lead['seed']}: "
+            f"{lead['difference']:.4f} [{lead['low']:.4f}, {lead['high']:.4f}]")
     print_frame(_judged(_verdicts(store, report)), title=f"{name}: what the paper claims (details: verdicts)")
     receipt = need(store, "paradigms", report.name)
     for role, record in receipt.files.items():
@@ -137,24 +153,42 @@ def _interval(of: str, low: str = "p_low", high: str = "p_high") -> pl.Expr:
     return pl.format("{} [{}, {}]", *ends).alias(of)
 
 
+def _leads(store: Store, report: FigureReport) -> Iterator[dict[str, object]]:
+    """Differences of the compared learners on fresh seeds."""
+    return fresh_leads(points_of(store, report), *COMPARED)
+
+
+def _with_equilibria(points: pl.DataFrame) -> pl.DataFrame:
+    """Points with a column of text: the share that ended in any equilibrium, with its interval."""
+    texts = []
+    for p, runs in points.select("p_equilibrium", "runs").iter_rows():
+        low, high = (None, None) if p is None else wilson(p * runs, runs)
+        texts.append("" if p is None else f"{p:.4g} [{low:.4g}, {high:.4g}]")
+    return points.with_columns(pl.Series(EQUILIBRIUM, texts, dtype=pl.String))
+
+
 def _climb(curves: pl.DataFrame) -> pl.DataFrame:
     """Figure 5 in few numbers: at the paper's best decay, and at the learner's own."""
     key = ["learner", "reading"]
+    curves = _with_equilibria(curves)
     there = curves.filter(pl.col("decay") == PEAK.decay)
     best = curves.sort("p_optimal", descending=True).group_by(key, maintain_order=True).first()
     own = best.select(*key, pl.col("decay").alias("best decay"), _interval("p_optimal").alias("P there"),
                       "diverged")
-    at_peak = there.select(*key, _interval("p_optimal").alias(f"P(optimal) at {PEAK.decay}"))
+    at_peak = there.select(*key, _interval("p_optimal").alias(f"P(optimal) at {PEAK.decay}"),
+                           pl.col(EQUILIBRIUM).alias(f"{EQUILIBRIUM} at {PEAK.decay}"))
     return at_peak.join(own, on=key, maintain_order="left")
 
 
 def _means(curves: pl.DataFrame) -> pl.DataFrame:
     """Figures over k in few numbers: the mean over k at each decay, and of the path's length."""
-    paths = curves["path_length"].is_not_null().any() and curves["game"][0] == "grid"
+    other = {"steps": pl.col("path_length").mean().round(1)}
+    if curves["game"][0] != "grid":
+        other = {EQUILIBRIUM: pl.col("p_equilibrium").mean().round(3)}
     wide = curves.group_by("learner", "reading", "decay", maintain_order=True).agg(
-        P=pl.col("p_optimal").mean().round(3), steps=pl.col("path_length").mean().round(1)
-    ).pivot("decay", index=["learner", "reading"], values=["P", "steps"], separator=" at ")
-    return wide if paths else wide.drop(column for column in wide.columns if column.startswith("steps"))
+        P=pl.col("p_optimal").mean().round(3), **other
+    ).pivot("decay", index=["learner", "reading"], values=["P", *other], separator=" at ")
+    return wide.select(column for column in wide.columns if wide[column].is_not_null().any())
 
 
 def _export(store: Store, report: FigureReport, design: Design, folder: Path) -> None:
@@ -166,6 +200,10 @@ def _export(store: Store, report: FigureReport, design: Design, folder: Path) ->
         kind = "points" if study == "figure" else str(study)
         text = rows.drop("study").write_csv(float_precision=4)
         store.write_bytes(folder / f"{stem}.{kind}.csv", text.encode())
+    leads = list(_leads(store, report))
+    if leads:
+        text = pl.DataFrame(leads).write_csv(float_precision=4)
+        store.write_bytes(folder / f"{stem}.leads.csv", text.encode())
     judged = _verdicts(store, report).write_csv(float_precision=4)
     store.write_bytes(folder / f"{stem}.verdicts.csv", judged.encode())
     for role in sorted(set(receipt.files) - {"verdicts"}):

@@ -24,6 +24,7 @@ from pipeline.studies.paradigms.games.matrix import (
 from pipeline.studies.paradigms.rules.rules import AnyLearner
 from pipeline.studies.paradigms.rules.selection import ActionSelection
 from pipeline.studies.paradigms.runner import Runs, Testing, Training, play
+from pipeline.studies.paradigms.settling import Settling
 from pipeline.toml import Frozen
 from schemas import Paradigms
 
@@ -39,6 +40,10 @@ GAMES: dict[str, Callable[[float, Curve], Game]] = {
     "fully stochastic climbing": lambda _, __: fully_stochastic_climbing(),
     "grid": lambda k, curve: grid_world(k, punished=curve.punished, stay=curve.stay),
 }
+
+
+#: Games of one state whose rewards are certain.
+CERTAIN = ("penalty", "climbing")
 
 
 def _known(game: str) -> str:
@@ -82,6 +87,8 @@ class Curve(Frozen):
         decays: factors of the temperature at each tick.
         temperature: temperature of the first tick, T0, in the unit of the rewards.
         floor: training ends when the temperature is below.
+        settle: training goes on at the last temperature until the team settles
+            (:class:`pipeline.studies.paradigms.settling.Settling`). The game is one of :data:`CERTAIN`.
         exploration: exploration instead of Boltzmann's selection by that temperature.
         tick: the temperature falls with every step, or with every episode.
         episode_steps: an episode of training is broken off after so many steps.
@@ -91,7 +98,7 @@ class Curve(Frozen):
         punished, stay: readings of the grid world (:func:`pipeline.studies.paradigms.games.grid.grid_world`).
     """
 
-    study: Literal["figure", "sensitivity", "confirmation"] = "figure"
+    study: Literal["figure", "sensitivity", "confirmation", "comparison"] = "figure"
     figure: Literal[4, 5, 6]
     game: Annotated[str, AfterValidator(_known)]
     learner: str
@@ -101,6 +108,7 @@ class Curve(Frozen):
     decays: tuple[Annotated[float, Field(gt=0, lt=1)], ...] = Field(min_length=1)
     temperature: float = Field(default=16.0, gt=0)
     floor: float = Field(default=0.01, gt=0)
+    settle: bool = False
     exploration: Exploration | None = None
     tick: Literal["step", "episode"] = "step"
     episode_steps: int = Field(default=1_000, ge=1)
@@ -109,6 +117,12 @@ class Curve(Frozen):
     test_by: Literal["greedy", "last temperature"] = "greedy"
     punished: Literal["both", "alone"] = "both"
     stay: bool = False
+
+    @model_validator(mode="after")
+    def _settles_where_it_can(self) -> Curve:
+        if self.settle and self.game not in CERTAIN:
+            raise ValueError(f"teams settle in games of one state and certain rewards: {', '.join(CERTAIN)}")
+        return self
 
     def points(self) -> Iterator[tuple[float | None, float]]:
         """All pairs of penalty (None if the game has none) and decay."""
@@ -134,7 +148,9 @@ class Curve(Frozen):
         point = f"{self.study} {self.figure} {self.game} {self.learner} {self.reading} {k} {decay}"
         temperature = 0.0 if self.test_by == "greedy" else float(temperatures[-1])
         played = play(
-            game, self.rule, Training(temperatures, selection, self.tick, self.episode_steps),
+            game, self.rule,
+            Training(temperatures, selection, self.tick, self.episode_steps,
+                     Settling() if self.settle else None),
             Testing(self.tests, self.test_steps, temperature), runs=range(runs),
             seeds=(seed, int(digest(point.encode())[:16], 16)),
         )
@@ -143,7 +159,10 @@ class Curve(Frozen):
             "reading": self.reading, "k": k, "decay": decay, "steps": ticks, "runs": runs,
             "tests": self.tests, "seed": seed,
         }
-        return pl.DataFrame([described | _summary(played, game)], schema=Paradigms.dtypes())
+        settling = {
+            "settled": float(played.settled.mean()), "settle_steps": float(played.settle_steps.mean()),
+        } if self.settle else dict.fromkeys(("settled", "settle_steps"))
+        return pl.DataFrame([described | _summary(played, game) | settling], schema=Paradigms.dtypes())
 
 
 def _summary(played: Runs, game: Game) -> dict[str, Any]:

@@ -10,7 +10,7 @@ publications unless their reading says otherwise.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import Any, Literal
 
 from pydantic import Field
@@ -31,6 +31,9 @@ from pipeline.toml import Frozen
 
 FigureNumber = Literal[4, 5, 6]
 
+#: The figure of the paper's one number.
+PEAK_FIGURE: FigureNumber = 5
+
 #: Names of the paper's learners, then of their peers.
 LEARNERS = ("IQ", "IL-A", "IL-B", "JAQ", "IVQ", "hysteretic", "distributed", "lenient", "FMQ", "WoLF-PHC")
 
@@ -41,8 +44,12 @@ PRINTED_RUNS: dict[FigureNumber, int] = {4: PAPER_RUNS, 5: PAPER_RUNS, 6: 3}
 SENSITIVITY_RUNS = 200
 CONFIRMATION_RUNS = 4_000
 
-#: Offset of the confirmation's seed: its runs had no part in the choice of the best.
+#: Offset of the confirmation's seed: its runs had no part in the choice of the best. The comparison has twice
+#: this offset: its runs had no part in what the confirmation found.
 FRESH = 1_000
+
+#: Learners whose printed readings are compared on fresh seeds.
+COMPARED = ("IVQ", "IQ")
 
 PENALTIES = (0.0, -1.0, -2.0, -5.0, -10.0, -20.0, -30.0, -50.0, -100.0)
 PENALTY_DECAYS = (0.998, 0.999, 0.9999)
@@ -65,6 +72,9 @@ FAST_WOLF = WoLFPHC(winning=0.1, losing=0.4)
 TUNED = "outside the bracket, discount 0.9"
 BEST = "learning rate 1, discount 0.9"
 
+#: Printed JAQ, but for the end of training.
+UNTIL_SETTLED = "trained until it settles"
+
 
 class Design(Frozen):
     """Parts of the study that are played.
@@ -74,6 +84,7 @@ class Design(Frozen):
         runs: independent trainings of each point; None: as many as the paper, 100 and in the grid world 3.
         quick: play a few points of the curves in the paper's own games only.
         sensitivity: play all readings, too, and confirm the best.
+        comparison: also compare printed IVQ with IQ on fresh seeds.
         seed: seed of the runs.
     """
 
@@ -81,6 +92,7 @@ class Design(Frozen):
     runs: int | None = Field(default=None, ge=1)
     quick: bool = False
     sensitivity: bool = False
+    comparison: bool = False
     seed: int = Field(default=0, ge=0)
 
     def runs_of(self, figure: FigureNumber) -> int:
@@ -111,10 +123,12 @@ def sweeps(design: Design) -> list[Sweep]:
         confirmed = [curve for figure in design.figures for curve in _confirmed(figure)]
         found += _gathered(tried, SENSITIVITY_RUNS, design.seed)
         found += _gathered(confirmed, CONFIRMATION_RUNS, design.seed + FRESH)
+    if design.comparison and PEAK_FIGURE in design.figures:
+        found += _gathered(_compared(), CONFIRMATION_RUNS, design.seed + 2 * FRESH)
     return found
 
 
-def _gathered(curves: Sequence[Curve], runs: int, seed: int, suffix: str = "") -> Iterator[Sweep]:
+def _gathered(curves: Iterable[Curve], runs: int, seed: int, suffix: str = "") -> Iterator[Sweep]:
     groups: dict[str, list[Curve]] = {}
     for curve in curves:
         words = (curve.study, str(curve.figure), *curve.game.split(), curve.learner.lower())
@@ -142,6 +156,7 @@ def _climbing() -> Iterator[Curve]:
     yield from _matrix(common, influence=0.1)
     for rule in (IQ, JAQ, IVQ):
         yield Curve(learner=rule.__name__, reading=BEST, rule=rule(step_size=1.0, discount=0.9), **common)
+    yield Curve(learner="JAQ", reading=UNTIL_SETTLED, rule=JAQ(), settle=True, **common)
     for game in OTHER_GAMES:
         yield from _matrix({"figure": 5, "game": game, "decays": OTHER_DECAYS}, influence=0.1)
 
@@ -215,10 +230,17 @@ def _tried(figure: FigureNumber) -> Iterator[Curve]:
 
 def _confirmed(figure: FigureNumber) -> Iterator[Curve]:
     """Curves of Figure 5 at the paper's best decay."""
-    if figure == 5:
+    if figure == PEAK_FIGURE:
         for curve in _climbing():
             if curve.game == "climbing" and PEAK.decay in curve.decays:
                 yield curve.model_copy(update={"study": "confirmation", "decays": (PEAK.decay,)})
+
+
+def _compared() -> Iterator[Curve]:
+    """Printed curves of the learners that are compared, at the paper's best decay."""
+    for curve in _confirmed(PEAK_FIGURE):
+        if curve.learner in COMPARED and curve.reading == PRINTED:
+            yield curve.model_copy(update={"study": "comparison"})
 
 
 FIGURES = {4: _penalty, 5: _climbing, 6: _grid}

@@ -163,6 +163,29 @@ def best_decay(learner: str, around: float) -> Measure:
     return measure
 
 
+def fresh_leads(points: pl.DataFrame, learner: str, other: str) -> Iterator[dict[str, Any]]:
+    """How much likelier a learner reaches the optimum than another on fresh seeds, both printed.
+
+    Args:
+        points: schema Paradigms; those of the studies ``confirmation`` and ``comparison`` are looked at.
+        learner: name of the learner.
+        other: name of the other.
+
+    Yields:
+        For each study: study, game, decay, runs (of each), seed, learner, other, difference, low and high
+        (Newcombe's 95 % interval).
+    """
+    for study in ("confirmation", "comparison"):
+        rows = {row["learner"]: row for row in points.filter(
+            (pl.col("study") == study) & (pl.col("reading") == PRINTED)).iter_rows(named=True)}
+        if {learner, other} <= rows.keys():
+            one = rows[learner]
+            lead = difference(p_optimal(one), p_optimal(rows[other]))
+            yield {"study": study, **{name: one[name] for name in ("game", "decay", "runs", "seed")},
+                   "learner": learner, "other": other, "difference": lead.value, "low": lead.low,
+                   "high": lead.high}
+
+
 def p_optimal(row: Row) -> Estimate:
     """Probability of the optimum."""
     return Estimate(row["p_optimal"], row["p_low"], row["p_high"])

@@ -6,7 +6,7 @@ Run i draws from the i-th stream split off the seeds, so its result does not dep
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -22,6 +22,7 @@ from pipeline.studies.paradigms.rules.kernel import kernel
 from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition, memory_of
 from pipeline.studies.paradigms.rules.rules import RULES, adapt, error, number_of, values
 from pipeline.studies.paradigms.rules.selection import ActionSelection, sample, select
+from pipeline.studies.paradigms.settling import Settling, settle
 
 #: A run with an error of at least this has diverged, in the unit of the rewards, which are below 1,000.
 DIVERGED = 1e9
@@ -39,12 +40,14 @@ class Training:
         selection: rule that makes probabilities of action values.
         tick: the temperature changes with every step, or with every episode.
         episode_steps: an episode is broken off after so many steps.
+        settling: how training goes on at the last temperature; None: it does not.
     """
 
     temperatures: F64
     selection: ActionSelection = ActionSelection.BOLTZMANN
     tick: Literal["step", "episode"] = "step"
     episode_steps: int = 1_000_000
+    settling: Settling | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +73,16 @@ class Runs(NamedTuple):
         length: float64 [R], mean steps of the tests that succeeded; NaN if none did.
         last: int64 [R], joint action of the last test's last step; -1 if the run diverged.
         diverged: bool [R].
+        settled: bool [R], whether the team settled; False if training does not go on until it does.
+        settle_steps: int64 [R], steps of the whole training; 0 likewise.
     """
 
     success: F64
     length: F64
     last: I64
     diverged: Bools
+    settled: Bools
+    settle_steps: I64
 
 
 class _Dynamics(NamedTuple):
@@ -231,12 +238,17 @@ def play(
     """
     dynamics, learner = dynamics_of(game, settings), learner_of(settings, game.agents)
     count = len(runs)
-    out = Runs(np.zeros(count), np.full(count, np.nan), np.full(count, -1), np.zeros(count, np.bool_))
+    out = Runs(np.zeros(count), np.full(count, np.nan), np.full(count, -1), np.zeros(count, np.bool_),
+               np.zeros(count, np.bool_), np.zeros(count, np.int64))
 
     def batch(places: I64) -> None:
         for place in places:
             rng = stream(seeds, runs[place])
             memory, bounded = trained(rng, dynamics, learner, settings, training)
+            if bounded and training.settling is not None:
+                bounded, out.settled[place], out.settle_steps[place] = settle(
+                    _going_on(rng, dynamics, learner, memory, training), learner.rule, memory, learner.params,
+                    training.settling, len(training.temperatures))
             out.diverged[place] = not bounded
             if not bounded:
                 continue
@@ -251,6 +263,19 @@ def play(
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(batch, np.array_split(np.arange(count), min(count, threads * BATCHES_A_CORE) or 1)))
     return out
+
+
+def _going_on(
+    rng: np.random.Generator, dynamics: _Dynamics, learner: _Learner, memory: Memory, training: Training
+) -> Callable[[int], bool]:
+    """A function that trains a team on for so many steps at the last temperature; False if it diverged."""
+    last = training.temperatures[-1]
+
+    def train(steps: int) -> bool:
+        return bool(_train(rng, dynamics, learner, memory, int(training.selection), np.full(steps, last),
+                           False, training.episode_steps))
+
+    return train
 
 
 def dynamics_of(game: Game, settings: LearnerSettings) -> _Dynamics:

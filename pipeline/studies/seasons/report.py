@@ -135,10 +135,10 @@ class SeasonsReport:
                     "season yet: claims about humans are measured against the second script, and nothing is "
                     "evidence about people.")
         return (
-            f"People played {mine['season'].n_unique()} seasons, {mine.height} games. Those of `{PAPER}` "
-            "stand beside the paper's human column. A person drove one robot at a time, with keyboard or "
-            "gamepad; the static team's rules drove the others. Games left before their end, and played "
-            f"anew: {mine['left'].sum()}. {script}.")
+            f"Seasons that people played: {mine['season'].n_unique()}, games: {mine.height}. Those of "
+            f"`{PAPER}` stand beside the paper's human column. A person drove one robot at a time, with "
+            "keyboard or gamepad; the static team's rules drove the others. Games left before their end, and "
+            f"played anew: {mine['left'].sum()}. {script}.")
 
     def _claims(self) -> Iterator[str]:
         yield "## Claims and verdicts"

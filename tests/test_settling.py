@@ -1,0 +1,128 @@
+"""Training that goes on until a team settles: what a look sees, when it ends, and what JAQ comes to."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from pipeline.studies.paradigms import runner
+from pipeline.studies.paradigms.curves import Curve
+from pipeline.studies.paradigms.experiments import UNTIL_SETTLED, Design, sweeps
+from pipeline.studies.paradigms.games import matrix
+from pipeline.studies.paradigms.rules.iq import IQ
+from pipeline.studies.paradigms.rules.jaq import JAQ
+from pipeline.studies.paradigms.rules.memory import memory_of
+from pipeline.studies.paradigms.rules.rules import number_of
+from pipeline.studies.paradigms.runner import Training, dynamics_of, learner_of, play, stream, trained
+from pipeline.studies.paradigms.settling import Settling, look, settle
+from schemas import Paradigms
+
+CLIMBING = np.array([[11.0, -30.0, 0.0], [-30.0, 7.0, 6.0], [0.0, 0.0, 5.0]])
+RULE, PARAMS = number_of(JAQ()), JAQ().params(2)
+
+
+def team(beliefs):
+    """Two JAQ learners who know the climbing game's payoffs; ``beliefs`` about each one's actions."""
+    memory = memory_of(JAQ(), 2, 1, 3)
+    memory.q[:, 0] = CLIMBING.reshape(-1)
+    memory.occurrence[:, 0] = beliefs
+    return memory
+
+
+@pytest.mark.parametrize(("beliefs", "joint", "stays"), [
+    ([[0, 1, 0], [0, 1, 0]], (1, 1), True),  # an equilibrium, for certain
+    ([[1, 0, 0], [1, 0, 0]], (0, 0), True),
+    ([[0.2, 0.4, 0.4], [0.2, 0.4, 0.4]], (2, 2), False),  # 5 * .4 beats -6 + 5.2; certain of 2, the first takes 1
+    ([[1, 0, 0], [0, 1, 0]], (1, 0), False),
+])
+def test_look(beliefs, joint, stays):
+    """A look sees the greedy joint action, and whether it is an answer to itself; it changes no belief."""
+    memory = team(beliefs)
+    now, is_answer = look(RULE, memory, PARAMS)
+    assert (tuple(now), is_answer) == (joint, stays)
+    np.testing.assert_array_equal(memory.occurrence[:, 0], beliefs)
+
+
+def test_nothing_changes_any_more():
+    """Whatever settled stays as it is, however long it goes on: beliefs move to what is played."""
+    game, settings = matrix.climbing(), JAQ()
+    dynamics, learner = dynamics_of(game, settings), learner_of(settings, 2)
+    temperatures = 16 * 0.99 ** np.arange(735)
+    for run in range(20):
+        rng = stream((4,), run)
+        memory, _ = trained(rng, dynamics, learner, settings, Training(temperatures))
+
+        def train(steps, rng=rng, memory=memory):
+            return bool(runner._train(rng, dynamics, learner, memory, 0, np.full(steps, 0.01), False, 1))
+
+        bounded, settled, steps = settle(train, learner.rule, memory, learner.params, Settling(), 735)
+        assert bounded
+        assert settled
+        assert steps > 735
+        there = tuple(look(learner.rule, memory, learner.params)[0])
+        for _ in range(4):
+            train(20 * steps)
+            assert tuple(look(learner.rule, memory, learner.params)[0]) == there
+
+
+def test_bound():
+    """A team that never settles ends at the bound, and says so; one that diverges ends at once."""
+    memory, lengths = team([[0.2, 0.4, 0.4]] * 2), []
+    found = settle(lambda steps: lengths.append(steps) or True, RULE, memory, PARAMS, Settling(still=10, most=5), 100)
+    assert found == (True, False, 500)
+    assert lengths == [10] * 40
+    assert settle(lambda _: False, RULE, memory, PARAMS, Settling(still=10), 100) == (False, False, 110)
+    lengths.clear()
+    settle(lambda steps: lengths.append(steps) or True, RULE, memory, PARAMS, Settling(still=1, most=2), 1_000)
+    assert lengths == [(1_000 + sum(lengths[:i])) // 100 for i in range(len(lengths))]
+    assert sum(lengths[:-1]) < 1_000 <= sum(lengths)
+
+
+def test_least_training():
+    """A team that stands as it should is looked at twice: it trains one stretch more."""
+    memory, lengths = team([[0, 1, 0]] * 2), []
+    found = settle(lambda steps: lengths.append(steps) or True, RULE, memory, PARAMS, Settling(), 100)
+    assert found == (True, True, 1_100)
+    assert lengths == [1_000]
+
+
+def test_printed_jaq_settles():
+    """Printed JAQ ends in no equilibrium at .999 when the temperature ends; settled it is in (a1, b1) and no other."""
+    game = matrix.climbing()
+    temperatures = 16 * 0.999 ** np.arange(7375)
+    ended, settled = (
+        play(game, JAQ(), Training(temperatures, settling=settling), runner.Testing(), runs=range(60), seeds=(1,))
+        for settling in (None, Settling()))
+    equilibrium = matrix.pure_equilibria(game)
+    assert not equilibrium[ended.last].any()
+    assert not ended.settled.any()
+    assert not ended.settle_steps.any()
+    assert settled.settled.all()
+    assert set(settled.last) == {4}
+    assert (settled.settle_steps > 7375).all()
+
+
+def test_point():
+    """A point says how many teams settled, and after how many steps; other points leave both null."""
+    common = {"figure": 5, "game": "climbing", "learner": "JAQ", "reading": "x", "decays": (0.99,), "rule": JAQ()}
+    row, other = (Paradigms.validate(Curve(settle=settle, **common).play(None, 0.99, runs=8, seed=1)).row(0, named=True)
+                  for settle in (True, False))
+    assert row["settled"] == 1.0
+    assert row["settle_steps"] > row["steps"] == 735
+    assert (other["settled"], other["settle_steps"]) == (None, None)
+
+
+@pytest.mark.parametrize("game", ["grid", "fully stochastic climbing"])
+def test_games(game):
+    """Only in games of one state and certain rewards can a team settle."""
+    with pytest.raises(ValidationError, match="one state and certain rewards: penalty, climbing"):
+        Curve(figure=5, game=game, learner="IQ", reading="x", rule=IQ(), decays=(0.99,), settle=True)
+
+
+def test_curves():
+    """The study has one such curve, over all decays of Figure 5, and confirms it."""
+    found = [(sweep.name, curve.reading, len(curve.decays)) for sweep in sweeps(Design(sensitivity=True))
+             for curve in sweep.curves if curve.settle]
+    assert found == [("figure-5-climbing-jaq-r100-s0", UNTIL_SETTLED, 8),
+                     ("confirmation-5-climbing-jaq-r4000-s1000", UNTIL_SETTLED, 1)]
