@@ -15,7 +15,7 @@ from pipeline.studies.paradigms.rules.jaq import JAQ
 from pipeline.studies.paradigms.rules.memory import memory_of
 from pipeline.studies.paradigms.rules.rules import number_of
 from pipeline.studies.paradigms.runner import Training, dynamics_of, learner_of, play, stream, trained
-from pipeline.studies.paradigms.settling import Settling, look, settle
+from pipeline.studies.paradigms.settling import Settling, look
 from schemas import Paradigms
 
 CLIMBING = np.array([[11.0, -30.0, 0.0], [-30.0, 7.0, 6.0], [0.0, 0.0, 5.0]])
@@ -48,43 +48,42 @@ def test_nothing_changes_any_more():
     """Whatever settled stays as it is, however long it goes on: beliefs move to what is played."""
     game, settings = matrix.climbing(), JAQ()
     dynamics, learner = dynamics_of(game, settings), learner_of(settings, 2)
-    temperatures = 16 * 0.99 ** np.arange(735)
     for run in range(20):
         rng = stream((4,), run)
-        memory, _ = trained(rng, dynamics, learner, settings, Training(temperatures))
-
-        def train(steps, rng=rng, memory=memory):
-            return bool(runner._train(rng, dynamics, learner, memory, 0, np.full(steps, 0.01), False, 1))
-
-        bounded, settled, steps = settle(train, learner.rule, memory, learner.params, Settling(), 735)
+        memory, _ = trained(rng, dynamics, learner, settings, Training(16 * 0.99 ** np.arange(735)))
+        bounded, settled, steps = runner._settle(rng, dynamics, learner, memory, 0, 0.01, 735, 1_000, 1_000)
         assert bounded
         assert settled
         assert steps > 735
         there = tuple(look(learner.rule, memory, learner.params)[0])
         for _ in range(4):
-            train(20 * steps)
+            runner._train(rng, dynamics, learner, memory, 0, np.full(20 * steps, 0.01), False, 1)
             assert tuple(look(learner.rule, memory, learner.params)[0]) == there
 
 
+def settled(beliefs, step_size=0.1, **more):
+    """What becomes of a team that knows the game, after 100 steps of training: bounded, settled, steps."""
+    settings = JAQ(step_size=step_size)
+    dynamics, learner = dynamics_of(matrix.climbing(), settings), learner_of(settings, 2)
+    memory = team(beliefs)
+    memory.visits[:] = 10**9  # beliefs stand still
+    settling = Settling(**more)
+    return runner._settle(stream((1,), 0), dynamics, learner, memory, 0, 0.01, 100, settling.still, settling.most)
+
+
 def test_bound():
-    """A team that never settles ends at the bound, and says so; one that diverges ends at once."""
-    memory, lengths = team([[0.2, 0.4, 0.4]] * 2), []
-    found = settle(lambda steps: lengths.append(steps) or True, RULE, memory, PARAMS, Settling(still=10, most=5), 100)
-    assert found == (True, False, 500)
-    assert lengths == [10] * 40
-    assert settle(lambda _: False, RULE, memory, PARAMS, Settling(still=10), 100) == (False, False, 110)
-    lengths.clear()
-    settle(lambda steps: lengths.append(steps) or True, RULE, memory, PARAMS, Settling(still=1, most=2), 1_000)
-    assert lengths == [(1_000 + sum(lengths[:i])) // 100 for i in range(len(lengths))]
-    assert sum(lengths[:-1]) < 1_000 <= sum(lengths)
+    """A team that never settles ends at the bound, and says so."""
+    never = [[0.2, 0.4, 0.4]] * 2
+    assert settled(never, still=10, most=5) == (True, False, 500)
+    assert settled(never, still=150, most=5) == (True, False, 550)
+    assert settled(never, most=1) == (True, False, 100)
 
 
 def test_least_training():
-    """A team that stands as it should is looked at twice: it trains one stretch more."""
-    memory, lengths = team([[0, 1, 0]] * 2), []
-    found = settle(lambda steps: lengths.append(steps) or True, RULE, memory, PARAMS, Settling(), 100)
-    assert found == (True, True, 1_100)
-    assert lengths == [1_000]
+    """A team that stands as it should is looked at twice: it trains one stretch more, late a hundredth."""
+    assert settled([[0, 1, 0]] * 2) == (True, True, 1_100)
+    assert settled([[0, 1, 0]] * 2, still=1) == (True, True, 101)
+    assert settled([[0.2, 0.4, 0.4]] * 2, still=1, most=2) == (True, False, 200)
 
 
 def test_printed_jaq_settles():

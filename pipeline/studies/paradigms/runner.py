@@ -6,7 +6,7 @@ Run i draws from the i-th stream split off the seeds, so its result does not dep
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -22,7 +22,7 @@ from pipeline.studies.paradigms.rules.kernel import kernel
 from pipeline.studies.paradigms.rules.memory import LearnerSettings, Memory, Params, Transition, memory_of
 from pipeline.studies.paradigms.rules.rules import RULES, adapt, error, number_of, values
 from pipeline.studies.paradigms.rules.selection import ActionSelection, sample, select
-from pipeline.studies.paradigms.settling import Settling, settle
+from pipeline.studies.paradigms.settling import PARTS, Settling, look
 
 #: A run with an error of at least this has diverged, in the unit of the rewards, which are below 1,000.
 DIVERGED = 1e9
@@ -213,6 +213,29 @@ def _test(
     return succeeded, length, joint
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def _settle(
+    rng: np.random.Generator, dynamics: _Dynamics, learner: _Learner, memory: Memory,
+    selection: int, temperature: float, steps: int, still: int, most: int,
+) -> tuple[bool, bool, int]:
+    """Train a run on until it settles (:class:`pipeline.studies.paradigms.settling.Settling`).
+
+    ``steps`` are those that it has trained. Returns whether it is bounded, whether it settled, and its steps.
+    """
+    done = steps
+    before, _ = look(learner.rule, memory, learner.params)
+    while done < most * steps:
+        more = max(still, done // PARTS)
+        if not _train(rng, dynamics, learner, memory, selection, np.full(more, temperature), False, more):
+            return False, False, done
+        done += more
+        now, stays = look(learner.rule, memory, learner.params)
+        if stays and (now == before).all():
+            return True, True, done
+        before = now
+    return True, False, done
+
+
 def stream(seeds: Sequence[int], run: int) -> np.random.Generator:
     """Random numbers of one run: the ``run``-th stream split off the seeds."""
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seeds, spawn_key=(run,))))
@@ -246,9 +269,9 @@ def play(
             rng = stream(seeds, runs[place])
             memory, bounded = trained(rng, dynamics, learner, settings, training)
             if bounded and training.settling is not None:
-                bounded, out.settled[place], out.settle_steps[place] = settle(
-                    _going_on(rng, dynamics, learner, memory, training), learner.rule, memory, learner.params,
-                    training.settling, len(training.temperatures))
+                bounded, out.settled[place], out.settle_steps[place] = _settle(
+                    rng, dynamics, learner, memory, int(training.selection), training.temperatures[-1],
+                    len(training.temperatures), training.settling.still, training.settling.most)
             out.diverged[place] = not bounded
             if not bounded:
                 continue
@@ -263,19 +286,6 @@ def play(
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(batch, np.array_split(np.arange(count), min(count, threads * BATCHES_A_CORE) or 1)))
     return out
-
-
-def _going_on(
-    rng: np.random.Generator, dynamics: _Dynamics, learner: _Learner, memory: Memory, training: Training
-) -> Callable[[int], bool]:
-    """A function that trains a team on for so many steps at the last temperature; False if it diverged."""
-    last = training.temperatures[-1]
-
-    def train(steps: int) -> bool:
-        return bool(_train(rng, dynamics, learner, memory, int(training.selection), np.full(steps, last),
-                           False, training.episode_steps))
-
-    return train
 
 
 def dynamics_of(game: Game, settings: LearnerSettings) -> _Dynamics:

@@ -7,9 +7,7 @@ done: it goes on until nothing moves any more.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -19,8 +17,8 @@ from pipeline.studies.paradigms.rules.kernel import kernel
 from pipeline.studies.paradigms.rules.memory import Memory, Params
 from pipeline.studies.paradigms.rules.rules import values
 
-#: A team is looked at again after this share of the steps that it has trained.
-_SHARE = 100
+#: Late in training a team is looked at again after one of so many parts of the steps that it has trained.
+PARTS = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,20 +37,6 @@ class Settling:
 
     still: int = 1_000
     most: int = 1_000
-
-
-class Settled(NamedTuple):
-    """Outcome of a training that went on.
-
-    Attributes:
-        bounded: False if the run diverged.
-        settled: whether it settled.
-        steps: of the whole training.
-    """
-
-    bounded: bool
-    settled: bool
-    steps: int
 
 
 @kernel
@@ -83,29 +67,3 @@ def look(rule: int, memory: Memory, params: Params) -> tuple[I64, bool]:
     _greedy(rule, memory, params, s_t, worth, certain)
     memory.occurrence[:] = believed
     return now, bool((now == certain).all())
-
-
-def settle(
-    train: Callable[[int], bool], rule: int, memory: Memory, params: Params, settling: Settling, steps: int
-) -> Settled:
-    """Train on until the team settles.
-
-    Args:
-        train: trains for so many steps more at the last temperature; False if the run diverged.
-        rule: number of the team's rule.
-        memory: of the team; ``train`` changes it.
-        params: of the team.
-        settling: how long.
-        steps: number of steps before, at least 1.
-    """
-    done, before = steps, None
-    while True:
-        now, stays = look(rule, memory, params)
-        if stays and before is not None and (now == before).all():
-            return Settled(bounded=True, settled=True, steps=done)
-        if done >= settling.most * steps:
-            return Settled(bounded=True, settled=False, steps=done)
-        before, more = now, max(settling.still, done // _SHARE)
-        if not train(more):
-            return Settled(bounded=False, settled=False, steps=done + more)
-        done += more
