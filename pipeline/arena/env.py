@@ -1,15 +1,18 @@
 """The arena for learners: a PettingZoo parallel environment and a Gymnasium one (extra ``rl``).
 
-:func:`parallel_env` has an agent for each robot of both teams. :func:`env` has one agent, which drives a
-whole team against an opponent. Both play :class:`pipeline.arena.match.match.Match`: the frames, laws and
-camera of a match that ``pitchlore record`` plays.
+:func:`parallel_env` has an agent for each robot, of both teams or of one against an opponent. :func:`env` has
+one agent, which drives a whole team against an opponent. Both play
+:class:`pipeline.arena.match.match.Match`: the frames, laws and camera of a match that ``pitchlore record``
+plays.
 
 - An episode is a match. It is truncated at the final whistle. With ``goal_ends`` a goal terminates it.
 - A step is ``step_s`` seconds, rounded to whole frames, at least one. The frames of a pause of play count,
   too; actions change nothing then.
 - The reward is +1 for a goal for and -1 for a goal against in the step.
-- Observations are vectors of :mod:`pipeline.arena.match.observation`, float32, cut at -2 and 2. An agent of
-  ``parallel_env`` gets its robot's; the agent of ``env`` gets that of robot 1.
+- Observations are float32, cut at -2 and 2: vectors of :mod:`pipeline.arena.match.observation` (``bodies``)
+  or of :mod:`pipeline.arena.match.sighted` (``sights``: what teams that look decide by). An agent of
+  ``parallel_env`` gets its robot's. The agent of ``env`` gets robot 1's bodies, or the sights of all robots
+  one after the other.
 - An action of a robot turns its wheels (``wheels``: shares of the top speed of the left and the right one, in
   [-1, 1]) or names a behaviour (``behaviours``: an index in :data:`BEHAVIOURS`), which the robot carries out
   until another is chosen, see :mod:`pipeline.arena.teams.chosen`.
@@ -19,7 +22,7 @@ camera of a match that ``pitchlore record`` plays.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -27,27 +30,20 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
-from pydantic import Field
 
-from pipeline.arena.match.controllers import PolicyTables, controller_of
-from pipeline.arena.match.driven import BehaviourController, Driven, WheelController
+from pipeline.arena.match.controllers import PolicyTables
+from pipeline.arena.match.environment import Actions, EnvSettings, Observations, RenderMode, Side
 from pipeline.arena.match.match import Match
 from pipeline.arena.match.observation import LIMIT, length
-from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
-from pipeline.arena.match.stepped import SteppedMatch
-from pipeline.arena.teams.constant import BEST, constant
+from pipeline.arena.match.recipe import MatchSettings
+from pipeline.arena.match.sides import Sides
+from pipeline.arena.match.sighted import NUMBERS
 from pipeline.arena.teams.executors.actions import CODES
-from pipeline.arena.teams.table import SCRIPTED
-from pipeline.arena.window import window_class
-from pipeline.arena.window.painting import Picture, WindowPainter
+from pipeline.arena.window.rendering import Rendering
 from pipeline.arrays import F32
 from pipeline.errors import BadSettings
-from pipeline.matches.frame import AWAY, HOME
-from pipeline.toml import Frozen, fitted
+from pipeline.toml import fitted
 from schemas import SIDES
-
-if TYPE_CHECKING:
-    from pipeline.arena.window.screen import Window
 
 __all__ = ["BEHAVIOURS", "ID", "EnvSettings", "ParallelMatch", "TeamEnv", "env", "parallel_env"]
 
@@ -57,58 +53,21 @@ BEHAVIOURS = CODES
 #: Name of :func:`env` for ``gymnasium.make``, once this module is imported.
 ID = "pitchlore/Match-v0"
 
-Actions = Literal["wheels", "behaviours"]
-Side = Literal["home", "away"]
-RenderMode = Literal["human", "rgb_array"]
-
-#: Default length of a step by the kind of actions, seconds; None is one frame.
-_STEP_S: dict[Actions, float | None] = {"wheels": None, "behaviours": 0.4}
-_MODES = ("human", "rgb_array")
-#: Width and height of pictures, pixels.
-_SIZE = (640, 560)
-
-
-class EnvSettings(Frozen):
-    """Settings of an environment.
-
-    Attributes:
-        actions: ``wheels`` or ``behaviours``.
-        step_s: seconds that a step lasts, rounded to whole frames, at least one. None: a frame for wheels,
-            0.4 s for behaviours.
-        goal_ends: whether a goal ends the episode.
-        render_mode: ``rgb_array``: ``render`` returns a picture; ``human``: a window shows each frame in real
-            time (extra ``play``); closing it interrupts, as Ctrl-C does. None: neither.
-        matches: how matches are played: robots a side, pitch, physics, laws with the duration, camera.
-    """
-
-    actions: Actions = "wheels"
-    step_s: float | None = Field(default=None, gt=0)
-    goal_ends: bool = False
-    render_mode: RenderMode | None = None
-    matches: MatchSettings = MatchSettings()
-
-    @property
-    def frames(self) -> int:
-        """Frames of a step."""
-        seconds = _STEP_S[self.actions] if self.step_s is None else self.step_s
-        return 1 if seconds is None else max(1, round(seconds * self.matches.physics.hz))
-
-    @property
-    def metadata(self) -> dict[str, Any]:
-        """What both libraries ask for."""
-        return {"name": "pitchlore", "render_modes": list(_MODES), "is_parallelizable": True,
-                "render_fps": max(1, round(self.matches.physics.hz / self.frames))}
-
 
 def parallel_env(
-    *, actions: Actions = "wheels", step_s: float | None = None, robots: int | None = None,
+    opponent: str | PolicyTables | None = None, *, side: Side = "home", actions: Actions = "wheels",
+    observations: Observations = "bodies", step_s: float | None = None, robots: int | None = None,
     minutes: float | None = None, goal_ends: bool = False, render_mode: RenderMode | None = None,
     settings: MatchSettings | None = None,
 ) -> ParallelMatch:
     """The arena as a PettingZoo parallel environment; agents are ``home_1`` to ``away_N``.
 
     Args:
-        actions: see :class:`EnvSettings`, as the next, ``goal_ends`` and ``render_mode``.
+        opponent: who plays the other side, as in :func:`env`; then only the robots of ``side`` are agents.
+            None: all robots are.
+        side: of the agents, if there is an opponent. Home kicks off first.
+        actions: see :class:`EnvSettings`, as the next two, ``goal_ends`` and ``render_mode``.
+        observations: what agents see.
         step_s: seconds that a step lasts.
         robots: robots of each team; None: the settings'.
         minutes: length of a match; None: the settings'.
@@ -117,18 +76,20 @@ def parallel_env(
         settings: of matches; None: those of a VSSS match of 8 minutes.
 
     Raises:
-        BadSettings: if a value does not fit.
+        BadSettings: if a value does not fit, or if the opponent is nobody.
     """
-    return ParallelMatch(_settings(
-        robots, minutes, settings, actions=actions, step_s=step_s, goal_ends=goal_ends,
-        render_mode=render_mode,
-    ))  # fmt: skip
+    own = _settings(
+        robots, minutes, settings, actions=actions, observations=observations, step_s=step_s,
+        goal_ends=goal_ends, render_mode=render_mode,
+    )  # fmt: skip
+    return ParallelMatch(own, opponent, side)
 
 
 def env(
     opponent: str | PolicyTables = "static", *, side: Side = "home", actions: Actions = "wheels",
-    step_s: float | None = None, robots: int | None = None, minutes: float | None = None,
-    goal_ends: bool = False, render_mode: RenderMode | None = None, settings: MatchSettings | None = None,
+    observations: Observations = "bodies", step_s: float | None = None, robots: int | None = None,
+    minutes: float | None = None, goal_ends: bool = False, render_mode: RenderMode | None = None,
+    settings: MatchSettings | None = None,
 ) -> TeamEnv:
     """The arena as a Gymnasium environment: one agent drives a team against an opponent.
 
@@ -136,7 +97,8 @@ def env(
         opponent: name of a team that plays by fixed rules (static, human-like, pressing and so on);
             constant:044, constant:44/21/21 or best-constant for a constant team; or a policy.
         side: of the agent's team. Home kicks off first.
-        actions: see :class:`EnvSettings`, as the next, ``goal_ends`` and ``render_mode``.
+        actions: see :class:`EnvSettings`, as the next two, ``goal_ends`` and ``render_mode``.
+        observations: what the agent sees.
         step_s: seconds that a step lasts.
         robots: robots of each team; None: the settings'.
         minutes: length of a match; None: the settings'.
@@ -148,8 +110,8 @@ def env(
         BadSettings: if a value does not fit, or if the opponent is none of these.
     """
     own = _settings(
-        robots, minutes, settings, actions=actions, step_s=step_s, goal_ends=goal_ends,
-        render_mode=render_mode,
+        robots, minutes, settings, actions=actions, observations=observations, step_s=step_s,
+        goal_ends=goal_ends, render_mode=render_mode,
     )  # fmt: skip
     return TeamEnv(own, opponent, side)
 
@@ -162,19 +124,25 @@ class ParallelMatch(ParallelEnv[str, F32, Any]):
 
     Args:
         settings: of the environment.
+        opponent: word, or a policy; None: there is none.
+        side: of the agents, if there is an opponent.
     """
 
-    def __init__(self, settings: EnvSettings) -> None:
+    def __init__(
+        self, settings: EnvSettings, opponent: str | PolicyTables | None = None, side: Side = "home"
+    ) -> None:
         self.settings = settings
         self.render_mode = settings.render_mode
         self.metadata = settings.metadata
         robots = settings.matches.robots
-        self._names = [[f"{side}_{number}" for number in range(1, robots + 1)] for side in SIDES]
+        self._sides = Sides(settings, opponent, side)
+        self._names = [[f"{SIDES[team]}_{number}" for number in range(1, robots + 1)]
+                       for team in self._sides.driven]
         self.possible_agents = [name for names in self._names for name in names]
         self.agents: list[str] = []
-        self.observation_spaces = {name: _observed(robots) for name in self.possible_agents}
+        self.observation_spaces = {name: _observed(settings) for name in self.possible_agents}
         self.action_spaces = {name: _of_one(settings.actions) for name in self.possible_agents}
-        self._screen = _Screen(settings, ("home", "away"))
+        self._screen = Rendering(settings.render_mode, settings.matches, self._sides.names)
         self._random: np.random.Generator | None = None
 
     @property
@@ -183,7 +151,7 @@ class ParallelMatch(ParallelEnv[str, F32, Any]):
         return self._played.match
 
     def observation_space(self, agent: str) -> spaces.Space[F32]:
-        """The agent's observations: float32 [14 N + 7]; always the same object."""
+        """The agent's observations: float32 [14 N + 7], or [33] of sights; always the same object."""
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
@@ -204,9 +172,7 @@ class ParallelMatch(ParallelEnv[str, F32, Any]):
         """
         if self._random is None or seed is not None:
             self._random = seeding.np_random(seed)[0]
-        recipe = _recipe(self.settings, _DRIVEN, _DRIVEN, _seed(self._random, seed))
-        home, away = (_driver(self.settings, recipe, team) for team in (HOME, AWAY))
-        self._played = SteppedMatch(recipe, (home, away))
+        self._played = self._sides.begin(_seed(self._random, seed))
         self.agents = list(self.possible_agents)
         self._screen.begin(self.match)
         return self._observations(), self._infos()
@@ -237,15 +203,15 @@ class ParallelMatch(ParallelEnv[str, F32, Any]):
                               next_step=f"Give one of each of {', '.join(self.agents)}") from error
         settings = self.settings
         rewards = self._played.step(of_teams, settings.frames, settings.goal_ends, self._screen.each)
-        goal = settings.goal_ends and rewards[HOME] != 0.0
+        goal = settings.goal_ends and rewards[0] != 0.0
         names, over = self.possible_agents, self._played.match.over
         if goal or over:
             self.agents = []
-        of_home, of_away = self._names
+        earned = {name: reward for of_team, reward in zip(self._names, rewards, strict=True)
+                  for name in of_team}
         return (
-            self._observations(),
-            dict.fromkeys(of_home, rewards[HOME]) | dict.fromkeys(of_away, rewards[AWAY]),
-            dict.fromkeys(names, goal), dict.fromkeys(names, over), self._infos(),
+            self._observations(), earned, dict.fromkeys(names, goal), dict.fromkeys(names, over),
+            self._infos(),
         )  # fmt: skip
 
     def render(self) -> npt.NDArray[np.uint8] | None:
@@ -257,16 +223,15 @@ class ParallelMatch(ParallelEnv[str, F32, Any]):
         self._screen.close()
 
     def _observations(self) -> dict[str, F32]:
-        seen = self._played.observe(self.settings.matches.robots)
+        settings = self.settings
+        seen = (self._played.sights() if settings.observations == "sights"
+                else self._played.observe(settings.matches.robots))
         return dict(zip(self.possible_agents, seen, strict=True))
 
     def _infos(self) -> dict[str, dict[str, Any]]:
-        home, away = self._played.match.score
-        of_home, of_away = self._names
-        infos: dict[str, dict[str, Any]] = {name: {"score": (home, away)} for name in of_home}
-        for name in of_away:
-            infos[name] = {"score": (away, home)}
-        return infos
+        score = self._played.match.score
+        return {name: {"score": (score[team], score[1 - team])}
+                for team, names in zip(self._sides.driven, self._names, strict=True) for name in names}
 
 
 class TeamEnv(gymnasium.Env[F32, Any]):
@@ -281,19 +246,15 @@ class TeamEnv(gymnasium.Env[F32, Any]):
     metadata = EnvSettings().metadata
 
     def __init__(self, settings: EnvSettings, opponent: str | PolicyTables, side: Side) -> None:
-        if side not in SIDES:
-            raise BadSettings(f"there is no side {side!r}", where="side",
-                              next_step=f"Name one of {', '.join(SIDES)}")
         self.settings = settings
         self.render_mode = settings.render_mode
         self.metadata = settings.metadata
         robots = settings.matches.robots
-        self.observation_space = _observed(robots)
+        self._sides = Sides(settings, opponent, side)
+        self.observation_space = _observed(settings, robots if settings.observations == "sights" else 1)
         self.action_space = _of_all(settings.actions, robots)
-        self._team = SIDES.index(side)
-        self._against, self._policy = _opponent(opponent)
-        them = opponent if isinstance(opponent, str) else self._against.kind
-        self._screen = _Screen(settings, ("you", them) if self._team == HOME else (them, "you"))
+        (self._team,) = self._sides.driven
+        self._screen = Rendering(settings.render_mode, settings.matches, self._sides.names)
         self._begun = False
 
     @property
@@ -314,14 +275,7 @@ class TeamEnv(gymnasium.Env[F32, Any]):
             Observation and info.
         """
         super().reset(seed=seed)
-        teams = (_DRIVEN, self._against) if self._team == HOME else (self._against, _DRIVEN)
-        recipe = _recipe(self.settings, *teams, _seed(self.np_random, seed))
-        home, away = (
-            _driver(self.settings, recipe, team) if team == self._team
-            else controller_of(self._against, recipe, team, self._policy)
-            for team in (HOME, AWAY)
-        )
-        self._played = SteppedMatch(recipe, (home, away))
+        self._played = self._sides.begin(_seed(self.np_random, seed))
         self._begun = True
         self._screen.begin(self.match)
         return self._observation(), self._info()
@@ -362,71 +316,14 @@ class TeamEnv(gymnasium.Env[F32, Any]):
         self._screen.close()
 
     def _observation(self) -> F32:
+        if self.settings.observations == "sights":
+            return self._played.sights().ravel()
         (seen,) = self._played.observe(1)
         return cast("F32", seen)
 
     def _info(self) -> dict[str, Any]:
-        home, away = self._played.match.score
-        return {"score": (home, away) if self._team == HOME else (away, home)}
-
-
-class _Screen:
-    """What ``render`` shows of one match after another.
-
-    Args:
-        settings: of the environment.
-        names: of home and away.
-
-    Attributes:
-        each: to be called after each frame; None if nobody looks at it.
-    """
-
-    def __init__(self, settings: EnvSettings, names: tuple[str, str]) -> None:
-        self._settings, self._names = settings, names
-        self._window: Window | None = None
-        self.each = self._show if settings.render_mode == "human" else None
-
-    def begin(self, match: Match) -> None:
-        """Show this match from now on."""
-        self._match = match
-        if self._settings.render_mode == "rgb_array":
-            self._painter = WindowPainter(self._settings.matches.pitch, self._names, _SIZE)
-        if self.each is not None:
-            self.each()
-
-    def picture(self) -> npt.NDArray[np.uint8] | None:
-        """The moment, uint8 [560, 640, 3], in the mode ``rgb_array``; None in others."""
-        if self._settings.render_mode != "rgb_array":
-            return None
-        return np.array(self._painter.paint(self._scene()), dtype=np.uint8)
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        if self._window is not None:
-            self._window.__exit__()
-        self._window = None
-
-    def _show(self) -> None:
-        """The frame in the window, in real time; a window that is left interrupts."""
-        matches = self._settings.matches
-        if self._window is None:
-            self._window = window_class("render_mode human")(
-                matches.pitch, self._names, matches.physics.hz).__enter__()
-        if self._window.listen().leave:
-            raise KeyboardInterrupt
-        self._window.due()
-        self._window.show(self._scene())
-
-    def _scene(self) -> Picture:
-        match, matches = self._match, self._settings.matches
-        return Picture(
-            match.bodies, int(match.attacks), match.score, match.frame / matches.physics.hz,
-            matches.referee.duration_s,
-        )  # fmt: skip
-
-
-#: A driven team in a recipe.
-_DRIVEN = TeamSettings(kind="human")
+        score = self._played.match.score
+        return {"score": (score[self._team], score[1 - self._team])}
 
 
 def _settings(
@@ -439,35 +336,7 @@ def _settings(
     if minutes is not None:
         usual["referee"] = usual["referee"].model_dump() | {"duration_s": 60 * minutes}
     return fitted(EnvSettings, {**said, "matches": usual}, "environment",
-                  "See EnvSettings in pipeline/arena/env.py")
-
-
-def _recipe(settings: EnvSettings, home: TeamSettings, away: TeamSettings, seed: int) -> Recipe:
-    return Recipe(**settings.matches.of_match(), home=home, away=away, seed=seed)
-
-
-def _driver(settings: EnvSettings, recipe: Recipe, team: int) -> Driven:
-    """The controller of a driven team, 0 home, 1 away."""
-    if settings.actions == "wheels":
-        return WheelController(recipe)
-    return BehaviourController(recipe, np.random.default_rng([recipe.seed, 1 + team]))
-
-
-def _opponent(word: str | PolicyTables) -> tuple[TeamSettings, PolicyTables | None]:
-    """Settings and policy of an opponent.
-
-    Raises:
-        BadSettings: if there is none of this name, or robots have no action for a code.
-    """
-    if isinstance(word, PolicyTables):
-        return TeamSettings(kind="learned"), word
-    if word in SCRIPTED:
-        return TeamSettings(kind=word), None
-    always = constant(word)
-    if always is None:
-        raise BadSettings(f"{word!r} is no opponent", where="opponent", next_step=(
-            f"Name one of {', '.join(SCRIPTED)}, constant:044, constant:44/21/21, {BEST}, or give a policy"))
-    return TeamSettings(kind="learned"), PolicyTables(always.policy())
+                  "See EnvSettings in pipeline/arena/match/environment.py")
 
 
 def _seed(random: np.random.Generator, asked: int | None) -> int:
@@ -475,8 +344,10 @@ def _seed(random: np.random.Generator, asked: int | None) -> int:
     return int(random.integers(1 << 62)) if asked is None else asked
 
 
-def _observed(robots: int) -> spaces.Space[F32]:
-    return cast("spaces.Space[F32]", spaces.Box(-LIMIT, LIMIT, (length(robots),), np.float32))
+def _observed(settings: EnvSettings, robots: int = 1) -> spaces.Space[F32]:
+    """What is seen of so many robots."""
+    numbers = NUMBERS if settings.observations == "sights" else length(settings.matches.robots)
+    return cast("spaces.Space[F32]", spaces.Box(-LIMIT, LIMIT, (robots * numbers,), np.float32))
 
 
 def _of_one(actions: Actions) -> spaces.Space[Any]:

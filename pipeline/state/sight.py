@@ -10,7 +10,7 @@ from pipeline.arrays import F32, F64
 from pipeline.bodies import BALL, THETA, VX, VY, X, Y
 
 #: Longest time to a goal line, seconds, and the speed below which a ball does not roll, m/s.
-_LONG_S, _ROLLS = 9.0, 0.05
+LONG_S, _ROLLS = 9.0, 0.05
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -84,4 +84,4 @@ def _cosine(ax: float, ay: float, bx: float, by: float) -> float:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _seconds(way: float, speed: float) -> float:
     """Time in which the ball covers a way at constant speed."""
-    return min(way / speed, _LONG_S) if speed > _ROLLS else _LONG_S
+    return min(way / speed, LONG_S) if speed > _ROLLS else LONG_S

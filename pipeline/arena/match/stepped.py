@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.arena.match.controllers import Controller
+from pipeline.arena.match import observation, sighted
+from pipeline.arena.match.controllers import Controller, measures_of
 from pipeline.arena.match.driven import Driven
 from pipeline.arena.match.match import Match
-from pipeline.arena.match.observation import length, observe, scales
 from pipeline.arena.match.recipe import Recipe
 from pipeline.arrays import F32
 
@@ -37,8 +37,11 @@ class SteppedMatch:
         self.match = Match(recipe, controllers, logged=False)
         driven = {team: own for team, own in enumerate(controllers) if isinstance(own, Driven)}
         self._teams, self._driven = tuple(driven), tuple(driven.values())
-        self._scales = scales(recipe)
-        self._length = length(recipe.robots)
+        self._robots = recipe.robots
+        self._scales = observation.scales(recipe)
+        self._length = observation.length(recipe.robots)
+        self._sight_scales = sighted.scales(recipe)
+        self._measures = measures_of(recipe).packed()
         self._frames = 1 + self.match.laws.duration
         self.match.whistle()
 
@@ -73,6 +76,15 @@ class SteppedMatch:
                 break
         return [own.earned for own in driven]
 
+    def sights(self) -> F32:
+        """What all robots of each driven team see, float32 [driven teams times N, 33].
+
+        The rows are vectors of :mod:`pipeline.arena.match.sighted`, in an array of their own.
+        """
+        out = np.empty((len(self._teams) * self._robots, sighted.NUMBERS), dtype=np.float32)
+        sighted.observe(self.match.views, self._teams, self._measures, self._sight_scales, out)
+        return out
+
     def observe(self, robots: int) -> F32:
         """What the first robots of each driven team see, float32 [driven teams times robots, 14 N + 7].
 
@@ -82,5 +94,6 @@ class SteppedMatch:
         home, away = match.score
         out = np.empty((len(self._teams) * robots, self._length), dtype=np.float32)
         left = 1.0 - match.frame / self._frames
-        observe(match.views, self._teams, home - away, left, match.in_play, self._scales, out)
+        observation.observe(
+            match.views, self._teams, home - away, left, match.in_play, self._scales, out)
         return out

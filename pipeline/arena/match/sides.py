@@ -1,0 +1,86 @@
+"""Who plays the two sides of an environment's matches: those who drive, or an opponent by name."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.arena.match.controllers import PolicyTables, controller_of
+from pipeline.arena.match.driven import BehaviourController, Driven, WheelController
+from pipeline.arena.match.environment import EnvSettings, Side
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.match.stepped import SteppedMatch
+from pipeline.arena.teams.constant import BEST, constant
+from pipeline.arena.teams.table import SCRIPTED
+from pipeline.errors import BadSettings
+from pipeline.matches.frame import AWAY, HOME
+from schemas import SIDES
+
+#: A driven team in a recipe.
+_DRIVEN = TeamSettings(kind="human")
+
+
+class Sides:
+    """Who plays the two sides of an environment's matches.
+
+    Args:
+        settings: of the environment.
+        opponent: word, or a policy; None: both sides are driven.
+        side: of the driven team, if there is an opponent.
+
+    Attributes:
+        driven: the driven teams, 0 home, 1 away.
+        names: of home and away, to be shown.
+    """
+
+    def __init__(
+        self, settings: EnvSettings, opponent: str | PolicyTables | None, side: Side
+    ) -> None:
+        if side not in SIDES:
+            raise BadSettings(f"there is no side {side!r}", where="side",
+                              next_step=f"Name one of {', '.join(SIDES)}")
+        self._settings = settings
+        self._teams = [_DRIVEN, _DRIVEN]
+        self._policy: PolicyTables | None = None
+        self.names = ("home", "away")
+        self.driven: tuple[int, ...] = (HOME, AWAY)
+        if opponent is not None:
+            team = SIDES.index(side)
+            against, self._policy = _opponent(opponent)
+            self.driven, self._teams[1 - team] = (team,), against
+            them = opponent if isinstance(opponent, str) else against.kind
+            self.names = ("you", them) if team == HOME else (them, "you")
+
+    def begin(self, seed: int) -> SteppedMatch:
+        """The match of a seed, at its kick-off."""
+        home, away = self._teams
+        recipe = Recipe(**self._settings.matches.of_match(), home=home, away=away, seed=seed)
+        first, second = (
+            _driver(self._settings, recipe, team) if team in self.driven
+            else controller_of(self._teams[team], recipe, team, self._policy)
+            for team in (HOME, AWAY)
+        )
+        return SteppedMatch(recipe, (first, second))
+
+
+def _driver(settings: EnvSettings, recipe: Recipe, team: int) -> Driven:
+    """The controller of a driven team, 0 home, 1 away."""
+    if settings.actions == "wheels":
+        return WheelController(recipe)
+    return BehaviourController(recipe, np.random.default_rng([recipe.seed, 1 + team]))
+
+
+def _opponent(word: str | PolicyTables) -> tuple[TeamSettings, PolicyTables | None]:
+    """Settings and policy of an opponent.
+
+    Raises:
+        BadSettings: if there is none of this name, or robots have no action for a code.
+    """
+    if isinstance(word, PolicyTables):
+        return TeamSettings(kind="learned"), word
+    if word in SCRIPTED:
+        return TeamSettings(kind=word), None
+    always = constant(word)
+    if always is None:
+        raise BadSettings(f"{word!r} is no opponent", where="opponent", next_step=(
+            f"Name one of {', '.join(SCRIPTED)}, constant:044, constant:44/21/21, {BEST}, or give a policy"))
+    return TeamSettings(kind="learned"), PolicyTables(always.policy())
