@@ -43,7 +43,7 @@ def evaluate(
         WorkerLost: if a worker was lost; pairs that had ended are stored.
     """
     pairs = {seed: Pair(evaluation=evaluation, seed=seed) for seed in sorted(seeds)}
-    there = {seed: rows for seed, pair in pairs.items() if (rows := _there(store, pair)) is not None}
+    there = {seed: rows for seed, pair in pairs.items() if (rows := stored(store, pair)) is not None}
     todo = [pair for seed, pair in pairs.items() if seed not in there]
     listener.get().begin(NOUN, len(todo))
     data = crew.path(store.root)
@@ -57,14 +57,14 @@ def evaluate(
 def play_pair(data: Path, pair: Pair, policies: Mapping[str, PolicyTables]) -> pl.DataFrame:
     """Rows of schema Evaluations of a pair, which is played and stored unless it was before."""
     store = Store(data)
-    rows = _there(store, pair)
+    rows = stored(store, pair)
     if rows is None:
         rows = play(pair, policies)
         store.commit(_work(pair), Made([(rows, Evaluations)]))
     return rows
 
 
-def _there(store: Store, pair: Pair) -> pl.DataFrame | None:
+def stored(store: Store, pair: Pair) -> pl.DataFrame | None:
     """Stored result of a pair; None if it has not been played."""
     receipt = store.holding(_work(pair))
     return None if receipt is None else store.read_table(receipt, "evaluations", Evaluations)

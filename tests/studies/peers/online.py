@@ -84,7 +84,7 @@ class Keeping(BaseCallback):
         network_of(self.model).save(self._stem.with_name(f"{self._stem.name}-{matches}.npz"))
         said = {"learner": self._stem.name, "matches": matches, "seconds": round(time.monotonic() - self._begun),
                 "cpu_seconds": round(time.process_time() - self._cpu),
-                "difference": float(np.mean(self._pitches.differences[-AT_ONCE:] or [np.nan]))}
+                "difference": float(np.mean(last)) if (last := self._pitches.differences[-AT_ONCE:]) else None}
         with self._stem.with_name("training.jsonl").open("a", encoding="utf-8") as lines:
             lines.write(json.dumps(said) + "\n")
 

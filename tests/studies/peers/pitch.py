@@ -5,25 +5,18 @@ All robots share one policy; each acts on what it sees itself, and on its role. 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
+from studies.peers.playing import pitch_of
 from studies.peers.worth import Worth
 
-from pipeline.arena.env import ParallelMatch, parallel_env
+from pipeline.arena.env import ParallelMatch
 from pipeline.arena.match.environment import Side
-
-#: Seconds of a step: the clock of the team that looks.
-STEP_S = 0.2
-
-
-def pitch_of(opponent: str, side: Side) -> ParallelMatch:
-    """A match of eight minutes whose agents are one team's robots, as peers train and play it."""
-    return parallel_env(opponent, side=side, actions="behaviours", observations="sights", step_s=STEP_S)
 
 
 class Pitches(VecEnv):
@@ -113,6 +106,3 @@ class Pitches(VecEnv):
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
         """No row is wrapped."""
         return [False for _ in self._get_indices(indices)]
-
-
-__all__: Sequence[str] = ("STEP_S", "Pitches", "pitch_of")

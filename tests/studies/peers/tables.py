@@ -1,0 +1,103 @@
+"""The study's tables and its plot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+import polars as pl
+from matplotlib.figure import Figure
+from studies.peers.teams import OURS, STATIC, WHOLE, Team
+
+from pipeline.arena.teams.panel import PANEL
+from pipeline.statistics import mean_interval
+
+#: What rows are made of: trainings of one learner after as many matches.
+_ROW = ("learner", "matches")
+
+
+def row(team: Team, opponent: str, pairs: pl.DataFrame) -> dict[str, object]:
+    """A team against an opponent, with Student's interval over its pairs of matches."""
+    low, high = mean_interval(pairs["difference"].to_numpy()) or (None, None)
+    return {"learner": team.learner, "seed": team.seed, "matches": team.matches, "opponent": opponent,
+            "pairs": pairs.height, "difference": pairs["difference"].mean(), "low": low, "high": high}
+
+
+def learners(results: pl.DataFrame) -> pl.DataFrame:
+    """A row for each learner, number of matches and opponent.
+
+    The interval is Student's over trainings. With one training it is that over its pairs of matches: it says
+    nothing of other trainings. ``of`` says which.
+    """
+    return pl.DataFrame(list(_learners(results)), infer_schema_length=None)
+
+
+def _learners(results: pl.DataFrame) -> Iterator[dict[str, object]]:
+    for (learner, matches, opponent), own in results.group_by(*_ROW, "opponent", maintain_order=True):
+        found = mean_interval(own["difference"].to_numpy())
+        low, high = found or (own["low"][0], own["high"][0])
+        yield {"learner": learner, "matches": matches, "opponent": opponent, "trainings": own.height,
+               "difference": own["difference"].mean(), "low": low, "high": high,
+               "of": "pairs of matches" if found is None else "trainings"}
+
+
+def markdown(found: pl.DataFrame) -> str:
+    """The table: a row a learner and number of matches, a column an opponent, the best against static first."""
+    whole = found.filter(pl.col("matches").is_in(WHOLE) | (pl.col("matches") == pl.col("matches").max().over("learner")))
+    order = whole.filter(opponent=STATIC).sort("difference", descending=True)
+    if not order.filter(learner=STATIC).height:  # it does not play against itself
+        order = pl.concat([order, whole.filter(learner=STATIC).unique(_ROW)])
+    lines = ["| | matches | trainings | " + " | ".join(PANEL) + " |", "|---|---|---|" + "---|" * len(PANEL)]
+    for each in order.iter_rows(named=True):
+        own = whole.filter(learner=each["learner"], matches=each["matches"])
+        cells = [_cell(own.filter(opponent=opponent)) for opponent in PANEL]
+        bold = "**" if each["learner"] == OURS else ""
+        lines.append(f"| {bold}{each['learner']}{bold} | {each['matches'] or ''} | "
+                     f"{each['trainings'] if each['matches'] else ''} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def _cell(own: pl.DataFrame) -> str:
+    if own.is_empty():
+        return ""
+    numbers = own.select("difference", "low", "high").row(0)
+    mean, *ends = (f"{number:+.1f}".replace("-", "−") for number in numbers)
+    return f"{mean} [{ends[0].lstrip('+')}, {ends[1].lstrip('+')}]"
+
+
+def plot(found: pl.DataFrame, path: Path) -> None:
+    """Goal difference against the static team over the number of matches; controls are lines."""
+    mpl.rcParams["svg.hashsalt"] = "pitchlore"
+    figure = Figure(figsize=(8, 5), layout="constrained")
+    axes = figure.subplots()
+    against = found.filter(opponent=STATIC).sort("matches")
+    for number, ((learner,), own) in enumerate(
+            against.filter(pl.col("matches") > 0).group_by("learner", maintain_order=True)):
+        kind = {"marker": "o" if own.height > 1 else "D", "color": "black" if learner == OURS else f"C{number}",
+                "linewidth": 2.5 if learner == OURS else 1.2}
+        x, y = own["matches"].to_numpy(), own["difference"].to_numpy()
+        spread = [y - own["low"].to_numpy(), own["high"].to_numpy() - y]
+        axes.errorbar(x, y, yerr=spread, capsize=2, label=learner, **kind)
+    for (learner,), own in against.filter(matches=0).group_by("learner", maintain_order=True):
+        level = own["difference"][0]
+        axes.axhline(level, color="grey", linestyle=":", linewidth=1)
+        axes.annotate(str(learner), (1.0, level), xycoords=("axes fraction", "data"), ha="right", va="bottom",
+                      fontsize=8, color="grey")
+    axes.axhline(0, color="grey", linewidth=0.8)
+    axes.set_xscale("log")
+    axes.set_xlabel("matches of eight minutes against the static team")
+    axes.set_ylabel("goals a match more than the static team")
+    axes.legend(fontsize=8)
+    figure.savefig(path, dpi=110, metadata={"Software": None})
+
+
+def write(out: Path, rows: Sequence[dict[str, object]]) -> None:
+    """Write ``results.csv``, ``learners.csv``, ``table.md`` and ``peers.png``."""
+    out.mkdir(parents=True, exist_ok=True)
+    results = pl.DataFrame(rows, infer_schema_length=None)
+    results.write_csv(out / "results.csv", float_precision=2)
+    found = learners(results)
+    found.write_csv(out / "learners.csv", float_precision=2)
+    (out / "table.md").write_text(markdown(found), encoding="utf-8")
+    plot(found, out / "peers.png")

@@ -1,0 +1,116 @@
+"""The teams of the study: peers, our apprentices and controls, each after a number of matches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import polars as pl
+from studies.looking import USUAL
+from studies.peers.playing import ANY, played
+
+from flows.evaluations import evaluate, stored
+from flows.teams import Player, apprentice, entrant, labelled
+from pipeline.arena.match.controllers import PolicyTables
+from pipeline.arena.teams.constant import BEST
+from pipeline.arena.teams.panel import PANEL
+from pipeline.store import Store
+from pipeline.studies.evaluations import Entrant, Evaluation, Pair
+
+STATIC = PANEL[0]
+#: Settings of our apprentices' seasons; matches of a game of theirs.
+SETTINGS, GAME = "looking", 10
+#: Learners that play, and those that learn from what our apprentice's season logged.
+ONLINE, OFFLINE = ("ppo", "ppo-v", "dqn", "dqn-v"), ("bc", "cql", "cql-v")
+#: The row of our apprentices, and of the networks that nobody trained.
+OURS, UNTRAINED = "apprentice that looks", "ppo untrained"
+#: Matches of a season.
+ONCE = 140
+#: Matches after which teams meet the whole panel; at the others and the last they meet the static team.
+WHOLE = (0, ONCE, 10 * ONCE)
+
+
+class Team(NamedTuple):
+    """A team after a number of matches.
+
+    Attributes:
+        learner: of the table's row.
+        seed: of its training; None of a control.
+        matches: from which it learned.
+        player: path of a network, ANY, a word, or a season.
+        version: of a season's policy.
+    """
+
+    learner: str
+    seed: int | None
+    matches: int
+    player: str
+    version: int | None = None
+
+
+def season_of(seed: int) -> str:
+    """The id of our apprentice's season."""
+    return f"{SETTINGS}-static-{seed}"
+
+
+def networks(data: Path) -> Path:
+    """The folder of the peers' networks."""
+    return data / "peers" / "networks"
+
+
+def teams(data: Path, seeds: Sequence[int], kept: Sequence[int]) -> Iterator[Team]:
+    """The teams that are there: controls, our apprentices, peers.
+
+    Args:
+        data: the data folder.
+        seeds: of the trainings.
+        kept: numbers of matches at which learners are measured; the peers' last one is, too.
+    """
+    for word in (STATIC, BEST):
+        yield Team(word, None, 0, word)
+    yield Team(ANY, None, 0, ANY)
+    store = Store(data)
+    for seed in seeds:
+        if store.receipt("seasons", season_of(seed)) is not None:
+            for matches in kept:
+                if 0 < matches <= ONCE:
+                    yield Team(OURS, seed, matches, season_of(seed), matches // GAME)
+        for learner in (*OFFLINE, *ONLINE):
+            there = sorted((int(path.stem.rsplit("-", 1)[1]), path)
+                           for path in networks(data).glob(f"{learner}-{seed}-*.npz"))
+            for matches, path in there:
+                if matches > 0 and (matches in kept or matches == there[-1][0]):
+                    yield Team(learner, seed, matches, str(path))
+                elif matches == 0 and learner == ONLINE[0]:
+                    yield Team(UNTRAINED, seed, 0, str(path))
+
+
+def measured(data: Path, team: Team, opponent: str, seeds: Sequence[int], there: bool = False) -> pl.DataFrame:
+    """Goal differences of a team against an opponent, a row a pair of matches: seed, difference.
+
+    Pairs that were not played before are played, unless ``there``: then they have no row.
+    """
+    if team.player == ANY or team.player.endswith(".npz"):
+        return played(team.player, opponent, seeds, data, there)
+    store, policies = Store(data), dict[str, PolicyTables]()
+    ours = (entrant(store, team.player, policies) if team.version is None
+            else _at(apprentice(store, team.player), team.version, policies))
+    how = Evaluation(**USUAL.of_match(), team=ours, opponent=entrant(store, opponent, policies))
+    if there:
+        seeds = [seed for seed in seeds if stored(store, Pair(evaluation=how, seed=seed)) is not None]
+        if not seeds:
+            return pl.DataFrame(schema={"seed": pl.Int64, "difference": pl.Float64})
+    rows, _ = evaluate(store, how, seeds, policies)
+    return rows.group_by("seed", maintain_order=True).agg(
+        difference=(pl.col("goals_for") - pl.col("goals_against")).mean())
+
+
+def _at(player: Player, version: int, policies: dict[str, PolicyTables]) -> Entrant:
+    """A season's apprentice as it was after so many games; its policy is added to ``policies``."""
+    manifest = player.store.manifest("policies", version)
+    named, tables = labelled(player.store, manifest)
+    policies[named] = tables
+    return player.team.model_copy(update={
+        "policy_version": version, "knowledge_version": manifest.details["knowledge_version"],
+        "settings": player.team.settings.model_copy(update={"policy": named})})
