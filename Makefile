@@ -18,7 +18,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help browser demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
-  teams-apart expected-goals paradigms seasons sensitivity soak bench-scale golden notebooks lock clean
+  teams-apart expected-goals paradigms peers seasons sensitivity soak bench-scale golden notebooks lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -110,6 +110,23 @@ best-constant: $(READY)  ## search for the best constant team, which the name be
 
 looking: $(READY)  ## does a team that looks win? five apprentices against the panel, and blind (two and a half hours)
 	PYTHONPATH=tests $(BIN)/python -m studies.looking data/studies/looking $(STUDY_DATA)
+
+# Each peer's library has an environment of its own. With SEEDS="2101 2102 2103" there are three trainings of each.
+peers: $(READY) $(VENV)-sb3/.ready $(VENV)-d3rlpy/.ready  ## other learners on the same pitch: PPO, DQN, BC, CQL (three hours for one seed)
+	PYTHONPATH=tests $(BIN)/python -m studies.peers data/studies/peers $(STUDY_DATA) --seeds $(SEEDS)
+
+SEEDS ?= 2101
+$(VENV)-sb3/.ready: requirements.lock tests/studies/peers/sb3.txt
+	$(PYTHON) -m venv --clear $(VENV)-sb3
+	$(VENV)-sb3/bin/python -m pip install --quiet --no-deps --require-hashes -r requirements.lock
+	$(VENV)-sb3/bin/python -m pip install --quiet --no-deps --no-build-isolation -e .
+	$(VENV)-sb3/bin/python -m pip install --quiet -r tests/studies/peers/sb3.txt
+	@touch $@
+
+$(VENV)-d3rlpy/.ready: tests/studies/peers/d3rlpy.txt
+	$(PYTHON) -m venv --clear $(VENV)-d3rlpy
+	$(VENV)-d3rlpy/bin/python -m pip install --quiet -r tests/studies/peers/d3rlpy.txt
+	@touch $@
 
 study-values: $(READY)  ## whether V and the values of behaviours predict (a quarter of an hour; RECORDINGS as above)
 	PYTHONPATH=tests $(BIN)/python -m studies.values data/studies/values $(RECORDINGS)

@@ -19,7 +19,9 @@ from pipeline.arena.physics.camera import CameraSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.teams.constant import constant
 from pipeline.errors import BadSettings
+from pipeline.state.sight import see_from
 from schemas import ROLES
+from schemas.sights import SIGHT
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", DeprecationWarning)  # PettingZoo's tests import its old games
@@ -72,6 +74,17 @@ class TestLibraries:
         parallel_api_test(parallel_env(actions=actions, minutes=0.02), 100)
         parallel_seed_test(lambda: parallel_env(actions=actions, minutes=0.02), 30)
         assert "Passed" in capsys.readouterr().out
+
+    def test_pettingzoo_against_an_opponent(self, capsys):
+        def make():
+            return parallel_env("static", side="away", actions="behaviours", observations="sights", minutes=0.02)
+
+        parallel_api_test(make(), 100)
+        parallel_seed_test(make, 30)
+        assert "Passed" in capsys.readouterr().out
+
+    def test_gymnasium_with_sights(self):
+        check_env(gymnasium.make(ID, actions="behaviours", observations="sights", minutes=0.02).unwrapped)
 
     @pytest.mark.parametrize("actions", ACTIONS)
     def test_gymnasium(self, actions):
@@ -130,6 +143,20 @@ class TestSameMatch:
             over = one.step(np.full(3, reach))[3]
             both.step(dict.fromkeys(both.agents, reach))
         assert one.match.bodies.tobytes() == both.match.bodies.tobytes() == alone.bodies.tobytes()
+
+    def test_robots_one_by_one_are_the_team(self):
+        """The robots of one side as agents play the match that one agent for all of them plays."""
+        script = wheels_of(1)
+        one, robots = env("static", side="away", settings=SHORT), parallel_env("static", side="away", settings=SHORT)
+        one.reset(seed=3)
+        robots.reset(seed=3)
+        assert robots.agents == ["away_1", "away_2", "away_3"]
+        for frame in range(200):
+            _, reward, _, _, info = one.step(script[frame].ravel())
+            _, rewards, _, _, infos = robots.step(dict(zip(robots.agents, script[frame], strict=True)))
+            assert set(rewards.values()) == {reward}
+            assert infos["away_2"] == info
+        assert one.match.bodies.tobytes() == robots.match.bodies.tobytes()
 
     def test_a_policy_as_opponent(self):
         known = PolicyTables(policy(*((role, 0, "184", 0.5) for role in ROLES)))
@@ -236,6 +263,37 @@ class TestObservations:
         expected += [lead / 10, 1 - 251 / 361, float(one.match.in_play)]
         np.testing.assert_allclose(got, expected, atol=1e-6)
         assert got in one.observation_space(agent)
+
+    def test_sights(self):
+        """Those of teams that look, scaled by hand in the second half; each role is there once a team."""
+        one = parallel_env(settings=SHORT, observations="sights")
+        one.reset(seed=3)
+        for frame in range(250):
+            seen, *_ = one.step({name: wheels_of(0)[frame, int(name[-1]) - 1] for name in one.agents})
+        place = list(SIGHT).index
+        for team, side in enumerate(("home", "away")):
+            rows = [seen[f"{side}_{number}"] for number in (1, 2, 3)]
+            view = one.match.views[team]
+            for robot, row in enumerate(rows, start=1):
+                known = np.empty(len(SIGHT), dtype=np.float32)
+                see_from(view, robot, 0.75, known)
+                assert row[place("ball_x")] == pytest.approx(view[0, 0] / 0.85, abs=1e-6)
+                assert row[place("vx")] == pytest.approx(known[place("vx")] / 1.2, abs=1e-6)
+                assert row[place("ball_vx")] == pytest.approx(known[place("ball_vx")] / 2.4, abs=1e-6)
+                assert row[place("nearer")] == known[place("nearer")] / 2
+                assert row[place("behind")] == known[place("behind")]
+                assert row[place("to_own_line")] == pytest.approx(known[place("to_own_line")] / 9)
+                assert row in one.observation_space(f"{side}_1")
+            assert sorted(row[len(SIGHT):].argmax() for row in rows) == [0, 1, 2]
+            assert {row[len(SIGHT):].sum() for row in rows} == {1.0}
+
+    def test_sights_of_a_robot_without_teammates(self):
+        """What is not known is 0."""
+        one = env(robots=1, observations="sights", settings=SHORT)
+        seen, _ = one.reset(seed=3)
+        assert seen.shape == (33,)
+        assert seen[list(SIGHT).index("mate_x")] == 0.0
+        assert np.isfinite(seen).all()
 
     def test_of_a_team_are_those_of_its_first_robot(self):
         one, both = env("static", side="away", settings=SHORT), parallel_env(settings=SHORT)

@@ -1,0 +1,52 @@
+"""The study of peers: a network as arrays, the rows of its tables, and the decisions that are exported."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+import pytest
+from studies.peers.network import Network, load
+from studies.peers.tables import learners, markdown
+from studies.peers.teams import OURS, STATIC
+
+
+def network(activation="relu"):
+    """Two numbers in; the first output is that of |x|, the second is what is left of 1."""
+    return Network(
+        (np.array([[1.0, -1.0], [0.0, 0.0]], dtype=np.float32), np.array([[1.0, 0.0], [1.0, 0.0]], dtype=np.float32)),
+        (np.zeros(2, dtype=np.float32), np.array([0.0, 1.0], dtype=np.float32)), activation)
+
+
+@pytest.mark.parametrize("activation", ["relu", "tanh"])
+def test_network(activation, tmp_path):
+    """It chooses the greatest output, and the same after it was kept."""
+    seen = np.array([[-3.0, 9.0], [0.5, 9.0], [2.0, 9.0]], dtype=np.float32)
+    path = tmp_path / "network.npz"
+    network(activation).save(path)
+    expected = [0, 1, 0] if activation == "relu" else [1, 1, 1]  # of tanh the two halves cancel out
+    assert network(activation).choose(seen).tolist() == load(path).choose(seen).tolist() == expected
+
+
+def results():
+    """Two trainings of a peer, one of ours, and a control."""
+    common = {"opponent": STATIC, "pairs": 5, "low": -9.0, "high": 9.0}
+    return pl.DataFrame([
+        {"learner": "static", "seed": None, "matches": 0, "difference": 2.0, **common, "opponent": "human-like"},
+        {"learner": OURS, "seed": 1, "matches": 140, "difference": 3.0, **common},
+        {"learner": "ppo", "seed": 1, "matches": 140, "difference": 4.0, **common},
+        {"learner": "ppo", "seed": 2, "matches": 140, "difference": 6.0, **common},
+    ])
+
+
+def test_learners():
+    """Intervals are over trainings, or over pairs of matches where there is one training; they say which."""
+    found = {row["learner"]: row for row in learners(results()).iter_rows(named=True)}
+    assert (found["ppo"]["difference"], found["ppo"]["trainings"], found["ppo"]["of"]) == (5.0, 2, "trainings")
+    assert found["ppo"]["low"] == pytest.approx(5 - 12.706, abs=0.01)
+    assert (found[OURS]["low"], found[OURS]["of"]) == (-9.0, "pairs of matches")
+
+
+def test_markdown():
+    """The best against the static team leads, be it a peer; the static team itself comes last."""
+    names = [line.split("|")[1].strip() for line in markdown(learners(results())).splitlines()[2:]]
+    assert names == ["ppo", f"**{OURS}**", "static"]
