@@ -112,7 +112,7 @@ looking: $(READY)  ## does a team that looks win? five apprentices against the p
 	PYTHONPATH=tests $(BIN)/python -m studies.looking data/studies/looking $(STUDY_DATA)
 
 # Each peer's library has an environment of its own. With SEEDS="2101 2102 2103" there are three trainings of each.
-peers: $(READY) $(VENV)-sb3/.ready $(VENV)-d3rlpy/.ready  ## other learners on the same pitch: PPO, DQN, BC, CQL (three hours for one seed)
+peers: $(READY) $(VENV)-sb3/.ready $(VENV)-d3rlpy/.ready  ## other learners on the same pitch: PPO, DQN, BC, CQL (two hours for one seed)
 	PYTHONPATH=tests $(BIN)/python -m studies.peers data/studies/peers $(STUDY_DATA) --seeds $(SEEDS)
 
 SEEDS ?= 2101
