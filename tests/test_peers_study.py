@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 import pytest
 from studies.peers.network import Network, load
-from studies.peers.tables import learners, markdown
+from studies.peers.tables import curve, learners, markdown
 from studies.peers.teams import OURS, STATIC
 
 
@@ -50,3 +50,11 @@ def test_markdown():
     """The best against the static team leads, be it a peer; the static team itself comes last."""
     names = [line.split("|")[1].strip() for line in markdown(learners(results())).splitlines()[2:]]
     assert names == ["ppo", f"**{OURS}**", "static"]
+
+
+def test_curve():
+    """A row a number of matches; controls, and matches against others, are no part of it."""
+    lines = curve(learners(results())).splitlines()
+    assert lines[0] == f"| against static after | {OURS} | ppo |"
+    assert lines[2].startswith("| 140 matches | +3.0 [−9.0, 9.0] | +5.0 [")
+    assert len(lines) == 3

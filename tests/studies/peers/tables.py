@@ -58,6 +58,16 @@ def markdown(found: pl.DataFrame) -> str:
     return "\n".join(lines) + "\n"
 
 
+def curve(found: pl.DataFrame) -> str:
+    """The learning curves against the static team: a row a number of matches, a column a learner."""
+    own = found.filter(pl.col("matches") > 0, opponent=STATIC)
+    names = own["learner"].unique(maintain_order=True).to_list()
+    lines = [f"| against {STATIC} after | " + " | ".join(names) + " |", "|---" * (1 + len(names)) + "|"]
+    lines += [f"| {matches} matches | " + " | ".join(_cell(own.filter(learner=name, matches=matches)) for name in names)
+              + " |" for matches in own["matches"].unique().sort()]
+    return "\n".join(lines) + "\n"
+
+
 def _cell(own: pl.DataFrame) -> str:
     if own.is_empty():
         return ""
@@ -102,5 +112,5 @@ def write(out: Path, rows: Sequence[dict[str, object]]) -> None:
     results.write_csv(out / "results.csv", float_precision=2)
     found = learners(results)
     found.write_csv(out / "learners.csv", float_precision=2)
-    (out / "table.md").write_text(markdown(found), encoding="utf-8")
+    (out / "table.md").write_text(f"{markdown(found)}\n{curve(found)}", encoding="utf-8")
     plot(found, out / "peers.png")
