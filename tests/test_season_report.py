@@ -193,7 +193,7 @@ def test_person_commands():
     games, growth = tables(*(season("paper", "person", seed, left=2) for seed in (1, 2)), season("best", "static", 1, last=2))
     assert list(commands(games))[1:] == [
         f"pitchlore season --settings paper --opponent person --seed {seed}" for seed in (1, 2)]
-    text = SeasonsReport(games, Evaluations.empty(), 0, NO_PREFERENCES, verdicts(games, growth, Evaluations.empty()), [],
+    text = SeasonsReport(games, growth, Evaluations.empty(), 0, NO_PREFERENCES, verdicts(games, growth, Evaluations.empty()), [],
                          "pitchlore").markdown()
     assert "These commands make the study again, but for what people do:" in text
     assert "Seasons that people played: 2, games: 70." in text
@@ -205,7 +205,7 @@ def test_person_commands():
 def test_second_script():
     """Until a person plays, the human-like team is called a second script in each table that it is in."""
     games, growth = world()
-    text = SeasonsReport(games, apprentices(), 0, NO_PREFERENCES, verdicts(games, growth, apprentices()), [],
+    text = SeasonsReport(games, growth, apprentices(), 0, NO_PREFERENCES, verdicts(games, growth, apprentices()), [],
                          "pitchlore").markdown()
     assert "Here nobody has played a season yet" in text
     assert "### Against human-like (a second script), beside the paper's human column" in text

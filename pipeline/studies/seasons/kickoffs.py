@@ -14,6 +14,7 @@ import polars as pl
 from pipeline.studies.document import number
 from pipeline.studies.seasons import table3
 from pipeline.studies.seasons.measures import OTHER, Pooling, pooled, seasons_of
+from schemas import called
 from schemas.decisions import FIRST_S
 
 #: Length of the paper's games, seconds: "about eight minutes".
@@ -63,7 +64,7 @@ def kick_offs(games: pl.DataFrame, settings: str) -> pl.DataFrame:
     for (name, opponent), seasons in seasons_of(games).items():
         first = begins(opponent)
         played = [season.games.filter(pl.col("game") >= first) for season in seasons]
-        if name != settings or opponent not in table3.COLUMNS.values() or not all(map(len, played)):
+        if name != settings or table3.column_of(opponent) is None or not all(map(len, played)):
             continue
         row: dict[str, object] = {"opponent": opponent, "first": first, "seasons": len(played),
                                   "last": min(own["game"][-1] for own in played)}
@@ -88,11 +89,13 @@ def _of(games: pl.DataFrame, value: pl.Expr) -> float:
 def conclusions(rows: pl.DataFrame) -> Iterator[str]:
     """What follows for the paper's own table, some sentences for each row of :func:`kick_offs`."""
     for row in rows.drop_nulls("in_first").iter_rows(named=True):
-        paper = table3.games(row["opponent"]).filter(pl.col("game") >= row["first"])
+        column = table3.column_of(row["opponent"])
+        assert column is not None, row
+        paper = table3.games(column).filter(pl.col("game") >= row["first"])
         others = float(paper["other_actions"].mean())  # type: ignore[arg-type]
         needed = others / row["each"]
         yield (
-            f"Against the {row['opponent']} team, {number(row['in_first'])} % of our learned actions fall in"
+            f"Against {called(row['opponent'])}, {number(row['in_first'])} % of our learned actions fall in"
             f" the first second of an episode. There are {number(row['each'])} of them for each kick-off.")
         if (row["r_low"] or 0.0) > 0.0:
             yield f"Goals + 1 accounts for {number(100 * row['r'] ** 2)} % of their variance over games."

@@ -11,6 +11,7 @@ from pipeline.studies.seasons import kickoffs
 from pipeline.studies.seasons.claims import PAPER
 from pipeline.studies.seasons.kickoffs import NOT_TOLD, conclusions, kick_offs
 from pipeline.studies.seasons.sensitivity import HEADINGS, sensitivity, variations
+from schemas import called
 
 
 def about_kick_offs(games: pl.DataFrame) -> Iterator[str]:
@@ -46,7 +47,7 @@ def about_sensitivity(games: pl.DataFrame, growth: pl.DataFrame) -> Iterator[str
 def _estimates(rows: pl.DataFrame, headings: Mapping[str, str], first: tuple[str, ...]) -> str:
     """Table of the ``first`` columns and of those that ``headings`` names, which have intervals."""
     cells = [
-        (*(row[name] if isinstance(row[name], str) else number(row[name]) for name in first),
+        (*(called(row[name]) if isinstance(row[name], str) else number(row[name]) for name in first),
          *(interval(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in headings))
         for row in rows.iter_rows(named=True)
     ]

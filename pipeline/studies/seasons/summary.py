@@ -98,8 +98,8 @@ def beside_table_3(games: pl.DataFrame, settings: str) -> pl.DataFrame:
         "opponent", "game", "seasons", pl.col("mean").alias("pct"), "low", "high")
     others = (ours.filter(pl.col("what") == what).select("opponent", "game", pl.col("mean").alias(what))
               for what in ("random", "other", "time_pct"))
-    for columns in (shares, *others):
-        wide = wide.join(columns, on=["opponent", "game"], how="left")
+    for means in (shares, *others):
+        wide = wide.join(means, on=["opponent", "game"], how="left")
     printed = pl.concat(
         table3.printed().select(
             pl.lit(kind).alias("opponent"), pl.col("game").cast(pl.Int16),

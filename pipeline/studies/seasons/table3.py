@@ -49,6 +49,11 @@ def beside(column: str, played: Container[str]) -> str:
     return next((opponent for opponent in first if opponent in played), last)
 
 
+def column_of(opponent: str) -> str | None:
+    """The paper's column that seasons against an opponent stand beside; None if there is none."""
+    return next((name for name, opponents in COLUMNS.items() if opponent in opponents), None)
+
+
 @cache
 def games(column: str) -> pl.DataFrame:
     """One of the paper's columns, ``humans`` or ``static``, with the column names of schema Games.
