@@ -225,7 +225,7 @@ def test_notebook(server, machine, local, tmp_path):
             if output.output_type == "stream"]
     assert len(said) == 1
     assert re.search(rf"{url}: as of \d{{4}}-\d\d-\d\d", said[0])
-    (table,) = shown(notebook)[0][1:]
+    (table,) = shown(notebook)[0]
     assert "derby" in table
 
 
