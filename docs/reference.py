@@ -22,7 +22,7 @@ from pydantic.fields import FieldInfo
 
 from flows.cli import COMMANDS, command_line
 from pipeline.arena.match.recipe import MatchSettings
-from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.settings import RunSettings
 from pipeline.studies.seasons.settings import SeasonSettings
 from schemas import PUBLIC, Table

@@ -17,7 +17,7 @@ from pipeline import matches as log
 from pipeline.errors import BadRecording, PitchloreError, in_one_line
 from pipeline.importers.readers import open_source, read
 from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import MatchLog
 from pipeline.settings import ImportSettings
 from pipeline.store.files import Files

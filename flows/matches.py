@@ -17,7 +17,7 @@ from pipeline import matches as log
 from pipeline.errors import BadRecording, CorruptFile, DamagedLog, NoFrames, PitchloreError
 from pipeline.importers.readers import open_source, read
 from pipeline.importers.source import slug
-from pipeline.importers.tracking_map import TrackingMap, load_map
+from pipeline.importers.tracking.mapping import TrackingMap, load_map
 from pipeline.matches.frame import MatchLog
 from pipeline.settings import ImportSettings
 from pipeline.store import Store

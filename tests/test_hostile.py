@@ -35,7 +35,7 @@ from flows.stage import Scope
 from flows.stages import STAGES
 from pipeline.errors import BadRecording, BadSettings, NotFound, PitchloreError
 from pipeline.importers.readers import open_source, read
-from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.pitch import Pitch
 from pipeline.settings import ImportSettings, Settings
 from pipeline.store import Store

@@ -19,7 +19,7 @@ from pipeline.behaviours.grams import grams, spelt
 from pipeline.decisions import observe
 from pipeline.errors import BadRecording, BadSettings
 from pipeline.goals import attribute
-from pipeline.importers.tracking_map import load_map
+from pipeline.importers.tracking.mapping import load_map
 from pipeline.sequences.derive import sequences, value
 from pipeline.settings import (
     GoalSettings,

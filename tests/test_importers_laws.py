@@ -22,7 +22,7 @@ from support.recordings import same
 from pipeline.errors import PitchloreError
 from pipeline.importers.readers import READERS, Reader, open_source
 from pipeline.importers.readers import read as read_source
-from pipeline.importers.tracking_map import TrackingMap, load_map
+from pipeline.importers.tracking.mapping import TrackingMap, load_map
 from pipeline.matches.frame import MatchLog, home_attacks
 from schemas import Commands, Decisions, Quality, Referee
 

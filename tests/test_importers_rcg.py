@@ -14,7 +14,7 @@ from support.recordings import INSPER, RCSS, imported, taken_for
 
 from pipeline.errors import BadRecording
 from pipeline.importers import rcg
-from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import AWAY, HOME, MatchLog
 from pipeline.pitch import Kind
 from schemas import Commands

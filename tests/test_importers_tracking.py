@@ -14,7 +14,7 @@ from support.recordings import RSIM, recording
 from support.tracking import FRAME, HEADER, course, flaws, parquet, read, robots
 
 from pipeline.errors import BadRecording
-from pipeline.importers.tracking_map import TrackingMap, load_map
+from pipeline.importers.tracking.mapping import TrackingMap, load_map
 from pipeline.pitch import Kind
 
 MAPS = Path(__file__).parents[1] / "data" / "samples" / "maps"

@@ -8,7 +8,7 @@ import polars as pl
 
 from pipeline import matches
 from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import MatchLog
 from pipeline.matches.quality import Flaw, quality_table
 

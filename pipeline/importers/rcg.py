@@ -24,7 +24,7 @@ from pipeline.arrays import F64, I64, Bools
 from pipeline.errors import BadRecording
 from pipeline.importers.rows import Event, pack, referee
 from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period, wrap
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import PITCHES, Kind

@@ -13,10 +13,11 @@ from hashlib import sha256
 import polars as pl
 
 from pipeline.errors import BadRecording
-from pipeline.importers import mcap_log, rcg, tracking_csv, tracking_parquet
+from pipeline.importers import mcap_log, rcg
 from pipeline.importers.plausibility import plausibility_checks
 from pipeline.importers.source import SourceFile, inflate, slug
-from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking import csv_file, parquet_file
+from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import MatchLog
 from pipeline.matches.quality import quality_table
 from pipeline.settings import ImportSettings
@@ -59,12 +60,12 @@ READERS: tuple[Reader, ...] = (
         "tracking-parquet", "tracking table in Parquet",
         "one row per body and sample: `frame, t, team, player, x, y`, optionally `heading, segment, "
         "score_home, score_away, game_state`; a map allows other names, units, axes and teams",
-        tracking_parquet.tells, tracking_parquet.read,
+        parquet_file.tells, parquet_file.read,
     ),
     Reader(
         "tracking-csv", "tracking table in CSV with a header",
         "the same columns, separated by commas, semicolons or tabs",
-        tracking_csv.tells, tracking_csv.read, text=True,
+        csv_file.tells, csv_file.read, text=True,
     ),
     Reader(
         "rcg", "RoboCup 2D text log (.rcg, ULG4 to ULG6)",

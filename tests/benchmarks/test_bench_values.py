@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from pipeline import trees
 from pipeline.importers import readers
-from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.settings import ModelSettings, MomentSettings, TrajectorySettings
 from pipeline.trajectories.derive import trajectories
 from pipeline.values.fitting import fit, grow

@@ -26,7 +26,7 @@ from recordings.make import FILES
 
 from pipeline.errors import PitchloreError
 from pipeline.importers.readers import open_source, read
-from pipeline.importers.tracking_map import TrackingMap, load_map
+from pipeline.importers.tracking.mapping import TrackingMap, load_map
 
 #: Most that one input may take.
 SECONDS, MEGABYTES = 10, 1024

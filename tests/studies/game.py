@@ -22,7 +22,7 @@ from pipeline import matches
 from pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
 from pipeline.arena.physics.laws import Marks, RefereeSettings
 from pipeline.importers import readers
-from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import MatchLog
 from pipeline.settings import TrajectorySettings
 from pipeline.statistics import mean_interval

@@ -30,7 +30,7 @@ from pipeline.behaviours.grams import grams, merge, spelt
 from pipeline.behaviours.shrinkage import valued
 from pipeline.goals import attribute
 from pipeline.importers import readers
-from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.sequences.derive import value
 from pipeline.settings import (
     GoalSettings,

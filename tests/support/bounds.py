@@ -16,7 +16,7 @@ import json, resource, sys, time
 from pathlib import Path
 from pipeline.errors import PitchloreError
 from pipeline.importers.readers import open_source, read
-from pipeline.importers.tracking_map import load_map
+from pipeline.importers.tracking.mapping import load_map
 from pipeline.store import Store
 from recordings.make import FILES
 

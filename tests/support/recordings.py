@@ -11,7 +11,7 @@ from conftest import RECORDINGS, SAMPLE
 
 from pipeline.importers import readers
 from pipeline.importers.source import SourceFile, inflate
-from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import MatchLog
 
 RSIM = "rsim-vss-3v3.parquet"

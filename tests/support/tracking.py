@@ -7,8 +7,8 @@ import io
 import polars as pl
 from support.recordings import taken_for
 
-from pipeline.importers import tracking_csv, tracking_parquet
-from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking import csv_file, parquet_file
+from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import MatchLog
 
 HEADER = "frame,t,team,player,x,y,heading"
@@ -21,9 +21,9 @@ FRAME = """0,10.0,ball,,0.5,-0.25,
 
 def read(data: bytes | str, mapping: TrackingMap | None = None) -> MatchLog:
     data = data.encode() if isinstance(data, str) else data
-    parquet = tracking_parquet.tells(data[:8])
+    parquet = parquet_file.tells(data[:8])
     source = taken_for(data, "game.csv", "tracking-parquet" if parquet else "tracking-csv")
-    return (tracking_parquet if parquet else tracking_csv).read(source, mapping or TrackingMap())
+    return (parquet_file if parquet else csv_file).read(source, mapping or TrackingMap())
 
 
 def parquet(table: pl.DataFrame) -> bytes:

@@ -14,7 +14,7 @@ from conftest import SAMPLE
 from support.recordings import ALL, INSPER, RCSS, RSIM, SSL
 
 from pipeline.importers import readers
-from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.pitch import Pitch
 from pipeline.settings import TrajectorySettings
 from pipeline.trajectories.derive import trajectories

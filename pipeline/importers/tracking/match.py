@@ -11,12 +11,12 @@ from pipeline import __version__
 from pipeline.arrays import F64, I64, Bools
 from pipeline.errors import BadRecording
 from pipeline.importers.directions import infer_periods, votes_of
-from pipeline.importers.guesses import guess_home, guess_pitch
 from pipeline.importers.rows import pack, referee
 from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking_events import Course, referee_events
-from pipeline.importers.tracking_map import Teams, TrackingMap
-from pipeline.importers.tracking_table import typed
+from pipeline.importers.tracking.columns import typed
+from pipeline.importers.tracking.guesses import guess_home, guess_pitch
+from pipeline.importers.tracking.mapping import Teams, TrackingMap
+from pipeline.importers.tracking.states import Course, referee_events
 from pipeline.matches.frame import Frames, MatchInfo, MatchLog, wrap
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import Pitch
@@ -55,7 +55,7 @@ def match_of(
     A table may lack one of the teams if a map names the other.
 
     Args:
-        raw: the table as the file has it, with the columns under our names (see ``tracking_table.chosen``);
+        raw: the table as the file has it, with the columns under our names (see ``columns.chosen``);
             numbers may be text.
         source: the file; the table is not read from it again.
         mapping: how to read another form.

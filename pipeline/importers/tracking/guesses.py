@@ -7,8 +7,8 @@ from typing import Literal
 import numpy as np
 
 from pipeline.arrays import F64
-from pipeline.importers.tracking_events import Course, changes, rises, tokens
-from pipeline.importers.tracking_map import PitchMap, TrackingMap
+from pipeline.importers.tracking.mapping import PitchMap, TrackingMap
+from pipeline.importers.tracking.states import Course, changes, rises, tokens
 from pipeline.pitch import PITCHES, Kind, Pitch
 
 Evidence = Literal["goals in the states", "kick-offs", "the ball at the goals", "alphabet"]

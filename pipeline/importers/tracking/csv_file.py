@@ -8,9 +8,9 @@ import polars as pl
 
 from pipeline.errors import BadRecording
 from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking import match_of
-from pipeline.importers.tracking_map import TrackingMap
-from pipeline.importers.tracking_table import REQUIRED, chosen
+from pipeline.importers.tracking.columns import REQUIRED, chosen
+from pipeline.importers.tracking.mapping import TrackingMap
+from pipeline.importers.tracking.match import match_of
 from pipeline.matches.frame import MatchLog
 
 
@@ -32,7 +32,7 @@ def tells(head: bytes) -> bool:
 
 
 def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
-    """Match of a tracking table in CSV; see :func:`pipeline.importers.tracking.match_of`.
+    """Match of a tracking table in CSV; see :func:`pipeline.importers.tracking.match.match_of`.
 
     A last line that has no end and too few fields is left out and flagged.
 

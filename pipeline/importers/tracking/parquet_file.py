@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 
 from pipeline.errors import BadRecording
 from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking import match_of
-from pipeline.importers.tracking_map import TrackingMap
-from pipeline.importers.tracking_table import TEXT, chosen
+from pipeline.importers.tracking.columns import TEXT, chosen
+from pipeline.importers.tracking.mapping import TrackingMap
+from pipeline.importers.tracking.match import match_of
 from pipeline.matches.frame import MatchLog
 
 _MAGIC = b"PAR1"
@@ -25,7 +25,7 @@ def tells(head: bytes) -> bool:
 
 
 def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
-    """Match of a tracking table in Parquet; see :func:`pipeline.importers.tracking.match_of`.
+    """Match of a tracking table in Parquet; see :func:`pipeline.importers.tracking.match.match_of`.
 
     Raises:
         BadRecording: if the file is not such a table; the message says what it lacks.

@@ -90,7 +90,7 @@ class Teams(_Map):
 
 
 class TrackingMap(_Map):
-    """Map of a tracking table; the default is the plain form (see ``tracking.match_of``).
+    """Map of a tracking table; the default is the plain form (see ``match.match_of``).
 
     Attributes:
         columns, units, axes, pitch, teams: one TOML table each.
@@ -139,5 +139,5 @@ def load_map(text: str, where: str = "the map") -> TrackingMap:
     Raises:
         BadSettings: if it is not TOML or has a key or value that does not fit.
     """
-    keys = "See pipeline/importers/tracking_map.py for all keys and values"
+    keys = "See pipeline/importers/tracking/mapping.py for all keys and values"
     return fitted(TrackingMap, tables(text, where), where, keys)

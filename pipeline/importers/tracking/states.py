@@ -13,7 +13,7 @@ import numpy as np
 from pipeline.arrays import F64, I64
 from pipeline.importers.rows import Event, other
 from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking_map import TrackingMap
+from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.quality import Flaw
 from schemas import SIDES, Side
 

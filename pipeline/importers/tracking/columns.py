@@ -8,7 +8,7 @@ import polars as pl
 
 from pipeline.errors import BadRecording
 from pipeline.importers.rows import MAX_SCORE
-from pipeline.importers.tracking_map import Columns, TrackingMap
+from pipeline.importers.tracking.mapping import Columns, TrackingMap
 from pipeline.matches.quality import Flaw
 
 REQUIRED = ("t", "team", "player", "x", "y")
