@@ -1,0 +1,215 @@
+"""Goals found from the ball, where nothing in a recording tells them.
+
+The ball crosses a goal line between the posts, and then it is put back to the centre, or play stops. Each
+finding has a confidence: the share of such findings that were goals in matches whose score is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from pipeline.arrays import F64, I64, Bools
+from pipeline.matches.frame import runs
+from pipeline.pitch import SCALES, Pitch
+
+#: How the ball crossed the goal line. "over": the whole ball was seen behind it. "line": only its centre was,
+#: when it was last seen. "unseen": it was on its way into the goal when it was last seen.
+Crossing = Literal["over", "line", "unseen"]
+#: What followed. "centre": the ball was put back to the centre. "stopped": it stayed behind the line, or was not
+#: seen any more. "played on": it came back over the line.
+Sequel = Literal["centre", "stopped", "played on"]
+
+#: Share of the findings of each kind that were goals, rounded down to hundredths: the Laplace estimate of
+#: data/studies/ball-goals/kinds.csv.
+CONFIDENCE: dict[tuple[Crossing, Sequel], float] = {
+    ("over", "centre"): 0.99, ("over", "stopped"): 0.9, ("over", "played on"): 0.1,
+    ("line", "centre"): 0.9, ("line", "stopped"): 0.3,
+    ("unseen", "centre"): 0.9, ("unseen", "stopped"): 0.3,
+}
+
+#: Distance from the centre within which the ball was put back there, as a share of the pitch's length.
+CENTRE = 0.05
+#: Longest time from the crossing to the ball at the centre, s. An SSL team takes a minute to kick off.
+RESTART_S = 90.0
+#: A ball that was not seen to be put to the centre lies still there before a kick-off: for how long, s, and
+#: how far it may move meanwhile, as a share of the pitch's length.
+_STILL_S, _STILL = 0.5, 0.01
+#: Time without a sample of the ball that ends what was seen of it, s, and the longest such time after which it
+#: may be seen in the goal without having been seen to enter.
+_GAP_S, _HIDDEN_S = 0.5, 2.0
+#: A ball that stays behind the line so long is out of play, s.
+_STAYS_S = 1.0
+#: An unseen crossing is at most so long after the last sample, s, on the line of the samples before it, s.
+_AHEAD_S, _BACK_S = 0.25, 0.15
+#: How far behind the back of a goal a sample may be, as a share of the pitch's length.
+_BEHIND = 0.03
+
+
+class Ball(NamedTuple):
+    """The ball where it was seen, at rising times.
+
+    Attributes:
+        t_ns: int64 [S].
+        x, y: float64 [S], metres.
+        stopped: bool [S], whether the states of the game say that play is stopped.
+    """
+
+    t_ns: I64
+    x: F64
+    y: F64
+    stopped: Bools
+
+
+class BallGoal(NamedTuple):
+    """A goal found from the ball.
+
+    Attributes:
+        t_ns: time of the first sample beyond the line, or of the last one before it.
+        end: +1 if it is the goal at +x, -1 at -x.
+        confidence: chance that it is a goal, in [0, 1].
+        crossing, sequel: how it was found.
+        restart_ns: time at which the ball was put back to the centre; None if it was not.
+    """
+
+    t_ns: int
+    end: int
+    confidence: float
+    crossing: Crossing
+    sequel: Sequel
+    restart_ns: int | None
+
+
+class _Visit(NamedTuple):
+    """A stay of the ball in a goal, or its way into one: samples ``first`` to ``last``, included."""
+
+    first: int
+    last: int
+    end: int
+    crossing: Crossing
+    back: bool
+
+
+def ball_goals(ball: Ball, pitch: Pitch) -> list[BallGoal]:
+    """Goals found from the ball, in order of time.
+
+    The ball's centre crosses a goal line between the posts, and it does not come back before the whole ball has
+    crossed; or it was lost on its way into the goal. Crossings while the states say that play is stopped are
+    none. A kick-off at the centre belongs to the last crossing before it, if that is at most ``RESTART_S`` old.
+
+    Args:
+        ball: where it was seen.
+        pitch: pitch of the match; its middle is (0, 0).
+    """
+    if len(ball.t_ns) < 2:
+        return []
+    cuts = _cuts(ball, pitch)
+    visits = sorted(_visits(ball, pitch, cuts))
+    kick_offs = _kick_offs(ball, pitch, cuts)
+    found = []
+    for at, visit in enumerate(visits):
+        until = visits[at + 1].first if at + 1 < len(visits) else len(ball.t_ns)
+        latest = ball.t_ns[visit.last] + round(RESTART_S * 1e9)
+        soon = kick_offs[(kick_offs > visit.last) & (kick_offs < until)]
+        soon = soon[ball.t_ns[soon] <= latest]
+        sequel: Sequel = "centre" if len(soon) else "played on" if visit.back else "stopped"
+        found.append(BallGoal(
+            int(ball.t_ns[visit.first]), visit.end, CONFIDENCE[visit.crossing, sequel], visit.crossing, sequel,
+            int(ball.t_ns[soon[0]]) if len(soon) else None,
+        ))
+    return found
+
+
+def _reach(step_s: F64, pitch: Pitch) -> F64:
+    """How far a ball can have moved in a time, metres; less than a tenth of the pitch is never too far."""
+    reach: F64 = np.maximum(2 * CENTRE * pitch.length, SCALES[pitch.kind].max_ball_speed * step_s)
+    return reach
+
+
+def _cuts(ball: Ball, pitch: Pitch) -> Bools:
+    """Whether the ball was not seen to move to a sample from the one before it, bool [S]."""
+    step_s = np.diff(ball.t_ns) / 1e9
+    way = np.hypot(np.diff(ball.x), np.diff(ball.y))
+    cuts: Bools = np.concatenate(([True], (step_s > _GAP_S) | (way > _reach(step_s, pitch))))
+    return cuts
+
+
+def _visits(ball: Ball, pitch: Pitch, cuts: Bools) -> Iterator[_Visit]:
+    """The ball's stays in the goals while play is on, and its ways into them that were not seen to end."""
+    radius = SCALES[pitch.kind].ball_radius
+    deep = np.abs(ball.x) - pitch.goal_x
+    inside = (deep > 0) & (deep <= pitch.goal_depth + _BEHIND * pitch.length)
+    inside &= np.abs(ball.y) <= pitch.goal_width / 2
+    stretch = np.cumsum(cuts)
+    ends = np.concatenate((np.flatnonzero(cuts)[1:] - 1, [len(cuts) - 1]))
+    for low, high in runs(inside):
+        parts = low + np.flatnonzero(np.diff(stretch[low:high])) + 1
+        for first, after in zip([low, *parts], [*parts, high], strict=True):
+            if ball.stopped[first] or not _came(ball, pitch, int(first), cut=bool(cuts[first])):
+                continue
+            whole = bool(deep[first:after].max() >= radius)
+            back = after < len(cuts) and not cuts[after]
+            if back and not whole:
+                continue
+            stays = ball.t_ns[after - 1] - ball.t_ns[first] >= round(_STAYS_S * 1e9)
+            yield _Visit(int(first), int(after) - 1, int(np.sign(ball.x[first])), "over" if whole else "line",
+                         back and not stays)
+    for last in ends[~inside[ends] & ~ball.stopped[ends]]:
+        end = _heads_in(ball, pitch, int(np.flatnonzero(cuts[:last + 1])[-1]), int(last))
+        if end and not _seen_in(ball, inside, int(last)):
+            yield _Visit(int(last), int(last), end, "unseen", back=False)
+
+
+def _came(ball: Ball, pitch: Pitch, first: int, *, cut: bool) -> bool:
+    """Whether the ball came into the goal by its front, as far as that was seen."""
+    if first == 0:
+        return False
+    x, y = np.abs(ball.x[first - 1:first + 1]), ball.y[first - 1:first + 1]
+    if x[0] > pitch.goal_x:
+        return False
+    step_s = (ball.t_ns[first] - ball.t_ns[first - 1]) / 1e9
+    if cut:
+        way = np.hypot(ball.x[first] - ball.x[first - 1], y[1] - y[0])
+        return bool(step_s <= _HIDDEN_S and way <= _reach(step_s, pitch))
+    at_line = y[0] + (y[1] - y[0]) * (pitch.goal_x - x[0]) / (x[1] - x[0])
+    return bool(abs(at_line) <= pitch.goal_width / 2)
+
+
+def _seen_in(ball: Ball, inside: Bools, last: int) -> bool:
+    """Whether the ball is next seen in a goal, soon after sample ``last``."""
+    after = last + 1
+    soon = after < len(inside) and ball.t_ns[after] - ball.t_ns[last] <= round(_HIDDEN_S * 1e9)
+    return bool(soon and inside[after])
+
+
+def _heads_in(ball: Ball, pitch: Pitch, start: int, last: int) -> int:
+    """Goal into which the ball goes straight after sample ``last``: +1, -1, or 0 for none.
+
+    Its direction and speed are those of its last ``_BACK_S``, in which it has to be seen twice from sample
+    ``start`` on.
+    """
+    since = max(start, int(np.searchsorted(ball.t_ns, ball.t_ns[last] - round(_BACK_S * 1e9))))
+    since = min(since, max(start, last - 1))
+    if since == last:
+        return 0
+    time_s = (ball.t_ns[last] - ball.t_ns[since]) / 1e9
+    vx, vy = (ball.x[last] - ball.x[since]) / time_s, (ball.y[last] - ball.y[since]) / time_s
+    end = int(np.sign(vx))
+    left = pitch.goal_x - end * ball.x[last]
+    if end == 0 or left < 0 or left > abs(vx) * _AHEAD_S:
+        return 0
+    at_line = ball.y[last] + vy * left / abs(vx)
+    return end if abs(at_line) <= pitch.goal_width / 2 else 0
+
+
+def _kick_offs(ball: Ball, pitch: Pitch, cuts: Bools) -> I64:
+    """Samples at which the ball is at the centre and was put there, or lies still there, int64 [K]."""
+    near = np.hypot(ball.x, ball.y) <= CENTRE * pitch.length
+    later = np.searchsorted(ball.t_ns, ball.t_ns + round(_STILL_S * 1e9))
+    later = np.minimum(later, len(cuts) - 1)
+    stretch = np.cumsum(cuts)
+    still = np.hypot(ball.x[later] - ball.x, ball.y[later] - ball.y) <= _STILL * pitch.length
+    still &= (ball.t_ns[later] - ball.t_ns >= round(_STILL_S * 1e9)) & (stretch[later] == stretch)
+    return np.flatnonzero(near & (cuts | still)).astype(np.int64)
