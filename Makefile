@@ -18,7 +18,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help browser demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
-  teams-apart expected-goals paradigms peers seasons sensitivity soak bench-scale golden notebooks lock clean
+  teams-apart expected-goals ball-goals paradigms peers seasons sensitivity soak bench-scale golden notebooks lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -72,7 +72,7 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world rules best-constant teams-apart expected-goals study-labels study-values paradigms seasons sensitivity looking  ## all studies, into data/studies/
+study: world rules best-constant teams-apart expected-goals ball-goals study-labels study-values paradigms seasons sensitivity looking  ## all studies, into data/studies/
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
@@ -101,6 +101,9 @@ teams-apart: $(READY)  ## does what robots do tell who plays? (two minutes)
 
 expected-goals: $(READY)  ## do shots become goals as often as xG says? (five minutes; RECORDINGS as above)
 	PYTHONPATH=tests $(BIN)/python -m studies.expected_goals data/studies/scout $(RECORDINGS)
+
+ball-goals: $(READY)  ## are goals found from the ball those of the score? (five minutes; RECORDINGS as above)
+	PYTHONPATH=tests $(BIN)/python -m studies.ball_goals data/studies/ball-goals $(RECORDINGS)
 
 rules: $(READY)  ## what each rule of the static team is worth (a quarter of an hour)
 	PYTHONPATH=tests $(BIN)/python -m studies.rules data/studies/world/rules.csv

@@ -24,7 +24,8 @@ from pipeline.store import Store
 from pipeline.store.receipts import Receipt, digest
 from pipeline.store.work import Made, Work
 from pipeline.text import printable
-from schemas import Commands, Matches, Quality, Referee
+from pipeline.toml import fitted
+from schemas import SIDES, Commands, Matches, Quality, Referee
 
 #: Where recordings are dropped for the next run, in the data folder.
 INBOX = "inbox"
@@ -37,7 +38,8 @@ class Recording(BaseModel):
 
     Attributes:
         file: the recording.
-        mapping: a TOML file with its names, units, axes and teams; None for the plain form.
+        mapping: a TOML file with its names, units, axes and teams; None for the map that its match has, or
+            else the plain form.
     """
 
     file: Path
@@ -114,7 +116,7 @@ def import_recording(
 
     The same content is the same match: under another name, gzipped or not, or as the log that we made from
     it. A match is imported again only if its files are damaged or lost, if its stage has another version,
-    or if the map is another.
+    or if the map is another. A recording without a map has the one that its match was imported with.
 
     Args:
         store: receives the match.
@@ -131,14 +133,15 @@ def import_recording(
     recording = recording.at(store.here)
     check = store.unchanged(recording.file)
     data = store.foreign(recording.file, megabytes=limits.megabytes)
-    mapping = _mapping(store, recording.mapping)
-    settings = mapping.settings()
+    given = _mapping(store, recording.mapping)
     name = slug(recording.file.name)  # until its content is known
     try:
         source = open_source(data, recording.file.name, limits)
         store.release("matches", name)
         name = source.match_id
         there = _same_recording(store, source.sha256)
+        mapping = _kept(there) if given is None else given
+        settings = mapping.settings()
         if there is not None and _stands(store, there, source.sha256, settings):
             store.release("matches", name)
             return there, False
@@ -176,11 +179,22 @@ def _stands(store: Store, receipt: Receipt, sha256: str, settings: dict[str, obj
     return receipt.key == _work(receipt.name, sha256, settings).key and store.intact(receipt)
 
 
-def _mapping(store: Store, path: Path | None) -> TrackingMap:
-    """Map at a path; the plain form if there is none."""
+def _mapping(store: Store, path: Path | None) -> TrackingMap | None:
+    """Map at a path; None if there is none."""
     if path is None:
-        return TrackingMap()
+        return None
     return load_map(store.foreign(path).decode(errors="replace"), where=str(path))
+
+
+def _kept(receipt: Receipt | None) -> TrackingMap:
+    """Map that a match was imported with; the plain form without a match, or if it was played here.
+
+    Raises:
+        BadSettings: if it was one of another version of pitchlore, which has other keys.
+    """
+    if receipt is None or "source" not in receipt.inputs:
+        return TrackingMap()
+    return fitted(TrackingMap, dict(receipt.settings), f"the map of {receipt.name}", "Give one: --map FILE")
 
 
 def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, object]) -> tuple[Receipt, bool]:
@@ -251,9 +265,16 @@ def _made(match: MatchLog, data: bytes) -> Made:
             "home": match.info.home, "away": match.info.away,
             "duration_s": float(row["duration_s"][0]), "frames": int(row["frames"][0]),
             "decisions": match.decisions.height,
+            "goals": _goals(match), "score": {side: row[f"score_{side}"][0] for side in SIDES},
             "flaws": dict(flaws.cast({"flaw": pl.String}).iter_rows()),
         },
     )
+
+
+def _goals(match: MatchLog) -> object:
+    """What told the goals of a match, and how sure they are; all formats but tables have a referee."""
+    told_by = None if match.info.format == "tracking" else "referee"
+    return match.info.settings.get("goals", {"from": told_by})
 
 
 def all_here(
@@ -276,12 +297,14 @@ def _here(store: Store, recording: Recording, limits: ImportSettings) -> Receipt
     try:
         data = store.foreign(recording.file, megabytes=limits.megabytes)
         source = open_source(data, recording.file.name, limits)
-        settings = _mapping(store, recording.mapping).settings()
+        mapping = _mapping(store, recording.mapping)
     except PitchloreError:
         return None
     for there in store.receipts("matches"):
-        if there.inputs.get("source") == source.sha256 and _stands(store, there, source.sha256, settings):
-            return there
+        if there.inputs.get("source") == source.sha256:
+            settings = (there.settings if mapping is None else mapping.settings())
+            if _stands(store, there, source.sha256, dict(settings)):
+                return there
         if there.files["log"].sha256 == source.sha256 and store.intact(there):
             return there  # it is the log that we made ourselves
     return None

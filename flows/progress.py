@@ -97,6 +97,7 @@ class RunReport(BaseModel):
         policy: the newest version, None if there is none.
         policy_is_new: whether this run trained it.
         versions: what looking for new versions, and making them, has cost, by noun.
+        notes: what its knowledge lacks or mixes, a line each.
     """
 
     stages: list[StageReport] = []
@@ -105,6 +106,7 @@ class RunReport(BaseModel):
     policy: int | None = None
     policy_is_new: bool = False
     versions: dict[str, Cost] = {}
+    notes: list[str] = []
 
     @property
     def failures(self) -> dict[str, str]:
@@ -146,6 +148,7 @@ class RunReport(BaseModel):
             lines += ["", *_table(self.costs), ""]
         lines += [f"- **{as_markdown(what)}**: {as_markdown(why)}" for what, why in self.failures.items()]
         lines += [f"- {as_markdown(note)}" for stage in self.stages for note in stage.notes]
+        lines += [f"- {as_markdown(note)}" for note in self.notes]
         return "\n".join(lines)
 
 

@@ -113,9 +113,11 @@ def _sides(inputs: Inputs, settings: SideSettings) -> Made:
 def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
     from pipeline.goals import attribute  # noqa: PLC0415 (see above)
 
+    told = inputs.details("matches").get("goals", {})
     table = attribute(
         inputs.table("matches", Referee), inputs.table("trajectories", Trajectories),
-        inputs.table("situations", Situations), inputs.pitch, settings,
+        inputs.table("situations", Situations), inputs.pitch, settings, told.get("from"),
+        told.get("confidence", {}),
     )
     return Made([(table, Goals)], details={"goals": table.height})
 
@@ -242,11 +244,11 @@ def _decisions(inputs: Inputs, settings: Frozen) -> Made:
 
 
 STAGES = Chain(
-    Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality, Commands), version=2),
+    Stage("matches", Per.MATCH, schemas=(Matches, Referee, Quality, Commands), version=3),
     Stage("sides", Per.MATCH, ("matches",), (Sides,), 1, _sides),
     Stage("trajectories", Per.MATCH, ("matches",), (Trajectories, Quality), 1, _trajectories),
     Stage("situations", Per.MATCH, ("matches", "trajectories"), (Situations,), 2, _situations),
-    Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 2, _goals),
+    Stage("goals", Per.MATCH, ("matches", "trajectories", "situations"), (Goals,), 3, _goals),
     Stage("events", Per.MATCH, ("matches", "trajectories"),
           (Possession, Passes, Shots, Pressure, Restarts), 5, _events),
     Stage("moments", Per.MATCH, ("matches", "trajectories"), (Moments,), 1, _moments),

@@ -20,6 +20,7 @@ from flows.catalog import look, refresh_into
 from flows.costs import Cost, Spent, spending
 from flows.history import LOG, noted
 from flows.jobs import carried_out, stage_task
+from flows.lacking import lacking
 from flows.making import Outcome, make
 from flows.placement.crew import crew
 from flows.placement.pieces import Failure
@@ -30,7 +31,7 @@ from flows.stage import Output, Per, Scope, Stage
 from flows.stages import STAGES
 from flows.update import bring, bring_up_to_date, scope_of
 from flows.versions import emit
-from pipeline.errors import in_one_line
+from pipeline.errors import NotFound, in_one_line
 from pipeline.settings import HistorySettings, Settings
 from pipeline.store import Store
 from pipeline.store.paths import check_root
@@ -141,6 +142,8 @@ def flow_of(noun: str) -> Flow[..., dict[str, object]]:
         scope, runner = scope_of(store), Runner(store)
         with noted(store, _COMMANDS.get(stage.noun, stage.noun), history) as note:
             if stage.per is Per.VERSION:
+                if nothing := lacking(store, scope):
+                    raise NotFound(nothing[0], where=store.where, next_step="See pitchlore run")
                 version, new, spent = runner.emit(stage, settings, scope)
                 cost = Cost()
                 cost.add(f"version {version}", spent)

@@ -7,6 +7,7 @@ from itertools import takewhile
 
 from flows.catalog import look
 from flows.costs import Cost, Spent
+from flows.lacking import lacking, leagues, unscored
 from flows.making import Outcome
 from flows.matches import PLAYING, all_here, inbox, mend, strangers
 from flows.memo import Memo
@@ -40,6 +41,8 @@ def bring_up_to_date(
 ) -> None:
     """Make all new outputs, stage by stage. A match that fails drops out, and the others continue.
 
+    If there is nothing to know, no version is made. Notes say what is missing, there or in a new match.
+
     Args:
         store: the data folder.
         settings: settings of all stages.
@@ -57,11 +60,16 @@ def bring_up_to_date(
             scope = scope.model_copy(update={"matches": ()})
         dropped = {output.match for output in failed}
         scope = scope.model_copy(update={"matches": tuple(m for m in scope.matches if m not in dropped)})
-    if scope.matches:
+    nothing = lacking(store, scope) if scope.matches else []
+    imported = store.receipts("matches") if scope.matches and report.stage("matches").made else []
+    new = [receipt for receipt in imported if receipt.name in report.stage("matches").made]
+    report.notes += nothing or unscored(store, new)
+    if scope.matches and not nothing:
         known = _emitted(STAGES["knowledge"], settings, scope, report, emit)
         report.knowledge_is_new = bool(known)
         if train and known is not None:
             report.policy_is_new = bool(_emitted(STAGES["policies"], settings, scope, report, emit))
+        report.notes += leagues(store.latest("knowledge"))
     _look_at_versions(store, report)
 
 

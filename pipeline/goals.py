@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -42,6 +44,8 @@ def attribute(
     situations: pl.DataFrame,
     pitch: Pitch,
     settings: GoalSettings,
+    origin: str | None = "referee",
+    confidence: Mapping[str, float] = MappingProxyType({}),
 ) -> pl.DataFrame:
     """Robot and kind of each goal.
 
@@ -68,6 +72,8 @@ def attribute(
         situations: rows of schema Situations of that match; without any, no goal is direct.
         pitch: pitch of the match.
         settings: settings of the stage.
+        origin: what tells the goals, one of ``schemas.goals.ORIGINS``; None where that is not known.
+        confidence: of goals that were found from the ball, by their time in ns as text, as a log has it.
 
     Returns:
         Rows of schema Goals by time, one a goal.
@@ -92,6 +98,8 @@ def attribute(
         "match_id", "t_ns", "team",
         pl.Series("robot", [robot for robot, _ in made], dtype=pl.Int16),
         pl.Series("kind", [kind for _, kind in made], dtype=Goals.dtypes()["kind"]),
+        pl.Series("origin", [origin] * len(made), dtype=Goals.dtypes()["origin"]),
+        pl.Series("confidence", [confidence.get(str(t_ns)) for t_ns in given["t_ns"]], dtype=pl.Float64),
     )
 
 

@@ -13,7 +13,7 @@ FLAWS = (
     "duplicate frame", "reordered frame", "clock jump back", "clock leap ahead", "gap", "ball jump",
     "robot jump", "damaged chunk", "damaged record", "truncated", "ball lost", "not a number",
     "direction inferred", "direction unknown", "skipped", "slow sampling",
-    "off the pitch", "scorer unknown",
+    "off the pitch", "scorer unknown", "goals inferred", "goals unknown", "unit of angle", "text encoding", "unmatched map",
 )
 
 
@@ -89,7 +89,8 @@ class Quality(Table):
     """One flaw of a recording: flagged, never silently repaired."""
 
     NAME: ClassVar[str] = "quality"
-    VERSION: ClassVar[int] = 1
+    VERSION: ClassVar[int] = 2
+    SINCE: ClassVar[int] = 1
 
     match_id = match_id()
     flaw = dy.Enum(FLAWS, description="kind of flaw")

@@ -40,7 +40,7 @@ def about(**values):
 
 def scored(*rows):
     """Rows of schema Goals from (seconds, team, robot, kind)."""
-    rows = [("scene", round(t * S), *rest) for t, *rest in rows]
+    rows = [("scene", round(t * S), *rest, "referee", None) for t, *rest in rows]
     return pl.DataFrame(rows, schema=Goals.dtypes(), orient="row")
 
 

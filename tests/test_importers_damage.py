@@ -95,7 +95,7 @@ PLAIN = pl.read_csv(f"{HEADER}\n{FRAME}".encode())
         (f"{HEADER}\nx,x,ball,,0,0,0\n".encode(), "has 'x', not numbers"),
         (f"{HEADER}\n0,0,,,0,0,0\n".encode(), "no row with a time and a team"),
         (b"frame,t,team,player,pos_x,y\n0,0,a,1,0,0\n",
-         r"no column x; it has frame, t, team, player, pos_x, y. Name the columns in a map"),
+         r"no column x \(did you mean pos_x\?\); it has frame, t, team, player, pos_x, y. Name the columns in a map"),
         (b"frame,time,teams,player,x,y\n0,0,a,1,0,0\n", r"teams?\? ?|did you mean teams\?"),
         (b"frame,t,team,player,x,x,y\n0,0,a,1,0,0,0\n", "column x twice"),
         (columns_twice(), "column x twice"),
@@ -186,7 +186,7 @@ def test_missing_team(
     assert [(row[0], row[1]) for row in robots(match)] == [(side, 1), (side, 2)]
     assert match.frames.ball["x"].tolist() == [0.5]
     assert [period.home_attacks for period in match.info.periods] == [1]
-    assert match.quality["flaw"].to_list() == ["direction unknown"]
+    assert match.quality["flaw"].to_list() == ["goals unknown", "direction unknown"]
 
 
 @pytest.mark.parametrize("teams", ["home = 'purple'", "home = 'purple'\naway = 'yellow'"])

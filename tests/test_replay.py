@@ -249,7 +249,7 @@ def test_facts():
         ("home", 1, 194, "Robot moves randomly", 400, 900, None, None),
         ("away", 2, 139, "Robot approaches midfield adversary", 100, 300, 1.0, "home-1"),
     ])
-    goals = pl.DataFrame([("m-1", 900 * MS, "home", 1, "direct")], schema=Goals.dtypes(), orient="row")
+    goals = pl.DataFrame([("m-1", 900 * MS, "home", 1, "direct", "referee", None)], schema=Goals.dtypes(), orient="row")
     referee = pl.DataFrame(
         [("m-1", 900 * MS, "goal", "home", 1, 0, None), ("m-1", 950 * MS, "kick-off", "away", 1, 0, "kickoff_y")],
         schema=Referee.dtypes(), orient="row",
@@ -270,7 +270,7 @@ def test_facts():
 def test_unknown_scorer():
     """A goal of an unknown team is on the page, marked as unknown."""
     goals = pl.DataFrame(
-        [("m-1", 400 * MS, None, None, None), ("m-1", 900 * MS, "home", 1, "direct")], schema=Goals.dtypes(), orient="row"
+        [("m-1", 400 * MS, None, None, None, "referee", None), ("m-1", 900 * MS, "home", 1, "direct", "referee", None)], schema=Goals.dtypes(), orient="row"
     )
     referee = pl.DataFrame(
         [("m-1", 0, "kick-off", None, 0, 0, None), ("m-1", 400 * MS, "goal", None, None, None, "goal"),

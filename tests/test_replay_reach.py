@@ -119,7 +119,7 @@ def test_banner_of_a_goal(page, tmp_path):
     """A goal's banner is there while its stoppage lasts, not over the play that follows, nor where a clip begins later."""
     rows = [(t, team, robot, 0.1, 0.1, 0.0, 0 if t <= 400 else 1 if t >= 900 else None)
             for t in range(0, 2000, 100) for team, robot in (("ball", None), ("home", 1))]
-    goals = pl.DataFrame([("m-1", 450 * MS, "home", 1, "direct")], schema=Goals.dtypes(), orient="row")
+    goals = pl.DataFrame([("m-1", 450 * MS, "home", 1, "direct", "referee", None)], schema=Goals.dtypes(), orient="row")
     (tmp_path / "replay.html").write_text(make(samples(rows), goals=goals))
     page.add_init_script("window.drawn = []; const fill = CanvasRenderingContext2D.prototype.fillText;"
                          "CanvasRenderingContext2D.prototype.fillText = function (text, ...at) { drawn.push(text); fill.call(this, text, ...at); }")

@@ -21,6 +21,7 @@ from pipeline.importers.readers import FORMATS
 from pipeline.settings import HistorySettings, ImportSettings
 from pipeline.store import Store
 from pipeline.store.buckets import check_local
+from schemas import SIDES
 
 
 def import_files(
@@ -37,7 +38,8 @@ def import_files(
     Args:
         files: Recordings. Their format is detected from their content.
         mapping: TOML file that names a tracking table's columns, units, axes and teams (default: FILE.toml
-            or map.toml beside the recording, if there is one).
+            or map.toml beside the recording, else the map that the match was imported with). An empty file
+            takes the map away.
         settings: TOML file with settings; its table [imports] has the limits on a recording.
         isolate: Read each recording in a process of its own, with limits on its time and memory.
         on: Where recordings are read.
@@ -85,7 +87,9 @@ def _print_matches(store: Store, report: StageReport) -> None:
         receipt = store.receipt("matches", name)
         assert receipt is not None
         flaws = receipt.details.get("flaws", {})
+        score = [receipt.details["score"][side] for side in SIDES]
         rows.append({"match": name, "teams": f"{receipt.details['home']} - {receipt.details['away']}",
+                     "score": "unknown" if None in score else " : ".join(map(str, score)),
                      "s": receipt.details["duration_s"], "frames": receipt.details["frames"],
                      "complete": "yes" if receipt.details["complete"] else "no",
                      "flaws": ", ".join(flaw if n == receipt.details["frames"] else f"{flaw} {n}"

@@ -5,8 +5,10 @@ from __future__ import annotations
 import sys
 from contextlib import suppress
 from pathlib import Path
+from typing import Annotated, Literal
 
 import polars as pl
+from cyclopts import Parameter
 
 from flows.catalog import catalog_path, refresh_after
 from flows.commands.common import DEFAULTS, Common, Flag, Json, On
@@ -26,7 +28,8 @@ from flows.progress import RunReport
 from flows.stage import ALL
 from pipeline.errors import StorageFailed
 from pipeline.estimates import BY_EVIDENCE
-from pipeline.settings import HistorySettings, ImportSettings, ScoutSettings, Settings
+from pipeline.pitch import Kind
+from pipeline.settings import HistorySettings, ImportSettings, RunSettings, ScoutSettings, Settings
 from pipeline.store import Store
 from schemas import Behaviours
 
@@ -34,6 +37,8 @@ from schemas import Behaviours
 def run(
     *,
     settings: Path | None = None,
+    kind: Literal["vsss", "ssl", "2d"] | None = None,
+    team: Annotated[tuple[str, ...], Parameter(negative=())] = (),
     train: bool = True,
     isolate: Flag = False,
     on: On = None,
@@ -44,13 +49,16 @@ def run(
 
     Args:
         settings: TOML file with the settings that differ from the defaults.
+        kind: League that counts for the knowledge (default: what the settings say, else all, each by itself).
+        team: Team or pool that counts for the knowledge; may be given several times (default: what the
+            settings say, else all).
         train: Train a policy when the knowledge is new.
         isolate: Read each recording in a process of its own, with limits on its time and memory.
         on: Where work is done.
         json: Print the report as JSON.
         common: Options of every command.
     """
-    store, chosen = common.store, common.settings(settings)
+    store, chosen = common.store, _restricted(common.settings(settings), kind, team)
     limits = chosen.imports.isolated() if isolate else chosen.imports
     report = bring_up_to_date(
         store, chosen, limits, train=train, on=on or chosen.placement.on, history=chosen.history,
@@ -60,6 +68,12 @@ def run(
     else:
         _print_run(store, report)
     sys.exit(1 if report.failures else 0)
+
+
+def _restricted(settings: RunSettings, kind: str | None, team: tuple[str, ...]) -> RunSettings:
+    """Settings by which only a league, or only some teams, count for the knowledge."""
+    asked = {name: value for name, value in (("kind", kind and Kind(kind)), ("teams", team)) if value}
+    return settings.model_copy(update={"sides": settings.sides.model_copy(update=asked)})
 
 
 def bring_up_to_date(
@@ -106,13 +120,14 @@ def _print_run(store: Store, report: RunReport) -> None:
              for s in report.stages]
         ))
     print_failed(report.failures)
-    for note in report.stage("matches").notes:
-        out.print(note, soft_wrap=True)
+    for note in (*report.stage("matches").notes, *report.notes):
+        out.print(note, soft_wrap=True, highlight=False, markup=False)
     _print_quarantine(store, report)
     if report.knowledge is None and report.failures:
         return
     if report.knowledge is None:
-        out.print(f"No match yet: drop recordings into {store.where}/inbox or `pitchlore import` them.")
+        if not report.notes:
+            out.print(f"No match yet: drop recordings into {store.where}/inbox or `pitchlore import` them.")
         return
     if not idle:
         _print_behaviours(store, report.knowledge)

@@ -59,12 +59,14 @@ READERS: tuple[Reader, ...] = (
     Reader(
         "tracking-parquet", "tracking table in Parquet",
         "one row per body and sample: `frame, t, team, player, x, y`, optionally `heading, segment, "
-        "score_home, score_away, game_state`; a map allows other names, units, axes and teams",
+        "score_home, score_away, game_state`, or one row per sample: `frame, t, x_ball, y_ball, x_blue0, "
+        "y_blue0, …`; a map allows other names, units, axes and teams",
         parquet_file.tells, parquet_file.read,
     ),
     Reader(
-        "tracking-csv", "tracking table in CSV with a header",
-        "the same columns, separated by commas, semicolons or tabs",
+        "tracking-csv", "tracking table in CSV",
+        "the same columns, separated by commas, semicolons or tabs, in UTF-8, UTF-16 or latin-1; without a "
+        "header a map numbers them",
         csv_file.tells, csv_file.read, text=True,
     ),
     Reader(

@@ -202,7 +202,27 @@ def opened_groups() -> bytes:
 DERBY = _HEADER + b"".join(b"%d,%.1f,ball,,0,0\n%d,%.1f,a,1,0.1,0\n%d,%.1f,b,1,-0.1,0\n" % (i, i / 10, i, i / 10, i, i / 10)
                            for i in range(20))
 
+
+
+def wide_of_many() -> bytes:
+    """A table with a row a sample, and columns for 2,000 robots."""
+    names = [f"{axis}_a{i}" for i in range(2_000) for axis in "xy"]
+    rows = b"".join(b"%d,%d.0%s\n" % (i, i, b",0" * len(names)) for i in range(20))
+    return ",".join(["frame", "t", *names]).encode() + b"\n" + rows
+
+
+def zeros_between() -> bytes:
+    """Text of UTF-16 that says so, of halves of characters."""
+    return b"\xff\xfe" + b"\x00\xd8,\x00" * 200_000 + b"\n\x00"
+
+
 HOSTILE = (
+    Hostile("wide.csv", wide_of_many, "columns for 1999 robots, more than the limit robots = 128", megabytes=200),
+    Hostile("halves.csv", zeros_between, "has no column t, team, player, x, y"),
+    Hostile("headless.csv", lambda: DERBY.partition(b"\n")[2], r"has no header; its first line is .*Number its columns"),
+    Hostile("turning.csv", lambda: b"frame,t,team,player,x,y,heading\n" + b"".join(
+        b"%d,%.1f,%s,1,0.%d,0,%d\n" % (i, i / 10, t, i, 3 * i) for i in range(40) for t in (b"a", b"b")),
+        "nothing tells their unit"),
     Hostile("quadratic.mcap", landmarks_that_lead_nowhere, "does not say which match it is|damaged"),
     Hostile("lying.mcap", lengths_that_lie, "does not say which match it is|cut off"),
     Hostile("deep.mcap", deep_metadata, "metadata|match"),

@@ -18,17 +18,21 @@ from pipeline.pitch import SCALES, Pitch
 #: How the ball crossed the goal line. "over": the whole ball was seen behind it. "line": only its centre was,
 #: when it was last seen. "unseen": it was on its way into the goal when it was last seen.
 Crossing = Literal["over", "line", "unseen"]
-#: What followed. "centre": the ball was put back to the centre. "stopped": it stayed behind the line, or was not
-#: seen any more. "played on": it came back over the line.
+#: What followed. "centre": the ball was put back to the centre. "stopped": it stayed behind the line, or was
+#: not seen any more. "played on": it came back over the line.
 Sequel = Literal["centre", "stopped", "played on"]
 
 #: Share of the findings of each kind that were goals, rounded down to hundredths: the Laplace estimate of
-#: data/studies/ball-goals/kinds.csv.
+#: data/studies/ball-goals/kinds.csv. Those of ``OURS`` are set, not measured.
 CONFIDENCE: dict[tuple[Crossing, Sequel], float] = {
-    ("over", "centre"): 0.99, ("over", "stopped"): 0.9, ("over", "played on"): 0.1,
-    ("line", "centre"): 0.9, ("line", "stopped"): 0.3,
-    ("unseen", "centre"): 0.9, ("unseen", "stopped"): 0.3,
+    ("over", "centre"): 0.99, ("over", "stopped"): 0.98, ("over", "played on"): 0.1,
+    ("line", "centre"): 0.95, ("line", "stopped"): 0.3,
+    ("unseen", "centre"): 0.98, ("unseen", "stopped"): 0.2, ("unseen", "played on"): 0.1,
 }
+#: The study has no ball on the line that stays there. Play that goes on speaks against a goal; the study's
+#: goals after which it goes on are such whose kick-offs were cut out of the recording.
+OURS: tuple[tuple[Crossing, Sequel], ...] = (
+    ("line", "stopped"), ("over", "played on"), ("unseen", "played on"))
 
 #: Distance from the centre within which the ball was put back there, as a share of the pitch's length.
 CENTRE = 0.05
@@ -37,8 +41,10 @@ RESTART_S = 90.0
 #: A ball that was not seen to be put to the centre lies still there before a kick-off: for how long, s, and
 #: how far it may move meanwhile, as a share of the pitch's length.
 _STILL_S, _STILL = 0.5, 0.01
-#: Time without a sample of the ball that ends what was seen of it, s, and the longest such time after which it
-#: may be seen in the goal without having been seen to enter.
+#: Samples are missing where two are so many times as far apart as is usual.
+_MISSING = 2.5
+#: Time without a sample of the ball that ends what was seen of it, s, and the longest such time after which
+#: it may be seen in the goal without having been seen to enter.
 _GAP_S, _HIDDEN_S = 0.5, 2.0
 #: A ball that stays behind the line so long is out of play, s.
 _STAYS_S = 1.0
@@ -71,7 +77,7 @@ class BallGoal(NamedTuple):
         end: +1 if it is the goal at +x, -1 at -x.
         confidence: chance that it is a goal, in [0, 1].
         crossing, sequel: how it was found.
-        restart_ns: time at which the ball was put back to the centre; None if it was not.
+        restart_ns: time at which the ball was put back to the centre, or else was seen again; None if never.
     """
 
     t_ns: int
@@ -95,9 +101,10 @@ class _Visit(NamedTuple):
 def ball_goals(ball: Ball, pitch: Pitch) -> list[BallGoal]:
     """Goals found from the ball, in order of time.
 
-    The ball's centre crosses a goal line between the posts, and it does not come back before the whole ball has
-    crossed; or it was lost on its way into the goal. Crossings while the states say that play is stopped are
-    none. A kick-off at the centre belongs to the last crossing before it, if that is at most ``RESTART_S`` old.
+    The ball's centre crosses a goal line between the posts, and it does not come back before the whole ball
+    has crossed; or it was lost on its way into the goal. Crossings while the states say that play is stopped
+    are none. A kick-off at the centre belongs to the last crossing before it, if that is at most
+    ``RESTART_S`` old.
 
     Args:
         ball: where it was seen.
@@ -115,24 +122,31 @@ def ball_goals(ball: Ball, pitch: Pitch) -> list[BallGoal]:
         soon = kick_offs[(kick_offs > visit.last) & (kick_offs < until)]
         soon = soon[ball.t_ns[soon] <= latest]
         sequel: Sequel = "centre" if len(soon) else "played on" if visit.back else "stopped"
+        again = [*soon, visit.last + 1][0]
         found.append(BallGoal(
-            int(ball.t_ns[visit.first]), visit.end, CONFIDENCE[visit.crossing, sequel], visit.crossing, sequel,
-            int(ball.t_ns[soon[0]]) if len(soon) else None,
+            int(ball.t_ns[visit.first]), visit.end, CONFIDENCE[visit.crossing, sequel], visit.crossing,
+            sequel, int(ball.t_ns[again]) if again < len(ball.t_ns) else None,
         ))
     return found
 
 
-def _reach(step_s: F64, pitch: Pitch) -> F64:
-    """How far a ball can have moved in a time, metres; less than a tenth of the pitch is never too far."""
-    reach: F64 = np.maximum(2 * CENTRE * pitch.length, SCALES[pitch.kind].max_ball_speed * step_s)
-    return reach
+def _too_far(way: F64, step_s: F64, pitch: Pitch) -> Bools:
+    """Whether the ball cannot have moved so far from one sample to the next, bool, as ``way`` (metres).
+
+    Where samples are missing, a tenth of the pitch is too far: they may have been taken out, with all that
+    went on meanwhile.
+    """
+    least = 2 * CENTRE * pitch.length
+    missing = step_s > _MISSING * np.median(step_s)
+    far: Bools = way > np.where(missing, least, np.maximum(least, SCALES[pitch.kind].max_ball_speed * step_s))
+    return far
 
 
 def _cuts(ball: Ball, pitch: Pitch) -> Bools:
     """Whether the ball was not seen to move to a sample from the one before it, bool [S]."""
     step_s = np.diff(ball.t_ns) / 1e9
     way = np.hypot(np.diff(ball.x), np.diff(ball.y))
-    cuts: Bools = np.concatenate(([True], (step_s > _GAP_S) | (way > _reach(step_s, pitch))))
+    cuts: Bools = np.concatenate(([True], (step_s > _GAP_S) | _too_far(way, step_s, pitch)))
     return cuts
 
 
@@ -143,7 +157,9 @@ def _visits(ball: Ball, pitch: Pitch, cuts: Bools) -> Iterator[_Visit]:
     inside = (deep > 0) & (deep <= pitch.goal_depth + _BEHIND * pitch.length)
     inside &= np.abs(ball.y) <= pitch.goal_width / 2
     stretch = np.cumsum(cuts)
-    ends = np.concatenate((np.flatnonzero(cuts)[1:] - 1, [len(cuts) - 1]))
+    step_s = np.diff(ball.t_ns)
+    lost = np.concatenate((cuts[1:] | (step_s > _MISSING * np.median(step_s)), [True]))
+    ends = np.flatnonzero(lost & ~inside & ~ball.stopped)
     for low, high in runs(inside):
         parts = low + np.flatnonzero(np.diff(stretch[low:high])) + 1
         for first, after in zip([low, *parts], [*parts, high], strict=True):
@@ -156,10 +172,11 @@ def _visits(ball: Ball, pitch: Pitch, cuts: Bools) -> Iterator[_Visit]:
             stays = ball.t_ns[after - 1] - ball.t_ns[first] >= round(_STAYS_S * 1e9)
             yield _Visit(int(first), int(after) - 1, int(np.sign(ball.x[first])), "over" if whole else "line",
                          back and not stays)
-    for last in ends[~inside[ends] & ~ball.stopped[ends]]:
-        end = _heads_in(ball, pitch, int(np.flatnonzero(cuts[:last + 1])[-1]), int(last))
-        if end and not _seen_in(ball, inside, int(last)):
-            yield _Visit(int(last), int(last), end, "unseen", back=False)
+    starts = np.maximum.accumulate(np.where(cuts, np.arange(len(cuts)), 0))
+    for last in ends.tolist():
+        end = _heads_in(ball, pitch, int(starts[last]), last)
+        if end and not _seen_in(ball, inside, last):
+            yield _Visit(last, last, end, "unseen", back=last + 1 < len(cuts) and not cuts[last + 1])
 
 
 def _came(ball: Ball, pitch: Pitch, first: int, *, cut: bool) -> bool:
@@ -169,10 +186,10 @@ def _came(ball: Ball, pitch: Pitch, first: int, *, cut: bool) -> bool:
     x, y = np.abs(ball.x[first - 1:first + 1]), ball.y[first - 1:first + 1]
     if x[0] > pitch.goal_x:
         return False
-    step_s = (ball.t_ns[first] - ball.t_ns[first - 1]) / 1e9
     if cut:
         way = np.hypot(ball.x[first] - ball.x[first - 1], y[1] - y[0])
-        return bool(step_s <= _HIDDEN_S and way <= _reach(step_s, pitch))
+        hidden = ball.t_ns[first] - ball.t_ns[first - 1] <= round(_HIDDEN_S * 1e9)
+        return bool(hidden and way <= 2 * CENTRE * pitch.length)
     at_line = y[0] + (y[1] - y[0]) * (pitch.goal_x - x[0]) / (x[1] - x[0])
     return bool(abs(at_line) <= pitch.goal_width / 2)
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
+from collections.abc import Collection, Mapping, Sequence
 
 import polars as pl
 
 from pipeline.errors import BadRecording
 from pipeline.importers.rows import MAX_SCORE
 from pipeline.importers.tracking.mapping import Columns, TrackingMap
+from pipeline.importers.tracking.words import meant
 from pipeline.matches.quality import Flaw
 
 REQUIRED = ("t", "team", "player", "x", "y")
@@ -22,6 +23,10 @@ _ABSENT = ("", "null", "None", "NA")
 _NOTHING = (*_ABSENT, "nan", "NaN")
 
 _NANOSECONDS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}
+#: A number with a decimal comma, in two parts.
+_DECIMAL_COMMA = r"^([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)$"
+#: Columns of a file that are named where one is missing.
+_SHOWN = 20
 _MAP = "Name the columns in a map's [columns] table"
 
 
@@ -58,25 +63,28 @@ def typed(raw: pl.DataFrame, mapping: TrackingMap, name: str) -> tuple[pl.DataFr
     return whole.with_columns(pl.col("t_ns") - pl.col("t_ns").min()), flaws
 
 
-def chosen(found: list[str], columns: Columns, name: str) -> dict[str, str]:
+def chosen(
+    found: list[str], columns: Columns, name: str, required: Collection[str] = REQUIRED
+) -> dict[str, str]:
     """Columns to read: our name to the file's name.
 
     Args:
         found: the names of the file's columns.
         columns: the map's names.
         name: the file's name, for messages.
+        required: our names of the columns that have to be there.
 
     Raises:
         BadRecording: if the file lacks a required column or one that the map names, or has one twice.
     """
-    wanted = columns.model_dump()
-    needed = {ours for ours in wanted if ours in REQUIRED or ours in columns.model_fields_set}
-    missing = [wanted[ours] for ours in wanted if ours in needed and wanted[ours] not in found]
+    wanted = {ours: column_name(theirs, found) for ours, theirs in columns.model_dump().items()}
+    needed = {ours for ours in wanted if ours in required or ours in columns.model_fields_set}
+    missing = [ours for ours in wanted if ours in needed and wanted[ours] not in found]
     if missing:
-        told = ", ".join(column + _meant(column, found) for column in missing)
-        raise BadRecording(
-            f"has no column {told}; it has {', '.join(found[:20]) or 'none'}", where=name, next_step=_MAP
-        )
+        numbered = {ours for ours, theirs in columns if isinstance(theirs, int)}
+        told = ", ".join(
+            wanted[ours] + ("" if ours in numbered else _meant(ours, wanted, found)) for ours in missing)
+        raise BadRecording(f"has no column {told}; it has {listed(found)}", where=name, next_step=_MAP)
     read = {ours: theirs for ours, theirs in wanted.items() if theirs in found}
     twice = [theirs for theirs in read.values() if found.count(theirs) > 1]
     if twice:
@@ -84,9 +92,41 @@ def chosen(found: list[str], columns: Columns, name: str) -> dict[str, str]:
     return read
 
 
-def _meant(column: str, found: list[str]) -> str:
-    close = get_close_matches(column, found, 1)
-    return f" (did you mean {close[0]}?)" if close else ""
+def unmatched(table: pl.DataFrame, mapping: TrackingMap) -> list[Flaw]:
+    """Flaw that names the words of a map that match nothing in a table; none if all do.
+
+    A state of the game may be missing in a whole match; a misspelt one is, too.
+    """
+    words = []
+    states = {*table["game_state"].unique()} if "game_state" in table.columns else set[str]()
+    parts = {part.strip() for state in states if state is not None for part in (state, *state.split("+"))}
+    if left := [word for word in mapping.states if word not in parts]:
+        words.append(f"[states] {', '.join(left)}")
+    teams = {*table["team"].unique()}
+    if "ball" in mapping.teams.model_fields_set and mapping.teams.ball not in teams:
+        there = ", ".join(sorted(team for team in teams if team is not None)[:_SHOWN])
+        words.append(f"[teams] ball = {mapping.teams.ball} (teams are {there})")
+    if not words:
+        return []
+    return [Flaw("unmatched map", f"words of the map that are nowhere in the table: {'; '.join(words)}")]
+
+
+def listed(found: Sequence[str]) -> str:
+    """The first columns of a file, for messages."""
+    more = f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
+    return f"{', '.join(found[:_SHOWN]) or 'none'}{more}"
+
+
+def column_name(theirs: str | int, found: Sequence[str]) -> str:
+    """The file's name of a column that a map names or numbers, the first is 1."""
+    if isinstance(theirs, str):
+        return theirs
+    return found[theirs - 1] if theirs <= len(found) else f"number {theirs}"
+
+
+def _meant(ours: str, wanted: Mapping[str, str], found: list[str]) -> str:
+    near = meant(ours, wanted[ours], found, {name for name in wanted.values() if name in found})
+    return f" (did you mean {near}?)" if near else ""
 
 
 def _typed(column: pl.Series, name: str) -> pl.Series:
@@ -118,7 +158,7 @@ def _reals(column: pl.Series, name: str) -> pl.Series:
     if column.dtype != pl.String:
         return column.cast(pl.Float64)
     given = column.set(column.is_in(_ABSENT), None)
-    numbers = given.cast(pl.Float64, strict=False)
+    numbers = given.str.replace(_DECIMAL_COMMA, "$1.$2").cast(pl.Float64, strict=False)
     wrong = given.is_not_null() & numbers.is_null()
     if wrong.any() and wrong.sum() == given.is_not_null().sum():
         raise BadRecording(

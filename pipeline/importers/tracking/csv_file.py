@@ -1,4 +1,4 @@
-"""Tracking tables in CSV: a header line, fields separated by commas, semicolons or tabs."""
+"""Tracking tables in text: fields separated by commas, semicolons or tabs, with a header or without."""
 
 from __future__ import annotations
 
@@ -11,75 +11,102 @@ from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking.columns import REQUIRED, chosen
 from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.importers.tracking.match import match_of
+from pipeline.importers.tracking.texts import as_utf8, fields, headless, is_number, separator
+from pipeline.importers.tracking.wide import unfolded, wide
 from pipeline.matches.frame import MatchLog
+from pipeline.matches.quality import Flaw
+
+#: Numbers in a row from which on a text without a header is a table.
+_NUMBERS = 3
 
 
 def tells(head: bytes) -> bool:
-    """Whether the content begins with a header of names and a row of as many fields, one a number."""
+    """Whether the content begins with a header of names and a row of as many fields, one a number.
+
+    Or with two rows that are alike, each with at least three numbers: a table without a header.
+    """
     # lossy, as the rows are read: a name in another encoding does not make it another format
-    text = head.decode("utf-8-sig", "replace")
+    text = as_utf8(head).utf8.decode("utf-8", "replace")
     lines = text.splitlines()[:2]
     if not lines or "\0" in text:
         return False
-    mark = _separator(lines[0])
-    names = _fields(lines[0], mark)
-    if len(names) < len(REQUIRED) or any(not name or _is_number(name) for name in names):
+    mark = separator(lines[0])
+    names = fields(lines[0], mark)
+    if len(names) < len(REQUIRED):
         return False
-    if len(lines) == 1:
-        return True
-    fields = _fields(lines[1], mark)
-    return len(fields) == len(names) and any(_is_number(field) for field in fields)
+    rows = [fields(line, mark) for line in lines[1:]]
+    if headless(names):
+        return any(_alike(names, row) for row in rows)
+    return all(names) and all(len(row) == len(names) and any(map(is_number, row)) for row in rows)
+
+
+def _alike(one: list[str], two: list[str]) -> bool:
+    """Whether two rows are of one table: as long, with numbers in the same places, where neither is empty."""
+    numbers = min(sum(map(is_number, row)) for row in (one, two))
+    return numbers >= _NUMBERS and len(one) == len(two) and all(
+        is_number(a) == is_number(b) for a, b in zip(one, two, strict=True) if a and b)
 
 
 def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
-    """Match of a tracking table in CSV; see :func:`pipeline.importers.tracking.match.match_of`.
+    """Match of a tracking table in text; see :func:`pipeline.importers.tracking.match.match_of`.
 
-    A last line that has no end and too few fields is left out and flagged.
+    A last line that has no end and too few fields is left out and flagged. An encoding that the file does not
+    say itself is flagged, too.
 
     Raises:
         BadRecording: if the file is not such a table; the message says what it lacks.
     """
-    header, _, rows = source.content.partition(b"\n")
-    line = header.decode("utf-8-sig", "replace").rstrip("\r")
-    mark = _separator(line)
+    content, note = as_utf8(source.content)
+    header, _, rows = content.partition(b"\n")
+    line = header.decode("utf-8", "replace").rstrip("\r")
+    mark = separator(line)
+    found = fields(line, mark)
+    bare = headless(found)
+    if bare:
+        rows, found = content, _numbered(found, line, mapping, source.name)
     last = rows[rows.rfind(b"\n") + 1 :]
     cut = None
     if last and last.count(mark.encode()) < line.count(mark):
         rows = rows[: -len(last)]
         cut = "the incomplete last line was left out"
-    found = _fields(line, mark)
-    theirs = chosen(found, mapping.columns, source.name)
+    columns = wide(found, mapping, source.name)
+    theirs = chosen(found, mapping.columns, source.name) if columns is None else {}
     if not rows.strip():
         raise BadRecording("has a header and no row", where=source.name, next_step="Copy or write it again")
+    wanted = list(theirs.values()) if columns is None else columns.names()
     try:
         # as text: a value that is no number is told apart from one that is not there
         table = pl.read_csv(
-            io.BytesIO(source.content[: len(header) + 1 + len(rows)]),
-            has_header=False, skip_rows=1, new_columns=found, separator=mark,
-            infer_schema=False, encoding="utf8-lossy",
-            columns=[found.index(their) for their in theirs.values()],
+            io.BytesIO(rows if bare else content[: len(header) + 1 + len(rows)]),
+            has_header=False, skip_rows=0 if bare else 1, new_columns=found, separator=mark,
+            infer_schema=False, encoding="utf8-lossy", columns=[found.index(their) for their in wanted],
         )
     except pl.exceptions.PolarsError as error:
         first = str(error).partition("\n")[0][:120]
+        mend = "Mend or write it again"
+        if mark == ",":
+            mend += "; numbers with decimal commas need semicolons between them"
+        raise BadRecording(f"cannot be read as CSV ({first})", where=source.name, next_step=mend) from error
+    table = table.with_columns(pl.all().str.strip_chars())
+    flaws = [Flaw("text encoding", note)] if note is not None else []
+    if columns is None:
+        named = table.select(pl.col(their).alias(our) for our, their in theirs.items())
+    else:
+        named = unfolded(table, columns, source)
+        flaws += columns.flaws
+    return match_of(named, source, mapping, cut, flaws)
+
+
+def _numbered(first: list[str], line: str, mapping: TrackingMap, name: str) -> list[str]:
+    """Names for the columns of a table without a header: their numbers.
+
+    Raises:
+        BadRecording: if no map numbers them.
+    """
+    if not mapping.numbers_columns():
         raise BadRecording(
-            f"cannot be read as CSV ({first})", where=source.name, next_step="Mend or write it again"
-        ) from error
-    named = table.select(pl.col(their).str.strip_chars().alias(our) for our, their in theirs.items())
-    return match_of(named, source, mapping, cut)
-
-
-def _separator(header: str) -> str:
-    """Character that separates the fields of a header line."""
-    return max((",", ";", "\t"), key=header.count)
-
-
-def _fields(line: str, mark: str) -> list[str]:
-    return [field.strip(' "') for field in line.split(mark)]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+            f"has no header; its first line is {line[:60]!r}", where=name, next_step=(
+                "Number its columns from 1 in a map: [columns] t = 1, team = 2, player = 3, x = 4, y = 5, or "
+                '[bodies] ball = {x = 2, y = 3}, "blue 0" = {x = 4, y = 5}'
+            ))
+    return [f"number {number}" for number in range(1, len(first) + 1)]

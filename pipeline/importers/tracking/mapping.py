@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from typing import Annotated, Literal, Self, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from pipeline.pitch import Kind
 from pipeline.toml import fitted, tables
@@ -17,33 +17,53 @@ class _Map(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
+#: The name of a column, or its number: the first is 1.
+Column = str | Annotated[int, Field(ge=1)]
+
+
 class Columns(_Map):
-    """The file's names of our columns. A column that the map names must be in the file.
+    """The file's names or numbers of our columns. A column that the map names must be in the file.
 
     ``vx`` and ``vy`` are lengths per second, ``omega`` is an angle per second in the sense of the heading.
     """
 
-    frame: str = "frame"
-    t: str = "t"
-    segment: str = "segment"
-    team: str = "team"
-    player: str = "player"
-    x: str = "x"
-    y: str = "y"
-    heading: str = "heading"
-    vx: str = "vx"
-    vy: str = "vy"
-    omega: str = "omega"
-    score_home: str = "score_home"
-    score_away: str = "score_away"
-    game_state: str = "game_state"
+    frame: Column = "frame"
+    t: Column = "t"
+    segment: Column = "segment"
+    team: Column = "team"
+    player: Column = "player"
+    x: Column = "x"
+    y: Column = "y"
+    heading: Column = "heading"
+    vx: Column = "vx"
+    vy: Column = "vy"
+    omega: Column = "omega"
+    score_home: Column = "score_home"
+    score_away: Column = "score_away"
+    game_state: Column = "game_state"
+
+
+class BodyColumns(_Map):
+    """The file's names or numbers of a body's columns, in a table with one row a sample."""
+
+    x: Column
+    y: Column
+    heading: Column | None = None
+    vx: Column | None = None
+    vy: Column | None = None
+    omega: Column | None = None
 
 
 class Units(_Map):
-    """The file's units."""
+    """The file's units. An absent unit of angles is told by the headings (``angles.angle_unit``).
+
+    Of headings, and per second of ``omega``; the map may call it ``angle_unit``, too.
+    """
 
     length: Literal["m", "cm", "mm"] = "m"
-    angle: Literal["rad", "deg"] = "rad"
+    angle: Literal["rad", "deg"] | None = Field(
+        default=None, validation_alias=AliasChoices("angle", "angle_unit")
+    )
     time: Literal["s", "ms", "us", "ns"] = "s"
 
 
@@ -89,11 +109,25 @@ class Teams(_Map):
     home_attacks: Literal["right", "left"] | None = None
 
 
+class GoalFinding(_Map):
+    """Goals of a table that has no score and no states that tell goals (``ball_goals``).
+
+    Attributes:
+        from_ball: whether they are found from the ball.
+        confidence: least confidence of a goal.
+    """
+
+    from_ball: bool = True
+    confidence: float = Field(default=0.5, ge=0, le=1)
+
+
 class TrackingMap(_Map):
     """Map of a tracking table; the default is the plain form (see ``match.match_of``).
 
     Attributes:
-        columns, units, axes, pitch, teams: one TOML table each.
+        columns, units, axes, pitch, teams, goals: one TOML table each.
+        bodies: for a table with one row a sample, the columns of each body: ``"blue 0" = {x = 2, y = 3}``, a
+            team and a player, or the ball's name. Without it they are told by the columns' names.
         states: the file's words for states of the game. Each is an event of schema Referee, alone or with
             ``home`` or ``away`` (``DirectAlly = "fault home"``).
     """
@@ -103,7 +137,17 @@ class TrackingMap(_Map):
     axes: Axes = Axes()
     pitch: PitchMap = PitchMap()
     teams: Teams = Teams()
+    goals: GoalFinding = GoalFinding()
+    bodies: dict[str, BodyColumns] = Field(default_factory=dict)
     states: dict[str, str] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _bodies_are_players(self) -> Self:
+        for body in self.bodies:
+            if body != self.teams.ball and not all(body.rpartition(" ")):
+                raise ValueError(
+                    f"the body {body!r} is neither a team and a player nor the ball {self.teams.ball!r}")
+        return self
 
     @field_validator("states")
     @classmethod
@@ -120,6 +164,11 @@ class TrackingMap(_Map):
     def settings(self) -> dict[str, object]:
         """Settings that differ from the default, as JSON values; part of the match's key."""
         return self.model_dump(mode="json", exclude_defaults=True)
+
+    def numbers_columns(self) -> bool:
+        """Whether it numbers a column of the file, as it has to where they have no names."""
+        named = [self.columns, *self.bodies.values()]
+        return any(isinstance(theirs, int) for columns in named for _, theirs in columns)
 
     def meaning(self, word: str) -> tuple[str, Side | None] | None:
         """Event and team of a word of ``states``; None if the map does not have the word."""

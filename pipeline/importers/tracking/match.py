@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,17 +14,19 @@ from pipeline.errors import BadRecording
 from pipeline.importers.directions import infer_periods, votes_of
 from pipeline.importers.rows import pack, referee
 from pipeline.importers.source import SourceFile
-from pipeline.importers.tracking.columns import typed
+from pipeline.importers.tracking.angles import RADIANS, angle_unit
+from pipeline.importers.tracking.ball_goals import CENTRE
+from pipeline.importers.tracking.columns import typed, unmatched
 from pipeline.importers.tracking.guesses import guess_home, guess_pitch
 from pipeline.importers.tracking.mapping import Teams, TrackingMap
-from pipeline.importers.tracking.states import Course, referee_events
+from pipeline.importers.tracking.scoring import scoring
+from pipeline.importers.tracking.states import Course, halves, referee_events, words_of
 from pipeline.matches.frame import Frames, MatchInfo, MatchLog, wrap
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import Pitch
 from schemas import SIDES
 
 _METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
-_RADIANS = {"rad": 1.0, "deg": np.pi / 180}
 #: Bound on positions, speeds and turn rates: m, m/s, rad/s. A larger value is not a number of a match.
 _FURTHEST = 1e6
 #: Highest number of a robot (schemas: Int16).
@@ -36,14 +39,13 @@ _SLOW_NS = 1_000_000_000
 _SLOW_FROM = 100
 #: The next finer unit of time.
 _FINER = {"s": "ms", "ms": "us", "us": "ns"}
-#: Distance from the centre within which the ball was put back there, as a share of the pitch's length.
-_CENTRE = 0.05
 #: Name of a team that has no rows and that the map does not name.
 _NOT_RECORDED = "(not recorded)"
 
 
 def match_of(
-    raw: pl.DataFrame, source: SourceFile, mapping: TrackingMap, cut: str | None = None
+    raw: pl.DataFrame, source: SourceFile, mapping: TrackingMap, cut: str | None = None,
+    flaws: Sequence[Flaw] = (),
 ) -> MatchLog:
     """Match of a tracking table.
 
@@ -60,18 +62,21 @@ def match_of(
         source: the file; the table is not read from it again.
         mapping: how to read another form.
         cut: why rows are missing at its end, else None.
+        flaws: what was found wrong with the file.
 
     Raises:
         BadRecording: if it is no such table; the message says what it lacks.
     """
     name = source.name
     table, skipped = typed(raw, mapping, name)
-    flaws = [] if cut is None else [Flaw("truncated", cut)]
-    flaws += skipped
+    flaws = [*flaws, *([] if cut is None else [Flaw("truncated", cut)]), *skipped]
+    flaws += unmatched(table, mapping)
     names, table, unnamed = _teams(table, mapping.teams, name)
     flaws += unnamed
     table, numbers = _players(table, names, flaws)
-    rows = _arrange(_in_metres(table, mapping))
+    table, angles = _in_our_units(table, mapping, name)
+    flaws += angles
+    rows = _arrange(table)
     rows, turned = _in_rising_time(rows, name)
     flaws += turned
     pitch, guessed_pitch = guess_pitch(
@@ -93,19 +98,26 @@ def match_of(
         guessed["pitch"] = pitch.model_dump(mode="json")
     if numbers:
         guessed["players"] = numbers
-    events, unknown = referee_events(course, names, mapping, _CENTRE * pitch.length, source)
+    said = words_of(course, names, mapping)
     attacks = mapping.teams.home_attacks
     periods, inferred = infer_periods(
-        frames, [event.t_ns for event in events if event.event == "half"],
-        None if attacks is None else (1 if attacks == "right" else -1),
+        frames, halves(course, said), None if attacks is None else (1 if attacks == "right" else -1)
     )
+    unsure = [(p.start_ns, p.end_ns) for p, flaw in zip(
+        (p for p in periods if p.inferred), inferred, strict=True) if flaw.flaw == "direction unknown"]
+    told = scoring(course, said, periods, unsure, pitch, mapping.goals)
+    events, unknown = referee_events(
+        course, said, CENTRE * pitch.length, source, told.found, by_ball=told.origin == "ball"
+    )
+    flaws += told.flaws
     flaws += _slow_sampling(frames, mapping) + _not_numbers(rows) + unknown + inferred
     incomplete = source.damage or cut
     if source.damage is not None:
         flaws.append(Flaw("truncated", source.damage, start_ns=int(frames.t_ns.max())))
     info = MatchInfo(
         match_id=source.match_id, source=name, format="tracking", home=names[0], away=names[1], pitch=pitch,
-        periods=periods, settings={"map": mapping.settings(), "guessed": guessed},
+        periods=periods,
+        settings={"map": mapping.settings(), "guessed": guessed, "goals": told.settings()},
         software=f"pitchlore {__version__}", complete=incomplete is None,
         incomplete_reason=incomplete,
     )
@@ -197,13 +209,17 @@ def _players(
     return whole.with_columns(ids.cast(pl.UInt16).alias("id")), numbers
 
 
-def _in_metres(table: pl.DataFrame, mapping: TrackingMap) -> pl.DataFrame:
-    """Table with lengths in metres and angles in radians."""
+def _in_our_units(table: pl.DataFrame, mapping: TrackingMap, name: str) -> tuple[pl.DataFrame, list[Flaw]]:
+    """Table with lengths in metres and angles in radians, and the flaw of a unit that nothing named."""
     units = dict.fromkeys(("x", "y", "vx", "vy"), _METRES[mapping.units.length])
-    units |= dict.fromkeys(("heading", "omega"), _RADIANS[mapping.units.angle])
+    unit, flaws = mapping.units.angle, list[Flaw]()
+    if "heading" in table.columns:
+        heading = table["heading"].fill_null(float("nan")).to_numpy()
+        unit, flaws = angle_unit(heading, unit, name)
+    units |= dict.fromkeys(("heading", "omega"), RADIANS[unit or "rad"])
     return table.with_columns(
-        pl.col(name) * unit for name, unit in units.items() if name in table.columns and unit != 1.0
-    )
+        pl.col(column) * unit for column, unit in units.items() if column in table.columns and unit != 1.0
+    ), flaws
 
 
 def _arrange(table: pl.DataFrame) -> _Rows:
@@ -351,4 +367,5 @@ def _course(rows: _Rows, frames: Frames) -> Course:
         facts["segment"].to_list() if "segment" in given else None,
         frames.ball["x"][order].astype(np.float64),
         frames.ball["y"][order].astype(np.float64),
+        score is None and any(name.startswith("score") for name in names),
     )

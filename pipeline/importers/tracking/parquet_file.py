@@ -14,6 +14,7 @@ from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking.columns import TEXT, chosen
 from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.importers.tracking.match import match_of
+from pipeline.importers.tracking.wide import unfolded, wide
 from pipeline.matches.frame import MatchLog
 
 _MAGIC = b"PAR1"
@@ -40,24 +41,29 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
             raise source.too_much(f"{rows} rows", "rows")
         if size > source.limits.megabytes << 20:
             raise source.too_much(f"{size >> 20} MiB when it is unpacked", "megabytes")
-        theirs = chosen(file.schema_arrow.names, mapping.columns, source.name)
-        arrow = _read(source, list(theirs.values()))
+        columns = wide(file.schema_arrow.names, mapping, source.name)
+        theirs = chosen(file.schema_arrow.names, mapping.columns, source.name) if columns is None else {}
+        wanted = list(theirs.values()) if columns is None else columns.names()
+        arrow = _read(source, wanted)
         # polars takes text for valid UTF-8 and panics if it is not, in values and in metadata
         arrow.validate(full=True)
-        table = pl.from_arrow(pa.table(arrow.columns, names=list(theirs.values())))
+        table = pl.from_arrow(pa.table(arrow.columns, names=wanted))
     except (pa.ArrowException, OSError, ValueError, pl.exceptions.PolarsError) as error:
         first = str(error).partition("\n")[0][:120]
         raise BadRecording(
             f"cannot be read as Parquet ({first})", where=source.name, next_step="Copy or write it again"
         ) from error
     assert isinstance(table, pl.DataFrame)
-    named = table.select(pl.col(their).alias(our) for our, their in theirs.items())
+    if columns is None:
+        named = table.select(pl.col(their).alias(our) for our, their in theirs.items())
+    else:
+        named = unfolded(table, columns, source)
     for column, dtype in named.schema.items():
         if column not in TEXT and not dtype.is_numeric() and dtype != pl.Null:
             raise BadRecording(
                 f"column {column} is {dtype}, not numbers", where=source.name, next_step="Write it as numbers"
             )
-    return match_of(named, source, mapping)
+    return match_of(named, source, mapping, flaws=() if columns is None else columns.flaws)
 
 
 def _rows(meta: pq.FileMetaData) -> int:

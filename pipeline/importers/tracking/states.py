@@ -17,9 +17,12 @@ from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.quality import Flaw
 from schemas import SIDES, Side
 
-_STOPS = {"goal", "half", "end", "stop"}
+#: Events after which play is stopped.
+STOPS = {"goal", "half", "end", "stop"}
 #: Longest time between two frames without a gap, ns.
 _GAP_NS = 500_000_000
+#: A state may come so much later than what it tells, ns.
+_STATE_LATE_NS = 1_000_000_000
 #: Events that name a team: it scores, or brings the ball back into play.
 _OF_A_TEAM = {"goal", "kick-off", "fault"}
 
@@ -49,6 +52,28 @@ class Token(NamedTuple):
     word: str
 
 
+#: The words of the states, by the index of the frame at which each begins.
+Said = dict[int, list[Token]]
+
+
+class Found(NamedTuple):
+    """A goal that no state or score tells.
+
+    Attributes:
+        frame: index of its frame.
+        team: that scored; None where unknown.
+        note: how it was found.
+        restart: index of the frame at which play may go on; None if never.
+        kick_off: whether that is a kick-off.
+    """
+
+    frame: int
+    team: Side | None
+    note: str
+    restart: int | None
+    kick_off: bool
+
+
 @dataclass(frozen=True, slots=True)
 class Course:
     """Course of a match, one entry per frame, in order of time.
@@ -59,6 +84,7 @@ class Course:
         score: int64 [F, 2] goals of home and away, -1 where absent; None if the table has no score.
         segments: the recorder's segments; None if the table has none.
         ball_x, ball_y: float64 [F], metres.
+        unscored: whether it has a column for the score, but no score.
     """
 
     t_ns: I64
@@ -67,6 +93,7 @@ class Course:
     segments: Sequence[str | None] | None
     ball_x: F64
     ball_y: F64
+    unscored: bool = False
 
 
 def tokens(state: str, names: tuple[str, str], mapping: TrackingMap) -> list[Token]:
@@ -116,6 +143,16 @@ def changes(states: Sequence[str | None] | None) -> Iterator[tuple[int, str]]:
             yield index, state
 
 
+def words_of(course: Course, names: tuple[str, str], mapping: TrackingMap) -> Said:
+    """The words of the states of a match."""
+    return {index: tokens(state, names, mapping) for index, state in changes(course.states)}
+
+
+def halves(course: Course, said: Said) -> list[int]:
+    """Times of the half-times, ns."""
+    return [int(course.t_ns[index]) for index, known in said.items() if any(t.event == "half" for t in known)]
+
+
 def rises(score: I64 | None) -> Iterator[tuple[int, int, int]]:
     """Index, side (0 home, 1 away) and step of each change of a score; none without a score."""
     if score is None:
@@ -140,7 +177,7 @@ class _Referee:
         """Append an event at a frame, with the score after it."""
         home, away = self.score
         self.events.append(Event(int(self.course.t_ns[index]), event, team, home, away, note))
-        self.playing = event not in _STOPS
+        self.playing = event not in STOPS
 
     def goal(self, index: int, team: Side | None, note: str) -> None:
         """Append a goal. If its team is unknown (None), so is the score from then on."""
@@ -166,8 +203,8 @@ class _Referee:
 
 
 def referee_events(
-    course: Course, names: tuple[str, str], mapping: TrackingMap, centre: float,
-    source: SourceFile,
+    course: Course, said: Said, centre: float, source: SourceFile, found: Sequence[Found] = (), *,
+    by_ball: bool = False,
 ) -> tuple[list[Event], list[Flaw]]:
     """Referee events in order of time, and flaws of words that are not known.
 
@@ -176,21 +213,24 @@ def referee_events(
     goal; without such states it is each kick-off except the first and those after half-time. The scoring
     team is the one whose score rises or which the state names, else the one that does not kick off next.
     If no source names the scoring team, the goal's team is null and so is the score from then on.
+    Without a score, it is known only if states tell goals and the match begins in the recording: its first
+    event is a kick-off. A table that has columns for the score and nothing in them says that nobody knows it.
     A word that is not known stops play and is a flaw.
     If no state ever stops play, play is on from the start, and after a goal as soon as the ball is within
     ``centre``. A recorder's segment that changes in play without a gap is a fault.
 
     Args:
         course: the course of the match, in order of time.
-        names: of home and away.
-        mapping: meaning of the words of states.
+        said: its states.
         centre: distance from the pitch's centre within which a ball was put back, metres.
         source: the recording.
+        found: goals that were found from the ball.
+        by_ball: whether these are the goals; the score is unknown then. Otherwise they say who has scored
+            before a kick-off that names no team.
 
     Raises:
         BadRecording: if the score changes by more goals than the limit.
     """
-    said = {index: tokens(state, names, mapping) for index, state in changes(course.states)}
     words = Counter(token.event for known in said.values() for token in known)
     flaws = [
         Flaw("skipped", f"game_state {word!r} is not known and taken for a stop; name it in [states]", count)
@@ -205,35 +245,77 @@ def referee_events(
         if told > source.limits.goals:
             raise source.too_much(f"a score that changes by {told} goals", "goals")
         goals.setdefault(index, []).append((SIDES[side], step))
-    counted = bool(words["goal"] or words["kick-off"])
-    referee = _Referee(course, _first_score(course.score) or ([0, 0] if counted else [None, None]))
+    from_start = not by_ball and not course.unscored and _begins(said)
+    referee = _Referee(course, _first_score(course.score) or ([0, 0] if from_start else [None, None]))
     if not words.keys() - {"play"}:
-        _without_states(referee, goals, centre)
+        if by_ball:
+            _of_the_ball(referee, found)
+        else:
+            _without_states(referee, goals, centre)
         return referee.events, flaws
     cuts = {
         index for index, _ in changes(course.segments)
         if index and course.t_ns[index] - course.t_ns[index - 1] <= _GAP_NS
     }
     infer = course.score is None and not words["goal"]
-    kicked_off = False
-    for index in sorted(said.keys() | goals.keys() | cuts):
+    kicked_off = -1
+    seen = {goal.frame: goal for goal in found if by_ball}
+    back = {goal.restart: goal for goal in seen.values() if goal.restart and not _told(course, said, goal)}
+    for index in sorted(said.keys() | goals.keys() | cuts | seen.keys() | back.keys()):
+        if index in back:
+            _restart(referee, index, back[index])
+        if index in seen:
+            referee.goal(index, seen[index].team, seen[index].note)
         known = said.get(index, [])
         halves = any(token.event == "half" for token in known)
         scorer = _restart_tells(said, index) if course.score is None else None
         _goals_at(referee, index, goals.get(index, []), known, scorer, scores=course.score is not None)
-        if not known and index in cuts and referee.playing and index not in goals:
+        if not known and index in cuts and referee.playing and index not in goals.keys() | back.keys():
             referee.emit(index, "fault", "segment")
         for token in known:
             if token.event == "kick-off":
                 last = referee.events[-1].event if referee.events else None
-                if infer and kicked_off and not halves and last != "half":
-                    referee.goal(index, None if token.team is None else other(token.team), token.word)
-                kicked_off = True
+                if infer and kicked_off >= 0 and not halves and last != "half":
+                    before = [goal.team for goal in found if kicked_off < goal.frame <= index]
+                    scorer = other(token.team) if token.team is not None else before[-1] if before else None
+                    referee.goal(index, scorer, token.word)
+                kicked_off = index
             if token.event == "goal" or (token.event == "play" and referee.playing):
                 continue
             event = token.event or "stop"
             referee.emit(index, event, token.word, token.team if event in _OF_A_TEAM else None)
     return referee.events, flaws
+
+
+def _begins(said: Said) -> bool:
+    """Whether the match begins in the recording: a kick-off is the first event that does not stop play."""
+    events = (token.event or "stop" for index in sorted(said) for token in said[index])
+    return next((event for event in events if event not in STOPS - {"goal"}), None) == "kick-off"
+
+
+def _told(course: Course, said: Said, goal: Found) -> bool:
+    """Whether the states themselves say when play goes on after a goal that was found."""
+    assert goal.restart is not None
+    until = course.t_ns[goal.restart] + _STATE_LATE_NS
+    return any(goal.frame < index and course.t_ns[index] <= until for index in said)
+
+
+def _restart(referee: _Referee, index: int, goal: Found) -> None:
+    """Append the event with which play goes on after a goal that was found."""
+    if goal.kick_off:
+        team = None if goal.team is None else other(goal.team)
+        referee.emit(index, "kick-off", "the ball is back at the centre", team)
+    else:
+        referee.emit(index, "play", "the ball is seen again")
+
+
+def _of_the_ball(referee: _Referee, found: Sequence[Found]) -> None:
+    """Append the events of a table without states, whose goals were found from the ball."""
+    referee.emit(0, "play", None)
+    for goal in found:
+        referee.goal(goal.frame, goal.team, goal.note)
+        if goal.restart is not None:
+            _restart(referee, goal.restart, goal)
 
 
 def _first_score(score: I64 | None) -> list[int | None] | None:

@@ -75,6 +75,7 @@ def of_goals(
         credit, scorer = _credit(goal, seen, names)
         way = _way(goal, seen, done, scorer, names, settings)
         said = ": ".join(part for part in (credit, way) if part)
+        said += _sure(goal["confidence"])
         maker = None if goal["kind"] == "error" else goal["robot"]  # who errs is the other team's
         actor = OTHER[team] if team and goal["kind"] == "error" else team
         yield Moment(t_ns, "goal", team, maker, f"{head} {said}".strip(), Weight.ALWAYS, actor)
@@ -116,3 +117,8 @@ def _way(
     if last.team != goal["team"]:
         return f"{told}; it goes in off {toucher}." if told else f"the ball goes in off {toucher}."
     return f"{told}; it is in." if told else f"{toucher} touches the ball last."
+
+
+def _sure(confidence: float | None) -> str:
+    """How sure a goal is that was found from the ball; empty where the recording tells it."""
+    return "" if confidence is None else f" (Found from the ball, {confidence:.0%} sure.)"

@@ -21,7 +21,9 @@ class SideStatistics(BaseModel):
     Attributes:
         name: name of the team.
         score: its goals; None where unknown.
-        goals: its goals by kind: direct, indirect, error (of the adversary), and unknown.
+        goals: its goals by kind: direct, indirect, error (of the adversary), and unknown; None where nobody
+            knows whether it has any.
+        found: how many of them were found from the ball.
         scorers: robot's number to its goals, errors of the adversary not counted.
         shots: at the goal, wide ones and goals included.
         on_target: shots among them that were on target.
@@ -36,7 +38,8 @@ class SideStatistics(BaseModel):
 
     name: str
     score: int | None
-    goals: dict[str, int]
+    goals: dict[str, int] | None
+    found: int
     scorers: dict[int, int]
     shots: int
     on_target: int
@@ -87,13 +90,16 @@ def summarise(
 
     def side(team: str) -> SideStatistics:
         own = goals.filter(pl.col("team") == team)
+        unknown = row[f"score_{team}"] is None and own.is_empty()
         made = own.filter(pl.col("kind") != "error").drop_nulls("robot")["robot"]
         kinds = Counter(own["kind"].cast(pl.String).fill_null("unknown"))
         tried, against = (
             shots.filter((pl.col("team") == team) == us)["outcome"].to_list() for us in (True, False))
         return SideStatistics(
             name=row[team], score=row[f"score_{team}"],
-            goals={kind: kinds[kind] for kind in (*KINDS, "unknown") if kind in KINDS or kinds[kind]},
+            goals=None if unknown else {
+                kind: kinds[kind] for kind in (*KINDS, "unknown") if kind in KINDS or kinds[kind]},
+            found=own["confidence"].count(),
             scorers=dict(Counter(made.to_list()).most_common()),
             shots=len(tried), on_target=len(tried) - tried.count("wide"), saves=against.count("saved"),
             possession=on_ball.get(team, 0) / total if total else None,
@@ -130,8 +136,11 @@ def _random(done: pl.DataFrame) -> float:
 def heading(summary: MatchStatistics) -> tuple[str, ...]:
     """Teams, score and duration, for people, line by line."""
     home, away = summary.home, summary.away
-    score = "–" if home.score is None or away.score is None else f"{home.score} : {away.score}"
-    played = f"{home.name} (home) {score} {away.name} (away), {clock(round(summary.duration_s * 1e9))} min"
+    duration = f"{clock(round(summary.duration_s * 1e9))} min"
+    if home.score is None or away.score is None:
+        played = f"{home.name} (home) – {away.name} (away), score unknown, {duration}"
+    else:
+        played = f"{home.name} (home) {home.score} : {away.score} {away.name} (away), {duration}"
     return (played,) if summary.note is None else (played, f"{summary.note}.")
 
 
@@ -155,9 +164,12 @@ def numbers(summary: MatchStatistics) -> Iterator[str]:
 
 
 def _goals(side: SideStatistics) -> str:
+    if side.goals is None:
+        return "unknown"
     kinds = ", ".join(f"{count} {kind}" for kind, count in side.goals.items() if count)
     total = sum(side.goals.values())
-    return f"{total}: {kinds}" if total else "0"
+    found = " (found from the ball)" if side.found else ""
+    return f"{total}: {kinds}{found}" if total else "0"
 
 
 def _scorers(side: SideStatistics) -> str:

@@ -162,11 +162,12 @@ function understand(match) {
     return kind === null ? by : `${by} · ${kind}`;
   }
 
-  /** Goals of home and of away at t: as the referee gave them, or else counted; "?" after a goal whose scorer is unknown. */
+  /** Goals of home and of away at t: as the referee gave them, or before that counted; "?" after a goal whose scorer is
+   *  unknown, and where nobody told the score. */
   function scoreAt(t) {
     const score = match.scores[before(scoreTimes, t)];
     const unknown = match.goals.findLast(([at, team]) => at <= t && team === null);
-    if (unknown && !(score && score[0] >= unknown[0])) return ["?", "?"];
+    if (!match.scores.length || (unknown && !(score && score[0] >= unknown[0]))) return ["?", "?"];
     const counted = (team) => match.goals.filter(([at, by]) => at <= t && by === team).length;
     return score ? [score[1], score[2]] : [counted("home"), counted("away")];
   }

@@ -205,8 +205,11 @@ class ByLead(NamedTuple):
 def by_lead(tables: Tables) -> dict[str, dict[str, ByLead]]:
     """Each side while it leads, is level and trails. What begins before a goal counts as before it.
 
-    The score is that of the table goals; a goal of nobody knows whom changes nothing.
+    The score is that of the table goals; a goal of nobody knows whom changes nothing. Where nobody knows the
+    final score, nobody knows who leads: no time counts.
     """
+    if tables.matches.select("score_home", "score_away").null_count().sum_horizontal()[0]:
+        return {side: dict.fromkeys(LEADS, ByLead(0.0, 0.0, 0.0, 0, 0)) for side in SIDES}
     goals = tables.goals.drop_nulls("team").sort("t_ns").select("t_ns", lead=pl.when(
         pl.col("team") == SIDES[0]).then(1).otherwise(-1).cum_sum())
     score = pl.concat([pl.DataFrame({"t_ns": [-1], "lead": [0]}, schema=goals.schema), goals])

@@ -1,0 +1,148 @@
+"""Wide tables: one row a sample, and columns for each body. They become one row per body and sample."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+import polars as pl
+
+from pipeline.errors import BadRecording
+from pipeline.importers.source import SourceFile
+from pipeline.importers.tracking.columns import REQUIRED, chosen, column_name, listed
+from pipeline.importers.tracking.mapping import TrackingMap
+from pipeline.importers.tracking.words import BALLS, WORDS, bare
+from pipeline.matches.quality import Flaw
+
+#: Columns of a body, and those of a whole sample.
+OF_A_BODY = ("x", "y", "heading", "vx", "vy", "omega")
+_OF_A_SAMPLE = ("frame", "t", "segment", "score_home", "score_away", "game_state")
+#: Words of a column's name that say nothing.
+_NOISE = {"pos", "position", "posicao", "robot", "robo", "player", "jogador", "agent", "agente", "the", "m"}
+#: Bodies from which on a table is wide.
+_BODIES = 2
+_PARTS = re.compile(r"[A-ZÀ-Þ]?[a-zß-ÿ]+|[A-ZÀ-Þ]+|\d+")
+
+#: Of each team and player (None for the ball) the columns: our name to the file's.
+_Bodies = dict[tuple[str, str | None], dict[str, str]]
+
+
+class Body(NamedTuple):
+    """A body and its columns.
+
+    Attributes:
+        team: its team, or the ball's name.
+        player: its number or name, None for the ball.
+        columns: our name to the file's.
+    """
+
+    team: str
+    player: str | None
+    columns: dict[str, str]
+
+
+class Wide(NamedTuple):
+    """The columns of a wide table: our name to the file's for those of a sample, and the bodies."""
+
+    sample: dict[str, str]
+    bodies: tuple[Body, ...]
+    flaws: tuple[Flaw, ...]
+
+    def names(self) -> list[str]:
+        """The file's columns that are read, each once."""
+        every = [*self.sample.values(), *(name for body in self.bodies for name in body.columns.values())]
+        return list(dict.fromkeys(every))
+
+
+def wide(found: list[str], mapping: TrackingMap, name: str) -> Wide | None:
+    """The columns of a wide table; None if the table is none.
+
+    A map names the columns of each body, or their own names do: one part is the quantity, the others are a
+    team and a number, or a word for the ball, in any order: ``x_blue0``, ``blue_0_x``, ``ballX``.
+
+    Args:
+        found: the names of the file's columns.
+        mapping: the map.
+        name: the file's name, for messages.
+
+    Raises:
+        BadRecording: if the file lacks a column that the map names, or the time.
+    """
+    if mapping.bodies:
+        parts = _by_map(found, mapping, name)
+    elif {*mapping.columns.model_fields_set} & {*REQUIRED} - {"t"} or {"x", "y"} <= {*found}:
+        return None
+    else:
+        parts = _by_name(found, mapping.teams.ball)
+    whole = [Body(*who, columns) for who, columns in parts.items() if {"x", "y"} <= columns.keys()]
+    if len(whole) < _BODIES:
+        return None
+    read = {column for body in whole for column in body.columns.values()}
+    left = [column for columns in parts.values() for column in columns.values() if column not in read]
+    flaws = [Flaw("skipped", f"columns without x or y: {', '.join(left[:8])}", len(left))] if left else []
+    sample = chosen(found, mapping.columns, name, ("t",))
+    return Wide({ours: sample[ours] for ours in _OF_A_SAMPLE if ours in sample}, tuple(whole), tuple(flaws))
+
+
+def _by_map(found: list[str], mapping: TrackingMap, name: str) -> _Bodies:
+    """The columns of each body that a map names."""
+    bodies: _Bodies = {}
+    for body, columns in mapping.bodies.items():
+        told = columns.model_dump(exclude_none=True).items()
+        named = {ours: column_name(theirs, found) for ours, theirs in told}
+        missing = [theirs for theirs in named.values() if theirs not in found]
+        if missing:
+            raise BadRecording(
+                f"has no column {missing[0]} for the body {body!r}; it has {listed(found)}", where=name,
+                next_step="Mend the map's [bodies] table",
+            )
+        team, _, player = body.rpartition(" ")
+        bodies[(body, None) if body == mapping.teams.ball else (team, player)] = named
+    return bodies
+
+
+def _by_name(found: list[str], ball: str) -> _Bodies:
+    """The columns of each body by their names."""
+    bodies: _Bodies = {}
+    spelt: dict[str, str] = {}
+    for column in found:
+        parts = _PARTS.findall(column)
+        quantity = [part for part in parts if WORDS.get(bare(part)) in OF_A_BODY]
+        numbers = [part for part in parts if part.isdigit()]
+        words = [part for part in parts if part not in (*quantity, *numbers) and bare(part) not in _NOISE]
+        if len(quantity) != 1 or not words or len(numbers) > 1:
+            continue
+        team = "_".join(words)
+        if bare(team) in (*BALLS, bare(ball)) and not numbers:
+            who: tuple[str, str | None] = (ball, None)
+        elif numbers:
+            who = (spelt.setdefault(team.lower(), team), str(int(numbers[0])))
+        else:
+            continue
+        bodies.setdefault(who, {}).setdefault(WORDS[bare(quantity[0])], column)
+    return bodies
+
+
+def unfolded(table: pl.DataFrame, columns: Wide, source: SourceFile) -> pl.DataFrame:
+    """A wide table with one row per body and sample, under our names, in the order of the file.
+
+    Raises:
+        BadRecording: if it has too many bodies, or too many rows then.
+    """
+    robots = len(columns.bodies) - 1
+    if robots > 2 * source.limits.robots:
+        raise source.too_much(f"columns for {robots} robots", "robots")
+    rows = len(table) * len(columns.bodies)
+    if rows > source.limits.rows:
+        raise source.too_much(f"{rows} rows of bodies", "rows")
+    table = table.with_row_index("row")
+    sample = [pl.col(theirs).alias(ours) for ours, theirs in columns.sample.items()]
+    parts = [
+        table.select(
+            "row", *sample, pl.lit(body.team).alias("team"),
+            pl.lit(body.player, dtype=pl.String).alias("player"),
+            *(pl.col(theirs).alias(ours) for ours, theirs in body.columns.items()),
+        )
+        for body in columns.bodies
+    ]
+    return pl.concat(parts, how="diagonal_relaxed").sort("row", maintain_order=True).drop("row")

@@ -1,0 +1,198 @@
+"""Goals found from the ball, beside those of matches whose score is known.
+
+``PYTHONPATH=tests python -m studies.ball_goals data/studies/ball-goals [RECORDINGS]`` (ten minutes). Recorded
+matches and matches that are played here are read, and nothing but the ball is kept: as it was recorded, with the
+noise of a camera, at ten samples a second, hidden in the goals, in play only, on a pitch whose length is mistaken,
+and without the kick-offs. In the control everything from a goal to its restart is cut out, so that no goal is left. A goal is found if one of the same
+end is found within :data:`NEAR_S` of it. RECORDINGS are read there and not copied; those that are absent are left
+out.
+
+``found.csv`` has recall and precision of each kind of match and of ball, at the default confidence. ``kinds.csv`` has
+for each kind of finding the share that were goals, over all but the control; ``ball_goals.CONFIDENCE`` is made of
+it.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import sys
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+from conftest import SAMPLE
+from support.played import logged
+from support.recordings import INSPER, RCSS, SSL
+
+from pipeline import matches
+from pipeline.arena.match.recipe import Recipe, TeamKind, TeamSettings
+from pipeline.importers import readers
+from pipeline.importers.tracking.ball_goals import Ball, ball_goals
+from pipeline.importers.tracking.mapping import GoalFinding
+from pipeline.matches.frame import MatchLog, home_attacks
+from pipeline.pitch import Pitch
+
+PAIRINGS: tuple[tuple[TeamKind, TeamKind], ...] = (
+    ("static", "static"), ("static", "human-like"), ("human-like", "human-like"), ("static", "random"),
+    ("random", "random"),
+)
+SEEDS = range(900_001, 900_005)
+#: Greatest time between a goal and its finding, s.
+NEAR_S = 2.0
+#: Standard deviation of the noise, as a share of the pitch's length (4.5 mm on a VSSS pitch), and samples a second.
+NOISE, SLOW_HZ = 0.003, 10
+#: How many times longer than the pitch the places are, where its length is mistaken.
+LONGER = 1.04
+
+
+class Known(NamedTuple):
+    """The ball of a match, and its goals.
+
+    Attributes:
+        ball: where it was seen.
+        goals: time of each goal, and the end at which it fell.
+        spans: start and end of each stretch from a goal to its restart, ns.
+        pitch: of the match.
+    """
+
+    ball: Ball
+    goals: list[tuple[int, int]]
+    spans: list[tuple[int, int]]
+    pitch: Pitch
+
+
+def known(log: MatchLog) -> Known:
+    """What a match tells of the ball and of its goals."""
+    frames = log.frames
+    x, y = (frames.ball[axis].astype(np.float64) for axis in ("x", "y"))
+    order = np.argsort(frames.t_ns, kind="stable")
+    order = order[np.isfinite(x[order]) & np.isfinite(y[order])]
+    order = order[np.diff(frames.t_ns[order], prepend=-1) > 0]
+    ball = Ball(frames.t_ns[order], x[order], y[order], np.zeros(len(order), dtype=np.bool_))
+    told = log.referee.filter(pl.col("event") == "goal").drop_nulls("team")
+    signs = home_attacks(log.info.periods, told["t_ns"].to_numpy())
+    ends = [int(sign) if team == "home" else -int(sign) for sign, team in zip(signs, told["team"], strict=True)]
+    goals = list(zip(told["t_ns"].to_list(), ends, strict=True))
+    restarts = log.referee.filter(pl.col("event").is_in(["kick-off", "end"]))["t_ns"].to_numpy()
+    last = int(frames.t_ns.max()) + 1
+    spans = [(t_ns, int(min(restarts[restarts >= t_ns], default=last))) for t_ns, _ in goals]
+    return Known(ball, goals, spans, log.info.pitch)
+
+
+def _kept(match: Known, mask: np.ndarray) -> Ball:
+    return Ball(*(column[mask] for column in match.ball))
+
+
+def _noisy(match: Known) -> Ball:
+    noise = np.random.default_rng(0).normal(0, NOISE * match.pitch.length, (2, len(match.ball.t_ns)))
+    return match.ball._replace(x=match.ball.x + noise[0], y=match.ball.y + noise[1])
+
+
+def _slow(match: Known) -> Ball:
+    slots = match.ball.t_ns * SLOW_HZ // 1_000_000_000
+    return _kept(match, np.diff(slots, prepend=-1) > 0)
+
+
+def _between(match: Known, before_s: float, after_s: float) -> np.ndarray:
+    """Whether a sample is between a goal and its restart, bool [S]; the ends are moved by so much."""
+    t_ns = match.ball.t_ns
+    inside = np.zeros(len(t_ns), dtype=np.bool_)
+    for start, end in match.spans:
+        inside |= (t_ns > start - round(before_s * 1e9)) & (t_ns < end + round(after_s * 1e9))
+    return inside
+
+
+def _short(match: Known) -> Ball:
+    """The ball on a pitch that is taken for shorter than it is."""
+    return match.ball._replace(x=match.ball.x * LONGER, y=match.ball.y * LONGER)
+
+
+#: How the ball is seen, by name.
+SEEN: dict[str, Callable[[Known], Ball]] = {
+    "as recorded": lambda match: match.ball,
+    "noise": _noisy,
+    "ten a second": _slow,
+    "hidden in the goals": lambda match: _kept(match, np.abs(match.ball.x) <= match.pitch.goal_x),
+    "in play only": lambda match: _kept(match, ~_between(match, 0.0, 0.0)),
+    "pitch 4 % too short": _short,
+    "without kick-offs": lambda match: _kept(match, ~_between(match, -0.3, 2.0)),
+    "control: no goals": lambda match: _kept(match, ~_between(match, 2.5, 0.0)),
+}
+CONTROL = "control: no goals"
+
+
+def findings(game: str, log: MatchLog) -> Iterator[dict[str, object]]:
+    """A row for each goal that is found, and for each that is missed."""
+    match = known(log)
+    for seen, change in SEEN.items():
+        goals = [] if seen == CONTROL else list(match.goals)
+        about = {"game": game, "match": log.info.match_id, "seen": seen}
+        # the match was looked at, whatever is found
+        yield about | {"crossing": None, "sequel": None, "confidence": None, "goal": False, "found": False}
+        for found in ball_goals(change(match), match.pitch):
+            near = [goal for goal in goals
+                    if goal[1] == found.end and abs(goal[0] - found.t_ns) <= round(NEAR_S * 1e9)]
+            right = min(near, default=None, key=lambda goal: abs(goal[0] - found.t_ns))
+            if right is not None and found.confidence >= GoalFinding().confidence:
+                goals.remove(right)
+            yield about | {"crossing": found.crossing, "sequel": found.sequel, "confidence": found.confidence,
+                           "goal": right is not None, "found": True}
+        for _ in goals:
+            yield about | {"crossing": None, "sequel": None, "confidence": None, "goal": True, "found": False}
+
+
+def played(home: TeamKind, away: TeamKind, seed: int) -> list[dict[str, object]]:
+    """The findings of a match that is played here."""
+    recipe = Recipe(home=TeamSettings(kind=home), away=TeamSettings(kind=away), seed=seed)
+    return list(findings("played here", matches.read(logged(recipe), where=recipe.match_id)))
+
+
+def recorded(path: Path, game: str) -> list[dict[str, object]]:
+    """The findings of a recording."""
+    return list(findings(game, readers.read(readers.open_source(path.read_bytes(), path.name))))
+
+
+def summary(rows: pl.DataFrame) -> pl.DataFrame:
+    """Recall and precision of each kind of match and of ball."""
+    sure = pl.col("found") & (pl.col("confidence") >= GoalFinding().confidence)
+    right = (sure & pl.col("goal")).sum()
+    missed = (~pl.col("found") & pl.col("goal")).sum()
+    return rows.group_by("game", "seen", maintain_order=True).agg(
+        pl.col("match").n_unique().alias("matches"), (right + missed).alias("goals"), sure.sum().alias("found"),
+        right.alias("right"), (right / (right + missed)).round(4).alias("recall"),
+        (right / sure.sum()).round(4).alias("precision"),
+    ).with_columns(pl.col("recall", "precision").fill_nan(None))
+
+
+def kinds(rows: pl.DataFrame) -> pl.DataFrame:
+    """The share of each kind of finding that were goals, and its Laplace estimate."""
+    found = rows.filter("found", pl.col("seen") != CONTROL)
+    n, goals = pl.len(), pl.col("goal").sum()
+    return found.group_by("crossing", "sequel").agg(
+        n.alias("found"), goals.alias("goals"), ((goals + 1) / (n + 2)).round(4).alias("estimate"),
+    ).sort("crossing", "sequel")
+
+
+def main() -> None:
+    """Write both tables."""
+    out, *folder = map(Path, sys.argv[1:])
+    rows = recorded(SAMPLE, "rc-robosim VSSS")
+    others = {RCSS: "rcssserver 2D", INSPER: "Insper 2D", SSL: "RoboCup SSL 2025"}
+    for name, game in others.items():
+        path = (folder[0] if folder else SAMPLE.parents[3] / "shared" / "matches") / name
+        rows += recorded(path, game) if path.exists() else []
+    with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:
+        work = [pool.submit(played, home, away, seed) for home, away in PAIRINGS for seed in SEEDS]
+        for piece in work:
+            rows += piece.result()
+    table = pl.DataFrame(rows, infer_schema_length=None)
+    out.mkdir(parents=True, exist_ok=True)
+    summary(table).write_csv(out / "found.csv")
+    kinds(table).write_csv(out / "kinds.csv")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,195 @@
+"""Goals found from the ball: what counts, what does not, and what a match says of it."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import polars as pl
+import pytest
+from conftest import ROOT
+from support.recordings import ALL, RSIM, SSL, imported, recording
+from support.tracking import course, events, parquet, read
+
+from pipeline.importers.tracking.ball_goals import CONFIDENCE, OURS, Ball, BallGoal, ball_goals
+from pipeline.importers.tracking.mapping import TrackingMap
+from pipeline.pitch import PITCHES, Kind
+
+VSSS = PITCHES[Kind.VSSS]
+STUDY = ROOT / "data" / "studies" / "ball-goals"
+HZ = 60
+#: Times, s, and places, m, of a ball that goes into the goal at +x and lies there.
+SHOT = ((0.0, 0.2, 0.0), (1.0, 0.74, 0.05), (1.1, 0.82, 0.06), (1.6, 0.82, 0.06))
+
+
+def way(*points: tuple[float, float, float], lost: tuple[float, float] = (9e9, 9e9)) -> Ball:
+    """A ball that moves straight from point to point; two points of one time are a jump."""
+    t, x, y = np.array(points).T
+    t = t + np.arange(len(t)) * 1e-9
+    at = np.arange(t[0], t[-1], 1 / HZ)
+    at = at[(at < lost[0]) | (at > lost[1])]
+    return Ball(np.round(at * 1e9).astype(np.int64), np.interp(at, t, x), np.interp(at, t, y), np.zeros(len(at), bool))
+
+
+def put(t: float, x: float, y: float) -> tuple[tuple[float, float, float], ...]:
+    """The ball put to a place, where it lies for two seconds."""
+    return (t, x, y), (t + 2.0, x, y)
+
+
+def found(ball: Ball) -> list[tuple[str, str, int]]:
+    """How each goal was found, and at which end."""
+    return [(goal.crossing, goal.sequel, goal.end) for goal in ball_goals(ball, VSSS)]
+
+
+@pytest.mark.parametrize("end", [1, -1])
+def test_over_the_line_and_back_to_the_centre(end: int) -> None:
+    """A ball that is behind the line and then at the centre is a goal; its time is that of the crossing."""
+    ball = way(*SHOT, *put(1.6, 0.0, 0.0))
+    (goal,) = ball_goals(ball._replace(x=end * ball.x), VSSS)
+    crossed = ball.t_ns[np.flatnonzero(ball.x > VSSS.goal_x)[0]]
+    centred = ball.t_ns[np.flatnonzero((ball.t_ns > 1.5e9) & (ball.x < 0.1))[0]]
+    assert goal == BallGoal(int(crossed), end, CONFIDENCE["over", "centre"], "over", "centre", int(centred))
+
+
+def test_put_back_at_once() -> None:
+    """A ball that is put back when its centre has crossed was on the line."""
+    assert found(way((0.0, 0.2, 0.0), (1.0, 0.755, 0.05), *put(1.0, 0.0, 0.0))) == [("line", "centre", 1)]
+
+
+def test_lost_before_the_line() -> None:
+    """A ball that is lost on its way into the goal, and then at the centre, was not seen to cross."""
+    assert found(way((0.0, 0.0, 0.0), (1.0, 0.73, 0.05), *put(2.0, 0.0, 0.0), lost=(0.98, 2.0))) == [
+        ("unseen", "centre", 1)]
+
+
+def test_carried_back() -> None:
+    """A hand may carry the ball to the centre: it lies still there."""
+    assert found(way(*SHOT, (4.0, 0.01, 0.0), (6.0, 0.01, 0.0))) == [("over", "centre", 1)]
+
+
+def test_play_stopped() -> None:
+    """A ball that stays behind the line, or that is not seen any more, is a goal without a kick-off."""
+    assert found(way(*SHOT)) == [("over", "stopped", 1)]
+    assert found(way(*SHOT, (3.0, 0.82, 0.06), (4.0, 0.3, 0.3), (6.0, -0.3, 0.3))) == [("over", "stopped", 1)]
+
+
+def test_played_on() -> None:
+    """A ball that comes back over the line and is played on is hardly a goal."""
+    (goal,) = ball_goals(way(*SHOT[:3], (1.3, 0.6, 0.1), (9.0, -0.3, 0.3)), VSSS)
+    assert (goal.sequel, goal.confidence) == ("played on", CONFIDENCE["over", "played on"])
+    assert goal.confidence < TrackingMap().goals.confidence
+
+
+@pytest.mark.parametrize("points", [
+    ((0.0, 0.2, 0.3), (1.0, 0.82, 0.3), *put(1.5, 0.0, 0.0)),  # beside the posts
+    ((0.0, 0.2, 0.0), (1.0, 0.76, 0.0), (1.5, 0.5, 0.0), *put(6.0, 0.0, 0.0)),  # not the whole ball
+    ((0.0, 0.2, 0.4), (1.0, 0.82, 0.4), (1.5, 0.82, 0.0), *put(2.0, 0.0, 0.0)),  # in from the side, behind the line
+    ((0.0, 0.2, 0.0), (1.0, 0.3, 0.0), *put(1.0, 0.82, 0.0), *put(3.1, 0.0, 0.0)),  # a camera saw it there
+    (*put(0.0, 0.0, 0.0), (4.0, 0.3, 0.3), *put(4.0, 0.0, 0.0)),  # a kick-off alone
+])
+def test_no_goal(points: tuple[tuple[float, float, float], ...]) -> None:
+    assert found(way(*points)) == []
+
+
+def test_kick_off_of_the_last_crossing() -> None:
+    """One kick-off tells one goal, the last crossing before it, and not after more than a minute and a half."""
+    back = (*SHOT[:3], (1.3, 0.6, 0.1), (5.0, 0.6, 0.1))
+    again = tuple((t + 6.0, x, y) for t, x, y in SHOT)
+    assert [kind[1] for kind in found(way(*back, *again, *put(7.6, 0.0, 0.0)))] == ["played on", "centre"]
+    late = (*back, (100.0, 0.6, 0.1), *put(100.0, 0.0, 0.0))
+    assert [kind[1] for kind in found(way(*late))] == ["played on"]
+
+
+def test_stopped_by_the_states() -> None:
+    """What goes into a goal while the states say that play is stopped is no goal."""
+    ball = way(*SHOT, *put(1.6, 0.0, 0.0))
+    assert found(ball._replace(stopped=np.ones(len(ball.t_ns), bool))) == []
+
+
+@pytest.mark.parametrize("samples", [0, 1])
+def test_too_few_samples(samples: int) -> None:
+    assert ball_goals(Ball(*(column[:samples] for column in way(*SHOT))), VSSS) == []
+
+
+# --- a match without a score ------------------------------------------------------------------------
+
+def positions(name: str) -> pl.DataFrame:
+    """A recording's positions, and nothing else."""
+    return pl.read_parquet(io.BytesIO(recording(name))).select("frame", "t", "team", "player", "x", "y")
+
+
+def test_positions_only() -> None:
+    """Of a recording with positions only, all goals are found, each of its team; the score stays unknown."""
+    told = imported(RSIM).referee.filter(pl.col("event") == "goal")
+    match = read(parquet(positions(RSIM)))
+    goals = match.referee.filter(pl.col("event") == "goal")
+    assert goals["team"].to_list() == told["team"].to_list()
+    assert (goals["t_ns"] - told["t_ns"]).abs().max() <= 1e9  # type: ignore[operator]
+    assert match.referee["score_home"].null_count() == len(match.referee)
+    assert set(match.referee["event"].cast(pl.String)) == {"play", "goal", "kick-off"}
+    assert match.info.settings["goals"] == {
+        "from": "ball", "confidence": {str(t): CONFIDENCE["line", "centre"] for t in goals["t_ns"]}}
+    (flaw,) = match.quality.filter(flaw="goals inferred").iter_rows(named=True)
+    assert flaw["count"] == 25
+    assert flaw["note"] == ("nothing tells goals, so they were found from the ball: on the line, then at the centre 25. "
+                            "The score stays unknown")
+
+
+@pytest.mark.parametrize(("goals", "says"), [
+    ({"from_ball": False}, "the map says from_ball = false"),
+    ({"confidence": 1.0}, "25 less sure than 1 left out"),
+])
+def test_settings_of_the_map(goals: dict[str, object], says: str) -> None:
+    """A map may ask for surer goals, or for none from the ball."""
+    match = read(parquet(positions(RSIM)), TrackingMap.model_validate({"goals": goals}))
+    assert "goal" not in match.referee["event"].cast(pl.String)
+    (flaw,) = match.quality.filter(flaw="goals unknown").iter_rows(named=True)
+    assert says in flaw["note"]
+    assert "add columns score_home and score_away" in flaw["note"]
+
+
+def test_no_ball() -> None:
+    """Without a ball nothing is found, and the flaw says so."""
+    match = read(parquet(positions(RSIM).filter(pl.col("team") != "ball", pl.col("frame") < 200)))
+    (flaw,) = match.quality.filter(flaw="goals unknown").iter_rows(named=True)
+    assert "the ball was never seen" in flaw["note"]
+    assert flaw["count"] == 200
+
+
+def test_score_of_nobody() -> None:
+    """A score that nobody knows stays unknown, whatever the states say; the ball tells who scored before a kick-off."""
+    table = pl.read_parquet(io.BytesIO(recording(SSL)))
+    table = table.with_columns(pl.lit(None, dtype=pl.Int64).alias(score) for score in ("score_home", "score_away"))
+    match = read(parquet(table), TrackingMap.model_validate({"teams": {"home": "TIGERs", "away": "RoboCIn"}}))
+    assert match.referee.select("score_home", "score_away").null_count().row(0) == (len(match.referee),) * 2
+    assert [row[2] for row in events(match) if row[1] == "goal"] == ["home"]
+    assert match.info.settings["goals"] == {"from": "kick-off"}
+
+
+@pytest.mark.parametrize(("states", "score"), [
+    ((("kickoff_a",), ("play",), ("goal_a",), ("kickoff_b",)), (1, 0)),
+    ((("stop",), ("kickoff_a",), ("play",), ("goal_a",), ("kickoff_b",)), (1, 0)),
+    ((("play",), ("goal_a",), ("kickoff_b",)), (None, None)),  # the match began before the recording
+])
+def test_score_of_states(states: tuple[tuple[str], ...], score: tuple[int | None, int | None]) -> None:
+    """States count goals from the first kick-off of a match; a recording that begins later has no score."""
+    assert events(read(course(*states, columns="game_state")))[-1][3:] == score
+
+
+# --- the study --------------------------------------------------------------------------------------
+
+def test_confidence_is_measured() -> None:
+    """Each confidence is the study's estimate, rounded down to hundredths."""
+    rows = pl.read_csv(STUDY / "kinds.csv")
+    measured = {(crossing, sequel): int(estimate * 100) / 100
+                for crossing, sequel, estimate in rows.select("crossing", "sequel", "estimate").iter_rows()}
+    assert {kind: CONFIDENCE[kind] for kind in CONFIDENCE if kind not in OURS} == {
+        kind: share for kind, share in measured.items() if kind not in OURS}
+
+
+def test_findings_of_the_study() -> None:
+    """The committed study knows all recordings; nearly all goals are found as they were recorded, and few others."""
+    rows = pl.read_csv(STUDY / "found.csv").filter(seen="as recorded")
+    assert len(rows) == 1 + len(ALL)
+    assert rows["recall"].min() >= 0.99  # type: ignore[operator]
+    assert rows["precision"].min() >= 0.99  # type: ignore[operator]

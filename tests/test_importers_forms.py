@@ -1,0 +1,207 @@
+"""Tables of other forms: wide, without a header, with decimal commas, in other encodings; what a user may have meant."""
+
+from __future__ import annotations
+
+import codecs
+
+import numpy as np
+import polars as pl
+import pytest
+from support.recordings import read as opened
+from support.tracking import flaws, parquet, read, robots
+
+from pipeline.errors import BadRecording, BadSettings
+from pipeline.importers import readers
+from pipeline.importers.tracking.mapping import load_map
+from pipeline.importers.tracking.words import WORDS, WORDS_OF, meant
+from pipeline.matches.frame import MatchLog
+from pipeline.settings import ImportSettings
+
+#: One match in the plain form; a name with an accent, whose bytes tell encodings apart.
+LONG = """frame,t,team,player,x,y,heading
+0,0.0,ball,,0.5,-0.25,
+0,0.0,réds,1,-0.6,0.1,1.5
+0,0.0,réds,2,-0.2,0.2,-1.5
+0,0.0,greens,1,0.6,0.3,-3.0
+1,0.025,ball,,0.25,-0.125,
+1,0.025,réds,1,-0.61,0.1,1.5
+1,0.025,greens,1,0.6,0.3,-3.0
+"""
+HEADLESS = LONG.partition("\n")[2]
+NUMBERED = '[columns]\nframe = 1\nt = 2\nteam = 3\nplayer = 4\nx = 5\ny = 6\nheading = 7\n'
+#: The same match with a row a sample.
+WIDE = """frame,t,ball_x,ball_y,x_réds1,y_réds1,th_réds1,x_réds2,y_réds2,th_réds2,greens_1_x,greens_1_y,greens_1_theta
+0,0.0,0.5,-0.25,-0.6,0.1,1.5,-0.2,0.2,-1.5,0.6,0.3,-3.0
+1,0.025,0.25,-0.125,-0.61,0.1,1.5,,,,0.6,0.3,-3.0
+"""
+
+
+def same(one: MatchLog, two: MatchLog) -> bool:
+    """Whether two matches have the same teams, bodies and samples."""
+    return (one.info.home, one.info.away, robots(one)) == (two.info.home, two.info.away, robots(two)) and all(
+        getattr(one.frames, part).tobytes() == getattr(two.frames, part).tobytes()
+        for part in ("number", "t_ns", "ball", "offsets", "robots"))
+
+
+# --- text -------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize(("data", "said"), [
+    (LONG.encode(), False),
+    (codecs.BOM_UTF8 + LONG.encode(), False),
+    (codecs.BOM_UTF16_LE + LONG.encode("utf-16-le"), False),
+    (codecs.BOM_UTF16_BE + LONG.encode("utf-16-be"), False),
+    (LONG.encode("utf-16-le"), True),
+    (LONG.encode("utf-16-be"), True),
+    (LONG.encode("latin-1"), True),
+    (LONG.replace("\n", "\r\n").encode("cp1252"), True),
+])
+def test_encodings(data: bytes, said: bool) -> None:
+    """A table is read in whatever it is written; an encoding that the file does not say is a flaw."""
+    match = opened(data, "game.csv")
+    assert match.info.format == "tracking"
+    assert same(match, read(LONG))
+    assert match.info.away == "réds"
+    assert [row[:2] for row in flaws(match)] == ([("text encoding", 1)] if said else [])
+
+
+def test_damaged_utf8() -> None:
+    """One wrong byte does not make another encoding of a text in UTF-8."""
+    damaged = LONG.encode().replace(b"1.5\n", b"1.\xff\n", 1)
+    assert "réds" in (opened(damaged, "game.csv").info.home, opened(damaged, "game.csv").info.away)
+
+
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_decimal_commas(mark: str) -> None:
+    """Decimal commas are read where fields are separated by something else, or quoted."""
+    assert same(read(LONG.replace(",", mark).replace(".", ",")), read(LONG))
+    quoted = LONG.replace("-0.25", '"-0,25"').replace("0.5,", '"0,5",', 1)
+    assert read(quoted.replace("-0.125", '"-0,125"').replace("0.25,", '"0,25",')).frames.ball["y"].tolist() == [-0.25, -0.125]
+
+
+def test_decimal_commas_between_commas() -> None:
+    """Decimal commas between commas are refused, with the cure."""
+    with pytest.raises(BadRecording, match=r"semicolons between them|not a recording"):
+        opened(LONG.replace(".", ",").encode(), "game.csv")
+
+
+# --- without a header -------------------------------------------------------------------------------
+
+def test_no_header() -> None:
+    """A table without a header is read with a map that numbers its columns."""
+    assert same(opened(HEADLESS.encode(), "game.csv", load_map(NUMBERED)), read(LONG))
+    commas = HEADLESS.replace(",", ";").replace(".", ",")
+    assert same(opened(commas.encode(), "game.csv", load_map(NUMBERED)), read(LONG))
+
+
+def test_no_header_and_no_map() -> None:
+    """Without a map it is refused, in one line with the first line and the cure."""
+    with pytest.raises(BadRecording, match=(
+        r"^game.csv: has no header; its first line is '0,0.0,ball,,0.5,-0.25,'\. "
+        r"Number its columns from 1 in a map: \[columns\] t = 1, .*\.$"
+    )):
+        opened(HEADLESS.encode(), "game.csv")
+
+
+def test_number_beyond_the_columns() -> None:
+    with pytest.raises(BadRecording, match="has no column number 9; it has number 1, number 2"):
+        opened(HEADLESS.encode(), "game.csv", load_map(NUMBERED.replace("heading = 7", "heading = 9")))
+
+
+def test_numbers_with_a_header() -> None:
+    """Numbers count the columns of a table with a header, too."""
+    assert same(read(LONG, load_map("[columns]\nx = 5\nteam = 3\n")), read(LONG))
+
+
+# --- wide -------------------------------------------------------------------------------------------
+
+def test_wide() -> None:
+    """A table with a row a sample is the match of the plain form, in CSV and in Parquet."""
+    assert same(read(WIDE), read(LONG))
+    assert same(read(parquet(pl.read_csv(WIDE.encode()))), read(LONG))
+    assert flaws(read(WIDE)) == []
+
+
+@pytest.mark.parametrize("spelling", [
+    "{x}_{team}{n}", "{team}_{n}_{x}", "{team}{n}_{x}", "robot_{team}_{n}_pos_{x}", "{team}Robot{n}{X}",
+])
+def test_spellings(spelling: str) -> None:
+    """Parts of a column's name may stand in any order."""
+    bodies = [("blue", 0, 0.7), ("yellow", 3, -0.7)]
+    names = [spelling.format(x=x, X=x.upper(), team=team, n=n) for team, n, _ in bodies for x in ("x", "y")]
+    rows = "".join(f"{t}," + ",".join(f"{x},{0.1}" for _, _, x in bodies) + ",0.5,0.25\n" for t in (0, 1))
+    match = read(f"t,{','.join(names)},x_ball,y_ball\n{rows}")
+    assert {(match.info.home, match.info.away)} == {("blue", "yellow")}
+    assert [row[:4] for row in robots(match)[:2]] == [(0, 0, 0.7, 0.1), (1, 3, -0.7, 0.1)]
+    assert match.frames.ball["y"].tolist() == [0.25, 0.25]
+
+
+def test_wide_by_the_map() -> None:
+    """A map names or numbers the columns of bodies whose names tell nothing, with a header or without."""
+    bodies = '[bodies]\nball = {x = 3, y = 4}\n"réds 1" = {x = 5, y = 6, heading = 7}\n"réds 2" = {x = 8, y = 9, heading = 10}\n'
+    mapping = load_map(f'{bodies}"greens 1" = {{x = 11, y = 12, heading = 13}}\n[columns]\nframe = 1\nt = 2\n')
+    assert same(opened(WIDE.partition("\n")[2].encode(), "game.csv", mapping), read(LONG))
+    assert same(opened(WIDE.encode(), "game.csv", mapping), read(LONG))
+    with pytest.raises(BadRecording, match=r"has no column q for the body 'reds 1'; it has frame, t, .*Mend the map's \[bodies\]"):
+        read(WIDE, load_map('[bodies]\n"reds 1" = {x = "q", y = "q"}\n'))
+    with pytest.raises(BadSettings, match="the body 'reds' is neither a team and a player nor the ball 'ball'"):
+        load_map('[bodies]\nreds = {x = 1, y = 2}\n')
+
+
+def test_half_a_body() -> None:
+    """A column of a body without x or y is a flaw."""
+    match = read(WIDE.replace("y_réds2", "q_réds2"))
+    assert [row[:2] for row in flaws(match)] == [("skipped", 2)]
+    assert "x_réds2, th_réds2" in match.quality.filter(flaw="skipped")["note"][0]
+
+
+def test_wide_without_a_time() -> None:
+    with pytest.raises(BadRecording, match=r"has no column t \(did you mean tempo\?\)"):
+        read(WIDE.replace("frame,t,", "frame,tempo,"))
+
+
+def test_too_wide() -> None:
+    """The limit on rows is one of rows of bodies."""
+    source = readers.open_source(WIDE.encode(), "game.csv", ImportSettings(rows=7))
+    with pytest.raises(BadRecording, match="has 8 rows of bodies, more than the limit rows = 7"):
+        readers.read(source)
+
+
+# --- what was meant ---------------------------------------------------------------------------------
+
+@pytest.mark.parametrize(("column", "found", "said"), [
+    ("team", ["time", "x"], None),  # a team in Portuguese, but a time in most files
+    ("team", ["time", "equipe"], "equipe"),
+    ("team", ["tempo", "Team Name"], "Team Name"),
+    ("t", ["team", "time"], "time"),
+    ("t", ["Tempo (s)"], "Tempo (s)"),
+    ("player", ["jogador"], "jogador"),
+    ("player", ["Robô"], "Robô"),
+    ("heading", ["Orientação"], "Orientação"),
+    ("x", ["Posição X", "Posição Y"], "Posição X"),
+    ("x", ["y"], None),
+    ("heading", ["headng"], "headng"),
+])
+def test_meant(column: str, found: list[str], said: str | None) -> None:
+    """Suggestions know English and Portuguese, and offer no word of another column."""
+    assert meant(column, column, found) == said
+
+
+def test_no_word_twice() -> None:
+    """No word is one of two columns."""
+    assert len(WORDS) == sum(len(words.split()) for words in WORDS_OF.values())
+
+
+def test_no_time_for_a_team() -> None:
+    with pytest.raises(BadRecording, match=r"has no column team; it has frame, time, quux"):
+        read("frame,time,quux,player,x,y\n0,0,a,1,0,0\n", load_map('[columns]\nt = "time"\n'))
+
+
+def test_unmatched_words() -> None:
+    """Words of a map that match nothing are named."""
+    csv = "frame,t,team,player,x,y,game_state\n" + "".join(
+        f"{i},{i},{team},1,{x},0,laeuft\n" for i in range(3) for team, x in (("a", 0.7), ("b", -0.7)))
+    match = read(csv, load_map('[teams]\nball = "bola"\n[states]\nlaeuft = "play"\nTor = "goal"\n'))
+    (note,) = match.quality.filter(flaw="unmatched map")["note"]
+    assert note == ("words of the map that are nowhere in the table: [states] Tor; "
+                    "[teams] ball = bola (teams are a, b)")
+    assert np.isnan(match.frames.ball["x"]).all()

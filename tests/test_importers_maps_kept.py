@@ -1,0 +1,70 @@
+"""The map belongs to the match: it is kept until another is given."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from flows.matches import Recording, all_here, import_recording
+from pipeline.store import Store
+
+CSV = "Nr;ms;who;no;px;py\n" + "".join(
+    f"{i};{20 * i};{team};{no};{x};1\n" for i in range(3)
+    for team, no, x in (("pill", "", 0), ("reds", 1, 20), ("blues", 1, -20)))
+MAP = """
+columns = {frame = "Nr", t = "ms", team = "who", player = "no", x = "px", y = "py"}
+units = {time = "ms", length = "cm"}
+teams = {home = "reds", ball = "pill"}
+"""
+
+
+@pytest.fixture
+def derby(tmp_path: Path) -> tuple[Store, Path, Path]:
+    """A data folder into which a recording came with a map that is not beside it."""
+    file, mapping = tmp_path / "here" / "derby.csv", tmp_path / "league.toml"
+    file.parent.mkdir()
+    file.write_text(CSV)
+    mapping.write_text(MAP)
+    store = Store(tmp_path / "data")
+    receipt, new = import_recording(store, Recording(file=file, mapping=mapping))
+    assert new
+    assert receipt.details["home"] == "reds"
+    return store, file, mapping
+
+
+def test_kept(derby: tuple[Store, Path, Path]) -> None:
+    """Importing again without a map changes nothing: neither at the look nor at the import."""
+    store, file, _ = derby
+    (before,) = store.receipts("matches")
+    report = all_here(store, [Recording(file=file)])
+    assert report is not None
+    assert report.kept == 1
+    receipt, new = import_recording(store, Recording(file=file))
+    assert not new
+    assert receipt == before
+
+
+def test_kept_when_made_anew(derby: tuple[Store, Path, Path]) -> None:
+    """A match that has to be imported again is imported with the map that it has."""
+    store, file, _ = derby
+    (before,) = store.receipts("matches")
+    (store.root / before.files["log"].path).unlink()
+    receipt, new = import_recording(store, Recording(file=file))
+    assert new
+    assert (receipt.details["home"], receipt.key) == ("reds", before.key)
+
+
+def test_another(derby: tuple[Store, Path, Path]) -> None:
+    """Another map takes its place; an empty one takes it away, which this recording cannot do without."""
+    store, file, mapping = derby
+    mapping.write_text(MAP.replace('"reds"', '"blues"'))
+    receipt, new = import_recording(store, Recording(file=file, mapping=mapping))
+    assert new
+    assert receipt.details["home"] == "blues"
+    assert import_recording(store, Recording(file=file)) == (receipt, False)
+    mapping.write_text("")
+    with pytest.raises(Exception, match="has no column"):
+        import_recording(store, Recording(file=file, mapping=mapping))
+    (kept,) = store.receipts("matches")
+    assert kept.details["home"] == "blues"
