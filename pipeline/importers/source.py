@@ -87,8 +87,9 @@ def inflate(data: bytes, name: str, megabytes: int = ImportSettings().megabytes)
         megabytes: greatest size of the content.
 
     Raises:
-        BadRecording: if no byte can be inflated, or if the content exceeds its greatest size, or 64 MiB and
-            ``MAX_RATIO``.
+        BadRecording: if no byte can be inflated, or if the content exceeds its greatest size, or, beyond
+            64 MiB, ``MAX_RATIO`` times the bytes that it was inflated from so far: a bomb is refused as soon
+            as it is one, and not once it has grown to the ratio of the whole file.
     """
     if not data.startswith(_GZIP):
         return data, None
@@ -110,9 +111,9 @@ def inflate(data: bytes, name: str, megabytes: int = ImportSettings().megabytes)
                 break
             at += len(piece) - len(stream.unused_data)
             total += len(chunks[-1])
-            if total > megabytes << 20 or (total > _RATIO_MATTERS_FROM and total > MAX_RATIO * len(data)):
+            if total > megabytes << 20 or (total > _RATIO_MATTERS_FROM and total > MAX_RATIO * at):
                 raise BadRecording(
-                    f"unpacks to more than {total >> 20} MiB from {len(data)} bytes", where=name,
+                    f"unpacks to more than {total >> 20} MiB from {at} bytes", where=name,
                     next_step="Make sure that it is a recording of one match; unpack it yourself if it is",
                 )
             if not piece:
