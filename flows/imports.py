@@ -4,7 +4,7 @@ from pathlib import Path
 
 from flows.history import LOG, noted
 from flows.jobs import run_pieces
-from flows.matches import Recording, import_recording, inbox, strangers, useless
+from flows.matches import Recording, import_recording, inbox, remarks, strangers, useless
 from flows.placement.crew import crew
 from flows.placement.places import placed
 from flows.progress import StageReport
@@ -45,7 +45,8 @@ def import_all(
     done = len(report.made)
     report.made = sorted(name for name, key in after.items() if before.get(name) != key)
     report.kept = done - len(report.made)
-    report.notes = notes
+    new = {*report.made}
+    report.notes = notes + remarks(store, (match for match in store.receipts("matches") if match.name in new))
     report.failed |= others
     return report
 

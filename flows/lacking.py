@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-import polars as pl
-
+from flows.matches import UNSCORED, remarks
 from flows.stage import Scope
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest, Receipt
-from schemas import SIDES, Quality
+from schemas import SIDES, Goals
 
-#: Flaws of matches that say why no goal of a team is known.
-_FLAWS = ("goals unknown", "scorer unknown")
 #: Matches and teams that are named.
 _NAMED, _TEAMS = 5, 12
 
@@ -31,16 +26,25 @@ def lacking(store: Store, scope: Scope) -> list[str]:
     if selected.files["patterns"].rows or decided.details.get("decisions", 0):
         return []
     matches = [receipt for receipt in store.receipts("matches") if receipt.name in scope.matches]
-    goals = sum(receipt.details.get("goals", 0) for receipt in store.receipts("goals")
-                if receipt.name in scope.matches)
-    said = unscored(store, matches)
+    goals = {receipt.name: receipt for receipt in store.receipts("goals")}
+    counted = sum(goals[match.name].details["goals"] for match in matches if match.name in goals)
+    silent = [match for match in matches if _unscored(store, match, goals.get(match.name))]
+    said = remarks(store, silent, UNSCORED, most=_NAMED)
     many = f"{len(matches)} match{'es' if len(matches) > 1 else ''}"
-    if len(said) == len(matches):
+    if len(silent) == len(matches):
         head = f"no goal of a team is known in {many}, so that nothing tells which behaviours pay"
-        return [f"No knowledge and no policy were made: {head}.", *_first(said)]
-    head = f"no behaviour surely pays in {many} with {goals} goal{'s' if goals != 1 else ''}"
+        return [f"No knowledge and no policy were made: {head}.", *said]
+    head = f"no behaviour surely pays in {many} with {counted} goal{'s' if counted != 1 else ''}"
     following = 'Import more matches, or say select_by = "value" in the [behaviours] settings'
-    return [f"No knowledge and no policy were made: {head}. {following}.", *_first(said)]
+    return [f"No knowledge and no policy were made: {head}. {following}.", *said]
+
+
+def _unscored(store: Store, match: Receipt, goals: Receipt | None) -> bool:
+    """Whether flaws of a match say why no goal of a team is known in it."""
+    flaws = match.details.get("flaws", {})
+    if "goals unknown" in flaws or goals is None:
+        return "goals unknown" in flaws
+    return "scorer unknown" in flaws and not store.read_table(goals, "goals", Goals)["team"].count()
 
 
 def _nobody_counts(store: Store, scope: Scope) -> str:
@@ -63,21 +67,3 @@ def leagues(knowledge: Manifest | None) -> list[str]:
     told = "; ".join(of)
     return [(f"The knowledge is of {len(kinds)} leagues ({told}). Each team has behaviours of its own, and "
              "policies imitate one team. Say --kind or --team for the knowledge of one league or team.")]
-
-
-def unscored(store: Store, matches: Sequence[Receipt]) -> list[str]:
-    """A line for each of these matches in which no goal of a team is known, with what to do."""
-    lines = []
-    for receipt in matches:
-        known = receipt.details.get("flaws", {})
-        if not any(flaw in known for flaw in _FLAWS):
-            continue
-        quality = store.read_table(receipt, "quality", Quality)
-        notes = quality.filter(pl.col("flaw").cast(pl.String).is_in(_FLAWS))["note"].drop_nulls()
-        lines.append(f"{receipt.name}: {notes[0] if len(notes) else 'no goal is known'}.")
-    return lines
-
-
-def _first(lines: list[str]) -> list[str]:
-    more = len(lines) - _NAMED
-    return [*lines[:_NAMED], *([f"… and {more} more matches (table quality)."] if more > 0 else [])]

@@ -7,7 +7,7 @@ from itertools import takewhile
 
 from flows.catalog import look
 from flows.costs import Cost, Spent
-from flows.lacking import lacking, leagues, unscored
+from flows.lacking import lacking, leagues
 from flows.making import Outcome
 from flows.matches import PLAYING, all_here, inbox, mend, strangers
 from flows.memo import Memo
@@ -41,7 +41,7 @@ def bring_up_to_date(
 ) -> None:
     """Make all new outputs, stage by stage. A match that fails drops out, and the others continue.
 
-    If there is nothing to know, no version is made. Notes say what is missing, there or in a new match.
+    If there is nothing to know, no version is made. Notes say what is missing.
 
     Args:
         store: the data folder.
@@ -61,9 +61,8 @@ def bring_up_to_date(
         dropped = {output.match for output in failed}
         scope = scope.model_copy(update={"matches": tuple(m for m in scope.matches if m not in dropped)})
     nothing = lacking(store, scope) if scope.matches else []
-    imported = store.receipts("matches") if scope.matches and report.stage("matches").made else []
-    new = [receipt for receipt in imported if receipt.name in report.stage("matches").made]
-    report.notes += nothing or unscored(store, new)
+    said = report.stage("matches").notes
+    report.notes += [line for line in nothing if line not in said]
     if scope.matches and not nothing:
         known = _emitted(STAGES["knowledge"], settings, scope, report, emit)
         report.knowledge_is_new = bool(known)

@@ -96,11 +96,13 @@ def test_rounds(tmp_path, clips):
 
 
 def test_nothing_selected(data):
-    """A run whose settings select nothing still finishes."""
+    """A run whose settings select nothing still finishes, says so, and makes no empty version."""
+    before = Store(data).latest("knowledge").version
     nothing = Settings(behaviours=BehaviourSettings(value_over=1.0))
     report = run(data, settings=nothing)
     assert report.failures == {}
-    assert Store(data).latest("knowledge").details["behaviours"] == 0
+    assert report.notes[0].startswith("No knowledge and no policy were made: no behaviour surely pays in 2 matches")
+    assert Store(data).latest("knowledge").version == before
 
 
 def test_copies(tmp_path):

@@ -42,7 +42,7 @@ STEPS = ("write_bytes", "open", "fsync", "replace", "rename", "mkdir")
 def goals(robot: int = 1, rows: int = 3) -> pl.DataFrame:
     return pl.DataFrame(
         {"match_id": ["m-1"] * rows, "t_ns": list(range(rows)), "team": ["home"] * rows,
-         "robot": [robot] * rows, "kind": ["direct"] * rows},
+         "robot": [robot] * rows, "kind": ["direct"] * rows, "origin": ["referee"] * rows, "confidence": [None] * rows},
         schema=Goals.dtypes(),
     )
 
@@ -393,7 +393,7 @@ def test_foreign_table(tmp_path):
     """A file of another schema version, of unknown origin or of another format is refused."""
     path = tmp_path / "old.parquet"
     goals().write_parquet(path, metadata={SCHEMA_KEY: "goals/0"})
-    with pytest.raises(SchemaMismatch, match="holds table goals/0, not goals/1"):
+    with pytest.raises(SchemaMismatch, match="holds table goals/0, not goals/2"):
         from_parquet(path.read_bytes(), Goals, where=str(path))
     goals().write_parquet(path)
     with pytest.raises(SchemaMismatch, match="of unknown origin"):

@@ -96,4 +96,6 @@ def _print_matches(store: Store, report: StageReport) -> None:
                                         for flaw, n in flaws.items())})
     if rows:
         print_frame(pl.DataFrame(rows))
+    for note in report.notes:
+        out.print(note, soft_wrap=True, highlight=False, markup=False)
     print_failed(report.failed)

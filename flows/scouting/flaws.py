@@ -17,6 +17,10 @@ WORDS = {
     "skipped": ("left out", "items"), "slow sampling": ("sampled slowly", "samples"),
     "off the pitch": ("robots off the pitch", "robot samples"),
     "scorer unknown": ("scoring team unknown", "goals"),
+    "goals inferred": ("found from the ball, for nothing tells goals", "goals"),
+    "goals unknown": ("nothing tells goals", ""), "unit of angle": ("unit of headings doubtful", "headings"),
+    "text encoding": ("encoding of the text assumed", ""),
+    "unmatched map": ("words of the map match nothing", ""),
 }
 
 

@@ -14,7 +14,8 @@ from schemas import Goals
 def put_goal(store: Store, match: str, robot: int) -> Path:
     """Commit a match with one goal. Returns the file of its goals."""
     frame = pl.DataFrame(
-        {"match_id": [match], "t_ns": [5], "team": ["away"], "robot": [robot], "kind": ["error"]},
+        {"match_id": [match], "t_ns": [5], "team": ["away"], "robot": [robot], "kind": ["error"],
+         "origin": ["referee"], "confidence": [None]},
         schema=Goals.dtypes(),
     )
     store.commit(Work("matches", match, {}, version=1), Made())
