@@ -4,7 +4,8 @@ from pathlib import Path
 
 from flows.history import LOG, noted
 from flows.jobs import run_pieces
-from flows.matches import Recording, import_recording, inbox, remarks, strangers, useless
+from flows.lacking import remarks
+from flows.matches import Recording, import_recording, inbox, strangers, useless
 from flows.placement.crew import crew
 from flows.placement.places import placed
 from flows.progress import StageReport

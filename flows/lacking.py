@@ -1,15 +1,46 @@
-"""What a run says of its knowledge: why there is none, and whether it is of two leagues."""
+"""What is said of matches and knowledge: what was assumed, why there is none, whether it mixes leagues."""
 
 from __future__ import annotations
 
-from flows.matches import UNSCORED, remarks
+from collections.abc import Collection, Iterable
+
+import polars as pl
+
 from flows.stage import Scope
 from pipeline.store import Store
 from pipeline.store.receipts import Manifest, Receipt
-from schemas import SIDES, Goals
+from schemas import SIDES, Goals, Quality
 
+#: Flaws that say why no goal of a team is known, ...
+UNSCORED = ("goals unknown", "scorer unknown")
+#: ... and those that an import tells with their notes: what was assumed, and what a map would settle.
+REMARKABLE = (*UNSCORED, "goals inferred", "unit of angle", "text encoding", "unmatched map", "slow sampling")
+#: Remarks of an import that are told.
+_REMARKS = 12
 #: Matches and teams that are named.
 _NAMED, _TEAMS = 5, 12
+
+
+def remarks(
+    store: Store, matches: Iterable[Receipt], flaws: Collection[str] = REMARKABLE, *, most: int = _REMARKS
+) -> list[str]:
+    """A line for each of these flaws of each match, as its table quality notes it.
+
+    Args:
+        store: has the matches.
+        matches: their receipts.
+        flaws: the flaws that are told.
+        most: number of lines from which on the others are only counted.
+    """
+    lines = []
+    for receipt in matches:
+        if not receipt.details.get("flaws", {}).keys() & {*flaws}:
+            continue
+        quality = store.read_table(receipt, "quality", Quality)
+        told = quality.filter(pl.col("flaw").cast(pl.String).is_in(flaws)).select("flaw", "note", "count")
+        lines += [f"{receipt.name}: {note or f'{flaw} {count}'}." for flaw, note, count in told.iter_rows()]
+    more = len(lines) - most
+    return lines if more <= 0 else [*lines[:most], f"… and {more} more remarks (table quality)."]
 
 
 def lacking(store: Store, scope: Scope) -> list[str]:
@@ -17,15 +48,15 @@ def lacking(store: Store, scope: Scope) -> list[str]:
 
     There is nothing if no behaviour was selected and no player logged a decision.
     """
-    sides = [receipt for receipt in store.receipts("sides") if receipt.name in scope.matches]
-    if sides and not any(team for receipt in sides for team in receipt.details["counts_as"]):
-        return [_nobody_counts(store, scope)]
     selected, decided = (store.readable(noun, scope.name) for noun in ("behaviours", "decisions"))
     if selected is None or decided is None:
         return []
     if selected.files["patterns"].rows or decided.details.get("decisions", 0):
         return []
-    matches = [receipt for receipt in store.receipts("matches") if receipt.name in scope.matches]
+    count = {receipt.name for receipt in store.receipts("sides") if any(receipt.details["counts_as"])}
+    matches = [receipt for receipt in store.receipts("matches") if receipt.name in {*scope.matches} & count]
+    if not matches:
+        return [_nobody_counts(store, scope)]
     goals = {receipt.name: receipt for receipt in store.receipts("goals")}
     counted = sum(goals[match.name].details["goals"] for match in matches if match.name in goals)
     silent = [match for match in matches if _unscored(store, match, goals.get(match.name))]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import polars as pl
@@ -31,12 +31,6 @@ from schemas import SIDES, Commands, Matches, Quality, Referee
 INBOX = "inbox"
 #: Folder of logs of matches in progress; a log that a killed process left there is imported.
 PLAYING = "playing"
-#: Flaws that say why no goal of a team is known, ...
-UNSCORED = ("goals unknown", "scorer unknown")
-#: ... and those that an import tells with their notes: what was assumed, and what a map would settle.
-REMARKABLE = (*UNSCORED, "goals inferred", "unit of angle", "text encoding", "unmatched map", "slow sampling")
-#: Remarks of an import that are told.
-_REMARKS = 12
 
 
 class Recording(BaseModel):
@@ -281,28 +275,6 @@ def _goals(match: MatchLog) -> object:
     """What told the goals of a match, and how sure they are; all formats but tables have a referee."""
     told_by = None if match.info.format == "tracking" else "referee"
     return match.info.settings.get("goals", {"from": told_by})
-
-
-def remarks(
-    store: Store, matches: Iterable[Receipt], flaws: Collection[str] = REMARKABLE, *, most: int = _REMARKS
-) -> list[str]:
-    """A line for each of these flaws of each match, as its table quality notes it.
-
-    Args:
-        store: has the matches.
-        matches: their receipts.
-        flaws: the flaws that are told.
-        most: number of lines from which on the others are only counted.
-    """
-    lines = []
-    for receipt in matches:
-        if not receipt.details.get("flaws", {}).keys() & {*flaws}:
-            continue
-        quality = store.read_table(receipt, "quality", Quality)
-        told = quality.filter(pl.col("flaw").cast(pl.String).is_in(flaws)).select("flaw", "note", "count")
-        lines += [f"{receipt.name}: {note or f'{flaw} {count}'}." for flaw, note, count in told.iter_rows()]
-    more = len(lines) - most
-    return lines if more <= 0 else [*lines[:most], f"… and {more} more remarks (table quality)."]
 
 
 def all_here(
