@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import polars as pl
@@ -49,6 +50,12 @@ def test_nothing_to_learn(call, data):  # type: ignore[no-untyped-def]
     assert [(told[side]["score"], told[side]["goals"]) for side in ("home", "away")] == [(None, None)] * 2
     rows = json.loads(call("sql", "select score_home, score_away from matches", "--json", "--data", data)[1])
     assert rows == [{"score_home": None, "score_away": None}]
+    call("scout", "noball", "--data", data)
+    (page,) = (file.read_text() for file in data.glob("scout*/matches/noball*.html"))
+    counted = {row.partition("<")[0]: set(re.findall(r"<td>([^<]*)", row))
+               for row in page.replace("<tr>", "").split('<th scope="row">') if row.startswith("goals")}
+    assert "? : ?" in page
+    assert counted == {"goals": {"–"}, "goals from shots": {"–"}}
 
 
 def test_positions_alone(call, data):  # type: ignore[no-untyped-def]

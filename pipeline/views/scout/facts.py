@@ -47,7 +47,7 @@ class Numbers(NamedTuple):
         lost: possessions that the adversary ended.
         pressed: how often its robots pressed.
         won: how often that won the ball.
-        scored: shots that became goals.
+        scored: shots that became goals; None where nobody knows of goals: no score, and none was found.
         xg: expected goals of its shots; None where they are not known.
     """
 
@@ -61,7 +61,7 @@ class Numbers(NamedTuple):
     lost: int
     pressed: int
     won: int
-    scored: int = 0
+    scored: int | None = 0
     xg: float | None = None
 
 
@@ -81,6 +81,7 @@ def numbers(tables: Tables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[st
         (tables.chances, "t_ns")))
     known = not tables.chances["xg"].null_count()
     row = tables.matches.row(0, named=True)
+    unknown = tables.goals.is_empty() and any(row[f"score_{side}"] is None for side in SIDES)
     whole = start_ns <= 0 and end_ns > row["duration_s"] * 1e9
     scored = within(tables.goals, "t_ns")["team"].drop_nulls().cast(pl.String).to_list()
     ahead = float((ball["x"].to_numpy() > 0).mean()) if ball.height else 0.0
@@ -98,7 +99,7 @@ def numbers(tables: Tables, start_ns: int = 0, end_ns: int = 1 << 62) -> dict[st
             row[f"score_{side}"] if whole or row[f"score_{side}"] is None else scored.count(side),
             own["held"].filter(pl.col("ended") == "lost").height,
             own["pressed"].height, int(own["pressed"]["won"].sum()),
-            own["shots"].filter(pl.col("outcome") == "goal").height,
+            None if unknown else own["shots"].filter(pl.col("outcome") == "goal").height,
             float(own["chances"]["xg"].sum()) if known else None)
     return found
 
