@@ -14,7 +14,10 @@ from schemas import SIDES, Goals, Quality
 #: Flaws that say why no goal of a team is known, ...
 UNSCORED = ("goals unknown", "scorer unknown")
 #: ... and those that an import tells with their notes: what was assumed, and what a map would settle.
-REMARKABLE = (*UNSCORED, "goals inferred", "unit of angle", "text encoding", "unmatched map", "slow sampling")
+REMARKABLE = (
+    *UNSCORED, "goals inferred", "unit of angle", "text encoding", "unmatched map", "slow sampling",
+    "off the pitch", "ball lost",
+)
 #: Remarks of an import that are told.
 _REMARKS = 12
 #: Matches and teams that are named.

@@ -21,7 +21,7 @@ from pipeline.situations.recognise import recognise
 from pipeline.trajectories.derive import trajectories
 from pipeline.views.commentary import commentary
 from pipeline.views.replay import page as replay_page
-from schemas import Goals
+from schemas import Goals, Referee
 
 
 def whole(name: str, folder: Path) -> str:
@@ -132,3 +132,21 @@ def test_banner_of_a_goal(page, tmp_path):
     first, second = page.evaluate(later)
     assert first["stopped"]
     assert second is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("known", [True, False])
+def test_score_that_nobody_knows(page, tmp_path, known):
+    """A score that nobody told is "? : ?" all along, also beside a goal that was found; one that is told is shown."""
+    rows = [(t, team, robot, 0.1, 0.1, 0.0, 0 if t <= 400 else 1 if t >= 900 else None)
+            for t in range(0, 2000, 100) for team, robot in (("ball", None), ("home", 1))]
+    goals = pl.DataFrame([("m-1", 450 * MS, "home", 1, "direct", "ball", 0.95)], schema=Goals.dtypes(), orient="row")
+    scores = ((0, 0), (1, 0)) if known else ((None, None), (None, None))
+    referee = pl.DataFrame([("m-1", t * MS, event, team, *score, None) for (t, event, team), score in zip(
+        ((0, "play", None), (450, "goal", "home")), scores, strict=True)], schema=Referee.dtypes(), orient="row")
+    (tmp_path / "replay.html").write_text(make(samples(rows), goals=goals, referee=referee))
+    for t, told in ((0.2, "0 : 0"), (1.0, "1 : 0")):
+        page.goto("about:blank")
+        page.goto(f"{(tmp_path / 'replay.html').as_uri()}#t={t}&paused")
+        shown(page)
+        assert page.locator("#score").text_content() == (told if known else "? : ?")

@@ -23,7 +23,8 @@ _NUMBERS = 3
 def tells(head: bytes) -> bool:
     """Whether the content begins with a header of names and a row of as many fields, one a number.
 
-    Or with two rows that are alike, each with at least three numbers: a table without a header.
+    Or with two rows that are alike, each with at least three numbers: a table without a header. A row of more
+    fields, by commas, may have decimal commas; reading it says so.
     """
     # lossy, as the rows are read: a name in another encoding does not make it another format
     text = as_utf8(head).utf8.decode("utf-8", "replace")
@@ -37,7 +38,9 @@ def tells(head: bytes) -> bool:
     rows = [fields(line, mark) for line in lines[1:]]
     if headless(names):
         return any(_alike(names, row) for row in rows)
-    return all(names) and all(len(row) == len(names) and any(map(is_number, row)) for row in rows)
+    return all(names) and all(
+        (len(row) == len(names) or (mark == "," and len(row) > len(names))) and any(map(is_number, row))
+        for row in rows)
 
 
 def _alike(one: list[str], two: list[str]) -> bool:
@@ -66,7 +69,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         rows, found = content, _numbered(found, line, mapping, source.name)
     last = rows[rows.rfind(b"\n") + 1 :]
     cut = None
-    if last and last.count(mark.encode()) < line.count(mark):
+    if last and len(fields(last.decode("utf-8", "replace"), mark)) < len(found):
         rows = rows[: -len(last)]
         cut = "the incomplete last line was left out"
     columns = wide(found, mapping, source.name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import csv
 import re
 from typing import NamedTuple
 
@@ -78,7 +79,12 @@ def separator(line: str) -> str:
 
 
 def fields(line: str, mark: str) -> list[str]:
-    """Fields of a line, without quotes and blanks around them."""
+    """Fields of a line, without quotes and blanks around them; a separator within quotes is none."""
+    if '"' in line:
+        try:
+            return [field.strip(' "') for field in next(csv.reader([line], delimiter=mark))]
+        except csv.Error:  # a field that is too long: no table of ours
+            return [line]
     return [field.strip(' "') for field in line.split(mark)]
 
 

@@ -76,6 +76,7 @@ def wide(found: list[str], mapping: TrackingMap, name: str) -> Wide | None:
         parts = _by_name(found, mapping.teams.ball)
     whole = [Body(*who, columns) for who, columns in parts.items() if {"x", "y"} <= columns.keys()]
     if len(whole) < _BODIES:
+        _check_of_teams(found, name)
         return None
     read = {column for body in whole for column in body.columns.values()}
     left = [column for columns in parts.values() for column in columns.values() if column not in read]
@@ -107,10 +108,13 @@ def _by_name(found: list[str], ball: str) -> _Bodies:
     spelt: dict[str, str] = {}
     for column in found:
         parts = _PARTS.findall(column)
-        quantity = [part for part in parts if WORDS.get(bare(part)) in OF_A_BODY]
+        at = [i for i, part in enumerate(parts) if WORDS.get(bare(part)) in OF_A_BODY]
+        if len(at) > 1:  # y0.x: what stands before the number is the team
+            at = [i for i in at if not parts[i + 1:] or not parts[i + 1].isdigit()]
         numbers = [part for part in parts if part.isdigit()]
-        words = [part for part in parts if part not in (*quantity, *numbers) and bare(part) not in _NOISE]
-        if len(quantity) != 1 or not words or len(numbers) > 1:
+        words = [part for i, part in enumerate(parts)
+                 if i not in at and not part.isdigit() and bare(part) not in _NOISE]
+        if len(at) != 1 or not words or len(numbers) > 1:
             continue
         team = "_".join(words)
         if bare(team) in (*BALLS, bare(ball)) and not numbers:
@@ -119,8 +123,19 @@ def _by_name(found: list[str], ball: str) -> _Bodies:
             who = (spelt.setdefault(team.lower(), team), str(int(numbers[0])))
         else:
             continue
-        bodies.setdefault(who, {}).setdefault(WORDS[bare(quantity[0])], column)
+        bodies.setdefault(who, {}).setdefault(WORDS[bare(parts[at[0]])], column)
     return bodies
+
+
+def _check_of_teams(found: list[str], name: str) -> None:
+    """Raise if the columns are numbered for bodies, and no team is among their names: ``x1, y1, x2, y2``."""
+    numbered = [column for column in found if re.fullmatch(r"[xy][ _.]?\d+", column, re.IGNORECASE)]
+    if len(numbered) >= 2 * _BODIES:
+        raise BadRecording(
+            f"has columns for bodies of no team: {listed(numbered)}", where=name, next_step=(
+                'Say whose they are in a map: [bodies] ball = {x = "x0", y = "y0"}, '
+                '"blue 1" = {x = "x1", y = "y1"}'
+            ))
 
 
 def unfolded(table: pl.DataFrame, columns: Wide, source: SourceFile) -> pl.DataFrame:

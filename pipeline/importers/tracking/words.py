@@ -8,10 +8,10 @@ from collections.abc import Collection, Sequence
 from difflib import get_close_matches
 
 #: Our columns and other words for them; Portuguese without its accents. A word of two columns is of neither:
-#: "time" is a time in English and a team in Portuguese, and is offered for the time alone.
+#: "time" is a time in English and a team in Portuguese, and is offered for the time alone, after "tempo".
 WORDS_OF = {
     "frame": "frame frames framenumber frameid quadro quadros cycle ciclo tick step passo nr",
-    "t": "t time timestamp times seconds secs sec s ms tempo instante segundos milliseconds us ns stamp",
+    "t": "t tempo time timestamp times seconds secs sec s ms instante segundos milliseconds us ns stamp",
     "segment": "segment segmento period periodo",
     "team": "team teamname teamid side club squad colour color equipe lado clube cor who",
     "player": "player playerid id robot robotid robo number no agent jogador jogadorid numero agente",
