@@ -31,7 +31,7 @@ def valued(seed=0, situations=8_000):
     ])
     times = np.arange(1, 20) * 25_000_000_000
     goals = pl.DataFrame({"match_id": "bench-0", "t_ns": times, "team": rng.choice(SIDES, 19), "robot": None,
-                          "kind": None}, schema=Goals.dtypes())
+                          "kind": None, "origin": "referee", "confidence": None}, schema=Goals.dtypes())
     worths = pl.DataFrame({"change": rng.normal(0, 0.1, table.height), "x": 0.0, "y": 0.0})
     found = sequences_of(table, goals, worths, SETTINGS).with_columns(who=side_of(table["team"]))
     return table.hstack(found.select("follows", "value", "change", "x", "y", "who"))
