@@ -32,7 +32,7 @@ def referee(*rows):
 
 def goals_of(events):
     found = events.filter(pl.col("event") == "goal").select("match_id", "t_ns", "team")
-    return found.with_columns(robot=pl.lit(None, dtype=pl.Int16), kind=pl.lit(None)).select(list(Goals.dtypes()))
+    return found.with_columns(robot=pl.lit(None, dtype=pl.Int16), kind=pl.lit(None), origin=pl.lit("referee"), confidence=pl.lit(None)).select(list(Goals.dtypes()))
 
 
 def tracks(until=10.0, **segments):
