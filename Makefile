@@ -17,7 +17,7 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 # The tests start hundreds of processes: they must find compiled sources.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help browser demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
+.PHONY: help browser counterparts demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
   teams-apart expected-goals ball-goals paradigms peers seasons sensitivity soak bench-scale golden notebooks lock clean
 
 help:  ## list the targets
@@ -30,6 +30,14 @@ $(READY): requirements.lock pyproject.toml
 	$(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+# What others wrote to check readers against, in an environment of its own: sslclient needs an old protobuf.
+counterparts: .venv-counterparts/.ready  ## sslclient, for the tests of SSL logs, which skip without it
+
+.venv-counterparts/.ready: tests/counterparts/sslclient.txt
+	$(PYTHON) -m venv --clear .venv-counterparts
+	.venv-counterparts/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r $<
 	@touch $@
 
 demo: $(READY)  ## a recording and three played matches become knowledge and a policy that plays (3 minutes)

@@ -84,13 +84,14 @@ def _answer(
     try:
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        data = Files(Path(path).parent).foreign(Path(path), megabytes=limits.megabytes)
-        source = open_source(data, Path(path).name, limits)
-        if source.sha256 != sha256:
-            raise BadRecording("changes while it is read", where=source.name,  # noqa: TRY301
-                               next_step="Wait until it is whole")
+        with Files(Path(path).parent).opened(Path(path), megabytes=limits.megabytes) as data:
+            source = open_source(data, Path(path).name, limits)
+            if source.sha256 != sha256:
+                raise BadRecording("changes while it is read", where=source.name,  # noqa: TRY301
+                                   next_step="Wait until it is whole")
+            match = read(source.named(match_id), mapping)
         buffer = BytesIO()
-        log.write(read(source.named(match_id), mapping), buffer)
+        log.write(match, buffer)
     except Exception as error:
         ours = error if isinstance(error, PitchloreError) else BadRecording(
             f"cannot be read ({in_one_line(error)})", where=Path(path).name, next_step="Record it again")

@@ -15,6 +15,7 @@ from flows.progress import StageReport
 from flows.stages import STAGES
 from pipeline import matches as log
 from pipeline.errors import BadRecording, CorruptFile, DamagedLog, NoFrames, PitchloreError
+from pipeline.importers.packing import Octets
 from pipeline.importers.readers import open_source, read
 from pipeline.importers.source import slug
 from pipeline.importers.tracking.mapping import TrackingMap, load_map
@@ -132,7 +133,14 @@ def import_recording(
     """
     recording = recording.at(store.here)
     check = store.unchanged(recording.file)
-    data = store.foreign(recording.file, megabytes=limits.megabytes)
+    with store.opened(recording.file, megabytes=limits.megabytes) as data:
+        return _import(store, recording, data, limits, check)
+
+
+def _import(
+    store: Store, recording: Recording, data: Octets, limits: ImportSettings, check: Callable[[], None]
+) -> tuple[Receipt, bool]:
+    """Import an open recording; ``check`` raises StillWritten if it has changed."""
     given = _mapping(store, recording.mapping)
     name = slug(recording.file.name)  # until its content is known
     try:
@@ -295,8 +303,8 @@ def all_here(
 def _here(store: Store, recording: Recording, limits: ImportSettings) -> Receipt | None:
     """The stored match of a recording, None if there is none or if it has to be made anew."""
     try:
-        data = store.foreign(recording.file, megabytes=limits.megabytes)
-        source = open_source(data, recording.file.name, limits)
+        with store.opened(recording.file, megabytes=limits.megabytes) as data:
+            source = open_source(data, recording.file.name, limits)
         mapping = _mapping(store, recording.mapping)
     except PitchloreError:
         return None

@@ -71,6 +71,13 @@ def infer_periods(
     return tuple(periods), flaws
 
 
+def unsure(periods: Sequence[Period], flaws: Sequence[Flaw]) -> list[tuple[int, int]]:
+    """Stretches [start, end) of the periods whose direction is not known, ns; one flaw an inferred period."""
+    inferred = (period for period in periods if period.inferred)
+    return [(period.start_ns, period.end_ns) for period, flaw in zip(inferred, flaws, strict=True)
+            if flaw.flaw == "direction unknown"]
+
+
 def _flaw(period: Period, vote: float, samples: int) -> Flaw:
     """Flaw of an inferred period; ``vote`` is in [-1, 1], positive if home seems to attack +x."""
     if abs(vote) < WEAK:

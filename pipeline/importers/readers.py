@@ -14,8 +14,10 @@ import polars as pl
 
 from pipeline.errors import BadRecording
 from pipeline.importers import mcap_log, rcg
+from pipeline.importers.packing import Octets, Unpacking
 from pipeline.importers.plausibility import plausibility_checks
-from pipeline.importers.source import SourceFile, inflate, slug
+from pipeline.importers.source import SourceFile, slug, streamed_megabytes
+from pipeline.importers.ssl_logs import reading as ssl_log
 from pipeline.importers.tracking import csv_file, parquet_file
 from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import MatchLog
@@ -43,6 +45,7 @@ class Reader:
             use the map.
         ours: whether the format is our own log, which carries its quality rows: it is not checked again.
         text: whether the format is text, whose lines have a greatest length.
+        streamed: whether it is read in pieces, so that its content need not be in memory.
     """
 
     name: str
@@ -52,6 +55,7 @@ class Reader:
     read: Callable[[SourceFile, TrackingMap], MatchLog]
     ours: bool = False
     text: bool = False
+    streamed: bool = False
 
 
 #: All formats. No two recognise the same file, so that their order is only that of the help.
@@ -75,6 +79,12 @@ READERS: tuple[Reader, ...] = (
         rcg.tells, rcg.read, text=True,
     ),
     Reader(
+        "ssl-log", "RoboCup SSL game log (.log)",
+        "vision of several cameras or a tracker's packets, geometry, and the referee's commands, score and "
+        "names; versions 0 and 1; blue is home unless a map says otherwise",
+        ssl_log.tells, ssl_log.read, streamed=True,
+    ),
+    Reader(
         "mcap", "MCAP log (.mcap)",
         "Pitchlore's own logs (ROS 2 CDR, `schemas/*.msg`) from any machine; the whole parts of a truncated "
         "or damaged log",
@@ -86,28 +96,43 @@ READERS: tuple[Reader, ...] = (
 FORMATS = ", ".join(reader.title for reader in READERS)
 
 #: What a user is told if a file is of none of the formats.
-SUPPORTED = f"Give one of these, plain or gzipped: {FORMATS}"
+SUPPORTED = f"Give one of these, plain or packed with gzip or Zstandard: {FORMATS}"
 
 
-def open_source(data: bytes, name: str, limits: ImportSettings = ImportSettings()) -> SourceFile:
-    """A recording: inflated, hashed, its format detected from its content and never from its name.
+def open_source(data: Octets, name: str, limits: ImportSettings = ImportSettings()) -> SourceFile:
+    """A recording: unpacked, hashed, its format detected from its content and never from its name.
 
     Args:
-        data: the file's bytes, gzipped or not.
+        data: the file's bytes, packed or not; of a streamed format they are read anew each time.
         name: the file's name; the hash in the match's identity does not depend on it. What cannot be printed
             is escaped here, once.
         limits: what it may cost.
 
     Raises:
-        BadRecording: if the file inflates to too much, or not at all.
+        BadRecording: if the file unpacks to too much, or not at all.
     """
     match_id = slug(name)
     name = printable(name, NAME_CHARACTERS)
-    content, damage = inflate(data, name, limits.megabytes)
-    head = content[:HEAD_BYTES]
-    found = next((reader.name for reader in READERS if reader.tells(head)), None) if head else None
-    digest = sha256(content).hexdigest()
-    return SourceFile(name, content, damage, found, digest, f"{match_id}-{digest[:12]}", limits)
+    unpacking = Unpacking(data, name, limits.megabytes)
+    kept: list[bytes] = []
+    for piece in unpacking:
+        kept.append(piece)
+        if sum(map(len, kept)) >= HEAD_BYTES:
+            break
+    head = b"".join(kept)
+    found = next((reader for reader in READERS if reader.tells(head[:HEAD_BYTES])), None) if head else None
+    if found is not None and found.streamed:
+        unpacking.allow(streamed_megabytes(limits))
+        digest = sha256(head)
+        for piece in unpacking:
+            digest.update(piece)
+        content, packed = b"", data
+    else:
+        content, packed = data[:] if unpacking.bare else head + b"".join(unpacking), None
+        digest = sha256(content)
+    sha = digest.hexdigest()
+    form = None if found is None else found.name
+    return SourceFile(name, content, unpacking.damage, form, sha, f"{match_id}-{sha[:12]}", limits, packed)
 
 
 def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:

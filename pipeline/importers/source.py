@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import re
 import unicodedata
-import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from pipeline.errors import BadRecording
+from pipeline.importers.packing import Octets, Unpacking
 from pipeline.settings import ImportSettings
 
-#: Highest compression ratio. Deflate reaches 1,000; recordings of matches were seen to have 5 to 25.
-MAX_RATIO = 400
-#: Most gzip streams in one file; rotated logs have a few.
-_MEMBERS = 1_000
-_RATIO_MATTERS_FROM = 64 << 20
-#: Compressed bytes that are inflated at once. If the stream is corrupt, the piece with the damage is lost.
-_PIECE = 1 << 12
-_GZIP = b"\x1f\x8b"
+#: Bytes of a content that is in memory that are given at once.
+_PIECE = 1 << 20
+#: How much more content than a file a streamed format may have, as a factor.
+_STREAMED = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,12 +23,13 @@ class SourceFile:
 
     Attributes:
         name: the file's name, for messages.
-        content: its bytes, inflated if the file is gzipped.
-        damage: why bytes are missing from ``content`` (a gzip stream that is cut or corrupt), else None.
+        content: its bytes, unpacked if the file is packed; b"" if its format is streamed.
+        damage: why bytes are missing from its content (a packed stream that is cut or corrupt), else None.
         format: name of the reader in ``readers.READERS`` that recognises the content, else None.
-        sha256: SHA-256 of ``content`` in hex.
+        sha256: SHA-256 of its content in hex.
         match_id: identity of the match, ``<slug of the name>-<12 hex digits of sha256>``.
         limits: what reading it may cost.
+        packed: the file's bytes as they are, if its format is streamed, else None.
     """
 
     name: str
@@ -41,6 +39,15 @@ class SourceFile:
     sha256: str
     match_id: str
     limits: ImportSettings = ImportSettings()
+    packed: Octets | None = field(default=None, repr=False, compare=False)
+
+    def pieces(self) -> Iterator[bytes]:
+        """The content in pieces; a streamed format's is unpacked anew each time, never whole in memory."""
+        if self.packed is not None:
+            yield from Unpacking(self.packed, self.name, streamed_megabytes(self.limits))
+            return
+        for at in range(0, len(self.content), _PIECE):
+            yield self.content[at : at + _PIECE]
 
     def named(self, match_id: str) -> SourceFile:
         """The same recording under another id of its match."""
@@ -76,10 +83,7 @@ class SourceFile:
 
 
 def inflate(data: bytes, name: str, megabytes: int = ImportSettings().megabytes) -> tuple[bytes, str | None]:
-    """Content of a file, and why bytes of it are missing (else None): gunzipped if it is gzipped.
-
-    A cut or corrupt gzip stream is inflated up to the damage. Its checksum is not verified then, and
-    the last bytes may be garbage; the readers skip or refuse those.
+    """Content of a file, and why bytes of it are missing (else None): unpacked if it is packed.
 
     Args:
         data: the file's bytes.
@@ -87,42 +91,16 @@ def inflate(data: bytes, name: str, megabytes: int = ImportSettings().megabytes)
         megabytes: greatest size of the content.
 
     Raises:
-        BadRecording: if no byte can be inflated, or if the content exceeds its greatest size, or, beyond
-            64 MiB, ``MAX_RATIO`` times the bytes that it was inflated from so far: a bomb is refused as soon
-            as it is one, and not once it has grown to the ratio of the whole file.
+        BadRecording: as for ``packing.Unpacking``.
     """
-    if not data.startswith(_GZIP):
-        return data, None
-    chunks: list[bytes] = []
-    total = at = members = 0
-    damage = None
-    while damage is None and data.startswith(_GZIP, at):
-        members += 1
-        if members > _MEMBERS:
-            raise BadRecording(f"has more than {_MEMBERS} gzip streams", where=name,
-                               next_step="Unpack it yourself if it is a recording of one match")
-        stream = zlib.decompressobj(wbits=31)
-        while not stream.eof and damage is None:
-            piece = data[at : at + _PIECE]
-            try:
-                chunks.append(stream.decompress(piece))
-            except zlib.error as error:
-                damage = f"the gzip stream is corrupt ({error})"
-                break
-            at += len(piece) - len(stream.unused_data)
-            total += len(chunks[-1])
-            if total > megabytes << 20 or (total > _RATIO_MATTERS_FROM and total > MAX_RATIO * at):
-                raise BadRecording(
-                    f"unpacks to more than {total >> 20} MiB from {at} bytes", where=name,
-                    next_step="Make sure that it is a recording of one match; unpack it yourself if it is",
-                )
-            if not piece:
-                damage = "the gzip stream is cut off"
-    if damage is None and data[at:].strip(b"\0"):
-        damage = "the gzip stream is followed by something else"
-    if not total and damage is not None:
-        raise BadRecording(damage, where=name, next_step="Copy or record it again")
-    return b"".join(chunks), damage
+    unpacking = Unpacking(data, name, megabytes)
+    content = b"".join(unpacking)
+    return content, unpacking.damage
+
+
+def streamed_megabytes(limits: ImportSettings) -> int:
+    """Greatest size of the content of a streamed format, MiB: it does not decide how much memory is used."""
+    return _STREAMED * limits.megabytes
 
 
 def slug(name: str) -> str:
@@ -131,7 +109,7 @@ def slug(name: str) -> str:
     Folders and endings do not matter.
     """
     base = re.split(r"[/\\]", name)[-1].strip()
-    stem = re.sub(r"\.gz$", "", base, flags=re.IGNORECASE)
+    stem = re.sub(r"\.(gz|zst)$", "", base, flags=re.IGNORECASE)
     stem = re.sub(r"(?<=.)\.[^.]*$", "", stem)
     ascii_stem = unicodedata.normalize("NFKD", stem).encode("ascii", "ignore").decode().lower()
     return re.sub(r"[^a-z0-9]+", "-", ascii_stem).strip("-")[:40].rstrip("-") or "match"

@@ -15,6 +15,7 @@ from typing import BinaryIO
 from pipeline.errors import NotFound, StillWritten, StorageFailed
 from pipeline.store.atomic import aside
 from pipeline.store.buckets import check_local
+from pipeline.store.foreign import ForeignFile
 from pipeline.store.locks import free, holding, take
 from pipeline.store.meter import count_read, count_written
 from pipeline.store.mirrors import Mirror, located, mirror_of
@@ -201,25 +202,41 @@ class Files:
             megabytes: its greatest size.
 
         Raises:
+            NotFound, BadSettings: as :meth:`opened`.
+        """
+        with self.opened(path, megabytes=megabytes) as file:
+            return file[:]
+
+    @contextmanager
+    def opened(self, path: Path, *, megabytes: int) -> Iterator[ForeignFile]:
+        """A file that is not ours, open while the body runs; it is only ever read.
+
+        Args:
+            path: of the file.
+            megabytes: its greatest size.
+
+        Raises:
             BadSettings: if the path is a URL.
             NotFound: if it cannot be read, is no regular file (a pipe or a device might never end), or is
                 larger.
         """
         check_local(path)
         try:
-            with open(path, "rb", opener=_without_waiting) as file:
-                found = os.fstat(file.fileno())
-                if not stat.S_ISREG(found.st_mode):
-                    raise NotFound("is not a regular file", where=self.named(path), next_step="Name a file")
-                data = file.read(min(found.st_size, megabytes << 20) + 1)
+            descriptor = _without_waiting(str(path), os.O_RDONLY | os.O_CLOEXEC)
         except OSError as error:
             raise NotFound(f"cannot be read ({error.strerror or error})", where=self.named(path),
                            next_step="Name an existing file that you may read") from error
-        if len(data) > megabytes << 20:
-            raise NotFound(f"is larger than the limit of {megabytes} MiB", where=self.named(path),
-                           next_step="If you trust it, raise megabytes in the [imports] settings")
-        count_read(len(data))
-        return data
+        try:
+            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+                raise NotFound("is not a regular file", where=self.named(path), next_step="Name a file")
+            file = ForeignFile(descriptor, self.named(path))
+            if len(file) > megabytes << 20:
+                raise NotFound(f"is larger than the limit of {megabytes} MiB", where=self.named(path),
+                               next_step="If you trust it, raise megabytes in the [imports] settings")
+            count_read(len(file))
+            yield file
+        finally:
+            os.close(descriptor)
 
     @contextmanager
     def locked(self, noun: str) -> Iterator[None]:

@@ -21,6 +21,7 @@ import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk, ChunkIndex, Metadata
 from recordings import make
+from support import ssl_messages as ssl
 
 _HEADER = b"frame,t,team,player,x,y\n"
 _MAGIC = b"\x89MCAP0\r\n"
@@ -199,6 +200,41 @@ def opened_groups() -> bytes:
     return b"ULG5\n" + b"(show 1 (pm 1" * 50_000 + b"\n"
 
 
+def ssl_packets(content: Callable[[int], bytes], count: int, kind: int = ssl.VISION_2014) -> bytes:
+    """An SSL log of so many packets, by their number; it is received at 100 Hz."""
+    return ssl.log(ssl.Message(10**18 + i * 10**7, kind, content(i)) for i in range(count))
+
+
+def ssl_balls(balls: int, frames: int) -> bytes:
+    """A log whose frames have so many balls each, at one place."""
+    ball = ssl.span(5, ssl.f32(1, 0.9) + ssl.f32(3, 10.0) + ssl.f32(4, 10.0))
+    return ssl_packets(lambda i: ssl.span(1, ssl.f64(2, i / 100) + ssl.integer(4, 0) + ball * balls), frames)
+
+
+def ssl_scattered() -> bytes:
+    """A log of 32 cameras that see 400 balls each, all far from each other."""
+    balls = [ssl.span(5, ssl.f32(1, 0.9) + ssl.f32(3, 300.0 * (i % 20)) + ssl.f32(4, 300.0 * (i // 20))) for i in range(400)]
+    return ssl_packets(lambda i: ssl.span(1, ssl.f64(2, i / 3_200) + ssl.integer(4, i % 32) + b"".join(balls)), 5_000)
+
+
+def ssl_robots() -> bytes:
+    """A log whose frames have 450 robots each, many of one number, at places of their own."""
+    robots = b"".join(ssl.span(6, ssl.integer(2, i % 40) + ssl.f32(3, 100.0 * i) + ssl.f32(4, 0.0)) for i in range(450))
+    return ssl_packets(lambda i: ssl.span(1, ssl.f64(2, i / 100) + ssl.integer(4, i % 4) + robots), 3_000)
+
+
+def ssl_false_heads() -> bytes:
+    """A log with heads at every sixteenth byte, whose lengths lead beyond each other into damage."""
+    head = ssl.log([ssl.Message(10**18, 4, b"")])[16:12 + 16] + (60_000).to_bytes(4, "big")
+    return ssl.header() + head * (60 << 16)
+
+
+def ssl_trackers() -> bytes:
+    """A log of 100,000 trackers, and cameras."""
+    frame = ssl.integer(1, 1) + ssl.f64(2, 5.0)
+    return ssl_packets(lambda i: ssl.span(1, f"{i:08x}") + ssl.span(3, frame), 100_000, ssl.TRACKER)
+
+
 DERBY = _HEADER + b"".join(b"%d,%.1f,ball,,0,0\n%d,%.1f,a,1,0.1,0\n%d,%.1f,b,1,-0.1,0\n" % (i, i / 10, i, i / 10, i, i / 10)
                            for i in range(20))
 
@@ -252,6 +288,26 @@ HOSTILE = (
     Hostile("pitch.csv", lambda: DERBY, "length", mapping="[pitch]\nlength = 1e308\nwidth = 1e-308\n"),
     Hostile("infinite.csv", lambda: DERBY, "", mapping="[pitch]\nlength = 1000\nwidth = 0.1\n"),
     Hostile("states.csv", lambda: DERBY, "has 1000022 characters|has a line of 1000011 characters", mapping='[states]\n"' + "x" * 1_000_000 + '" = "goal"\n'),
+    Hostile("balls.log", lambda: ssl_balls(500, 3_500)),
+    Hostile("crowd.log", lambda: ssl_balls(3_500, 500), "only 500 vision packets that cannot be decoded"),
+    Hostile("scattered.log", ssl_scattered),
+    Hostile("heads.log", ssl_false_heads, "has no vision or tracker frames|is damaged at more than 10000 places"),
+    Hostile("robots.log", ssl_robots),
+    Hostile("trackers.log", ssl_trackers),
+    Hostile("cameras.log", lambda: ssl_packets(
+        lambda i: ssl.span(1, ssl.f64(2, i / 100) + ssl.integer(4, i) + ssl.span(5, ssl.f32(3, 1.0) + ssl.f32(4, 1.0))), 100_000)),
+    Hostile("referees.log", lambda: ssl_packets(
+        lambda i: ssl.referee(0, 0, i, source=str(i)), 50_000, ssl.REFEREE), "has no vision or tracker frames"),
+    Hostile("commands.log", lambda: ssl_packets(lambda i: ssl.referee(0, i % 2, i), 50_000, ssl.REFEREE),
+            "a referee who says something else more than 20000 times"),
+    Hostile("blank.log", lambda: ssl.header() + bytes(80 << 20), "more than 4000000 messages, more than the limit rows"),
+    Hostile("headers.log", lambda: ssl.header() * 4_000_000, "has more than 1000 logs in it"),
+    Hostile("torn.log", lambda: ssl.header() + (b"\xff" * 40 + ssl.log([
+        ssl.Message(10**18, 4, b"\0"), ssl.Message(10**18, 4, b"\0")])[16:]) * 500_000,
+            "is damaged at more than 10000 places"),
+    Hostile("noise.log", lambda: ssl.header() + np.random.default_rng(1).bytes(50 << 20), "has no vision or tracker"),
+    Hostile("unending.log", lambda: ssl.header() + b"\xff" * (100 << 20), "has no vision or tracker", megabytes=50),
+    Hostile("bomb.log.gz", lambda: gzip.compress(ssl.header() + bytes(512 << 20), compresslevel=9), "unpacks to more than"),
     Hostile("empty.csv", lambda: b"", "is empty"),
     Hostile("nothing.csv", lambda: b"\0" * 1_000_000, "not a recording of a known format"),
 )

@@ -1,6 +1,6 @@
 """Synthetic recordings: one short match, the sketch, written in every format that can be imported.
 
-Run it to write the files anew: ``python tests/recordings/make.py``. The folder of a file is the name of
+Run it to write the files anew: ``PYTHONPATH=tests python tests/recordings/make.py``. The folder of a file is the name of
 its reader in ``pipeline.importers.readers.READERS``; the map of ``x.csv`` is ``x.csv.toml``.
 """
 
@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 import polars as pl
+from support import ssl_messages as ssl
 
 from pipeline import matches
 from pipeline.importers.rows import Event, pack, referee
@@ -222,6 +223,77 @@ def mapped() -> bytes:
     return "\n".join([*lines, ""]).encode()
 
 
+SSL_MAP = """[pitch]
+kind = "2d"
+"""
+#: As it is if yellow is home, which a log never says.
+TRACKED_MAP = f"""{SSL_MAP}
+[teams]
+home = "amber"
+
+[ssl]
+source = "tracker"
+"""
+#: Numbers of the referee's commands: for what is prepared, that of yellow; blue's is one more.
+_HALT, _NORMAL_START, _PREPARE_KICKOFF = 0, 2, 4
+
+
+def _ssl_referee(frame: int, home: int) -> Iterator[ssl.Message]:
+    """The referee's packets before a frame; ``home`` is 0 if yellow is home, 1 if blue is."""
+    half = sum(event[:2] <= (frame, "half") and event[1] == "half" for event in EVENTS)
+    teams = [ssl.Team(NAMES[int(colour != home)], score(frame)[int(colour != home)]) for colour in (0, 1)]
+    said = {event[1]: event[2] for event in EVENTS if event[0] == frame}
+    stage = 13 if "end" in said else 3 * half + ("kick-off" not in said)
+    commands = [_HALT] if "goal" in said else []
+    if "kick-off" in said:
+        colour = home if said["kick-off"] == "home" else 1 - home
+        commands = [_PREPARE_KICKOFF + colour, _NORMAL_START]
+    for command in commands or [_HALT if frame in (7, 17) else _NORMAL_START]:
+        content = ssl.referee(
+            stage, command, 10 * frame + command if commands else 10 * (frame - 1) + _NORMAL_START, *teams,
+            t=10 + frame / 10, blue_on_positive=home == 0, source="gc",
+        )
+        yield ssl.Message(_received(frame), ssl.REFEREE, content)
+
+
+def _received(frame: int) -> int:
+    return 1_700_000_000_000_000_000 + frame * STEP_NS
+
+
+def ssl_vision() -> bytes:
+    """An SSL log of two cameras, which overlap by 20 m; millimetres, seconds since 10 s; blue is home."""
+    messages = []
+    for frame in range(FRAMES):
+        messages += _ssl_referee(frame, 1)
+        ball, *robots = bodies(frame)
+        for camera, sign in ((0, -1), (1, 1)):
+            seen: list[list[ssl.Seen]] = [[], [], []]
+            for body in (ball, *robots):
+                if body.x * sign >= -10:
+                    of = 2 if body.team is None else 1 - body.team
+                    seen[of].append(ssl.Seen(body.x, body.y, body.number, body.theta))
+            geometry = ssl.size(PITCH.length, PITCH.width, PITCH.goal_width, PITCH.goal_depth, 3.0) if frame % 8 == 3 else None
+            content = ssl.vision(frame + 1, 10 + frame / 10, camera=camera, yellow=seen[0], blue=seen[1], balls=seen[2],
+                                 geometry=geometry)
+            messages.append(ssl.Message(_received(frame) + camera, ssl.VISION_2014, content))
+    return ssl.log(messages)
+
+
+def ssl_tracked() -> bytes:
+    """An SSL log of a tracker, metres, of version 0 and with an index; yellow is home."""
+    geometry = ssl.size(PITCH.length, PITCH.width, PITCH.goal_width, PITCH.goal_depth, 3.0)
+    messages = [ssl.Message(_received(0) - 1, ssl.VISION_2014, ssl.span(2, geometry))]
+    for frame in range(FRAMES):
+        messages += _ssl_referee(frame, 0)
+        ball, *robots = bodies(frame)
+        tracked = [ssl.Tracked(b.x, b.y, b.vx, b.vy, b.team + 1, b.number, b.theta, 0.0) for b in robots]
+        if frame in UNSEEN:  # the tracker still guesses where it is
+            tracked.append(ssl.Tracked(9.0, 9.0, 0.0, 0.0, 2, 3, 0.0, 0.0, visibility=0.0))
+        content = ssl.tracked(frame + 1, 10 + frame / 10, [ssl.Tracked(ball.x, ball.y, ball.vx, ball.vy)], tracked)
+        messages.append(ssl.Message(_received(frame), ssl.TRACKER, content))
+    return ssl.log(messages, version=0, index=True)
+
+
 def parquet() -> bytes:
     """The plain form in Parquet."""
     out = io.BytesIO()
@@ -242,6 +314,10 @@ FILES: dict[str, Callable[[], bytes]] = {
     "rcg/ulg4.rcg": lambda: rcg(4),
     "rcg/ulg5.rcg": lambda: rcg(5),
     "rcg/ulg6.rcg": lambda: rcg(6),
+    "ssl-log/tracked.log": ssl_tracked,
+    "ssl-log/tracked.log.toml": lambda: TRACKED_MAP.encode(),
+    "ssl-log/vision.log": ssl_vision,
+    "ssl-log/vision.log.toml": lambda: SSL_MAP.encode(),
     "tracking-csv/mapped.csv": mapped,
     "tracking-csv/mapped.csv.toml": lambda: MAP.encode(),
     "tracking-csv/plain.csv": lambda: plain().write_csv().encode(),

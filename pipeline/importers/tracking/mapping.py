@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self, get_args
 
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field, field_validator, model_validator
 
+from pipeline.importers.ssl_logs.settings import SslMap
 from pipeline.pitch import Kind
 from pipeline.toml import fitted, tables
 from schemas import SIDES, Side
@@ -130,6 +131,7 @@ class TrackingMap(_Map):
             team and a player, or the ball's name. Without it they are told by the columns' names.
         states: the file's words for states of the game. Each is an event of schema Referee, alone or with
             ``home`` or ``away`` (``DirectAlly = "fault home"``).
+        ssl: how an SSL log is read, which besides this uses ``pitch`` and ``teams``.
     """
 
     columns: Columns = Columns()
@@ -140,6 +142,7 @@ class TrackingMap(_Map):
     goals: GoalFinding = GoalFinding()
     bodies: dict[str, BodyColumns] = Field(default_factory=dict)
     states: dict[str, str] = Field(default_factory=dict)
+    ssl: SslMap = SslMap()
 
     @model_validator(mode="after")
     def _bodies_are_players(self) -> Self:

@@ -11,7 +11,7 @@ import polars as pl
 from pipeline import __version__
 from pipeline.arrays import F64, I64, Bools
 from pipeline.errors import BadRecording
-from pipeline.importers.directions import infer_periods, votes_of
+from pipeline.importers.directions import infer_periods, unsure, votes_of
 from pipeline.importers.rows import pack, referee
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking.angles import RADIANS, angle_unit
@@ -103,9 +103,7 @@ def match_of(
     periods, inferred = infer_periods(
         frames, halves(course, said), None if attacks is None else (1 if attacks == "right" else -1)
     )
-    unsure = [(p.start_ns, p.end_ns) for p, flaw in zip(
-        (p for p in periods if p.inferred), inferred, strict=True) if flaw.flaw == "direction unknown"]
-    told = scoring(course, said, periods, unsure, pitch, mapping.goals)
+    told = scoring(course, said, periods, unsure(periods, inferred), pitch, mapping.goals)
     events, unknown = referee_events(
         course, said, CENTRE * pitch.length, source, told.found, by_ball=told.origin == "ball"
     )

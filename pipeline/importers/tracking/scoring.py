@@ -27,6 +27,19 @@ _AFTER: dict[Sequel, str] = {
     "centre": "then at the centre", "stopped": "then play stopped", "played on": "then played on"}
 
 
+class Lack(NamedTuple):
+    """What a recording lacks that would tell goals, and what to do about it."""
+
+    what: str
+    cure: str
+
+
+OF_A_TABLE = Lack(
+    "no score, no game_state that tells goals",
+    "add columns score_home and score_away, or say in a map which states are goals, [states]",
+)
+
+
 class Scoring(NamedTuple):
     """What tells the goals of a table.
 
@@ -50,7 +63,7 @@ class Scoring(NamedTuple):
 
 def scoring(
     course: Course, said: Said, periods: Sequence[Period], unknown: Sequence[tuple[int, int]], pitch: Pitch,
-    finding: GoalFinding,
+    finding: GoalFinding, lack: Lack = OF_A_TABLE,
 ) -> Scoring:
     """What tells the goals of a table, and those that the ball tells.
 
@@ -64,6 +77,7 @@ def scoring(
         unknown: stretches [start, end) in which that is not known, ns.
         pitch: pitch of the match.
         finding: whether to look at the ball, and how sure a goal has to be.
+        lack: what the recording lacks if it has neither score nor states.
     """
     tokens = [token for known in said.values() for token in known]
     kicking_off = {token.team for token in tokens if token.event == "kick-off"}
@@ -81,11 +95,12 @@ def scoring(
         return Scoring("kick-off", found)
     if not finding.from_ball or not seen.any():
         why = "the ball was never seen" if finding.from_ball else "the map says from_ball = false"
-        return Scoring(None, flaws=(_no_goals(f"{why}, so that none is found", course),))
+        return Scoring(None, flaws=(_no_goals(f"{why}, so that none is found", course, lack),))
     left = len(candidates) - len(goals)
     less = f"; {left} less sure than {finding.confidence:g} left out" if left else ""
     if not goals:
-        return Scoring("ball", flaws=(_no_goals(f"the ball was not seen to go into a goal{less}", course),))
+        why = f"the ball was not seen to go into a goal{less}"
+        return Scoring("ball", flaws=(_no_goals(why, course, lack),))
     listed = ", ".join(f"{kind} {count}" for kind, count in Counter(map(_words, goals)).most_common())
     note = f"nothing tells goals, so they were found from the ball: {listed}{less}. The score stays unknown"
     flaw = Flaw("goals inferred", note, len(goals), goals[0].t_ns, goals[-1].t_ns + 1)
@@ -107,10 +122,9 @@ def _with_teams(
     return tuple(found)
 
 
-def _no_goals(why: str, course: Course) -> Flaw:
+def _no_goals(why: str, course: Course, lack: Lack) -> Flaw:
     return Flaw("goals unknown", (
-        f"no score, no game_state that tells goals, and {why}. Nothing is learned from this match: "
-        "add columns score_home and score_away, or say in a map which states are goals, [states]"
+        f"{lack.what}, and {why}. Nothing is learned from this match: {lack.cure}"
     ), len(course.t_ns), 0, int(course.t_ns[-1]) + 1)
 
 

@@ -1,0 +1,97 @@
+"""Times of samples: the cameras' clock, with its jumps bridged by when packets were received."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection
+
+import numpy as np
+
+from pipeline.arrays import F64, I64
+from pipeline.matches.quality import Flaw
+
+#: The two clocks of one step differ by more than this where one of them jumps, seconds.
+_JUMP_S = 1.0
+#: Clocks of two cameras that differ by less are one clock, seconds: a packet takes milliseconds.
+_ONE_CLOCK_S = 0.02
+#: Cameras and senders whose clocks are looked at.
+_CLOCKS = 64
+#: What a step is taken for if neither clock tells, seconds.
+_STEP_S = 1 / 75
+
+
+def times(captured: F64, received: I64) -> tuple[I64, list[Flaw]]:
+    """Times of samples since the earliest one, and flaws of the clocks.
+
+    A step of the capture clock counts as it is, unless the receive clock makes another one, by more than
+    ``_JUMP_S``. Then the receive clock's step counts, if the capture clock's cannot be: it goes back, or
+    ahead by more than that. If both jump, the capture clock's step counts if it is ahead.
+
+    Args:
+        captured: float64 [F], when each sample was captured, seconds of the source's clock, in the log's
+            order.
+        received: int64 [F], when its first packet was received, ns.
+
+    Returns:
+        int64 [F], ns, as recorded but for the bridged jumps, the least is 0; and one flaw per jump.
+    """
+    if not len(captured):
+        return np.empty(0, np.int64), []
+    step, other = np.diff(captured), np.diff(received) / 1e9
+    jumps = np.flatnonzero(~(np.abs(step - other) <= _JUMP_S))
+    bridged = {}
+    for i in jumps.tolist():
+        if 0 <= step[i] <= _JUMP_S:
+            continue  # the receive clock jumped
+        if 0 <= other[i] <= _JUMP_S:
+            bridged[i] = other[i]
+        elif step[i] < 0:
+            bridged[i] = _STEP_S
+    shift = np.zeros(len(captured))
+    for i, real in bridged.items():
+        shift[i + 1] = real - step[i]
+    moved = (captured - captured[0]) + np.cumsum(shift)
+    t_ns = np.round((moved - moved.min()) * 1e9).astype(np.int64)
+    flaws = [
+        Flaw(
+            "clock jump back" if step[i] < 0 else "clock leap ahead",
+            f"the source's clock jumps by {step[i]:+.3f} s: taken for {real:.3f} s, as packets were received",
+            start_ns=int(t_ns[i]), end_ns=int(t_ns[i + 1]) + 1,
+        )
+        for i, real in bridged.items()
+    ]
+    return t_ns, flaws
+
+
+class Lags:
+    """How far the clock of each camera and sender is behind the receive clock, learned from its frames."""
+
+    def __init__(self) -> None:
+        self._least: dict[tuple[float, int], list[float]] = {}
+        self._frames: Counter[tuple[float, int]] = Counter()
+
+    def add(self, cameras: F64, senders: I64, captured: F64, received: I64) -> None:
+        """Take up frames: camera, sender, capture time in seconds, receive time in ns, each [F]."""
+        lag = received / 1e9 - captured
+        for camera in np.unique(cameras).tolist():
+            for sender in np.unique(senders[cameras == camera]).tolist():
+                clock = (camera, sender)
+                if clock not in self._least and len(self._least) == _CLOCKS:
+                    continue
+                mine = lag[(cameras == camera) & (senders == sender)]
+                self._least.setdefault(clock, []).append(float(mine.min()))
+                self._frames[clock] += len(mine)
+
+    def ahead(self, left_out: Collection[tuple[float, int]]) -> dict[tuple[float, int], float]:
+        """Seconds by which clocks are ahead of that with the most frames, of those that are not the same.
+
+        Args:
+            left_out: cameras and senders that do not count.
+        """
+        frames = {clock: count for clock, count in self._frames.items() if clock not in left_out}
+        if not frames:
+            return {}
+        first = max(frames, key=lambda clock: (frames[clock], -clock[0], -clock[1]))
+        lags = {clock: float(np.median(self._least[clock])) for clock in frames}
+        ahead = {clock: lags[first] - lag for clock, lag in lags.items()}
+        return {clock: by for clock, by in ahead.items() if abs(by) > _ONE_CLOCK_S}

@@ -1,0 +1,235 @@
+"""Matches of SSL game logs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import Literal
+
+import numpy as np
+
+from pipeline import __version__
+from pipeline.arrays import I64
+from pipeline.errors import BadRecording
+from pipeline.importers.directions import infer_periods, unsure
+from pipeline.importers.rows import Event, referee
+from pipeline.importers.source import SourceFile
+from pipeline.importers.ssl_logs import commands, damage
+from pipeline.importers.ssl_logs.bodies import Chosen, choose_source, seen_by_cameras, seen_by_tracker
+from pipeline.importers.ssl_logs.clock import times
+from pipeline.importers.ssl_logs.container import MAGIC, ORDER, RECEIVED
+from pipeline.importers.ssl_logs.coverage import half_a_pitch
+from pipeline.importers.ssl_logs.referee import Told
+from pipeline.importers.ssl_logs.samples import Gathered
+from pipeline.importers.ssl_logs.survey import Survey, survey
+from pipeline.importers.ssl_logs.vision import BLUE, YELLOW
+from pipeline.importers.tracking.ball_goals import CENTRE
+from pipeline.importers.tracking.guesses import guess_pitch
+from pipeline.importers.tracking.mapping import PitchMap, Teams, TrackingMap
+from pipeline.importers.tracking.scoring import Lack, scoring
+from pipeline.importers.tracking.states import Course, referee_events
+from pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period
+from pipeline.matches.quality import Flaw, quality_table
+from pipeline.pitch import Kind, Pitch
+
+#: Times before this are not of a clock that knows the date, Unix time in seconds: the year 2000.
+_DATED_S = 946_684_800.0
+#: What a log lacks that has bodies only.
+_UNREFEREED = Lack(
+    "no packets of a game controller", "record them, too: by default they come to 224.5.23.1:10003"
+)
+_COLOURS = ("yellow", "blue")
+
+
+def tells(head: bytes) -> bool:
+    """Whether the content begins like an SSL log."""
+    return head.startswith(MAGIC)
+
+
+def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
+    """Match of an SSL game log; blue is home unless the map names the home team.
+
+    Of the map, ``pitch``, ``teams`` and ``ssl`` are used. Bodies come from a tracker or from vision (see
+    ``settings.SslMap``). The clock is that of the source. Without a referee, events are inferred as for a
+    table.
+
+    Raises:
+        BadRecording: if its version is unknown, if it has no frames of bodies, or exceeds a limit.
+    """
+    found = survey(source)
+    chosen = choose_source(found, mapping.ssl, source)
+    told_pitch = _told_pitch(found, mapping.pitch)
+    home, names = _teams(found, mapping.teams, source)
+    if chosen is None:
+        samples, flaws = seen_by_cameras(source, found, mapping.ssl, told_pitch, home)
+    else:
+        samples, flaws = seen_by_tracker(source, found, mapping.ssl, chosen, home)
+    if not len(samples.captured):
+        raise BadRecording("has no frame that can be decoded", where=source.name, next_step="Copy it again")
+    t_ns, jumps = times(samples.captured, samples.packets[:, RECEIVED])
+    frames = replace(samples.frames, t_ns=t_ns)
+    pitch = told_pitch or _guessed_pitch(frames, mapping.pitch)
+    flaws += jumps
+    if told_pitch is not None:
+        flaws += half_a_pitch(frames, told_pitch)
+    at = _Times(samples.packets[:, ORDER], t_ns)
+    events = commands.events(found.told, home, at.told, source)
+    periods, inferred = _periods(found.told, home, at, events, frames, mapping.teams)
+    flaws += inferred
+    goals: dict[str, object] = {"from": "referee"}
+    if not found.told:
+        events, more, goals = _inferred(frames, periods, unsure(periods, inferred), pitch, mapping, source)
+        flaws += more
+    damaged, reasons = damage.flaws(found, source, at.received(samples.packets[:, RECEIVED]))
+    info = MatchInfo(
+        match_id=source.match_id, source=source.name, format="ssl-log", home=names[0], away=names[1],
+        started_at=_started(samples), pitch=pitch, periods=periods,
+        settings=_settings(found, chosen, mapping, told_pitch) | {"goals": goals},
+        software=f"pitchlore {__version__}", complete=not reasons,
+        incomplete_reason="; ".join(reasons) or None,
+    )
+    return MatchLog(
+        info=info, frames=frames, referee=referee(source.match_id, events),
+        quality=quality_table(source.match_id, damaged + flaws),
+    )
+
+
+class _Times:
+    """Times of what is in the log besides samples: those of the next sample in the log, else of the last one.
+
+    Args:
+        order: int64 [F], number of the first packet of each sample.
+        t_ns: int64 [F], time of each sample.
+    """
+
+    def __init__(self, order: I64, t_ns: I64) -> None:
+        self._order, self._t_ns = order, t_ns
+
+    def told(self, told: Told) -> int:
+        """Time of what the referee says."""
+        at = int(np.searchsorted(self._order, told.order))
+        return int(self._t_ns[min(at, len(self._t_ns) - 1)])
+
+    def received(self, received: I64) -> damage.When:
+        """Function from the time at which a packet was received to its time in the match."""
+        def when(ns: int | None) -> int | None:
+            if ns is None:
+                return 0
+            at = int(np.argmin(np.abs(received - ns)))
+            return int(self._t_ns[at])
+        return when
+
+
+def _told_pitch(found: Survey, given: PitchMap) -> Pitch | None:
+    """Pitch by the log's geometry and the map; None if neither gives its size."""
+    if not found.sizes:
+        if given.length is None or given.width is None:
+            return None
+        base, _ = guess_pitch(np.array([given.length / 2]), PitchMap(kind=Kind.SSL), corner=False)
+        return _with(base, given)
+    size = max(found.sizes, key=lambda size: (found.sizes[size], size))
+    told = Pitch(kind=Kind.SSL, length=size.length / 1000, width=size.width / 1000,
+                 goal_width=size.goal_width / 1000, goal_depth=size.goal_depth / 1000)
+    return _with(told, given)
+
+
+def _guessed_pitch(frames: Frames, given: PitchMap) -> Pitch:
+    """Pitch by how far the bodies reach, and the map."""
+    x = frames.robots["x"].astype(np.float64)
+    pitch, _ = guess_pitch(x, PitchMap(), corner=False)
+    if pitch.kind is not Kind.SSL:
+        pitch, _ = guess_pitch(x, PitchMap(kind=Kind.SSL), corner=False)
+    return _with(pitch, given)
+
+
+def _with(pitch: Pitch, given: PitchMap) -> Pitch:
+    """The pitch with what a map says of it."""
+    return Pitch.model_validate({**pitch.model_dump(), **given.model_dump(exclude_none=True)})
+
+
+def _teams(found: Survey, given: Teams, source: SourceFile) -> tuple[int, tuple[str, str]]:
+    """The colour that is home, and the names of home and away.
+
+    Names are the last ones that the referee told, else the colours; a colour is added to a name that both
+    have.
+
+    Raises:
+        BadRecording: if the map names a team that the log does not have.
+    """
+    names = list(_COLOURS)
+    for told in found.told:
+        for team in (YELLOW, BLUE):
+            names[team] = told.teams[team].name or names[team]
+    if names[YELLOW] == names[BLUE]:
+        names = [f"{name} ({colour})" for name, colour in zip(names, _COLOURS, strict=True)]
+    home = BLUE
+    for wanted, others in ((given.home, 0), (given.away, 1)):
+        if wanted is None:
+            continue
+        fits = [team for team in (YELLOW, BLUE) if wanted.lower() in (names[team].lower(), _COLOURS[team])]
+        if not fits:
+            raise BadRecording(
+                f"has no team {wanted!r}; it has {names[YELLOW]} (yellow) and {names[BLUE]} (blue)",
+                where=source.name, next_step="Mend the map's [teams] table",
+            )
+        home = fits[0] if others == 0 else 1 - fits[0]
+    return home, (names[home], names[1 - home])
+
+
+def _inferred(
+    frames: Frames, periods: tuple[Period, ...], unknown: list[tuple[int, int]], pitch: Pitch,
+    mapping: TrackingMap, source: SourceFile,
+) -> tuple[list[Event], list[Flaw], dict[str, object]]:
+    """Events of a match without a referee, flaws, and what tells goals: the ball, as in a table."""
+    order = np.argsort(frames.t_ns, kind="stable")
+    course = Course(frames.t_ns[order], None, None, None, frames.ball["x"][order].astype(np.float64),
+                    frames.ball["y"][order].astype(np.float64))
+    told = scoring(course, {}, periods, unknown, pitch, mapping.goals, _UNREFEREED)
+    events, flaws = referee_events(
+        course, {}, CENTRE * pitch.length, source, told.found, by_ball=told.origin == "ball"
+    )
+    return events, [*told.flaws, *flaws], told.settings()
+
+
+def _periods(
+    told: list[Told], home: int, at: _Times, events: list[Event], frames: Frames, given: Teams
+) -> tuple[tuple[Period, ...], list[Flaw]]:
+    """Periods by what the referee says of the sides, else inferred from where the robots stand."""
+    first: Literal[1, -1] | None = None
+    if given.home_attacks is not None:
+        first = 1 if given.home_attacks == "right" else -1
+    sides = [(at.told(now), now.blue_on_positive) for now in told if now.blue_on_positive is not None]
+    if first is not None or not sides:
+        return infer_periods(frames, [event.t_ns for event in events if event.event == "half"], first)
+    end = int(frames.t_ns.max()) + 1
+    signs: dict[int, Literal[1, -1]] = {}
+    for index, (t_ns, blue_on_positive) in enumerate(sides):
+        # a team attacks the half that is not its own
+        signs[0 if index == 0 else t_ns] = -1 if blue_on_positive == (home == BLUE) else 1
+    starts = [t for t in sorted(signs) if t == 0 or t < end]
+    changes = [t for i, t in enumerate(starts) if i == 0 or signs[t] != signs[starts[i - 1]]]
+    return tuple(
+        Period(start_ns=start, end_ns=stop, home_attacks=signs[start], inferred=False)
+        for start, stop in zip(changes, [*changes[1:], end], strict=True)
+    ), []
+
+
+def _started(samples: Gathered) -> datetime | None:
+    """When the first sample was captured; None if the clock does not know the date."""
+    first = float(samples.captured[0])
+    return datetime.fromtimestamp(first, UTC) if _DATED_S <= first < 2 * 2.0**31 else None
+
+
+def _settings(
+    found: Survey, chosen: Chosen | None, mapping: TrackingMap, told_pitch: Pitch | None
+) -> dict[str, object]:
+    """What the match was made from, as JSON values."""
+    return {
+        "map": mapping.settings(),
+        "version": found.damage.versions[0],
+        "source": {"vision": f"{len(found.cameras)} cameras"} if chosen is None else chosen.settings(),
+        "trackers": [{"tracker": uuid, "name": name, "frames": span.frames}
+                     for (uuid, name), span in sorted(found.trackers.items())],
+        "referee packets": found.referee_packets,
+        "guessed": {} if told_pitch else {"pitch": "how far the bodies reach"},
+    }

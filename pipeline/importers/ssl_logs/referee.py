@@ -1,0 +1,167 @@
+"""Referee packets: what the game controller said, where it changed."""
+
+from __future__ import annotations
+
+from collections import Counter
+from hashlib import blake2b
+from typing import NamedTuple
+
+import numpy as np
+
+from pipeline.arrays import I64, U8, Bools
+from pipeline.importers.ssl_logs import fields as f
+from pipeline.importers.ssl_logs.container import ORDER, RECEIVED, Batch, UnusableLogError
+from pipeline.importers.ssl_logs.vision import BLUE, YELLOW
+from pipeline.importers.ssl_logs.wire import Fields, fields, texts
+
+#: Columns of a decoded packet. Those of the teams come twice, from ``_TEAMS`` on; then what is not compared.
+_STAGE, _COMMAND, _COUNTER, _SIDE = range(4)
+_TEAMS = 4
+_SCORE, _RED, _YELLOW, _NAME = range(4)
+_OF_A_TEAM = 4
+_SOURCE = _TEAMS + 2 * _OF_A_TEAM
+_SPANS = _SOURCE + 1
+_COLUMNS = _SPANS + 4
+#: Game controllers that are heard, and how often each may say something new: a match has a few hundred.
+_SOURCES, _CHANGES = 64, 20_000
+#: Greatest score that is one.
+_MOST = 9_999
+
+
+class Team(NamedTuple):
+    """A team as a packet gives it: its name ("" where nobody typed one), its score and its cards."""
+
+    name: str
+    score: int
+    red_cards: int
+    yellow_cards: int
+
+
+class Told(NamedTuple):
+    """What the referee says from a packet on.
+
+    Attributes:
+        order: number of the packet in the file.
+        received: when it was received, ns.
+        part: log of the file that it is in.
+        stage, command: see ``commands``.
+        counter: of commands; it rises with each.
+        blue_on_positive: whether blue's goal is at +x; None where the packet does not say.
+        teams: yellow and blue.
+    """
+
+    order: int
+    received: int
+    part: int
+    stage: int
+    command: int
+    counter: int
+    blue_on_positive: bool | None
+    teams: tuple[Team, Team]
+
+
+class RefereeLog:
+    """The referee's packets of a log, as they come: only those that say something new are kept.
+
+    Attributes:
+        damaged: packets that cannot be decoded.
+    """
+
+    def __init__(self) -> None:
+        self.damaged = 0
+        self._packets: Counter[int] = Counter()
+        self._told: dict[int, list[Told]] = {}
+        self._last: dict[int, I64] = {}
+
+    def add(self, batch: Batch) -> None:
+        """Take up a batch of referee packets.
+
+        Raises:
+            UnusableLogError: if they say something new too often.
+        """
+        rows, damaged = _decode(batch)
+        self.damaged += int(damaged.sum())
+        sound = ~damaged
+        rows, packets = rows[sound], batch.packets[sound]
+        for source in np.unique(rows[:, _SOURCE]).tolist():
+            if source not in self._told and len(self._told) == _SOURCES:
+                continue
+            mine = rows[:, _SOURCE] == source
+            self._packets[source] += int(mine.sum())
+            self._add(batch, rows[mine], packets[mine], source)
+
+    def told(self) -> list[Told]:
+        """What the game controller with the most packets said, in the order of the file."""
+        if not self._packets:
+            return []
+        return self._told[self._packets.most_common(1)[0][0]]
+
+    def packets(self) -> int:
+        """Number of sound packets of that game controller."""
+        return max(self._packets.values(), default=0)
+
+    def _add(self, batch: Batch, rows: I64, packets: I64, source: int) -> None:
+        before = self._last.get(source, np.full(_COLUMNS, -(1 << 40), np.int64))
+        compared = np.vstack((before, rows))[:, :_SOURCE]
+        new = np.flatnonzero((compared[1:] != compared[:-1]).any(axis=1))
+        self._last[source] = rows[-1]
+        told = self._told.setdefault(source, [])
+        if len(told) + len(new) > _CHANGES:
+            raise UnusableLogError(f"has a referee who says something else more than {_CHANGES} times")
+        for row, packet in zip(rows[new].tolist(), packets[new].tolist(), strict=True):
+            teams = []
+            for team in (YELLOW, BLUE):
+                first = _TEAMS + team * _OF_A_TEAM
+                start, end = row[_SPANS + 2 * team : _SPANS + 2 * team + 2]
+                name = batch.data[start:end].tobytes().decode(errors="replace").strip()
+                teams.append(Team(name, row[first + _SCORE], row[first + _RED], row[first + _YELLOW]))
+            side = None if row[_SIDE] < 0 else bool(row[_SIDE])
+            told.append(Told(packet[ORDER], packet[RECEIVED], batch.part, row[_STAGE], row[_COMMAND],
+                             row[_COUNTER], side, (teams[0], teams[1])))
+
+
+def _decode(batch: Batch) -> tuple[I64, Bools]:
+    """The packets, int64 [M, _COLUMNS], and which are damaged, bool [M].
+
+    A packet without stage, command or a team is damaged: these are required.
+    """
+    told, damaged = fields(batch.data, batch.start, batch.end)
+    rows = np.full((len(batch.start), _COLUMNS), -1, np.int64)
+    rows[:, _SPANS:] = 0
+    rows[:, _SOURCE] = 0
+    for column, number in ((_STAGE, f.REFEREE_STAGE), (_COMMAND, f.REFEREE_COMMAND),
+                           (_COUNTER, f.REFEREE_COUNTER)):
+        of, value = told.varints(number)
+        rows[of, column] = value
+    of, value = told.varints(f.REFEREE_BLUE_ON_POSITIVE)
+    rows[of, _SIDE] = np.clip(value, 0, 1)
+    source = told.spans(f.REFEREE_SOURCE)
+    rows[source.of, _SOURCE] = _hashed(batch.data, source)
+    for team, number in ((YELLOW, f.REFEREE_YELLOW), (BLUE, f.REFEREE_BLUE)):
+        _team(batch.data, told.spans(number), rows, _TEAMS + team * _OF_A_TEAM, _SPANS + 2 * team)
+    needed = rows[:, [_STAGE, _COMMAND, _TEAMS + _SCORE, _TEAMS + _OF_A_TEAM + _SCORE]]
+    return rows, damaged | ~((needed >= 0) & (needed <= _MOST)).all(axis=1)
+
+
+def _team(data: U8, spans: Fields, rows: I64, first: int, span: int) -> None:
+    """Decode a team into the columns of ``rows`` from ``first`` on; from ``span`` on where its name is."""
+    told, damaged = fields(data, spans.value, spans.end)
+    told = told._replace(of=spans.of[told.of])
+    for column, number in ((_RED, f.TEAM_RED_CARDS), (_YELLOW, f.TEAM_YELLOW_CARDS)):
+        rows[spans.of, first + column] = 0
+        of, value = told.varints(number)
+        rows[of, first + column] = np.clip(value, 0, _MOST)
+    of, value = told.varints(f.TEAM_SCORE)
+    rows[of, first + _SCORE] = value
+    rows[spans.of[damaged], first + _SCORE] = -1
+    rows[spans.of, first + _NAME] = 0
+    name = told.spans(f.TEAM_NAME)
+    rows[name.of, first + _NAME] = _hashed(data, name)
+    rows[name.of, span], rows[name.of, span + 1] = name.value, name.end
+
+
+def _hashed(data: U8, spans: Fields) -> list[int]:
+    """A number for each text, equal where texts are."""
+    found = texts(data, spans.value, spans.end)
+    numbers = {text: int.from_bytes(blake2b(text, digest_size=7).digest()) for text in set(found)}
+    return [numbers[text] for text in found]
