@@ -16,7 +16,7 @@ from support.ssl_messages import Message, Seen, Team, log
 
 from pipeline.errors import BadRecording
 from pipeline.importers import packing
-from pipeline.importers.readers import open_source, read
+from pipeline.importers.readers import READERS, open_source, read
 from pipeline.matches.frame import MatchLog
 from pipeline.settings import ImportSettings
 
@@ -204,6 +204,16 @@ def test_nothing_in_it(data: bytes) -> None:
     """A log without a frame is refused in one line."""
     with pytest.raises(BadRecording, match=r"x\.log: has no vision or tracker frames"):
         read(open_source(data, "x.log"))
+
+
+@pytest.mark.parametrize("data", [b"TEAMLOG\x00\x01\x02private", b"SSL_LOG\0\0\0\1" + bytes(40), b"\0" * 16 + b"SSL_LOG_FILE"])
+def test_a_private_format(data: bytes) -> None:
+    """A log that is not the league's is refused with the list of what is read."""
+    with pytest.raises(BadRecording) as refused:
+        read(open_source(data, "team.log"))
+    assert str(refused.value).startswith("team.log: is not a recording of a known format. Give one of these, ")
+    assert all(reader.title in str(refused.value) for reader in READERS)
+    assert "\n" not in str(refused.value)
 
 
 def test_zstd() -> None:

@@ -80,16 +80,16 @@ COMMANDS = {
 def refereed(data: bytes, table: pl.DataFrame) -> bytes:
     """The log with packets of a game controller, which says what the table does."""
     packets: list[tuple[int, bytes]] = []
-    state, score, counter = None, (0, 0), 0
+    state, score, counter, said = None, (0, 0), 0, 1
     told = table.select("frame", "t", "game_state", "score_home", "score_away").unique("frame").sort("frame")
     for _, t, now, home, away in told.iter_rows():
         commands = () if now is None or now == state else COMMANDS[now]
         if not commands and (home, away) == score:
             continue
         state, score = now or state, (home, away)
-        for command in commands or (None,):
-            counter += command is not None
-            said = command if command is not None else said
+        for command in commands or (said,):
+            counter += bool(commands)
+            said = command
             content = ssl.referee(1, said, counter, ssl.Team("RoboCIn", away), ssl.Team("TIGERs", home), t=EPOCH + t,
                                   blue_on_positive=False, source="game controller")
             packets.append((round((EPOCH + t) * 1e9), content))
