@@ -273,10 +273,21 @@ def _made(match: MatchLog, data: bytes) -> Made:
             "home": match.info.home, "away": match.info.away,
             "duration_s": float(row["duration_s"][0]), "frames": int(row["frames"][0]),
             "decisions": match.decisions.height,
-            "goals": _goals(match), "score": {side: row[f"score_{side}"][0] for side in SIDES},
+            **_bodies(match), "goals": _goals(match),
+            "score": {side: row[f"score_{side}"][0] for side in SIDES},
             "flaws": dict(flaws.cast({"flaw": pl.String}).iter_rows()),
         },
     )
+
+
+def _bodies(match: MatchLog) -> dict[str, object]:
+    """Where bodies come from, in words, if the recording has several sources of them."""
+    match match.info.settings.get("source"):  # of SSL logs
+        case {"tracker": uuid, "name": name}:
+            return {"bodies": f"the tracker {name or 'without a name'}, uuid {uuid}"}
+        case {"vision": cameras}:
+            return {"bodies": f"vision, {cameras}"}
+    return {}
 
 
 def _goals(match: MatchLog) -> object:

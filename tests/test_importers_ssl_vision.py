@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import polars as pl
 import pytest
@@ -9,9 +11,11 @@ from support import ssl_messages as ssl
 from support.ssl_games import EPOCH, GEOMETRY, STEP, flaws, frames, match, ns, ordered, seen
 from support.ssl_messages import TRACKER, VISION_2010, Message, Seen, Tracked
 
+from flows.matches import Recording, import_recording
 from pipeline.errors import BadRecording, BadSettings
 from pipeline.matches.frame import MatchLog
 from pipeline.pitch import Kind
+from pipeline.store import Store
 
 YELLOW = '[teams]\nhome = "yellow"\n'
 
@@ -137,7 +141,7 @@ def test_half_a_field() -> None:
     assert [p.home_attacks for p in game.info.periods] == [-1]  # blue stands nearer to the end at +x
     (flaw,) = game.quality.filter(flaw="half a pitch").iter_rows(named=True)
     assert (flaw["count"], flaw["start_ns"], flaw["end_ns"]) == (5, 0, game.frames.t_ns.max() + 1)
-    assert flaw["note"].startswith("bodies were only seen at x > -0.9 m: the cameras show half of the pitch")
+    assert flaw["note"].startswith("bodies were only seen at x > -0.9 m: the cameras show half the pitch")
 
 
 @pytest.mark.parametrize(("x", "y", "said"), [
@@ -338,6 +342,18 @@ def test_a_source_that_is_not_there(source: str, said: str) -> None:
     """A source that the log does not have is refused, with those that it has."""
     with pytest.raises(BadRecording, match=said):
         match([track(f, 1.0) for f in range(5)], f'[ssl]\nsource = "{source}"')
+
+
+def test_the_source_is_said(tmp_path: Path) -> None:
+    """The receipt of a match, and so the line below the table of an import, names the source of its bodies."""
+    for name, messages, said in (
+        ("a.log", [track(f, 1.0) for f in range(5)], "the tracker TIGERs, uuid u-1"),
+        ("b.log", [track(f, 1.0, name=None) for f in range(5)], "the tracker without a name, uuid u-1"),
+        ("c.log", frames(5), "vision, 1 cameras"),
+    ):
+        (tmp_path / name).write_bytes(ssl.log(messages))
+        receipt, _ = import_recording(Store(tmp_path / "data"), Recording(file=tmp_path / name))
+        assert receipt.details["bodies"] == said
 
 
 def test_no_tracker() -> None:

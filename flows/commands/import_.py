@@ -96,6 +96,8 @@ def _print_matches(store: Store, report: StageReport) -> None:
                                         for flaw, n in flaws.items())})
     if rows:
         print_frame(pl.DataFrame(rows))
-    for note in report.notes:
+    sources = [f"{name}: bodies from {receipt.details['bodies']}" for name in report.made
+               if (receipt := store.receipt("matches", name)) is not None and "bodies" in receipt.details]
+    for note in [*sources, *report.notes]:
         out.print(note, soft_wrap=True, highlight=False, markup=False)
     print_failed(report.failed)

@@ -27,8 +27,9 @@ def half_a_pitch(frames: Frames, pitch: Pitch) -> list[Flaw]:
         edge = _BEYOND * side / 2
         for sign, more in ((1, ">"), (-1, "<")):
             if len(seen) and (seen * sign).min() > -edge and (seen * sign).max() > _REACH * side / 2:
-                note = (f"bodies were only seen at {axis} {more} {-sign * edge:g} m: the cameras show half of the"
-                        " pitch. What happens on the other half is not in this log")
+                place = f"{axis} {more} {-sign * edge:g} m"
+                note = (f"bodies were only seen at {place}: the cameras show half the pitch. What "
+                        "happens on the other half is not in this log")
                 start, end = int(frames.t_ns.min()), int(frames.t_ns.max()) + 1
                 return [Flaw("half a pitch", note, len(frames), start, end)]
     return []
