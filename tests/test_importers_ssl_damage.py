@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gzip
 import struct
+import tracemalloc
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -12,13 +14,16 @@ import zstandard
 from support import ssl_messages as ssl
 from support.recordings import same
 from support.ssl_games import EPOCH, STEP, Referee, flaws, frames, match, ns, ordered
+from support.ssl_long import long_log
 from support.ssl_messages import Message, Seen, Team, log
 
 from pipeline.errors import BadRecording
 from pipeline.importers import packing
 from pipeline.importers.readers import READERS, open_source, read
+from pipeline.importers.ssl_logs.survey import survey
 from pipeline.matches.frame import MatchLog
 from pipeline.settings import ImportSettings
+from pipeline.store.files import Files
 
 HEAD = 16
 WHOLE = frames(60)
@@ -253,3 +258,25 @@ def test_too_many_messages() -> None:
     """A log with more messages than the limit is refused."""
     with pytest.raises(BadRecording, match="more than 50 messages, more than the limit rows = 50"):
         read(open_source(log(WHOLE), "x.log", ImportSettings(rows=50)))
+
+
+def test_memory_is_that_of_the_samples(tmp_path: Path) -> None:
+    """The survey of a log four times as long needs no more memory; the match grows by what its samples hold."""
+    peaks, held = [], []
+    for seconds in (45, 180):
+        file = tmp_path / f"{seconds}.log"
+        with file.open("wb") as out:
+            out.writelines(long_log(seconds))
+        with Files(tmp_path).opened(file, megabytes=64) as data:
+            source = open_source(data, file.name)
+            tracemalloc.start()
+            survey(source)
+            surveyed = tracemalloc.get_traced_memory()[1]
+            tracemalloc.reset_peak()
+            frames = read(source).frames
+            peaks.append((surveyed, tracemalloc.get_traced_memory()[1]))
+            tracemalloc.stop()
+        held.append(sum(part.nbytes for part in (frames.robots, frames.ball, frames.t_ns, frames.number, frames.offsets)))
+    assert peaks[1][0] < 1.1 * peaks[0][0]
+    # the samples, buffers that may be an eighth larger, and once more a column of each kind for the last checks
+    assert peaks[1][1] - peaks[0][1] < 2.5 * (held[1] - held[0])
