@@ -74,6 +74,8 @@ class Lags:
         """Take up frames: camera, sender, capture time in seconds, receive time in ns, each [F]."""
         lag = received / 1e9 - captured
         for camera in np.unique(cameras).tolist():
+            if (camera, 0) not in self._least and len(self._least) == _CLOCKS:
+                continue
             for sender in np.unique(senders[cameras == camera]).tolist():
                 clock = (camera, sender)
                 if clock not in self._least and len(self._least) == _CLOCKS:

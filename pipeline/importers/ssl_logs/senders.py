@@ -18,6 +18,8 @@ from pipeline.importers.ssl_logs.vision import CAMERA, CAPTURE, NUMBER
 _AHEAD, _BEHIND = 1_000, 20
 #: Senders of one camera that are told apart; a count that starts anew is another one.
 _SENDERS = 64
+#: Cameras whose senders are told apart; more than ``cameras.CAMERAS`` are not read.
+_CAMERAS = 64
 #: A clock goes on if its step is less than this, seconds.
 _JUMP_S = 1.0
 #: Fewer frames than this make no sender: they overtook each other by more.
@@ -50,6 +52,8 @@ class Senders:
         """
         which = np.zeros(len(frames), np.int64)
         for camera in np.unique(frames[:, CAMERA]).tolist():
+            if camera not in self._of and len(self._of) == _CAMERAS:
+                continue
             rows = np.flatnonzero(frames[:, CAMERA] == camera)
             numbers = np.nan_to_num(frames[rows, NUMBER])
             senders = self._of.setdefault(camera, [])
