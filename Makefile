@@ -18,7 +18,8 @@ export PREFECT_SERVER_ANALYTICS_ENABLED := false
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help browser counterparts demo demo-learners test quick lint docs pythons chain bench study fuzz world rules study-labels study-values \
-  teams-apart expected-goals ball-goals paradigms peers seasons sensitivity soak bench-scale golden notebooks lock clean
+  teams-apart expected-goals usual-codes football ball-goals paradigms peers seasons sensitivity soak bench-scale golden \
+  notebooks lock clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -106,6 +107,9 @@ browser:  ## chromium from Debian's packages, for the tests of pages; where it c
 
 teams-apart: $(READY)  ## does what robots do tell who plays? (two minutes)
 	PYTHONPATH=tests $(BIN)/python -m studies.teams_apart data/studies/scout/teams.csv
+
+usual-codes: $(READY)  ## what situations each kind of match usually shows (two minutes; RECORDINGS as above)
+	PYTHONPATH=tests $(BIN)/python -m studies.usual pipeline/situations/usual.json $(RECORDINGS)
 
 expected-goals: $(READY)  ## do shots become goals as often as xG says? (five minutes; RECORDINGS as above)
 	PYTHONPATH=tests $(BIN)/python -m studies.expected_goals data/studies/scout $(RECORDINGS)

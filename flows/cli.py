@@ -169,6 +169,11 @@ COMMANDS = (
         "pitchlore commentary rsim-vss-3v3 --goals",
     ),
     Command(
+        "export", "export:export",
+        "Write a match as CSV or Parquet, for kloppy and floodlight, or for the viewers Foxglove and Rerun.",
+        "pitchlore export rsim-vss-3v3 --to rerun",
+    ),
+    Command(
         "minari", "minari:minari",
         "Write the decisions of matches as a Minari dataset, for offline learners.",
         "pitchlore minari derby/decisions-v0 rsim-vss-3v3",

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import multiprocessing
 import resource
-from contextlib import suppress
+from collections.abc import Sequence
+from contextlib import ExitStack, suppress
 from functools import cache
 from io import BytesIO
 from multiprocessing.connection import Connection
@@ -15,7 +16,7 @@ from pathlib import Path
 from pipeline import errors
 from pipeline import matches as log
 from pipeline.errors import BadRecording, PitchloreError, in_one_line
-from pipeline.importers.readers import open_source, read
+from pipeline.importers.readers import open_parts, read
 from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import MatchLog
@@ -27,13 +28,13 @@ _LOADED = ["flows.isolated", "pipeline.importers.readers"]
 _TRUST = "Remove it; if you trust it, raise {} in the [imports] settings"
 
 
-def read_isolated(path: Path, source: SourceFile, mapping: TrackingMap) -> MatchLog:
+def read_isolated(paths: Sequence[Path], source: SourceFile, mapping: TrackingMap) -> MatchLog:
     """The match of a recording, read in a process of its own.
 
     That process sends back a log of ours, or an error as JSON: nothing from it is executed.
 
     Args:
-        path: of the recording.
+        paths: of the recording's files, in order.
         source: the recording, opened.
         mapping: how to read a tracking table.
 
@@ -44,7 +45,9 @@ def read_isolated(path: Path, source: SourceFile, mapping: TrackingMap) -> Match
     limits = source.limits
     here, there = multiprocessing.Pipe(duplex=False)
     process = _context().Process(
-        target=_answer, args=(there, str(path), source.sha256, source.match_id, mapping, limits), daemon=True)
+        target=_answer, args=(
+            there, [str(path) for path in paths], source.provider, source.sha256, source.match_id, mapping,
+            limits), daemon=True)
     process.start()
     there.close()
     try:
@@ -77,15 +80,20 @@ def _context() -> ForkServerContext:
 
 
 def _answer(
-    there: Connection, path: str, sha256: str, match_id: str, mapping: TrackingMap, limits: ImportSettings
+    there: Connection, paths: Sequence[str], provider: str | None, sha256: str, match_id: str,
+    mapping: TrackingMap, limits: ImportSettings,
 ) -> None:
     """Read a recording and send its match, in the process of its own."""
     most = limits.memory_megabytes << 20
     try:
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        with Files(Path(path).parent).opened(Path(path), megabytes=limits.megabytes) as data:
-            source = open_source(data, Path(path).name, limits)
+        with ExitStack() as stack:
+            parts = [
+                (file.name, stack.enter_context(Files(file.parent).opened(file, megabytes=limits.megabytes)))
+                for file in map(Path, paths)
+            ]
+            source = open_parts(parts, provider, limits)
             if source.sha256 != sha256:
                 raise BadRecording("changes while it is read", where=source.name,  # noqa: TRY301
                                    next_step="Wait until it is whole")
@@ -94,7 +102,7 @@ def _answer(
         log.write(match, buffer)
     except Exception as error:
         ours = error if isinstance(error, PitchloreError) else BadRecording(
-            f"cannot be read ({in_one_line(error)})", where=Path(path).name, next_step="Record it again")
+            f"cannot be read ({in_one_line(error)})", where=Path(paths[0]).name, next_step="Record it again")
         answer = b"e", json.dumps({
             "error": type(ours).__name__, "what": ours.what, "where": ours.where, "next_step": ours.next_step,
         }).encode()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import polars as pl
@@ -12,11 +13,12 @@ from pydantic import BaseModel, field_serializer
 
 from flows.isolated import read_isolated
 from flows.progress import StageReport
+from flows.recognised import with_recognition
 from flows.stages import STAGES
 from pipeline import matches as log
 from pipeline.errors import BadRecording, CorruptFile, DamagedLog, NoFrames, PitchloreError
 from pipeline.importers.packing import Octets
-from pipeline.importers.readers import open_source, read
+from pipeline.importers.readers import open_parts, read
 from pipeline.importers.source import slug
 from pipeline.importers.tracking.mapping import TrackingMap, load_map
 from pipeline.matches.frame import MatchLog
@@ -35,25 +37,40 @@ PLAYING = "playing"
 
 
 class Recording(BaseModel):
-    """A file to import.
+    """A file to import, or the files of one recording of football.
 
     Attributes:
-        file: the recording.
+        file: the recording, or its first file.
         mapping: a TOML file with its names, units, axes and teams; None for the map that its match has, or
             else the plain form.
+        provider: whose files they are (``importers.football.providers``); None if the content tells.
+        more: the other files of that provider's recording, in its order.
     """
 
     file: Path
     mapping: Path | None = None
+    provider: str | None = None
+    more: tuple[Path, ...] = ()
 
     @field_serializer("file", "mapping", when_used="json")
     def _printable(self, path: Path | None) -> str | None:
         """A path for Prefect's records; its bytes need not be UTF-8."""
         return None if path is None else printable(str(path))
 
+    @field_serializer("more", when_used="json")
+    def _all_printable(self, paths: tuple[Path, ...]) -> list[str]:
+        return [printable(str(path)) for path in paths]
+
     def at(self, path: Callable[[Path], Path]) -> Recording:
         """The recording with its paths by a function of paths."""
-        return Recording(file=path(self.file), mapping=None if self.mapping is None else path(self.mapping))
+        return self.model_copy(update={
+            "file": path(self.file), "mapping": None if self.mapping is None else path(self.mapping),
+            "more": tuple(map(path, self.more)),
+        })
+
+    def files(self) -> list[Path]:
+        """All its files, in order."""
+        return [self.file, *self.more]
 
     def label(self, store: Store) -> str:
         """The recording's path, or its URL in the store's bucket, for people."""
@@ -132,19 +149,37 @@ def import_recording(
         StillWritten: if the file changes meanwhile. It does not go into quarantine.
     """
     recording = recording.at(store.here)
-    check = store.unchanged(recording.file)
-    with store.opened(recording.file, megabytes=limits.megabytes) as data:
-        return _import(store, recording, data, limits, check)
+    checks = [store.unchanged(file) for file in recording.files()]
+
+    def check() -> None:
+        for unchanged in checks:
+            unchanged()
+
+    with _opened(store, recording, limits) as parts:
+        return _import(store, recording, parts, limits, check)
+
+
+@contextmanager
+def _opened(
+    store: Store, recording: Recording, limits: ImportSettings
+) -> Iterator[list[tuple[str, Octets]]]:
+    """Name and content of each of a recording's files."""
+    with ExitStack() as stack:
+        yield [
+            (file.name, stack.enter_context(store.opened(file, megabytes=limits.megabytes)))
+            for file in recording.files()
+        ]
 
 
 def _import(
-    store: Store, recording: Recording, data: Octets, limits: ImportSettings, check: Callable[[], None]
+    store: Store, recording: Recording, parts: list[tuple[str, Octets]], limits: ImportSettings,
+    check: Callable[[], None],
 ) -> tuple[Receipt, bool]:
     """Import an open recording; ``check`` raises StillWritten if it has changed."""
     given = _mapping(store, recording.mapping)
     name = slug(recording.file.name)  # until its content is known
     try:
-        source = open_source(data, recording.file.name, limits)
+        source = open_parts(parts, recording.provider, limits)
         store.release("matches", name)
         name = source.match_id
         there = _same_recording(store, source.sha256)
@@ -154,8 +189,10 @@ def _import(
             store.release("matches", name)
             return there, False
         source = source if there is None else source.named(there.name)
-        match = read_isolated(recording.file, source, mapping) if limits.isolate else read(source, mapping)
+        isolated = limits.isolate
+        match = read_isolated(recording.files(), source, mapping) if isolated else read(source, mapping)
         check()
+        match = with_recognition(match)
         with store.locked("matches"):
             receipt, new = _commit(store, match, source.sha256, settings)
     except Exception as error:
@@ -276,6 +313,7 @@ def _made(match: MatchLog, data: bytes) -> Made:
             **_bodies(match), "goals": _goals(match),
             "score": {side: row[f"score_{side}"][0] for side in SIDES},
             "flaws": dict(flaws.cast({"flaw": pl.String}).iter_rows()),
+            **({"heights": len(match.heights.t_ns)} if len(match.heights.t_ns) else {}),
         },
     )
 
@@ -314,8 +352,8 @@ def all_here(
 def _here(store: Store, recording: Recording, limits: ImportSettings) -> Receipt | None:
     """The stored match of a recording, None if there is none or if it has to be made anew."""
     try:
-        with store.opened(recording.file, megabytes=limits.megabytes) as data:
-            source = open_source(data, recording.file.name, limits)
+        with _opened(store, recording, limits) as parts:
+            source = open_parts(parts, recording.provider, limits)
         mapping = _mapping(store, recording.mapping)
     except PitchloreError:
         return None

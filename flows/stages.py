@@ -87,6 +87,16 @@ def _log(inputs: Inputs) -> MatchLog:
     return matches.read(data, where=inputs.where("matches", "log"))
 
 
+def _bodies(inputs: Inputs) -> pl.DataFrame:
+    """The match's trajectories; where the log has the ball's heights, with a column z, null elsewhere."""
+    table = inputs.table("trajectories", Trajectories)
+    if not inputs.details("matches").get("heights"):
+        return table
+    from pipeline.trajectories.heights import with_heights  # noqa: PLC0415 (see above)
+
+    return with_heights(table, _log(inputs).heights)
+
+
 def _trajectories(inputs: Inputs, settings: TrajectorySettings) -> Made:
     from pipeline.trajectories.derive import trajectories  # noqa: PLC0415 (see above)
 
@@ -97,7 +107,7 @@ def _trajectories(inputs: Inputs, settings: TrajectorySettings) -> Made:
 def _situations(inputs: Inputs, settings: SituationSettings) -> Made:
     from pipeline.situations.recognise import recognise  # noqa: PLC0415 (see above)
 
-    found = recognise(inputs.table("trajectories", Trajectories), inputs.pitch, settings)
+    found = recognise(_bodies(inputs), inputs.pitch, settings)
     counts = {team: found.filter(pl.col("team") == team).height for team in SIDES}
     return Made([(found, Situations)], details={"situations": counts})
 
@@ -115,7 +125,7 @@ def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
 
     told = inputs.details("matches").get("goals", {})
     table = attribute(
-        inputs.table("matches", Referee), inputs.table("trajectories", Trajectories),
+        inputs.table("matches", Referee), _bodies(inputs),
         inputs.table("situations", Situations), inputs.pitch, settings, told.get("from"),
         told.get("confidence", {}),
     )
@@ -125,8 +135,7 @@ def _goals(inputs: Inputs, settings: GoalSettings) -> Made:
 def _events(inputs: Inputs, settings: EventSettings) -> Made:
     from pipeline.events.derive import events  # noqa: PLC0415 (see above)
 
-    found = events(
-        inputs.table("trajectories", Trajectories), inputs.table("matches", Referee), inputs.pitch, settings)
+    found = events(_bodies(inputs), inputs.table("matches", Referee), inputs.pitch, settings)
     return Made([(found.possession, Possession), (found.passes, Passes), (found.shots, Shots),
                  (found.pressure, Pressure), (found.restarts, Restarts)])
 

@@ -80,7 +80,8 @@ def attribute(
     """
     given = referee.filter(pl.col("event") == "goal").sort("t_ns", maintain_order=True)
     in_play = trajectories.filter(pl.col("segment").is_not_null(), ~pl.col("suspect"))
-    ball, touched = touches(in_play, SCALES[pitch.kind].contact, pitch.goal_x)
+    scales = SCALES[pitch.kind]
+    ball, touched = touches(in_play, scales.contact, pitch.goal_x, scales.reach)
     done = _episodes(situations)
     breaks = referee.filter(pl.col("event") != "play")["t_ns"].sort().to_numpy()
     times = np.unique(in_play["t_ns"].to_numpy())

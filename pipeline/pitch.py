@@ -6,6 +6,7 @@ angles in radians counter-clockwise from +x.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -13,11 +14,12 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class Kind(StrEnum):
-    """A league, which decides sizes and speeds of robots and ball."""
+    """A league, which decides sizes and speeds of robots and ball; ``human`` is football."""
 
     VSSS = "vsss"
     SSL = "ssl"
     SIM2D = "2d"
+    HUMAN = "human"
 
 
 class Pitch(BaseModel):
@@ -69,6 +71,9 @@ class Scales:
         max_robot_speed: the same for a robot, m/s.
         omnidirectional: whether robots drive sideways as well; their course is then their direction of
             motion, else it is where they head or, reversing, the opposite.
+        heads_as_it_moves: whether a body whose heading is not known heads where it moves, and, standing,
+            where it last moved. People mostly do, and no camera tells where they look.
+        reach: height above which nobody plays the ball, metres; only where its height is given.
     """
 
     contact: float
@@ -85,12 +90,15 @@ class Scales:
     max_ball_speed: float
     max_robot_speed: float
     omnidirectional: bool = False
+    heads_as_it_moves: bool = False
+    reach: float = math.inf
 
 
 PITCHES: dict[Kind, Pitch] = {
     Kind.VSSS: Pitch(kind=Kind.VSSS, length=1.5, width=1.3, goal_width=0.4, goal_depth=0.1),
     Kind.SSL: Pitch(kind=Kind.SSL, length=12.0, width=9.0, goal_width=1.8, goal_depth=0.18),
     Kind.SIM2D: Pitch(kind=Kind.SIM2D, length=105.0, width=68.0, goal_width=14.02, goal_depth=2.44),
+    Kind.HUMAN: Pitch(kind=Kind.HUMAN, length=105.0, width=68.0, goal_width=7.32, goal_depth=2.0),
 }
 
 SCALES: dict[Kind, Scales] = {
@@ -111,5 +119,12 @@ SCALES: dict[Kind, Scales] = {
         contact=1.085, contact_fade=0.10, body=0.41, body_fade=0.02, close=2.5, near=6.0, far=52.5,
         faces=0, speed=8.0,
         robot_radius=0.3, ball_radius=0.085, max_ball_speed=33.0, max_robot_speed=13.0,
+    ),
+    # a stride and a leg, and the error of cameras, about half a metre; people cruise at 5 m/s and sprint at 9
+    Kind.HUMAN: Scales(
+        contact=1.5, contact_fade=0.25, body=0.5, body_fade=0.05, close=3.0, near=7.0, far=52.5,
+        faces=0, speed=4.0,
+        robot_radius=0.5, ball_radius=0.11, max_ball_speed=45.0, max_robot_speed=13.0,
+        omnidirectional=True, heads_as_it_moves=True, reach=2.2,
     ),
 }

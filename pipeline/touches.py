@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -73,18 +74,23 @@ class BallInPlay(NamedTuple):
         return x, y, float(self.vx[here]), float(self.vy[here]), 1.0
 
 
-def touches(in_play: pl.DataFrame, contact: float, goal_x: float) -> tuple[BallInPlay, Touches]:
+def touches(
+    in_play: pl.DataFrame, contact: float, goal_x: float, reach: float = math.inf
+) -> tuple[BallInPlay, Touches]:
     """The ball in play, and all touches of it between the goal lines.
 
     Args:
-        in_play: rows of schema Trajectories of one match: samples in play that are not suspect.
+        in_play: rows of schema Trajectories of one match: samples in play that are not suspect. It may have a
+            column z, the ball's height, metres, null where not known.
+        reach: height above which nobody touches the ball, metres.
         contact: distance of the centres below which a robot touches the ball, metres.
         goal_x: distance of the goal lines from the centre, metres.
     """
     ball = in_play.filter(pl.col("team") == "ball").sort("t_ns").with_row_index("ball")
+    low = ball.filter(pl.col("z").fill_null(0.0) <= reach) if "z" in ball.columns else ball
     near = (
         in_play.filter(pl.col("team") != "ball")
-        .join(ball.select("t_ns", "ball", bx="x", by="y").filter(pl.col("bx").abs() <= goal_x), on="t_ns")
+        .join(low.select("t_ns", "ball", bx="x", by="y").filter(pl.col("bx").abs() <= goal_x), on="t_ns")
         .with_columns(
             distance=((pl.col("x") - pl.col("bx")) ** 2 + (pl.col("y") - pl.col("by")) ** 2).sqrt(),
             side=pl.col("team").to_physical().cast(pl.Int64) - BODIES.index("home"),

@@ -66,7 +66,7 @@ class Patterns(Table):
     x = dy.Float64(nullable=True, description="where it begins: mean place of the robot along the pitch, its team attacks +x", metadata=unit("m"))
     y = dy.Float64(nullable=True, description="the same across the pitch, to the left of +x", metadata=unit("m"))
     team = dy.String(nullable=True, description="team or pool of teams that showed it; null before teams were told apart")
-    kind = dy.String(nullable=True, description="league that it was shown in: vsss, ssl or 2d")
+    kind = dy.String(nullable=True, description="league that it was shown in: vsss, ssl, 2d or human")
 
 
 class Behaviours(Patterns):

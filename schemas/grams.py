@@ -22,7 +22,7 @@ class Grams(Table):
     SINCE: ClassVar[int] = 3
 
     team = dy.String(description="team or pool of teams that showed it")
-    kind = dy.String(description="league that it was shown in: vsss, ssl or 2d")
+    kind = dy.String(description="league that it was shown in: vsss, ssl, 2d or human")
     role = dy.Enum(ROLES, description="role held when the gram starts")
     codes = dy.List(dy.Int16(min=1, max=194), description="the situations' codes in order")
     n = dy.Int8(min=1, max=4, description="number of situations")

@@ -39,4 +39,4 @@ class Occasions(Table):
         "seen there in this role, or the settings' least value if that is greater"
     ))
     team = dy.String(nullable=True, description="team or pool of teams that showed it; null before teams were told apart")
-    kind = dy.String(nullable=True, description="league that it was shown in: vsss, ssl or 2d")
+    kind = dy.String(nullable=True, description="league that it was shown in: vsss, ssl, 2d or human")

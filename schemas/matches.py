@@ -14,7 +14,7 @@ FLAWS = (
     "robot jump", "damaged chunk", "damaged record", "truncated", "ball lost", "not a number",
     "direction inferred", "direction unknown", "skipped", "slow sampling",
     "off the pitch", "scorer unknown", "goals inferred", "goals unknown", "unit of angle", "text encoding", "unmatched map",
-    "half a pitch",
+    "half a pitch", "poor recognition",
 )
 
 
@@ -39,7 +39,7 @@ class Matches(Table):
     score_away = dy.Int16(nullable=True, min=0, description="final goals of away, null where unknown")
     complete = dy.Bool(description="whether the log has everything that the recorder wrote")
     incomplete_reason = dy.String(nullable=True, description="why the log is not complete")
-    kind = dy.String(description="league: vsss, ssl or 2d")
+    kind = dy.String(description="league: vsss, ssl, 2d or human")
     pitch_length = dy.Float64(min=0, description="goal line to goal line", metadata=unit("m"))
     pitch_width = dy.Float64(min=0, description="side line to side line", metadata=unit("m"))
     goal_width = dy.Float64(min=0, description="post to post", metadata=unit("m"))
@@ -60,7 +60,7 @@ class Sides(Table):
     match_id = match_id()
     side = dy.Enum(SIDES, description="home or away, as the column team of other tables names it")
     team = dy.String(description="the team's name")
-    kind = dy.String(description="league: vsss, ssl or 2d")
+    kind = dy.String(description="league: vsss, ssl, 2d or human")
     counts_as = dy.String(nullable=True, description=(
         "team or pool of teams that the side counts for in behaviours and knowledge; null if it does not count"
     ))
@@ -90,7 +90,7 @@ class Quality(Table):
     """One flaw of a recording: flagged, never silently repaired."""
 
     NAME: ClassVar[str] = "quality"
-    VERSION: ClassVar[int] = 2
+    VERSION: ClassVar[int] = 3
     SINCE: ClassVar[int] = 1
 
     match_id = match_id()

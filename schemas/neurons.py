@@ -21,7 +21,7 @@ class Neurons(Table):
     VERSION: ClassVar[int] = 1
 
     team = dy.String(description="team or pool of teams whose grams trained the map")
-    kind = dy.String(description="league that they were shown in: vsss, ssl or 2d")
+    kind = dy.String(description="league that they were shown in: vsss, ssl, 2d or human")
     n = dy.Int8(min=1, max=4, description="length of the map's grams")
     neuron = dy.Int16(min=0, description="number in the map: row times the columns of the map, plus column")
     grid_row = dy.Int16(min=0, description="row in the map")

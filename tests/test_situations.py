@@ -144,9 +144,10 @@ class TestMeaning:
         assert 46 not in codes[Kind.SIM2D]
 
     def test_faces(self):
-        """A VSSS robot plays the ball with its back as well, an SSL robot does not, a 2D player with any side."""
-        held = {Kind.VSSS: 0.06, Kind.SSL: 0.10, Kind.SIM2D: 0.8}
-        for side, kinds in ((0, set(Kind)), (pi, {Kind.VSSS, Kind.SIM2D}), (pi / 2, {Kind.SIM2D})):
+        """VSSS robots play the ball with their backs, too, SSL robots do not, 2D players and people all around."""
+        held = {Kind.VSSS: 0.06, Kind.SSL: 0.10, Kind.SIM2D: 0.8, Kind.HUMAN: 0.8}
+        around = {Kind.SIM2D, Kind.HUMAN}
+        for side, kinds in ((0, set(Kind)), (pi, {Kind.VSSS, *around}), (pi / 2, around)):
             has = {
                 kind for kind, off in held.items()
                 if 1 in found_by(film({"ball": stands(off, 0), "home-1": stands(0, 0, side)}, 1.0), kind=kind)["code"]

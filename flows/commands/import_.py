@@ -16,7 +16,8 @@ from flows.commands.printing import console, print_failed, print_frame, print_js
 from flows.matches import Recording, all_here, with_map
 from flows.placement.places import place_of
 from flows.progress import StageReport
-from pipeline.errors import NotFound
+from pipeline.errors import BadSettings, NotFound
+from pipeline.importers.football.providers import PROVIDERS, provider_of
 from pipeline.importers.readers import FORMATS
 from pipeline.settings import HistorySettings, ImportSettings
 from pipeline.store import Store
@@ -27,19 +28,24 @@ from schemas import SIDES
 def import_files(
     *files: Annotated[Path, Parameter(help=f"Recordings, plain or gzipped: {FORMATS}.", json_list=False)],
     mapping: Annotated[Path | None, Parameter(name="--map")] = None,
+    origin: Annotated[str | None, Parameter(name="--from", help=(
+        "kloppy:PROVIDER: the files are one recording of football, in the provider's order: "
+        + "; ".join(f"{word} {provider.usage()}" for word, provider in PROVIDERS.items()) + "."
+    ))] = None,
     settings: Path | None = None,
     isolate: Flag = False,
     on: On = None,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
-    """Import recordings of matches, as logs or tracking tables.
+    """Import recordings of matches, as logs or tracking tables, or one of football, as kloppy reads it.
 
     Args:
         files: Recordings. Their format is detected from their content.
         mapping: TOML file that names a tracking table's columns, units, axes and teams (default: FILE.toml
             or map.toml beside the recording, else the map that the match was imported with). An empty file
             takes the map away.
+        origin: Whose files they are.
         settings: TOML file with settings; its table [imports] has the limits on a recording.
         isolate: Read each recording in a process of its own, with limits on its time and memory.
         on: Where recordings are read.
@@ -52,6 +58,11 @@ def import_files(
         check_local(path)
     store = common.store
     recordings = [Recording(file=f, mapping=mapping) if mapping else with_map(f) for f in files]
+    if origin is not None:
+        if mapping is not None:
+            raise BadSettings("--map is for tracking tables, and files of --from describe themselves",
+                              next_step="Leave --map out")
+        recordings = [Recording(file=files[0], provider=provider_of(origin), more=files[1:])]
     chosen = common.settings(settings)
     limits = chosen.imports.isolated() if isolate else chosen.imports
     report = bring_in(store, recordings, limits, on or chosen.placement.on, chosen.history)

@@ -49,7 +49,7 @@ def show(
     Args:
         version: Number of the version (default: the newest).
         team: Only those of this team or pool.
-        kind: Only those of this league: vsss, ssl or 2d.
+        kind: Only those of this league: vsss, ssl, 2d or human.
         role: Only those of this role: goalkeeper, midfield or striker.
         support: Only those that were seen so many times or more.
         json: Print JSON, with the manifest.

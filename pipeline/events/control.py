@@ -54,7 +54,8 @@ def control(trajectories: pl.DataFrame, pitch: Pitch) -> Control:
         pitch: pitch of the match.
     """
     in_play = trajectories.filter(pl.col("segment").is_not_null(), ~pl.col("suspect"))
-    ball, touched = touches(in_play, SCALES[pitch.kind].contact, pitch.goal_x)
+    scales = SCALES[pitch.kind]
+    ball, touched = touches(in_play, scales.contact, pitch.goal_x, scales.reach)
     found = contacts(ball, touched)
     rows = len(ball.t_ns)
     toucher = np.full(rows, NOBODY)

@@ -39,11 +39,13 @@ class Rolling(NamedTuple):
 
 #: VSSS: the arena's ball (``pipeline.arena.physics.settings``). SSL: median of the slow free balls of a
 #: recording of 2025 (0.25 m/s²); a fast kick slides first and loses a third of its speed. 2D: the server's
-#: ball_decay of 0.94 a cycle of 0.1 s, and loganalyzer3's least speed of 1 m a cycle.
+#: ball_decay of 0.94 a cycle of 0.1 s, and loganalyzer3's least speed of 1 m a cycle. Human: by FIFA's
+#: Quality Pro a ball that rolls down a ramp of 1 m, to 3.4 m/s, goes on for 4 to 8 m: 1 m/s² at 6 m.
 ROLLING = {
     Kind.VSSS: Rolling(0.34, 0.0, 0.0),
     Kind.SSL: Rolling(0.25, 0.0, 0.0),
     Kind.SIM2D: Rolling(0.0, (1 - 0.94) / 0.1, 10.0),
+    Kind.HUMAN: Rolling(1.0, 0.0, 0.0),
 }
 
 

@@ -6,7 +6,7 @@ all come from it. A new format is a module with two functions, ``tells`` and ``r
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 
@@ -14,6 +14,8 @@ import polars as pl
 
 from pipeline.errors import BadRecording
 from pipeline.importers import mcap_log, rcg
+from pipeline.importers.football import dataset as football
+from pipeline.importers.football.providers import dataset_of, open_files
 from pipeline.importers.packing import Octets, Unpacking
 from pipeline.importers.plausibility import plausibility_checks
 from pipeline.importers.source import SourceFile, slug, streamed_megabytes
@@ -135,6 +137,26 @@ def open_source(data: Octets, name: str, limits: ImportSettings = ImportSettings
     return SourceFile(name, content, unpacking.damage, form, sha, f"{match_id}-{sha[:12]}", limits, packed)
 
 
+def open_parts(
+    parts: Sequence[tuple[str, Octets]], provider: str | None = None,
+    limits: ImportSettings = ImportSettings(),
+) -> SourceFile:
+    """A recording of one file, whose content tells its format, or of a provider's files.
+
+    Args:
+        parts: name and bytes of each file; one, or those of the provider in its order.
+        provider: a key of ``football.providers.PROVIDERS``; None for a format of ``READERS``.
+        limits: what it may cost.
+
+    Raises:
+        BadRecording: as ``open_source`` or ``football.providers.open_files``.
+    """
+    if provider is not None:
+        return open_files(parts, provider, limits)
+    ((name, data),) = parts
+    return open_source(data, name, limits)
+
+
 def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
     """Match of a recording, checked for plausibility.
 
@@ -143,9 +165,12 @@ def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
         mapping: how to read a tracking table; the default is the plain form.
 
     Raises:
+        NotFound: if a provider's files need kloppy, which is not there.
         BadRecording: if the file is empty, of no known format, or cannot be read, or exceeds a limit.
         DamagedLog, NoFrames: if it is a log of ours of which nothing can be read.
     """
+    if source.provider is not None:
+        return _checked(football.match_of(dataset_of(source), source), source)
     if source.format is None:
         what = "is not a recording of a known format" if source.content else "is empty"
         raise BadRecording(what, where=source.name, next_step=SUPPORTED)
@@ -153,10 +178,15 @@ def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
     if reader.text:
         source.check_text()
     log = reader.read(source, mapping)
+    return _checked(log, source, ours=reader.ours)
+
+
+def _checked(log: MatchLog, source: SourceFile, *, ours: bool = False) -> MatchLog:
+    """The match within its limits, with the flaws of its plausibility checks; a log of ours has its own."""
     most = log.frames.most_robots()
     if most > source.limits.robots:
         raise source.too_much(f"{most} robots of a team", "robots")
-    if reader.ours:
+    if ours:
         return log
     found = quality_table(log.info.match_id, plausibility_checks(log))
     info = log.info.model_copy(update={"recording": source.sha256})

@@ -30,6 +30,8 @@ class SourceFile:
         match_id: identity of the match, ``<slug of the name>-<12 hex digits of sha256>``.
         limits: what reading it may cost.
         packed: the file's bytes as they are, if its format is streamed, else None.
+        parts: content of each file of a recording that is of several; ``content`` is then empty.
+        provider: whose files those are, a key of ``football.providers.PROVIDERS``; None for other recordings.
     """
 
     name: str
@@ -40,6 +42,8 @@ class SourceFile:
     match_id: str
     limits: ImportSettings = ImportSettings()
     packed: Octets | None = field(default=None, repr=False, compare=False)
+    parts: tuple[bytes, ...] = field(default=(), repr=False)
+    provider: str | None = None
 
     def pieces(self) -> Iterator[bytes]:
         """The content in pieces; a streamed format's is unpacked anew each time, never whole in memory."""

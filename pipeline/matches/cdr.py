@@ -1,4 +1,4 @@
-"""CDR payloads of the log's messages: samples, referee events, decisions and commands.
+"""CDR payloads of the log's messages: samples, referee events, decisions, commands and heights.
 
 Sources: OMG CDR (XCDR1, little-endian; alignment counts from the end of the four bytes of
 encapsulation), and the definitions in ``schemas/*.msg``.
@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 
 from pipeline.arrays import I64, Bools
-from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames
+from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, Heights
 from pipeline.matches.messages import RECORD, Heads, Messages, bytes_of
 from schemas import ROLES, SIDES, Commands, Decisions, Referee
 from schemas.commands import COMMANDS
@@ -37,6 +37,8 @@ DECISION_HEAD = np.dtype([
 ])  # fmt: skip
 #: Fixed part: the length word of ``commands``; the tail is _COMMAND_DTYPE [commands].
 COMMANDS_HEAD = np.dtype([*RECORD, ("commands", "<u4")])
+#: The whole message: it has no tail.
+HEIGHT_HEAD = np.dtype([*RECORD, ("z", "<f4")])
 _COMMAND_DTYPE = np.dtype([("count", "<i4"), ("robot", "<i2"), ("team", "u1"), ("command", "u1")])
 
 
@@ -222,3 +224,18 @@ def unpack_commands(messages: Messages) -> tuple[pl.DataFrame, Bools]:
         "t_ns": t_ns,
     }
     return pl.DataFrame(columns, schema_overrides=dtypes), mask
+
+
+def pack_heights(heights: Heights, channel: int) -> Messages:
+    """Messages of `schemas/BallHeight.msg` of the ball's heights, in order."""
+    heads = _heads(HEIGHT_HEAD, channel, heights.t_ns)
+    heads["z"] = heights.z
+    return Messages(heads, np.empty(0, dtype=np.uint8), np.zeros(len(heads) + 1, dtype=np.int64))
+
+
+def unpack_heights(messages: Messages) -> tuple[Heights, Bools]:
+    """The ball's heights in order of time, and a mask of the messages [K] that they come from."""
+    mask = _addressed(messages) & (messages.tail_bytes() == 0) & np.isfinite(messages.heads["z"])
+    kept = messages.heads[mask]
+    order = np.argsort(kept["log_time"], kind="stable")
+    return Heights(kept["log_time"][order].copy(), kept["z"][order].copy()), mask

@@ -14,7 +14,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from pipeline.matches import cdr
 
 #: Ids of the log's channels, and of their schemas.
-FRAME, REFEREE, DECISION, COMMAND = 1, 2, 3, 4
+FRAME, REFEREE, DECISION, COMMAND, HEIGHT = 1, 2, 3, 4, 5
 #: The channels of every log; a log declares another one when it has a message on it.
 ALWAYS = (FRAME, REFEREE, DECISION)
 
@@ -34,7 +34,7 @@ class Topic(NamedTuple):
     parts: tuple[str, ...]
     head: np.dtype[np.void]
 
-    @cache  # noqa: B019 - there are four topics
+    @cache  # noqa: B019 - there are five topics
     def definition(self) -> str:
         """Definition with those it refers to, in MCAP's ``ros2msg`` encoding."""
         folder = resources.files("schemas")
@@ -50,6 +50,7 @@ TOPICS = {
     REFEREE: Topic("/referee", "RefereeEvent", (), cdr.REFEREE_HEAD),
     DECISION: Topic("/decision", "Decision", (), cdr.DECISION_HEAD),
     COMMAND: Topic("/command", "Commands", ("Command",), cdr.COMMANDS_HEAD),
+    HEIGHT: Topic("/ball_height", "BallHeight", (), cdr.HEIGHT_HEAD),
 }
 
 

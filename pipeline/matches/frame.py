@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Literal, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 import polars as pl
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from pipeline.arrays import I8, I64, Bools
+from pipeline.arrays import F32, I8, I64, Bools
 from pipeline.pitch import Pitch
 from pipeline.text import NAME_CHARACTERS, printable
 from schemas import Commands, Decisions, Quality, Referee
@@ -143,6 +143,17 @@ class Frames:
         return np.repeat(np.arange(len(self), dtype=np.int64), self.counts())
 
 
+class Heights(NamedTuple):
+    """The ball's height where the source gives it: int64 [H] times of samples, ns, and float32 [H] metres."""
+
+    t_ns: I64
+    z: F32
+
+
+#: No height is known.
+NO_HEIGHTS = Heights(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.float32))
+
+
 @dataclass(frozen=True, slots=True)
 class MatchLog:
     """A whole match, as an importer or the simulator makes it and the log holds it.
@@ -154,6 +165,7 @@ class MatchLog:
         decisions: rows of schema Decisions; empty for foreign recordings.
         quality: rows of schema Quality, the flaws found while reading.
         commands: rows of schema Commands; empty where the source counts none.
+        heights: the ball's heights, in order of time; empty where the source gives none.
     """
 
     info: MatchInfo
@@ -162,6 +174,7 @@ class MatchLog:
     decisions: pl.DataFrame = field(default_factory=Decisions.empty)
     quality: pl.DataFrame = field(default_factory=Quality.empty)
     commands: pl.DataFrame = field(default_factory=Commands.empty)
+    heights: Heights = NO_HEIGHTS
 
 
 def wrap(angle: npt.NDArray[A]) -> npt.NDArray[A]:

@@ -9,8 +9,8 @@ import polars as pl
 
 from pipeline.arrays import I64, U8, Bools
 from pipeline.matches import cdr
-from pipeline.matches.channels import COMMAND, DECISION, FRAME, REFEREE, TOPICS, fields
-from pipeline.matches.frame import Frames
+from pipeline.matches.channels import COMMAND, DECISION, FRAME, HEIGHT, REFEREE, TOPICS, fields
+from pipeline.matches.frame import NO_HEIGHTS, Frames, Heights
 from pipeline.matches.messages import Collector, Messages, log_times
 from pipeline.matches.quality import Flaw
 from pipeline.matches.records import FRAMING_BYTES, MESSAGE, Records
@@ -88,6 +88,15 @@ class Inbox:
         """Rows of schema Commands, in its order."""
         by = ("team", "robot", "t_ns", "command")
         return self._table(COMMAND, Commands, cdr.unpack_commands, match_id, by=by)
+
+    def heights(self) -> Heights:
+        """The ball's heights, in order of time."""
+        messages = self._collectors[HEIGHT].messages()
+        if not len(messages):
+            return NO_HEIGHTS
+        found, sound = cdr.unpack_heights(messages)
+        self._skip(_malformed(HEIGHT), messages.heads["log_time"][~sound])
+        return found
 
     def skipped(self, where: str) -> list[Flaw]:
         """One flaw for each reason for which messages were left out so far."""

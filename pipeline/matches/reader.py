@@ -260,6 +260,7 @@ class _Reading:
         referee = self._inbox.referee(info.match_id)
         decisions = self._inbox.decisions(info.match_id)
         commands = self._inbox.commands(info.match_id)
+        heights = self._inbox.heights()
         flaws = [*self._flaws, *self._inbox.skipped(self._where)]
         origin = 0
         if foreign:
@@ -270,6 +271,7 @@ class _Reading:
             referee = referee.with_columns(pl.col("t_ns") - origin)
             decisions = decisions.with_columns(pl.col("t_ns", "end_ns") - origin)
             commands = commands.with_columns(pl.col("t_ns") - origin)
+            heights = heights._replace(t_ns=heights.t_ns - origin)
         if self._reasons:
             reasons = [info.incomplete_reason] if info.incomplete_reason else []
             reasons += self._reasons[:_REASONS]
@@ -280,4 +282,4 @@ class _Reading:
         if flaws:
             found = quality_table(info.match_id, flaws).with_columns(pl.col("start_ns", "end_ns") - origin)
             quality = pl.concat([carried, found])
-        return MatchLog(info, frames, referee, decisions, quality, commands)
+        return MatchLog(info, frames, referee, decisions, quality, commands, heights)

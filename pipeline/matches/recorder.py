@@ -28,7 +28,7 @@ from mcap.writer import MCAP0_MAGIC
 from pipeline.arrays import I64
 from pipeline.errors import BadRecording
 from pipeline.matches import cdr
-from pipeline.matches.channels import ALWAYS, COMMAND, DECISION, FRAME, REFEREE, TOPICS, declarations
+from pipeline.matches.channels import ALWAYS, COMMAND, DECISION, FRAME, HEIGHT, REFEREE, TOPICS, declarations
 from pipeline.matches.chunks import Piece, seal
 from pipeline.matches.description import METADATA, describe
 from pipeline.matches.frame import Frames, MatchInfo, MatchLog
@@ -234,7 +234,7 @@ class Recorder:
 def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES) -> None:
     """Write a whole match; the same match gives the same bytes.
 
-    Events, decisions and commands are written beside the frames of their time, so that a part of the
+    Events, decisions, commands and heights are written beside the frames of their time, so that a part of the
     file is a part of the match.
 
     Args:
@@ -259,6 +259,8 @@ def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES) ->
     if len(log.commands):
         check(log.commands, Commands, where=log.info.match_id)
         left[COMMAND] = cdr.pack_commands(log.commands, COMMAND)
+    if len(log.heights.t_ns):
+        left[HEIGHT] = cdr.pack_heights(log.heights, HEIGHT)
     recorder = Recorder(stream, log.info, chunk_bytes=chunk_bytes)
     for part in _slices(log.frames):
         recorder.frames(part)

@@ -43,8 +43,8 @@ class DenseMatch:
         role: int8 [B, T], index in ROLES as last seen; -1 before the first time.
         poses: float64 [7, B, T]: x and y in metres, cosine and sine of the heading, speed in m/s, cosine
             and sine of the course, the direction in which it drives.
-        ball: float64 [7, T], the ball's x, y, speed, cosine and sine of its direction of travel, jolt and
-            gain (see :func:`jolts`).
+        ball: float64 [8, T], the ball's x, y, speed, cosine and sine of its direction of travel, jolt and
+            gain (see :func:`jolts`), and its height above ``Scales.reach``, 0 below it or where not known.
     """
 
     t_ns: I64
@@ -63,7 +63,8 @@ def dense_match(trajectories: pl.DataFrame, scales: Scales) -> DenseMatch:
     A row counts as a missing body if it is suspect, its position is not finite, or a robot has no role.
 
     Args:
-        trajectories: rows of schema Trajectories of one match, sorted as it says; not empty.
+        trajectories: rows of schema Trajectories of one match, sorted as it says; not empty. It may have a
+            column z, the ball's height, metres, null where not known.
         scales: distances and speeds of the kind of match.
 
     Raises:
@@ -84,7 +85,8 @@ def dense_match(trajectories: pl.DataFrame, scales: Scales) -> DenseMatch:
     usable = np.isfinite(x) & np.isfinite(y) & ~trajectories["suspect"].to_numpy() & (is_ball | (roles >= 0))
 
     still = STILL * scales.speed
-    ball = np.full((7, samples), np.nan)
+    ball = np.full((8, samples), np.nan)
+    ball[7] = 0.0
     robots = [body for body in bodies if body[0] != BODIES.index(BALL)]
     poses = np.full((7, len(robots), samples), np.nan)
     present = np.zeros((len(robots), samples), dtype=np.bool_)
@@ -98,10 +100,16 @@ def dense_match(trajectories: pl.DataFrame, scales: Scales) -> DenseMatch:
             present[row, at] = True
             role[row, at] = roles[rows][keep]
             _carry(role[row])
-            _pose(*motion, theta[rows][keep], at, still, scales.omnidirectional, poses[:, row])
+            heading = theta[rows][keep]
+            if scales.heads_as_it_moves:
+                heading = headings(heading, motion[2], motion[3], still)
+            _pose(*motion, heading, at, still, scales.omnidirectional, poses[:, row])
         else:
             _ball(*motion, at, segment, still, ball)
             jolts(motion[0], motion[1], t_ns[at], segment[at], at, ball)
+            if "z" in trajectories.columns:
+                z = trajectories["z"].fill_null(0.0).to_numpy().astype(np.float64)
+                ball[7, at] = np.maximum(z[rows][keep] - scales.reach, 0.0)
     return DenseMatch(
         t_ns=t_ns, segment=segment,
         team=np.array([team - BODIES.index("home") for team, _ in robots], dtype=np.int8),
@@ -143,6 +151,29 @@ def _carry(role: I8) -> None:
 
 
 @numba.njit(cache=True, nogil=True)
+def headings(theta: F64, vx: F64, vy: F64, still: float) -> F64:
+    """Headings of a body, float64 [n]; where one is not known it is the direction of motion.
+
+    While the body is slower than ``still`` it keeps the last direction in which it moved. The heading is NaN
+    before the body first moves.
+
+    Args:
+        theta: [n], rad; NaN where not known.
+        vx: [n], m/s; NaN where not known.
+        vy: [n], the same.
+        still: speed below which there is no direction of motion, m/s.
+    """
+    out = theta.copy()
+    last = np.nan
+    for i in range(len(theta)):
+        if vx[i] * vx[i] + vy[i] * vy[i] >= still * still:
+            last = np.arctan2(vy[i], vx[i])
+        if np.isnan(theta[i]):
+            out[i] = last
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
 def _pose(
     x: F64, y: F64, vx: F64, vy: F64, theta: F64, at: I64, still: float, omnidirectional: bool, out: F64
 ) -> None:
@@ -164,7 +195,7 @@ def _pose(
 
 @numba.njit(cache=True, nogil=True)
 def _ball(x: F64, y: F64, vx: F64, vy: F64, at: I64, segment: I32, still: float, out: F64) -> None:
-    """Fill columns ``at`` [n] of ``out`` [7, T] with x, y, speed, and cos and sin of the direction of travel.
+    """Fill columns ``at`` [n] of ``out`` [8, T] with x, y, speed, and cos and sin of the direction of travel.
 
     While the ball is still, its last direction of the segment is held.
     """
@@ -182,7 +213,7 @@ def _ball(x: F64, y: F64, vx: F64, vy: F64, at: I64, segment: I32, still: float,
 
 @numba.njit(cache=True, nogil=True)
 def jolts(x: F64, y: F64, t_ns: I64, segment: I32, at: I64, out: F64) -> None:
-    """Fill rows 5 and 6 of columns ``at`` [n] of ``out`` [7, T]: jolt and gain of the ball, m/s.
+    """Fill rows 5 and 6 of columns ``at`` [n] of ``out`` [8, T]: jolt and gain of the ball, m/s.
 
     The velocity after is the slope of the least-squares line through the samples of the last
     ``_JOLT_NS``, at least two. The velocity before is that of the samples before them. The jolt is the

@@ -1,5 +1,7 @@
 """Signals: the inputs of the rules, computed from the positions and motions of all bodies.
 
+A ball above the reach of the bodies is as much farther from them: what they could play counts as no height.
+
 All signals are float64. They are NaN where a body, its heading or its velocity is missing. Angles are
 in [0, pi]; they come from dot and cross products, so no angle needs wrapping.
 """
@@ -45,7 +47,7 @@ def ball_distances(poses: F64, ball: F64) -> F64:
     for b in range(len(out)):
         for k in range(len(ball[0])):
             dx, dy = ball[0, k] - poses[0, b, k], ball[1, k] - poses[1, b, k]
-            out[b, k] = np.sqrt(dx * dx + dy * dy)
+            out[b, k] = np.sqrt(dx * dx + dy * dy + ball[7, k] * ball[7, k])
     return out
 
 
@@ -109,7 +111,7 @@ def fill_own(
 
     Args:
         mine: float64 [7, N], the robot's x, y, cos, sin, speed, course_cos, course_sin.
-        ball: float64 [7, N], as in :class:`pipeline.situations.dense.DenseMatch`.
+        ball: float64 [8, N], as in :class:`pipeline.situations.dense.DenseMatch`.
         opponent: float64 [N], distance of the nearest opponent to the ball.
         teammate: float64 [N], distance of the nearest teammate to the ball.
         at: first sample of the block.
@@ -121,10 +123,10 @@ def fill_own(
     x, y, cos, sin = mine[0, at:at + n], mine[1, at:at + n], mine[2, at:at + n], mine[3, at:at + n]
     speed, course_cos, course_sin = mine[4, at:at + n], mine[5, at:at + n], mine[6, at:at + n]
     ball_x, ball_y, ball_speed = ball[0, at:at + n], ball[1, at:at + n], ball[2, at:at + n]
-    ball_cos, ball_sin = ball[3, at:at + n], ball[4, at:at + n]
+    ball_cos, ball_sin, above = ball[3, at:at + n], ball[4, at:at + n], ball[7, at:at + n]
     for j in range(n):
         dx, dy = ball_x[j] - x[j], ball_y[j] - y[j]
-        out[0, j] = np.sqrt(dx * dx + dy * dy)
+        out[0, j] = np.sqrt(dx * dx + dy * dy + above[j] * above[j])
         out[1, j] = between(cos[j], sin[j], dx, dy)
         out[2, j] = between(course_cos[j], course_sin[j], dx, dy)
         out[3, j] = between(ball_cos[j], ball_sin[j], -dx, -dy)

@@ -110,8 +110,8 @@ def may_begin(b, roles):
     mine = np.stack([robot[:, X], robot[:, Y], cos, sin, speed, end * cos, end * sin])
     rolls = np.hypot(ball[:, VX], ball[:, VY])
     course = np.where(rolls < 0.05, np.nan, np.arctan2(ball[:, VY], ball[:, VX]))
-    still = np.zeros(k)  # it rolls as it did: no jolt, no gain
-    its = np.stack([ball[:, X], ball[:, Y], rolls, np.cos(course), np.sin(course), still, still])
+    still = np.zeros(k)  # it rolls as it did: no jolt, no gain; and it does not fly
+    its = np.stack([ball[:, X], ball[:, Y], rolls, np.cos(course), np.sin(course), still, still, still])
     away = np.hypot(b[:, 1:, X] - ball[:, None, X], b[:, 1:, Y] - ball[:, None, Y])
     opponent, teammate = away[:, ROBOTS:].min(axis=1), away[:, 1:ROBOTS].min(axis=1)
     begins = {code: np.zeros(k, dtype=bool) for code in CODES}

@@ -26,7 +26,8 @@ def at_ball(trajectories: pl.DataFrame, pitch: Pitch) -> pl.DataFrame:
         Columns t_ns, segment, team, robot and role.
     """
     in_play = trajectories.filter(pl.col("segment").is_not_null(), ~pl.col("suspect"))
-    ball, found = touches(in_play, SCALES[pitch.kind].contact, pitch.goal_x)
+    scales = SCALES[pitch.kind]
+    ball, found = touches(in_play, scales.contact, pitch.goal_x, scales.reach)
     rows = pl.DataFrame({
         "t_ns": found.t_ns, "segment": ball.segment[found.ball],
         "team": np.array(SIDES)[found.team], "robot": found.robot,

@@ -7,7 +7,7 @@ const NARROW = 560; // pixels: on a pitch less wide all names would cover it
 const RANDOM = 194; // says nothing, so it has no label
 const IDLE = [184, 194]; // not worth a label where it is crowded: does not move, moves randomly
 
-const BALLS = { vsss: "#ff8a00", ssl: "#ff8a00", "2d": "#ffffff" }; // as the leagues have them; the monitor of 2D shows white
+const BALLS = { vsss: "#ff8a00", ssl: "#ff8a00", "2d": "#ffffff", human: "#ffffff" }; // as the leagues have them; the monitor of 2D shows white
 const BALL_RIM = "#16191a"; // so that each is seen on light and on dark ground
 const WORN = { blue: "#2f6bff", yellow: "#ffd400" }; // the patches of VSSS and SSL
 const DIMMED = 0.16;
@@ -19,6 +19,7 @@ const MARKINGS = {
   vsss: { circle: 0.2, areas: [[0.15, 0.7]], corner: 0.07, marks: [[0.375, 0], [0.375, 0.4], [0.375, -0.4]], margin: 0.06 },
   ssl: { circle: 0.5, areas: [[1.8, 3.6]], corner: 0, marks: [], margin: 0.35 },
   "2d": { circle: 9.15, areas: [[16.5, 40.32], [5.5, 18.32]], corner: 0, marks: [[41.5, 0]], margin: 2.5 },
+  human: { circle: 9.15, areas: [[16.5, 40.32], [5.5, 18.32]], corner: 0, marks: [[41.5, 0]], margin: 2.5 },
 };
 
 /** Paints the moment `state.t`, and `state.view` to `state.view + state.span` of the time lines. */

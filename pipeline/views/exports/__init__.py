@@ -1,0 +1,11 @@
+"""Matches for other people's programs: tables, football's libraries, and viewers of robots.
+
+=================  ===========================================================
+content            what is exported of a match: samples, states, situations
+tables             the plain tracking table, as CSV and Parquet
+second_spectrum    the files of a provider that kloppy and floodlight read
+foxglove           MCAP with Foxglove's well-known schemas
+rerun_log          a recording of Rerun; the only module that imports rerun
+formats            the table of all formats, ``FORMATS``
+=================  ===========================================================
+"""

@@ -1,0 +1,65 @@
+"""The formats that a match is exported in: one table, ``FORMATS``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+
+from pipeline.errors import NotFound, in_one_line
+from pipeline.views.exports import foxglove, second_spectrum, tables
+from pipeline.views.exports.content import Content
+
+#: Files by the ending of their names after the match's id.
+Files = dict[str, bytes]
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """A format of exports.
+
+    Attributes:
+        about: what reads it, for people.
+        write: function from a match to its files.
+        needs: nouns whose tables it needs, besides the match's log.
+    """
+
+    about: str
+    write: Callable[[Content], Files]
+    needs: tuple[str, ...] = ()
+
+
+def _provider(content: Content) -> Files:
+    meta, raw = second_spectrum.files(content)
+    return {"meta.json": meta, "tracking.jsonl": raw}
+
+
+def _rerun(content: Content) -> Files:
+    try:
+        module = import_module("pipeline.views.exports.rerun_log")
+    except ImportError as error:
+        if error.name is None or error.name.partition(".")[0] != "rerun":
+            raise
+        raise NotFound(
+            f"rerun cannot be loaded ({in_one_line(error)})", where="export",
+            next_step="Install it: pip install 'pitchlore[rerun]'",
+        ) from error
+    made: bytes = module.recording(content)
+    return {"rrd": made}
+
+
+_OF_PROVIDER = "Second Spectrum's two files: {}"
+FORMATS: dict[str, Format] = {
+    "csv": Format("the plain tracking table", lambda content: {"csv": tables.csv(content)}),
+    "parquet": Format("the plain tracking table", lambda content: {"parquet": tables.parquet(content)}),
+    "kloppy": Format(
+        _OF_PROVIDER.format("kloppy.secondspectrum.load(META, TRACKING)"), _provider,
+        ("trajectories", "events")),
+    "floodlight": Format(
+        _OF_PROVIDER.format("floodlight.io.secondspectrum.read_position_data_jsonl(TRACKING, META)"),
+        _provider, ("trajectories", "events")),
+    "foxglove": Format(
+        "MCAP with Foxglove's schemas, for its 3D and Log panels",
+        lambda content: {"foxglove.mcap": foxglove.recording(content)}, ("situations",)),
+    "rerun": Format("a recording for Rerun's viewer, with its views", _rerun, ("situations",)),
+}

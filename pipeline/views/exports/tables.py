@@ -1,0 +1,68 @@
+"""The plain tracking table, which ``pitchlore import`` reads back, as CSV and Parquet."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import polars as pl
+
+from pipeline.trajectories.timeline import STOPPING
+from pipeline.views.exports.content import PLAY, STOP, Content
+from schemas import SIDES
+
+
+def table(content: Content) -> pl.DataFrame:
+    """A match as a tracking table, one row a body and sample.
+
+    Returns:
+        Columns ``frame``, ``t`` (s), ``team`` (the team's name, or ball), ``player``, ``x``, ``y`` (m),
+        ``heading`` (rad), ``z`` (m, the ball's height, only where one is known), ``game_state`` and, where
+        one is known, ``score_home`` and ``score_away``. The state names an event on the first sample from its
+        time on, ``kick-off_home`` or ``goal_away+stop``, else it is play or stop.
+    """
+    log = content.log
+    bodies = content.bodies()
+    names = {"home": log.info.home, "away": log.info.away, "ball": "ball"}
+    states, scores = _states(content)
+    told = [name for name in ("score_home", "score_away") if scores[name].null_count() < len(scores)]
+    out = bodies.join(scores.with_columns(game_state=states).with_row_index("sample").cast(
+        {"sample": pl.Int64}), on="sample", how="left", maintain_order="left")
+    high = ["z"] if out["z"].null_count() < len(out) else []
+    return out.select(
+        "frame", pl.col("t_ns").truediv(1e9).alias("t"),
+        pl.col("team").replace_strict(names, return_dtype=pl.String), "player", "x", "y", *high, "heading",
+        *told, "game_state",
+    )
+
+
+def _states(content: Content) -> tuple[pl.Series, pl.DataFrame]:
+    """State of the game at each sample in order of time, String [F], and the score, as in schema Referee."""
+    times = content.times()
+    told = content.log.referee.sort("t_ns", maintain_order=True)
+    words: list[list[str]] = [[] for _ in times]
+    playing = np.full(len(times), not len(told) or told["event"][0] not in ("kick-off", "play"))
+    home, away = np.full((2, len(times)), np.nan)
+    at = np.searchsorted(times, told["t_ns"].to_numpy())
+    for row, index in zip(told.to_dicts(), at.tolist(), strict=True):
+        if index < len(times):
+            words[index].append(row["event"] if row["team"] is None else f"{row['event']}_{row['team']}")
+        playing[index:] = row["event"] not in STOPPING
+        for score, side in ((home, SIDES[0]), (away, SIDES[1])):
+            if row[f"score_{side}"] is not None:
+                score[index:] = row[f"score_{side}"]
+    states = ["+".join(said) or (PLAY if on else STOP) for said, on in zip(words, playing, strict=True)]
+    scores = pl.DataFrame({"score_home": home, "score_away": away}).fill_nan(None).cast(pl.Int16)
+    return pl.Series("game_state", states, dtype=pl.String), scores
+
+
+def csv(content: Content) -> bytes:
+    """The table as CSV; numbers are the shortest that read as the same float32."""
+    return table(content).write_csv().encode()
+
+
+def parquet(content: Content) -> bytes:
+    """The table as Parquet."""
+    out = io.BytesIO()
+    table(content).write_parquet(out, statistics=False)
+    return out.getvalue()

@@ -1,0 +1,224 @@
+"""Football's recordings, as kloppy reads them: sizes, places, numbers, heights, states and refusals."""
+
+from __future__ import annotations
+
+import io
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from support import recordings
+from support.football import FILES, MATCH, NEEDS_KLOPPY, RECORDINGS, shipped, source_of, whole_match
+
+from flows.matches import Recording, import_recording
+from pipeline import matches
+from pipeline.errors import BadRecording, NotFound
+from pipeline.importers.football.dataset import match_of
+from pipeline.importers.football.providers import PROVIDERS, dataset_of, open_files, provider_of
+from pipeline.importers.football.squad import UNNUMBERED, Stay, numbers
+from pipeline.matches.frame import Heights
+from pipeline.pitch import Kind
+from pipeline.store import Store
+from schemas import Matches, Quality, Referee
+
+S = 1_000_000_000
+
+
+def test_every_provider_has_a_recording() -> None:
+    """The table of providers and that of the tests name the same."""
+    assert list(RECORDINGS) == list(PROVIDERS)
+
+
+@NEEDS_KLOPPY
+@pytest.mark.parametrize("provider", RECORDINGS)
+def test_provider(provider: str) -> None:
+    """A recording of each provider is a sound match of people on its own pitch."""
+    match = shipped(provider)
+    Referee.validate(match.referee)
+    Quality.validate(match.quality)
+    Matches.validate(matches.row(match))
+    assert match.info.pitch.kind is Kind.HUMAN
+    assert 95 <= match.info.pitch.length <= 110
+    assert 60 <= match.info.pitch.width <= 75
+    assert match.info.format == "kloppy"
+    assert match.frames.t_ns[0] == 0
+    assert (np.diff(match.frames.t_ns) > 0).all()
+    assert match.frames.counts().max() <= 22
+    assert matches.row(match)["duration_s"][0] < 3 * 3600
+    x = np.abs(match.frames.robots["x"])
+    assert np.nanmedian(x) < match.info.pitch.length / 2
+    buffer = io.BytesIO()
+    matches.write(match, buffer)
+    again = matches.read(buffer.getvalue(), where="log")
+    assert again.frames.robots.tobytes() == match.frames.robots.tobytes()
+    assert np.array_equal(again.heights.t_ns, match.heights.t_ns)
+    assert np.array_equal(again.heights.z, match.heights.z)
+
+
+@NEEDS_KLOPPY
+@pytest.mark.parametrize("system", ["skillcorner", "kloppy", "tracab", "metrica", "sportec", "secondspectrum"])
+def test_coordinates(system: str) -> None:
+    """The places do not depend on the coordinate system that a dataset is in, whatever its units and axes."""
+    from kloppy import skillcorner
+
+    meta, raw = ((FILES / name).read_bytes() for name in RECORDINGS["skillcorner"])
+    match = match_of(skillcorner.load(meta, raw, coordinates=system))
+    told = shipped("skillcorner")
+    for field in ("x", "y"):
+        assert np.allclose(match.frames.robots[field], told.frames.robots[field], atol=2e-3)
+        assert np.allclose(match.frames.ball[field], told.frames.ball[field], atol=2e-3, equal_nan=True)
+    # by hand, from the file: the first player's first place
+    assert float(told.frames.robots["x"][told.frames.robots["team"] == 0].min()) >= -52.5
+
+
+@NEEDS_KLOPPY
+def test_places_are_those_of_the_file() -> None:
+    """Places in the match are the numbers in the provider's file."""
+    import json
+
+    match = shipped("skillcorner")
+    lines = (FILES / RECORDINGS["skillcorner"][1]).read_text().splitlines()
+    seen = [line for line in map(json.loads, lines) if line["player_data"]]
+    first = sorted((round(p["x"], 3), round(p["y"], 3)) for p in seen[0]["player_data"])
+    robots = match.frames.robots[: match.frames.offsets[1]]
+    ours = sorted((round(float(x), 3), round(float(y), 3)) for x, y in zip(robots["x"], robots["y"], strict=True))
+    assert np.allclose(ours, first, atol=2e-3)
+
+
+def test_nameless_tracks_share_places() -> None:
+    """A shirt's number is kept; tracks get places, the longest empty one first, none twice at once."""
+    shirts, tracks = [7, 9, 9, 123], [(0, 10), (5, 20), (12, 30), (20.5, 40)]
+    stays = [Stay(shirt, 0, 90 * S) for shirt in shirts]
+    stays += [Stay(None, int(first * S), int(last * S)) for first, last in tracks]
+    found = numbers(stays).tolist()
+    assert found[0] == 7
+    # two players wear 9, and no shirt has 123: these are tracks, too, which are there all the time
+    assert found[1:4] == [UNNUMBERED, UNNUMBERED + 1, UNNUMBERED + 2]
+    # the third track takes the place empty since 10 s; at 20.5 s that of the second is empty for half a second only
+    first, second, third, fourth = found[4:]
+    assert first == third == UNNUMBERED + 3
+    assert len({first, second, fourth}) == 3
+
+
+@NEEDS_KLOPPY
+@pytest.mark.slow
+def test_whole_match() -> None:
+    """SkillCorner's match: eleven a side, both halves, its score, substitutes, heights, few numbers."""
+    match = whole_match()
+    row = matches.row(match)
+    assert row.select("score_home", "score_away", "robots_per_team", "hz").row(0) == (4, 0, 11, 10.0)
+    assert [period.home_attacks for period in match.info.periods] == [-1, 1]
+    assert match.info.started_at is not None
+    substitutes = match.info.settings["substitutes"]
+    assert isinstance(substitutes, list)
+    assert 4 <= len(substitutes) <= 6
+    assert all(sub["t_ns"] > 30 * 60 * S for sub in substitutes)
+    assert match.frames.most_robots() <= 30
+    assert 12 < match.heights.z.max() < 13
+    # each goal that the ball tells is of the side that won 4 : 0
+    goals = match.referee.filter(pl.col("event") == "goal")["team"].cast(pl.String).to_list()
+    assert goals
+    assert set(goals) == {"home"}
+
+
+@NEEDS_KLOPPY
+def test_dead_ball_stops_play() -> None:
+    """Where the provider says that the ball is dead play is stopped; a half ends each period but the last."""
+    match = shipped("statsperform")
+    assert match.referee["event"].cast(pl.String).to_list() == ["stop", "play", "half", "play", "end"]
+    assert match.referee.select("score_home", "score_away").row(-1) == (2, 2)
+
+
+@NEEDS_KLOPPY
+def test_ball_overhead_is_not_touched(tmp_path: Path) -> None:
+    """A ball above everybody's reach is nobody's: touches, possession and situations know its height."""
+    from pipeline.events.derive import events
+    from pipeline.settings import EventSettings, TrajectorySettings
+    from pipeline.trajectories.derive import trajectories
+
+    match = shipped("pff")
+    bodies, _ = trajectories(match, TrajectorySettings())
+    found = events(bodies, match.referee, match.info.pitch, EventSettings())
+    aloft = bodies.with_columns(z=pl.when(pl.col("team") == "ball").then(5.0))
+    none = events(aloft, match.referee, match.info.pitch, EventSettings())
+    assert len(found.possession)
+    assert not len(none.possession)
+    names = RECORDINGS["pff"]
+    receipt, new = import_recording(Store(tmp_path), Recording(
+        file=FILES / names[0], provider="pff", more=tuple(FILES / name for name in names[1:])))
+    assert new
+    assert receipt.details["heights"] == len(match.heights.t_ns)
+
+
+@NEEDS_KLOPPY
+def test_dataset_without_files() -> None:
+    """A dataset from anywhere becomes a match, whose id is of its positions."""
+    source = source_of("skillcorner", RECORDINGS["skillcorner"])
+    dataset = dataset_of(source)
+    match, again = match_of(dataset), match_of(dataset)
+    assert match.info.match_id == again.info.match_id
+    assert match.info.match_id.startswith("1-")
+    assert match.frames.robots.tobytes() == shipped("skillcorner").frames.robots.tobytes()
+
+
+def test_heights_of_a_log_without_any_change_nothing() -> None:
+    """A log declares the channel of heights only if it has one, so that other logs keep their bytes."""
+    match = recordings.imported(recordings.RSIM)
+    plain, high = io.BytesIO(), io.BytesIO()
+    matches.write(match, plain)
+    matches.write(replace(match, heights=Heights(match.frames.t_ns[:1], np.float32([1.5]))), high)
+    assert b"/ball_height" not in plain.getvalue()
+    assert b"/ball_height" in high.getvalue()
+
+
+def test_refusals(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What cannot be read is refused in one line that says what to give."""
+    with pytest.raises(NotFound, match="names no source") as unknown:
+        provider_of("kloppy:opta")
+    assert "kloppy:skillcorner" in str(unknown.value)
+    with pytest.raises(BadRecording, match="META_DATA RAW_DATA"):
+        open_files([("a.json", b"{}")], "skillcorner")
+    with pytest.raises(BadRecording, match="RAW_DATA_FEEDS"):
+        open_files([("a.json", b"{}"), ("b.json", b"{}")], "signality")
+    source = open_files([("a.json", b"{}"), ("b.json", b"{}")], "skillcorner")
+    monkeypatch.setitem(sys.modules, "kloppy.skillcorner", None)
+    with pytest.raises(NotFound, match=r"pip install 'pitchlore\[kloppy\]'"):
+        dataset_of(source)
+
+
+@NEEDS_KLOPPY
+def test_not_the_providers_files() -> None:
+    """Files of another kind are refused with the library's reason in one line."""
+    with pytest.raises(BadRecording, match="is not read by kloppy as TRACAB") as refused:
+        dataset_of(open_files([("a.json", b"{}"), ("b.json", b"{}")], "tracab"))
+    assert "\n" not in str(refused.value)
+
+
+@NEEDS_KLOPPY
+@pytest.mark.slow
+def test_command(call, tmp_path) -> None:
+    """The command imports a provider's files as one match, and knows them again, isolated or not."""
+    files = [str(FILES / name) for name in RECORDINGS["pff"]]
+    words = ("import", "--from", "kloppy:pff", *files, "--data", tmp_path)
+    code, out, _ = call(*words, "--isolate")
+    assert code == 0
+    assert "Argentina - France" in out
+    code, out, _ = call(*words)
+    assert (code, out.splitlines()[0]) == (0, "0 imported, 1 already here, 0 not imported")
+    code, _, err = call(*words, "--map", files[0])
+    assert code == 1
+    assert "--map" in err
+
+
+@NEEDS_KLOPPY
+def test_files_are_told_apart_by_content() -> None:
+    """Other files are another match; the same ones under another name, or gzipped, are the same."""
+    import gzip
+
+    whole = source_of("skillcorner", RECORDINGS["skillcorner"])
+    parts = [(f"{name}.gz", gzip.compress((FILES / name).read_bytes())) for name in RECORDINGS["skillcorner"]]
+    assert open_files(parts, "skillcorner").sha256 == whole.sha256
+    assert source_of("skillcorner", MATCH).sha256 != whole.sha256

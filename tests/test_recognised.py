@@ -1,0 +1,120 @@
+"""Whether a recording's situations are recognised: what a kind usually shows, and the flaw where it is far less."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from conftest import clip
+from studies.usual import rates_of, situations_of
+from support import recordings
+from support.football import NEEDS_KLOPPY, whole_match
+
+from flows.recognised import with_recognition
+from pipeline.matches.frame import MatchLog
+from pipeline.pitch import PITCHES, Kind
+from pipeline.situations.rules import TABLE_1
+from pipeline.situations.usual import recognition
+from schemas.situations import MOVES_RANDOMLY
+
+USUAL = json.loads(Path("pipeline/situations/usual.json").read_text())
+
+
+def poor(match: MatchLog) -> list[str]:
+    """Notes of the flaw."""
+    return with_recognition(match).quality.filter(pl.col("flaw") == "poor recognition")["note"].to_list()
+
+
+def without_headings(match: MatchLog) -> MatchLog:
+    robots = match.frames.robots.copy()
+    robots["theta"] = np.nan
+    return replace(match, frames=replace(match.frames, robots=robots))
+
+
+def test_every_kind_is_measured() -> None:
+    """Each kind of match has codes of Table 1 that its recordings showed, and how long these were."""
+    assert set(USUAL) == {kind.value for kind in Kind}
+    for told in USUAL.values():
+        assert set(map(int, told["rates"])) <= set(TABLE_1) - {MOVES_RANDOMLY}
+        assert len(told["rates"]) >= 20
+        assert told["robot_s"] > 900
+        assert min(told["rates"].values()) > 0
+
+
+def test_the_rates_are_those_of_the_sample() -> None:
+    """What the file says of VSSS is what the recogniser says of the sample now."""
+    rates, seconds = rates_of(situations_of(recordings.imported(recordings.RSIM)))
+    assert round(seconds) == USUAL["vsss"]["robot_s"]
+    assert {str(code): round(rate, 7) for code, rate in rates.items()} == USUAL["vsss"]["rates"]
+
+
+@pytest.mark.parametrize("name", recordings.ALL)
+def test_recordings_are_recognised(name: str) -> None:
+    """No recording that shows what its kind shows has the flaw."""
+    assert poor(recordings.imported(name)) == []
+
+
+@pytest.mark.parametrize("name", [recordings.RSIM, recordings.SSL, recordings.RCSS])
+def test_without_headings(name: str) -> None:
+    """Without headings hardly anything is recognised; the flaw says so, and what to give."""
+    (note,) = poor(without_headings(recordings.imported(name)))
+    assert "no robot has a heading" in note
+
+
+@pytest.mark.parametrize("factor", [0.1, 10.0])
+def test_of_the_wrong_size(factor: float) -> None:
+    """A recording whose lengths are ten times too small or large shows far fewer situations; a cure is named."""
+    match = recordings.imported(recordings.RSIM)
+    robots, ball = match.frames.robots.copy(), match.frames.ball.copy()
+    for axis in ("x", "y"):
+        robots[axis] *= factor
+        ball[axis] *= factor
+    (note,) = poor(replace(match, frames=replace(match.frames, robots=robots, ball=ball)))
+    assert "units, axes and the pitch's kind" in note
+
+
+def test_once() -> None:
+    """A match that has the flaw does not get it twice."""
+    match = with_recognition(without_headings(recordings.imported(recordings.RSIM)))
+    assert with_recognition(match) is match
+
+
+def test_too_short_to_tell() -> None:
+    """Ten seconds of six robots show few situations; that is no flaw, and neither are longer pieces."""
+    match = recordings.read(clip(0.0, 10.0).write_csv().encode(), "short.csv")
+    assert poor(without_headings(match)) == []
+    situations = situations_of(recordings.imported(recordings.RSIM))
+    for start in range(0, 600, 20):
+        begins, ends = pl.col("start_ns") >= start * 10**9, pl.col("end_ns") <= (start + 20) * 10**9
+        assert not recognition(situations.filter(begins, ends), Kind.VSSS).poor
+
+
+@NEEDS_KLOPPY
+@pytest.mark.slow
+def test_football() -> None:
+    """Real football shows as many situations as 2D does; as 2D, as it was read before, it has the flaw."""
+    match = whole_match()
+    situations = situations_of(match)
+    shown = recognition(situations, Kind.HUMAN)
+    assert shown.codes >= len(USUAL["2d"]["rates"])
+    assert shown.random < 0.2
+    assert not shown.poor
+    assert poor(match) == []
+    (note,) = poor(replace(match, info=match.info.model_copy(update={"pitch": PITCHES[Kind.SIM2D]})))
+    assert "no robot has a heading" in note
+
+
+@pytest.mark.slow
+def test_the_table_of_import_says_so(call, tmp_path: Path) -> None:
+    """Positions alone: import's table and quality have the flaw."""
+    clip(0.0, 60.0).drop("heading").write_csv(tmp_path / "places.csv")
+    code, out, _ = call("import", tmp_path / "places.csv", "--data", tmp_path / "data")
+    assert code == 0
+    assert "poor recognition" in out
+    code, out, _ = call(
+        "sql", "select note from quality where flaw = 'poor recognition'", "--csv", "--data", tmp_path / "data")
+    assert "no robot has a heading" in out
