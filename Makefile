@@ -81,7 +81,7 @@ bench: $(READY)  ## measure Pitchlore beside the alternatives, as ratios
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=.benchmarks.json
 	$(BIN)/python -m tests.benchmarks.ratios .benchmarks.json
 
-study: world rules best-constant teams-apart expected-goals ball-goals study-labels study-values paradigms seasons sensitivity looking  ## all studies, into data/studies/
+study: world rules best-constant teams-apart expected-goals ball-goals usual-codes football study-labels study-values paradigms seasons sensitivity looking  ## all studies, into data/studies/
 
 # RECORDINGS is a folder of further recordings for the second table; they are read there, not copied.
 world: $(READY)  ## check each frame of a thousand random matches, and measure the game (five minutes)
@@ -107,6 +107,9 @@ browser:  ## chromium from Debian's packages, for the tests of pages; where it c
 
 teams-apart: $(READY)  ## does what robots do tell who plays? (two minutes)
 	PYTHONPATH=tests $(BIN)/python -m studies.teams_apart data/studies/scout/teams.csv
+
+football: $(READY)  ## football's possession, touches and situations beside the provider's (three minutes; RECORDINGS as above)
+	PYTHONPATH=tests $(BIN)/python -m studies.football data/studies/football $(RECORDINGS)
 
 usual-codes: $(READY)  ## what situations each kind of match usually shows (two minutes; RECORDINGS as above)
 	PYTHONPATH=tests $(BIN)/python -m studies.usual pipeline/situations/usual.json $(RECORDINGS)

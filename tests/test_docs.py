@@ -88,7 +88,7 @@ def test_reference_bounds_and_defaults(reference):
     """A row has type, default, bounds and meaning: two of them, spelt out."""
     page = reference.settings()
     assert "| `fire_at` | `float` | `0.5` | > 0, ≤ 1 | a fuzzy condition holds from this degree on. |" in page
-    assert '| `kind` | `"vsss"` or `"ssl"` or `"2d"` | `"vsss"` |' in section(page, "### [pitch]")
+    assert '| `kind` | `"vsss"` or `"ssl"` or `"2d"` or `"human"` | `"vsss"` |' in section(page, "### [pitch]")
 
 
 def test_reference_commands(reference):

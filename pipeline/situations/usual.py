@@ -24,8 +24,8 @@ from schemas.situations import MOVES_RANDOMLY
 LEAST_SHARE = 0.5
 #: ... and so is one whose robots move randomly for a larger share of the time.
 MOST_RANDOM = 2 / 3
-#: Robots' seconds in play below which nothing is told: of pieces of sound recordings with fewer, up to a tenth
-#: show fewer than half of the usual codes, with more none (DECISIONS.md, "Poor recognition is said").
+#: Robots' seconds in play below which nothing is told: pieces of sound recordings that are shorter show
+#: fewer than half of the usual codes now and then (DECISIONS.md, "Poor recognition is said").
 LEAST_SECONDS = 100.0
 
 

@@ -1,0 +1,71 @@
+"""The study of football: its tables stand beside their controls, and its page says what they say."""
+
+from __future__ import annotations
+
+import polars as pl
+import pytest
+from conftest import ROOT
+from support.football import NEEDS_KLOPPY
+
+STUDY = ROOT / "data" / "studies" / "football"
+
+
+def table(name: str) -> pl.DataFrame:
+    return pl.read_csv(STUDY / f"{name}.csv")
+
+
+def test_confusion_adds_up() -> None:
+    """The counts of each guess are the frames that the provider names, and its diagonal is what is right."""
+    agreement = {row["guess"]: row for row in table("possession").to_dicts()}
+    for (guess,), rows in table("confusion").partition_by("guess", as_dict=True).items():
+        counts = rows.sort("provider", descending=True).select("home", "away", "nobody").to_numpy()
+        assert counts.sum() == agreement[guess]["frames"]
+        assert counts[0, 0] + counts[1, 1] == agreement[guess]["right"]
+        assert counts[:, 2].sum() == agreement[guess]["frames"] - agreement[guess]["named"]
+
+
+def test_beside_its_controls() -> None:
+    """Where we name a team, we agree more often than the nearest player does, and than a constant."""
+    rows = {row["guess"]: row for row in table("possession").to_dicts()}
+    column = "agreement_where_ours_is_named"
+    assert rows["pitchlore"][column] > rows["nearest player"][column] > rows["constant"][column]
+    assert rows["pitchlore"]["low"] < rows["pitchlore"]["agreement"] < rows["pitchlore"]["high"]
+    assert rows["pitchlore"]["agreement_where_named"] > rows["pitchlore without heights"]["agreement_where_named"]
+
+
+def test_spread_is_as_wide_as_in_2d() -> None:
+    """Football shows as many codes as 2D's recordings, its time is spread as evenly; as 2D it showed three."""
+    rows = table("codes")
+    football = rows.row(by_predicate=pl.col("recording") == "SkillCorner", named=True)
+    in_2d = rows.filter(pl.col("kind") == "2d", ~pl.col("recording").str.starts_with("SkillCorner"))
+    assert football["codes"] >= in_2d["codes"].max()
+    assert football["entropy_bits"] >= in_2d["entropy_bits"].max()
+    assert rows.row(by_predicate=pl.col("recording") == "SkillCorner, read as 2D", named=True)["codes"] == 3
+    assert rows.filter("poor")["recording"].to_list() == ["SkillCorner, read as 2D"]
+
+
+def test_page() -> None:
+    """The page has the figures of the tables."""
+    page = (STUDY / "README.md").read_text()
+    for name in ("possession", "touches"):
+        for row in table(name).to_dicts():
+            line = next(line for line in page.splitlines() if line.startswith(f"| {row['guess']} |") and (
+                str(row["frames"]) in line.replace(",", "")))
+            for value in (row["agreement"], row["agreement_where_named"]):
+                assert f"{value:.3f}".lstrip("0") in line
+    for row in table("codes").to_dicts():
+        assert f"| {row['recording']} | {row['codes']} | {100 * row['moves_randomly']:.1f} % | {row['entropy_bits']:.2f} |" in page
+
+
+@NEEDS_KLOPPY
+@pytest.mark.slow
+def test_possession_again(tmp_path) -> None:
+    """The study gives the committed counts again."""
+    from conftest import RECORDINGS
+    from studies.football import main
+
+    if not RECORDINGS.is_dir():
+        pytest.skip("the recordings are not beside this checkout")
+    main(tmp_path, RECORDINGS)
+    for name in ("possession", "confusion", "touches", "contact", "codes"):
+        assert (tmp_path / f"{name}.csv").read_bytes() == (STUDY / f"{name}.csv").read_bytes()
