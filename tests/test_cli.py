@@ -195,7 +195,7 @@ def test_situations_command(call):
         assert len({term["variable"] for term in terms}) == 5
         contact[kind] = next(t["d"] for t in terms if t["term"].upper() == "CONTACT")
     assert contact[Kind.VSSS] == pytest.approx(0.085)
-    assert contact[Kind.VSSS] < contact[Kind.SSL] < contact[Kind.SIM2D]
+    assert contact[Kind.VSSS] < contact[Kind.SSL] < contact[Kind.SIM2D] < contact[Kind.HUMAN]
     assert "Robot kicks the ball" in call("situations")[1]
 
 

@@ -181,7 +181,7 @@ def test_isolated_reading(tmp_path, name):
     file = tmp_path / Path(name).name
     file.write_bytes(FILES[name]())
     source = open_source(file.read_bytes(), file.name)
-    assert same(read_isolated(file, source, TrackingMap()), read(source))
+    assert same(read_isolated([file], source, TrackingMap()), read(source))
 
 
 def test_isolated_refusal(tmp_path):
@@ -191,7 +191,7 @@ def test_isolated_refusal(tmp_path):
     with pytest.raises(BadRecording) as here:
         read(open_source(file.read_bytes(), file.name))
     with pytest.raises(BadRecording) as there:
-        read_isolated(file, open_source(file.read_bytes(), file.name), TrackingMap())
+        read_isolated([file], open_source(file.read_bytes(), file.name), TrackingMap())
     assert str(there.value) == str(here.value)
 
 
@@ -202,10 +202,10 @@ def test_reader_brought_down(tmp_path):
     file.write_bytes(DERBY.splitlines(keepends=True)[0] + rows)
     limits = ImportSettings(memory_megabytes=300)
     with pytest.raises(BadRecording, match=r"brings its reader down|cannot be read .*emory"):
-        read_isolated(file, open_source(file.read_bytes(), file.name, limits), TrackingMap())
+        read_isolated([file], open_source(file.read_bytes(), file.name, limits), TrackingMap())
     limits = ImportSettings(seconds=0.001)
     with pytest.raises(BadRecording, match=r"takes longer than the limit seconds = 0\.001 to read"):
-        read_isolated(file, open_source(file.read_bytes(), file.name, limits), TrackingMap())
+        read_isolated([file], open_source(file.read_bytes(), file.name, limits), TrackingMap())
     store = Store(tmp_path / "data")
     file.write_bytes(DERBY)
     assert import_recording(store, Recording(file=file), ImportSettings(isolate=True))[1]
@@ -216,7 +216,7 @@ def test_nobody_waits_for_a_reader(tmp_path, monkeypatch):
     monkeypatch.setattr("resource.setrlimit", lambda *_: None)
     here, there = multiprocessing.Pipe(duplex=False)
     here.close()
-    _answer(there, str(tmp_path / "none.csv"), "0", "m-1", TrackingMap(), ImportSettings())
+    _answer(there, [str(tmp_path / "none.csv")], None, "0", "m-1", TrackingMap(), ImportSettings())
 
 
 def test_others_go_on(tmp_path, prefect_server):

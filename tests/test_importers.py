@@ -27,6 +27,7 @@ from flows.matches import Recording, import_recording
 from pipeline import matches
 from pipeline.errors import BadRecording
 from pipeline.importers import packing, readers, source
+from pipeline.importers.football.providers import PROVIDERS
 from pipeline.importers.readers import READERS, open_source, read
 from pipeline.store import Store
 from pipeline.store.foreign import ForeignFile
@@ -304,10 +305,12 @@ def test_hopeless_gzip(tmp_path: Path) -> None:
 
 
 def test_table_of_readers() -> None:
-    """README's table of formats has the rows of READERS and no other, and a refusal names them all."""
+    """README's table of formats has the rows of READERS and football's, and a refusal names them all."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     table = readme.partition("| recording | what is read |\n|---|---|\n")[2].partition("\n\n")[0]
-    assert table.splitlines() == [f"| {reader.title} | {reader.about} |" for reader in READERS]
+    *rows, football = table.splitlines()
+    assert rows == [f"| {reader.title} | {reader.about} |" for reader in READERS]
+    assert all(provider.title.partition(",")[0].partition(" (")[0] in football for provider in PROVIDERS.values())
     assert len({reader.name for reader in READERS}) == len(READERS)
     with pytest.raises(BadRecording) as refusal:
         read(open_source(b"no recording", "x"))

@@ -15,7 +15,7 @@ from pipeline.views.plots.style import png
 
 def situations(
     *,
-    kind: Literal["vsss", "ssl", "2d"] = "vsss",
+    kind: Literal["vsss", "ssl", "2d", "human"] = "vsss",
     terms: Flag = False,
     plot: Path | None = None,
     json: Json = False,
