@@ -21,6 +21,7 @@ WORDS = {
     "goals unknown": ("nothing tells goals", ""), "unit of angle": ("unit of headings doubtful", "headings"),
     "text encoding": ("encoding of the text assumed", ""),
     "unmatched map": ("words of the map match nothing", ""),
+    "poor recognition": ("few situations recognised", ""),
 }
 
 

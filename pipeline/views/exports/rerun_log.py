@@ -70,7 +70,7 @@ def _pitch(stream: rr.RecordingStream, content: Content) -> None:
 def _bodies(stream: rr.RecordingStream, content: Content) -> None:
     """Places and headings over time; a body that is away has no point meanwhile."""
     scales = SCALES[content.log.info.pitch.kind]
-    radius = max(scales.robot_radius, 0.006 * content.log.info.pitch.length)
+    radius = max(scales.robot_radius, 0.009 * content.log.info.pitch.length)
     for (team, player), (t_ns, found) in sorted(places(content.bodies()).items(), key=str):
         ball = player is None
         path = f"pitch/{BALL}" if ball else f"pitch/{team}/{player}"
