@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 import tomllib
+from typing import get_args, get_type_hints
 
 import polars as pl
 import pytest
@@ -21,6 +22,8 @@ from support.receipts import put_receipt, receipt_at
 from flows.cli import COMMANDS
 from flows.commands.printing import print_frame
 from flows.commands.run import _print_rounds
+from flows.commands.run import run as run_command
+from flows.commands.situations import situations as situations_command
 from pipeline.arena.teams.panel import PANEL
 from pipeline.pitch import Kind
 from pipeline.store import Store
@@ -197,6 +200,14 @@ def test_situations_command(call):
     assert contact[Kind.VSSS] == pytest.approx(0.085)
     assert contact[Kind.VSSS] < contact[Kind.SSL] < contact[Kind.SIM2D] < contact[Kind.HUMAN]
     assert "Robot kicks the ball" in call("situations")[1]
+
+
+def test_kinds_of_commands():
+    """The commands that take a kind of match take every kind."""
+    for command in (run_command, situations_command):
+        (kind,) = [each for each in get_type_hints(command).items() if each[0] == "kind"]
+        words = {word for part in (kind[1], *get_args(kind[1])) for word in get_args(part) if isinstance(word, str)}
+        assert words == {each.value for each in Kind}
 
 
 def test_terms_can_be_plotted(call, tmp_path):

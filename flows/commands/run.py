@@ -37,7 +37,7 @@ from schemas import Behaviours
 def run(
     *,
     settings: Path | None = None,
-    kind: Literal["vsss", "ssl", "2d"] | None = None,
+    kind: Literal["vsss", "ssl", "2d", "human"] | None = None,
     team: Annotated[tuple[str, ...], Parameter(negative=())] = (),
     train: bool = True,
     isolate: Flag = False,
