@@ -18,7 +18,7 @@ from flows.stages import STAGES
 from pipeline import matches as log
 from pipeline.errors import BadRecording, CorruptFile, DamagedLog, NoFrames, PitchloreError
 from pipeline.importers.packing import Octets
-from pipeline.importers.readers import open_parts, read
+from pipeline.importers.readers import is_ours, open_parts, read
 from pipeline.importers.source import slug
 from pipeline.importers.tracking.mapping import TrackingMap, load_map
 from pipeline.matches.frame import MatchLog
@@ -192,7 +192,7 @@ def _import(
         isolated = limits.isolate
         match = read_isolated(recording.files(), source, mapping) if isolated else read(source, mapping)
         check()
-        match = with_recognition(match)
+        match = match if is_ours(source) else with_recognition(match)
         with store.locked("matches"):
             receipt, new = _commit(store, match, source.sha256, settings)
     except Exception as error:

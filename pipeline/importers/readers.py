@@ -157,6 +157,11 @@ def open_parts(
     return open_source(data, name, limits)
 
 
+def is_ours(source: SourceFile) -> bool:
+    """Whether a recording is a log of our own, which carries its flaws and is not looked at again."""
+    return any(reader.ours for reader in READERS if reader.name == source.format)
+
+
 def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
     """Match of a recording, checked for plausibility.
 
