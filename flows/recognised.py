@@ -13,13 +13,13 @@ from pipeline.settings import SituationSettings, TrajectorySettings
 from schemas.situations import MOVES_RANDOMLY
 
 #: Time of a match that is looked at, from where play begins, ns; it bounds what the look costs.
-LOOKED_NS = 600_000_000_000
+LOOKED_NS = 120_000_000_000
 #: Events from which on play is on.
 _ON = ("kick-off", "fault", "play")
 
 
 def with_recognition(match: MatchLog) -> MatchLog:
-    """The match, with the flaw *poor recognition* if its first ten minutes show too few situations.
+    """The match, with the flaw *poor recognition* if its first two minutes of play show too few situations.
 
     They are recognised with the default settings, and compared with what this kind of match usually shows
     (:mod:`pipeline.situations.usual`). A match that has the flaw already keeps it as it is.

@@ -22,6 +22,7 @@ WORDS = {
     "text encoding": ("encoding of the text assumed", ""),
     "unmatched map": ("words of the map match nothing", ""),
     "poor recognition": ("few situations recognised", ""),
+    "half a pitch": ("only half of the pitch is seen", "samples"),
 }
 
 
