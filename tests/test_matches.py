@@ -28,7 +28,7 @@ from mcap_ros2.writer import Writer as Ros2Writer
 
 from pipeline import matches
 from pipeline.errors import BadRecording, DamagedLog, NoFrames, SchemaMismatch
-from pipeline.matches import description, reader
+from pipeline.matches import description, mcap_file
 from pipeline.matches.channels import COMMAND, DECISION, FRAME, REFEREE, TOPICS
 from pipeline.matches.chunks import unseal
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
@@ -813,7 +813,7 @@ def test_false_chunk(compression, blob, size, why):
 
 def test_bomb_of_chunks(monkeypatch):
     """Many chunks that are small on their own are refused as a bomb together."""
-    monkeypatch.setattr(reader, "MAX_LOG_BYTES", 10 * SMALL)
+    monkeypatch.setattr(mcap_file, "MAX_LOG_BYTES", 10 * SMALL)
     with pytest.raises(DamagedLog, match="declares more than"):
         matches.read(written(match([6] * 200), chunk_bytes=SMALL), where="a.mcap")
 

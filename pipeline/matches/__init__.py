@@ -5,8 +5,10 @@ bytes and numpy arrays; no loop runs over messages. A CRC covers every byte that
 is checked on reading. Damaged parts are reported and left out; whole parts are kept.
 
 ==============  ==============================================================
-recorder        writes the file: chunks as they fill, then the summary
-reader          finds the file's parts, and keeps the whole ones
+recorder        writes a match
+reader          reads a match, damaged ones included
+mcap_writer     writes an MCAP file: chunks as they fill, then the summary
+mcap_file       finds an MCAP file's parts, and keeps the whole ones
 description     the metadata record: facts and flaws of the match
 channels        the channels and their definitions
 inbox           messages that were read, sorted by topic, as tables
@@ -18,8 +20,10 @@ table           the row of a match in the table Matches
 ==============  ==============================================================
 """
 
-from pipeline.matches.reader import MAX_LOG_BYTES, read
-from pipeline.matches.recorder import CHUNK_BYTES, LEVEL, Recorder, write
+from pipeline.matches.mcap_file import MAX_LOG_BYTES
+from pipeline.matches.mcap_writer import CHUNK_BYTES, LEVEL
+from pipeline.matches.reader import read
+from pipeline.matches.recorder import Recorder, write
 from pipeline.matches.table import row
 
 __all__ = ["CHUNK_BYTES", "LEVEL", "MAX_LOG_BYTES", "Recorder", "read", "row", "write"]
