@@ -11,13 +11,14 @@ from pipeline.importers.source import SourceFile
 from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import MatchLog
 from pipeline.matches.quality import Flaw, quality_table
+from pipeline.packets.recording import is_recording
 
 _MAGIC = b"\x89MCAP0\r\n"
 
 
 def tells(head: bytes) -> bool:
-    """Whether the content begins with MCAP's magic bytes."""
-    return head.startswith(_MAGIC)
+    """Whether the content begins with MCAP's magic bytes, and is no recording of packets."""
+    return head.startswith(_MAGIC) and not is_recording(head)
 
 
 def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:

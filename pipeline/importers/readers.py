@@ -16,6 +16,7 @@ from pipeline.errors import BadRecording
 from pipeline.importers import mcap_log, rcg
 from pipeline.importers.football import dataset as football
 from pipeline.importers.football.providers import dataset_of, open_files
+from pipeline.importers.packets import reading as packets
 from pipeline.importers.packing import Octets, Unpacking
 from pipeline.importers.plausibility import plausibility_checks
 from pipeline.importers.source import SourceFile, slug, streamed_megabytes
@@ -85,6 +86,12 @@ READERS: tuple[Reader, ...] = (
         "vision of several cameras or a tracker's packets, geometry, and the referee's commands, score and "
         "names; versions 0 and 1; blue is home unless a map says otherwise",
         ssl_log.tells, ssl_log.read, streamed=True,
+    ),
+    Reader(
+        "packets", "recording of packets (.mcap)",
+        "what `pitchlore watch` received from the cameras, trackers and referee of SSL and VSSS; the whole "
+        "parts of a truncated or damaged one",
+        packets.tells, packets.read,
     ),
     Reader(
         "mcap", "MCAP log (.mcap)",

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import struct
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import BinaryIO
 
 import numpy as np
@@ -25,7 +26,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from pipeline.arrays import I64, U8
 from pipeline.matches.chunks import Piece, seal
-from pipeline.matches.records import encoded
+from pipeline.matches.records import FRAMING_BYTES, MESSAGE, as_array, encoded
 
 #: Bytes of a chunk's content; three robots a side fill it in about 20 s of a match.
 CHUNK_BYTES = 256 << 10
@@ -33,6 +34,9 @@ CHUNK_BYTES = 256 << 10
 #: entropy. Files are then 4 to 6 % smaller; writing takes up to half as long again, and decompression two to
 #: three times as long (DECISIONS.md, "Chunk compression").
 LEVEL = -1
+
+# A message record: opcode, length; channel, sequence, log and publish time.
+_HEAD = struct.Struct("<BQHIQQ")
 
 
 class McapWriter:
@@ -81,6 +85,18 @@ class McapWriter:
         self._channels |= {channel.id: channel for channel in channels}
         self._put(encoded(*schemas, *channels))
 
+    def declare_plain(self, encoding: str, topics: Mapping[int, tuple[str, dict[str, str]]]) -> None:
+        """Declare channels whose messages have no schema.
+
+        Args:
+            encoding: of the messages.
+            topics: topic and metadata of each channel, by its id.
+        """
+        self.declare((), [
+            Channel(id=channel, topic=name, message_encoding=encoding, metadata=metadata, schema_id=0)
+            for channel, (name, metadata) in topics.items()
+        ])
+
     def declared(self, channel: int) -> bool:
         """Whether there is such a channel."""
         return channel in self._channels
@@ -107,6 +123,22 @@ class McapWriter:
             places = starts[first:last] - start + self._pending_bytes
             self._pending.append(Piece(channel, t_ns[first:last], places, content[start:end]))
             self._pending_bytes += end - start
+            first = last
+
+    def append_plain(self, messages: Sequence[tuple[int, int, bytes]]) -> None:
+        """Append messages, each its channel, log time (ns, not negative) and content, in their order."""
+        first = 0
+        while first < len(messages):
+            channel = messages[first][0]
+            last = first + 1
+            while last < len(messages) and messages[last][0] == channel:
+                last += 1
+            run = messages[first:last]
+            starts = np.cumsum([0, *(_HEAD.size + len(content) for _, _, content in run)])
+            records = (
+                _HEAD.pack(MESSAGE, _HEAD.size - FRAMING_BYTES + len(content), channel, 0, t_ns, t_ns) + content
+                for _, t_ns, content in run)
+            self.append(channel, np.array([t_ns for _, t_ns, _ in run]), starts, as_array(b"".join(records)))
             first = last
 
     def flush(self) -> None:

@@ -20,6 +20,8 @@ from pipeline.arrays import I64, U8, Bools
 MESSAGE, DATA_END = 0x05, 0x0F
 #: Opcode and length, before every record's body.
 FRAMING_BYTES = 9
+#: Channel, sequence and two times, before a message's content.
+ADDRESS_BYTES = 22
 
 
 class Records(NamedTuple):
@@ -132,7 +134,7 @@ def _walk(content: U8, start: int, stop: int, landmarks: I64) -> tuple[Records, 
     at = np.int64(start)
     for k in range(count):
         opcodes[k], bodies[k], lengths[k] = content[at], at + FRAMING_BYTES, _uint64(content, at + 1)
-        if opcodes[k] == MESSAGE and lengths[k] >= 22:  # channel, sequence and two times
+        if opcodes[k] == MESSAGE and lengths[k] >= ADDRESS_BYTES:
             channels[k] = np.int64(content[at + 9]) | (np.int64(content[at + 10]) << 8)
         at += FRAMING_BYTES + lengths[k]
     return Records(opcodes, channels, bodies, lengths), int(end), passed

@@ -1,0 +1,1 @@
+"""Recordings of packets (``pipeline.packets``) as matches: those of SSL and of VSSS."""

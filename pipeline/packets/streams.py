@@ -1,0 +1,53 @@
+"""What the leagues send while a match is played, and where.
+
+Sources: for SSL the wiki of ssl.robocup.org (vision 224.5.23.2:10006, before 2014 :10005; tracker :10010; game
+controller 224.5.23.1:10003), and RoboCup-SSL/ssl-go-tools (``pkg/persistence``) for the types of messages in
+logs. For VSSS FIRASim (vision 224.0.0.1:10002) and VSSSLeague/VSSReferee (``src/constants/constants.json`` at
+0528e93: referee 224.5.23.2:10003).
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple, get_args
+
+LeagueName = Literal["ssl", "vsss"]
+
+
+class Stream(NamedTuple):
+    """One kind of packets of a league.
+
+    Attributes:
+        name: of the stream, unique in its league.
+        channel: id of its channel in a recording; for SSL also the type of its messages in a game log.
+        group: IPv4 address to which it is sent.
+        port: UDP port.
+    """
+
+    name: str
+    channel: int
+    group: str
+    port: int
+
+
+#: The streams of each league.
+LEAGUES: dict[LeagueName, tuple[Stream, ...]] = {
+    "ssl": (
+        Stream("vision", 4, "224.5.23.2", 10006),
+        Stream("vision-2010", 2, "224.5.23.2", 10005),
+        Stream("tracker", 5, "224.5.23.2", 10010),
+        Stream("referee", 3, "224.5.23.1", 10003),
+    ),
+    "vsss": (
+        Stream("vision", 1, "224.0.0.1", 10002),
+        Stream("referee", 2, "224.5.23.2", 10003),
+    ),
+}
+assert set(LEAGUES) == set(get_args(LeagueName))
+
+#: Largest content of a UDP packet over IPv4, bytes.
+LARGEST = 65_507
+
+
+def topic(league: LeagueName, stream: Stream) -> str:
+    """Topic of a stream in a recording."""
+    return f"/{league}/{stream.name}"
