@@ -89,6 +89,11 @@ COMMANDS = (
         "pitchlore play --against static --minutes 2",
     ),
     Command(
+        "watch", "watch:watch_match",
+        "Record the match that is being played, as its packets arrive from a league's cameras and referee.",
+        "pitchlore watch ssl --interface 192.168.1.20",
+    ),
+    Command(
         "run", "run:run",
         "Bring everything up to date: import the inbox, run every stage, emit knowledge, train a policy.",
         "pitchlore run --settings club.toml",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import polars as pl
@@ -22,6 +22,7 @@ from pipeline.importers.readers import is_ours, open_parts, read
 from pipeline.importers.source import slug
 from pipeline.importers.tracking.mapping import TrackingMap, load_map
 from pipeline.matches.frame import MatchLog
+from pipeline.packets.recording import Recording as PacketRecording
 from pipeline.settings import ImportSettings
 from pipeline.store import Store
 from pipeline.store.receipts import Receipt, digest
@@ -34,6 +35,8 @@ from schemas import SIDES, Commands, Matches, Quality, Referee
 INBOX = "inbox"
 #: Folder of logs of matches in progress; a log that a killed process left there is imported.
 PLAYING = "playing"
+#: Folder of recordings of packets in progress; one that a killed process left there goes to the inbox.
+WATCHING = "watching"
 
 
 class Recording(BaseModel):
@@ -80,14 +83,17 @@ class Recording(BaseModel):
 def inbox(store: Store) -> list[Recording]:
     """Recordings in the data folder's inbox with their maps, sorted by name, then abandoned logs.
 
-    A log is abandoned if the process that played its match was killed. The copy of a bucket gets the files
-    of its inbox first.
+    A log is abandoned if the process that played its match was killed. A recording of packets that was
+    abandoned goes to the inbox. The copy of a bucket gets the files of its inbox first.
 
     Raises:
         StorageFailed: if the bucket cannot be reached.
     """
     if store.mirror is not None:
         store.mirror.pull(store.root / INBOX)
+    for file in store.abandoned(WATCHING):
+        with suppress(FileNotFoundError):  # another run has moved it
+            store.moved(file, INBOX)
     left = [Recording(file=file) for file in store.abandoned(PLAYING)]
     return [recording for recording in _dropped(store) if _is_inside(recording, store)] + left
 
@@ -368,8 +374,17 @@ def _here(store: Store, recording: Recording, limits: ImportSettings) -> Receipt
 
 
 def useless(store: Store) -> list[Path]:
-    """Remove and return the logs of matches that were killed before anything was logged."""
-    return [file for file in store.abandoned(PLAYING) if store.discard(file, _nothing_logged)]
+    """Remove and return the logs and recordings that were killed before anything was in them."""
+    return [file for folder, empty in ((PLAYING, _nothing_logged), (WATCHING, _nothing_recorded))
+            for file in store.abandoned(folder) if store.discard(file, empty)]
+
+
+def _nothing_recorded(data: bytes) -> bool:
+    """Whether a recording has no packet."""
+    try:
+        return not any(True for _ in PacketRecording(data, "").packets())
+    except DamagedLog:
+        return True
 
 
 def _nothing_logged(data: bytes) -> bool:

@@ -9,7 +9,7 @@ from flows.catalog import look
 from flows.costs import Cost, Spent
 from flows.lacking import lacking, leagues
 from flows.making import Outcome
-from flows.matches import PLAYING, all_here, inbox, mend, strangers
+from flows.matches import PLAYING, WATCHING, all_here, inbox, mend, strangers
 from flows.memo import Memo
 from flows.outputs import match_names
 from flows.progress import RunReport
@@ -90,7 +90,8 @@ def nothing_new(
     store: Store, settings: Settings, limits: ImportSettings = ImportSettings(), *, train: bool = True
 ) -> RunReport | None:
     """The report of a run without work, None if there is something to import or to make."""
-    imported = None if store.abandoned(PLAYING) else all_here(store, inbox(store), limits)
+    left = store.abandoned(PLAYING) + store.abandoned(WATCHING)
+    imported = None if left else all_here(store, inbox(store), limits)
     if imported is None:
         return None
     imported.failed |= strangers(store)

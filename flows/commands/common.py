@@ -17,7 +17,7 @@ from pipeline.store.paths import check_root
 
 #: Any of these makes a folder a data folder.
 _SIGNS = ("*/*.receipt.json", "*/*/manifest.json", "quarantine/*.json", "catalog.duckdb", "inbox", "playing",
-          "runs", "seasons", "server")
+          "watching", "runs", "seasons", "server")
 _OTHERWISE = "Name the data folder with --data, or fill this one: `pitchlore import FILE`"
 
 

@@ -26,7 +26,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from pipeline.arrays import I64, U8
 from pipeline.matches.chunks import Piece, seal
-from pipeline.matches.records import FRAMING_BYTES, MESSAGE, as_array, encoded
+from pipeline.matches.records import ADDRESS_BYTES, MESSAGE, as_array, encoded
 
 #: Bytes of a chunk's content; three robots a side fill it in about 20 s of a match.
 CHUNK_BYTES = 256 << 10
@@ -136,7 +136,7 @@ class McapWriter:
             run = messages[first:last]
             starts = np.cumsum([0, *(_HEAD.size + len(content) for _, _, content in run)])
             records = (
-                _HEAD.pack(MESSAGE, _HEAD.size - FRAMING_BYTES + len(content), channel, 0, t_ns, t_ns) + content
+                _HEAD.pack(MESSAGE, ADDRESS_BYTES + len(content), channel, 0, t_ns, t_ns) + content
                 for _, t_ns, content in run)
             self.append(channel, np.array([t_ns for _, t_ns, _ in run]), starts, as_array(b"".join(records)))
             first = last

@@ -6,7 +6,7 @@ recorder        writes a recording, packet by packet
 recording       reads one, damaged ones included
 ==============  ==============================================================
 
-A recording is an MCAP file. Each stream of a league is a topic, each packet a message whose log time is when it
-was received. What packets say is decoded on import, by the importer of that league's logs, so that a match
+A recording is an MCAP file. Each stream of a league is a topic, each packet a message whose log time is when
+it was received. What packets say is decoded on import, by the importer of that league's logs, so that a match
 that was watched and a match that was imported are read by the same code.
 """

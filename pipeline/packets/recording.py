@@ -12,7 +12,7 @@ from pipeline.errors import DamagedLog
 from pipeline.matches.mcap_file import McapFile
 from pipeline.matches.messages import log_times
 from pipeline.matches.quality import Flaw
-from pipeline.matches.records import ADDRESS_BYTES
+from pipeline.matches.records import ADDRESS_BYTES, MESSAGE
 from pipeline.packets.recorder import LEAGUE, LIBRARY, METADATA
 from pipeline.packets.streams import LEAGUES, LeagueName, topic
 
@@ -75,15 +75,13 @@ class Recording:
         known = {topic(self.league, stream): stream.channel for stream in LEAGUES[self.league]}
         seen = 0
         for content, records in self._file.contents():
-            records = records.keep(records.channels >= 0)
-            seen += len(records.bodies)
+            seen += int((records.opcodes == MESSAGE).sum())
             topics = (self._topics.get(channel, "") for channel in records.channels.tolist())
-            ours = np.array([known.get(name, -1) for name in topics], dtype=np.int64)
-            chosen = ours >= 0
-            records = records.keep(chosen)
-            if len(records.bodies):
-                yield Packets(content, ours[chosen], log_times(content, records), records.bodies + ADDRESS_BYTES,
-                              records.bodies + records.lengths)
+            channel = np.array([known.get(name, -1) for name in topics], dtype=np.int64)
+            ours = records.keep(channel >= 0)
+            if len(ours.bodies):
+                yield Packets(content, channel[channel >= 0], log_times(content, ours),
+                              ours.bodies + ADDRESS_BYTES, ours.bodies + ours.lengths)
         self._file.check(seen)
 
     def flaws(self) -> list[Flaw]:

@@ -1,9 +1,8 @@
 """What the leagues send while a match is played, and where.
 
-Sources: for SSL the wiki of ssl.robocup.org (vision 224.5.23.2:10006, before 2014 :10005; tracker :10010; game
-controller 224.5.23.1:10003), and RoboCup-SSL/ssl-go-tools (``pkg/persistence``) for the types of messages in
-logs. For VSSS FIRASim (vision 224.0.0.1:10002) and VSSSLeague/VSSReferee (``src/constants/constants.json`` at
-0528e93: referee 224.5.23.2:10003).
+Sources: for SSL the defaults of the league's recorder (RoboCup-SSL/ssl-go-tools,
+``cmd/ssl-log-recorder/ssl-log-recorder.go`` at 0b55551). For VSSS those of the league's referee
+(VSSSLeague/VSSReferee, ``src/constants/constants.json`` at 0528e93), whose vision is FIRASim.
 """
 
 from __future__ import annotations

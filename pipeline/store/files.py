@@ -129,6 +129,27 @@ class Files:
         """The files in ``folder`` that were growing (:meth:`growing`) until their process was killed."""
         return [path for path in map(Path, listed(self.root / folder)) if path.is_file() and free(path)]
 
+    def moved(self, path: Path, folder: str) -> Path:
+        """Move a file that grew into another folder of the data folder; to the bucket, if it is in one.
+
+        Returns:
+            Where it is; with a number in its name if another file has that.
+
+        Raises:
+            FileNotFoundError: if somebody else moved it.
+        """
+        target, number = self.root / folder / path.name, 1
+        while target.exists():
+            number += 1
+            target = self.root / folder / f"{path.stem}-{number}{path.suffix}"
+        if self.mirror is not None:
+            self.keep(target, path.read_bytes())
+            path.unlink()
+        else:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            path.replace(target)
+        return target
+
     def discard(self, path: Path, useless: Callable[[bytes], bool]) -> bool:
         """Remove a file that was growing until its process was killed, if it is of no use.
 

@@ -16,7 +16,7 @@ from pipeline.packets.recording import Recording, is_recording
 from pipeline.packets.streams import LeagueName
 
 #: How the packets of each league are read.
-_LEAGUES: dict[LeagueName, Callable[[SourceFile, TrackingMap], MatchLog]] = {"ssl": ssl.read, "vsss": vsss.read}
+_READ: dict[LeagueName, Callable[[SourceFile, TrackingMap], MatchLog]] = {"ssl": ssl.read, "vsss": vsss.read}
 _REASONS = 3  # in ``incomplete_reason``; ``quality`` has all of them
 
 
@@ -32,7 +32,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         BadRecording: if its packets give no match.
         DamagedLog: if the recording does not say whose packets it has, or declares more than is read.
     """
-    match = _LEAGUES[Recording(source.content, source.name).league](source, mapping)
+    match = _READ[Recording(source.content, source.name).league](source, mapping)
     flaws, reasons = _damage(source)
     if not reasons:
         return match

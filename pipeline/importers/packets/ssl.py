@@ -39,4 +39,5 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         BadRecording: as for a log.
         DamagedLog: if the recording does not say whose packets it has.
     """
-    return reading.read(_AsLog(**{field.name: getattr(source, field.name) for field in fields(source)}), mapping)
+    as_log = _AsLog(**{field.name: getattr(source, field.name) for field in fields(source)})
+    return reading.read(as_log, mapping)

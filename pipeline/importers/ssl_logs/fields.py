@@ -52,6 +52,8 @@ ID_YELLOW, ID_BLUE = 1, 2
 
 # referee: stage and command are enumerations, see ``commands``
 REFEREE_STAGE, REFEREE_COMMAND, REFEREE_COUNTER = 2, 4, 5
+#: Time left of the stage, microseconds, a signed varint in zigzag; negative when the stage lasts longer.
+REFEREE_TIME_LEFT = 3
 REFEREE_YELLOW, REFEREE_BLUE = 7, 8
 REFEREE_BLUE_ON_POSITIVE, REFEREE_SOURCE = 10, 18
 TEAM_NAME, TEAM_SCORE, TEAM_RED_CARDS, TEAM_YELLOW_CARDS = 1, 2, 3, 5

@@ -1,0 +1,97 @@
+"""The command watch: record the match that is being played."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+from cyclopts import Parameter
+from cyclopts.types import PositiveFloat
+
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.printing import console, print_json
+from flows.watching import Watched, watch
+from pipeline.errors import BadSettings
+from pipeline.packets.streams import LEAGUES, LeagueName, Stream
+
+
+def watch_match(
+    league: LeagueName,
+    *,
+    group: str | None = None,
+    at: Annotated[tuple[str, ...], Parameter(negative=())] = (),
+    interface: str | None = None,
+    seconds: PositiveFloat | None = None,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Record the match that is being played, as its packets arrive, until Ctrl-C; `run` takes the recording.
+
+    A line says each second how many frames came, how many were lost, the score and the clock. If the process
+    is killed, all but its last half second is kept.
+
+    Args:
+        league: ssl (vision, tracker, game controller) or vsss (FIRASim, VSSReferee).
+        group: Address of all streams instead of the league's own, such as 127.0.0.1.
+        at: Address of one stream, as `vision=224.5.23.2:10006`; may be repeated.
+        interface: Address of the network card on which the league's groups are joined (default: the system's
+            choice).
+        seconds: How long (default: until Ctrl-C).
+        json: Print JSON.
+        common: Options of every command.
+    """
+    streams = addressed(league, group, at)
+    lines = sys.stderr.isatty()
+
+    def say(line: str) -> None:
+        sys.stderr.write(f"\r\x1b[K{line}" if lines else f"{line}\n")
+        sys.stderr.flush()
+
+    def listening(addresses: dict[str, str]) -> None:
+        say("Listening to " + ", ".join(f"{name} at {where}" for name, where in addresses.items()))
+        if lines:
+            sys.stderr.write("\n")
+
+    found = watch(common.store, league, streams, interface=interface, seconds=seconds, say=say,
+                  listening=listening)
+    if lines:
+        sys.stderr.write("\n")
+    if json:
+        print_json({"file": None if found.file is None else str(found.file), "packets": found.packets,
+                    "frames_lost": found.frames_lost, "seconds": round(found.seconds, 1),
+                    "refused": [{"stream": stream, "why": why, "packets": count}
+                                for (stream, why), count in sorted(found.refused.items())]})
+    else:
+        _print(found, streams)
+    sys.exit(0 if found.file is not None else 1)
+
+
+def addressed(league: LeagueName, group: str | None, at: tuple[str, ...]) -> tuple[Stream, ...]:
+    """The streams of a league, at addresses that people named.
+
+    Raises:
+        BadSettings: if there is no such stream, or an address cannot be read.
+    """
+    streams = {stream.name: stream if group is None else stream._replace(group=group)
+               for stream in LEAGUES[league]}
+    for word in at:
+        name, _, where = word.partition("=")
+        address, _, port = where.rpartition(":")
+        if name not in streams or not address or not port.isdecimal() or int(port) > 0xFFFF:
+            raise BadSettings(f"--at {word} names no stream and address", next_step=(
+                f"Write STREAM=ADDRESS:PORT; the streams are {', '.join(streams)}"))
+        streams[name] = streams[name]._replace(group=address, port=int(port))
+    return tuple(streams.values())
+
+
+def _print(found: Watched, streams: tuple[Stream, ...]) -> None:
+    out = console()
+    for (stream, why), count in sorted(found.refused.items()):
+        out.print(f"Left out: {count} packets to {stream} ({why})")
+    if found.file is None:
+        where = ", ".join(f"{stream.group}:{stream.port}" for stream in streams)
+        out.print(f"No packet came to {where}. Is this computer in the match's network? --interface names the "
+                  "network card.", soft_wrap=True)
+    else:
+        out.print(f"{found.packets} packets in {found.seconds:.0f} s, {found.frames_lost} frames lost. "
+                  f"Kept in {found.file}; `pitchlore run` takes it.", soft_wrap=True)

@@ -1,0 +1,119 @@
+"""Packets from the network: one UDP socket for each stream."""
+
+from __future__ import annotations
+
+import selectors
+import socket
+import struct
+import time
+from collections.abc import Mapping
+from types import TracebackType
+from typing import NamedTuple, Self
+
+from pipeline.errors import BadSettings, StorageFailed
+from pipeline.packets.recorder import Packet
+from pipeline.packets.streams import Stream
+
+#: Packets of one stream that are taken before another stream has its turn.
+_AT_ONCE = 256
+#: Larger than any UDP packet, so that none is cut unseen.
+_BUFFER = 1 << 16
+#: What the system may keep for us while we are busy, bytes: two seconds of a great match.
+_KEPT = 4 << 20
+
+
+class Received(NamedTuple):
+    """A packet, and who sent it.
+
+    Attributes:
+        packet: of the network.
+        sender: address and port.
+    """
+
+    packet: Packet
+    sender: tuple[str, int]
+
+
+class Receiver:
+    """Sockets that listen to streams; a context manager that closes them.
+
+    Args:
+        streams: with the addresses to listen to. A multicast group is joined; any other address has to be one
+            of this computer.
+        interface: address of the network card on which groups are joined; None for the system's choice.
+
+    Raises:
+        BadSettings: if an address is none of this computer, or the interface cannot be used.
+        StorageFailed: if another program holds the port for itself.
+    """
+
+    def __init__(self, streams: tuple[Stream, ...], interface: str | None = None) -> None:
+        self._selector = selectors.DefaultSelector()
+        try:
+            for stream in streams:
+                self._selector.register(_listening(stream, interface), selectors.EVENT_READ, stream)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def addresses(self) -> Mapping[str, str]:
+        """Where each stream is listened to, ``ADDRESS:PORT`` by its name; a port that was 0 has a number here."""
+        told = {}
+        for key in self._selector.get_map().values():
+            address, port = key.fileobj.getsockname()  # type: ignore[union-attr]
+            told[key.data.name] = f"{address}:{port}"
+        return told
+
+    def receive(self, timeout: float) -> list[Received]:
+        """What has arrived, in order of time; waits up to ``timeout`` seconds for the first."""
+        found = []
+        for key, _ in self._selector.select(timeout):
+            ears: socket.socket = key.fileobj  # type: ignore[assignment]
+            for _ in range(_AT_ONCE):
+                try:
+                    data, sender = ears.recvfrom(_BUFFER)
+                except (BlockingIOError, ConnectionError):
+                    break
+                found.append(Received(Packet(key.data.channel, time.time_ns(), data), sender))
+        return sorted(found, key=lambda received: received.packet.t_ns)
+
+    def close(self) -> None:
+        """Close the sockets."""
+        for key in list(self._selector.get_map().values()):
+            key.fileobj.close()  # type: ignore[union-attr]
+        self._selector.close()
+
+
+def _listening(stream: Stream, interface: str | None) -> socket.socket:
+    where = f"{stream.group}:{stream.port}"
+    ears = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        ears.setblocking(False)
+        ears.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _KEPT)
+        group = socket.inet_aton(stream.group)
+        shared = 224 <= group[0] <= 239
+        if shared:  # others on this computer may listen to the group, too
+            ears.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        ears.bind((stream.group, stream.port))
+        if shared:
+            card = socket.inet_aton(interface) if interface else struct.pack("=I", socket.INADDR_ANY)
+            ears.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group + card)
+    except OSError as error:
+        ears.close()
+        if error.errno is not None and error.strerror and "in use" in error.strerror:
+            raise StorageFailed("another program listens to it", where=where,
+                                next_step="End that program, or listen elsewhere: --group ADDRESS") from error
+        raise BadSettings(
+            f"cannot be listened to ({error.strerror or error})", where=where,
+            next_step="Name an address of this computer or a multicast group, and the network card: --interface",
+        ) from error
+    return ears

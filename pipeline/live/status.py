@@ -1,0 +1,180 @@
+"""What the packets of a match say, in a line."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from pipeline.arrays import I64
+from pipeline.importers.packets import vsss
+from pipeline.importers.ssl_logs import fields as f
+from pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
+from pipeline.importers.ssl_logs.wire import fields, texts
+from pipeline.live.screening import laid_out
+from pipeline.packets.recorder import Packet
+from pipeline.packets.streams import LEAGUES, LeagueName
+
+#: A number that rises by more is no loss but a camera, or a simulator, that began anew.
+_GAP = 1_000
+_WITHIN_NS = 1_000_000_000
+
+
+class Teller(Protocol):
+    """What a league's packets say."""
+
+    def see(self, packets: Sequence[Packet]) -> None:
+        """Take up sound packets, in order of time."""
+
+    def says(self) -> str:
+        """The score and the clock; "" as long as no packet says anything of them."""
+
+
+class Frames:
+    """Frames of vision: how many there are in a second, and how many are missing.
+
+    Attributes:
+        lost: frames that were numbered and did not come.
+    """
+
+    def __init__(self) -> None:
+        self.lost = 0
+        self._last: dict[int, int] = {}
+        self._times: deque[int] = deque()
+
+    def add(self, t_ns: Iterable[int], camera: I64, number: I64) -> None:
+        """Take up frames: when each came, its camera and its number, [M] each."""
+        self._times.extend(t_ns)
+        for of, now in zip(camera.tolist(), number.tolist(), strict=True):
+            gap = now - self._last.get(of, now - 1) - 1
+            if 0 < gap < _GAP:
+                self.lost += gap
+            self._last[of] = now
+
+    def rate(self, now_ns: int) -> int:
+        """Frames of the last second."""
+        while self._times and now_ns - self._times[0] > _WITHIN_NS:
+            self._times.popleft()
+        return len(self._times)
+
+
+class Status:
+    """What was received so far.
+
+    Args:
+        league: whose packets are received.
+
+    Attributes:
+        frames: of all cameras.
+        packets: number of sound packets.
+    """
+
+    def __init__(self, league: LeagueName) -> None:
+        self.frames = Frames()
+        self.packets = 0
+        self._teller: Teller = _TELLERS[league](self.frames)
+
+    def see(self, packets: Sequence[Packet]) -> None:
+        """Take up sound packets, in order of time."""
+        self.packets += len(packets)
+        if packets:
+            self._teller.see(packets)
+
+    def line(self, now_ns: int, refused: int) -> str:
+        """Frames a second, losses, what was refused, score and clock."""
+        parts = [f"{self.frames.rate(now_ns)} frames/s", f"{self.frames.lost} lost"]
+        parts += [f"{refused} refused"] if refused else []
+        parts += [said] if (said := self._teller.says()) else []
+        return ", ".join(parts)
+
+
+class _Ssl:
+    def __init__(self, frames: Frames) -> None:
+        self._frames = frames
+        self._score = ["?", "?"]
+        self._names = ["yellow", "blue"]
+        self._clock = ""
+
+    def see(self, packets: Sequence[Packet]) -> None:
+        channel = {stream.name: stream.channel for stream in LEAGUES["ssl"]}
+        seen = [packet for packet in packets if packet.channel in (channel["vision"], channel["vision-2010"])]
+        if seen:
+            data, start, end = laid_out(seen)
+            frames = fields(data, start, end)[0].spans(f.WRAPPER_DETECTION)
+            inner, _ = fields(data, frames.value, frames.end)
+            numbers = np.zeros((2, len(frames.of)), np.int64)
+            for row, number in enumerate((f.FRAME_CAMERA, f.FRAME_NUMBER)):
+                of, value = inner.varints(number)
+                numbers[row, of] = value
+            self._frames.add((seen[i].t_ns for i in frames.of.tolist()), *numbers)
+        told = [packet for packet in packets if packet.channel == channel["referee"]]
+        if told:
+            self._hear(told[-1])
+
+    def _hear(self, packet: Packet) -> None:
+        data, start, end = laid_out([packet])
+        said, _ = fields(data, start, end)
+        word = {number: said.varints(number)[1] for number in (f.REFEREE_STAGE, f.REFEREE_COMMAND,
+                                                               f.REFEREE_TIME_LEFT)}
+        for team, number in enumerate((f.REFEREE_YELLOW, f.REFEREE_BLUE)):
+            span = said.spans(number)
+            own, _ = fields(data, span.value, span.end)
+            name, goals = own.spans(f.TEAM_NAME), own.varints(f.TEAM_SCORE)[1]
+            self._names[team] = next((text.decode(errors="replace") for text in texts(data, name.value, name.end)
+                                      if text), self._names[team])
+            self._score[team] = str(goals[-1]) if len(goals) else "?"
+        parts = [words[int(found[-1])].replace("_", " ").lower() for words, found in (
+            (STAGES, word[f.REFEREE_STAGE]), (COMMANDS, word[f.REFEREE_COMMAND]))
+            if len(found) and 0 <= found[-1] < len(words)]
+        left = word[f.REFEREE_TIME_LEFT]
+        if len(left):
+            seconds = int((left[-1] >> 1) ^ -(left[-1] & 1)) // 1_000_000
+            parts.append(f"{_clock(seconds)} left")
+        self._clock = ", ".join(parts)
+
+    def says(self) -> str:
+        if not self._clock:
+            return ""
+        yellow, blue = self._names
+        return f"{yellow} {self._score[0]} : {self._score[1]} {blue}, {self._clock}"
+
+
+class _Vsss:
+    def __init__(self, frames: Frames) -> None:
+        self._frames = frames
+        self._score = ("?", "?")
+        self._state = ""
+
+    def see(self, packets: Sequence[Packet]) -> None:
+        channel = {stream.name: stream.channel for stream in LEAGUES["vsss"]}
+        seen = [packet for packet in packets if packet.channel == channel["vision"]]
+        if seen:
+            found = vsss.environments(*laid_out(seen))
+            steps = np.nan_to_num(found.frames[:, vsss.STEP]).astype(np.int64)
+            self._frames.add((packet.t_ns for packet in seen), np.zeros_like(steps), steps)
+            goals = found.frames[-1:, [vsss.BLUE_GOALS, vsss.YELLOW_GOALS]]
+            if np.isfinite(goals).any():
+                blue, yellow = np.nan_to_num(goals[0]).astype(int).tolist()
+                self._score = (str(blue), str(yellow))
+        told = [packet for packet in packets if packet.channel == channel["referee"]]
+        if told:
+            data, start, end = laid_out(told)
+            said, _ = vsss.commands(data, np.array([packet.t_ns for packet in told]), start, end)
+            if said:
+                half = f", half {said[-1].half}" if said[-1].half > 0 else ""
+                clock = f", {_clock(int(said[-1].clock_s))}" if said[-1].clock_s is not None else ""
+                self._state = said[-1].state.replace("_", " for ") + half + clock
+
+    def says(self) -> str:
+        score = f"blue {self._score[0]} : {self._score[1]} yellow"
+        return f"{score}, {self._state}" if self._state else score if self._score[0] != "?" else ""
+
+
+def _clock(seconds: int) -> str:
+    sign = "-" if seconds < 0 else ""
+    return f"{sign}{abs(seconds) // 60}:{abs(seconds) % 60:02d}"
+
+
+_TELLERS: dict[LeagueName, Callable[[Frames], Teller]] = {"ssl": _Ssl, "vsss": _Vsss}
