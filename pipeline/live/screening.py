@@ -16,7 +16,7 @@ import numpy as np
 from pipeline.arrays import I64, U8, Bools
 from pipeline.importers.packets import vsss
 from pipeline.importers.ssl_logs import fields as f
-from pipeline.importers.ssl_logs.wire import FIXED64, SPAN, VARINT, fields, texts
+from pipeline.importers.ssl_logs.wire import FIXED64, SPAN, VARINT, Fields, fields, texts
 from pipeline.live.sockets import Received
 from pipeline.packets.recorder import Packet
 from pipeline.packets.streams import LEAGUES, LeagueName
@@ -147,11 +147,19 @@ def _vision(data: U8, start: I64, end: I64) -> tuple[Bools, Sequence[object]]:
     camera = np.full(len(start), -1)
     of, value = inner.varints(f.FRAME_CAMERA)
     camera[frames.of[of]] = value
-    geometry = _among(len(start), top.spans(f.WRAPPER_GEOMETRY).of)
-    has_frame = _among(len(start), frames.of)
-    sound = ~damaged & (geometry | has_frame)
+    sound = ~damaged & (_among(len(start), frames.of) | _has_geometry(data, top, len(start)))
     sound[frames.of[~whole]] = False
     return sound, camera.tolist()
+
+
+def _has_geometry(data: U8, top: Fields, count: int) -> Bools:
+    """Which vision packets have geometry with a size, bool [count]; the width since 2014 and the length before are in one field."""
+    geometry = top.spans(f.WRAPPER_GEOMETRY)
+    inner, _ = fields(data, geometry.value, geometry.end)
+    field = inner.spans(f.GEOMETRY_FIELD)
+    sizes, _ = fields(data, field.value, field.end)
+    of, _ = sizes.varints(f.SIZE_WIDTH)
+    return _among(count, geometry.of[field.of[of]])
 
 
 def _tracker(data: U8, start: I64, end: I64) -> tuple[Bools, Sequence[object]]:

@@ -1,0 +1,372 @@
+"""The match that is being played is recorded as its packets arrive, whatever else arrives."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from threading import Thread
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from hypothesis import given
+from hypothesis import strategies as st
+from support import ssl_games
+from support.ssl_messages import integer, log
+from test_packets import REFEREE, VISION, imported, listed, of_log, vsss_packets
+
+from flows.cli import main
+from flows.commands.watch import addressed
+from flows.matches import WATCHING, inbox, useless
+from flows.watching import Watched, watch
+from pipeline.errors import BadSettings, PitchloreError, StorageFailed
+from pipeline.live.screening import FLOOD, LARGE, MALFORMED, SECOND, Screen
+from pipeline.live.sockets import Received, Receiver
+from pipeline.live.status import Status
+from pipeline.packets.recorder import Packet
+from pipeline.packets.streams import LEAGUES, LeagueName
+from pipeline.store import Store
+
+HERE, THERE = ("10.0.0.1", 5000), ("10.0.0.2", 5000)
+T0 = 1_750_000_000_000_000_000
+#: Unicast loopback, on ports that are free.
+LOOPBACK = {league: tuple(stream._replace(group="127.0.0.1", port=0) for stream in streams)
+            for league, streams in LEAGUES.items()}
+
+Send = Callable[[int, bytes], None]
+
+
+def watched(data: Path, league: LeagueName, send: Callable[[Sequence[Send]], None], seconds: float) -> Watched:
+    """Watch while a thread sends; ``send`` gets three senders."""
+    threads: list[Thread] = []
+
+    def listening(addresses: dict[str, str]) -> None:
+        ports = {stream.channel: int(addresses[stream.name].rpartition(":")[2]) for stream in LEAGUES[league]}
+
+        def go() -> None:
+            with ExitStack() as mouths:
+                send([mouths.enter_context(mouth(ports)) for _ in range(3)])
+
+        threads.append(Thread(target=go))
+        threads[0].start()
+
+    done = watch(Store(data), league, LOOPBACK[league], seconds=seconds, listening=listening)
+    threads[0].join()
+    return done
+
+
+@contextmanager
+def mouth(ports: Mapping[int, int]) -> Iterator[Send]:
+    """A sender with a port of its own: sends content to a stream, by its channel."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        yield lambda channel, content: sender.sendto(content, ("127.0.0.1", ports[channel])) and None
+
+
+def paced(send: Send, packets: Sequence[Packet], a_second: float) -> None:
+    """Send packets at a pace, as far as this computer keeps it."""
+    began = time.monotonic()
+    for number, packet in enumerate(packets):
+        time.sleep(max(0.0, began + number / a_second - time.monotonic()))
+        send(packet.channel, packet.data)
+
+
+def test_live_is_as_from_the_log(tmp_path: Path) -> None:
+    """The same SSL traffic gives the same match, received over the network or imported from the league's log."""
+    gc = ssl_games.Referee()
+    messages = ssl_games.ordered(
+        ssl_games.frames(400), [gc.says(0, command=1), gc.says(40, command=2, stage=1), gc.says(300, command=1)])
+    done = watched(tmp_path, "ssl", lambda senders: paced(senders[0], of_log(messages), 500.0), 3.0)
+    assert done.file is not None
+    assert (done.packets, done.frames_lost, done.refused) == (len(messages), 0, {})
+    live, logged = imported(done.file.read_bytes()), ssl_games.match(log(messages))
+    np.testing.assert_array_equal(live.frames.t_ns, logged.frames.t_ns)
+    assert live.frames.ball.tobytes() == logged.frames.ball.tobytes()
+    assert live.frames.robots.tobytes() == logged.frames.robots.tobytes()
+    assert live.referee.drop("match_id").equals(logged.referee.drop("match_id"))
+    assert live.info.complete
+
+
+def test_whatever_else_arrives(tmp_path: Path) -> None:
+    """Broken packets, another league's, large ones, a second sender and a flood neither stop nor fill it."""
+    packets = [packet for packet in vsss_packets(3.0) if packet.channel == VISION]
+    other = ssl_games.frames(1)[0].content
+
+    def send(senders: Sequence[Send]) -> None:
+        good, bad, second = senders
+        for number, packet in enumerate(packets):
+            good(packet.channel, packet.data)
+            if number % 30 == 10:
+                bad(VISION, b"\xff" * 20)
+                bad(VISION, other)
+                bad(REFEREE, b"")
+                bad(VISION, b"x" * 60_000)
+                second(packet.channel, packet.data)
+            time.sleep(0.005)
+        for _ in range(20_000):
+            bad(VISION, b"\xff" * 100)
+        for packet in packets:
+            good(packet.channel, packet.data)
+            time.sleep(0.005)
+
+    done = watched(tmp_path, "vsss", send, 5.0)
+    assert done.file is not None
+    assert done.packets >= 1.5 * len(packets)  # the system may drop some in the flood
+    assert done.refused["vision", LARGE] == 6
+    assert done.refused["vision", SECOND] == 6
+    assert done.refused["referee", MALFORMED] == 6
+    assert done.refused["vision", MALFORMED] > 12
+    assert done.refused["vision", FLOOD] > 1_000
+    kept, _ = listed(done.file.read_bytes())
+    assert {packet.data for packet in kept} <= {packet.data for packet in packets}
+    assert done.file.stat().st_size < 200_000
+
+
+def received(packets: Sequence[Packet], sender: tuple[str, int] = HERE) -> list[Received]:
+    return [Received(packet, sender) for packet in packets]
+
+
+def counted(screen: Screen) -> dict[str, int]:
+    """Refused packets by reason."""
+    return {why: count for (_, why), count in screen.refused.items()}
+
+
+@pytest.mark.unit
+@pytest.mark.parametrize("league", list(LEAGUES))
+def test_every_stream_refuses_the_others(league: LeagueName) -> None:
+    """A packet is of one stream only; geometry and frames pass as vision."""
+    gc = ssl_games.Referee()
+    ssl = of_log([*ssl_games.frames(2), gc.says(0, command=1)])
+    vsss = vsss_packets(0.5)
+    mine, others = (ssl, vsss) if league == "ssl" else (vsss, ssl)
+    assert Screen(league).sound(received(mine)) == mine
+    for stream in LEAGUES[league]:
+        strange = [packet._replace(channel=stream.channel) for packet in others]
+        screen = Screen(league)
+        assert screen.sound(received(strange)) == [], stream
+        assert counted(screen) == {MALFORMED: len(strange)}
+
+
+@pytest.mark.unit
+def test_a_second_sender_is_heard_when_the_first_is_silent() -> None:
+    """One computer may send for each camera; two that send the same camera are a match and its replay."""
+    screen = Screen("ssl")
+
+    def camera(number: int, t: float, sender: tuple[str, int]) -> int:
+        content = ssl_games.seen(1, camera=number).content
+        return len(screen.sound(received([Packet(4, T0 + round(t * 1e9), content)], sender)))
+
+    assert camera(0, 0.0, HERE) == 1
+    assert camera(1, 0.1, THERE) == 1
+    assert camera(0, 0.2, THERE) == 0
+    assert camera(0, 0.9, THERE) == 0
+    assert camera(0, 1.1, THERE) == 1
+    assert camera(0, 1.2, HERE) == 0
+    assert counted(screen) == {SECOND: 3}
+
+
+@pytest.mark.unit
+def test_a_flood_of_senders_is_forgotten() -> None:
+    """However many senders there are, memory does not grow, and after a second there is room for others."""
+    screen, packet = Screen("vsss"), vsss_packets(0.1)[-1]
+    for number in range(2_000):
+        screen.sound(received([packet._replace(t_ns=T0 + number)], (f"10.0.{number // 250}.{number % 250}", 1)))
+    assert len(screen._rates) <= 256
+    assert counted(screen)[FLOOD] > 1_000
+    assert screen.sound(received([packet._replace(t_ns=T0 + 2 * 10**9)], ("10.9.9.9", 1)))
+
+
+@pytest.mark.unit
+def test_status() -> None:
+    """The line has frames, losses, score and clock, as the packets say."""
+    gc = ssl_games.Referee()
+    status = Status("ssl")
+    assert status.line(T0, 0) == "0 frames/s, 0 lost"
+    status.see(of_log([*ssl_games.frames(20), *ssl_games.frames(30, first=25)]))
+    status.see(of_log([gc.says(40, command=2, stage=1, blue=gc.blue._replace(score=3))]))
+    now = ssl_games.ns(30 / 64)
+    assert status.line(now, 7) == (
+        "50 frames/s, 5 lost, 7 refused, Yellows 0 : 3 Blues, normal first half, normal start, 0:00 left")
+    status = Status("vsss")
+    status.see([packet for packet in vsss_packets(11.0) if packet.data])
+    assert status.line(T0 + 11 * 10**9, 0) == "60 frames/s, 0 lost, blue 1 : 0 yellow, gameon, half 1, 0:10"
+
+
+@pytest.mark.unit
+def test_time_left() -> None:
+    """The game controller's time left is in microseconds and may be negative."""
+    gc = ssl_games.Referee()
+    packet = of_log([gc.says(0, command=1)])[0]
+    for left, said in ((65_000_000, "1:05 left"), (-5_000_000, "-0:05 left")):
+        zigzag = (left << 1) ^ (left >> 63)
+        status = Status("ssl")
+        status.see([packet._replace(data=packet.data + integer(3, zigzag))])
+        assert status.line(packet.t_ns, 0).endswith(said)
+
+
+def in_a_process(data: Path, *options: str) -> subprocess.Popen[str]:
+    """The command in a process of its own, listening on loopback."""
+    ports = [option for stream in LEAGUES["vsss"] for option in ("--at", f"{stream.name}=127.0.0.1:0")]
+    return subprocess.Popen([Path(sys.executable).with_name("pitchlore"), "watch", "vsss", *ports, "--data", str(data), *options],
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def send_to(process: subprocess.Popen[str], packets: Sequence[Packet]) -> None:
+    """Send packets to where a process says that it listens, at 60 Hz."""
+    assert process.stderr is not None
+    words = process.stderr.readline().split()
+    ports = {VISION: int(words[4].rstrip(",").rpartition(":")[2]), REFEREE: int(words[7].rpartition(":")[2])}
+    with mouth(ports) as send:
+        paced(send, packets, 60.0)
+
+
+def test_killed(tmp_path: Path) -> None:
+    """After kill -9 all but the last second is there, and the next run takes it."""
+    process = in_a_process(tmp_path)
+    packets = vsss_packets(3.0)
+    send_to(process, packets)
+    process.kill()
+    process.communicate()
+    (left,) = (tmp_path / WATCHING).iterdir()
+    found, reasons = listed(left.read_bytes())
+    assert len(packets) - len(found) <= 60
+    assert reasons
+    store = Store(tmp_path)
+    assert [recording.file.parent.name for recording in inbox(store)] == ["inbox"]
+    assert not left.exists()
+    with pytest.raises(SystemExit) as ended:
+        main(["import", *map(str, (tmp_path / "inbox").iterdir()), "--data", str(tmp_path)])
+    assert ended.value.code == 0
+    (match,) = store.receipts("matches")
+    assert not match.details["complete"]
+    assert match.details["frames"] >= 110
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_stopped(tmp_path: Path, how: signal.Signals) -> None:
+    """Ctrl-C is how one ends it; SIGTERM ends it at once, and nothing that was handed over is lost."""
+    process = in_a_process(tmp_path)
+    send_to(process, vsss_packets(1.2))
+    time.sleep(0.7)
+    process.send_signal(how)
+    out, _ = process.communicate(timeout=20)
+    if how == signal.SIGINT:
+        assert process.returncode == 0
+        assert "Kept in" in out
+        (kept,) = (tmp_path / "inbox").iterdir()
+        assert listed(kept.read_bytes())[1] == []
+    else:
+        assert process.returncode == 143
+        (kept,) = (tmp_path / WATCHING).iterdir()
+    assert len(listed(kept.read_bytes())[0]) == len(vsss_packets(1.2))
+
+
+def test_a_recording_in_progress_is_left_alone(tmp_path: Path) -> None:
+    """A run beside a watch takes nothing of it; what was killed before anything came is removed."""
+    store = Store(tmp_path)
+    with store.growing(WATCHING, "ssl-1.mcap") as (path, _):
+        assert inbox(store) == []
+        assert useless(store) == []
+        assert path.exists()
+    assert useless(store) == [path]
+    assert not path.exists()
+
+
+def test_nothing_comes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without a packet there is no recording, and the command says where it listened."""
+    with pytest.raises(SystemExit) as ended:
+        main(["watch", "vsss", "--at", "vision=127.0.0.1:0", "--at", "referee=127.0.0.1:0", "--seconds", "0.2",
+              "--data", str(tmp_path)])
+    assert ended.value.code == 1
+    assert "No packet came to 127.0.0.1:0, 127.0.0.1:0. Is this computer" in capsys.readouterr().out
+    assert list((tmp_path / WATCHING).iterdir()) == []
+    assert not (tmp_path / "inbox").exists()
+
+
+def test_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["watch", "ssl", "--group", "127.0.0.1", *(f"--at={stream.name}=127.0.0.1:0" for stream in LEAGUES["ssl"]),
+              "--seconds", "0.2", "--json", "--data", str(tmp_path)])
+    assert json.loads(capsys.readouterr().out) == {
+        "file": None, "packets": 0, "frames_lost": 0, "seconds": pytest.approx(0.2, abs=0.2), "refused": []}
+
+
+@pytest.mark.unit
+@pytest.mark.parametrize("word", ["vision", "vision=127.0.0.1", "eyes=127.0.0.1:1", "vision=127.0.0.1:x", "vision=127.0.0.1:70000"])
+def test_addresses_that_are_none(word: str) -> None:
+    with pytest.raises(BadSettings, match=r"names no stream and address\. Write STREAM=ADDRESS:PORT; the streams are vision, referee"):
+        addressed("vsss", None, (word,))
+
+
+@pytest.mark.unit
+def test_addresses() -> None:
+    """The group is of all streams, and one stream may have another."""
+    found = {stream.name: (stream.group, stream.port) for stream in addressed("ssl", "224.9.9.9", ("tracker=10.0.0.1:77",))}
+    assert found == {"vision": ("224.9.9.9", 10006), "vision-2010": ("224.9.9.9", 10005), "tracker": ("10.0.0.1", 77),
+                     "referee": ("224.9.9.9", 10003)}
+
+
+@pytest.mark.unit
+@pytest.mark.parametrize(("group", "error", "said"), [
+    ("203.0.113.7", BadSettings, "203.0.113.7:0: cannot be listened to (Cannot assign requested address). Name an address"),
+    ("nowhere", BadSettings, "nowhere:0: cannot be listened to"),
+])
+def test_what_cannot_be_listened_to(group: str, error: type[PitchloreError], said: str) -> None:
+    streams = tuple(stream._replace(group=group, port=0) for stream in LEAGUES["vsss"])
+    with pytest.raises(error) as refused:
+        Receiver(streams)
+    assert str(refused.value).startswith(said)
+
+
+@pytest.mark.unit
+def test_a_port_that_another_program_has() -> None:
+    with Receiver(LOOPBACK["vsss"]) as receiver:
+        port = int(receiver.addresses["vision"].rpartition(":")[2])
+        taken = tuple(stream._replace(port=port) for stream in LOOPBACK["vsss"][:1])
+        with pytest.raises(StorageFailed, match=rf"^127\.0\.0\.1:{port}: another program listens to it\."):
+            Receiver(taken)
+
+
+@contextmanager
+def namespace() -> Iterator[list[str]]:
+    """Words that run a command in a network of its own, in which loopback carries multicast."""
+    enter = ["unshare", "--user", "--map-root-user", "--net"]
+    ready = "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo"
+    try:
+        done = subprocess.run([*enter, "sh", "-c", ready], capture_output=True, text=True, check=False)
+    except FileNotFoundError:
+        pytest.skip("there is no unshare here, which makes a network namespace")
+    if done.returncode:
+        pytest.skip(f"no network namespace with multicast can be made here ({done.stderr.strip()})")
+    yield [*enter, "sh", "-c", f"{ready} && exec \"$@\"", "sh"]
+
+
+def test_multicast(tmp_path: Path) -> None:
+    """The league's own groups are joined, in a network that nobody else is in."""
+    script = ROOT / "tests" / "counterparts" / "multicast_match.py"
+    with namespace() as inside:
+        done = subprocess.run([*inside, sys.executable, script, tmp_path], capture_output=True, text=True, check=False,
+                              timeout=60, env=os.environ | {"PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"})
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["packets"] == told["sent"] == 40
+
+
+@pytest.mark.unit
+@pytest.mark.parametrize("league", list(LEAGUES))
+@given(contents=st.lists(st.binary(max_size=200), max_size=12), channel=st.integers(0, 3))
+def test_no_bytes_break_it(league: LeagueName, contents: list[bytes], channel: int) -> None:
+    """Whatever bytes come, they are recorded or counted, and the status can tell what it heard."""
+    stream = LEAGUES[league][channel % len(LEAGUES[league])]
+    screen, status = Screen(league), Status(league)
+    packets = screen.sound(received([Packet(stream.channel, T0 + i, data) for i, data in enumerate(contents)]))
+    status.see(packets)
+    status.line(T0, 0)
+    assert len(packets) + sum(screen.refused.values()) == len(contents)
