@@ -90,8 +90,8 @@ def _print(found: Watched, streams: tuple[Stream, ...]) -> None:
         out.print(f"Left out: {count} packets to {stream} ({why})")
     if found.file is None:
         where = ", ".join(f"{stream.group}:{stream.port}" for stream in streams)
-        out.print(f"No packet came to {where}. Is this computer in the match's network? --interface names the "
-                  "network card.", soft_wrap=True)
+        out.print(f"No packet came to {where}. Is this computer in the match's network? "
+                  "--interface names the network card.", soft_wrap=True)
     else:
         out.print(f"{found.packets} packets in {found.seconds:.0f} s, {found.frames_lost} frames lost. "
                   f"Kept in {found.file}; `pitchlore run` takes it.", soft_wrap=True)

@@ -1,7 +1,7 @@
 """Which packets are sound: the others are counted, and never recorded.
 
-Anybody in a hall can send to a league's addresses: another league's simulator, a second computer that replays a
-log, a program that is broken.
+Anybody in a hall can send to a league's addresses: another league's simulator, a second computer that
+replays a log, a program that is broken.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ _TOLD_APART = 256
 #: A sender that was silent for so long has left its place to others, ns.
 _SILENT_NS = 1_000_000_000
 
-#: Whether each packet is one of the stream, bool [M], and what of the match it tells, one for each: packets that
-#: tell the same thing have to come from one sender.
+#: Whether each packet is one of the stream, bool [M], and what of the match it tells, one for each: packets
+#: that tell the same thing have to come from one sender.
 Tells = Callable[[U8, I64, I64], tuple[Bools, Sequence[object]]]
 
 
@@ -153,7 +153,10 @@ def _vision(data: U8, start: I64, end: I64) -> tuple[Bools, Sequence[object]]:
 
 
 def _has_geometry(data: U8, top: Fields, count: int) -> Bools:
-    """Which vision packets have geometry with a size, bool [count]; the width since 2014 and the length before are in one field."""
+    """Which vision packets have geometry with a size, bool [count].
+
+    The field of the width since 2014 is that of the length before.
+    """
     geometry = top.spans(f.WRAPPER_GEOMETRY)
     inner, _ = fields(data, geometry.value, geometry.end)
     field = inner.spans(f.GEOMETRY_FIELD)

@@ -66,7 +66,7 @@ class Receiver:
 
     @property
     def addresses(self) -> Mapping[str, str]:
-        """Where each stream is listened to, ``ADDRESS:PORT`` by its name; a port that was 0 has a number here."""
+        """Where each stream is listened to, ``ADDRESS:PORT`` by its name; port 0 has become a free one."""
         told = {}
         for key in self._selector.get_map().values():
             address, port = key.fileobj.getsockname()  # type: ignore[union-attr]
@@ -114,6 +114,7 @@ def _listening(stream: Stream, interface: str | None) -> socket.socket:
                                 next_step="End that program, or listen elsewhere: --group ADDRESS") from error
         raise BadSettings(
             f"cannot be listened to ({error.strerror or error})", where=where,
-            next_step="Name an address of this computer or a multicast group, and the network card: --interface",
+            next_step=(
+                "Name an address of this computer or a multicast group, and the network card: --interface"),
         ) from error
     return ears

@@ -122,8 +122,8 @@ class _Ssl:
             span = said.spans(number)
             own, _ = fields(data, span.value, span.end)
             name, goals = own.spans(f.TEAM_NAME), own.varints(f.TEAM_SCORE)[1]
-            self._names[team] = next((text.decode(errors="replace") for text in texts(data, name.value, name.end)
-                                      if text), self._names[team])
+            given = [text for text in texts(data, name.value, name.end) if text]
+            self._names[team] = given[-1].decode(errors="replace") if given else self._names[team]
             self._score[team] = str(goals[-1]) if len(goals) else "?"
         parts = [words[int(found[-1])].replace("_", " ").lower() for words, found in (
             (STAGES, word[f.REFEREE_STAGE]), (COMMANDS, word[f.REFEREE_COMMAND]))
