@@ -254,7 +254,7 @@ def test_stopped(tmp_path: Path, how: signal.Signals) -> None:
     """Ctrl-C is how one ends it; SIGTERM ends it at once, and nothing that was handed over is lost."""
     process = in_a_process(tmp_path)
     send_to(process, vsss_packets(1.2))
-    time.sleep(0.7)
+    time.sleep(1.5)  # more than twice the time between two flushes
     process.send_signal(how)
     out, _ = process.communicate(timeout=20)
     if how == signal.SIGINT:
