@@ -73,6 +73,25 @@ def interruptible() -> Iterator[Callable[[], bool]]:
         os.close(told)
 
 
+@contextmanager
+def until_stopped() -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C was pressed, as a function; it is no interruption of the body, but how one ends it."""
+    pressed = False
+
+    def press(*_: object) -> None:
+        nonlocal pressed
+        pressed = True
+
+    if current_thread() is not main_thread():
+        yield lambda: False
+        return
+    before = signal.signal(signal.SIGINT, press)
+    try:
+        yield lambda: pressed
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def _loads(frame: FrameType | None) -> bool:
     """Whether a module is being loaded: some compiled ones abort the process when they are interrupted."""
     while frame is not None:

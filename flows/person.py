@@ -38,7 +38,8 @@ class PersonMatch:
     def __init__(self, recipe: Recipe, policies: Mapping[str, PolicyTables]) -> None:
         self.team = HOME if recipe.home.kind == "human" else AWAY
         self.person = HumanController(recipe, np.random.default_rng([recipe.seed, 1 + self.team]))
-        self.match = Match(recipe, controllers_of(recipe, policies, person=self.person))
+        live = (self.person, None) if self.team == HOME else (None, self.person)
+        self.match = Match(recipe, controllers_of(recipe, policies, live))
 
     def wait(self, window: Window, message: str, hint: str) -> bool:
         """Show the match as it stands until the person goes on or leaves. Returns whether they go on.

@@ -18,6 +18,8 @@ from pipeline.toml import fitted
 from schemas import Appraisals, Policies
 
 _SEASONS = "seasons"
+#: Word of a team that another program drives.
+REMOTE = "remote"
 
 
 def entrant(
@@ -49,7 +51,7 @@ def entrant(
         BadSettings: if the word names no team, or a constant team of unknown codes.
         NotFound: if the policy does not exist, or if the season has none yet.
     """
-    if word in SCRIPTED:
+    if word in SCRIPTED or word == REMOTE:
         return Entrant(name=word, settings=TeamSettings.model_validate({"kind": word}))
     timed = {"least_s": least_s, "interrupts": interrupts, "begin_ended": begin_ended}
     clock = {name: value for name, value in timed.items() if value is not None}

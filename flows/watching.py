@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import signal
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from threading import current_thread, main_thread
 from typing import NamedTuple
 
+from flows.interrupt import until_stopped
 from flows.matches import INBOX, WATCHING
 from pipeline.live.screening import Screen
 from pipeline.live.sockets import Receiver
@@ -75,7 +73,7 @@ def watch(
     with Receiver(streams, interface) as receiver, store.growing(WATCHING, name) as (path, stream):
         recorder = PacketRecorder(stream, league, receiver.addresses)
         listening(dict(receiver.addresses))
-        with _until_stopped() as stopped:
+        with until_stopped() as stopped:
             flushed = said = began
             while not stopped() and (seconds is None or time.monotonic() - began < seconds):
                 packets = screen.sound(receiver.receive(_WAIT_S))
@@ -95,22 +93,3 @@ def watch(
         if file is None:
             path.unlink()
     return Watched(file, status.packets, status.frames.lost, dict(screen.refused), time.monotonic() - began)
-
-
-@contextmanager
-def _until_stopped() -> Iterator[Callable[[], bool]]:
-    """Whether Ctrl-C was pressed, as a function; it is no interruption here, but how one stops watching."""
-    pressed = False
-
-    def press(*_: object) -> None:
-        nonlocal pressed
-        pressed = True
-
-    if current_thread() is not main_thread():
-        yield lambda: False
-        return
-    before = signal.signal(signal.SIGINT, press)
-    try:
-        yield lambda: pressed
-    finally:
-        signal.signal(signal.SIGINT, before)

@@ -24,7 +24,7 @@ from support.ssl_messages import integer, log
 from test_packets import REFEREE, VISION, imported, listed, of_log, vsss_packets
 
 from flows.cli import main
-from flows.commands.watch import addressed
+from flows.commands.addresses import addressed
 from flows.matches import WATCHING, inbox, useless
 from flows.watching import Watched, watch
 from pipeline.errors import BadSettings, PitchloreError, StorageFailed
@@ -302,13 +302,13 @@ def test_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize("word", ["vision", "vision=127.0.0.1", "eyes=127.0.0.1:1", "vision=127.0.0.1:x", "vision=127.0.0.1:70000"])
 def test_addresses_that_are_none(word: str) -> None:
     with pytest.raises(BadSettings, match=r"names no stream and address\. Write STREAM=ADDRESS:PORT; the streams are vision, referee"):
-        addressed("vsss", None, (word,))
+        addressed(LEAGUES["vsss"], None, (word,))
 
 
 @pytest.mark.unit
 def test_addresses() -> None:
     """The group is of all streams, and one stream may have another."""
-    found = {stream.name: (stream.group, stream.port) for stream in addressed("ssl", "224.9.9.9", ("tracker=10.0.0.1:77",))}
+    found = {stream.name: (stream.group, stream.port) for stream in addressed(LEAGUES["ssl"], "224.9.9.9", ("tracker=10.0.0.1:77",))}
     assert found == {"vision": ("224.9.9.9", 10006), "vision-2010": ("224.9.9.9", 10005), "tracker": ("10.0.0.1", 77),
                      "referee": ("224.9.9.9", 10003)}
 

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Literal
+
 import polars as pl
 
 from flows.catalog import renew
+from flows.commands.addresses import At, Interface, addressed
 from flows.commands.common import DEFAULTS, Common, Json, On
 from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Many, Playing, Seed, WhoPlays
-from flows.commands.printing import bars, print_frame, print_json, print_stand_in
+from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in
 from flows.placement.pieces import spread
 from flows.placement.places import crew_at
 from flows.record import record_match
+from flows.simulating import STREAMS, simulate
+from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import Recipe
-from pipeline.errors import PitchloreError
+from pipeline.errors import BadSettings, PitchloreError
+from pipeline.packets.streams import Stream
+from pipeline.store import Store
 from schemas import Matches, note_on
 
 
@@ -24,11 +33,18 @@ def record_matches(
     matches: Many = 1,
     playing: Playing = AS_USUAL,
     learners: Learners = AS_LEARNED,
+    serve: Literal["vsss"] | None = None,
+    at: At = (),
+    interface: Interface = None,
     on: On = None,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
     """Play matches and log them.
+
+    With `--serve vsss` the arena is a simulator for others' programs: one match is played in real time, frames
+    are sent as FIRASim does, the referee's commands as VSSReferee does, and teams that are `remote` are driven
+    by FIRASim's commands. Home is blue. The streams are vision, referee and commands.
 
     Args:
         home: Home team.
@@ -38,6 +54,9 @@ def record_matches(
         matches: Number of matches.
         playing: How the matches are played.
         learners: How learned teams play.
+        serve: Be a simulator of this league.
+        at: Address of one stream.
+        interface: Network card.
         on: Where matches are played; a single one is played by this process.
         json: Print JSON.
         common: Options of every command.
@@ -45,6 +64,13 @@ def record_matches(
     store = common.store
     how = playing.matches(store).of_match()
     teams, policies = learners.entrants(store, home, away)
+    if serve is not None:
+        if matches != 1:
+            raise BadSettings("only one match is served", where=f"--matches {matches}", next_step="Leave it out")
+        recipe = Recipe(**how, home=teams[0].settings, away=teams[1].settings, seed=seed)
+        _serve(store, recipe, policies, addressed(STREAMS, None, at), interface, json=json)
+        renew(store)
+        return
     recipes = (Recipe(**how, home=teams[0].settings, away=teams[1].settings, seed=number)
                for number in range(seed, seed + matches))
     played: dict[int, dict[str, object]] = {}  # by seed: matches of several workers end in any order
@@ -71,3 +97,23 @@ def record_matches(
     if failure is not None:
         raise failure
     renew(store)
+
+
+def _serve(
+    store: Store, recipe: Recipe, policies: Mapping[str, PolicyTables], streams: Sequence[Stream],
+    interface: str | None, *, json: bool,
+) -> None:
+    def say(line: str) -> None:
+        sys.stderr.write(f"{line}\n")
+        sys.stderr.flush()
+
+    done = simulate(
+        store, recipe, policies, {stream.name: stream for stream in streams}, interface=interface, say=say,
+        listening=lambda where: say(f"Commands at {where}. Ctrl-C ends the match"))
+    if json:
+        print_json(done._asdict())
+    else:
+        console().print(
+            f"{recipe.home.kind} {done.score[0]} : {done.score[1]} {recipe.away.kind}, {done.frames} frames sent, "
+            f"{done.commands} commands. Kept as {done.match_id}; watch it with `pitchlore replay "
+            f"{done.match_id}`.", soft_wrap=True)

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated
 
-from cyclopts import Parameter
 from cyclopts.types import PositiveFloat
 
+from flows.commands.addresses import At, Interface, addressed
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import console, print_json
 from flows.watching import Watched, watch
-from pipeline.errors import BadSettings
 from pipeline.packets.streams import LEAGUES, LeagueName, Stream
 
 
@@ -19,8 +17,8 @@ def watch_match(
     league: LeagueName,
     *,
     group: str | None = None,
-    at: Annotated[tuple[str, ...], Parameter(negative=())] = (),
-    interface: str | None = None,
+    at: At = (),
+    interface: Interface = None,
     seconds: PositiveFloat | None = None,
     json: Json = False,
     common: Common = DEFAULTS,
@@ -33,14 +31,13 @@ def watch_match(
     Args:
         league: ssl (vision, tracker, game controller) or vsss (FIRASim, VSSReferee).
         group: Address of all streams instead of the league's own, such as 127.0.0.1.
-        at: Address of one stream, as `vision=224.5.23.2:10006`; may be repeated.
-        interface: Address of the network card on which the league's groups are joined (default: the system's
-            choice).
+        at: Address of one stream.
+        interface: Network card.
         seconds: How long (default: until Ctrl-C).
         json: Print JSON.
         common: Options of every command.
     """
-    streams = addressed(league, group, at)
+    streams = addressed(LEAGUES[league], group, at)
     lines = sys.stderr.isatty()
 
     def say(line: str) -> None:
@@ -64,24 +61,6 @@ def watch_match(
     else:
         _print(found, streams)
     sys.exit(0 if found.file is not None else 1)
-
-
-def addressed(league: LeagueName, group: str | None, at: tuple[str, ...]) -> tuple[Stream, ...]:
-    """The streams of a league, at addresses that people named.
-
-    Raises:
-        BadSettings: if there is no such stream, or an address cannot be read.
-    """
-    streams = {stream.name: stream if group is None else stream._replace(group=group)
-               for stream in LEAGUES[league]}
-    for word in at:
-        name, _, where = word.partition("=")
-        address, _, port = where.rpartition(":")
-        if name not in streams or not address or not port.isdecimal() or int(port) > 0xFFFF:
-            raise BadSettings(f"--at {word} names no stream and address", next_step=(
-                f"Write STREAM=ADDRESS:PORT; the streams are {', '.join(streams)}"))
-        streams[name] = streams[name]._replace(group=address, port=int(port))
-    return tuple(streams.values())
 
 
 def _print(found: Watched, streams: tuple[Stream, ...]) -> None:

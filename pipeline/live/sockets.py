@@ -93,6 +93,40 @@ class Receiver:
         self._selector.close()
 
 
+class Sender:
+    """A socket that sends; a context manager that closes it.
+
+    Args:
+        interface: address of the network card by which multicast groups are reached; None for the system's
+            choice.
+
+    Attributes:
+        refused: packets that the system did not take.
+    """
+
+    def __init__(self, interface: str | None = None) -> None:
+        self.refused = 0
+        self._mouth = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._mouth.setblocking(False)
+        if interface:
+            self._mouth.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None,
+    ) -> None:
+        self._mouth.close()
+
+    def send(self, to: Stream, data: bytes) -> None:
+        """Send a packet; one that the system does not take is counted, as the network loses some, too."""
+        try:
+            self._mouth.sendto(data, (to.group, to.port))
+        except OSError:
+            self.refused += 1
+
+
 def _listening(stream: Stream, interface: str | None) -> socket.socket:
     where = f"{stream.group}:{stream.port}"
     ears = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

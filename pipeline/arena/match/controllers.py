@@ -324,26 +324,30 @@ def _player_of(settings: TeamSettings, recipe: Recipe, team: int, policy: Policy
         return LearnedController(known.values, settings, recipe, rng)
     if settings.kind == "human":
         raise BadSettings("a person plays at the window", where="human", next_step="Use `pitchlore play`")
+    if settings.kind == "remote":
+        raise BadSettings("another program drives this team", where="remote",
+                          next_step="Use `pitchlore record --serve vsss`")
     return ScriptedController(settings, recipe, rng)
 
 
 def controllers_of(
-    recipe: Recipe, policies: Mapping[str, PolicyTables], person: Controller | None = None
+    recipe: Recipe, policies: Mapping[str, PolicyTables],
+    live: tuple[Controller | None, Controller | None] = (None, None),
 ) -> tuple[Controller, Controller]:
     """The controllers of both teams, home and away.
 
     Args:
         recipe: of the match.
         policies: policies by the label that the recipe's teams name.
-        person: plays the team that is of kind human.
+        live: those of home and away that do not play by themselves, a person's or another program's.
 
     Raises:
-        BadSettings: if a team needs a person and there is none.
+        BadSettings: if a team needs such a controller and there is none.
     """
     home, away = (
-        person if settings.kind == "human" and person is not None
-        else controller_of(settings, recipe, team, policies[settings.policy] if settings.policy else None)
-        for team, settings in ((HOME, recipe.home), (AWAY, recipe.away))
+        controller_of(settings, recipe, team, policies[settings.policy] if settings.policy else None)
+        if own is None else own
+        for team, settings, own in ((HOME, recipe.home, live[HOME]), (AWAY, recipe.away, live[AWAY]))
     )
     return home, away
 

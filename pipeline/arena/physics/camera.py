@@ -123,7 +123,7 @@ class Camera:
         self._past[self._frame % slots] = bodies
         self._rng.standard_normal(out=self._noise)
         self._rng.random(out=self._luck)
-        _look(
+        look(
             self._past[(self._frame + 1) % slots], self._noise, self._luck, self._chance, self._reach,
             self._constants, self._frame == 0, self._unseen_for, self._track, self._seen, self._visible,
         )  # fmt: skip
@@ -132,7 +132,7 @@ class Camera:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _look(
+def look(
     there: F64, noise: F64, luck: F64, chance: F64, reach: F64, constants: F64, first: bool,
     unseen_for: I64, track: F64, seen: F64, visible: Bools,
 ) -> None:

@@ -81,6 +81,7 @@ TEAMS = {
         ),
         Team("learned", "Every robot takes the behaviour that a policy values most in its state.", "#CC79A7"),
         Team("human", "A person drives one robot at a time, the others are static.", "#E69F00"),
+        Team("remote", "Another program drives the robots, over the network.", "#999999"),
     )
 }  # fmt: skip
 

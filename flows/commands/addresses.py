@@ -1,0 +1,36 @@
+"""Options of commands that talk to the network."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from pipeline.errors import BadSettings
+from pipeline.packets.streams import Stream
+
+#: Option: addresses of single streams.
+At = Annotated[tuple[str, ...], Parameter(negative=(), show_default=False, help=(
+    "Address of one stream, such as vision=224.5.23.2:10006; may be repeated."))]
+#: Option: the network card.
+Interface = Annotated[str | None, Parameter(show_default=False, help=(
+    "Address of the network card by which multicast groups are reached (default: the system's choice)."))]
+
+
+def addressed(known: Sequence[Stream], group: str | None, at: tuple[str, ...]) -> tuple[Stream, ...]:
+    """Streams at addresses that people named.
+
+    Raises:
+        BadSettings: if there is no such stream, or an address cannot be read.
+    """
+    streams = {stream.name: stream if group is None else stream._replace(group=group)
+               for stream in known}
+    for word in at:
+        name, _, where = word.partition("=")
+        address, _, port = where.rpartition(":")
+        if name not in streams or not address or not port.isdecimal() or int(port) > 0xFFFF:
+            raise BadSettings(f"--at {word} names no stream and address", next_step=(
+                f"Write STREAM=ADDRESS:PORT; the streams are {', '.join(streams)}"))
+        streams[name] = streams[name]._replace(group=address, port=int(port))
+    return tuple(streams.values())

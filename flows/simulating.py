@@ -1,0 +1,149 @@
+"""The arena as a simulator that others' programs see and drive, in real time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from flows.interrupt import until_stopped
+from flows.record import recording
+from pipeline.arena.match.controllers import PolicyTables, controllers_of
+from pipeline.arena.match.match import Match
+from pipeline.arena.match.recipe import Recipe
+from pipeline.bodies import see
+from pipeline.live.encoding import (
+    BLUE,
+    GAME_ON,
+    KICKOFF,
+    NEITHER,
+    STOP,
+    YELLOW,
+    environment,
+    referee_command,
+)
+from pipeline.live.remote import RemoteController, asked
+from pipeline.live.sockets import Receiver, Sender
+from pipeline.matches.frame import AWAY, HOME
+from pipeline.packets.streams import LEAGUES, Stream
+from pipeline.store import Store
+
+#: The streams of a VSSS simulator: it sends vision and the referee's commands, and listens to commands.
+COMMANDS = Stream("commands", 9, "127.0.0.1", 20011)
+STREAMS = (*LEAGUES["vsss"], COMMANDS)
+#: How often the referee says again what holds, and how often the match is logged, seconds.
+_AGAIN_S = _LOG_S = 1.0
+#: How late a frame may be; after a later one the match goes on from there.
+_BEHIND_S = 0.05
+
+
+class Simulated(NamedTuple):
+    """A match that was simulated for others.
+
+    Attributes:
+        match_id: of the match.
+        score: goals of home and away.
+        frames: frames that were sent.
+        commands: commands to robots that came.
+        late: how often the match stood still, because this computer was busy.
+    """
+
+    match_id: str
+    score: tuple[int, int]
+    frames: int
+    commands: int
+    late: int
+
+
+def simulate(
+    store: Store, recipe: Recipe, policies: Mapping[str, PolicyTables], streams: Mapping[str, Stream], *,
+    interface: str | None = None, say: Callable[[str], None] = lambda _: None, listening: Callable[[str], None] = lambda _: None,
+) -> Simulated:
+    """Play a match in real time: frames go out, commands come in. It is logged like any other.
+
+    Home is blue, away is yellow. Robots have the numbers 0 to N - 1. The referee's commands are sent when they
+    change, and once a second. Ctrl-C ends the match; what was played is kept.
+
+    Args:
+        store: keeps the match.
+        recipe: of the match; its teams of kind remote are driven by others.
+        policies: policies by the label that the recipe's teams name.
+        streams: where vision and the referee are sent, and where commands are listened to, by name.
+        interface: address of the network card by which groups are reached; None for the system's choice.
+        say: gets a line of status, each second.
+        listening: gets the address at which commands are listened to.
+
+    Raises:
+        BadSettings: if an address cannot be listened to.
+        StorageFailed: if the log cannot be written.
+    """
+    top = recipe.physics.wheel_speed
+    remotes = [RemoteController(recipe.robots, top) if team.kind == "remote" else None
+               for team in (recipe.home, recipe.away)]
+    match = Match(recipe, controllers_of(recipe, policies, (remotes[HOME], remotes[AWAY])))
+    hz, sent = match.laws.hz, 0
+    commands = late = 0
+    bodies = np.zeros_like(match.bodies)
+    with (
+        Receiver((streams["commands"],)) as receiver, Sender(interface) as sender, recording(store, match) as log_it,
+        until_stopped() as stopped,
+    ):
+        listening(receiver.addresses["commands"])
+        referee = _Referee(match)
+        began = said = time.monotonic()
+        while match.advance():
+            due, now = began + match.frame / hz, time.monotonic()
+            if now - due > _BEHIND_S:  # a simulator that is late does not hurry
+                began += now - due
+                late += match.frame > 1  # the first frame compiles
+                due = now
+            see(match.views[0], 0, match.attacks, bodies)
+            sender.send(streams["vision"], environment(match.frame, bodies, recipe.pitch, match.score))
+            for command in referee.says():
+                sender.send(streams["referee"], command)
+            sent += 1
+            while True:
+                for one in receiver.receive(max(0.0, due - time.monotonic())):
+                    for wheels in asked(one.packet.data):
+                        remote = remotes[wheels.yellow]
+                        if remote is not None:
+                            remote.ask(wheels)
+                            commands += 1
+                if time.monotonic() >= due:
+                    break
+            if now - said >= _LOG_S:
+                said = now
+                log_it()
+                say(f"{match.frame / hz:.0f} s, {match.score[0]} : {match.score[1]}, {commands} commands, "
+                    f"{late} times late")
+            if stopped():
+                match.leave()
+                break
+    return Simulated(recipe.match_id, match.score, sent, commands, late)
+
+
+class _Referee:
+    """What the referee says of a match, as VSSReferee's commands."""
+
+    def __init__(self, match: Match) -> None:
+        self._match = match
+        self._score = match.score
+        self._last: tuple[int, int] | None = None
+        self._next = 0
+
+    def says(self) -> list[bytes]:
+        """The commands of this frame: what has changed, and each second what holds."""
+        match, now = self._match, (GAME_ON if self._match.in_play else STOP, NEITHER)
+        told = []
+        if match.score != self._score:
+            conceded = YELLOW if match.score[0] > self._score[0] else BLUE
+            self._score = match.score
+            told.append((KICKOFF, conceded))
+        if now != self._last or match.frame >= self._next:
+            self._last = now
+            self._next = match.frame + round(_AGAIN_S * match.laws.hz)
+            told.append(now)
+        half = 1 if match.attacks > 0 else 2
+        return [referee_command(foul, colour, match.frame / match.laws.hz, half) for foul, colour in told]
