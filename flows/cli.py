@@ -89,6 +89,11 @@ COMMANDS = (
         "pitchlore play --against static --minutes 2",
     ),
     Command(
+        "drive", "drive:drive_robots",
+        "Let a team drive robots that another program simulates, until Ctrl-C.",
+        "pitchlore drive --team best-in-games-static-101 --as blue --protocol vsss",
+    ),
+    Command(
         "watch", "watch:watch_match",
         "Record the match that is being played, as its packets arrive from a league's cameras and referee.",
         "pitchlore watch ssl --interface 192.168.1.20",

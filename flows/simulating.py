@@ -59,12 +59,13 @@ class Simulated(NamedTuple):
 
 def simulate(
     store: Store, recipe: Recipe, policies: Mapping[str, PolicyTables], streams: Mapping[str, Stream], *,
-    interface: str | None = None, say: Callable[[str], None] = lambda _: None, listening: Callable[[str], None] = lambda _: None,
+    interface: str | None = None, say: Callable[[str], None] = lambda _: None,
+    listening: Callable[[str], None] = lambda _: None,
 ) -> Simulated:
     """Play a match in real time: frames go out, commands come in. It is logged like any other.
 
-    Home is blue, away is yellow. Robots have the numbers 0 to N - 1. The referee's commands are sent when they
-    change, and once a second. Ctrl-C ends the match; what was played is kept.
+    Home is blue, away is yellow. Robots have the numbers 0 to N - 1. The referee's commands are sent when
+    they change, and once a second. Ctrl-C ends the match; what was played is kept.
 
     Args:
         store: keeps the match.
@@ -87,8 +88,8 @@ def simulate(
     commands = late = 0
     bodies = np.zeros_like(match.bodies)
     with (
-        Receiver((streams["commands"],)) as receiver, Sender(interface) as sender, recording(store, match) as log_it,
-        until_stopped() as stopped,
+        Receiver((streams["commands"],)) as receiver, Sender(interface) as sender,
+        recording(store, match) as log_it, until_stopped() as stopped,
     ):
         listening(receiver.addresses["commands"])
         referee = _Referee(match)

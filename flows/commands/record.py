@@ -42,9 +42,9 @@ def record_matches(
 ) -> None:
     """Play matches and log them.
 
-    With `--serve vsss` the arena is a simulator for others' programs: one match is played in real time, frames
-    are sent as FIRASim does, the referee's commands as VSSReferee does, and teams that are `remote` are driven
-    by FIRASim's commands. Home is blue. The streams are vision, referee and commands.
+    With `--serve vsss` the arena is a simulator for others' programs: one match is played in real time,
+    frames are sent as FIRASim does, the referee's commands as VSSReferee does, and teams that are `remote`
+    are driven by FIRASim's commands. Home is blue. The streams are vision, referee and commands.
 
     Args:
         home: Home team.
@@ -66,7 +66,8 @@ def record_matches(
     teams, policies = learners.entrants(store, home, away)
     if serve is not None:
         if matches != 1:
-            raise BadSettings("only one match is served", where=f"--matches {matches}", next_step="Leave it out")
+            raise BadSettings("only one match is served", where=f"--matches {matches}",
+                              next_step="Leave it out")
         recipe = Recipe(**how, home=teams[0].settings, away=teams[1].settings, seed=seed)
         _serve(store, recipe, policies, addressed(STREAMS, None, at), interface, json=json)
         renew(store)
@@ -114,6 +115,6 @@ def _serve(
         print_json(done._asdict())
     else:
         console().print(
-            f"{recipe.home.kind} {done.score[0]} : {done.score[1]} {recipe.away.kind}, {done.frames} frames sent, "
-            f"{done.commands} commands. Kept as {done.match_id}; watch it with `pitchlore replay "
+            f"{recipe.home.kind} {done.score[0]} : {done.score[1]} {recipe.away.kind}, {done.frames} frames "
+            f"sent, {done.commands} commands. Kept as {done.match_id}; watch it with `pitchlore replay "
             f"{done.match_id}`.", soft_wrap=True)

@@ -1,8 +1,8 @@
 """Packets that we send: FIRASim's commands and frames, VSSReferee's commands, SSL's simulation control.
 
 Field numbers are facts. For VSSS their sources are those of :mod:`pipeline.importers.packets.vsss`, and the
-descriptors of vsss-client 0.1.3 for commands; wheels are in rad/s of a wheel of 26 mm, as rsoccer-gym 1.4 sends
-them (``Simulators/fira.py``). For SSL: RoboCup-SSL/ssl-simulation-protocol
+descriptors of vsss-client 0.1.3 for commands; wheels are in rad/s of a wheel of 26 mm, as rsoccer-gym 1.4
+sends them (``Simulators/fira.py``). For SSL: RoboCup-SSL/ssl-simulation-protocol
 (``proto/ssl_simulation_robot_control.proto`` at 9bec36d).
 """
 
@@ -51,22 +51,22 @@ def environment(step: int, bodies: F64, pitch: Pitch, score: Sequence[int]) -> b
 
     Args:
         step: number of the frame.
-        bodies: float64 [1 + 2 N, 6] in the pitch frame; blue's robots are in rows 1 to N, and have the numbers
-            0 to N - 1 in the packet, as yellow's have.
+        bodies: float64 [1 + 2 N, 6] in the pitch frame; blue's robots are in rows 1 to N, and have the
+            numbers 0 to N - 1 in the packet, as yellow's have.
         pitch: its size.
         score: goals of blue and of yellow, in two fields that FIRASim itself does not have.
     """
     robots = (len(bodies) - 1) // 2
     ball = bodies[BALL].tolist()
     frame = span(1, _real(1, ball[X]) + _real(2, ball[Y]) + _real(4, ball[VX]) + _real(5, ball[VY]))
-    for field, first in ((2, 1 + robots), (3, 1)):
+    for team, first in ((2, 1 + robots), (3, 1)):
         for number in range(robots):
             row = bodies[first + number].tolist()
-            frame += span(field, _whole(1, number) + b"".join(
+            frame += span(team, _whole(1, number) + b"".join(
                 _real(i, row[column]) for i, column in enumerate((X, Y, THETA, VX, VY, OMEGA), 2)))
     size = (pitch.width, pitch.length, pitch.goal_width, pitch.goal_depth)
-    return (_whole(1, step) + span(2, frame) + span(3, b"".join(_real(i, metres) for i, metres in enumerate(size, 1)))
-            + _whole(4, score[0]) + _whole(5, score[1]))
+    field = span(3, b"".join(_real(i, metres) for i, metres in enumerate(size, 1)))
+    return _whole(1, step) + span(2, frame) + field + _whole(4, score[0]) + _whole(5, score[1])
 
 
 def referee_command(foul: int, colour: int, clock_s: float, half: int) -> bytes:
@@ -75,7 +75,11 @@ def referee_command(foul: int, colour: int, clock_s: float, half: int) -> bytes:
 
 
 def robot_control(commands: Iterable[tuple[int, float, float]]) -> bytes:
-    """SSL's simulation control: each robot's number, speed forward (m/s) and turn rate (rad/s, counter-clockwise)."""
+    """SSL's simulation control.
+
+    Args:
+        commands: each robot's number, speed forward (m/s) and turn rate (rad/s, counter-clockwise).
+    """
     def moves(forward: float, turn: float) -> bytes:
         return span(2, b"".join(_short(i, value) for i, value in enumerate((forward, 0.0, turn), 1)))
 

@@ -152,11 +152,11 @@ class Match:
         samples, self._samples = self._samples, []
         first, self._first = self._first, self._first + len(samples)
         made = [
-            _rows(controller.decided(), team, match_id, self.laws)
+            decisions_of(controller.decided(), team, match_id, self.laws.hz)
             for team, controller in zip(SIDES, self.controllers, strict=True)
         ]
         return Part(
-            _frames(np.array(samples).reshape(-1, *self.bodies.shape), first, self.laws),
+            frames_of(np.array(samples).reshape(-1, *self.bodies.shape), first, self.laws.hz),
             table(match_id, events),
             pl.concat(made).sort("end_ns", "team", "robot", "t_ns"),
         )
@@ -199,7 +199,7 @@ class Match:
         self.in_play = False
 
 
-def _frames(samples: F64, first: int, laws: Laws) -> Frames:
+def frames_of(samples: F64, first: int, hz: float) -> Frames:
     """Samples [F, 1 + 2 N, 6] as a log holds them; the first has number ``first``.
 
     A ball that was not seen is NaN, a robot is left out.
@@ -214,19 +214,19 @@ def _frames(samples: F64, first: int, laws: Laws) -> Frames:
     rows["id"] = np.tile(np.arange(1, robots // 2 + 1), 2)
     for name, column in (("x", X), ("y", Y), ("theta", THETA), ("vx", VX), ("vy", VY), ("omega", OMEGA)):
         rows[name] = samples[:, 1:, column]
-    t_ns = np.rint(number * 1e9 / laws.hz).astype(np.int64)
+    t_ns = np.rint(number * 1e9 / hz).astype(np.int64)
     there = ~np.isnan(samples[:, 1:, X])
     offsets = np.concatenate(([0], there.sum(axis=1).cumsum())).astype(np.int64)
     whole = rows.view(f"V{ROBOT_DTYPE.itemsize}")  # with its padding, which is 0; a record's copy has any
     return Frames(number, t_ns, ball, offsets, whole[there].view(ROBOT_DTYPE))
 
 
-def _rows(decided: Sequence[Decided], team: str, match_id: str, laws: Laws) -> pl.DataFrame:
+def decisions_of(decided: Sequence[Decided], team: str, match_id: str, hz: float) -> pl.DataFrame:
     """Decisions of a team as rows of schema Decisions; the stage decisions adds their values."""
     rows = [
         {
             "match_id": match_id, "team": team, "robot": d.robot, "role": ROLES[d.role],
-            "t_ns": laws.t_ns(d.frame), "end_ns": laws.t_ns(d.end), "state": d.state,
+            "t_ns": round(d.frame * 1e9 / hz), "end_ns": round(d.end * 1e9 / hz), "state": d.state,
             "behaviour_id": d.behaviour_id, "random": d.random, "reward": d.reward, "episode": d.episode,
             "ends": ENDS[0] if d.last else None, "value": 0.0, "chosen": True,
         }

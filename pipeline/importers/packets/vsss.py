@@ -35,7 +35,9 @@ _STEP, _FRAME, _FIELD, _GOALS_BLUE, _GOALS_YELLOW = 1, 2, 3, 4, 5
 _FRAME_BALL, _FRAME_YELLOW, _FRAME_BLUE = 1, 2, 3
 # a ball has x, y and z from 1 on; a robot its number, x, y and orientation
 _BALL_X, _BALL_Y = 1, 2
+_BALL_VX, _BALL_VY = 4, 5
 _ROBOT_ID, _ROBOT_X, _ROBOT_Y, _ROBOT_ORIENTATION = 1, 2, 3, 4
+_ROBOT_VX, _ROBOT_VY, _ROBOT_TURN = 5, 6, 7
 _FIELD_WIDTH, _FIELD_LENGTH, _FIELD_GOAL_WIDTH, _FIELD_GOAL_DEPTH = 1, 2, 3, 4
 
 # VSSReferee's command
@@ -48,7 +50,9 @@ _MOST = 1 << 15
 
 #: Columns of a decoded frame, and of a body. The ball is team 2.
 STEP, BLUE_GOALS, YELLOW_GOALS, LENGTH, WIDTH, GOAL_WIDTH, GOAL_DEPTH = range(7)
-TEAM, ID, X, Y, THETA = range(5)
+TEAM, ID, X, Y, THETA, VX, VY, OMEGA = range(8)
+#: Its first column of velocities.
+VELOCITY = VX
 _TEAMS = ("yellow", "blue", "ball")
 _BALL = 2
 
@@ -61,7 +65,8 @@ class Environments(NamedTuple):
         frames: float64 [F, 7], step, goals of blue and yellow, length and width (m), width and depth of the
             goals (m); NaN where the packet does not say.
         offsets: int64 [F + 1]; the bodies of frame i are ``bodies[offsets[i]:offsets[i + 1]]``.
-        bodies: float64 [D, 5], team (0 yellow, 1 blue, 2 the ball), number, x, y (m), theta (radians).
+        bodies: float64 [D, 8], team (0 yellow, 1 blue, 2 the ball), number, x, y (m), theta (radians), vx, vy
+            (m/s) and turn rate (rad/s). Velocities are 0 where a simulator does not send them.
     """
 
     sound: Bools
@@ -220,20 +225,23 @@ def _frames(data: U8, top: Fields, count: int) -> F64:
 
 
 def _bodies(data: U8, parts: Fields) -> tuple[F64, I64]:
-    """Bodies [D, 5] among the fields of frames, in order of their packets, and the packet of each.
+    """Bodies [D, 8] among the fields of frames, in order of their packets, and the packet of each.
 
     A body that cannot be decoded, or has no place, is left out. What is 0 is not sent.
     """
     spans = parts.spans(_FRAME_BALL, _FRAME_YELLOW, _FRAME_BLUE).ordered()
     told, broken = fields(data, spans.value, spans.end)
-    bodies = np.zeros((len(spans.of), 5))
+    bodies = np.zeros((len(spans.of), 8))
     ball = spans.number == _FRAME_BALL
     bodies[:, TEAM] = np.where(ball, _BALL, spans.number - _FRAME_YELLOW)
     bodies[ball, THETA] = np.nan
     of, own = told.varints(_ROBOT_ID)
     bodies[of, ID] = np.where(ball[of], 0, own)
-    for number, of_ball, column in ((_BALL_X, True, X), (_BALL_Y, True, Y), (_ROBOT_X, False, X),
-                                    (_ROBOT_Y, False, Y), (_ROBOT_ORIENTATION, False, THETA)):
+    for number, of_ball, column in (
+        (_BALL_X, True, X), (_BALL_Y, True, Y), (_BALL_VX, True, VX), (_BALL_VY, True, VY),
+        (_ROBOT_X, False, X), (_ROBOT_Y, False, Y), (_ROBOT_ORIENTATION, False, THETA),
+        (_ROBOT_VX, False, VX), (_ROBOT_VY, False, VY), (_ROBOT_TURN, False, OMEGA),
+    ):
         of, value = told.reals(data, number)
         mine = ball[of] == of_ball
         bodies[of[mine], column] = value[mine]

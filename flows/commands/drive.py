@@ -1,0 +1,78 @@
+"""The command drive: one of our teams drives others' robots."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.types import PositiveFloat, PositiveInt
+
+from flows.commands.addresses import At, Interface, addressed
+from flows.commands.common import DEFAULTS, Common, Json
+from flows.commands.playing import AS_LEARNED, Learners, Seed, WhoPlays
+from flows.commands.printing import console, print_json
+from flows.driving import Colour, Job, Protocol, drive, streams_of
+
+
+def drive_robots(
+    *,
+    team: WhoPlays,
+    side: Annotated[Colour, Parameter(name="--as")],
+    protocol: Protocol = "vsss",
+    robots: PositiveInt = 3,
+    attacks: Literal["right", "left"] | None = None,
+    at: At = (),
+    interface: Interface = None,
+    seconds: PositiveFloat | None = None,
+    seed: Seed = 1,
+    learners: Learners = AS_LEARNED,
+    json: Json = False,
+    common: Common = DEFAULTS,
+) -> None:
+    """Let a team drive robots that another program simulates, until Ctrl-C.
+
+    It sees FIRASim's packets, or those of SSL-Vision, and sends commands 60 times a second. Robots stand
+    while the referee does not let play go on, when no vision came for 0.3 s, and when the command ends. What
+    was seen and decided is logged; `run` takes the log.
+
+    Args:
+        team: The team that drives.
+        side: Colour of the robots.
+        protocol: vsss (FIRASim) or ssl-sim (SSL's simulation protocol).
+        robots: Robots a side, with the numbers from 0.
+        attacks: Where the team attacks in the first half (default: blue to the right, yellow to the left).
+        at: Address of one stream.
+        interface: Network card.
+        seconds: How long (default: until Ctrl-C).
+        seed: Seed of what the team leaves to chance.
+        learners: How a learned team plays.
+        json: Print JSON.
+        common: Options of every command.
+    """
+    store = common.store
+    (entrant,), policies = learners.entrants(store, team)
+    streams = addressed(streams_of(protocol, side), None, at)
+
+    def say(line: str) -> None:
+        sys.stderr.write(f"{line}\n")
+        sys.stderr.flush()
+
+    def listening(addresses: Mapping[str, str]) -> None:
+        say("Listening to " + ", ".join(f"{name} at {where}" for name, where in addresses.items()))
+
+    done = drive(store, Job(
+        protocol, side, entrant.settings, team, policies, robots, attacks, streams, interface, seconds, seed,
+    ), say=say, listening=listening)
+    if json:
+        print_json({"file": None if done.file is None else str(done.file), "frames": done.frames,
+                    "vision_lost": done.blind, "score": done.score, "seconds": round(done.seconds, 1)})
+    elif done.file is None:
+        console().print("No vision came: is the simulator running, and does it send to this computer?")
+    else:
+        score = "unknown" if done.score is None else "{} : {}".format(*done.score)
+        console().print(
+            f"Blue and yellow {score}, {done.frames} frames in play, vision lost {done.blind} times. "
+            f"Kept in {done.file}; `pitchlore run` takes it.", soft_wrap=True)
+    sys.exit(0 if done.file is not None else 1)

@@ -1,0 +1,75 @@
+"""Whether play is on, by what the referee's packets say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pipeline.importers.packets import vsss
+from pipeline.importers.ssl_logs import fields as f
+from pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
+from pipeline.importers.ssl_logs.wire import fields
+from pipeline.live.screening import laid_out
+from pipeline.packets.recorder import Packet
+from pipeline.packets.streams import LEAGUES, LeagueName
+
+#: Commands after which SSL's robots may play: the ball is in play, or a side may bring it there.
+_PLAY = {COMMANDS.index(word) for word in (
+    "NORMAL_START", "FORCE_START", "DIRECT_FREE_YELLOW", "DIRECT_FREE_BLUE", "INDIRECT_FREE_YELLOW",
+    "INDIRECT_FREE_BLUE")}
+_SECOND = STAGES.index("NORMAL_HALF_TIME")
+
+
+class Whistle:
+    """The state of play. Without a referee play is always on.
+
+    Args:
+        league: whose packets come.
+
+    Attributes:
+        playing: whether robots may move.
+        half: 1 or 2.
+        score: goals of blue and of yellow, None as long as nobody says.
+    """
+
+    def __init__(self, league: LeagueName) -> None:
+        self.playing = True
+        self.half = 1
+        self.score: tuple[int, int] | None = None
+        self._channels = {stream.name: stream.channel for stream in LEAGUES[league]}
+        self._league = league
+
+    def hear(self, packets: Sequence[Packet]) -> None:
+        """Take up sound packets, in order of time."""
+        told = [packet for packet in packets if packet.channel == self._channels["referee"]]
+        if self._league == "ssl":
+            if told:
+                self._ssl(told[-1])
+            return
+        if told:
+            data, start, end = laid_out(told)
+            said, _ = vsss.commands(data, np.array([packet.t_ns for packet in told]), start, end)
+            for command in said:
+                self.playing = command.state.startswith("gameon")
+                self.half = 2 if command.half >= 2 else 1
+        seen = [packet for packet in packets if packet.channel == self._channels["vision"]]
+        if seen:
+            goals = vsss.environments(*laid_out(seen[-1:])).frames[:, [vsss.BLUE_GOALS, vsss.YELLOW_GOALS]]
+            if np.isfinite(goals).any():
+                blue, yellow = np.nan_to_num(goals[-1]).astype(int).tolist()
+                self.score = (blue, yellow)
+
+    def _ssl(self, packet: Packet) -> None:
+        data, start, end = laid_out([packet])
+        said, _ = fields(data, start, end)
+        stage, command = (said.varints(number)[1] for number in (f.REFEREE_STAGE, f.REFEREE_COMMAND))
+        self.playing = bool(len(command)) and int(command[-1]) in _PLAY
+        self.half = 2 if len(stage) and int(stage[-1]) >= _SECOND else 1
+        goals = []
+        for number in (f.REFEREE_BLUE, f.REFEREE_YELLOW):
+            span = said.spans(number)
+            _, score = fields(data, span.value, span.end)[0].varints(f.TEAM_SCORE)
+            goals += score[-1:].tolist()
+        if len(goals) == 2:
+            self.score = (goals[0], goals[1])
