@@ -239,13 +239,21 @@ class _Driver:
         home, away = (job.team, other) if job.side == HOME else (other, job.team)
         recipe = Recipe(home=home, away=away, seed=job.seed, robots=job.robots, pitch=pitch)
         policy = job.policies[job.team.policy] if job.team.policy else None
-        self._controller: Controller = controller_of(job.team, recipe, job.side, policy)
-        self._sight = Sight(job.league, job.robots, pitch, HZ)
+        self._view = np.zeros((1 + 2 * job.robots, 6))
+        self._wheels = np.zeros((job.robots, 2))
+
+        def begin() -> tuple[Controller, Sight]:
+            return (controller_of(job.team, recipe, job.side, policy),
+                    Sight(job.league, job.robots, pitch, HZ))
+
+        trial, sight = begin()  # compiles what is compiled, which would keep robots waiting
+        see(sight.now()[0], job.side, 1.0, self._view)
+        trial.restarted(0, 0)
+        trial.think(0, self._view, self._wheels)
+        self._controller, self._sight = begin()
         self.whistle = Whistle(job.league)
         self.frames = self.blind = 0
         self._frame = self._first = 0
-        self._view = np.zeros((1 + 2 * job.robots, 6))
-        self._wheels = np.zeros((job.robots, 2))
         self._samples: list[F64] = []
         self._events: list[Event] = []
         self._was_on = self._was_blind = False

@@ -54,7 +54,8 @@ def environment(step: int, bodies: F64, pitch: Pitch, score: Sequence[int]) -> b
         bodies: float64 [1 + 2 N, 6] in the pitch frame; blue's robots are in rows 1 to N, and have the
             numbers 0 to N - 1 in the packet, as yellow's have.
         pitch: its size.
-        score: goals of blue and of yellow, in two fields that FIRASim itself does not have.
+        score: goals of blue and of yellow, in two fields that FIRASim itself does not have; sent if they are
+            0, too, so that it is known that they are counted.
     """
     robots = (len(bodies) - 1) // 2
     ball = bodies[BALL].tolist()
@@ -66,7 +67,7 @@ def environment(step: int, bodies: F64, pitch: Pitch, score: Sequence[int]) -> b
                 _real(i, row[column]) for i, column in enumerate((X, Y, THETA, VX, VY, OMEGA), 2)))
     size = (pitch.width, pitch.length, pitch.goal_width, pitch.goal_depth)
     field = span(3, b"".join(_real(i, metres) for i, metres in enumerate(size, 1)))
-    return _whole(1, step) + span(2, frame) + field + _whole(4, score[0]) + _whole(5, score[1])
+    return _whole(1, step) + span(2, frame) + field + _field(4, score[0]) + _field(5, score[1])
 
 
 def referee_command(foul: int, colour: int, clock_s: float, half: int) -> bytes:

@@ -181,9 +181,10 @@ def _table(source: SourceFile) -> tuple[pl.DataFrame, dict[str, object], int, da
 
 def _score(frames: F64, of: I64) -> dict[str, pl.Series]:
     """Columns of the score, if the packets count goals."""
-    goals = np.nan_to_num(frames[:, [BLUE_GOALS, YELLOW_GOALS]])
-    if not goals.any():
+    goals = frames[:, [BLUE_GOALS, YELLOW_GOALS]]
+    if not np.isfinite(goals).any():
         return {}
+    goals = np.nan_to_num(goals)  # what is 0 need not be sent
     return {f"score_{side}": pl.Series(goals[of, i].astype(np.int64)) for i, side in enumerate(SIDES)}
 
 

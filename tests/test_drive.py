@@ -1,0 +1,380 @@
+"""Our teams drive robots that others simulate, and others drive robots that we simulate."""
+
+from __future__ import annotations
+
+import json
+import math
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+from threading import Event as Flag
+from threading import Thread
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from hypothesis import given
+from hypothesis import strategies as st
+from support import ssl_games, vsss_messages
+from test_packets import REFEREE, T0, VISION, of_log
+from test_watch import namespace
+
+from flows.cli import main
+from flows.commands.addresses import addressed
+from flows.driving import BLIND_S, Driven, Job, drive, streams_of
+from flows.simulating import STREAMS, simulate
+from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
+from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.arrays import F64
+from pipeline.bodies import BALL, THETA, VX, VY, X, Y
+from pipeline.errors import BadSettings
+from pipeline.importers.packets import vsss
+from pipeline.importers.readers import open_source, read
+from pipeline.importers.ssl_logs.wire import fields
+from pipeline.live.encoding import Wheels, environment, robot_control, wheel_commands
+from pipeline.live.remote import RemoteController, asked
+from pipeline.live.screening import laid_out
+from pipeline.live.sight import Sight
+from pipeline.live.whistle import Whistle
+from pipeline.packets.recorder import Packet
+from pipeline.pitch import PITCHES, Kind
+from pipeline.store import Store
+
+STATIC, REMOTE = TeamSettings(kind="static"), TeamSettings(kind="remote")
+PEER = ROOT / ".venv-counterparts" / "bin" / "python"
+unit = pytest.mark.unit
+speeds = st.floats(-2, 2, allow_nan=False)
+
+
+@unit
+@given(st.lists(st.builds(Wheels, st.booleans(), st.integers(0, 20), speeds, speeds), max_size=8))
+def test_commands_come_back(commands: list[Wheels]) -> None:
+    """FIRASim's commands are read as they were written, to a wheel's rounding."""
+    found = asked(wheel_commands(commands))
+    assert [(one.yellow, one.number) for one in found] == [(one.yellow, one.number) for one in commands]
+    for one, other in zip(found, commands, strict=True):
+        assert (one.left, one.right) == pytest.approx((other.left, other.right))
+
+
+@unit
+@given(st.binary(max_size=80))
+def test_no_bytes_are_a_broken_command(data: bytes) -> None:
+    controller = RemoteController(3, 1.2)
+    for command in asked(data):
+        controller.ask(command)
+    wheels = np.full((3, 2), np.nan)
+    controller.think(0, np.zeros((7, 6)), wheels)
+    assert np.abs(wheels).max() <= 1.2
+
+
+@unit
+def test_remote_controller() -> None:
+    """Wheels turn as they were last asked for, no faster than they can; others' numbers are left out."""
+    controller, wheels = RemoteController(2, 1.0), np.full((2, 2), np.nan)
+    controller.think(0, np.zeros((5, 6)), wheels)
+    assert wheels.tolist() == [[0, 0], [0, 0]]
+    for command in (Wheels(False, 1, 0.5, -3.0), Wheels(False, 2, 1.0, 1.0), Wheels(False, 0, math.nan, 0.0)):
+        controller.ask(command)
+    controller.think(1, np.zeros((5, 6)), wheels)
+    assert wheels.tolist() == [[0, 0], [0.5, -1.0]]
+
+
+def bodies(robots: int = 3) -> F64:
+    """Bodies that differ in every number."""
+    found = np.arange(6.0 * (1 + 2 * robots)).reshape(-1, 6) / 100 + 0.01
+    found[BALL, THETA] = found[BALL, 5] = 0.0
+    return found
+
+
+@unit
+def test_environment_comes_back() -> None:
+    """FIRASim's frames are read as they were written, blue's robots before yellow's."""
+    data = environment(7, bodies(), PITCHES[Kind.VSSS], (2, 1))
+    found = vsss.environments(*laid_out([Packet(VISION, T0, data)]))
+    assert found.frames.tolist() == [[7, 2, 1, 1.5, 1.3, 0.4, 0.1]]
+    blue = found.bodies[found.bodies[:, vsss.TEAM] == 1]
+    assert blue[:, vsss.ID].tolist() == [0, 1, 2]
+    np.testing.assert_allclose(blue[:, vsss.X:], bodies()[1:4])
+    yellow = found.bodies[found.bodies[:, vsss.TEAM] == 0]
+    np.testing.assert_allclose(yellow[:, vsss.X:], bodies()[4:])
+
+
+@unit
+def test_robot_control() -> None:
+    """SSL's simulation control has forward, left and turn of each robot, required ones though they are 0."""
+    data, start, end = laid_out([Packet(0, 0, robot_control([(0, 0.5, -1.0), (3, 0.0, 0.0)]))])
+    robots = fields(data, start, end)[0].spans(1)
+    inner, _ = fields(data, robots.value, robots.end)
+    assert inner.varints(1)[1].tolist() == [0, 3]
+    move = inner.spans(2)
+    local = fields(data, move.value, move.end)[0].spans(2)
+    told, _ = fields(data, local.value, local.end)
+    assert [told.reals(data, number)[1].tolist() for number in (1, 2, 3)] == [[0.5, 0.0], [0.0, 0.0], [-1.0, 0.0]]
+
+
+@unit
+def test_sight_of_a_simulator_that_sends_velocities() -> None:
+    """Poses and velocities are the packet's; a robot that is not seen stays, one that never was is aside."""
+    sight = Sight("vsss", 3, PITCHES[Kind.VSSS], 60.0)
+    there = bodies(2)
+    sight.take([Packet(VISION, T0, environment(1, there, PITCHES[Kind.VSSS], (0, 0)))])
+    seen, visible = sight.now()
+    np.testing.assert_allclose(seen[[0, 1, 2, 4, 5]], there, atol=1e-12)
+    assert visible[[0, 1, 2, 4, 5]].all()
+    assert abs(seen[3, X]) > 0.75
+    seen, visible = sight.now()
+    assert not visible.any()
+    np.testing.assert_allclose(seen[1, : VX], there[1, : VX])
+    assert sight.seen_ns == T0
+
+
+@unit
+def test_sight_estimates_velocities() -> None:
+    """Where a simulator sends none, they come from the poses; SSL's cameras never do."""
+    for league, robots in (("vsss", 3), ("ssl", 6)):
+        sight = Sight(league, robots, PITCHES[Kind.VSSS if league == "vsss" else Kind.SSL], 60.0)  # type: ignore[arg-type]
+        for frame in range(60):
+            x = 0.3 * frame / 60 - 0.2
+            if league == "vsss":
+                packet = Packet(VISION, T0, vsss_messages.environment(frame, (x, 0.1), [(1, -x, 0.0, 3.0)]))
+                row, sign = 1 + 3 + 1, -1
+            else:
+                content = ssl_games.seen(frame, balls=[ssl_games.Seen(x, 0.1)], blue=[ssl_games.Seen(x, 1.0, 4, 0.5)])
+                packet, row, sign = of_log([content])[0], 1 + 4, 1
+            sight.take([packet])
+            seen, visible = sight.now()
+        assert visible[[BALL, row]].all()
+        assert seen[BALL, VX] == pytest.approx(0.3, rel=0.02)
+        assert seen[BALL, VY] == pytest.approx(0.0, abs=1e-6)
+        assert seen[row, VX] == pytest.approx(sign * 0.3, rel=0.02)
+        assert seen[row, Y] == pytest.approx(0.0 if league == "vsss" else 1.0)
+
+
+@unit
+def test_whistle() -> None:
+    """Robots may move without a referee, and then as the referee says."""
+    whistle = Whistle("vsss")
+    assert whistle.playing
+    for foul, playing in ((vsss_messages.KICKOFF, False), (vsss_messages.GAME_ON, True), (vsss_messages.FREE_BALL, False),
+                          (vsss_messages.STOP, False), (vsss_messages.HALT, False), (vsss_messages.GAME_ON, True)):
+        whistle.hear([Packet(REFEREE, T0, vsss_messages.command(foul, half=2))])
+        assert whistle.playing is playing
+    assert (whistle.half, whistle.score) == (2, None)
+    whistle.hear([Packet(VISION, T0, vsss_messages.environment(3, goals=(2, 5)))])
+    assert whistle.score == (2, 5)
+    gc, whistle = ssl_games.Referee(), Whistle("ssl")
+    for command, stage, playing, half in ((0, 0, False, 1), (4, 0, False, 1), (2, 1, True, 1), (8, 1, True, 1), (1, 1, False, 1), (3, 4, True, 2)):
+        whistle.hear(of_log([gc.says(0, command=command, stage=stage, blue=gc.blue._replace(score=4))]))
+        assert (whistle.playing, whistle.half, whistle.score) == (playing, half, (4, 0))
+
+
+class Simulator:
+    """Another's simulator: it sends frames of a ball and robots that stand, and notes the commands that come."""
+
+    def __init__(self, where: dict[str, int]) -> None:
+        self.came: list[tuple[float, list[Wheels]]] = []
+        self.sends, self._over = Flag(), Flag()
+        self.sends.set()
+        self._where = where
+        self._ears = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._ears.bind(("127.0.0.1", 0))
+        self._ears.settimeout(0.02)
+        self.port = self._ears.getsockname()[1]
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        threads = [Thread(target=self._send), Thread(target=self._hear)]
+        for thread in threads:
+            thread.start()
+        try:
+            yield
+        finally:
+            time.sleep(0.1)
+            self._over.set()
+            for thread in threads:
+                thread.join()
+            self._ears.close()
+
+    def _send(self) -> None:
+        step = 0
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as mouth:
+            while not self._over.wait(1 / 60):
+                step += 1
+                if self.sends.is_set() and "vision" in self._where:
+                    robots = [(i, 0.4, 0.2 * i - 0.2, 3.1) for i in range(3)]
+                    ours = [(i, -0.4, 0.2 * i - 0.2, 0.0) for i in range(3)]
+                    mouth.sendto(vsss_messages.environment(step, (0.1, 0.2), robots, ours), ("127.0.0.1", self._where["vision"]))
+
+    def _hear(self) -> None:
+        while not self._over.is_set():
+            try:
+                data = self._ears.recv(4096)
+            except TimeoutError:
+                continue
+            self.came.append((time.monotonic(), asked(data)))
+
+    def still(self) -> list[bool]:
+        """Of each packet whether all wheels stand."""
+        return [all(one.left == one.right == 0 for one in commands) for _, commands in self.came]
+
+
+def driven(data: Path, during: Sequence[tuple[float, str]], seconds: float = 2.5, **job: object) -> tuple[Driven, Simulator]:
+    """Drive the static team against a simulator; ``during`` are times at which vision goes off or on."""
+    where: dict[str, int] = {}
+    simulator = Simulator(where)
+
+    def script() -> None:
+        began = time.monotonic()
+        for at, what in during:
+            time.sleep(max(0.0, began + at - time.monotonic()))
+            (simulator.sends.set if what == "on" else simulator.sends.clear)()
+
+    def listening(addresses: object) -> None:
+        where["vision"] = int(dict(addresses)["vision"].rpartition(":")[2])  # type: ignore[call-overload]
+        Thread(target=script).start()
+
+    streams = addressed(streams_of("vsss", "blue"), None, (
+        "vision=127.0.0.1:0", "referee=127.0.0.1:0", f"commands=127.0.0.1:{simulator.port}"))
+    with simulator.running():
+        done = drive(Store(data), Job("vsss", "blue", STATIC, "static", streams=streams, seconds=seconds, **job), listening=listening)  # type: ignore[arg-type]
+    return done, simulator
+
+
+def test_drives_and_stops(tmp_path: Path) -> None:
+    """Commands go out 60 times a second, robots stop 0.3 s after vision, and when it ends; the log tells it."""
+    done, simulator = driven(tmp_path, [(1.2, "off"), (2.2, "on")], seconds=4.0)
+    still, times = simulator.still(), [at for at, _ in simulator.came]
+    assert done.blind >= 1  # a busy computer sees nothing for 0.3 s more often
+    assert done.file is not None
+    assert len(times) > 100
+    assert not still[30]
+    stops = [at for at, (was, now) in zip(times[1:], pairwise(still), strict=True) if now and not was]
+    begun = times[still.index(False)]
+    assert any(stop - begun == pytest.approx(1.2 + BLIND_S, abs=0.6) for stop in stops)
+    assert any(not now for at, now in zip(times, still, strict=True) if at > stops[0] + 0.2), "it goes on with vision"
+    assert still[-5:] == [True] * 5
+    match = read(open_source(done.file.read_bytes(), done.file.name))
+    assert match.info.complete
+    assert (match.info.home, match.info.away) == ("static", "adversary")
+    assert match.referee.filter(event="stop")["note"].to_list()[0] == "vision lost"
+    assert len(match.frames) > 60
+
+
+def test_stops_whatever_ends_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An error while it drives leaves robots standing, and the log where the next run finds it."""
+    calls = 0
+
+    def fails(*_: object) -> None:
+        nonlocal calls
+        calls += 1
+        if calls > 20:
+            raise RuntimeError("broken")
+
+    monkeypatch.setattr("flows.driving.see", fails)
+    where: dict[str, int] = {}
+    simulator = Simulator(where)
+    streams = addressed(streams_of("vsss", "blue"), None, (
+        "vision=127.0.0.1:0", "referee=127.0.0.1:0", f"commands=127.0.0.1:{simulator.port}"))
+    with simulator.running(), pytest.raises(RuntimeError, match="broken"):
+        drive(Store(tmp_path), Job("vsss", "blue", STATIC, "static", streams=streams, seconds=20.0),
+              listening=lambda addresses: where.update(vision=int(addresses["vision"].rpartition(":")[2])))
+    assert simulator.still()[-5:] == [True] * 5
+
+
+@unit
+@pytest.mark.parametrize(("attacks", "colour", "first"), [
+    (None, "blue", 1), (None, "yellow", 1), ("left", "blue", -1), ("left", "yellow", 1), ("right", "yellow", -1)])
+def test_directions(attacks: str | None, colour: str, first: int) -> None:
+    """Blue attacks +x unless it is said otherwise, and sides change at half-time."""
+    job = Job("vsss", colour, STATIC, "static", attacks=attacks)  # type: ignore[arg-type]
+    assert (job.home_attacks(1), job.home_attacks(2)) == (first, -first)
+
+
+def test_a_peer_sees_and_drives(tmp_path: Path) -> None:
+    """The package vsss-client, unmodified, sees our frames and drives our robots."""
+    if not PEER.exists():
+        pytest.skip("vsss-client is not installed: make counterparts")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        vision = free.getsockname()[1]
+    streams = {stream.name: stream for stream in addressed(STREAMS, None, (
+        f"vision=127.0.0.1:{vision}", "referee=127.0.0.1:9", "commands=127.0.0.1:0"))}
+    peer: list[subprocess.Popen[str]] = []
+
+    def listening(where: str) -> None:
+        command = [PEER, ROOT / "tests" / "counterparts" / "vsss_peer.py", str(vision), where.rpartition(":")[2], "2"]
+        peer.append(subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
+        assert peer[0].stdout is not None
+        assert "ready\n" in iter(peer[0].stdout.readline, ""), "the package does not start"
+
+    how = MatchSettings(referee=RefereeSettings(duration_s=6.0)).of_match()
+    done = simulate(Store(tmp_path), Recipe(**how, home=REMOTE, away=STATIC, seed=1), {}, streams, listening=listening)
+    out, errors = peer[0].communicate(timeout=20)
+    assert peer[0].returncode == 0, errors
+    first, last, frames = json.loads(out)
+    assert frames > 30
+    assert done.commands > 60
+    assert first["field"] == [1.5, 1.3]
+    assert (len(first["blue"]), first["yellow"]) == (3, 3)
+    moved = [math.dist(one[1:], other[1:]) for one, other in zip(first["blue"], last["blue"], strict=True)]
+    assert max(moved) > 0.2
+    assert Store(tmp_path).receipt("matches", done.match_id) is not None
+
+
+TWO = """
+pitchlore="$1"; data="$2"
+"$pitchlore" drive --team static --as blue --interface 127.0.0.1 --seconds 30 --data "$data/blue" --json > "$data/blue.json" &
+"$pitchlore" drive --team pressing --as yellow --interface 127.0.0.1 --seconds 30 --data "$data/yellow" --json > "$data/yellow.json" &
+sleep 6
+"$pitchlore" record --home remote --away remote --serve vsss --minutes 0.2 --interface 127.0.0.1 --data "$data/sim" --json > "$data/sim.json"
+pkill -INT -P $$ -f " drive " ; wait
+"""
+
+
+@pytest.mark.slow
+def test_two_of_our_teams(tmp_path: Path) -> None:
+    """A match between two driving processes, over the league's own groups, is a match as any other."""
+    with namespace() as inside:
+        done = subprocess.run([*inside, "sh", "-c", TWO, "sh", Path(sys.executable).with_name("pitchlore"), tmp_path],
+                              capture_output=True, text=True, check=False, timeout=120)
+    sim = json.loads((tmp_path / "sim.json").read_text())
+    assert sim["frames"] == 720, done.stderr
+    assert sim["commands"] > 500
+    match = Store(tmp_path / "sim").receipt("matches", sim["match_id"])
+    assert match is not None
+    assert match.details["complete"]
+    for colour in ("blue", "yellow"):
+        told = json.loads((tmp_path / f"{colour}.json").read_text())
+        assert told["frames"] > 60
+        assert told["score"] == list(sim["score"])
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (["record", "--serve", "vsss", "--matches", "2"], "--matches 2: only one match is served. Leave it out."),
+    (["record", "--home", "remote"], "remote: another program drives this team. Use `pitchlore record --serve vsss`."),
+    (["drive", "--team", "static", "--as", "blue", "--at", "eyes=1"], "--at eyes=1 names no stream and address"),
+])
+def test_refusals(words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([*words, "--data", str(tmp_path)])
+    assert ended.value.code == 1
+    assert said in capsys.readouterr().err
+
+
+def test_no_vision(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["drive", "--team", "static", "--as", "yellow", "--at", "vision=127.0.0.1:0", "--at", "referee=127.0.0.1:0",
+              "--at", "commands=127.0.0.1:9", "--seconds", "0.3", "--data", str(tmp_path)])
+    assert ended.value.code == 1
+    assert "No vision came: is the simulator running" in capsys.readouterr().out
+
+
+def test_a_team_that_nobody_can_drive(tmp_path: Path) -> None:
+    with pytest.raises(BadSettings):
+        drive(Store(tmp_path), Job("vsss", "blue", STATIC, "static", streams=(
+            *addressed(streams_of("vsss", "blue"), "203.0.113.7", ()),), seconds=0.2))
