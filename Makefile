@@ -33,10 +33,10 @@ $(READY): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
 
-# What others wrote to check readers against, in an environment of its own: sslclient needs an old protobuf.
-counterparts: .venv-counterparts/.ready  ## sslclient, for the tests of SSL logs, which skip without it
+# What others wrote to check us against, in an environment of its own: these packages need an old protobuf.
+counterparts: .venv-counterparts/.ready  ## sslclient and vsss-client, for tests that skip without them
 
-.venv-counterparts/.ready: tests/counterparts/sslclient.txt
+.venv-counterparts/.ready: tests/counterparts/requirements.txt
 	$(PYTHON) -m venv --clear .venv-counterparts
 	.venv-counterparts/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -r $<
 	@touch $@
@@ -47,7 +47,7 @@ demo: $(READY)  ## a recording and three played matches become knowledge and a p
 demo-learners: $(READY)  ## a quick look at section 5 of the paper: its learners and their peers
 	$(BIN)/pitchlore paradigms --quick --figure 5 --data $(DEMO_DATA)
 
-test: $(READY) lint  ## lint, types, import contracts, tests
+test: $(READY) .venv-counterparts/.ready lint  ## lint, types, import contracts, tests
 	$(TESTS)
 
 quick: $(READY)  ## the unit tests: fast, without a Prefect server
