@@ -26,7 +26,7 @@ from test_watch import namespace
 
 from flows.cli import main
 from flows.commands.addresses import addressed
-from flows.driving import BLIND_S, Driven, Job, drive, streams_of
+from flows.driving import Driven, drive
 from flows.simulating import STREAMS, simulate
 from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
@@ -36,6 +36,7 @@ from pipeline.errors import BadSettings
 from pipeline.importers.packets import vsss
 from pipeline.importers.readers import open_source, read
 from pipeline.importers.ssl_logs.wire import fields
+from pipeline.live.driver import BLIND_S, Job, streams_of
 from pipeline.live.encoding import Wheels, environment, robot_control, wheel_commands
 from pipeline.live.remote import RemoteController, asked
 from pipeline.live.screening import laid_out
@@ -275,7 +276,7 @@ def test_stops_whatever_ends_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         if calls > 20:
             raise RuntimeError("broken")
 
-    monkeypatch.setattr("flows.driving.see", fails)
+    monkeypatch.setattr("pipeline.live.driver.see", fails)
     where: dict[str, int] = {}
     simulator = Simulator(where)
     streams = addressed(streams_of("vsss", "blue"), None, (

@@ -13,7 +13,8 @@ from flows.commands.addresses import At, Interface, addressed
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.playing import AS_LEARNED, Learners, Seed, WhoPlays
 from flows.commands.printing import console, print_json
-from flows.driving import Colour, Job, Protocol, drive, streams_of
+from flows.driving import drive
+from pipeline.live.driver import Colour, Job, Protocol, streams_of
 
 
 def drive_robots(

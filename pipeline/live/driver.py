@@ -1,0 +1,275 @@
+"""A team that drives robots which we do not simulate: its job, and the loop that sees and decides."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import BinaryIO, Literal
+
+import numpy as np
+
+from pipeline import matches as log
+from pipeline.arena.match.controllers import Controller, PolicyTables, controller_of
+from pipeline.arena.match.match import decisions_of, frames_of
+from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arrays import F64
+from pipeline.bodies import see
+from pipeline.importers.packets import vsss
+from pipeline.importers.rows import Event, referee
+from pipeline.importers.ssl_logs import geometry
+from pipeline.importers.ssl_logs.wire import fields
+from pipeline.live.encoding import Wheels, robot_control, wheel_commands
+from pipeline.live.screening import laid_out
+from pipeline.live.sight import Sight, batch_of
+from pipeline.live.whistle import Whistle
+from pipeline.matches.frame import AWAY, HOME, MatchInfo, Period
+from pipeline.packets.recorder import Packet
+from pipeline.packets.streams import LEAGUES, LeagueName, Stream
+from pipeline.pitch import Pitch
+from pipeline.store.receipts import RELEASE
+from schemas import SIDES, Side
+
+Protocol = Literal["vsss", "ssl-sim"]
+Colour = Literal["blue", "yellow"]
+
+#: The league of each protocol.
+LEAGUE: dict[Protocol, LeagueName] = {"vsss": "vsss", "ssl-sim": "ssl"}
+#: Commands a second.
+HZ = 60.0
+#: Robots stop when no vision came for so long, seconds.
+BLIND_S = 0.3
+_LOG_S = 1.0
+#: Name of the team that we do not drive.
+_OTHER = "adversary"
+
+
+def streams_of(protocol: Protocol, colour: Colour) -> tuple[Stream, ...]:
+    """What is listened to, and the stream ``commands`` to which commands are sent.
+
+    Sources: FIRASim, as for ``pipeline.packets.streams``; the ports of RoboCup-SSL/ssl-simulation-protocol.
+    """
+    port = 20011 if protocol == "vsss" else 10301 if colour == "blue" else 10302
+    return (*LEAGUES[LEAGUE[protocol]], Stream("commands", 9, "127.0.0.1", port))
+
+
+@dataclass
+class Job:
+    """What is to be driven.
+
+    Attributes:
+        protocol: of the robots.
+        colour: of the team.
+        team: settings of our team.
+        word: its name.
+        policies: by label.
+        robots: N, robots a side.
+        attacks: direction in which the team attacks in the first half; None: blue attacks +x, yellow -x.
+        streams: from :func:`streams_of`, with addresses.
+        interface: address of the network card; None for the system's choice.
+        seconds: how long; None until Ctrl-C.
+        seed: of what the team leaves to chance.
+    """
+
+    protocol: Protocol
+    colour: Colour
+    team: TeamSettings
+    word: str
+    policies: Mapping[str, PolicyTables] = field(default_factory=dict)
+    robots: int = 3
+    attacks: Literal["right", "left"] | None = None
+    streams: tuple[Stream, ...] = ()
+    interface: str | None = None
+    seconds: float | None = None
+    seed: int = 0
+
+    @property
+    def league(self) -> LeagueName:
+        """Whose packets are seen."""
+        return LEAGUE[self.protocol]
+
+    @property
+    def side(self) -> int:
+        """HOME for blue, AWAY for yellow."""
+        return HOME if self.colour == "blue" else AWAY
+
+    def home_attacks(self, half: int) -> Literal[1, -1]:
+        """Direction in which blue attacks."""
+        usual = self.attacks is None or (self.attacks == "right") == (self.side == HOME)
+        return 1 if usual == (half == 1) else -1
+
+
+def commands_of(job: Job, wheels: F64) -> bytes:
+    """The packet that turns the wheels of a team, float64 [N, 2], m/s."""
+    if job.protocol == "vsss":
+        return wheel_commands(Wheels(job.colour == "yellow", number, left, right)
+                              for number, (left, right) in enumerate(wheels.tolist()))
+    axle = Recipe(home=job.team, away=job.team, seed=0).physics.axle
+    return robot_control((number, (left + right) / 2, (right - left) / axle)
+                         for number, (left, right) in enumerate(wheels.tolist()))
+
+
+def size_of_pitch(league: LeagueName, seen: Sequence[Packet]) -> dict[str, float] | None:
+    """Lengths of the pitch, metres, as packets of vision tell them; None if none does."""
+    if league == "vsss":
+        size = vsss.environments(*laid_out(seen)).frames[:, vsss.LENGTH:]
+        size = size[(size > 0).all(axis=1)]
+        names = ("length", "width", "goal_width", "goal_depth")
+        return dict(zip(names, size[-1].tolist(), strict=True)) if len(size) else None
+    batch = batch_of(seen)
+    sizes = geometry.sizes(batch, fields(batch.data, batch.start, batch.end)[0])
+    if not sizes:
+        return None
+    told = max(sizes, key=lambda size: sizes[size])
+    return {"length": told.length / 1000, "width": told.width / 1000, "goal_width": told.goal_width / 1000,
+            "goal_depth": told.goal_depth / 1000}
+
+
+class Driver:
+    """The loop: see, decide, command, log.
+
+    Args:
+        job: what is to be driven.
+        pitch: of the match.
+        stream: gets the log; buffered, writable.
+        match_id: of the log.
+
+    Attributes:
+        whistle: the state of play.
+        frames: frames in which the team decided.
+        blind: how often robots were stopped because vision was lost.
+
+    Raises:
+        BadSettings: if the team cannot be played.
+    """
+
+    def __init__(self, job: Job, pitch: Pitch, stream: BinaryIO, match_id: str) -> None:
+        self._job, self._match_id = job, match_id
+        other = TeamSettings(kind="remote")
+        home, away = (job.team, other) if job.side == HOME else (other, job.team)
+        recipe = Recipe(home=home, away=away, seed=job.seed, robots=job.robots, pitch=pitch)
+        policy = job.policies[job.team.policy] if job.team.policy else None
+        self._view = np.zeros((1 + 2 * job.robots, 6))
+        self._wheels = np.zeros((job.robots, 2))
+
+        def begin() -> tuple[Controller, Sight]:
+            return (controller_of(job.team, recipe, job.side, policy),
+                    Sight(job.league, job.robots, pitch, HZ))
+
+        trial, sight = begin()  # compiles what is compiled, which would keep robots waiting
+        see(sight.now()[0], job.side, 1.0, self._view)
+        trial.restarted(0, 0)
+        trial.think(0, self._view, self._wheels)
+        self._controller, self._sight = begin()
+        self.whistle = Whistle(job.league)
+        self.frames = self.blind = 0
+        self._frame = self._first = 0
+        self._samples: list[F64] = []
+        self._events: list[Event] = []
+        self._was_on = self._was_blind = False
+        self._score = (0, 0)
+        self._periods: list[tuple[int, int]] = []
+        self._info = MatchInfo(
+            match_id=match_id, source=f"{match_id}.mcap", format="driven", pitch=pitch, software=RELEASE,
+            home=(job.word, _OTHER)[job.side], away=(_OTHER, job.word)[job.side],
+            started_at=datetime.now(UTC), settings={"recipe": recipe.model_dump(mode="json")}, complete=True,
+            periods=(Period(start_ns=0, end_ns=1, home_attacks=job.home_attacks(1), inferred=False),),
+        )
+        self._recorder = log.Recorder(stream, self._info)
+
+    def take(self, packets: list[Packet]) -> None:
+        """Take up sound packets."""
+        self._sight.take(packets)
+        self.whistle.hear(packets)
+
+    def run(
+        self, arrived: Callable[[float], list[Packet]], send: Callable[[F64 | None], None],
+        ended: Callable[[], bool], say: Callable[[str], None],
+    ) -> None:
+        """Drive until it is ended."""
+        due = time.monotonic()
+        logged = due
+        while not ended():
+            due = max(due + 1 / HZ, time.monotonic() - 1 / HZ)  # a late computer does not hurry
+            while (left := due - time.monotonic()) > 0:
+                self.take(arrived(left))
+            self.take(arrived(0.0))
+            send(self._think())
+            if due - logged >= _LOG_S:
+                logged = due
+                self._log()
+                say(self._line())
+
+    def close(self) -> None:
+        """End the log."""
+        self._set(on=False)
+        self._events.append(Event(self._t_ns(self._frame), "end", None, *self._score, "ended"))
+        self._log()
+        ends = [start for start, _ in self._periods[1:]] + [self._t_ns(self._frame) + 1]
+        periods = tuple(
+            Period(start_ns=start, end_ns=end, home_attacks=self._job.home_attacks(half), inferred=False)
+            for (start, half), end in zip(self._periods, ends, strict=True))
+        self._recorder.close(info=self._info.model_copy(update={"periods": periods or self._info.periods}))
+
+    def _think(self) -> F64 | None:
+        """The wheels of this frame; None if robots have to stand."""
+        job, whistle = self._job, self.whistle
+        bodies, visible = self._sight.now()
+        sample = bodies.copy()
+        sample[~visible] = np.nan
+        self._samples.append(sample)
+        if not self._periods or self._periods[-1][1] != whistle.half:
+            self._periods.append((self._t_ns(self._frame), whistle.half))
+        blind = time.time_ns() - self._sight.seen_ns > BLIND_S * 1e9
+        self.blind += blind and not self._was_blind
+        self._was_blind = blind
+        self._set(on=whistle.playing and not blind)
+        self._frame += 1
+        if not self._was_on:
+            return None
+        see(bodies, job.side, float(job.home_attacks(whistle.half) * (1, -1)[job.side]), self._view)
+        self._controller.think(self._frame, self._view, self._wheels)
+        self.frames += 1
+        return self._wheels
+
+    def _set(self, *, on: bool) -> None:
+        """Note that play begins or stops, and who scored meanwhile."""
+        score = self.whistle.score or self._score
+        scored = [side for side in (HOME, AWAY) if score[side] > self._score[side]]
+        if on == self._was_on and not scored:
+            return
+        at = self._t_ns(self._frame)
+        if self._was_on:
+            reward = 0.0 if not scored else 1.0 if scored[0] == self._job.side else -1.0
+            self._controller.stopped(self._frame, reward)
+        self._score = score
+        if scored:
+            self._events.append(Event(at, "goal", SIDES[scored[0]], *score, "score"))
+        elif self._was_on:
+            why = "vision lost" if self._was_blind else "referee"
+            self._events.append(Event(at, "stop", None, *score, why))
+        self._was_on = on
+        if on:
+            lead = score[self._job.side] - score[1 - self._job.side]
+            self._controller.restarted(self._frame, lead)
+            self._events.append(Event(at, "play", None, *score, "goes on"))
+
+    def _log(self) -> None:
+        samples, self._samples = self._samples, []
+        events, self._events = self._events, []
+        team: Side = SIDES[self._job.side]
+        if samples:
+            self._recorder.frames(frames_of(np.array(samples), self._first, HZ))
+            self._first += len(samples)
+        self._recorder.referee(referee(self._match_id, events))
+        self._recorder.decisions(decisions_of(self._controller.decided(), team, self._match_id, HZ))
+        self._recorder.flush()
+
+    def _t_ns(self, frame: int) -> int:
+        return round(frame * 1e9 / HZ)
+
+    def _line(self) -> str:
+        state = "vision lost" if self._was_blind else "plays" if self._was_on else "stands"
+        blue, yellow = self._score
+        return f"{self._frame / HZ:.0f} s, {state}, blue {blue} : {yellow} yellow"

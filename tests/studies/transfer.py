@@ -1,0 +1,124 @@
+"""Does what was learned in our arena work in another's simulator? The same teams, laws and seeds in rSim.
+
+``PYTHONPATH=tests python -m studies.transfer data/studies/transfer PYTHON DATA TEAM...`` (a quarter of an hour for a
+team; PYTHON is one with rc-robosim, DATA has the seasons of the teams that are named).
+
+Each team plays twenty matches of eight minutes against the static team, in pairs of one seed with sides swapped: in
+our arena, and in rSim 1.2, which computes only the motion of bodies by wheels. Our referee watches both. rSim takes
+steps of whole milliseconds, 17 instead of 16.67; robots and the ball have its own masses, friction and motors.
+Controls: static against itself, the best constant team, and the random team. ``transfer.csv`` has a row for each team
+and simulator: goal difference a match with Student's interval over the pairs.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+from conftest import ROOT
+
+from flows.teams import entrant
+from pipeline.arena.match.controllers import PolicyTables, controllers_of
+from pipeline.arena.match.match import Match
+from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
+from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.arrays import F64
+from pipeline.bodies import BALL, COLUMNS, OMEGA, THETA, VX, VY, X, Y
+from pipeline.live.encoding import WHEEL_M
+from pipeline.statistics import mean_interval
+from pipeline.store import Store
+
+#: Seeds that nothing was chosen on.
+SEEDS = range(2_400_000, 2_400_010)
+CONTROLS = ("static", "best-constant", "random")
+HOW = MatchSettings(referee=RefereeSettings(duration_s=480.0)).of_match()
+STATIC = TeamSettings(kind="static")
+_STEP_MS = 17
+
+
+class RsimArena:
+    """Bodies that rSim moves, as ``pipeline.arena.physics.arena.Arena`` moves them."""
+
+    def __init__(self, python: str, robots: int) -> None:
+        self._robots = robots
+        self.bodies: F64 = np.zeros((1 + 2 * robots, COLUMNS))
+        self._server = subprocess.Popen(
+            [python, ROOT / "tests" / "counterparts" / "rsim_server.py", str(robots), str(_STEP_MS)],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.field = self._answer()
+
+    def place(self, bodies: F64) -> None:
+        """Give all bodies new places; robots stand."""
+        ball = bodies[BALL, [X, Y, VX, VY]].tolist()
+        robots = np.column_stack((bodies[1:, X], bodies[1:, Y], np.degrees(bodies[1:, THETA]))).tolist()
+        self._ask({"place": [ball, robots[: self._robots], robots[self._robots:]]})
+
+    def frame(self, wheels: F64) -> F64:
+        """Advance by one frame."""
+        self._ask({"wheels": (wheels / WHEEL_M).tolist()})
+        return self.bodies
+
+    def close(self) -> None:
+        """End rSim."""
+        assert self._server.stdin is not None
+        self._server.stdin.close()
+        self._server.wait()
+
+    def _ask(self, what: dict[str, object]) -> None:
+        assert self._server.stdin is not None
+        self._server.stdin.write(json.dumps(what) + "\n")
+        self._server.stdin.flush()
+        state = np.array(self._answer())
+        self.bodies[BALL] = state[0], state[1], 0.0, state[3], state[4], 0.0
+        rows = state[5:].reshape(2 * self._robots, 6)
+        self.bodies[1:, :] = rows[:, [0, 1, 2, 3, 4, 5]]
+        turned = np.radians(rows[:, 2])
+        self.bodies[1:, THETA] = np.arctan2(np.sin(turned), np.cos(turned))
+        self.bodies[1:, OMEGA] = np.radians(rows[:, 5])
+
+    def _answer(self) -> object:
+        assert self._server.stdout is not None
+        line = self._server.stdout.readline()
+        assert line, "rSim has ended"
+        return json.loads(line)
+
+
+def difference(store: Store, word: str, seed: int, home: bool, arena: RsimArena | None) -> int:
+    """Goals of a team less those of static in one match, in rSim or in our arena."""
+    policies: dict[str, PolicyTables] = {}
+    team = entrant(store, word, policies).settings
+    sides = (team, STATIC) if home else (STATIC, team)
+    recipe = Recipe(**HOW, home=sides[0], away=sides[1], seed=seed)
+    match = Match(recipe, controllers_of(recipe, policies), logged=False)
+    if arena is not None:
+        arena.bodies[:] = match.bodies
+        match._arena, match.bodies = arena, arena.bodies  # type: ignore[assignment]
+    while match.advance(1024):
+        pass
+    own, other = match.score if home else match.score[::-1]
+    return own - other
+
+
+def rows(store: Store, python: str, words: list[str]) -> list[dict[str, object]]:
+    """A row for each team and simulator."""
+    arena, found = RsimArena(python, 3), []
+    for word in (*CONTROLS, *words):
+        for name, where in (("our arena", None), ("rSim 1.2", arena)):
+            pairs = [np.mean([difference(store, word, seed, home, where) for home in (True, False)]) for seed in SEEDS]
+            low, high = mean_interval(pairs) or (None, None)
+            found.append({"team": word, "simulator": name, "matches": 2 * len(pairs), "difference": float(np.mean(pairs)),
+                          "low": low, "high": high})
+            print(found[-1], flush=True)
+    arena.close()
+    return found
+
+
+if __name__ == "__main__":
+    out = Path(sys.argv[1])
+    out.mkdir(parents=True, exist_ok=True)
+    pl.DataFrame(rows(Store(Path(sys.argv[3])), sys.argv[2], sys.argv[4:])).write_csv(
+        out / "transfer.csv", float_precision=2)
