@@ -17,6 +17,8 @@ from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.teams.table import SCRIPTED, TEAMS
 from pipeline.errors import BadSettings
+from pipeline.live.encoding import Wheels
+from pipeline.live.remote import RemoteController
 from pipeline.store import Store
 from schemas import ROLES
 from schemas.seasons import OPPONENTS, PERSON
@@ -31,7 +33,12 @@ def recipe(name, seed=1, robots=3):
 
 
 def controller(of):
-    """The controller of home; a person at full speed to the left if a person has to play."""
+    """The controller of home; a person, or another program, at full speed to the left if these have to play."""
+    if of.home.kind == "remote":
+        program = RemoteController(of.robots, of.physics.wheel_speed)
+        for number in range(of.robots):
+            program.ask(Wheels(yellow=False, number=number, left=0.5, right=9.0))
+        return program
     if of.home.kind != "human":
         return controller_of(of.home, of, 0)
     person = HumanController(of, np.random.default_rng([of.seed, 1]))
