@@ -380,15 +380,15 @@ def test_devices_are_not_replaced(finished, tmp_path):
 @pytest.mark.parametrize("whole", [True, False])
 def test_half_a_copy(derby, tmp_path, monkeypatch, whole):
     """A recording that is still being copied is neither kept nor refused; when it is complete, it is imported."""
-    store, complete, open_ = Store(tmp_path / "data"), derby.read_bytes(), flows.matches.open_source
+    store, complete, open_ = Store(tmp_path / "data"), derby.read_bytes(), flows.matches.open_parts
 
-    def meanwhile(data: bytes, *arguments: object) -> SourceFile:
-        found = open_(data, *arguments)
+    def meanwhile(*arguments: object) -> SourceFile:
+        found = open_(*arguments)
         derby.write_bytes(complete)
         return found
 
     derby.write_bytes(complete[:len(complete) // 2] if whole else b"frame,t,team,player,x,y\n0,0,ba")
-    monkeypatch.setattr(flows.matches, "open_source", meanwhile)
+    monkeypatch.setattr(flows.matches, "open_parts", meanwhile)
     with pytest.raises(StillWritten, match="the next run takes it"):
         import_recording(store, Recording(file=derby))
     monkeypatch.undo()

@@ -53,7 +53,7 @@ def test_pitch(text, pitch):
 @pytest.mark.parametrize(("text", "words"), [
     ("[pitch]\nlenght = 3", r"pitch\.lenght: extra inputs are not permitted"),
     ("[cammera]\nlatency_s = 0.1", "cammera: extra inputs are not permitted"),
-    ('[pitch]\nkind = "3d"', "pitch.kind: input should be 'vsss', 'ssl' or '2d'"),
+    ('[pitch]\nkind = "3d"', "pitch.kind: input should be 'vsss', 'ssl', '2d' or 'human'"),
     ("[pitch]\nlength = inf", r"pitch\.length: input should be a finite number"),
     ('pitch = "ssl"', "pitch: "),
     ("robots = 0", "robots: input should be greater than or equal to 1"),

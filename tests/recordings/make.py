@@ -18,6 +18,7 @@ from support import ssl_messages as ssl
 from pipeline import matches
 from pipeline.importers.rows import Event, pack, referee
 from pipeline.matches.frame import MatchInfo, MatchLog, Period
+from pipeline.packets.recorder import Packet, PacketRecorder
 from pipeline.pitch import PITCHES, Kind
 
 HERE = Path(__file__).parent
@@ -260,7 +261,7 @@ def _received(frame: int) -> int:
     return 1_700_000_000_000_000_000 + frame * STEP_NS
 
 
-def ssl_vision() -> bytes:
+def ssl_vision() -> list[ssl.Message]:
     """An SSL log of two cameras, which overlap by 20 m; millimetres, seconds since 10 s; blue is home."""
     messages = []
     for frame in range(FRAMES):
@@ -276,7 +277,16 @@ def ssl_vision() -> bytes:
             content = ssl.vision(frame + 1, 10 + frame / 10, camera=camera, yellow=seen[0], blue=seen[1], balls=seen[2],
                                  geometry=geometry)
             messages.append(ssl.Message(_received(frame) + camera, ssl.VISION_2014, content))
-    return ssl.log(messages)
+    return messages
+
+
+def packets() -> bytes:
+    """The same messages as `pitchlore watch` records them."""
+    stream = io.BytesIO()
+    recorder = PacketRecorder(stream, "ssl")
+    recorder.record([Packet(message.kind, message.received, message.content) for message in ssl_vision()])
+    recorder.close()
+    return stream.getvalue()
 
 
 def ssl_tracked() -> bytes:
@@ -311,12 +321,14 @@ def mcap() -> bytes:
 #: What makes each file, by its path in this folder.
 FILES: dict[str, Callable[[], bytes]] = {
     "mcap/whole.mcap": mcap,
+    "packets/ssl.mcap": packets,
+    "packets/ssl.mcap.toml": lambda: SSL_MAP.encode(),
     "rcg/ulg4.rcg": lambda: rcg(4),
     "rcg/ulg5.rcg": lambda: rcg(5),
     "rcg/ulg6.rcg": lambda: rcg(6),
     "ssl-log/tracked.log": ssl_tracked,
     "ssl-log/tracked.log.toml": lambda: TRACKED_MAP.encode(),
-    "ssl-log/vision.log": ssl_vision,
+    "ssl-log/vision.log": lambda: ssl.log(ssl_vision()),
     "ssl-log/vision.log.toml": lambda: SSL_MAP.encode(),
     "tracking-csv/mapped.csv": mapped,
     "tracking-csv/mapped.csv.toml": lambda: MAP.encode(),
