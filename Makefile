@@ -129,6 +129,13 @@ best-constant: $(READY)  ## search for the best constant team, which the name be
 looking: $(READY)  ## does a team that looks win? five apprentices against the panel, and blind (two and a half hours)
 	PYTHONPATH=tests $(BIN)/python -m studies.looking data/studies/looking $(STUDY_DATA)
 
+imitation: $(READY)  ## is watching worth anything? ten seasons that imitate beside ten that only try (two hours)
+	PYTHONPATH=tests $(BIN)/python -m studies.imitation data/studies/imitation $(STUDY_DATA)
+
+# rSim has no wheel and needs ODE: RSIM is a Python with rc-robosim, TEAMS are seasons of STUDY_DATA.
+transfer: $(READY)  ## does a team play in rSim as in our arena? (a quarter of an hour for a team; RSIM, TEAMS)
+	PYTHONPATH=tests $(BIN)/python -m studies.transfer data/studies/transfer $(RSIM) $(STUDY_DATA) $(TEAMS)
+
 # Each peer's library has an environment of its own. With SEEDS="2101 2102 2103" there are three trainings of each.
 peers: $(READY) $(VENV)-sb3/.ready $(VENV)-d3rlpy/.ready  ## other learners on the same pitch: PPO, DQN, BC, CQL (two hours for one seed)
 	PYTHONPATH=tests $(BIN)/python -m studies.peers data/studies/peers $(STUDY_DATA) --seeds $(SEEDS)
