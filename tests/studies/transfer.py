@@ -6,7 +6,7 @@ team; PYTHON is one with rc-robosim, DATA has the seasons of the teams that are 
 Each team plays twenty matches of eight minutes against the static team, in pairs of one seed with sides swapped: in
 our arena, and in rSim 1.2, which computes only the motion of bodies by wheels. Our referee watches both. rSim takes
 steps of whole milliseconds, 17 instead of 16.67; robots and the ball have its own masses, friction and motors.
-Controls: static against itself, the best constant team, and the random team. ``transfer.csv`` has a row for each team
+Controls: the best constant team and the random team, which learned nothing. ``transfer.csv`` has a row for each team
 and simulator: goal difference a match with Student's interval over the pairs.
 """
 
@@ -34,7 +34,7 @@ from pipeline.store import Store
 
 #: Seeds that nothing was chosen on.
 SEEDS = range(2_400_000, 2_400_010)
-CONTROLS = ("static", "best-constant", "random")
+CONTROLS = ("best-constant", "random")
 HOW = MatchSettings(referee=RefereeSettings(duration_s=480.0)).of_match()
 STATIC = TeamSettings(kind="static")
 _STEP_MS = 17
