@@ -273,6 +273,13 @@ def test_a_ball_that_never_moved() -> None:
     assert ball_x(game)[-1] == pytest.approx(-1 + 0.02 * 39, abs=1e-3)
 
 
+def test_no_ball() -> None:
+    """A log without a ball says so; no map can name one."""
+    found = match([seen(frame, geometry=GEOMETRY, blue=[Seen(2.0, 0.1 * frame, 2, 3.0)]) for frame in range(40)])
+    (flaw,) = found.quality.filter(flaw="ball lost").rows(named=True)
+    assert flaw["note"] == "no ball was seen at all: no situation with it can be recognised"
+
+
 def test_balls_beyond_the_pitch() -> None:
     """A ball more than a metre beyond the lines, or as far as a map says, is none."""
     assert ball_x(balls([(5.6, 0.9), (5.4, 0.3)])) == [5.4]

@@ -27,10 +27,10 @@ def plausibility_checks(log: MatchLog) -> list[Flaw]:
                  "check length, origin and pitch in the map",
         ))
     if len(frames) and np.isnan(frames.ball["x"]).all():
-        found.append(Flaw(
-            "ball lost", count=len(frames),
-            note="no ball was seen at all: say in a map what it is called, [teams] ball",
-        ))
+        named = log.info.format == "tracking"  # other formats know their ball without a name
+        cure = ("say in a map what it is called, [teams] ball" if named
+                else "no situation with it can be recognised")
+        found.append(Flaw("ball lost", f"no ball was seen at all: {cure}", len(frames)))
     unknown = log.referee.filter(log.referee["event"] == "goal")["team"].null_count()
     if unknown:
         found.append(Flaw(
