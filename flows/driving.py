@@ -19,7 +19,7 @@ from pipeline.live.driver import Driver, Job, commands_of, size_of_pitch
 from pipeline.live.screening import Screen
 from pipeline.live.sockets import Receiver, Sender
 from pipeline.packets.recorder import Packet
-from pipeline.packets.streams import LEAGUES, LeagueName
+from pipeline.packets.streams import LeagueName, channels
 from pipeline.pitch import PITCHES, Kind, Pitch
 from pipeline.store import Store
 
@@ -30,7 +30,7 @@ _STOPS = 10
 
 
 class Driven(NamedTuple):
-    """What became of driving.
+    """Outcome of driving.
 
     Attributes:
         file: log of what was seen and decided, in the inbox; None if nothing was seen.
@@ -108,7 +108,7 @@ def _pitch(
     league: LeagueName, arrived: Callable[[float], list[Packet]], ended: Callable[[], bool],
 ) -> tuple[Pitch | None, list[Packet]]:
     """The pitch as the packets tell it, and the packets so far; None if it ended before any vision came."""
-    channel = {stream.name: stream.channel for stream in LEAGUES[league]}
+    channel = channels(league)
     kind, since, packets = (Kind.VSSS if league == "vsss" else Kind.SSL), None, list[Packet]()
     while not ended():
         packets = [*packets, *arrived(0.05)][-64:]

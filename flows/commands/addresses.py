@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -16,6 +16,11 @@ At = Annotated[tuple[str, ...], Parameter(negative=(), show_default=False, help=
 #: Option: the network card.
 Interface = Annotated[str | None, Parameter(show_default=False, help=(
     "Address of the network card by which multicast groups are reached (default: the system's choice)."))]
+
+
+def listening_to(addresses: Mapping[str, str]) -> str:
+    """The line that says where streams are listened to, by their names."""
+    return "Listening to " + ", ".join(f"{name} at {where}" for name, where in addresses.items())
 
 
 def addressed(known: Sequence[Stream], group: str | None, at: tuple[str, ...]) -> tuple[Stream, ...]:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.types import PositiveFloat, PositiveInt
 
-from flows.commands.addresses import At, Interface, addressed
+from flows.commands.addresses import At, Interface, addressed, listening_to
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.playing import AS_LEARNED, Learners, Seed, WhoPlays
-from flows.commands.printing import console, print_json
+from flows.commands.printing import console, print_json, say
 from flows.driving import drive
 from pipeline.live.driver import Colour, Job, Protocol, streams_of
 
@@ -56,16 +55,9 @@ def drive_robots(
     (entrant,), policies = learners.entrants(store, team)
     streams = addressed(streams_of(protocol, side), None, at)
 
-    def say(line: str) -> None:
-        sys.stderr.write(f"{line}\n")
-        sys.stderr.flush()
-
-    def listening(addresses: Mapping[str, str]) -> None:
-        say("Listening to " + ", ".join(f"{name} at {where}" for name, where in addresses.items()))
-
     done = drive(store, Job(
         protocol, side, entrant.settings, team, policies, robots, attacks, streams, interface, seconds, seed,
-    ), say=say, listening=listening)
+    ), say=say, listening=lambda addresses: say(listening_to(addresses)))
     if json:
         print_json({"file": None if done.file is None else str(done.file), "frames": done.frames,
                     "vision_lost": done.blind, "score": done.score, "seconds": round(done.seconds, 1)})

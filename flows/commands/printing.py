@@ -85,6 +85,12 @@ def console() -> Console:
     return Console(width=None if sys.stdout.isatty() else 200, markup=False, emoji=False)
 
 
+def say(line: str) -> None:
+    """A line on standard error at once, of a command that goes on for long."""
+    sys.stderr.write(f"{line}\n")
+    sys.stderr.flush()
+
+
 def print_failed(failures: Mapping[str, str], word: str = "failed") -> None:
     """Print what could not be done and why, a line each."""
     for what, why in failures.items():

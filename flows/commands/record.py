@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
@@ -12,7 +11,7 @@ from flows.catalog import renew
 from flows.commands.addresses import At, Interface, addressed
 from flows.commands.common import DEFAULTS, Common, Json, On
 from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Many, Playing, Seed, WhoPlays
-from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in
+from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in, say
 from flows.placement.pieces import spread
 from flows.placement.places import crew_at
 from flows.record import record_match
@@ -104,10 +103,6 @@ def _serve(
     store: Store, recipe: Recipe, policies: Mapping[str, PolicyTables], streams: Sequence[Stream],
     interface: str | None, *, json: bool,
 ) -> None:
-    def say(line: str) -> None:
-        sys.stderr.write(f"{line}\n")
-        sys.stderr.flush()
-
     done = simulate(
         store, recipe, policies, {stream.name: stream for stream in streams}, interface=interface, say=say,
         listening=lambda where: say(f"Commands at {where}. Ctrl-C ends the match"))

@@ -6,9 +6,9 @@ import sys
 
 from cyclopts.types import PositiveFloat
 
-from flows.commands.addresses import At, Interface, addressed
+from flows.commands.addresses import At, Interface, addressed, listening_to
 from flows.commands.common import DEFAULTS, Common, Json
-from flows.commands.printing import console, print_json
+from flows.commands.printing import console, print_json, say
 from flows.watching import Watched, watch
 from pipeline.packets.streams import LEAGUES, LeagueName, Stream
 
@@ -40,17 +40,13 @@ def watch_match(
     streams = addressed(LEAGUES[league], group, at)
     lines = sys.stderr.isatty()
 
-    def say(line: str) -> None:
+    def status(line: str) -> None:
+        """In a terminal each line takes the place of the one before."""
         sys.stderr.write(f"\r\x1b[K{line}" if lines else f"{line}\n")
         sys.stderr.flush()
 
-    def listening(addresses: dict[str, str]) -> None:
-        say("Listening to " + ", ".join(f"{name} at {where}" for name, where in addresses.items()))
-        if lines:
-            sys.stderr.write("\n")
-
-    found = watch(common.store, league, streams, interface=interface, seconds=seconds, say=say,
-                  listening=listening)
+    found = watch(common.store, league, streams, interface=interface, seconds=seconds, say=status,
+                  listening=lambda addresses: say(listening_to(addresses)))
     if lines:
         sys.stderr.write("\n")
     if json:

@@ -4,6 +4,7 @@
 sockets         packets from the network
 screening       which of them are sound, and why the others are not
 status          what they say, in a line
+referee         the words of SSL's game controller
 sight, whistle  the bodies, and whether play is on, as a team that drives sees them
 driver          a team that drives: see, decide, command, log
 remote          a team of ours that another program drives

@@ -14,6 +14,7 @@ from pipeline import matches as log
 from pipeline.arena.match.controllers import Controller, PolicyTables, controller_of
 from pipeline.arena.match.match import decisions_of, frames_of
 from pipeline.arena.match.recipe import Recipe, TeamSettings
+from pipeline.arena.physics.settings import PhysicsSettings
 from pipeline.arrays import F64
 from pipeline.bodies import see
 from pipeline.importers.packets import vsss
@@ -41,6 +42,8 @@ HZ = 60.0
 #: Robots stop when no vision came for so long, seconds.
 BLIND_S = 0.3
 _LOG_S = 1.0
+#: Between the wheels whose speeds a team decides.
+_AXLE_M = PhysicsSettings().axle
 #: Name of the team that we do not drive.
 _OTHER = "adversary"
 
@@ -105,8 +108,7 @@ def commands_of(job: Job, wheels: F64) -> bytes:
     if job.protocol == "vsss":
         return wheel_commands(Wheels(job.colour == "yellow", number, left, right)
                               for number, (left, right) in enumerate(wheels.tolist()))
-    axle = Recipe(home=job.team, away=job.team, seed=0).physics.axle
-    return robot_control((number, (left + right) / 2, (right - left) / axle)
+    return robot_control((number, (left + right) / 2, (right - left) / _AXLE_M)
                          for number, (left, right) in enumerate(wheels.tolist()))
 
 
@@ -121,9 +123,7 @@ def size_of_pitch(league: LeagueName, seen: Sequence[Packet]) -> dict[str, float
     sizes = geometry.sizes(batch, fields(batch.data, batch.start, batch.end)[0])
     if not sizes:
         return None
-    told = max(sizes, key=lambda size: sizes[size])
-    return {"length": told.length / 1000, "width": told.width / 1000, "goal_width": told.goal_width / 1000,
-            "goal_depth": told.goal_depth / 1000}
+    return max(sizes, key=lambda size: sizes[size]).metres()
 
 
 class Driver:

@@ -15,7 +15,7 @@ from pipeline.importers.ssl_logs import vision
 from pipeline.importers.ssl_logs.container import Batch
 from pipeline.live.screening import laid_out
 from pipeline.packets.recorder import Packet
-from pipeline.packets.streams import LEAGUES, LeagueName
+from pipeline.packets.streams import LeagueName, channels
 from pipeline.pitch import SCALES, Pitch
 
 #: Time constant of the filter that estimates velocities, seconds; that of the arena's camera.
@@ -97,7 +97,7 @@ class Sight:
 class _Vsss:
     def __init__(self, robots: int) -> None:
         self._robots = robots
-        self._vision = next(stream.channel for stream in LEAGUES["vsss"] if stream.name == "vision")
+        self._vision = channels("vsss")["vision"]
 
     def poses(self, packets: Sequence[Packet]) -> Iterable[tuple[int, F64]]:
         seen = [packet for packet in packets if packet.channel == self._vision][-1:]
@@ -119,7 +119,7 @@ class _Ssl:
 
     def __init__(self, robots: int) -> None:
         self._robots = robots
-        self._channels = {stream.name: stream.channel for stream in LEAGUES["ssl"]}
+        self._channels = channels("ssl")
 
     def poses(self, packets: Sequence[Packet]) -> Iterable[tuple[int, F64]]:
         kinds = (self._channels["vision"], self._channels["vision-2010"])

@@ -12,10 +12,11 @@ from pipeline.arrays import I64
 from pipeline.importers.packets import vsss
 from pipeline.importers.ssl_logs import fields as f
 from pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
-from pipeline.importers.ssl_logs.wire import fields, texts
+from pipeline.importers.ssl_logs.wire import fields
+from pipeline.live.referee import said_in
 from pipeline.live.screening import laid_out
 from pipeline.packets.recorder import Packet
-from pipeline.packets.streams import LEAGUES, LeagueName
+from pipeline.packets.streams import LeagueName, channels
 
 #: A number that rises by more is no loss but a camera, or a simulator, that began anew.
 _GAP = 1_000
@@ -98,7 +99,7 @@ class _Ssl:
         self._clock = ""
 
     def see(self, packets: Sequence[Packet]) -> None:
-        channel = {stream.name: stream.channel for stream in LEAGUES["ssl"]}
+        channel = channels("ssl")
         seen = [packet for packet in packets if packet.channel in (channel["vision"], channel["vision-2010"])]
         if seen:
             data, start, end = laid_out(seen)
@@ -114,24 +115,14 @@ class _Ssl:
             self._hear(told[-1])
 
     def _hear(self, packet: Packet) -> None:
-        data, start, end = laid_out([packet])
-        said, _ = fields(data, start, end)
-        word = {number: said.varints(number)[1] for number in (f.REFEREE_STAGE, f.REFEREE_COMMAND,
-                                                               f.REFEREE_TIME_LEFT)}
-        for team, number in enumerate((f.REFEREE_YELLOW, f.REFEREE_BLUE)):
-            span = said.spans(number)
-            own, _ = fields(data, span.value, span.end)
-            name, goals = own.spans(f.TEAM_NAME), own.varints(f.TEAM_SCORE)[1]
-            given = [text for text in texts(data, name.value, name.end) if text]
-            self._names[team] = given[-1].decode(errors="replace") if given else self._names[team]
-            self._score[team] = str(goals[-1]) if len(goals) else "?"
-        parts = [words[int(found[-1])].replace("_", " ").lower() for words, found in (
-            (STAGES, word[f.REFEREE_STAGE]), (COMMANDS, word[f.REFEREE_COMMAND]))
-            if len(found) and 0 <= found[-1] < len(words)]
-        left = word[f.REFEREE_TIME_LEFT]
-        if len(left):
-            seconds = int((left[-1] >> 1) ^ -(left[-1] & 1)) // 1_000_000
-            parts.append(f"{_clock(seconds)} left")
+        said = said_in(packet)
+        self._names = [name or before for name, before in zip(said.names, self._names, strict=True)]
+        self._score = ["?" if goals is None else str(goals) for goals in said.goals]
+        parts = [words[number].replace("_", " ").lower()
+                 for words, number in ((STAGES, said.stage), (COMMANDS, said.command))
+                 if number is not None and 0 <= number < len(words)]
+        if said.left_us is not None:
+            parts.append(f"{_clock(said.left_us // 1_000_000)} left")
         self._clock = ", ".join(parts)
 
     def says(self) -> str:
@@ -148,16 +139,14 @@ class _Vsss:
         self._state = ""
 
     def see(self, packets: Sequence[Packet]) -> None:
-        channel = {stream.name: stream.channel for stream in LEAGUES["vsss"]}
+        channel = channels("vsss")
         seen = [packet for packet in packets if packet.channel == channel["vision"]]
         if seen:
             found = vsss.environments(*laid_out(seen))
             steps = np.nan_to_num(found.frames[:, vsss.STEP]).astype(np.int64)
             self._frames.add((packet.t_ns for packet in seen), np.zeros_like(steps), steps)
-            goals = found.frames[-1:, [vsss.BLUE_GOALS, vsss.YELLOW_GOALS]]
-            if np.isfinite(goals).any():
-                blue, yellow = np.nan_to_num(goals[0]).astype(int).tolist()
-                self._score = (str(blue), str(yellow))
+            if (score := vsss.score(found)) is not None:
+                self._score = (str(score[0]), str(score[1]))
         told = [packet for packet in packets if packet.channel == channel["referee"]]
         if told:
             data, start, end = laid_out(told)

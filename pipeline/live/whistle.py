@@ -7,12 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.importers.packets import vsss
-from pipeline.importers.ssl_logs import fields as f
 from pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
-from pipeline.importers.ssl_logs.wire import fields
+from pipeline.live.referee import said_in
 from pipeline.live.screening import laid_out
 from pipeline.packets.recorder import Packet
-from pipeline.packets.streams import LEAGUES, LeagueName
+from pipeline.packets.streams import LeagueName, channels
 
 #: Commands after which SSL's robots may play: the ball is in play, or a side may bring it there.
 _PLAY = {COMMANDS.index(word) for word in (
@@ -37,7 +36,7 @@ class Whistle:
         self.playing = True
         self.half = 1
         self.score: tuple[int, int] | None = None
-        self._channels = {stream.name: stream.channel for stream in LEAGUES[league]}
+        self._channels = channels(league)
         self._league = league
 
     def hear(self, packets: Sequence[Packet]) -> None:
@@ -55,21 +54,12 @@ class Whistle:
                 self.half = 2 if command.half >= 2 else 1
         seen = [packet for packet in packets if packet.channel == self._channels["vision"]]
         if seen:
-            goals = vsss.environments(*laid_out(seen[-1:])).frames[:, [vsss.BLUE_GOALS, vsss.YELLOW_GOALS]]
-            if np.isfinite(goals).any():
-                blue, yellow = np.nan_to_num(goals[-1]).astype(int).tolist()
-                self.score = (blue, yellow)
+            self.score = vsss.score(vsss.environments(*laid_out(seen[-1:]))) or self.score
 
     def _ssl(self, packet: Packet) -> None:
-        data, start, end = laid_out([packet])
-        said, _ = fields(data, start, end)
-        stage, command = (said.varints(number)[1] for number in (f.REFEREE_STAGE, f.REFEREE_COMMAND))
-        self.playing = bool(len(command)) and int(command[-1]) in _PLAY
-        self.half = 2 if len(stage) and int(stage[-1]) >= _SECOND else 1
-        goals = []
-        for number in (f.REFEREE_BLUE, f.REFEREE_YELLOW):
-            span = said.spans(number)
-            _, score = fields(data, span.value, span.end)[0].varints(f.TEAM_SCORE)
-            goals += score[-1:].tolist()
-        if len(goals) == 2:
-            self.score = (goals[0], goals[1])
+        said = said_in(packet)
+        self.playing = said.command in _PLAY
+        self.half = 2 if said.stage is not None and said.stage >= _SECOND else 1
+        yellow, blue = said.goals
+        if yellow is not None and blue is not None:
+            self.score = (blue, yellow)

@@ -47,6 +47,11 @@ assert set(LEAGUES) == set(get_args(LeagueName))
 LARGEST = 65_507
 
 
+def channels(league: LeagueName) -> dict[str, int]:
+    """Channel of each stream of a league, by its name."""
+    return {stream.name: stream.channel for stream in LEAGUES[league]}
+
+
 def topic(league: LeagueName, stream: Stream) -> str:
     """Topic of a stream in a recording."""
     return f"/{league}/{stream.name}"

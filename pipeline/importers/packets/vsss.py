@@ -26,7 +26,7 @@ from pipeline.importers.tracking.match import match_of
 from pipeline.matches.frame import MatchLog
 from pipeline.matches.quality import Flaw
 from pipeline.packets.recording import Recording
-from pipeline.packets.streams import LEAGUES
+from pipeline.packets.streams import channels
 from pipeline.pitch import Kind
 from schemas import SIDES
 
@@ -90,6 +90,15 @@ def environments(data: U8, start: I64, end: I64) -> Environments:
     return Environments(sound, frames, np.concatenate(([0], np.cumsum(counts))), bodies[kept])
 
 
+def score(found: Environments) -> tuple[int, int] | None:
+    """Goals of blue and of yellow in the last frame; None if it counts none."""
+    goals = found.frames[-1:, [BLUE_GOALS, YELLOW_GOALS]]
+    if not np.isfinite(goals).any():
+        return None
+    blue, yellow = np.nan_to_num(goals[0]).astype(int).tolist()  # what is 0 need not be sent
+    return blue, yellow
+
+
 class Said(NamedTuple):
     """A command of the referee.
 
@@ -148,7 +157,7 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
 
 def _table(source: SourceFile) -> tuple[pl.DataFrame, dict[str, object], int, datetime]:
     """The recording as a tracking table of the plain form, its pitch, packets lost, and when it began."""
-    channel = {stream.name: stream.channel for stream in LEAGUES["vsss"]}
+    channel = channels("vsss")
     parts, times, said, lost = [], [], list[Said](), 0
     for packets in Recording(source.content, source.name).packets():
         seen = packets.channel == channel["vision"]

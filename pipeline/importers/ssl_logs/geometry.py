@@ -30,6 +30,10 @@ class Size(NamedTuple):
     goal_width: int
     goal_depth: int
 
+    def metres(self) -> dict[str, float]:
+        """The same lengths by their names in ``Pitch``, metres."""
+        return {name: length / 1000 for name, length in self._asdict().items()}
+
 
 def sizes(batch: Batch, packets: Fields) -> Counter[Size]:
     """The sizes that a batch of vision packets gives, and how often; those that no pitch has are left out.

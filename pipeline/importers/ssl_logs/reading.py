@@ -128,9 +128,7 @@ def _told_pitch(found: Survey, given: PitchMap) -> Pitch | None:
         base, _ = guess_pitch(np.array([given.length / 2]), PitchMap(kind=Kind.SSL), corner=False)
         return _with(base, given)
     size = max(found.sizes, key=lambda size: (found.sizes[size], size))
-    told = Pitch(kind=Kind.SSL, length=size.length / 1000, width=size.width / 1000,
-                 goal_width=size.goal_width / 1000, goal_depth=size.goal_depth / 1000)
-    return _with(told, given)
+    return _with(Pitch(kind=Kind.SSL, **size.metres()), given)
 
 
 def _guessed_pitch(frames: Frames, given: PitchMap) -> Pitch:

@@ -13,7 +13,7 @@ from pipeline.studies.document import code, interval, number, picture, table
 from pipeline.studies.seasons.claims import ABLATION, AIM, BEST, IN_GAMES, LATE, LEAST_SEASONS, PAPER, STATIC
 from pipeline.studies.seasons.measures import CONTROLS, distinct
 from pipeline.studies.seasons.preferences import side_by_side
-from pipeline.studies.seasons.sections import about_kick_offs, about_sensitivity
+from pipeline.studies.seasons.sections import about_kick_offs, about_sensitivity, cell, estimates
 from pipeline.studies.seasons.sensitivity import varied
 from pipeline.studies.seasons.settings import named
 from pipeline.studies.seasons.summary import (
@@ -316,23 +316,11 @@ def _with_intervals(rows: pl.DataFrame, first: tuple[str, ...], last: tuple[str,
     scaled = rows.with_columns(
         pl.col(f"{name}{end}") * factor
         for name, (_, factor) in names.items() for end in ("", "_low", "_high"))
-    cells = [
-        (*(_cell(row[name]) for name in first),
-         *(interval(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in names),
-         *(_cell(row[name]) for name in last))
-        for row in scaled.iter_rows(named=True)
-    ]
-    head = (*first, *(label for label, _ in names.values()), *last)
-    right = (*(rows.schema[name].is_numeric() for name in first), *[True] * len(names), *[False] * len(last))
-    return table(head, cells, right)
+    return estimates(scaled, {name: label for name, (label, _) in names.items()}, first, last)
 
 
 def _renamed(rows: pl.DataFrame, names: Mapping[str, str]) -> str:
     """Table of the rows, some columns under other names."""
     head = [names.get(name, name) for name in rows.columns]
-    cells = [[_cell(value) for value in row] for row in rows.iter_rows()]
+    cells = [[cell(value) for value in row] for row in rows.iter_rows()]
     return table(head, cells, [dtype.is_numeric() for dtype in rows.dtypes])
-
-
-def _cell(value: str | float | None) -> str:
-    return called(value) if isinstance(value, str) else number(value)

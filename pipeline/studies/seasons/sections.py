@@ -25,7 +25,7 @@ def about_kick_offs(games: pl.DataFrame) -> Iterator[str]:
         "actions. Robots decide anew at each kick-off and other restart; the first second after one is "
         "counted by itself. A state is of one role. The correlation is of the share with goals + 1, the "
         "number of kick-offs after goals and at the start.")
-    yield _estimates(rows, kickoffs.HEADINGS, ("opponent", "seasons", "first", "last"))
+    yield estimates(rows, kickoffs.HEADINGS, ("opponent", "seasons", "first", "last"))
     yield " ".join((*conclusions(rows), NOT_TOLD))
 
 
@@ -41,15 +41,24 @@ def about_sensitivity(games: pl.DataFrame, growth: pl.DataFrame) -> Iterator[str
     said = variations()
     told = rows["settings"].unique().sort()
     yield "\n".join(f"- `{name}`: {said[name]}" for name in told if name in said)
-    yield _estimates(rows.drop("games"), HEADINGS, ("opponent", "settings", "seasons"))
+    yield estimates(rows.drop("games"), HEADINGS, ("opponent", "settings", "seasons"))
 
 
-def _estimates(rows: pl.DataFrame, headings: Mapping[str, str], first: tuple[str, ...]) -> str:
-    """Table of the ``first`` columns and of those that ``headings`` names, which have intervals."""
+def estimates(
+    rows: pl.DataFrame, headings: Mapping[str, str], first: tuple[str, ...], last: tuple[str, ...] = ()
+) -> str:
+    """Table of the ``first`` columns, those with intervals that ``headings`` names, and the ``last``."""
     cells = [
-        (*(called(row[name]) if isinstance(row[name], str) else number(row[name]) for name in first),
-         *(interval(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in headings))
+        (*(cell(row[name]) for name in first),
+         *(interval(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in headings),
+         *(cell(row[name]) for name in last))
         for row in rows.iter_rows(named=True)
     ]
-    right = (*(rows.schema[name].is_numeric() for name in first), *[True] * len(headings))
-    return table((*first, *headings.values()), cells, right)
+    numbers = (rows.schema[name].is_numeric() for name in first)
+    right = (*numbers, *[True] * len(headings), *[False] * len(last))
+    return table((*first, *headings.values(), *last), cells, right)
+
+
+def cell(value: str | float | None) -> str:
+    """A name or a number, as tables of the report show it."""
+    return called(value) if isinstance(value, str) else number(value)
