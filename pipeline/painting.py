@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from PIL import Image, ImageDraw, ImageFont
 
-from pipeline.pitch import SCALES, Pitch
+from pipeline.pitch import SCALES, Kind, Pitch
 
 #: A picture to paint on, RGB.
 Canvas = Image.Image
@@ -26,6 +26,8 @@ TEAMS: dict[str, Colour] = {"home": (63, 158, 230), "away": (240, 138, 60)}
 
 #: Pixels at a zoom of 1: the margin at both sides, and the height of names and score.
 MARGIN, HEAD = 8, 50
+#: Pixels at a zoom of 1: a line of a list of robots, and the space above and below the list.
+LINE, FOOT = 16, 6
 #: Factor by which a part of a picture is painted larger before it is reduced, which smooths edges.
 _FINE = 3
 #: Colours of a film's palette, and number of pictures that it is made from.
@@ -46,6 +48,15 @@ class Markings(NamedTuple):
     areas: tuple[Point, ...]
     corner: float
     marks: tuple[Point, ...]
+
+
+#: As on the replay's page (``draw.js``).
+MARKINGS = {
+    Kind.VSSS: Markings(0.2, ((0.15, 0.7),), 0.07, ((0.375, 0.0), (0.375, 0.4), (0.375, -0.4))),
+    Kind.SSL: Markings(0.5, ((1.8, 3.6),), 0.0, ()),
+    Kind.SIM2D: Markings(9.15, ((16.5, 40.32), (5.5, 18.32)), 0.0, ((41.5, 0.0),)),
+    Kind.HUMAN: Markings(9.15, ((16.5, 40.32), (5.5, 18.32)), 0.0, ((41.5, 0.0),)),
+}
 
 
 class Robot(NamedTuple):
@@ -222,6 +233,48 @@ class Painter:
             for (team, x, anchor), name, note in zip(sides, self._names, moment.notes, strict=True):
                 brush.write(name, (x, 20 * zoom), 17 * zoom, TEAMS[team], anchor, middle - 50 * zoom)
                 brush.write(note, (x, 38 * zoom), 8 * zoom, MUTED, anchor)
+
+
+class ListPainter:
+    """Paints pictures of one match, and under the pitch the situation of each robot.
+
+    Args:
+        pitch: pitch of the match.
+        names: names of home and away.
+        size: width and height of the picture, pixels.
+        foot: height under the pitch, pixels, which the list is in.
+        zoom: factor of all but the pitch.
+    """
+
+    def __init__(
+        self, pitch: Pitch, names: tuple[str, str], size: tuple[int, int], foot: float, *, zoom: float = 1.0
+    ) -> None:
+        self._size, self._top, self._zoom = size, size[1] - foot, zoom
+        self._lines = int((foot / zoom - 2 * FOOT) / LINE + 1e-6)
+        square = pitch.kind is Kind.VSSS
+        self._painter = Painter(pitch, MARKINGS[pitch.kind], names, size, foot, square=square, zoom=zoom)
+
+    def paint(self, moment: Snapshot) -> Canvas:
+        """The moment; robots for whom there is no line are not listed."""
+        picture, zoom = self._painter.paint(moment), self._zoom
+        if not self._lines:
+            return picture
+        middle = self._size[0] / 2
+        with part(picture, (0, self._top), self._size) as brush:
+            for team, left in (("home", MARGIN * zoom), ("away", middle + MARGIN / 2 * zoom)):
+                mine = [robot for robot in moment.robots if robot.team == team]
+                for line, robot in enumerate(mine[:self._lines]):
+                    self._list(brush, robot, left, self._top + (FOOT + (line + 0.5) * LINE) * zoom)
+        return picture
+
+    def _list(self, brush: Brush, robot: Robot, left: float, middle: float) -> None:
+        """Number and situation of a robot."""
+        zoom = self._zoom
+        corners = (left, middle - 6 * zoom), (left + 14 * zoom, middle + 6 * zoom)
+        brush.box(*corners, TEAMS[robot.team], radius=3 * zoom)
+        brush.write(str(robot.number), (left + 7 * zoom, middle), 9 * zoom, WHITE)
+        room = self._size[0] / 2 - (MARGIN + 22) * zoom
+        brush.write(robot.doing, (left + 19 * zoom, middle), 10.5 * zoom, INK, "lm", room)
 
 
 class Brush(NamedTuple):

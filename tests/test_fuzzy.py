@@ -14,7 +14,7 @@ from pipeline.pitch import SCALES, Kind
 from pipeline.situations import fuzzy, signals
 from pipeline.situations.conditions import compile_conditions, execute
 from pipeline.situations.fuzzy import Trapezoid, Variable
-from pipeline.situations.recognise import ROUNDING
+from pipeline.situations.matching import ROUNDING
 from pipeline.situations.rulebook import variable_of
 from pipeline.situations.rules import MACROS, RULES
 

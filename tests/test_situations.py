@@ -438,7 +438,7 @@ class TestProperties:
         table, _ = trajectories(imported(RSIM), TrajectorySettings())
         clip = table.filter(pl.col("t_ns") < 30 * 10**9)
         whole = recognise(clip, VSSS, DEFAULT)
-        monkeypatch.setattr("pipeline.situations.recognise.REGISTERS", 3_000)
+        monkeypatch.setattr("pipeline.situations.matching.REGISTERS", 3_000)
         assert_frame_equal(whole, recognise(clip, VSSS, DEFAULT))
 
 

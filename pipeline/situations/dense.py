@@ -1,9 +1,10 @@
-"""A match as dense arrays: every robot and the ball at every sample."""
+"""A match, or the next part of it, as dense arrays: every robot and the ball at every sample."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -25,6 +26,8 @@ STILL = 0.05
 _JOLT_NS = 50_000_000
 #: Longest time between samples for that; a longer one begins anew.
 _JOLT_LONGEST_NS = 200_000_000
+#: No jolt or gain depends on samples from longer before: the peak's window, and two velocities.
+_JOLT_REACH_NS = _JOLT_NS + 2 * (_JOLT_NS + _JOLT_LONGEST_NS)
 #: Share of its velocity that the ball may lose or gain by rolling and noise within that time. rcssserver's
 #: ball loses 6 % a cycle (ball_decay) and is put off by up to 5 % (ball_rand).
 _ROLLING = 0.1
@@ -58,64 +61,115 @@ class DenseMatch:
 
 
 def dense_match(trajectories: pl.DataFrame, scales: Scales) -> DenseMatch:
-    """The dense arrays of a table of trajectories.
+    """The dense arrays of a whole match; arguments and errors are those of :meth:`Densifier.take`."""
+    return Densifier(scales).take(trajectories)
 
-    A row counts as a missing body if it is suspect, its position is not finite, or a robot has no role.
+
+class Densifier:
+    """Makes the dense arrays of a match that comes part by part.
+
+    The arrays of the parts, put together, are those of the whole match, however it is parted.
 
     Args:
-        trajectories: rows of schema Trajectories of one match, sorted as it says; not empty. It may have a
-            column z, the ball's height, metres, null where not known.
         scales: distances and speeds of the kind of match.
-
-    Raises:
-        SchemaMismatch: if a body's rows are not together and in order of time.
     """
-    sample, samples = _samples(trajectories["frame"].to_numpy())
-    bodies = dict(_bodies(trajectories, sample))
-    t_ns = np.empty(samples, dtype=np.int64)
-    t_ns[sample] = trajectories["t_ns"].to_numpy()
-    segment = np.empty(samples, dtype=np.int32)
-    segment[sample] = trajectories["segment"].fill_null(-1).to_numpy()
 
-    x, y, theta, vx, vy = (
-        trajectories[name].to_numpy().astype(np.float64) for name in ("x", "y", "theta", "vx", "vy")
-    )
-    roles = trajectories["role"].to_physical().cast(pl.Int8).fill_null(-1).to_numpy()
-    is_ball = (trajectories["team"] == BALL).to_numpy()
-    usable = np.isfinite(x) & np.isfinite(y) & ~trajectories["suspect"].to_numpy() & (is_ball | (roles >= 0))
+    def __init__(self, scales: Scales) -> None:
+        self._scales = scales
+        self._segment = -1
+        self._direction = np.full(2, np.nan)
+        self._moved: dict[tuple[int, int], F64] = {}
+        self._roles: dict[tuple[int, int], int] = {}
+        self._rolled = _Rolled(np.empty(0), np.empty(0), np.empty(0, np.int64), np.empty(0, np.int32))
 
-    still = STILL * scales.speed
-    ball = np.full((8, samples), np.nan)
-    ball[7] = 0.0
-    robots = [body for body in bodies if body[0] != BODIES.index(BALL)]
-    poses = np.full((7, len(robots), samples), np.nan)
-    present = np.zeros((len(robots), samples), dtype=np.bool_)
-    role = np.full((len(robots), samples), -1, dtype=np.int8)
-    for body, rows in bodies.items():
-        keep = usable[rows]
-        at = sample[rows][keep]
-        motion = (x[rows][keep], y[rows][keep], vx[rows][keep], vy[rows][keep])
-        if body in robots:
-            row = robots.index(body)
-            present[row, at] = True
-            role[row, at] = roles[rows][keep]
-            _carry(role[row])
-            heading = theta[rows][keep]
-            if scales.heads_as_it_moves:
-                heading = headings(heading, motion[2], motion[3], still)
-            _pose(*motion, heading, at, still, scales.omnidirectional, poses[:, row])
-        else:
-            _ball(*motion, at, segment, still, ball)
-            jolts(motion[0], motion[1], t_ns[at], segment[at], at, ball)
-            if "z" in trajectories.columns:
-                z = trajectories["z"].fill_null(0.0).to_numpy().astype(np.float64)
-                ball[7, at] = np.maximum(z[rows][keep] - scales.reach, 0.0)
-    return DenseMatch(
-        t_ns=t_ns, segment=segment,
-        team=np.array([team - BODIES.index("home") for team, _ in robots], dtype=np.int8),
-        robot=np.array([robot for _, robot in robots], dtype=np.int64),
-        present=present, role=role, poses=poses, ball=ball,
-    )
+    def take(self, trajectories: pl.DataFrame) -> DenseMatch:
+        """The dense arrays of the next part, of those robots that have a row in it.
+
+        A row counts as a missing body if it is suspect, its position is not finite, or a robot has no role.
+
+        Args:
+            trajectories: rows of schema Trajectories of one match, sorted as it says; not empty, and later
+                than all before. It may have a column z, the ball's height, metres, null where not known.
+
+        Raises:
+            SchemaMismatch: if a body's rows are not together and in order of time.
+        """
+        scales = self._scales
+        sample, samples = _samples(trajectories["frame"].to_numpy())
+        bodies = dict(_bodies(trajectories, sample))
+        t_ns = np.empty(samples, dtype=np.int64)
+        t_ns[sample] = trajectories["t_ns"].to_numpy()
+        segment = np.empty(samples, dtype=np.int32)
+        segment[sample] = trajectories["segment"].fill_null(-1).to_numpy()
+
+        x, y, theta, vx, vy = (
+            trajectories[name].to_numpy().astype(np.float64) for name in ("x", "y", "theta", "vx", "vy")
+        )
+        roles = trajectories["role"].to_physical().cast(pl.Int8).fill_null(-1).to_numpy()
+        is_ball = (trajectories["team"] == BALL).to_numpy()
+        usable = np.isfinite(x) & np.isfinite(y) & (is_ball | (roles >= 0))
+        usable &= ~trajectories["suspect"].to_numpy()
+
+        still = STILL * scales.speed
+        ball = np.full((8, samples), np.nan)
+        ball[7] = 0.0
+        robots = [body for body in bodies if body[0] != BODIES.index(BALL)]
+        poses = np.full((7, len(robots), samples), np.nan)
+        present = np.zeros((len(robots), samples), dtype=np.bool_)
+        role = np.full((len(robots), samples), -1, dtype=np.int8)
+        at, motion = np.empty(0, np.int64), (np.empty(0),) * 4
+        for body, rows in bodies.items():
+            keep = usable[rows]
+            here = sample[rows][keep]
+            moves = (x[rows][keep], y[rows][keep], vx[rows][keep], vy[rows][keep])
+            if body in robots:
+                row = robots.index(body)
+                present[row, here] = True
+                role[row, here] = roles[rows][keep]
+                _carry(role[row], self._roles.get(body, -1))
+                self._roles[body] = int(role[row, -1])
+                heading = theta[rows][keep]
+                if scales.heads_as_it_moves:
+                    last = self._moved.setdefault(body, np.full(1, np.nan))
+                    heading = headings(heading, moves[2], moves[3], still, last)
+                _pose(*moves, heading, here, still, scales.omnidirectional, poses[:, row])
+            else:
+                at, motion = here, moves
+                if "z" in trajectories.columns:
+                    z = trajectories["z"].fill_null(0.0).to_numpy().astype(np.float64)
+                    ball[7, at] = np.maximum(z[rows][keep] - scales.reach, 0.0)
+        _ball(*motion, at, segment, self._segment, self._direction, still, ball)
+        self._segment = int(segment[-1])
+        self._jolts(_Rolled(motion[0], motion[1], t_ns[at], segment[at]), at, ball)
+        return DenseMatch(
+            t_ns=t_ns, segment=segment,
+            team=np.array([team - BODIES.index("home") for team, _ in robots], dtype=np.int8),
+            robot=np.array([robot for _, robot in robots], dtype=np.int64),
+            present=present, role=role, poses=poses, ball=ball,
+        )
+
+    def _jolts(self, part: _Rolled, at: I64, ball: F64) -> None:
+        """Fill the rows of jolt and gain in the columns ``at`` of ``ball``, where the ball is seen."""
+        last = self._rolled
+        before = len(last.x)
+        rolled = _Rolled(
+            np.concatenate((last.x, part.x)), np.concatenate((last.y, part.y)),
+            np.concatenate((last.t_ns, part.t_ns)), np.concatenate((last.segment, part.segment)),
+        )
+        found = jolts(*rolled)
+        ball[5:7, at] = found[:, before:]
+        if len(rolled.t_ns):
+            recent = rolled.t_ns >= rolled.t_ns[-1] - _JOLT_REACH_NS
+            self._rolled = _Rolled(*(column[recent] for column in rolled))
+
+
+class _Rolled(NamedTuple):
+    """Samples of the ball: x and y, metres, time and segment, [n] each."""
+
+    x: F64
+    y: F64
+    t_ns: I64
+    segment: I32
 
 
 def _samples(frame: npt.NDArray[np.uint32]) -> tuple[I64, int]:
@@ -143,15 +197,16 @@ def _bodies(trajectories: pl.DataFrame, sample: I64) -> Iterator[tuple[tuple[int
 
 
 @numba.njit(cache=True, nogil=True)
-def _carry(role: I8) -> None:
-    """Fill unknown roles with the last known one, in place."""
-    for k in range(1, len(role)):
+def _carry(role: I8, last: int) -> None:
+    """Fill unknown roles with the last known one, in place; ``last`` is that of before."""
+    for k in range(len(role)):
         if role[k] < 0:
-            role[k] = role[k - 1]
+            role[k] = last
+        last = role[k]
 
 
 @numba.njit(cache=True, nogil=True)
-def headings(theta: F64, vx: F64, vy: F64, still: float) -> F64:
+def headings(theta: F64, vx: F64, vy: F64, still: float, last: F64) -> F64:
     """Headings of a body, float64 [n]; where one is not known it is the direction of motion.
 
     While the body is slower than ``still`` it keeps the last direction in which it moved. The heading is NaN
@@ -162,14 +217,14 @@ def headings(theta: F64, vx: F64, vy: F64, still: float) -> F64:
         vx: [n], m/s; NaN where not known.
         vy: [n], the same.
         still: speed below which there is no direction of motion, m/s.
+        last: [1], last direction in which it moved, NaN before; changed.
     """
     out = theta.copy()
-    last = np.nan
     for i in range(len(theta)):
         if vx[i] * vx[i] + vy[i] * vy[i] >= still * still:
-            last = np.arctan2(vy[i], vx[i])
+            last[0] = np.arctan2(vy[i], vx[i])
         if np.isnan(theta[i]):
-            out[i] = last
+            out[i] = last[0]
     return out
 
 
@@ -194,26 +249,32 @@ def _pose(
 
 
 @numba.njit(cache=True, nogil=True)
-def _ball(x: F64, y: F64, vx: F64, vy: F64, at: I64, segment: I32, still: float, out: F64) -> None:
+def _ball(
+    x: F64, y: F64, vx: F64, vy: F64, at: I64, segment: I32, before: int, direction: F64, still: float,
+    out: F64,
+) -> None:
     """Fill columns ``at`` [n] of ``out`` [8, T] with x, y, speed, and cos and sin of the direction of travel.
 
-    While the ball is still, its last direction of the segment is held.
+    While the ball is still, its last direction of the segment is held: ``direction`` [2], which is changed.
+    The sample before the first one is of the segment ``before``.
     """
-    cos, sin = np.nan, np.nan
-    for i in range(len(x)):
-        k = at[i]
-        for j in range(at[i - 1] if i > 0 else k, k):
-            if segment[j + 1] != segment[j]:
-                cos, sin = np.nan, np.nan
+    i = 0
+    for k in range(len(segment)):
+        if segment[k] != before:
+            direction[:] = np.nan
+        before = segment[k]
+        if i == len(at) or at[i] != k:
+            continue
         speed = np.sqrt(vx[i] * vx[i] + vy[i] * vy[i])
         if speed >= still:
-            cos, sin = vx[i] / speed, vy[i] / speed
-        out[0, k], out[1, k], out[2, k], out[3, k], out[4, k] = x[i], y[i], speed, cos, sin
+            direction[0], direction[1] = vx[i] / speed, vy[i] / speed
+        out[0, k], out[1, k], out[2, k], out[3, k], out[4, k] = x[i], y[i], speed, direction[0], direction[1]
+        i += 1
 
 
 @numba.njit(cache=True, nogil=True)
-def jolts(x: F64, y: F64, t_ns: I64, segment: I32, at: I64, out: F64) -> None:
-    """Fill rows 5 and 6 of columns ``at`` [n] of ``out`` [8, T]: jolt and gain of the ball, m/s.
+def jolts(x: F64, y: F64, t_ns: I64, segment: I32) -> F64:
+    """Jolt and gain of the ball, m/s, float64 [2, n], at its n samples.
 
     The velocity after is the slope of the least-squares line through the samples of the last
     ``_JOLT_NS``, at least two. The velocity before is that of the samples before them. The jolt is the
@@ -224,6 +285,7 @@ def jolts(x: F64, y: F64, t_ns: I64, segment: I32, at: I64, out: F64) -> None:
     """
     begin = 0
     sizes, gains = np.zeros(len(x)), np.zeros(len(x))
+    out = np.zeros((2, len(x)))
     for i in range(len(x)):
         if segment[i] != segment[begin] or (i > 0 and t_ns[i] - t_ns[i - 1] > _JOLT_LONGEST_NS):
             begin = i
@@ -233,7 +295,6 @@ def jolts(x: F64, y: F64, t_ns: I64, segment: I32, at: I64, out: F64) -> None:
         first = middle
         while first > begin and (first == middle or t_ns[middle] - t_ns[first] < _JOLT_NS - 1000):
             first -= 1
-        out[5, at[i]] = out[6, at[i]] = 0.0
         if middle == i or first == middle:
             continue
         vx, vy = _slope(x, t_ns, middle, i), _slope(y, t_ns, middle, i)
@@ -245,7 +306,8 @@ def jolts(x: F64, y: F64, t_ns: I64, segment: I32, at: I64, out: F64) -> None:
         while j >= begin and t_ns[i] - t_ns[j] <= _JOLT_NS + 1000:
             peak = j if sizes[j] > sizes[peak] else peak
             j -= 1
-        out[5, at[i]], out[6, at[i]] = sizes[i], gains[peak]
+        out[0, i], out[1, i] = sizes[i], gains[peak]
+    return out
 
 
 @numba.njit(cache=True, nogil=True)

@@ -54,6 +54,11 @@ RULE = np.dtype([
 ])
 
 
+def nanoseconds(seconds: float) -> int:
+    """Whole nanoseconds."""
+    return round(seconds * 1e9)
+
+
 class Samples(NamedTuple):
     """The samples of one robot in play, k = 0, 1, … N - 1.
 
@@ -70,6 +75,31 @@ class Samples(NamedTuple):
     until_ns: I64
     piece: I64
     fresh: Bools
+
+    @classmethod
+    def of(cls, place: I64, t_ns: I64, fresh: Bools, times: I64, median_ns: I64) -> Samples:
+        """The samples of a robot, with their ends.
+
+        A sample lasts until the next one of its piece. The last of a piece lasts for the median interval, at
+        most until the match's next sample.
+
+        Args:
+            place: int64 [N], as above.
+            t_ns: int64 [N], as above.
+            fresh: bool [N], as above.
+            times: int64 [T], times of the match's samples.
+            median_ns: int64 [T], median interval where each of them is.
+        """
+        follows = np.append(times, np.iinfo(np.int64).max)[place + 1]
+        until_ns = np.minimum(t_ns + median_ns[place], follows)
+        goes_on = ~fresh[1:]
+        until_ns[:-1][goes_on] = t_ns[1:][goes_on]
+        return cls(place, t_ns, until_ns, np.cumsum(fresh), fresh)
+
+
+def comes_back(place: I64, t_ns: I64, flicker_s: float) -> Bools:
+    """Whether a robot was away for longer than ``flicker_s`` before samples 1 to N - 1, bool [N - 1]."""
+    return (np.diff(place) > 1) & (np.diff(t_ns) > nanoseconds(flicker_s) + CLOCK_NS)
 
 
 class Gaps(NamedTuple):

@@ -9,8 +9,8 @@ import polars as pl
 
 from pipeline import painting
 from pipeline.errors import BadSettings, NotFound
-from pipeline.painting import Markings, Painter, Robot, Snapshot, clock, gif
-from pipeline.pitch import Kind, Pitch
+from pipeline.painting import ListPainter, Robot, Snapshot, clock, gif
+from pipeline.pitch import Pitch
 
 #: GIF counts in hundredths of a second: 12.5 pictures a second.
 STEP_MS = 80
@@ -22,17 +22,7 @@ LONGEST_S = 120.0
 _STALE_NS, _TRAIL_NS, _GOAL_NS = 500_000_000, 700_000_000, 1_600_000_000
 #: Most robots a side whose situations are listed.
 _LISTED = 5
-#: Pixels: a line of the list, and the space above and below the list.
-_LINE, _FOOT = 16, 6
 _NS = 1_000_000_000
-
-#: As on the replay's page (``draw.js``).
-MARKINGS = {
-    Kind.VSSS: Markings(0.2, ((0.15, 0.7),), 0.07, ((0.375, 0.0), (0.375, 0.4), (0.375, -0.4))),
-    Kind.SSL: Markings(0.5, ((1.8, 3.6),), 0.0, ()),
-    Kind.SIM2D: Markings(9.15, ((16.5, 40.32), (5.5, 18.32)), 0.0, ((41.5, 0.0),)),
-    Kind.HUMAN: Markings(9.15, ((16.5, 40.32), (5.5, 18.32)), 0.0, ((41.5, 0.0),)),
-}
 
 
 def animation(
@@ -115,23 +105,7 @@ def _pictures(moments: Sequence[Snapshot], pitch: Pitch, names: tuple[str, str])
                 for team in ("home", "away"))
     lines = lines if lines <= _LISTED else 0
     grass = pitch.width * (WIDTH - 2 * painting.MARGIN) / (pitch.length + 2 * pitch.goal_depth)
-    top = painting.HEAD + grass + _FOOT
-    size = (WIDTH, math.ceil(top + lines * _LINE + _FOOT))
-    painter = Painter(pitch, MARKINGS[pitch.kind], names, size, size[1] - painting.HEAD - grass,
-                      square=pitch.kind is Kind.VSSS)
-    for moment in moments:
-        picture = painter.paint(moment)
-        with painting.part(picture, (0, top), size) as brush:
-            for team, left in (("home", painting.MARGIN), ("away", (WIDTH + painting.MARGIN) / 2)):
-                mine = [robot for robot in moment.robots if robot.team == team]
-                for line, robot in enumerate(mine[:lines]):
-                    _list(brush, robot, left, top + (line + 0.5) * _LINE)
-        yield picture
-
-
-def _list(brush: painting.Brush, robot: Robot, left: float, middle: float) -> None:
-    """Number and situation of a robot."""
-    brush.box((left, middle - 6), (left + 14, middle + 6), painting.TEAMS[robot.team], radius=3)
-    brush.write(str(robot.number), (left + 7, middle), 9, painting.WHITE)
-    room = WIDTH / 2 - painting.MARGIN - 22
-    brush.write(robot.doing, (left + 19, middle), 10.5, painting.INK, "lm", room)
+    top = painting.HEAD + grass
+    size = (WIDTH, math.ceil(top + lines * painting.LINE + 2 * painting.FOOT))
+    painter = ListPainter(pitch, names, size, size[1] - top)
+    return map(painter.paint, moments)
