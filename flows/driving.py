@@ -15,7 +15,8 @@ from flows.interrupt import until_stopped
 from flows.matches import INBOX, PLAYING
 from pipeline.arrays import F64
 from pipeline.importers.source import slug
-from pipeline.live.driver import Driver, Job, commands_of, size_of_pitch
+from pipeline.live.driver import Driver, Job, commands_of
+from pipeline.live.frames import pitch_of
 from pipeline.live.screening import Screen
 from pipeline.live.sockets import Receiver, Sender
 from pipeline.packets.recorder import Packet
@@ -108,17 +109,13 @@ def _pitch(
     league: LeagueName, arrived: Callable[[float], list[Packet]], ended: Callable[[], bool],
 ) -> tuple[Pitch | None, list[Packet]]:
     """The pitch as the packets tell it, and the packets so far; None if it ended before any vision came."""
-    channel = channels(league)
-    kind, since, packets = (Kind.VSSS if league == "vsss" else Kind.SSL), None, list[Packet]()
+    vision, since, packets = channels(league)["vision"], None, list[Packet]()
     while not ended():
         packets = [*packets, *arrived(0.05)][-64:]
-        seen = [packet for packet in packets if packet.channel == channel["vision"]]
-        if not seen:
+        if not any(packet.channel == vision for packet in packets):
             continue
         since = since or time.monotonic()
-        told = size_of_pitch(league, seen)
-        if told is not None:
-            return PITCHES[kind].model_copy(update=told), packets
-        if league == "vsss" or time.monotonic() - since > _GEOMETRY_S:
-            return PITCHES[kind], packets
+        told = pitch_of(league, packets)
+        if told is not None or league == "vsss" or time.monotonic() - since > _GEOMETRY_S:
+            return told or PITCHES[Kind(league)], packets
     return None, packets

@@ -46,7 +46,7 @@ def watch(
     store: Store, league: LeagueName, streams: tuple[Stream, ...], *, interface: str | None = None,
     seconds: float | None = None, say: Callable[[str], None] = lambda _: None,
     listening: Callable[[dict[str, str]], None] = lambda _: None,
-    see: Callable[[list[Packet]], bool] = lambda _: True,
+    see: Callable[[list[Packet]], object] = lambda _: None,
 ) -> Watched:
     """Record what arrives, until Ctrl-C, or for some seconds; the next run takes the recording.
 
@@ -61,7 +61,7 @@ def watch(
         seconds: how long; None until Ctrl-C.
         say: gets the line of status, each second.
         listening: gets the addresses when all sockets are open.
-        see: gets the sound packets as they come; False ends the watch.
+        see: gets the sound packets as they come.
 
     Raises:
         BadSettings: if an address cannot be listened to.
@@ -79,8 +79,7 @@ def watch(
                 packets = screen.sound(receiver.receive(_WAIT_S))
                 recorder.record(packets)
                 status.see(packets)
-                if not see(packets):
-                    break
+                see(packets)
                 now = time.monotonic()
                 if now - flushed >= _FLUSH_S:
                     recorder.flush()

@@ -42,7 +42,8 @@ def drive_robots(
         side: Colour of the robots.
         protocol: vsss (FIRASim) or ssl-sim (SSL's simulation protocol).
         robots: Robots a side, with the numbers from 0.
-        attacks: Where the team attacks in the first half (default: blue to the right, yellow to the left).
+        attacks: Where the team attacks in the first half (default: as the game controller says, else blue to
+            the right, yellow to the left).
         at: Address of one stream.
         interface: Network card.
         seconds: How long (default: until Ctrl-C).

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import sys
+from contextlib import ExitStack
+from typing import Annotated
 
+from cyclopts import Parameter
 from cyclopts.types import PositiveFloat
 
 from flows.commands.addresses import At, Interface, addressed, listening_to
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.printing import console, print_json, say
+from flows.showing import Showing
 from flows.watching import Watched, watch
 from pipeline.packets.streams import LEAGUES, LeagueName, Stream
 
@@ -20,6 +24,7 @@ def watch_match(
     at: At = (),
     interface: Interface = None,
     seconds: PositiveFloat | None = None,
+    replay: Annotated[bool, Parameter(negative="")] = False,
     json: Json = False,
     common: Common = DEFAULTS,
 ) -> None:
@@ -34,6 +39,7 @@ def watch_match(
         at: Address of one stream.
         interface: Network card.
         seconds: How long (default: until Ctrl-C).
+        replay: Also show the match in a window, with the situations as they are recognised.
         json: Print JSON.
         common: Options of every command.
     """
@@ -45,8 +51,10 @@ def watch_match(
         sys.stderr.write(f"\r\x1b[K{line}" if lines else f"{line}\n")
         sys.stderr.flush()
 
-    found = watch(common.store, league, streams, interface=interface, seconds=seconds, say=status,
-                  listening=lambda addresses: say(listening_to(addresses)))
+    with ExitStack() as stack:
+        see = stack.enter_context(Showing(league, "watch", say)).see if replay else lambda _: None
+        found = watch(common.store, league, streams, interface=interface, seconds=seconds, say=status,
+                      listening=lambda addresses: say(listening_to(addresses)), see=see)
     if lines:
         sys.stderr.write("\n")
     if json:

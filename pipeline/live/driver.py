@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import BinaryIO, Literal
@@ -17,13 +17,9 @@ from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.settings import PhysicsSettings
 from pipeline.arrays import F64
 from pipeline.bodies import see
-from pipeline.importers.packets import vsss
 from pipeline.importers.rows import Event, referee
-from pipeline.importers.ssl_logs import geometry
-from pipeline.importers.ssl_logs.wire import fields
 from pipeline.live.encoding import Wheels, robot_control, wheel_commands
-from pipeline.live.screening import laid_out
-from pipeline.live.sight import Sight, batch_of
+from pipeline.live.sight import Sight
 from pipeline.live.whistle import Whistle
 from pipeline.matches.frame import AWAY, HOME, MatchInfo, Period
 from pipeline.packets.recorder import Packet
@@ -68,7 +64,8 @@ class Job:
         word: its name.
         policies: by label.
         robots: N, robots a side.
-        attacks: direction in which the team attacks in the first half; None: blue attacks +x, yellow -x.
+        attacks: direction in which the team attacks in the first half; None: as the referee says,
+            else blue attacks +x, yellow -x.
         streams: from :func:`streams_of`, with addresses.
         interface: address of the network card; None for the system's choice.
         seconds: how long; None until Ctrl-C.
@@ -110,20 +107,6 @@ def commands_of(job: Job, wheels: F64) -> bytes:
                               for number, (left, right) in enumerate(wheels.tolist()))
     return robot_control((number, (left + right) / 2, (right - left) / _AXLE_M)
                          for number, (left, right) in enumerate(wheels.tolist()))
-
-
-def size_of_pitch(league: LeagueName, seen: Sequence[Packet]) -> dict[str, float] | None:
-    """Lengths of the pitch, metres, as packets of vision tell them; None if none does."""
-    if league == "vsss":
-        size = vsss.environments(*laid_out(seen)).frames[:, vsss.LENGTH:]
-        size = size[(size > 0).all(axis=1)]
-        names = ("length", "width", "goal_width", "goal_depth")
-        return dict(zip(names, size[-1].tolist(), strict=True)) if len(size) else None
-    batch = batch_of(seen)
-    sizes = geometry.sizes(batch, fields(batch.data, batch.start, batch.end)[0])
-    if not sizes:
-        return None
-    return max(sizes, key=lambda size: sizes[size]).metres()
 
 
 class Driver:
@@ -169,7 +152,7 @@ class Driver:
         self._events: list[Event] = []
         self._was_on = self._was_blind = False
         self._score = (0, 0)
-        self._periods: list[tuple[int, int]] = []
+        self._periods: list[tuple[int, Literal[1, -1]]] = []
         self._info = MatchInfo(
             match_id=match_id, source=f"{match_id}.mcap", format="driven", pitch=pitch, software=RELEASE,
             home=(job.word, _OTHER)[job.side], away=(_OTHER, job.word)[job.side],
@@ -208,8 +191,8 @@ class Driver:
         self._log()
         ends = [start for start, _ in self._periods[1:]] + [self._t_ns(self._frame) + 1]
         periods = tuple(
-            Period(start_ns=start, end_ns=end, home_attacks=self._job.home_attacks(half), inferred=False)
-            for (start, half), end in zip(self._periods, ends, strict=True))
+            Period(start_ns=start, end_ns=end, home_attacks=attacks, inferred=False)
+            for (start, attacks), end in zip(self._periods, ends, strict=True))
         self._recorder.close(info=self._info.model_copy(update={"periods": periods or self._info.periods}))
 
     def _think(self) -> F64 | None:
@@ -219,8 +202,9 @@ class Driver:
         sample = bodies.copy()
         sample[~visible] = np.nan
         self._samples.append(sample)
-        if not self._periods or self._periods[-1][1] != whistle.half:
-            self._periods.append((self._t_ns(self._frame), whistle.half))
+        attacks = self._blue_attacks()
+        if not self._periods or self._periods[-1][1] != attacks:
+            self._periods.append((self._t_ns(self._frame), attacks))
         blind = time.time_ns() - self._sight.seen_ns > BLIND_S * 1e9
         self.blind += blind and not self._was_blind
         self._was_blind = blind
@@ -228,10 +212,15 @@ class Driver:
         self._frame += 1
         if not self._was_on:
             return None
-        see(bodies, job.side, float(job.home_attacks(whistle.half) * (1, -1)[job.side]), self._view)
+        see(bodies, job.side, float(attacks * (1, -1)[job.side]), self._view)
         self._controller.think(self._frame, self._view, self._wheels)
         self.frames += 1
         return self._wheels
+
+    def _blue_attacks(self) -> Literal[1, -1]:
+        """Direction by the settings, else by the referee, else by the half."""
+        told = self.whistle.blue_attacks if self._job.attacks is None else None
+        return told or self._job.home_attacks(self.whistle.half)
 
     def _set(self, *, on: bool) -> None:
         """Note that play begins or stops, and who scored meanwhile."""

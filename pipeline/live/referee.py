@@ -9,6 +9,7 @@ from pipeline.importers.ssl_logs import fields as f
 from pipeline.importers.ssl_logs.wire import fields, texts
 from pipeline.live.screening import laid_out
 from pipeline.packets.recorder import Packet
+from pipeline.text import NAME_CHARACTERS, printable
 
 
 class Said(NamedTuple):
@@ -18,6 +19,7 @@ class Said(NamedTuple):
         stage, command: numbers in ``ssl_logs.commands.STAGES`` and ``COMMANDS``.
         left_us: time left of the stage, microseconds; negative when it lasts longer.
         names, goals: of yellow and of blue.
+        blue_on_positive: whether blue's goal is at +x.
     """
 
     stage: int | None
@@ -25,24 +27,26 @@ class Said(NamedTuple):
     left_us: int | None
     names: tuple[str | None, str | None]
     goals: tuple[int | None, int | None]
+    blue_on_positive: bool | None
 
 
 def said_in(packet: Packet) -> Said:
     """What a sound packet of the game controller says."""
     data, start, end = laid_out([packet])
     told, _ = fields(data, start, end)
-    stage, command, left = (_last(told.varints(number)[1]) for number in (
-        f.REFEREE_STAGE, f.REFEREE_COMMAND, f.REFEREE_TIME_LEFT))
+    stage, command, left, turned = (_last(told.varints(number)[1]) for number in (
+        f.REFEREE_STAGE, f.REFEREE_COMMAND, f.REFEREE_TIME_LEFT, f.REFEREE_BLUE_ON_POSITIVE))
     names, goals = [], []
     for number in (f.REFEREE_YELLOW, f.REFEREE_BLUE):
         span = told.spans(number)
         own, _ = fields(data, span.value, span.end)
         name = own.spans(f.TEAM_NAME)
         given = [text for text in texts(data, name.value, name.end) if text]
-        names.append(given[-1].decode(errors="replace") if given else None)
+        names.append(printable(given[-1].decode(errors="replace"), NAME_CHARACTERS) if given else None)
         goals.append(_last(own.varints(f.TEAM_SCORE)[1]))
     zigzag = None if left is None else (left >> 1) ^ -(left & 1)
-    return Said(stage, command, zigzag, (names[0], names[1]), (goals[0], goals[1]))
+    sides = None if turned is None else bool(turned)
+    return Said(stage, command, zigzag, (names[0], names[1]), (goals[0], goals[1]), sides)
 
 
 def _last(values: I64) -> int | None:

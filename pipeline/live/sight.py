@@ -133,19 +133,19 @@ class _Ssl:
             best = balls[np.nan_to_num(balls[:, vision.CONFIDENCE]).argmax()]
             yield BALL, np.array([best[vision.X], best[vision.Y], np.nan, np.nan, np.nan, np.nan])
         for body in bodies[bodies[:, vision.TEAM] != vision.BALL]:
-            team = 0 if body[vision.TEAM] == vision.YELLOW else 1
+            team = vsss.YELLOW if body[vision.TEAM] == vision.YELLOW else vsss.BLUE
             row = _row(team, int(body[vision.ID]), self._robots)
             if row is not None:
                 yield row, np.array([body[vision.X], body[vision.Y], body[vision.THETA], *[np.nan] * 3])
 
 
 def _row(team: int, number: int, robots: int) -> int | None:
-    """Row of a body: 0 the ball (team 2), blue's robots (team 1), yellow's (team 0); None beyond N."""
-    if team == 2:
+    """Row of a body of a team of ``vsss``: 0 the ball, then blue's robots, then yellow's; None beyond N."""
+    if team == vsss.BALL:
         return BALL
     if not 0 <= number < robots:
         return None
-    return 1 + number if team == 1 else 1 + robots + number
+    return 1 + number if team == vsss.BLUE else 1 + robots + number
 
 
 def batch_of(packets: Sequence[Packet]) -> Batch:

@@ -32,6 +32,9 @@ class Teller(Protocol):
     def says(self) -> str:
         """The score and the clock; "" as long as no packet says anything of them."""
 
+    def state(self) -> str:
+        """The state of the game and its clock; "" as long as no packet says anything of them."""
+
 
 class Frames:
     """Frames of vision: how many there are in a second, and how many are missing.
@@ -83,6 +86,10 @@ class Status:
         if packets:
             self._teller.see(packets)
 
+    def state(self) -> str:
+        """The state of the game and its clock; "" as long as nobody says."""
+        return self._teller.state()
+
     def line(self, now_ns: int, refused: int) -> str:
         """Frames a second, losses, what was refused, score and clock."""
         parts = [f"{self.frames.rate(now_ns)} frames/s", f"{self.frames.lost} lost"]
@@ -125,6 +132,9 @@ class _Ssl:
             parts.append(f"{_clock(said.left_us // 1_000_000)} left")
         self._clock = ", ".join(parts)
 
+    def state(self) -> str:
+        return self._clock
+
     def says(self) -> str:
         if not self._clock:
             return ""
@@ -155,6 +165,9 @@ class _Vsss:
                 half = f", half {said[-1].half}" if said[-1].half > 0 else ""
                 clock = f", {_clock(int(said[-1].clock_s))}" if said[-1].clock_s is not None else ""
                 self._state = said[-1].state.replace("_", " for ") + half + clock
+
+    def state(self) -> str:
+        return self._state
 
     def says(self) -> str:
         score = f"blue {self._score[0]} : {self._score[1]} yellow"

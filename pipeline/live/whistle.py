@@ -1,8 +1,9 @@
-"""Whether play is on, by what the referee's packets say."""
+"""The state of a match, by what the referee's packets say."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -30,12 +31,16 @@ class Whistle:
         playing: whether robots may move.
         half: 1 or 2.
         score: goals of blue and of yellow, None as long as nobody says.
+        names: of blue and of yellow: their colours as long as nobody says.
+        blue_attacks: direction along x; None as long as nobody says.
     """
 
     def __init__(self, league: LeagueName) -> None:
         self.playing = True
         self.half = 1
         self.score: tuple[int, int] | None = None
+        self.names = ("blue", "yellow")
+        self.blue_attacks: Literal[1, -1] | None = None
         self._channels = channels(league)
         self._league = league
 
@@ -60,6 +65,9 @@ class Whistle:
         said = said_in(packet)
         self.playing = said.command in _PLAY
         self.half = 2 if said.stage is not None and said.stage >= _SECOND else 1
+        if said.blue_on_positive is not None:
+            self.blue_attacks = -1 if said.blue_on_positive else 1
+        self.names = (said.names[1] or self.names[0], said.names[0] or self.names[1])
         yellow, blue = said.goals
         if yellow is not None and blue is not None:
             self.score = (blue, yellow)

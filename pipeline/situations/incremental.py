@@ -121,7 +121,9 @@ class Recogniser:
     def _match(self, robot: _Robot, group: str, other: int, first: int, fill: Fill) -> None:
         """Run a group of rules over a robot's samples from ``first`` on."""
         worker = self._workers[group]
-        run = robot.runs.setdefault((group, other), _Run(worker.marks()))
+        run = robot.runs.get((group, other))
+        if run is None:
+            run = robot.runs[group, other] = _Run(worker.marks())
         for ended in worker.advance(robot.t_ns.all, robot.fresh.all, first, other, fill, run.marks):
             run.found += ended
 
@@ -155,7 +157,7 @@ class Recogniser:
         found = np.frombuffer(
             b"".join(
                 self._workers[group].finish(bytes(run.found), samples, other, run.marks).tobytes()
-                for (group, other), run in robot.runs.items()
+                for (group, other), run in robot.runs.items() if run.found or run.marks["held"].max() >= 0
             ), OCCURRENCE).copy()
         seen = found["other"] >= 0
         found["other"][seen] = rank[found["other"][seen]]

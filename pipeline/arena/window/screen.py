@@ -2,8 +2,10 @@
 
 import os
 import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 from contextlib import suppress
-from typing import Self
+from typing import ClassVar, Generic, Self, TypeVar
 
 import pygame
 from pygame._sdl2 import controller
@@ -11,47 +13,61 @@ from pygame._sdl2 import controller
 from pipeline.arena.window.controls import HELP, Asked, Controls
 from pipeline.arena.window.painting import Picture, WindowPainter
 from pipeline.errors import BadSettings
+from pipeline.painting import FOOT, LINE, Canvas, ListPainter, Snapshot
 from pipeline.pitch import Pitch
 
 SIZE = (980, 860)
 LEAST = (480, 460)
 #: What SDL falls back to where there is no display: nobody would see the match.
 _UNSEEN = ("offscreen", "dummy")
+#: Of a board's names, score and list.
+_ZOOM = 1.5
 #: Frames that may be made up for at once; one that was late for longer lets the match wait.
 MOST_DUE = 4
 
+_P = TypeVar("_P")
 
-class Window:
+
+class Screen(ABC, Generic[_P]):
     """A window as a context manager; all gamepads that are or get connected are listened to.
 
     Args:
-        pitch: what is played on.
-        names: of home and away.
-        hz: frames of the match a second.
-        paused: whether the match stands still until the person goes on.
+        hz: pictures a second.
+        paused: whether what is shown stands still until the person goes on.
 
     Raises:
         BadSettings: if there is no screen to open it on.
     """
 
-    def __init__(self, pitch: Pitch, names: tuple[str, str], hz: float, *, paused: bool = False) -> None:
-        self._pitch, self._names, self._hz = pitch, names, hz
+    #: What to do where there is no screen.
+    elsewhere: ClassVar[str]
+
+    def __init__(self, hz: float, *, paused: bool = False) -> None:
+        self._hz = hz
         self._controls = Controls(paused=paused)
         self._pads: list[controller.Controller] = []
+
+    @abstractmethod
+    def _title(self) -> str:
+        """What the window's title bar says."""
+
+    @abstractmethod
+    def _painting(self, size: tuple[int, int]) -> Callable[[_P], Canvas]:
+        """What paints pictures of a size, pixels."""
 
     def __enter__(self) -> Self:
         try:
             _find_display()
             controller.init()
-            pygame.display.set_caption(f"Pitchlore: {self._names[0]} - {self._names[1]}")
             self._screen = pygame.display.set_mode(_fitting(SIZE), pygame.RESIZABLE)
+            pygame.display.set_caption(self._title())
         except pygame.error as error:
             pygame.quit()
             raise BadSettings(
                 f"no window can be opened ({error})", where="screen",
-                next_step="Play where there is a screen; `pitchlore record` needs none",
+                next_step=self.elsewhere,
             ) from error
-        self._painter = self._new_painter()
+        self._paint = self._new_painting()
         self._next_s = time.perf_counter()
         return self
 
@@ -67,12 +83,12 @@ class Window:
                 with suppress(pygame.error):  # it was pulled out again: there is nobody to listen to
                     self._pads.append(controller.Controller(event.device_index))
             elif event.type == pygame.VIDEORESIZE:
-                self._painter = self._new_painter()
+                self._paint = self._new_painting()
         return self._controls.listen(events)
 
-    def show(self, picture: Picture) -> None:
-        """Paint a frame."""
-        image = self._painter.paint(picture)
+    def show(self, picture: _P) -> None:
+        """Paint a picture."""
+        image = self._paint(picture)
         self._screen.blit(pygame.image.frombuffer(image.tobytes(), image.size, "RGB"), (0, 0))
         pygame.display.flip()
 
@@ -86,12 +102,66 @@ class Window:
         self._next_s += frames / self._hz
         return frames
 
-    def _new_painter(self) -> WindowPainter:
+    def _new_painting(self) -> Callable[[_P], Canvas]:
         screen = pygame.display.get_surface()
         assert screen is not None, "it is open"
         self._screen = screen
         width, height = screen.get_size()
-        return WindowPainter(self._pitch, self._names, (max(width, LEAST[0]), max(height, LEAST[1])), HELP)
+        return self._painting((max(width, LEAST[0]), max(height, LEAST[1])))
+
+
+class Window(Screen[Picture]):
+    """The window in which a person plays.
+
+    Args:
+        pitch: what is played on.
+        names: of home and away.
+        hz: frames of the match a second.
+        paused: whether the match stands still until the person goes on.
+    """
+
+    elsewhere = "Play where there is a screen; `pitchlore record` needs none"
+
+    def __init__(self, pitch: Pitch, names: tuple[str, str], hz: float, *, paused: bool = False) -> None:
+        super().__init__(hz, paused=paused)
+        self._pitch, self._names = pitch, names
+
+    def _title(self) -> str:
+        return f"Pitchlore: {self._names[0]} - {self._names[1]}"
+
+    def _painting(self, size: tuple[int, int]) -> Callable[[Picture], Canvas]:
+        return WindowPainter(self._pitch, self._names, size, HELP).paint
+
+
+class Board(Screen[Snapshot]):
+    """The window that shows a match which others play, with the situation of each robot.
+
+    Args:
+        pitch: what is played on.
+        names: of home and away.
+        hz: pictures a second.
+        robots: robots a side for whose situations there is room.
+    """
+
+    elsewhere = "Watch where there is a screen, or without --replay"
+
+    def __init__(self, pitch: Pitch, names: tuple[str, str], hz: float, robots: int) -> None:
+        super().__init__(hz)
+        self._shown = (pitch, names, robots)
+
+    def _title(self) -> str:
+        return f"Pitchlore: {' - '.join(self._shown[1])}"
+
+    def _painting(self, size: tuple[int, int]) -> Callable[[Snapshot], Canvas]:
+        pitch, names, robots = self._shown
+        return ListPainter(pitch, names, size, (robots * LINE + 2 * FOOT) * _ZOOM, zoom=_ZOOM).paint
+
+    def match(self, pitch: Pitch, names: tuple[str, str], robots: int) -> None:
+        """Show another pitch, other names, or more robots, from now on."""
+        if (pitch, names, robots) != self._shown:
+            self._shown = (pitch, names, robots)
+            self._paint = self._new_painting()
+            pygame.display.set_caption(self._title())
 
 
 def _find_display() -> None:

@@ -54,7 +54,7 @@ TEAM, ID, X, Y, THETA, VX, VY, OMEGA = range(8)
 #: Its first column of velocities.
 VELOCITY = VX
 _TEAMS = ("yellow", "blue", "ball")
-_BALL = 2
+YELLOW, BLUE, BALL = range(3)
 
 
 class Environments(NamedTuple):
@@ -243,7 +243,7 @@ def _bodies(data: U8, parts: Fields) -> tuple[F64, I64]:
     told, broken = fields(data, spans.value, spans.end)
     bodies = np.zeros((len(spans.of), 8))
     ball = spans.number == _FRAME_BALL
-    bodies[:, TEAM] = np.where(ball, _BALL, spans.number - _FRAME_YELLOW)
+    bodies[:, TEAM] = np.where(ball, BALL, spans.number - _FRAME_YELLOW)
     bodies[ball, THETA] = np.nan
     of, own = told.varints(_ROBOT_ID)
     bodies[of, ID] = np.where(ball[of], 0, own)

@@ -104,6 +104,10 @@ class Merger:
             found = found.where(slots >= 0)
         return self._merge(self._open.followed_by(found), last=False)
 
+    def waiting(self) -> frozenset[float]:
+        """Cameras that have a frame in the round that is not ended yet."""
+        return frozenset(self._open.frames[:, CAMERA].tolist())
+
     def rest(self) -> Samples:
         """Sample of the round that was not ended yet."""
         return self._merge(self._open, last=True)

@@ -1,0 +1,330 @@
+"""A match as it is played: its bodies, and their situations as they are recognised.
+
+The frames of the last second become trajectories as those of a log do. A sample is settled when what its
+velocities are taken from has come, 0.05 s later. Settled samples go to the incremental recogniser.
+
+What is known only later is not known here: that a body which seems to jump was put elsewhere (0.25 s later),
+that frames come late, and what kind of stop a referee's word is. There the situations of the log differ.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+import polars as pl
+
+from pipeline.arrays import I64
+from pipeline.importers.directions import WEAK, votes_of
+from pipeline.importers.rows import Event, pack, referee
+from pipeline.live.frames import framing, pitch_of
+from pipeline.live.whistle import Whistle
+from pipeline.matches.frame import AWAY, HOME, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
+from pipeline.matches.quality import quality_table
+from pipeline.packets.recorder import Packet
+from pipeline.packets.streams import LeagueName
+from pipeline.painting import Point, Robot
+from pipeline.pitch import PITCHES, Kind, Pitch
+from pipeline.settings import SituationSettings, TrajectorySettings
+from pipeline.situations.incremental import Recogniser
+from pipeline.store.receipts import RELEASE
+from pipeline.trajectories.derive import trajectories
+from schemas import SIDES, Situations
+
+#: Frames that are kept: a body is taken for put elsewhere after 0.25 s, and a body's hole is 0.2 s long.
+_KEPT_NS = 1_000_000_000
+#: What a robot did is shown for so long after its end, ns; so is the way of the ball.
+_SHOWN_NS = 700_000_000
+#: How often packets are asked for the size of the pitch, ns.
+_ASK_NS = 1_000_000_000
+#: Frames that a vote of the bodies on the sides needs.
+_VOTERS = 60
+_MATCH = "live"
+_CLEANING, _RECOGNISING = TrajectorySettings(), SituationSettings()
+
+
+class Moment(NamedTuple):
+    """A match as it was a moment ago; blue is home.
+
+    Attributes:
+        t_ns: of its sample, Unix time in ns.
+        pitch: the field of play.
+        names: of blue and of yellow.
+        score: of blue and of yellow, None where unknown.
+        blue_attacks: direction along x.
+        playing: whether play is on.
+        trail: recent places of the ball, metres, the present one last; empty where it is not seen.
+        robots: the robots seen, as the cameras see the pitch, and their latest situations.
+    """
+
+    t_ns: int
+    pitch: Pitch
+    names: tuple[str, str]
+    score: tuple[int | None, int | None]
+    blue_attacks: Literal[1, -1]
+    playing: bool
+    trail: Sequence[Point]
+    robots: Sequence[Robot]
+
+
+class Follower:
+    """Follows a match by its packets.
+
+    Args:
+        league: whose packets come.
+        cleaning: how velocities are estimated.
+        recognising: how situations are recognised.
+        settled: gets the situations of each segment of play that is over, rows of schema Situations; their
+            times are Unix time.
+    """
+
+    def __init__(
+        self, league: LeagueName, cleaning: TrajectorySettings = _CLEANING,
+        recognising: SituationSettings = _RECOGNISING,
+        settled: Callable[[pl.DataFrame], None] = lambda _: None,
+    ) -> None:
+        self._league, self._cleaning, self._recognising = league, cleaning, recognising
+        self._settled = settled
+        self._framing, self._whistle = framing(league), Whistle(league)
+        self._asked_ns = 0
+        self._begin(PITCHES[Kind(league)])
+
+    def _begin(self, pitch: Pitch) -> None:
+        """Begin anew, on a pitch of another size."""
+        self._pitch = pitch
+        self._recogniser = Recogniser(_MATCH, pitch, self._recognising)
+        self._frames: list[Frames] = []
+        self._play = _Play(self._whistle)
+        self._sides = _Sides()
+        self._segments = _Segments()
+        self._known_ns = -1
+        self._done = Situations.empty()
+        self._trail: deque[tuple[int, Point]] = deque()
+        self._trail_of: int | None = None
+
+    def take(self, packets: Sequence[Packet]) -> None:
+        """Take up sound packets, in order of time."""
+        if not packets:
+            return
+        if packets[-1].t_ns - self._asked_ns >= _ASK_NS:
+            pitch = pitch_of(self._league, packets)
+            self._asked_ns = self._asked_ns if pitch is None else packets[-1].t_ns
+            if pitch is not None and pitch != self._pitch:
+                self._begin(pitch)
+        self._whistle.hear(packets)
+        self._play.hear(self._whistle, packets[-1].t_ns)
+        self.see(self._framing.take(packets))
+
+    def see(self, frames: Frames) -> None:
+        """Take up frames, as :meth:`take` finds them."""
+        if len(frames):
+            self._sides.see(frames, self._whistle)
+            self._frames.append(frames)
+
+    def moment(self) -> Moment | None:
+        """The latest settled sample; None where there is no new one."""
+        if not self._frames:
+            return None
+        frames = joined(self._frames)
+        last_ns = int(frames.t_ns.max())
+        frames = since(frames, last_ns - _KEPT_NS)
+        self._frames = [frames]
+        settled_ns = self._settled_until(np.sort(frames.t_ns))
+        if settled_ns <= self._known_ns:
+            return None
+        rows = self._rows(frames, settled_ns)
+        if rows.is_empty():
+            return None
+        known, self._known_ns = self._known_ns, settled_ns
+        new = self._segments.renumbered(rows, known).filter(pl.col("t_ns") > known)
+        done = self._recogniser.take(new)
+        self._settled(done)
+        recent = pl.col("end_ns") > settled_ns - _SHOWN_NS
+        self._done = pl.concat([self._done, done]).filter(recent)
+        doing = pl.concat([self._done, self._recogniser.open().filter(recent)])
+        return self._moment(new, doing)
+
+    def _settled_until(self, t_ns: I64) -> int:
+        """Time of the last sample whose velocities do not depend on samples to come; -1 if there is none."""
+        half_ns = round(self._cleaning.window_s / 2 * 1e9)
+        by_time = int(np.searchsorted(t_ns, t_ns[-1] - half_ns, side="right"))
+        by_count = len(t_ns) - self._cleaning.window_samples // 2
+        settled = min(by_time, by_count)
+        return int(t_ns[settled - 1]) if settled > 0 else -1
+
+    def _rows(self, frames: Frames, until_ns: int) -> pl.DataFrame:
+        """Trajectories of the frames that are kept, up to a time."""
+        start, end = int(frames.t_ns.min()), int(frames.t_ns.max()) + 1
+        info = MatchInfo(
+            match_id=_MATCH, source=_MATCH, format=_MATCH, home="blue", away="yellow", pitch=self._pitch,
+            periods=self._sides.periods(start, end), software=RELEASE,
+        )
+        events = referee(_MATCH, self._play.events(start))
+        log = MatchLog(info=info, frames=frames, referee=events, quality=quality_table(_MATCH, []))
+        return trajectories(log, self._cleaning)[0].filter(pl.col("t_ns") <= until_ns)
+
+    def _moment(self, new: pl.DataFrame, doing: pl.DataFrame) -> Moment:
+        """The last of the new samples, with the situations that the robots are in, or were in last."""
+        latest = doing.sort("end_ns", maintain_order=True).unique(("team", "robot"), keep="last")
+        words = {(team, robot): str(name).removeprefix("Robot ")
+                 for team, robot, name in latest.select("team", "robot", "name").iter_rows()}
+        now_ns = self._known_ns
+        balls = new.filter(pl.col("team") == "ball").select("segment", "t_ns", "x", "y", "turned")
+        for segment, t_ns, *place in balls.iter_rows():
+            if segment != self._trail_of:  # it was put there
+                self._trail.clear()
+                self._trail_of = segment
+            self._trail.append((t_ns, _unturned(*place)))
+        while self._trail and self._trail[0][0] < now_ns - _SHOWN_NS:
+            self._trail.popleft()
+        seen = self._trail and self._trail[-1][0] == now_ns
+        robots = [
+            Robot(team, robot, _unturned(x, y, turned), None if theta is None else theta + np.pi * turned,
+                  words.get((team, robot), ""))
+            for team, robot, x, y, theta, turned in new.filter(
+                pl.col("t_ns") == now_ns, pl.col("team") != "ball").select(
+                "team", "robot", "x", "y", "theta", "turned").iter_rows()
+        ]
+        return Moment(
+            now_ns, self._pitch, self._whistle.names, self._whistle.score or (None, None), self._sides.now,
+            self._whistle.playing, [place for _, place in self._trail] if seen else [], robots,
+        )
+
+
+def _unturned(x: float, y: float, turned: bool) -> Point:
+    return (-x, -y) if turned else (x, y)
+
+
+class _Play:
+    """When play was on, by what the referee said when; of the last second."""
+
+    def __init__(self, whistle: Whistle) -> None:
+        self._first = self._last = whistle.playing
+        self._score = whistle.score or (0, 0)
+        self._events: list[Event] = []
+
+    def hear(self, whistle: Whistle, t_ns: int) -> None:
+        """Take up the state that the referee's word makes at a time."""
+        score = whistle.score or self._score
+        scored = [side for i, side in enumerate(SIDES) if score[i] > self._score[i]]
+        self._score = score
+        if scored:
+            self._events.append(Event(t_ns, "goal", scored[0], *score))
+        if scored or whistle.playing != self._last:
+            self._events.append(Event(t_ns, "play" if whistle.playing else "stop", None, *score))
+            self._last = whistle.playing
+
+    def events(self, start_ns: int) -> list[Event]:
+        """The events from a time on, before them the state at that time; earlier ones are forgotten."""
+        while self._events and self._events[0].t_ns < start_ns:
+            self._first = self._events.pop(0).event == "play"
+        return [Event(start_ns, "play" if self._first else "stop"), *self._events]
+
+
+class _Sides:
+    """The direction in which blue attacks: as the referee says, else by where the robots stood in this half.
+
+    Attributes:
+        now: the direction.
+    """
+
+    def __init__(self) -> None:
+        self.now: Literal[1, -1] = 1
+        self._changes: list[tuple[int, Literal[1, -1]]] = []
+        self._half = 1
+        self._votes: tuple[float, int] = (0.0, 0)
+
+    def see(self, frames: Frames, whistle: Whistle) -> None:
+        """Take up frames."""
+        if whistle.half != self._half:
+            self._half, self._votes = whistle.half, (0.0, 0)
+        votes = votes_of(frames)
+        self._votes = (self._votes[0] + float(votes.sum()), self._votes[1] + len(votes))
+        total, count = self._votes
+        now = whistle.blue_attacks
+        if now is None and count >= _VOTERS and abs(total) >= WEAK * count:
+            now = 1 if total > 0 else -1
+        if now is not None and now != self.now:
+            self.now = now
+            self._changes.append((int(frames.t_ns[0]), now))
+
+    def periods(self, start_ns: int, end_ns: int) -> tuple[Period, ...]:
+        """Periods that cover [start, end)."""
+        while len(self._changes) > 1 and self._changes[1][0] <= start_ns:
+            self._changes.pop(0)
+        changes = [(max(at, start_ns), sign) for at, sign in self._changes if at < end_ns]
+        first: Literal[1, -1] = self.now if not self._changes else -self._changes[0][1]
+        if not changes or changes[0][0] > start_ns:
+            changes = [(start_ns, first), *changes]
+        ends = [at for at, _ in changes[1:]] + [end_ns]
+        return tuple(Period(start_ns=at, end_ns=end, home_attacks=sign, inferred=False)
+                     for (at, sign), end in zip(changes, ends, strict=True))
+
+
+class _Segments:
+    """Numbers of the segments of play over all windows of frames."""
+
+    def __init__(self) -> None:
+        self._last = -1
+        self._began_ns = -1
+
+    def renumbered(self, rows: pl.DataFrame, known_ns: int) -> pl.DataFrame:
+        """Trajectories of a window with the numbers of the whole match, for samples after ``known_ns``.
+
+        A segment that goes on keeps its number. If the window shows that it ended meanwhile (the ball was put
+        elsewhere), the next sample begins another.
+        """
+        spans = rows.drop_nulls("segment").group_by("segment", maintain_order=True).agg(
+            first=pl.col("t_ns").min(), last=pl.col("t_ns").max()).sort("segment")
+        begin = rows["t_ns"].min()
+        numbers = {}
+        for segment, first, last in spans.iter_rows():
+            same = first == begin or first <= self._began_ns
+            goes_on = same and self._last >= 0 and first <= known_ns < last
+            if last > known_ns and not goes_on:
+                self._last, self._began_ns = self._last + 1, max(first, known_ns + 1)
+            numbers[segment] = self._last
+        mapped = pl.col("segment").replace_strict(numbers, default=None, return_dtype=pl.Int32)
+        return rows.with_columns(mapped) if numbers else rows
+
+
+def prepare(league: LeagueName) -> None:
+    """Load and compile what a follower needs, so that the first seconds of a match are not missed."""
+    t_ns = np.arange(30, dtype=np.int64) * 16_000_000
+    frame_of = np.repeat(np.arange(len(t_ns)), 4)
+    team, number = np.tile([HOME, HOME, AWAY, AWAY], len(t_ns)), np.tile([0, 1, 0, 1], len(t_ns))
+    x = (1.0 - 2.0 * team) * (0.1 + 0.2 * number) + frame_of * 0.01
+    follower = Follower(league)
+    follower.see(pack(
+        np.arange(len(t_ns), dtype=np.uint32), t_ns, {"x": t_ns / 1e9, "y": t_ns / 1e9}, frame_of,
+        {"team": team.astype(np.uint8), "id": number.astype(np.uint16), "x": x, "y": 0.1 * x, "theta": x},
+    ))
+    follower.moment()
+
+
+def joined(parts: Sequence[Frames]) -> Frames:
+    """Frames one after the other."""
+    edges = np.cumsum([0, *(len(part.robots) for part in parts)])
+    offsets = [part.offsets[:-1] + edge for part, edge in zip(parts, edges, strict=False)]
+    return Frames(
+        number=np.concatenate([part.number for part in parts]),
+        t_ns=np.concatenate([part.t_ns for part in parts]),
+        ball=np.concatenate([part.ball for part in parts]),
+        offsets=np.concatenate([*offsets, edges[-1:]]),
+        robots=np.frombuffer(b"".join(part.robots.tobytes() for part in parts), ROBOT_DTYPE),
+    )
+
+
+def since(frames: Frames, t_ns: int) -> Frames:
+    """The frames that are not earlier than a time."""
+    kept = frames.t_ns >= t_ns
+    if kept.all():
+        return frames
+    counts = frames.counts()
+    return Frames(
+        number=frames.number[kept], t_ns=frames.t_ns[kept], ball=frames.ball[kept],
+        offsets=np.concatenate(([0], np.cumsum(counts[kept]))).astype(np.int64),
+        robots=frames.robots[np.repeat(kept, counts)],
+    )

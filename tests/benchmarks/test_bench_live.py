@@ -1,0 +1,84 @@
+"""A match that is being played: its situations part by part, and all that a window needs of it.
+
+The alternative to parts is to recognise the whole segment of play anew at each sample. A window needs the
+packets decoded, velocities, situations, and a picture.
+"""
+
+from __future__ import annotations
+
+import os
+
+import polars as pl
+import pytest
+from support.as_packets import vsss_packets_of
+from support.recordings import RSIM, imported
+
+from pipeline.live.following import Follower, prepare
+from pipeline.pitch import PITCHES, Kind
+from pipeline.settings import SituationSettings, TrajectorySettings
+from pipeline.situations.incremental import Recogniser
+from pipeline.situations.recognise import recognise
+from pipeline.trajectories.derive import trajectories
+
+SETTINGS = SituationSettings()
+PITCH = PITCHES[Kind.VSSS]
+#: Seconds of play, and how often a segment of play is looked at.
+SECONDS, EVERY = 10.0, 8
+
+
+@pytest.fixture(scope="module")
+def parts():
+    """Samples of the longest segment's first thirty seconds, in parts of so many."""
+    table = trajectories(imported(RSIM), TrajectorySettings())[0].drop_nulls("segment")
+    longest = table["segment"].value_counts(sort=True)["segment"][0]
+    table = table.filter(pl.col("segment") == longest)
+    sample = table["frame"].rank("dense") - 1
+    return [table.filter(sample // EVERY == part) for part in range(1200 // EVERY)]
+
+
+@pytest.mark.benchmark(group="situations while a match is played")
+def test_ours(benchmark, parts):
+    def run():
+        recogniser = Recogniser("m", PITCH, SETTINGS)
+        for part in parts:
+            recogniser.take(part)
+            found = recogniser.open()
+        return found
+
+    found = benchmark(run)
+    benchmark.extra_info |= {"units": len(parts), "unit": "looks"}
+    whole = recognise(pl.concat(parts).sort("team", "robot", "t_ns"), PITCH, SETTINGS)
+    assert found.drop("match_id").equals(whole.drop("match_id"))
+
+
+@pytest.mark.benchmark(group="situations while a match is played")
+def test_the_segment_anew(benchmark, parts):
+    whole = pl.concat(parts).sort("team", "robot", "t_ns")
+    ends = [part["t_ns"].max() for part in parts]
+    benchmark(lambda: [recognise(whole.filter(pl.col("t_ns") <= end), PITCH, SETTINGS) for end in ends])
+    benchmark.extra_info |= {"units": len(parts), "unit": "looks"}
+
+
+@pytest.mark.benchmark(group="a match in a window")
+def test_follow_and_paint(benchmark):
+    pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
+    os.environ["SDL_VIDEODRIVER"] = "dummy"
+    from flows.showing import snapshot
+    from pipeline.arena.window.screen import Board
+
+    packets = vsss_packets_of(imported(RSIM), SECONDS, 0)
+    prepare("vsss")
+
+    def run():
+        follower = Follower("vsss")
+        for packet in packets:
+            follower.take([packet])
+            moment = follower.moment()
+            if moment is not None:
+                board.match(moment.pitch, moment.names, 3)
+                board.show(snapshot(moment, "game on", None))
+
+    with Board(PITCH, ("blue", "yellow"), 40.0, 3) as board:
+        benchmark(run)
+    pygame.quit()
+    benchmark.extra_info |= {"units": SECONDS, "unit": "seconds of play, 40 pictures each"}
