@@ -13,7 +13,7 @@ from pydantic import BaseModel, field_serializer
 
 from flows.isolated import read_isolated
 from flows.progress import StageReport
-from flows.recognised import with_recognition
+from flows.recognised import warm, with_recognition
 from flows.stages import STAGES
 from pipeline import matches as log
 from pipeline.errors import BadRecording, CorruptFile, DamagedLog, NoFrames, PitchloreError
@@ -195,8 +195,9 @@ def _import(
             store.release("matches", name)
             return there, False
         source = source if there is None else source.named(there.name)
-        isolated = limits.isolate
-        match = read_isolated(recording.files(), source, mapping) if isolated else read(source, mapping)
+        if not is_ours(source):
+            warm()
+        match = read_isolated(recording.files(), source, mapping) if limits.isolate else read(source, mapping)
         check()
         match = match if is_ours(source) else with_recognition(match)
         with store.locked("matches"):

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
+from threading import Thread
 
 import numpy as np
 import polars as pl
 
-from pipeline.matches.frame import Frames, MatchLog
+from pipeline.importers.rows import few_frames
+from pipeline.matches.frame import Frames, MatchInfo, MatchLog
 from pipeline.matches.quality import Flaw, quality_table
+from pipeline.pitch import PITCHES, Kind
 from pipeline.settings import SituationSettings, TrajectorySettings
+from pipeline.store.receipts import RELEASE
 from schemas.situations import MOVES_RANDOMLY
 
 #: Time of a match that is looked at, from where play begins, ns; it bounds what the look costs.
@@ -28,6 +33,17 @@ def with_recognition(match: MatchLog) -> MatchLog:
     if flaw is None:
         return match
     return replace(match, quality=pl.concat([match.quality, quality_table(match.info.match_id, [flaw])]))
+
+
+@cache
+def warm() -> None:
+    """Begin to load and compile what :func:`with_recognition` needs, once, while a recording is read.
+
+    The first time on a machine that takes ten seconds; numba lets who asks meanwhile wait for it.
+    """
+    info = MatchInfo(match_id="few", source="few", format="few", home="a", away="b", pitch=PITCHES[Kind.SSL],
+                     software=RELEASE)
+    Thread(target=_poor, args=(MatchLog(info, few_frames()),), name="recogniser", daemon=True).start()
 
 
 def _poor(match: MatchLog) -> Flaw | None:

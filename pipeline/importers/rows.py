@@ -10,7 +10,7 @@ import numpy.typing as npt
 import polars as pl
 
 from pipeline.arrays import F64, I64
-from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames
+from pipeline.matches.frame import AWAY, BALL_DTYPE, HOME, ROBOT_DTYPE, Frames
 from schemas import Referee, Side
 
 #: A higher score is a damaged file, not a match.
@@ -71,3 +71,15 @@ def pack(
     counts = np.bincount(frame_of, minlength=len(t_ns))
     offsets = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
     return Frames(number=number, t_ns=t_ns, ball=balls, offsets=offsets, robots=packed)
+
+
+def few_frames() -> Frames:
+    """Half a second of two robots a side and a rolling ball: enough to compile what reads frames."""
+    t_ns = np.arange(30, dtype=np.int64) * 16_000_000
+    frame_of = np.repeat(np.arange(len(t_ns)), 4)
+    team, number = np.tile([HOME, HOME, AWAY, AWAY], len(t_ns)), np.tile([0, 1, 0, 1], len(t_ns))
+    x = (2.0 * team - 1.0) * (0.1 + 0.2 * number) + frame_of * 0.01
+    return pack(
+        np.arange(len(t_ns), dtype=np.uint32), t_ns, {"x": t_ns / 1e9, "y": t_ns / 1e9}, frame_of,
+        {"team": team.astype(np.uint8), "id": number.astype(np.uint16), "x": x, "y": 0.1 * x, "theta": x},
+    )

@@ -18,10 +18,10 @@ import polars as pl
 
 from pipeline.arrays import I64
 from pipeline.importers.directions import WEAK, votes_of
-from pipeline.importers.rows import Event, pack, referee
+from pipeline.importers.rows import Event, few_frames, referee
 from pipeline.live.frames import framing, pitch_of
 from pipeline.live.whistle import Whistle
-from pipeline.matches.frame import AWAY, HOME, ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
+from pipeline.matches.frame import ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
 from pipeline.matches.quality import quality_table
 from pipeline.packets.recorder import Packet
 from pipeline.packets.streams import LeagueName
@@ -292,15 +292,8 @@ class _Segments:
 
 def prepare(league: LeagueName) -> None:
     """Load and compile what a follower needs, so that the first seconds of a match are not missed."""
-    t_ns = np.arange(30, dtype=np.int64) * 16_000_000
-    frame_of = np.repeat(np.arange(len(t_ns)), 4)
-    team, number = np.tile([HOME, HOME, AWAY, AWAY], len(t_ns)), np.tile([0, 1, 0, 1], len(t_ns))
-    x = (1.0 - 2.0 * team) * (0.1 + 0.2 * number) + frame_of * 0.01
     follower = Follower(league)
-    follower.see(pack(
-        np.arange(len(t_ns), dtype=np.uint32), t_ns, {"x": t_ns / 1e9, "y": t_ns / 1e9}, frame_of,
-        {"team": team.astype(np.uint8), "id": number.astype(np.uint16), "x": x, "y": 0.1 * x, "theta": x},
-    ))
+    follower.see(few_frames())
     follower.moment()
 
 
