@@ -21,6 +21,7 @@ from conftest import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
 from support import ssl_games, vsss_messages
+from support.protobufs import message_class
 from test_packets import REFEREE, T0, VISION, of_log
 from test_watch import namespace
 
@@ -35,7 +36,6 @@ from pipeline.bodies import BALL, THETA, VX, VY, X, Y
 from pipeline.errors import BadSettings
 from pipeline.importers.packets import vsss
 from pipeline.importers.readers import open_source, read
-from pipeline.importers.ssl_logs.wire import fields
 from pipeline.live.driver import BLIND_S, Job, streams_of
 from pipeline.live.encoding import Wheels, environment, robot_control, wheel_commands
 from pipeline.live.remote import RemoteController, asked
@@ -107,15 +107,22 @@ def test_environment_comes_back() -> None:
 
 @unit
 def test_robot_control() -> None:
-    """SSL's simulation control has forward, left and turn of each robot, required ones though they are 0."""
-    data, start, end = laid_out([Packet(0, 0, robot_control([(0, 0.5, -1.0), (3, 0.0, 0.0)]))])
-    robots = fields(data, start, end)[0].spans(1)
-    inner, _ = fields(data, robots.value, robots.end)
-    assert inner.varints(1)[1].tolist() == [0, 3]
-    move = inner.spans(2)
-    local = fields(data, move.value, move.end)[0].spans(2)
-    told, _ = fields(data, local.value, local.end)
-    assert [told.reals(data, number)[1].tolist() for number in (1, 2, 3)] == [[0.5, 0.0], [0.0, 0.0], [-1.0, 0.0]]
+    """Protobuf's library reads SSL's simulation control, every required field of it, though it is 0.
+
+    The fields are those of RoboCup-SSL/ssl-simulation-protocol (``proto/ssl_simulation_robot_control.proto`` at
+    9bec36d).
+    """
+    control = message_class({
+        "MoveLocalVelocity": [("forward", 1, "!float"), ("left", 2, "!float"), ("angular", 3, "!float")],
+        "RobotMoveCommand": [("local_velocity", 2, "MoveLocalVelocity")],
+        "RobotCommand": [("id", 1, "!uint32"), ("move_command", 2, "RobotMoveCommand"), ("kick_speed", 3, "float")],
+        "RobotControl": [("robot_commands", 1, "*RobotCommand")],
+    }, "RobotControl")
+    said = control.FromString(robot_control([(0, 0.5, -1.0), (3, 0.0, 0.0)]))
+    assert said.IsInitialized()
+    assert not any(command.HasField("kick_speed") for command in said.robot_commands)
+    moves = [(command.id, command.move_command.local_velocity) for command in said.robot_commands]
+    assert [(number, move.forward, move.left, move.angular) for number, move in moves] == [(0, 0.5, 0.0, -1.0), (3, 0.0, 0.0, 0.0)]
 
 
 @unit

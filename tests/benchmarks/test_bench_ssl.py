@@ -7,8 +7,8 @@ import struct
 
 import numpy as np
 import pytest
-from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from google.protobuf.internal import api_implementation
+from support.protobufs import message_class
 from support.ssl_long import long_log
 
 from pipeline.importers.ssl_logs.container import HEADER_BYTES, VISION_2014, Container
@@ -16,7 +16,7 @@ from pipeline.importers.ssl_logs.vision import detections
 
 SECONDS = 60
 MESSAGES = SECONDS * 75 * 4
-#: Fields of each message of the league: name, number, type (a message by its name), and whether it is repeated.
+#: Fields of the messages of the league.
 WIRE = {
     "Ball": [("confidence", 1, "float"), ("area", 2, "uint32"), ("x", 3, "float"), ("y", 4, "float"), ("z", 5, "float"),
              ("pixel_x", 6, "float"), ("pixel_y", 7, "float")],
@@ -36,20 +36,8 @@ def data():
 @pytest.fixture(scope="module")
 def packet():
     """Protobuf's class of a packet."""
-    file = descriptor_pb2.FileDescriptorProto(name="bench.proto", package="bench", syntax="proto2")
-    kinds = descriptor_pb2.FieldDescriptorProto
-    for name, fields in WIRE.items():
-        message = file.message_type.add(name=name)
-        for field, number, kind in fields:
-            message.field.add(
-                name=field, number=number, label=kinds.LABEL_REPEATED if kind.startswith("*") else kinds.LABEL_OPTIONAL,
-                type=kinds.TYPE_MESSAGE if kind.lstrip("*") in WIRE else getattr(kinds, f"TYPE_{kind.upper()}"),
-                type_name=f".bench.{kind.lstrip('*')}" if kind.lstrip("*") in WIRE else None,
-            )
-    pool = descriptor_pool.DescriptorPool()
-    pool.Add(file)
     assert api_implementation.Type() == "upb"
-    return message_factory.GetMessageClass(pool.FindMessageTypeByName("bench.Packet"))
+    return message_class(WIRE, "Packet")
 
 
 def contents(data):
