@@ -233,6 +233,13 @@ def season() -> Golden:
     return Golden(_csv(*shown), _versions("arena", *STAGES.of_matches, *STAGES.versioned, "seasons"), settings)
 
 
+def looking() -> Golden:
+    """Two games of a team that looks: what it saw, and what it makes of it."""
+    with _folder() as data:
+        settings, shown = played.looking(data)
+    return Golden(_csv(*shown), _versions("arena", *STAGES.of_matches, *STAGES.versioned, "seasons"), settings)
+
+
 def evaluation() -> Golden:
     """A pair of matches of 20 s, sides swapped."""
     static, random = (Entrant(name=kind, settings=TeamSettings(kind=kind)) for kind in ("static", "random"))
@@ -328,6 +335,7 @@ CASES: dict[str, Callable[[], Golden]] = {name: cache(make) for name, make in {
     "executors/confusion.txt": confusion,
     "matches/played-20s.txt": match,
     "seasons/two-games.txt": season,
+    "seasons/looking.txt": looking,
     "evaluations/pair-20s.txt": evaluation,
     "report/two-games.txt": report,
 }.items()}

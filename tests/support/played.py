@@ -20,7 +20,7 @@ from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.matches.frame import Frames, MatchLog
 from pipeline.store import Store
 from pipeline.studies.seasons.settings import Season, parse
-from schemas import ROLES, Behaviours, Games, Growth, Occasions, Policies
+from schemas import ROLES, Appraisals, Behaviours, Games, Growth, Occasions, Policies, Sights
 
 #: What the learned team knows: values of behaviours in any state, the same for each role.
 KNOWN = {"046-044-021": 0.5, "184": 0.5, "194": 0.1}
@@ -37,6 +37,21 @@ duration_s = 30
 [pipeline.knowledge]
 state_key = "self6"
 backoff = ["role0"]
+"""
+
+#: The team that looks, small: few actions, short trees.
+LOOKING = """
+base = "looking"
+games = 2
+practice = 1
+
+[referee]
+duration_s = 90
+
+[pipeline.policies.appraisals]
+trees = 3
+leaves = 4
+leaf_samples = 20
 """
 
 Shown = tuple[dict[str, object], list[pl.DataFrame]]
@@ -128,6 +143,22 @@ def season(data: Path) -> Shown:
             occasions=pl.len(), states=pl.col("state").n_unique()).sort("version", "key", "role"),
         most.group_by("key", maintain_order=True).head(15),
     ]
+
+
+def looking(data: Path) -> Shown:
+    """Two games of a team that looks: sights at its first decisions, and the trees that were grown of all."""
+    own = Season(name="golden-looking", opponent="static", seed=1, settings=parse(LOOKING, where="here"))
+    for game in (1, 2):
+        loop.learn(data, own, game, loop.play(data, own, game), discard=False)
+    inner = loop.store_of(data, own)
+    sights = pl.concat(inner.read_table(receipt, "sights", Sights) for receipt in inner.receipts("sequences"))
+    newest = inner.latest("policies")
+    assert newest is not None
+    trees = inner.read_table(newest, "appraisals", Appraisals).drop("version")
+    counts = trees.group_by("code", maintain_order=True).agg(
+        trees=pl.col("tree").n_unique(), leaves=pl.col("feature").is_null().sum(), sum=pl.col("value").sum())
+    first = sights.sort("match_id", "team", "t_ns", "robot").drop("match_id").head(6)
+    return own.model_dump(mode="json"), [counts, trees.head(40), first]
 
 
 def _places(frames: Frames, every: int) -> pl.DataFrame:
