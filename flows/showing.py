@@ -124,7 +124,7 @@ def show(board: Board, league: LeagueName, batches: _Batches) -> None:
         batches: sound packets, in order of time.
     """
     follower, status, delay = Follower(league), Status(league), _Delay()
-    shown = Snapshot("waits for packets", (None, None), (), ())
+    shown = Snapshot("waits for packets; Esc closes this window", (None, None), (), ())
     board.show(shown)
     painted = heard = time.monotonic()
     robots = _ROBOTS

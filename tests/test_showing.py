@@ -75,7 +75,7 @@ def test_a_match_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
             put([packet._replace(t_ns=time.time_ns())])
 
     first, *pictures = shown(monkeypatch, feed)
-    assert (first.clock, first.score, first.robots) == ("waits for packets", (None, None), ())
+    assert (first.clock, first.score, first.robots) == ("waits for packets; Esc closes this window", (None, None), ())
     assert len(pictures) > 20
     last = pictures[-1]
     assert last.clock.startswith("gameon, half 1, 0:00   (up to ")
