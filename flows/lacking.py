@@ -16,7 +16,7 @@ UNSCORED = ("goals unknown", "scorer unknown")
 #: ... and those that an import tells with their notes: what was assumed, and what a map would settle.
 REMARKABLE = (
     *UNSCORED, "goals inferred", "unit of angle", "text encoding", "unmatched map", "slow sampling",
-    "off the pitch", "ball lost",
+    "off the pitch", "ball lost", "poor recognition",
 )
 #: Remarks of an import that are told.
 _REMARKS = 12

@@ -54,6 +54,22 @@ def record_match(
     return record(Store(data), recipe, policies)
 
 
+def is_played(store: Store, recipe: Recipe) -> bool:
+    """Whether a match was played by a recipe, or is being played."""
+    playing = store.root / PLAYING / f"{recipe.match_id}.mcap"
+    return store.receipt("matches", recipe.match_id) is not None or playing.exists()
+
+
+def unplayed(store: Store, recipe: Recipe) -> Recipe:
+    """The recipe with the next seed that was not played with it.
+
+    A recipe does not say what people or others' programs do, so it cannot be played again.
+    """
+    while is_played(store, recipe):
+        recipe = recipe.model_copy(update={"seed": recipe.seed + 1})
+    return recipe
+
+
 @contextmanager
 def recording(store: Store, match: Match) -> Iterator[Callable[[], None]]:
     """Log a match while it is played; when the body ends, commit the match as its log says.

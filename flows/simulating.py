@@ -101,9 +101,9 @@ def simulate(
                 late += match.frame > 1  # the first frame compiles
                 due = now
             see(match.views[0], 0, match.attacks, bodies)
-            sender.send(streams["vision"], environment(match.frame, bodies, recipe.pitch, match.score))
-            for command in referee.says():
+            for command in referee.says():  # first, so that it is known when the frame comes that it is about
                 sender.send(streams["referee"], command)
+            sender.send(streams["vision"], environment(match.frame, bodies, recipe.pitch, match.score))
             sent += 1
             while True:
                 for one in receiver.receive(max(0.0, due - time.monotonic())):
@@ -131,6 +131,7 @@ class _Referee:
     def __init__(self, match: Match) -> None:
         self._match = match
         self._score = match.score
+        self._halves = [period.start_ns for period in match.laws.periods()]
         self._last: tuple[int, int] | None = None
         self._next = 0
 
@@ -147,4 +148,6 @@ class _Referee:
             self._next = match.frame + round(_AGAIN_S * match.laws.hz)
             told.append(now)
         half = 1 if match.attacks > 0 else 2
-        return [referee_command(foul, colour, match.frame / match.laws.hz, half) for foul, colour in told]
+        start = self._halves[min(half, len(self._halves)) - 1]
+        clock_s = max(match.laws.t_ns(match.frame) - start, 0) / 1e9
+        return [referee_command(foul, colour, clock_s, half) for foul, colour in told]

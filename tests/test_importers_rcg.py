@@ -147,6 +147,18 @@ def test_second_half() -> None:
     assert [(row[1], row[3], row[4]) for row in events(match)] == [("goal", 3, 1), ("kick-off", 3, 1)]
 
 
+def test_log_of_the_middle() -> None:
+    """A log that begins after a goal has the score that its first team line tells, less its own goals; else none."""
+    begins = (PARAMS, show(300), "(playmode 301 kick_off_l)", show(301), "(playmode 350 goal_r)")
+    told = read(log(*begins, "(team 350 A B 0 3)", show(350), "(playmode 351 kick_off_l)", show(351)))
+    assert [(row[1], row[3], row[4]) for row in events(told) if row[1] != "half"] == [
+        ("kick-off", 0, 2), ("goal", 0, 3), ("kick-off", 0, 3)]
+    unknown = read(log(*begins, show(350)))
+    assert [(row[1], row[3], row[4]) for row in events(unknown)] == [("kick-off", None, None), ("goal", None, None)]
+    whole = read(log("(playmode 0 kick_off_l)", show(0), "(playmode 1 goal_l)", show(1)))
+    assert [(row[1], row[3], row[4]) for row in events(whole)] == [("kick-off", 0, 0), ("goal", 1, 0)]
+
+
 def test_goal_by_score() -> None:
     """A goal counts once, also if only the score tells of it."""
     only_score = read(log("(team 0 A B 0 0)", show(1), "(team 2 A B 1 0)", show(2)))

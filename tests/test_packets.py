@@ -157,10 +157,44 @@ def test_vsss_without_a_score() -> None:
     assert match.info.settings["goals"]["from"] == "kick-off"  # type: ignore[index]
 
 
-def test_vsss_by_a_map() -> None:
-    match = imported(recorded("vsss", vsss_packets(2.0)), '[teams]\nhome = "yellow"\naway = "blue"\n')
+@pytest.mark.parametrize("teams", ['home = "yellow"\naway = "blue"', 'home = "yellow"', 'away = "blue"'])
+def test_vsss_by_a_map(teams: str) -> None:
+    """A map says who is home: bodies, score and goals are then as it says."""
+    match = imported(recorded("vsss", vsss_packets()), f"[teams]\n{teams}\n")
     assert (match.info.home, match.info.away) == ("yellow", "blue")
     assert match.frames.robots["x"][0] > 0
+    (goal,) = match.referee.filter(event="goal").select("team", "score_home", "score_away").rows()
+    assert goal == ("away", 0, 1)
+
+
+def test_vsss_teams_by_their_names() -> None:
+    """A map gives colours the names of teams, so that knowledge is of teams; a colour that is none is named."""
+    match = imported(recorded("vsss", vsss_packets(2.0)), '[teams.names]\nblue = "Us"\nyellow = "Rivals"\ngreen = "?"\n')
+    assert (match.info.home, match.info.away) == ("Us", "Rivals")
+    assert match.quality.filter(flaw="unmatched map")["note"].to_list() == [
+        "words of the map that are nowhere in the table: [teams.names] green"]
+
+
+def test_vsss_without_a_referee() -> None:
+    """FIRASim alone sends no referee's words: goals are those of the score, or found from the ball."""
+    for goals in (True, False):
+        packets = [packet for packet in vsss_packets(goals=goals) if packet.channel == VISION]
+        match = imported(recorded("vsss", packets))
+        assert match.referee.filter(event="goal")["team"].to_list() == ["home"]
+        assert match.info.settings["goals"]["from"] == ("score" if goals else "ball")  # type: ignore[index]
+
+
+def test_vsss_commands_at_one_time() -> None:
+    """Of several commands between two frames none is lost; what holds is said again without an event."""
+    packets = [packet for packet in vsss_packets(4.0) if packet.channel == VISION]
+    for at, *fouls in ((30, vsss_messages.GAME_ON), (90, vsss_messages.KICKOFF, vsss_messages.STOP), (100, vsss_messages.STOP),
+                       (150, vsss_messages.GAME_ON), (200, vsss_messages.GAME_ON)):
+        packets += [Packet(REFEREE, packets[at].t_ns - 5 + i, vsss_messages.command(foul, vsss_messages.YELLOW))
+                    for i, foul in enumerate(fouls)]
+    packets.sort(key=lambda packet: packet.t_ns)
+    match = imported(recorded("vsss", packets))
+    told = [(round(t_ns * 60 / 1e9), event) for t_ns, event in match.referee.select("t_ns", "event").rows()]
+    assert told == [(30, "play"), (90, "kick-off"), (90, "stop"), (150, "play")]
 
 
 def test_vsss_second_half() -> None:

@@ -11,9 +11,8 @@ from flows.catalog import renew
 from flows.commands.common import DEFAULTS, Common, Json
 from flows.commands.playing import AS_USUAL, Playing, WhoPlays
 from flows.commands.printing import console, print_json, print_stand_in
-from flows.matches import PLAYING
 from flows.person import PersonMatch
-from flows.record import recording
+from flows.record import is_played, recording, unplayed
 from flows.teams import entrant
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import Recipe, TeamSettings
@@ -76,18 +75,13 @@ def play(
 
 
 def _unplayed(store: Store, recipe: Recipe, seed: int | None) -> Recipe:
-    """The recipe with a seed that was not played yet; a recipe cannot repeat what a person did.
+    """The recipe with the seed that was asked for, else with one that was not played yet.
 
     Raises:
         BadSettings: if it has been played with the seed that was asked for.
     """
-    number = 1 if seed is None else seed
-    while True:
-        fresh = recipe.model_copy(update={"seed": number})
-        unsaved = store.root / PLAYING / f"{fresh.match_id}.mcap"
-        if store.receipt("matches", fresh.match_id) is None and not unsaved.exists():
-            return fresh
-        if seed is not None:
-            raise BadSettings(f"this match has been played with seed {seed}", where=fresh.match_id,
-                              next_step="Give another --seed, or none")
-        number += 1
+    fresh = recipe.model_copy(update={"seed": 1 if seed is None else seed})
+    if seed is not None and is_played(store, fresh):
+        raise BadSettings(f"this match has been played with seed {seed}", where=fresh.match_id,
+                          next_step="Give another --seed, or none")
+    return unplayed(store, fresh)

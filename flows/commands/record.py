@@ -14,7 +14,7 @@ from flows.commands.playing import AS_LEARNED, AS_USUAL, Learners, Many, Playing
 from flows.commands.printing import bars, console, print_frame, print_json, print_stand_in, say
 from flows.placement.pieces import spread
 from flows.placement.places import crew_at
-from flows.record import record_match
+from flows.record import record_match, unplayed
 from flows.simulating import STREAMS, simulate
 from pipeline.arena.match.controllers import PolicyTables
 from pipeline.arena.match.recipe import Recipe
@@ -49,7 +49,7 @@ def record_matches(
         home: Home team.
         away: Away team.
         seed: Seed of the first match; each later match has the next seed. The same teams, settings and
-            seed give the same match.
+            seed give the same match. With --serve: the first seed that was not played, from this one on.
         matches: Number of matches.
         playing: How the matches are played.
         learners: How learned teams play.
@@ -67,7 +67,7 @@ def record_matches(
         if matches != 1:
             raise BadSettings("only one match is served", where=f"--matches {matches}",
                               next_step="Leave it out")
-        recipe = Recipe(**how, home=teams[0].settings, away=teams[1].settings, seed=seed)
+        recipe = unplayed(store, Recipe(**how, home=teams[0].settings, away=teams[1].settings, seed=seed))
         _serve(store, recipe, policies, addressed(STREAMS, None, at), interface, json=json)
         renew(store)
         return

@@ -338,12 +338,11 @@ def _events(record: _Record, t_ns: I64, source: SourceFile) -> tuple[list[Event]
     """
     events: list[Event] = []
     told_goals = 0
-    score: dict[Side, int] = {"home": 0, "away": 0}
+    score = _score_at_start(record)
     half_cycles = record.server.half_cycles
     half = record.numbers[0] // half_cycles + 1 if half_cycles > 0 else 1
     told: set[tuple[int, Side]] = set()
     over = False
-    started = False
 
     def emit(index: int, event: str, note: str, team: Side | None = None) -> None:
         at = int(t_ns[min(index, len(t_ns) - 1)])
@@ -358,14 +357,13 @@ def _events(record: _Record, t_ns: I64, source: SourceFile) -> tuple[list[Event]
     for index, cycle, mark in record.marks:
         if isinstance(mark, tuple):
             for team, goals in zip(SIDES, mark, strict=True):
-                count(goals - score[team] if started else 0)
-                # a rise without a playmode; before the first sample it is the score at which the log begins
-                for _ in range(goals - score[team] if started else 0):
-                    score[team] += 1
+                before = score[team] or 0
+                count(goals - before)
+                for made in range(before + 1, goals + 1):  # a rise without a playmode
+                    score[team] = made
                     told.add((index, team))
                     emit(index, "goal", "team", team)
                 score[team] = goals
-            started = True
             continue
         mode, side = _split(mark)
         if mode in _BREAKS and 0 < half * half_cycles <= cycle:
@@ -376,7 +374,8 @@ def _events(record: _Record, t_ns: I64, source: SourceFile) -> tuple[list[Event]
         if mode == "goal" and side is not None:
             if (index, side) not in told:
                 count(1)
-                score[side] += 1
+                known = score[side]
+                score[side] = None if known is None else known + 1
                 emit(index, "goal", mark, side)
         elif mode == "kick_off":
             emit(index, "kick-off", mark, side)
@@ -391,6 +390,20 @@ def _events(record: _Record, t_ns: I64, source: SourceFile) -> tuple[list[Event]
             # pauses, offences (a restart of the other team follows) and the penalty shoot-out
             emit(index, "stop", mark)
     return events, over
+
+
+def _score_at_start(record: _Record) -> dict[Side, int | None]:
+    """The score at which the log begins: the first that it tells, without the goals that it has until then.
+
+    A log that tells none has 0 : 0 if it begins with the match; else nobody knows.
+    """
+    first = next(((index, mark) for index, _, mark in record.marks if isinstance(mark, tuple)), None)
+    if first is None:
+        usual = 0 if record.numbers[0] <= 1 else None
+        return {"home": usual, "away": usual}
+    at, goals = first
+    made = [_split(mark) for index, _, mark in record.marks if isinstance(mark, str) and index <= at]
+    return {team: max(told - made.count(("goal", team)), 0) for team, told in zip(SIDES, goals, strict=True)}
 
 
 def _split(mode: str) -> tuple[str, Side | None]:

@@ -161,8 +161,9 @@ def _listening(stream: Stream, interface: str | None) -> socket.socket:
     except OSError as error:
         ears.close()
         if error.errno is not None and error.strerror and "in use" in error.strerror:
-            raise StorageFailed("another program listens to it", where=where,
-                                next_step="End that program, or listen elsewhere: --group ADDRESS") from error
+            raise StorageFailed(
+                "another program listens to it", where=where,
+                next_step="End that program, or listen elsewhere: --at STREAM=ADDRESS:PORT") from error
         raise BadSettings(
             f"cannot be listened to ({error.strerror or error})", where=where,
             next_step=(

@@ -144,8 +144,9 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
         BadRecording: if it has no frame of bodies, or exceeds a limit.
         DamagedLog: if the recording does not say whose packets it has.
     """
-    table, pitch, lost, started = _table(source)
     teams = mapping.teams
+    blue_is_home = teams.home != _TEAMS[YELLOW] and teams.away != _TEAMS[BLUE]
+    table, pitch, lost, started = _table(source, blue_is_home=blue_is_home)
     if teams.home is None and teams.away is None:
         teams = teams.model_copy(update={"home": "blue", "away": "yellow"})
     told = PitchMap.model_validate(pitch | mapping.pitch.model_dump(exclude_none=True))
@@ -155,8 +156,10 @@ def read(source: SourceFile, mapping: TrackingMap) -> MatchLog:
     return replace(match, info=match.info.model_copy(update=own))
 
 
-def _table(source: SourceFile) -> tuple[pl.DataFrame, dict[str, object], int, datetime]:
-    """The recording as a tracking table of the plain form, its pitch, packets lost, and when it began."""
+def _table(
+    source: SourceFile, *, blue_is_home: bool
+) -> tuple[pl.DataFrame, dict[str, object], int, datetime]:
+    """The recording as a tracking table of the plain form, its pitch, packets lost, when it began."""
     channel = channels("vsss")
     parts, times, said, lost = [], [], list[Said](), 0
     for packets in Recording(source.content, source.name).packets():
@@ -180,7 +183,8 @@ def _table(source: SourceFile) -> tuple[pl.DataFrame, dict[str, object], int, da
     table = pl.DataFrame({
         "frame": of, "t": (t_ns[of] - t_ns[0]) / 1e9, "team": np.array(_TEAMS)[team],
         "player": bodies[:, ID], "x": bodies[:, X], "y": bodies[:, Y], "heading": bodies[:, THETA],
-        **_score(frames, of), "game_state": pl.Series(_states(said, t_ns), dtype=pl.String).gather(of),
+        **_score(frames, of, blue_is_home=blue_is_home),
+        "game_state": pl.Series(_states(said, t_ns), dtype=pl.String).gather(of),
     }).with_columns(
         player=pl.when(pl.col("team") != "ball").then(pl.col("player").cast(pl.Int64)),
         heading=pl.col("heading").fill_nan(None),
@@ -188,24 +192,33 @@ def _table(source: SourceFile) -> tuple[pl.DataFrame, dict[str, object], int, da
     return table, _pitch(frames), lost, datetime.fromtimestamp(int(t_ns[0]) / 1e9, tz=UTC)
 
 
-def _score(frames: F64, of: I64) -> dict[str, pl.Series]:
+def _score(frames: F64, of: I64, *, blue_is_home: bool) -> dict[str, pl.Series]:
     """Columns of the score, if the packets count goals."""
     goals = frames[:, [BLUE_GOALS, YELLOW_GOALS]]
     if not np.isfinite(goals).any():
         return {}
     goals = np.nan_to_num(goals)  # what is 0 need not be sent
-    return {f"score_{side}": pl.Series(goals[of, i].astype(np.int64)) for i, side in enumerate(SIDES)}
+    sides = SIDES if blue_is_home else SIDES[::-1]
+    return {f"score_{side}": pl.Series(goals[of, i].astype(np.int64)) for i, side in enumerate(sides)}
 
 
 def _states(said: list[Said], t_ns: I64) -> list[str | None]:
-    """State of the game of each frame: the last command's, with a half where that has changed."""
+    """State of the game of each frame: the commands since the frame before, else what held there.
+
+    Where the half has changed, a word says so.
+    """
     states: list[str | None] = [None] * len(t_ns)
-    last = -1
+    half, state, words = -1, "", list[str]()
     starts = np.searchsorted(t_ns, [command.t_ns for command in said]).tolist()
-    for command, first, end in zip(said, starts, [*starts[1:], len(t_ns)], strict=True):
-        new_half = command.half > last >= 1
-        last = max(last, command.half)
-        states[first:end] = [f"half+{command.state}" if new_half else command.state] * (end - first)
+    for command, first, end in zip(said, starts, [*starts, len(t_ns)][1:], strict=True):
+        words += ["half"] * (command.half > half >= 1) + [command.state]
+        half = max(half, command.half)
+        if first == end:
+            continue
+        if words != state.split("+")[-1:]:  # else what holds is said again
+            state = "+".join(dict.fromkeys(words))
+        states[first:end] = [state] * (end - first)
+        words = []
     return states
 
 

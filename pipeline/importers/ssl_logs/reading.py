@@ -171,7 +171,8 @@ def _teams(found: Survey, given: Teams, source: SourceFile) -> tuple[int, tuple[
                 where=source.name, next_step="Mend the map's [teams] table",
             )
         home = fits[0] if others == 0 else 1 - fits[0]
-    return home, (names[home], names[1 - home])
+    known = [given.names.get(colour, given.named(name)) for colour, name in zip(_COLOURS, names, strict=True)]
+    return home, (known[home], known[1 - home])
 
 
 def _inferred(

@@ -106,6 +106,8 @@ def unmatched(table: pl.DataFrame, mapping: TrackingMap) -> list[Flaw]:
     if "ball" in mapping.teams.model_fields_set and mapping.teams.ball not in teams:
         there = ", ".join(sorted(team for team in teams if team is not None)[:_SHOWN])
         words.append(f"[teams] ball = {mapping.teams.ball} (teams are {there})")
+    if unknown := [name for name in mapping.teams.names if name not in teams]:
+        words.append(f"[teams.names] {', '.join(unknown)}")
     if not words:
         return []
     return [Flaw("unmatched map", f"words of the map that are nowhere in the table: {'; '.join(words)}")]

@@ -102,12 +102,18 @@ class Teams(_Map):
             the table has one team only, that team must be named here.
         ball: the ball's name.
         home_attacks: side that home attacks in the first period, on a pitch drawn as in ``Axes``.
+        names: names to use for the file's, such as a team's for a colour.
     """
 
     home: str | None = None
     away: str | None = None
     ball: str = "ball"
     home_attacks: Literal["right", "left"] | None = None
+    names: dict[str, str] = Field(default_factory=dict)
+
+    def named(self, theirs: str) -> str:
+        """The name to use for a name of the file."""
+        return self.names.get(theirs, theirs)
 
 
 class GoalFinding(_Map):

@@ -113,8 +113,8 @@ def match_of(
     if source.damage is not None:
         flaws.append(Flaw("truncated", source.damage, start_ns=int(frames.t_ns.max())))
     info = MatchInfo(
-        match_id=source.match_id, source=name, format="tracking", home=names[0], away=names[1], pitch=pitch,
-        periods=periods,
+        match_id=source.match_id, source=name, format="tracking", home=mapping.teams.named(names[0]),
+        away=mapping.teams.named(names[1]), pitch=pitch, periods=periods,
         settings={"map": mapping.settings(), "guessed": guessed, "goals": told.settings()},
         software=f"pitchlore {__version__}", complete=incomplete is None,
         incomplete_reason=incomplete,
