@@ -65,8 +65,8 @@ def drive_robots(
     elif done.file is None:
         console().print("No vision came: is the simulator running, and does it send to this computer?")
     else:
-        score = "unknown" if done.score is None else "{} : {}".format(*done.score)
+        score = "? : ?" if done.score is None else "{} : {}".format(*done.score)
         console().print(
-            f"Blue and yellow {score}, {done.frames} frames in play, vision lost {done.blind} times. "
+            f"blue {score} yellow, {done.frames} frames in play, losses of vision: {done.blind}. "
             f"Kept in {done.file}; `pitchlore run` takes it.", soft_wrap=True)
     sys.exit(0 if done.file is not None else 1)
