@@ -10,7 +10,7 @@ import numpy as np
 import polars as pl
 
 from pipeline.importers.rows import few_frames
-from pipeline.matches.frame import Frames, MatchInfo, MatchLog
+from pipeline.matches.frame import MatchInfo, MatchLog
 from pipeline.matches.quality import Flaw, quality_table
 from pipeline.pitch import PITCHES, Kind
 from pipeline.settings import SituationSettings, TrajectorySettings
@@ -39,7 +39,8 @@ def with_recognition(match: MatchLog) -> MatchLog:
 def warm() -> None:
     """Begin to load and compile what :func:`with_recognition` needs, once, while a recording is read.
 
-    The first time on a machine that takes ten seconds; numba lets who asks meanwhile wait for it.
+    The first time on a machine that takes ten seconds, of which reading hides a part; numba lets who asks
+    meanwhile wait for it.
     """
     info = MatchInfo(match_id="few", source="few", format="few", home="a", away="b", pitch=PITCHES[Kind.SSL],
                      software=RELEASE)
@@ -76,9 +77,4 @@ def _begin(match: MatchLog) -> MatchLog:
     on = match.referee.filter(pl.col("event").cast(pl.String).is_in(_ON))["t_ns"]
     start = int(on[0]) if len(on) else 0
     chosen = (frames.t_ns >= start) & (frames.t_ns < start + LOOKED_NS)
-    counts = np.where(chosen, frames.counts(), 0)[chosen]
-    return replace(match, frames=Frames(
-        frames.number[chosen], frames.t_ns[chosen], frames.ball[chosen],
-        np.concatenate(([0], np.cumsum(counts))).astype(np.int64),
-        frames.robots[np.repeat(chosen, frames.counts())],
-    ))
+    return replace(match, frames=frames.where(chosen))

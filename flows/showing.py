@@ -8,14 +8,15 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
-from queue import Empty, Full
+from queue import Full, Queue
+from threading import Thread
 from types import TracebackType
-from typing import TYPE_CHECKING, Self, TypeAlias
+from typing import TYPE_CHECKING, Self
 
 from flows.child import belong
 from pipeline.arena.window import board_class
 from pipeline.errors import PitchloreError
-from pipeline.live.following import Follower, Moment, prepare
+from pipeline.live.following import Follower, Glimpse, prepare
 from pipeline.live.status import Status
 from pipeline.packets.recorder import Packet
 from pipeline.packets.streams import LeagueName
@@ -24,24 +25,23 @@ from pipeline.pitch import PITCHES, Kind
 from schemas import SIDES
 
 if TYPE_CHECKING:
-    from multiprocessing.queues import Queue
-
     from pipeline.arena.window.screen import Board
 
-#: Pictures a second, at most.
-_HZ = 40.0
-#: How long is waited for packets before the keys are looked at.
+#: Pictures a second, at most; and seconds after which the words are painted anew where nothing moves.
+_HZ, _AGAIN_S = 40.0, 0.5
+#: How long is waited for packets before the keys are looked at, seconds.
 _WAIT_S = 0.1
 #: Batches of packets that may wait for the window; more are not shown.
 _WAITING = 512
 #: Robots a side for whose situations there is room at first.
 _ROBOTS = 3
-#: For so long the greatest delay is shown, seconds; and a match without packets is one that goes on.
-_SAID_S, _SILENT_S = 1.0, 1.0
-_ENDS_S = 2.0
-
-#: Batches on their way to the window.
-_Batches: TypeAlias = "Queue[Sequence[Packet]]"
+#: The greatest delay of so long is shown, seconds.
+_SAID_S = 1.0
+#: Without anything to show for so long, the picture says since when, seconds.
+_SILENT_S = 1.0
+#: A window that has not closed by then is killed, seconds: it has nothing to save.
+_ENDS_S = 0.5
+_NAMES = ("blue", "yellow")
 
 
 class Showing:
@@ -50,7 +50,7 @@ class Showing:
     Args:
         league: whose packets are shown.
         where: who asks, for errors.
-        say: gets a line when the window is closed.
+        say: gets a line when the window opens, and when it is closed.
 
     Raises:
         BadSettings: if there is no screen to open it on.
@@ -60,14 +60,23 @@ class Showing:
     def __init__(self, league: LeagueName, where: str, say: Callable[[str], None]) -> None:
         board_class(where)
         context = multiprocessing.get_context("spawn")
-        self._batches: _Batches = context.Queue(_WAITING)
-        self._told, there = context.Pipe(duplex=False)
-        self._process = context.Process(target=_run, args=(league, where, self._batches, there), daemon=True)
-        self._there, self._say, self._open = there, say, True
+        self._waiting: Queue[Sequence[Packet]] = Queue(_WAITING)
+        self._inlet, self._outlet = context.Pipe(duplex=False)
+        self._told, self._tells = context.Pipe(duplex=False)
+        self._process = context.Process(
+            target=_run, args=(league, where, self._inlet, self._tells), daemon=True)
+        self._say, self._open = say, True
 
     def __enter__(self) -> Self:
-        self._process.start()
-        self._there.close()
+        self._say("Opening the window …")
+        # Ctrl-C is the recording's; the process inherits that it does not hear of it
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            self._process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        self._inlet.close()
+        self._tells.close()
         try:
             error = self._told.recv()
         except EOFError:
@@ -75,6 +84,7 @@ class Showing:
         if error is not None:
             self._end()
             raise error
+        Thread(target=self._hand_over, name="window", daemon=True).start()
         return self
 
     def __exit__(
@@ -91,64 +101,66 @@ class Showing:
             self._say("The window is closed; the recording goes on until Ctrl-C.")
         elif packets:
             with suppress(Full):
-                self._batches.put_nowait(packets)
+                self._waiting.put_nowait(packets)
+
+    def _hand_over(self) -> None:
+        """Hand the packets that wait to the window, until it is closed."""
+        with suppress(OSError):
+            while True:
+                self._outlet.send(self._waiting.get())
 
     def _end(self) -> None:
-        self._batches.cancel_join_thread()
         self._process.terminate()
         self._process.join(_ENDS_S)
-        self._process.kill()  # a window that hangs
+        self._process.kill()
         self._process.join()
 
 
-def _run(league: LeagueName, where: str, batches: _Batches, told: Connection) -> None:
+def _run(league: LeagueName, where: str, inlet: Connection, tells: Connection) -> None:
     """Open the window, tell that it is open or why not, and show what comes until it is closed."""
     belong()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the recording's
     try:
-        with board_class(where)(PITCHES[Kind(league)], ("blue", "yellow"), _HZ, _ROBOTS) as board:
-            prepare(league)
-            told.send(None)
-            told.close()
-            show(board, league, batches)
+        with board_class(where)(PITCHES[Kind(league)], _NAMES, _HZ, _ROBOTS) as board:
+            tells.send(None)
+            show(board, league, lambda: _arrived(inlet))
     except PitchloreError as error:
-        told.send(error)
+        tells.send(error)
 
 
-def show(board: Board, league: LeagueName, batches: _Batches) -> None:
+def show(board: Board, league: LeagueName, arrived: Callable[[], list[Packet]]) -> None:
     """Show what comes until the window is closed.
 
     Args:
         board: open.
         league: whose packets come.
-        batches: sound packets, in order of time.
+        arrived: the sound packets that came since its last call, in order of time; it waits a little.
     """
+    board.show(Snapshot("waits for packets; Esc closes this window", (None, None), (), ()))
+    prepare(league)
     follower, status, delay = Follower(league), Status(league), _Delay()
-    shown = Snapshot("waits for packets; Esc closes this window", (None, None), (), ())
-    board.show(shown)
-    painted = heard = time.monotonic()
-    robots = _ROBOTS
+    latest: Glimpse | None = None
+    robots, painted, seen = _ROBOTS, 0.0, 0.0
     while not board.listen().leave:
-        packets = _arrived(batches)
+        packets = arrived()
         follower.take(packets)
         status.see(packets)
         now = time.monotonic()
-        heard = now if packets else heard
         if now - painted < 1 / _HZ:
             continue
-        moment = follower.moment()
-        if moment is not None:
-            robots = max(robots, *(sum(robot.team == side for robot in moment.robots) for side in SIDES))
-            board.match(moment.pitch, moment.names, robots)
-            shown = snapshot(moment, status.state(), delay.said)
-        elif shown.robots and now - heard > _SILENT_S:
-            shown = shown._replace(clock=f"no packets for {now - heard:.0f} s")
-        else:
+        new = follower.glimpse()
+        if new is not None:
+            latest, seen = new, now
+        elif latest is None or now - painted < _AGAIN_S:
             continue
-        board.show(shown)
+        robots = max(robots, *(sum(each.team == side for each in latest.robots) for side in SIDES))
+        whistle = follower.whistle
+        latest = latest._replace(
+            names=whistle.names, score=whistle.score or (None, None), playing=whistle.playing)
+        board.match(latest.pitch, latest.names, robots)
+        board.show(snapshot(latest, status.state(), delay.said, now - seen))
         painted = now
-        if moment is not None:
-            delay.add((time.time_ns() - moment.t_ns) / 1e9)
+        if new is not None:
+            delay.add((time.time_ns() - new.t_ns) / 1e9)
 
 
 class _Delay:
@@ -169,22 +181,30 @@ class _Delay:
             self.said, self._most, self._since = self._most, 0.0, time.monotonic()
 
 
-def _arrived(batches: _Batches) -> list[Packet]:
+def _arrived(inlet: Connection) -> list[Packet]:
     """The packets that came since the last call; some time is waited for the first."""
     packets: list[Packet] = []
-    try:
-        packets += batches.get(timeout=_WAIT_S)
-        while True:
-            packets += batches.get_nowait()
-    except Empty:
-        return packets
+    wait_s = _WAIT_S
+    while inlet.poll(wait_s):
+        packets += inlet.recv()
+        wait_s = 0.0
+    return packets
 
 
-def snapshot(moment: Moment, state: str, delay: float | None) -> Snapshot:
-    """The moment as it is painted."""
-    words = state or ("play" if moment.playing else "play is stopped")
-    if delay is not None:
+def snapshot(glimpse: Glimpse, state: str, delay: float | None, silent: float) -> Snapshot:
+    """A glimpse as it is painted.
+
+    Args:
+        glimpse: what is shown.
+        state: the referee's words.
+        delay: how long ago what is shown happened at most, seconds; None where that is not known yet.
+        silent: how long nothing new was seen, seconds.
+    """
+    words = state or ("play" if glimpse.playing else "play is stopped")
+    if silent > _SILENT_S:
+        words += f"   (nothing new seen for {silent:.0f} s)"
+    elif delay is not None:
         words += f"   (up to {1000 * delay:.0f} ms ago)"
-    aims = ("attacks »", "« attacks") if moment.blue_attacks > 0 else ("« attacks", "attacks »")
+    aims = ("attacks »", "« attacks") if glimpse.blue_attacks > 0 else ("« attacks", "attacks »")
     return Snapshot(
-        words, moment.score, moment.trail, moment.robots, home_attacks=moment.blue_attacks, notes=aims)
+        words, glimpse.score, glimpse.trail, glimpse.robots, home_attacks=glimpse.blue_attacks, notes=aims)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import reduce
 from itertools import pairwise
 
 import numpy as np
@@ -13,12 +14,13 @@ from support import ssl_games, ssl_long, ssl_messages, vsss_messages
 from support.as_packets import vsss_packets_of
 from support.recordings import RSIM
 from support.recordings import imported as read_recording
-from support.ssl_messages import Tracked
+from support.ssl_messages import Message, Seen, Tracked
 from test_packets import REFEREE, T0, VISION, imported, of_log, recorded, vsss_packets
 
 from pipeline.importers.ssl_logs.container import Container
-from pipeline.live.following import Follower, Moment, joined
+from pipeline.live.following import Follower, Glimpse
 from pipeline.live.frames import framing, pitch_of
+from pipeline.matches.frame import Frames
 from pipeline.packets.recorder import Packet
 from pipeline.packets.streams import LeagueName
 from pipeline.painting import Robot
@@ -39,14 +41,14 @@ def batches(packets: Sequence[Packet], step_ns: int = PICTURE_NS) -> Iterator[li
         yield here
 
 
-def followed(league: LeagueName, packets: Sequence[Packet], step_ns: int = PICTURE_NS) -> tuple[list[Moment], pl.DataFrame]:
+def followed(league: LeagueName, packets: Sequence[Packet], step_ns: int = PICTURE_NS) -> tuple[list[Glimpse], pl.DataFrame]:
     """What is shown, and the situations that are settled, by times since the first packet."""
     settled: list[pl.DataFrame] = []
     follower = Follower(league, settled=settled.append)
     moments = []
     for batch in batches(packets, step_ns):
         follower.take(batch)
-        moments.append(follower.moment())
+        moments.append(follower.glimpse())
     first = packets[0].t_ns
     found = pl.concat([Situations.empty(), *settled]).with_columns(pl.col("start_ns", "end_ns") - first)
     return [moment for moment in moments if moment is not None], found
@@ -78,7 +80,7 @@ def test_at_most_a_tenth_of_a_second_ago() -> None:
     shown = []
     for batch in batches(vsss_packets(4.0)):
         follower.take(batch)
-        moment = follower.moment()
+        moment = follower.glimpse()
         if batch and moment is not None:
             shown.append((batch[-1].t_ns - moment.t_ns) / 1e6)
     assert len(shown) > 100
@@ -169,7 +171,7 @@ def test_cameras_as_in_a_log() -> None:
             count = int(rng.integers(1, most + 1))
             parts.append(making.take(left[:count]))
             left = left[count:]
-        found = joined(parts)
+        found = reduce(Frames.followed_by, parts)
         assert len(found) == len(whole)
         np.testing.assert_allclose(np.diff(found.t_ns), np.diff(whole.t_ns), atol=1_000)  # seconds as doubles
         assert found.ball.tobytes() == whole.ball.tobytes()
@@ -193,6 +195,45 @@ def test_a_tracker_is_preferred_until_it_is_silent() -> None:
             assert blue == [pytest.approx(2.5)]
         if t > 2.2:
             assert blue == [pytest.approx(2.0)]
+
+
+@pytest.mark.parametrize("at_once", [1, 2, 3, 7])
+def test_a_clock_that_begins_anew(at_once: int) -> None:
+    """A simulator that restarts counts from 0 again: the match goes on at once, however its packets come together."""
+    cameras = of_log([
+        ssl_games.seen(i, geometry=ssl_games.GEOMETRY, balls=[Seen(0.01 * i, 0.0)], blue=[Seen(1.0, 0.0, 2, 0.0)])
+        if i < 65 else
+        Message(ssl_games.ns(i * ssl_games.STEP), 4, ssl_messages.vision(i, (i - 65) * ssl_games.STEP, blue=[Seen(1.0, 0.0, 2, 0.0)]))
+        for i in range(130)])
+    follower, shown = Follower("ssl"), []
+    for first in range(0, len(cameras), at_once):
+        follower.take(cameras[first:first + at_once])
+        glimpse = follower.glimpse()
+        shown.append(glimpse is not None)
+    assert sum(shown[-len(shown) // 3:]) >= 0.8 * len(shown) / 3
+
+
+def test_our_clock_is_set_back() -> None:
+    """The match begins anew when arrivals jump back by more than what is kept."""
+    packets = vsss_packets(2.0)
+    late = [packet._replace(t_ns=packet.t_ns - 3_600 * 10**9) for packet in vsss_packets(4.0)]
+    follower = Follower("vsss")
+    follower.take(packets)
+    assert follower.glimpse() is not None
+    follower.take(late)
+    assert follower.glimpse() is not None
+
+
+def test_what_is_no_match() -> None:
+    """Scores that no match has, bodies beyond any pitch and numbers of no robot are left out; the rest is shown."""
+    def at(i: int) -> bytes:
+        yellow = [(0, 0.4, 0.0, 0.0), (1, 1e30, 0.0, 0.0), (200, 0.1, 0.1, 0.0)]
+        return vsss_messages.environment(i, (1e30, 0.0), yellow, [(0, -0.4, 0.0, 0.0)], goals=(32_768, 3) if i % 2 else (2, 1))
+
+    moments, _ = followed("vsss", [Packet(VISION, T0 + i * 16_666_667, at(i)) for i in range(60)])
+    assert moments[-1].score == (2, 1)
+    assert {(robot.team, robot.number) for robot in moments[-1].robots} == {("home", 0), ("away", 0)}
+    assert moments[-1].trail == []
 
 
 def test_frames_of_no_packets() -> None:

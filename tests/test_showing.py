@@ -13,7 +13,8 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
-from test_packets import T0, VISION, listed, vsss_packets
+from support import vsss_messages
+from test_packets import REFEREE, T0, VISION, listed, vsss_packets
 from test_watch import in_a_process, send_to
 
 from flows import showing
@@ -21,7 +22,7 @@ from flows.showing import Showing, show
 from pipeline.errors import BadSettings, NotFound
 from pipeline.live.following import prepare
 from pipeline.packets.recorder import Packet
-from pipeline.painting import Snapshot
+from pipeline.painting import Robot, Snapshot
 from pipeline.pitch import PITCHES, Kind
 
 pygame = pytest.importorskip("pygame", reason="pygame-ce is not installed (the extra `play`)")
@@ -56,13 +57,24 @@ def shown(monkeypatch: pytest.MonkeyPatch, feed: Callable[[Callable[[list[Packet
     with Board(PITCHES[Kind.VSSS], ("blue", "yellow"), 40.0, 3) as board:
         thread = Thread(target=go)
         thread.start()
-        show(board, "vsss", batches)  # type: ignore[arg-type]
+        show(board, "vsss", lambda: arrived(batches))
         thread.join()
         size = pygame.display.get_window_size()
         assert pygame.display.get_caption()[0] == "Pitchlore: blue - yellow"
         assert pygame.transform.average_color(pygame.display.get_surface())[1] > 20  # it is mostly grass
         assert min(size) > 400
     return pictures
+
+
+def arrived(batches: queue.Queue[list[Packet]]) -> list[Packet]:
+    """What has been put since the last call, as the window's process gets it."""
+    packets: list[Packet] = []
+    try:
+        packets += batches.get(timeout=0.1)
+        while True:
+            packets += batches.get_nowait()
+    except queue.Empty:
+        return packets
 
 
 @pytest.mark.usefixtures("no_screen")
@@ -86,23 +98,41 @@ def test_a_match_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("no_screen")
-def test_silence_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    """When packets fail to come, the last picture stays, with the time since then."""
+@pytest.mark.parametrize("bodies", [6, 0])
+def test_silence_is_said(monkeypatch: pytest.MonkeyPatch, bodies: int) -> None:
+    """When vision fails the last picture stays, with the time since then; the referee's words and score go on."""
     monkeypatch.setattr(showing, "_SILENT_S", 0.3)
 
     def feed(put: Callable[[list[Packet]], None]) -> None:
         put([packet for packet in vsss_packets(1.0) if packet.channel == VISION])
-        time.sleep(1.5)
+        for step in range(3):
+            time.sleep(0.5)
+            put([Packet(REFEREE, T0 + 2 * 10**9, vsss_messages.command(vsss_messages.HALT, clock=7.0)),
+                 *([] if bodies else [Packet(VISION, T0 + 2 * 10**9, vsss_messages.environment(90 + step, None, goals=(0, 3)))])])
 
     last = shown(monkeypatch, feed)[-1]
-    assert last.clock in ("no packets for 1 s", "no packets for 2 s")
+    assert last.clock.startswith("halt, half 1, 0:07   (nothing new seen for ")
     assert len(last.robots) == 6
+    assert last.score == ((None, None) if bodies else (0, 3))
+
+
+@pytest.mark.usefixtures("no_screen")
+@pytest.mark.parametrize("size", [(480, 460), (980, 860)])
+def test_many_robots_in_a_small_window(monkeypatch: pytest.MonkeyPatch, size: tuple[int, int]) -> None:
+    """The list takes at most two fifths of the height; the pitch stays, and who has no line is not listed."""
+    monkeypatch.setattr("pipeline.arena.window.screen.SIZE", size)
+    robots = [Robot(side, i, (0.02 * i, 0.1), None, "moves randomly") for side in ("home", "away") for i in range(32)]
+    with Board(PITCHES[Kind.VSSS], ("blue", "yellow"), 40.0, 32) as board:
+        board.show(Snapshot("play", (0, 0), (), robots))
+        assert pygame.transform.average_color(pygame.display.get_surface())[1] > 15
 
 
 def test_beside_a_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The recording has every packet that was sent, and ends at Ctrl-C with the window."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     process = in_a_process(tmp_path, "--replay")
+    assert process.stderr is not None
+    assert process.stderr.readline() == "Opening the window …\n"
     sent = vsss_packets(2.0)
     send_to(process, sent)
     time.sleep(0.5)
@@ -120,10 +150,10 @@ def test_a_window_that_does_not_keep_up() -> None:
     with Showing("vsss", "watch", said.append) as window:
         os.kill(_only_child(), 19)  # it stands still
         began = time.monotonic()
-        for _ in range(2_000):
+        for _ in range(2_000):  # some go into the pipe, some wait
             window.see([Packet(VISION, T0, b"x" * 1000)])
         assert time.monotonic() - began < 2
-    assert said == []
+    assert said == ["Opening the window …"]
 
 
 @pytest.mark.usefixtures("no_screen")
@@ -137,7 +167,7 @@ def test_a_window_that_is_closed() -> None:
             child.join(5)
         for _ in range(3):
             window.see([Packet(VISION, T0, b"")])
-    assert said == ["The window is closed; the recording goes on until Ctrl-C."]
+    assert said == ["Opening the window …", "The window is closed; the recording goes on until Ctrl-C."]
 
 
 def _only_child() -> int:

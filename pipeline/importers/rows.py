@@ -74,8 +74,9 @@ def pack(
 
 
 def few_frames() -> Frames:
-    """Half a second of two robots a side and a rolling ball: enough to compile what reads frames."""
+    """Half a second of two robots a side and a ball, one frame late: enough to compile what reads frames."""
     t_ns = np.arange(30, dtype=np.int64) * 16_000_000
+    t_ns[[10, 11]] = t_ns[[11, 10]]
     frame_of = np.repeat(np.arange(len(t_ns)), 4)
     team, number = np.tile([HOME, HOME, AWAY, AWAY], len(t_ns)), np.tile([0, 1, 0, 1], len(t_ns))
     x = (2.0 * team - 1.0) * (0.1 + 0.2 * number) + frame_of * 0.01

@@ -4,11 +4,13 @@ The frames of the last second become trajectories as those of a log do. A sample
 velocities are taken from has come, 0.05 s later. Settled samples go to the incremental recogniser.
 
 What is known only later is not known here: that a body which seems to jump was put elsewhere (0.25 s later),
-that frames come late, and what kind of stop a referee's word is. There the situations of the log differ.
+that frames come late, and what kind of stop a referee's word is. And a segment of play begins anew each
+minute. There the situations of the log differ.
 """
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Literal, NamedTuple
@@ -21,12 +23,12 @@ from pipeline.importers.directions import WEAK, votes_of
 from pipeline.importers.rows import Event, few_frames, referee
 from pipeline.live.frames import framing, pitch_of
 from pipeline.live.whistle import Whistle
-from pipeline.matches.frame import ROBOT_DTYPE, Frames, MatchInfo, MatchLog, Period
+from pipeline.matches.frame import Frames, MatchInfo, MatchLog, Period
 from pipeline.matches.quality import quality_table
 from pipeline.packets.recorder import Packet
 from pipeline.packets.streams import LeagueName
 from pipeline.painting import Point, Robot
-from pipeline.pitch import PITCHES, Kind, Pitch
+from pipeline.pitch import PITCHES, SCALES, Kind, Pitch
 from pipeline.settings import SituationSettings, TrajectorySettings
 from pipeline.situations.incremental import Recogniser
 from pipeline.store.receipts import RELEASE
@@ -37,6 +39,8 @@ from schemas import SIDES, Situations
 _KEPT_NS = 1_000_000_000
 #: What a robot did is shown for so long after its end, ns; so is the way of the ball.
 _SHOWN_NS = 700_000_000
+#: A segment of play that lasts longer begins anew, ns: looking at it costs more, the longer it is.
+_ANEW_NS = 60_000_000_000
 #: How often packets are asked for the size of the pitch, ns.
 _ASK_NS = 1_000_000_000
 #: Frames that a vote of the bodies on the sides needs.
@@ -45,7 +49,7 @@ _MATCH = "live"
 _CLEANING, _RECOGNISING = TrajectorySettings(), SituationSettings()
 
 
-class Moment(NamedTuple):
+class Glimpse(NamedTuple):
     """A match as it was a moment ago; blue is home.
 
     Attributes:
@@ -78,6 +82,9 @@ class Follower:
         recognising: how situations are recognised.
         settled: gets the situations of each segment of play that is over, rows of schema Situations; their
             times are Unix time.
+
+    Attributes:
+        whistle: the state of play, as the packets tell it now.
     """
 
     def __init__(
@@ -87,7 +94,7 @@ class Follower:
     ) -> None:
         self._league, self._cleaning, self._recognising = league, cleaning, recognising
         self._settled = settled
-        self._framing, self._whistle = framing(league), Whistle(league)
+        self._framing, self.whistle = framing(league), Whistle(league)
         self._asked_ns = 0
         self._begin(PITCHES[Kind(league)])
 
@@ -95,8 +102,8 @@ class Follower:
         """Begin anew, on a pitch of another size."""
         self._pitch = pitch
         self._recogniser = Recogniser(_MATCH, pitch, self._recognising)
-        self._frames: list[Frames] = []
-        self._play = _Play(self._whistle)
+        self._frames: Frames | None = None
+        self._play = _Play(self.whistle)
         self._sides = _Sides()
         self._segments = _Segments()
         self._known_ns = -1
@@ -113,24 +120,24 @@ class Follower:
             self._asked_ns = self._asked_ns if pitch is None else packets[-1].t_ns
             if pitch is not None and pitch != self._pitch:
                 self._begin(pitch)
-        self._whistle.hear(packets)
-        self._play.hear(self._whistle, packets[-1].t_ns)
+        self.whistle.hear(packets)
+        self._play.hear(self.whistle, packets[-1].t_ns)
         self.see(self._framing.take(packets))
 
     def see(self, frames: Frames) -> None:
         """Take up frames, as :meth:`take` finds them."""
         if len(frames):
-            self._sides.see(frames, self._whistle)
-            self._frames.append(frames)
+            if int(frames.t_ns[-1]) < self._known_ns - _KEPT_NS:  # the clock was set back
+                self._begin(self._pitch)
+            self._sides.see(frames, self.whistle)
+            self._frames = frames if self._frames is None else self._frames.followed_by(frames)
 
-    def moment(self) -> Moment | None:
+    def glimpse(self) -> Glimpse | None:
         """The latest settled sample; None where there is no new one."""
-        if not self._frames:
+        if self._frames is None:
             return None
-        frames = joined(self._frames)
-        last_ns = int(frames.t_ns.max())
-        frames = since(frames, last_ns - _KEPT_NS)
-        self._frames = [frames]
+        t_ns = self._frames.t_ns
+        frames = self._frames = self._frames.where(t_ns >= t_ns.max() - _KEPT_NS)
         settled_ns = self._settled_until(np.sort(frames.t_ns))
         if settled_ns <= self._known_ns:
             return None
@@ -144,7 +151,7 @@ class Follower:
         recent = pl.col("end_ns") > settled_ns - _SHOWN_NS
         self._done = pl.concat([self._done, done]).filter(recent)
         doing = pl.concat([self._done, self._recogniser.open().filter(recent)])
-        return self._moment(new, doing)
+        return self._glimpse(new, doing)
 
     def _settled_until(self, t_ns: I64) -> int:
         """Time of the last sample whose velocities do not depend on samples to come; -1 if there is none."""
@@ -165,7 +172,7 @@ class Follower:
         log = MatchLog(info=info, frames=frames, referee=events, quality=quality_table(_MATCH, []))
         return trajectories(log, self._cleaning)[0].filter(pl.col("t_ns") <= until_ns)
 
-    def _moment(self, new: pl.DataFrame, doing: pl.DataFrame) -> Moment:
+    def _glimpse(self, new: pl.DataFrame, doing: pl.DataFrame) -> Glimpse:
         """The last of the new samples, with the situations that the robots are in, or were in last."""
         latest = doing.sort("end_ns", maintain_order=True).unique(("team", "robot"), keep="last")
         words = {(team, robot): str(name).removeprefix("Robot ")
@@ -173,10 +180,11 @@ class Follower:
         now_ns = self._known_ns
         balls = new.filter(pl.col("team") == "ball").select("segment", "t_ns", "x", "y", "turned")
         for segment, t_ns, *place in balls.iter_rows():
-            if segment != self._trail_of:  # it was put there
-                self._trail.clear()
-                self._trail_of = segment
-            self._trail.append((t_ns, _unturned(*place)))
+            here = _unturned(*place)
+            if segment != self._trail_of or (self._trail and not self._reaches(*self._trail[-1], t_ns, here)):
+                self._trail.clear()  # it was put there
+            self._trail_of = segment
+            self._trail.append((t_ns, here))
         while self._trail and self._trail[0][0] < now_ns - _SHOWN_NS:
             self._trail.popleft()
         seen = self._trail and self._trail[-1][0] == now_ns
@@ -187,10 +195,15 @@ class Follower:
                 pl.col("t_ns") == now_ns, pl.col("team") != "ball").select(
                 "team", "robot", "x", "y", "theta", "turned").iter_rows()
         ]
-        return Moment(
-            now_ns, self._pitch, self._whistle.names, self._whistle.score or (None, None), self._sides.now,
-            self._whistle.playing, [place for _, place in self._trail] if seen else [], robots,
+        return Glimpse(
+            now_ns, self._pitch, self.whistle.names, self.whistle.score or (None, None), self._sides.now,
+            self.whistle.playing, [place for _, place in self._trail] if seen else [], robots,
         )
+
+    def _reaches(self, since_ns: int, there: Point, t_ns: int, here: Point) -> bool:
+        """Whether the ball can have rolled from one place to another."""
+        scales = SCALES[self._pitch.kind]
+        return math.dist(there, here) <= scales.max_ball_speed * (t_ns - since_ns) / 1e9 + scales.robot_radius
 
 
 def _unturned(x: float, y: float, turned: bool) -> Point:
@@ -216,10 +229,16 @@ class _Play:
             self._events.append(Event(t_ns, "play" if whistle.playing else "stop", None, *score))
             self._last = whistle.playing
 
+        self._forget(t_ns - 2 * _KEPT_NS)
+
+    def _forget(self, until_ns: int) -> None:
+        """Forget events before a time, and keep the state that they leave."""
+        while self._events and self._events[0].t_ns < until_ns:
+            self._first = self._events.pop(0).event == "play"
+
     def events(self, start_ns: int) -> list[Event]:
         """The events from a time on, before them the state at that time; earlier ones are forgotten."""
-        while self._events and self._events[0].t_ns < start_ns:
-            self._first = self._events.pop(0).event == "play"
+        self._forget(start_ns)
         return [Event(start_ns, "play" if self._first else "stop"), *self._events]
 
 
@@ -273,8 +292,8 @@ class _Segments:
     def renumbered(self, rows: pl.DataFrame, known_ns: int) -> pl.DataFrame:
         """Trajectories of a window with the numbers of the whole match, for samples after ``known_ns``.
 
-        A segment that goes on keeps its number. If the window shows that it ended meanwhile (the ball was put
-        elsewhere), the next sample begins another.
+        A segment that goes on keeps its number, for a minute. If the window shows that it ended meanwhile
+        (the ball was put elsewhere), the next sample begins another.
         """
         spans = rows.drop_nulls("segment").group_by("segment", maintain_order=True).agg(
             first=pl.col("t_ns").min(), last=pl.col("t_ns").max()).sort("segment")
@@ -283,6 +302,7 @@ class _Segments:
         for segment, first, last in spans.iter_rows():
             same = first == begin or first <= self._began_ns
             goes_on = same and self._last >= 0 and first <= known_ns < last
+            goes_on &= last - self._began_ns < _ANEW_NS
             if last > known_ns and not goes_on:
                 self._last, self._began_ns = self._last + 1, max(first, known_ns + 1)
             numbers[segment] = self._last
@@ -294,30 +314,4 @@ def prepare(league: LeagueName) -> None:
     """Load and compile what a follower needs, so that the first seconds of a match are not missed."""
     follower = Follower(league)
     follower.see(few_frames())
-    follower.moment()
-
-
-def joined(parts: Sequence[Frames]) -> Frames:
-    """Frames one after the other."""
-    edges = np.cumsum([0, *(len(part.robots) for part in parts)])
-    offsets = [part.offsets[:-1] + edge for part, edge in zip(parts, edges, strict=False)]
-    return Frames(
-        number=np.concatenate([part.number for part in parts]),
-        t_ns=np.concatenate([part.t_ns for part in parts]),
-        ball=np.concatenate([part.ball for part in parts]),
-        offsets=np.concatenate([*offsets, edges[-1:]]),
-        robots=np.frombuffer(b"".join(part.robots.tobytes() for part in parts), ROBOT_DTYPE),
-    )
-
-
-def since(frames: Frames, t_ns: int) -> Frames:
-    """The frames that are not earlier than a time."""
-    kept = frames.t_ns >= t_ns
-    if kept.all():
-        return frames
-    counts = frames.counts()
-    return Frames(
-        number=frames.number[kept], t_ns=frames.t_ns[kept], ball=frames.ball[kept],
-        offsets=np.concatenate(([0], np.cumsum(counts[kept]))).astype(np.int64),
-        robots=frames.robots[np.repeat(kept, counts)],
-    )
+    follower.glimpse()

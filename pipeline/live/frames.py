@@ -31,6 +31,10 @@ _SILENT_NS = 500_000_000
 _OFF_NS = 500_000_000
 
 
+#: No pitch reaches so far, metres, and no robot has so great a number.
+_FURTHEST_M, _NUMBERS = 100.0, 32
+
+
 class Framing(Protocol):
     """Makes frames of a league's packets."""
 
@@ -85,13 +89,13 @@ class _Vsss:
         ball = np.full((2, len(t_ns)), np.nan)
         ball[:, of[is_ball]] = bodies[is_ball][:, [vsss.X, vsss.Y]].T
         robots, places = bodies[~is_ball], of[~is_ball]
-        return pack(
+        return _bounded(pack(
             np.nan_to_num(found.frames[:, vsss.STEP]).astype(np.uint32), t_ns,
             {"x": ball[0], "y": ball[1]}, places,
             {"team": np.where(robots[:, vsss.TEAM] == vsss.BLUE, HOME, AWAY).astype(np.uint8),
              "id": robots[:, vsss.ID].astype(np.uint16),
              "x": robots[:, vsss.X], "y": robots[:, vsss.Y], "theta": robots[:, vsss.THETA]},
-        )
+        ))
 
 
 class _Ssl:
@@ -148,10 +152,25 @@ class _Ssl:
             gathering.add(part)
         captured = np.rint(np.concatenate([part.captured for part in samples]) * 1e9).astype(np.int64)
         received = np.concatenate([part.packets[:, RECEIVED] for part in samples])
-        off = np.flatnonzero(np.abs(captured - self._ahead_ns - received) > _OFF_NS)
-        if len(off):
-            self._ahead_ns = int(captured[off[-1]] - received[off[-1]])
-        return replace(gathering.joined().frames, t_ns=captured - self._ahead_ns)
+        ahead = np.full(len(captured), self._ahead_ns)
+        while len(off := np.flatnonzero(np.abs(captured - ahead - received) > _OFF_NS)):
+            ahead[off[0]:] = captured[off[0]] - received[off[0]]
+        self._ahead_ns = int(ahead[-1]) if len(ahead) else self._ahead_ns
+        return _bounded(replace(gathering.joined().frames, t_ns=captured - ahead))
+
+
+def _bounded(frames: Frames) -> Frames:
+    """The frames without what is no body of a match: anybody may send packets."""
+    ball, robots = frames.ball.copy(), frames.robots
+    far = np.maximum(np.abs(ball["x"]), np.abs(ball["y"])) > _FURTHEST_M
+    ball["x"][far] = ball["y"][far] = np.nan
+    near = np.maximum(np.abs(robots["x"]), np.abs(robots["y"])) <= _FURTHEST_M
+    near &= robots["id"] < _NUMBERS
+    if near.all():
+        return replace(frames, ball=ball)
+    counts = np.bincount(frames.robot_frames()[near], minlength=len(frames))
+    offsets = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
+    return replace(frames, ball=ball, offsets=offsets, robots=robots[near])
 
 
 _SIZES: dict[LeagueName, Callable[[Sequence[Packet]], dict[str, float] | None]] = {

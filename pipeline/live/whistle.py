@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from pipeline.importers.packets import vsss
+from pipeline.importers.rows import MAX_SCORE
 from pipeline.importers.ssl_logs.commands import COMMANDS, STAGES
 from pipeline.live.referee import said_in
 from pipeline.live.screening import laid_out
@@ -59,7 +60,7 @@ class Whistle:
                 self.half = 2 if command.half >= 2 else 1
         seen = [packet for packet in packets if packet.channel == self._channels["vision"]]
         if seen:
-            self.score = vsss.score(vsss.environments(*laid_out(seen[-1:]))) or self.score
+            self._count(vsss.score(vsss.environments(*laid_out(seen[-1:]))) or (None, None))
 
     def _ssl(self, packet: Packet) -> None:
         said = said_in(packet)
@@ -69,5 +70,12 @@ class Whistle:
             self.blue_attacks = -1 if said.blue_on_positive else 1
         self.names = (said.names[1] or self.names[0], said.names[0] or self.names[1])
         yellow, blue = said.goals
-        if yellow is not None and blue is not None:
+        self._count((blue, yellow))
+
+    def _count(self, score: tuple[int | None, int | None]) -> None:
+        """Take up goals of blue and of yellow, if they are told and a match may have so many."""
+        blue, yellow = score
+        if blue is None or yellow is None:
+            return
+        if min(blue, yellow) >= 0 and max(blue, yellow) <= MAX_SCORE:
             self.score = (blue, yellow)

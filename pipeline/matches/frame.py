@@ -142,6 +142,25 @@ class Frames:
         """Index of the frame of each row of ``robots``, int64 [offsets[-1]]."""
         return np.repeat(np.arange(len(self), dtype=np.int64), self.counts())
 
+    def where(self, chosen: Bools) -> Frames:
+        """The frames that are chosen, by bool [F]."""
+        counts = self.counts()
+        return Frames(
+            number=self.number[chosen], t_ns=self.t_ns[chosen], ball=self.ball[chosen],
+            offsets=np.concatenate(([0], np.cumsum(counts[chosen]))).astype(np.int64),
+            robots=self.robots[np.repeat(chosen, counts)],
+        )
+
+    def followed_by(self, other: Frames) -> Frames:
+        """These frames, and then the others."""
+        return Frames(
+            number=np.concatenate((self.number, other.number)), t_ns=np.concatenate((self.t_ns, other.t_ns)),
+            ball=np.concatenate((self.ball, other.ball)),
+            offsets=np.concatenate((self.offsets, other.offsets[1:] + self.offsets[-1])),
+            # as bytes, because numpy drops the padding of records that it joins
+            robots=np.frombuffer(self.robots.tobytes() + other.robots.tobytes(), ROBOT_DTYPE),
+        )
+
 
 class Heights(NamedTuple):
     """The ball's height where the source gives it: int64 [H] times of samples, ns, and float32 [H] metres."""

@@ -114,9 +114,17 @@ class Recogniser:
                 continue
             robot = segment.robots.setdefault(self._bodies[body], _Robot())
             first = robot.extend(index - start + places, part.t_ns[index], self._settings.flicker_s)
+            met = set()
             for group, other, fill in groups(row, part, index, distances, self._pitch):
                 number = -1 if other < 0 else self._bodies[bodies[other]]
+                met.add((group, number))
                 self._match(robot, group, number, first, fill)
+            back = np.flatnonzero(robot.fresh.all[first:])
+            if len(back):
+                for (group, number), run in robot.runs.items():
+                    if (group, number) not in met:
+                        run.found += self._workers[group].interrupted(
+                            robot.t_ns.all[: first + back[0]], number, run.marks)
 
     def _match(self, robot: _Robot, group: str, other: int, first: int, fill: Fill) -> None:
         """Run a group of rules over a robot's samples from ``first`` on."""

@@ -90,6 +90,12 @@ class Worker:
             if count:
                 yield self._found[:count].tobytes()
 
+    def interrupted(self, t_ns: I64, other: int, marks: Rows) -> bytes:
+        """Occurrences that end with a piece, whose samples are the last of ``t_ns``; nothing stays marked."""
+        count = finish(self._records, t_ns, other, marks, self._found)
+        marks["held"] = -1
+        return self._found[:count].tobytes()
+
     def finish(self, found: bytes, samples: Samples, other: int, marks: Rows) -> Rows:
         """All occurrences up to the last sample, cut to their lengths; ``rule`` counts in RULES.
 

@@ -73,10 +73,10 @@ def test_follow_and_paint(benchmark):
         follower = Follower("vsss")
         for packet in packets:
             follower.take([packet])
-            moment = follower.moment()
-            if moment is not None:
-                board.match(moment.pitch, moment.names, 3)
-                board.show(snapshot(moment, "game on", None))
+            glimpse = follower.glimpse()
+            if glimpse is not None:
+                board.match(glimpse.pitch, glimpse.names, 3)
+                board.show(snapshot(glimpse, "game on", None, 0.0))
 
     with Board(PITCH, ("blue", "yellow"), 40.0, 3) as board:
         benchmark(run)

@@ -20,15 +20,15 @@ SIZE = (980, 860)
 LEAST = (480, 460)
 #: What SDL falls back to where there is no display: nobody would see the match.
 _UNSEEN = ("offscreen", "dummy")
-#: Of a board's names, score and list.
-_ZOOM = 1.5
+#: Of a board's names, score and list; and the share of its height that the list may take.
+_ZOOM, _MOST_LISTED = 1.5, 0.4
 #: Frames that may be made up for at once; one that was late for longer lets the match wait.
 MOST_DUE = 4
 
 _P = TypeVar("_P")
 
 
-class Screen(ABC, Generic[_P]):
+class BaseWindow(ABC, Generic[_P]):
     """A window as a context manager; all gamepads that are or get connected are listened to.
 
     Args:
@@ -110,7 +110,7 @@ class Screen(ABC, Generic[_P]):
         return self._painting((max(width, LEAST[0]), max(height, LEAST[1])))
 
 
-class Window(Screen[Picture]):
+class Window(BaseWindow[Picture]):
     """The window in which a person plays.
 
     Args:
@@ -133,7 +133,7 @@ class Window(Screen[Picture]):
         return WindowPainter(self._pitch, self._names, size, HELP).paint
 
 
-class Board(Screen[Snapshot]):
+class Board(BaseWindow[Snapshot]):
     """The window that shows a match which others play, with the situation of each robot.
 
     Args:
@@ -154,7 +154,8 @@ class Board(Screen[Snapshot]):
 
     def _painting(self, size: tuple[int, int]) -> Callable[[Snapshot], Canvas]:
         pitch, names, robots = self._shown
-        return ListPainter(pitch, names, size, (robots * LINE + 2 * FOOT) * _ZOOM, zoom=_ZOOM).paint
+        foot = min((robots * LINE + 2 * FOOT) * _ZOOM, _MOST_LISTED * size[1])
+        return ListPainter(pitch, names, size, foot, zoom=_ZOOM).paint
 
     def match(self, pitch: Pitch, names: tuple[str, str], robots: int) -> None:
         """Show another pitch, other names, or more robots, from now on."""
