@@ -139,14 +139,16 @@ def show(board: Board, league: LeagueName, arrived: Callable[[], list[Packet]]) 
     prepare(league)
     follower, status, delay = Follower(league), Status(league), _Delay()
     latest: Glimpse | None = None
+    packets: list[Packet] = []
     robots, painted, seen = _ROBOTS, 0.0, 0.0
     while not board.listen().leave:
-        packets = arrived()
-        follower.take(packets)
-        status.see(packets)
+        packets += arrived()
         now = time.monotonic()
         if now - painted < 1 / _HZ:
             continue
+        follower.take(packets)
+        status.see(packets)
+        packets = []
         new = follower.glimpse()
         if new is not None:
             latest, seen = new, now
