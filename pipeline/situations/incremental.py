@@ -162,11 +162,15 @@ class Recogniser:
 
     def _occurrences(self, robot: _Robot, samples: Samples, rank: I64) -> Rows:
         """Occurrences so far, OCCURRENCE [M]; ``rank`` has the row of each body, numbered as they came."""
-        found = np.frombuffer(
-            b"".join(
-                self._workers[group].finish(bytes(run.found), samples, other, run.marks).tobytes()
-                for (group, other), run in robot.runs.items() if run.found or run.marks["held"].max() >= 0
-            ), OCCURRENCE).copy()
+        parts, ended = [], dict[str, bytearray]()
+        for (group, other), run in robot.runs.items():
+            worker = self._workers[group]
+            if worker.lasts:
+                parts.append(worker.finish(bytes(run.found), samples, other, run.marks).tobytes())
+            else:  # those of all other robots at once
+                ended.setdefault(group, bytearray()).extend(run.found)
+        parts += [self._workers[group].named(bytes(found)).tobytes() for group, found in ended.items()]
+        found = np.frombuffer(b"".join(parts), OCCURRENCE).copy()
         seen = found["other"] >= 0
         found["other"][seen] = rank[found["other"][seen]]
         return found

@@ -42,6 +42,9 @@ class Worker:
     Args:
         rules: the group.
         settings: thresholds and times.
+
+    Attributes:
+        lasts: whether the group has rules of WHILE; only these leave stretches open, and are cut.
     """
 
     def __init__(self, rules: RuleSet, settings: SituationSettings) -> None:
@@ -51,6 +54,7 @@ class Worker:
             rules.records["start"] == WHILE, nanoseconds(settings.flicker_s), nanoseconds(settings.lull_s)
         )
         self._records["hold_ns"] = holds_ns(settings.fire_at)[rules.places]
+        self.lasts = bool((rules.records["start"] == WHILE).any())
         self._fire_at = settings.fire_at - ROUNDING
         self._longest_ns = nanoseconds(settings.longest_s)
         self._block = REGISTERS // rules.program.registers
@@ -105,9 +109,17 @@ class Worker:
             other: as for :meth:`advance`.
             marks: as the last sample left them; not changed.
         """
+        if not self.lasts:
+            return self.named(found)
         count = finish(self._records, samples.t_ns, other, marks, self._found)
         whole = np.frombuffer(found + self._found[:count].tobytes(), OCCURRENCE)
         rows: Rows = cut(whole, self._records, samples, self._longest_ns)
+        rows["rule"] = self._rules.places[rows["rule"]]
+        return rows
+
+    def named(self, found: bytes) -> Rows:
+        """Occurrences as they were found, but for ``rule``, which counts in RULES."""
+        rows: Rows = np.frombuffer(found, OCCURRENCE).copy()
         rows["rule"] = self._rules.places[rows["rule"]]
         return rows
 
