@@ -1,4 +1,4 @@
-"""What the processes of a command have in common, and those that it starts with multiprocessing."""
+"""Beginnings and endings that the processes of a command share, those of multiprocessing included."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of matches and knowledge: what was assumed, why there is none, whether it mixes leagues."""
+"""Remarks on matches and knowledge: what was assumed, why there is none, whether it mixes leagues."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def _unscored(store: Store, match: Receipt, goals: Receipt | None) -> bool:
 
 
 def _nobody_counts(store: Store, scope: Scope) -> str:
-    """That the settings leave no team, and which there are."""
+    """Line that the settings leave no team, and which teams there are."""
     matches = [receipt for receipt in store.receipts("matches") if receipt.name in scope.matches]
     there = sorted({(receipt.details[side], receipt.details["pitch"]["kind"])
                     for receipt in matches for side in SIDES})

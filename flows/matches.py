@@ -336,7 +336,7 @@ def _bodies(match: MatchLog) -> dict[str, object]:
 
 
 def _goals(match: MatchLog) -> object:
-    """What told the goals of a match, and how sure they are; all formats but tables have a referee."""
+    """Origin of the goals of a match, and how sure they are; all formats but tables have a referee."""
     told_by = None if match.info.format == "tracking" else "referee"
     return match.info.settings.get("goals", {"from": told_by})
 

@@ -120,7 +120,7 @@ class RunReport(BaseModel):
 
     @property
     def costs(self) -> dict[str, Cost]:
-        """What each stage with work has cost, versions included."""
+        """Costs of each stage with work, versions included."""
         return {stage.noun: stage.cost for stage in self.stages if stage.cost.pieces} | self.versions
 
     def stage(self, noun: str) -> StageReport:
@@ -153,7 +153,7 @@ class RunReport(BaseModel):
 
 
 def _table(costs: Mapping[str, Cost]) -> list[str]:
-    """What stages have cost, as a table in Markdown."""
+    """Costs of stages, as a table in Markdown."""
     lines = ["| stage | pieces | seconds | read, MiB | written, MiB | slowest piece | its seconds |",
              "|---|---|---|---|---|---|---|"]
     return [*lines, *(

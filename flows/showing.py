@@ -19,7 +19,7 @@ from pipeline.errors import PitchloreError
 from pipeline.live.following import Follower, Glimpse, prepare
 from pipeline.live.status import Status
 from pipeline.packets.recorder import Packet
-from pipeline.packets.streams import LeagueName
+from pipeline.packets.streams import LeagueName, channels
 from pipeline.painting import Snapshot
 from pipeline.pitch import PITCHES, Kind
 from schemas import SIDES
@@ -138,6 +138,7 @@ def show(board: Board, league: LeagueName, arrived: Callable[[], list[Packet]]) 
     board.show(Snapshot("waits for packets; Esc closes this window", (None, None), (), ()))
     prepare(league)
     follower, status, delay = Follower(league), Status(league), _Delay()
+    said = channels(league)["referee"]
     latest: Glimpse | None = None
     packets: list[Packet] = []
     robots, painted, seen = _ROBOTS, 0.0, 0.0
@@ -147,7 +148,7 @@ def show(board: Board, league: LeagueName, arrived: Callable[[], list[Packet]]) 
         if now - painted < 1 / _HZ:
             continue
         follower.take(packets)
-        status.see(packets)
+        status.see([packet for packet in packets if packet.channel == said])  # the rest is decoded once above
         packets = []
         new = follower.glimpse()
         if new is not None:

@@ -1,4 +1,4 @@
-"""What the newest knowledge was learned from: maps, grams and decisions of its matches."""
+"""Sources of the newest knowledge: maps, grams and decisions of its matches."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ _LEAST, _TOLD = 0.04, 6
 
 
 def facts(team: TeamName, known: Known | None, learned: Learned) -> dict[str, Any]:
-    """What the page of a team's maps says."""
+    """Content of the page of a team's maps."""
     own = ranked(known.of(team)) if known is not None else None
     shown = on_page(team, known, learned)["behaviour_id"].to_list() if known is not None else []
     grams, decisions = learned.grams(team), learned.decisions(team)

@@ -43,7 +43,7 @@ class Framing(Protocol):
 
 
 def framing(league: LeagueName) -> Framing:
-    """What makes frames of a league's packets."""
+    """Maker of frames of a league's packets."""
     return _FRAMING[league]()
 
 

@@ -49,11 +49,11 @@ class BaseWindow(ABC, Generic[_P]):
 
     @abstractmethod
     def _title(self) -> str:
-        """What the window's title bar says."""
+        """Text of the window's title bar."""
 
     @abstractmethod
     def _painting(self, size: tuple[int, int]) -> Callable[[_P], Canvas]:
-        """What paints pictures of a size, pixels."""
+        """Function that paints pictures of a size, pixels."""
 
     def __enter__(self) -> Self:
         try:
