@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import httpx
 import pytest
 from conftest import fill, run
 from hypothesis import given
 from hypothesis import strategies as st
 from support.buckets import files
+from support.prefect_client import post
 
 from flows.costs import Cost, Spent
 from flows.progress import RunReport
@@ -102,12 +102,12 @@ def test_failed_piece(tmp_path, clips, monkeypatch):
 
 
 @pytest.mark.slow
-def test_artifact(at_places, prefect_server):
+@pytest.mark.usefixtures("prefect_server")
+def test_artifact(at_places):
     """The artifact of a run has a row for each stage, with what it cost."""
     _, report = at_places["processes:2"]
     asked = {"artifacts": {"key": {"any_": ["run"]}}, "sort": "CREATED_DESC", "limit": 50}
-    shown = [artifact["data"] for artifact in
-             httpx.post(f"{prefect_server}/artifacts/filter", json=asked).raise_for_status().json()]
+    shown = [artifact["data"] for artifact in post("/artifacts/filter", asked)]
     assert report.markdown() in shown
     for noun, cost in report.costs.items():
         (row,) = [line for line in report.markdown().splitlines()

@@ -6,12 +6,11 @@ import json
 import os
 import re
 from datetime import UTC, datetime, timedelta
-from typing import Any
 
-import httpx
 import pytest
 from conftest import clip, fill, run
 from prefect import flow, runtime
+from support.prefect_client import flow_run, post
 
 from flows import pruning, tasks
 from flows.costs import Cost
@@ -178,50 +177,41 @@ def _nothing() -> None:
     pass
 
 
-def there(api: str, flow_run: str) -> dict[str, Any] | None:
-    answer = httpx.get(f"{api}/flow_runs/{flow_run}")
-    return answer.json() if answer.is_success else None
-
-
-def ended(api: str, flow_run: str) -> datetime:
-    return datetime.fromisoformat(there(api, flow_run)["end_time"])
-
-
 @pytest.mark.slow
-def test_pruning(ours, prefect_server, monkeypatch):
+@pytest.mark.usefixtures("prefect_server")
+def test_pruning(ours, monkeypatch):
     """Our old flow runs go from Prefect's database with their tasks; younger ones, running ones and others' stay."""
     @flow(name="ours", version="theirs")
     def theirs() -> str:
         return runtime.flow_run.id
 
     old, other, young = ours(), theirs(), ours()
-    assert there(prefect_server, old)["flow_version"] == tasks.OURS
-    running = httpx.post(f"{prefect_server}/flow_runs/", json={
-        "flow_id": there(prefect_server, old)["flow_id"], "flow_version": tasks.OURS,
-        "state": {"type": "RUNNING"}}).raise_for_status().json()["id"]
+    assert flow_run(old).flow_version == tasks.OURS
+    running = post("/flow_runs/", {
+        "flow_id": str(flow_run(old).flow_id), "flow_version": tasks.OURS, "state": {"type": "RUNNING"}})["id"]
     assert prune(HistorySettings()) == 0
-    between = ended(prefect_server, other)
-    assert ended(prefect_server, old) < between < ended(prefect_server, young)
+    between = flow_run(other).end_time
+    assert flow_run(old).end_time < between < flow_run(young).end_time
     monkeypatch.setattr(pruning, "_now", lambda: between + timedelta(days=28))
     assert prune(HistorySettings(days=0)) == 0
     assert prune(HistorySettings(days=28)) == 1
-    assert there(prefect_server, old) is None
-    assert all(there(prefect_server, flow_run) for flow_run in (young, other, running))
-    left = httpx.post(f"{prefect_server}/task_runs/filter", json={
-        "task_runs": {"flow_run_id": {"any_": [old, young]}}}).raise_for_status().json()
+    assert flow_run(old) is None
+    assert all(flow_run(name) for name in (young, other, running))
+    left = post("/task_runs/filter", {"task_runs": {"flow_run_id": {"any_": [old, young]}}})
     assert {task["flow_run_id"] for task in left} <= {young}
     assert prune(HistorySettings(days=28)) == 0
 
 
 @pytest.mark.slow
-def test_a_run_prunes(tmp_path, ours, prefect_server, monkeypatch):
+@pytest.mark.usefixtures("prefect_server")
+def test_a_run_prunes(tmp_path, ours, monkeypatch):
     """A run removes our old flow runs; its settings say how old."""
-    flow_run = ours()
+    old = ours()
     monkeypatch.setattr(pruning, "_now", lambda: datetime.now(UTC) + timedelta(days=5))
     run(tmp_path)
-    assert there(prefect_server, flow_run)
+    assert flow_run(old)
     run(tmp_path, history=HistorySettings(days=4))
-    assert there(prefect_server, flow_run) is None
+    assert flow_run(old) is None
 
 
 @pytest.mark.usefixtures("prefect_server")
