@@ -8,13 +8,13 @@ import resource
 from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from functools import cache
-from io import BytesIO
 from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerContext
 from pathlib import Path
 
 from pipeline import errors
 from pipeline import matches as log
+from pipeline.arrays import Content
 from pipeline.errors import BadRecording, PitchloreError, in_one_line
 from pipeline.importers.readers import open_parts, read
 from pipeline.importers.source import SourceFile
@@ -85,6 +85,7 @@ def _answer(
 ) -> None:
     """Read a recording and send its match, in the process of its own."""
     most = limits.memory_megabytes << 20
+    answer: tuple[bytes, Content]
     try:
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -98,8 +99,7 @@ def _answer(
                 raise BadRecording("changes while it is read", where=source.name,  # noqa: TRY301
                                    next_step="Wait until it is whole")
             match = read(source.named(match_id), mapping)
-        buffer = BytesIO()
-        log.write(match, buffer)
+        data = log.packed(match)
     except Exception as error:
         ours = error if isinstance(error, PitchloreError) else BadRecording(
             f"cannot be read ({in_one_line(error)})", where=Path(paths[0]).name, next_step="Record it again")
@@ -107,7 +107,7 @@ def _answer(
             "error": type(ours).__name__, "what": ours.what, "where": ours.where, "next_step": ours.next_step,
         }).encode()
     else:
-        answer = b"m", buffer.getvalue()
+        answer = b"m", data
     with suppress(OSError):  # nobody waits any more
         for part in answer:
             there.send_bytes(part)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -16,6 +15,7 @@ from flows.progress import StageReport
 from flows.recognised import warm, with_recognition
 from flows.stages import STAGES
 from pipeline import matches as log
+from pipeline.arrays import Content
 from pipeline.errors import BadRecording, CorruptFile, DamagedLog, NoFrames, PitchloreError
 from pipeline.importers.packing import Octets
 from pipeline.importers.readers import is_ours, open_parts, read
@@ -262,9 +262,7 @@ def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, obje
     if there is not None and there.name != match.info.match_id:
         return there, False
     name = match.info.match_id
-    buffer = io.BytesIO()
-    log.write(match, buffer)
-    data = buffer.getvalue()
+    data = log.packed(match)
     there = store.readable("matches", name)
     if there is not None and store.intact(there):
         same_source = there.inputs["source"] == sha256
@@ -281,7 +279,7 @@ def _commit(store: Store, match: MatchLog, sha256: str, settings: dict[str, obje
     return keep(store, match, data, _work(name, sha256, settings)), True
 
 
-def keep(store: Store, match: MatchLog, data: bytes, work: Work) -> Receipt:
+def keep(store: Store, match: MatchLog, data: Content, work: Work) -> Receipt:
     """Commit a match: its log, its row, the referee's events, its flaws, and its commands.
 
     Args:
@@ -302,7 +300,7 @@ def mend(store: Store, receipt: Receipt) -> None:
         return  # it is reported: the recording has to be imported again
 
 
-def _made(match: MatchLog, data: bytes) -> Made:
+def _made(match: MatchLog, data: Content) -> Made:
     """The log of a match, its row, the referee's events, its flaws, and its commands."""
     row = log.row(match)
     flaws = match.quality.group_by("flaw").agg(pl.col("count").sum()).sort("flaw")

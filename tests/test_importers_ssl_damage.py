@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import gzip
 import struct
+import tempfile
 import tracemalloc
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,15 +16,17 @@ import zstandard
 from support import ssl_messages as ssl
 from support.recordings import same
 from support.ssl_games import EPOCH, STEP, Referee, flaws, frames, match, ns, ordered
-from support.ssl_long import long_log
+from support.ssl_long import HZ, long_log
 from support.ssl_messages import Message, Seen, Team, log
 
-from pipeline.errors import BadRecording
+from flows.matches import Recording, import_recording
+from pipeline.errors import BadRecording, StorageFailed
 from pipeline.importers import packing
 from pipeline.importers.readers import READERS, open_source, read
 from pipeline.importers.ssl_logs.survey import survey
-from pipeline.matches.frame import MatchLog
+from pipeline.matches.frame import ROBOT_DTYPE, MatchLog
 from pipeline.settings import ImportSettings
+from pipeline.store import Store
 from pipeline.store.files import Files
 
 HEAD = 16
@@ -260,9 +264,15 @@ def test_too_many_messages() -> None:
         read(open_source(log(WHOLE), "x.log", ImportSettings(rows=50)))
 
 
-def test_memory_is_that_of_the_samples(tmp_path: Path) -> None:
-    """The survey of a log four times as long needs no more memory; the match grows by what its samples hold."""
-    peaks, held = [], []
+def test_flat_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The survey of a log four times as long needs no more memory; its import needs what a sample's times take.
+
+    That is less than three robots take, of 22. ``tracemalloc`` counts what Python and numpy allocate, and no maps
+    of files. The look for situations is at two minutes at most, whatever the length, and is left out.
+    """
+    monkeypatch.setattr("flows.matches.with_recognition", lambda match: match)
+    monkeypatch.setattr("flows.matches.warm", lambda: None)
+    peaks, frames = [], []
     for seconds in (45, 180):
         file = tmp_path / f"{seconds}.log"
         with file.open("wb") as out:
@@ -272,11 +282,28 @@ def test_memory_is_that_of_the_samples(tmp_path: Path) -> None:
             tracemalloc.start()
             survey(source)
             surveyed = tracemalloc.get_traced_memory()[1]
-            tracemalloc.reset_peak()
-            frames = read(source).frames
-            peaks.append((surveyed, tracemalloc.get_traced_memory()[1]))
-            tracemalloc.stop()
-        held.append(sum(part.nbytes for part in (frames.robots, frames.ball, frames.t_ns, frames.number, frames.offsets)))
+        tracemalloc.reset_peak()
+        receipt, _ = import_recording(Store(tmp_path / f"of {seconds}"), Recording(file=file))
+        peaks.append((surveyed, tracemalloc.get_traced_memory()[1]))
+        tracemalloc.stop()
+        frames.append(receipt.details["frames"])
+    assert frames == [45 * HZ, 180 * HZ]
     assert peaks[1][0] < 1.1 * peaks[0][0]
-    # the samples, buffers that may be an eighth larger, and once more a column of each kind for the last checks
-    assert peaks[1][1] - peaks[0][1] < 2.5 * (held[1] - held[0])
+    assert peaks[1][1] - peaks[0][1] < 3 * ROBOT_DTYPE.itemsize * (frames[1] - frames[0])
+
+
+def test_a_full_temporary_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where there is no room for what is read, one line says so; the recording is good, and comes in when there is."""
+    file = tmp_path / "game.log"
+    file.write_bytes(log(WHOLE))
+    store = Store(tmp_path / "data")
+    with monkeypatch.context() as full:
+        full.setattr("pipeline.store.spool.TemporaryFile", partial(Path("/dev/full").open, "w+b"))
+        with pytest.raises(StorageFailed) as told:
+            import_recording(store, Recording(file=file))
+    assert str(told.value) == (
+        f"{tempfile.gettempdir()}: cannot be written (No space left on device). Free space or mend the folder, "
+        "then run again; nothing that was there is lost.")
+    assert list(store.receipts("matches")) == []
+    assert store.quarantined() == []
+    assert import_recording(store, Recording(file=file))[1]

@@ -93,6 +93,11 @@ def votes_of(frames: Frames) -> F64:
 
     It is positive where home seems to attack +x. Each vote is -1, 0 or 1.
     """
+    return np.concatenate([np.empty(0), *map(_votes, frames.parts())])
+
+
+def _votes(frames: Frames) -> F64:
+    """The mean votes of a part of a match."""
     count = len(frames)
     frame_of = frames.robot_frames()
     x = frames.robots["x"].astype(np.float64)

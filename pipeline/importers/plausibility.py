@@ -18,12 +18,15 @@ def plausibility_checks(log: MatchLog) -> list[Flaw]:
     """Flaws of a whole match: robots off the pitch, no ball at all, goals without a scorer."""
     found = []
     frames, pitch = log.frames, log.info.pitch
-    x, y = np.abs(frames.robots["x"]), np.abs(frames.robots["y"])
-    outside = (x > pitch.length * (0.5 + MARGIN)) | (y > pitch.width * (0.5 + MARGIN))
-    if len(outside) and outside.mean() > TOO_MANY:
+    outside, farthest = 0, 0.0
+    for part in frames.parts():
+        x, y = np.abs(part.robots["x"]), np.abs(part.robots["y"])
+        outside += int(((x > pitch.length * (0.5 + MARGIN)) | (y > pitch.width * (0.5 + MARGIN))).sum())
+        farthest = float(np.fmax.reduce(x, initial=farthest))
+    if outside > TOO_MANY * len(frames.robots):
         found.append(Flaw(
-            "off the pitch", count=int(outside.sum()),
-            note=f"robots up to {np.nanmax(x):.4g} m from the centre of a pitch of {pitch.length:.4g} m: "
+            "off the pitch", count=outside,
+            note=f"robots up to {farthest:.4g} m from the centre of a pitch of {pitch.length:.4g} m: "
                  "check length, origin and pitch in the map",
         ))
     if len(frames) and np.isnan(frames.ball["x"]).all():

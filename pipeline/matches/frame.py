@@ -6,6 +6,7 @@ Time is integer nanoseconds since the first sample; lengths are metres; angles r
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -24,6 +25,9 @@ from schemas import Commands, Decisions, Quality, Referee
 A = TypeVar("A", np.float32, np.float64)
 
 HOME, AWAY = 0, 1
+
+#: Most samples of a part of a match (:meth:`Frames.parts`): they stay in the cache.
+PART = 1024
 
 #: One robot in one frame, as in `schemas/Robot.msg`: NaN where the source does not know.
 ROBOT_DTYPE = np.dtype(
@@ -135,12 +139,23 @@ class Frames:
 
     def most_robots(self) -> int:
         """The most robots that a team has in the whole match, those that were exchanged counted each."""
-        both = self.robots["team"].astype(np.int64) << 16 | self.robots["id"]
-        return int(np.bincount(np.unique(both) >> 16, minlength=1).max())
+        seen: set[int] = set()
+        for part in self.parts():
+            seen.update(np.unique(part.robots["team"].astype(np.int64) << 16 | part.robots["id"]).tolist())
+        return max(Counter(robot >> 16 for robot in seen).values(), default=0)
 
     def robot_frames(self) -> I64:
         """Index of the frame of each row of ``robots``, int64 [offsets[-1]]."""
         return np.repeat(np.arange(len(self), dtype=np.int64), self.counts())
+
+    def parts(self) -> Iterator[Frames]:
+        """The samples in parts of at most ``PART``, one after the other; no array is copied but offsets."""
+        for first in range(0, len(self), PART):
+            offsets = self.offsets[first:first + PART + 1]
+            yield Frames(
+                self.number[first:first + PART], self.t_ns[first:first + PART], self.ball[first:first + PART],
+                offsets - offsets[0], self.robots[offsets[0]:offsets[-1]],
+            )
 
     def where(self, chosen: Bools) -> Frames:
         """The frames that are chosen, by bool [F]."""

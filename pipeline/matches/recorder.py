@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import BinaryIO
 
 import numpy as np
 import polars as pl
 from mcap.well_known import Profile
 
-from pipeline.arrays import I64
+from pipeline.arrays import I64, Content
 from pipeline.errors import BadRecording
 from pipeline.matches import cdr
 from pipeline.matches.channels import ALWAYS, COMMAND, DECISION, FRAME, HEIGHT, REFEREE, TOPICS, declarations
@@ -17,10 +17,9 @@ from pipeline.matches.description import METADATA, describe
 from pipeline.matches.frame import Frames, MatchInfo, MatchLog
 from pipeline.matches.mcap_writer import CHUNK_BYTES, McapWriter
 from pipeline.matches.messages import Messages, lay_out
+from pipeline.store.spool import Spool, spooling
 from pipeline.store.tables import check
 from schemas import Commands, Decisions, Quality, Referee, Table
-
-_SLICE = 1024  # frames that `write` lays out at once: they stay in the cache
 
 
 class Recorder:
@@ -153,7 +152,7 @@ def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES) ->
     if len(log.heights.t_ns):
         left[HEIGHT] = cdr.pack_heights(log.heights, HEIGHT)
     recorder = Recorder(stream, log.info, chunk_bytes=chunk_bytes)
-    for part in _slices(log.frames):
+    for part in log.frames.parts():
         recorder.frames(part)
         for channel, messages in left.items():
             upto = int(np.searchsorted(messages.heads["log_time"], part.t_ns.max(), side="right"))
@@ -164,11 +163,14 @@ def write(log: MatchLog, stream: BinaryIO, *, chunk_bytes: int = CHUNK_BYTES) ->
     recorder.close(quality=log.quality)
 
 
-def _slices(frames: Frames) -> Iterator[Frames]:
-    for first in range(0, len(frames), _SLICE):
-        last = min(first + _SLICE, len(frames))
-        offsets = frames.offsets[first:last + 1]
-        yield Frames(
-            frames.number[first:last], frames.t_ns[first:last], frames.ball[first:last],
-            offsets - offsets[0], frames.robots[offsets[0]:offsets[-1]],
-        )
+def packed(log: MatchLog) -> Content:
+    """The bytes that :func:`write` writes of a whole match. They are in no memory: a long match has many.
+
+    Raises:
+        BadRecording, SchemaMismatch: as :func:`write` does.
+        StorageFailed: if the temporary folder is full or cannot be written.
+    """
+    with Spool() as spool:
+        with spooling():
+            write(log, spool.stream)
+        return spool.mapped()

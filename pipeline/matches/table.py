@@ -18,10 +18,9 @@ def row(log: MatchLog) -> pl.DataFrame:
     info, frames = log.info, log.frames
     steps = np.diff(frames.t_ns)
     steps = steps[steps > 0]
-    robots, samples = frames.robots, frames.robot_frames()
     most = max(
-        int(np.bincount(samples[robots["team"] == team], minlength=1).max()) for team in (HOME, AWAY)
-    )
+        (int(np.bincount(part.robot_frames()[part.robots["team"] == team], minlength=1).max())
+         for part in frames.parts() for team in (HOME, AWAY)), default=0)
     told = log.referee.sort("t_ns", maintain_order=True)
     unsettling = (pl.col("event") == "goal") & pl.col("team").is_null()
     scores = {

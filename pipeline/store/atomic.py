@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from pipeline.arrays import Content
 from pipeline.errors import StorageFailed
 from pipeline.store.buckets import check_local
 from pipeline.store.paths import sync, unwritable
@@ -42,7 +43,7 @@ def aside(path: Path) -> Iterator[Path]:
         raise unwritable(path, error) from error
 
 
-def write(path: Path, data: bytes) -> None:
+def write(path: Path, data: Content) -> None:
     """Atomically write bytes (see :func:`aside`)."""
     with aside(path) as temporary:
         temporary.write_bytes(data)

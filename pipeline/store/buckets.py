@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
+from pipeline.arrays import Content
 from pipeline.errors import BadSettings, BucketFailed
 
 if TYPE_CHECKING:
@@ -157,7 +158,7 @@ class Bucket:
             listed = list(keys)
             yield from zip(listed, pool.map(self.get, listed), strict=True)
 
-    def put(self, key: str, data: bytes) -> Entry:
+    def put(self, key: str, data: Content) -> Entry:
         """Write an object, whatever was there."""
         import obstore  # noqa: PLC0415 (an extra)
 
@@ -191,7 +192,7 @@ class Bucket:
         with suppress(FileNotFoundError):
             self._asked(lambda: obstore.delete(self._store, key), key)
 
-    def _put(self, key: str, data: bytes, write: Callable[[], Any]) -> Entry:
+    def _put(self, key: str, data: Content, write: Callable[[], Any]) -> Entry:
         try:
             done = self._asked(write, key)
         except FileNotFoundError as error:

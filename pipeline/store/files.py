@@ -12,6 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
 
+from pipeline.arrays import Content
 from pipeline.errors import NotFound, StillWritten, StorageFailed
 from pipeline.store.atomic import aside
 from pipeline.store.buckets import check_local
@@ -84,13 +85,13 @@ class Files:
         """A temporary path that is moved to ``path`` (:func:`pipeline.store.atomic.aside`)."""
         return aside(path)
 
-    def write_bytes(self, path: Path, data: bytes) -> None:
+    def write_bytes(self, path: Path, data: Content) -> None:
         """Atomically write bytes to a file that is none of the data folder's own (see :meth:`aside`)."""
         with self.aside(path) as temporary:
             temporary.write_bytes(data)
         count_written(len(data))
 
-    def keep(self, path: Path, data: bytes) -> None:
+    def keep(self, path: Path, data: Content) -> None:
         """Write a file of the data folder, whatever was there: to the bucket first, if it is in one."""
         if self.mirror is not None and path.is_relative_to(self.mirror.folder):
             self.mirror.put(path, data)

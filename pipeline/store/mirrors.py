@@ -30,6 +30,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
+from pipeline.arrays import Content
 from pipeline.errors import BadSettings, BucketFailed, CorruptFile, NotFound
 from pipeline.store.atomic import write
 from pipeline.store.buckets import Bucket, Entry, bucket_url
@@ -348,11 +349,11 @@ class Mirror:
 
     # --- to the bucket ------------------------------------------------------------------------------
 
-    def put(self, path: Path, data: bytes) -> None:
+    def put(self, path: Path, data: Content) -> None:
         """Write a file, whatever was there."""
         self.put_all({path: data})
 
-    def put_all(self, files: Mapping[Path, bytes], *, local: bool = True) -> None:
+    def put_all(self, files: Mapping[Path, Content], *, local: bool = True) -> None:
         """Write files whose names, or whose version's folder and bytes, say what they hold; many at a time.
 
         Args:
@@ -377,7 +378,7 @@ class Mirror:
                 list(pool.map(put, files))
         for entry in changes:  # the threads have no journal
             ours = _RECORD.fullmatch(entry.key) is not None
-            self._tell(Change(entry, files[self.folder / entry.key] if ours else None))
+            self._tell(Change(entry, bytes(files[self.folder / entry.key]) if ours else None))
 
     def create(self, path: Path, data: bytes, *, local: bool = True) -> bool:
         """Write a file that is not there. Returns False if there is one, with other bytes."""
@@ -441,7 +442,7 @@ class Mirror:
         if journal is not None:
             journal.append(change)
 
-    def _kept(self, path: Path, data: bytes, entry: Entry) -> None:
+    def _kept(self, path: Path, data: Content, entry: Entry) -> None:
         """Write to the copy what the bucket has, then note it: what is noted is there."""
         write(path, data)
         self._note(entry, entry.tag)

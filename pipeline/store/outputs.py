@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
+from pipeline.arrays import Content
 from pipeline.errors import CorruptFile, NotFound, Overtaken
 from pipeline.store.meter import count_written
 from pipeline.store.paths import listed, safe
@@ -184,7 +185,7 @@ class Outputs(Reading):
             return self.mirror.lacking(paths)
         return [path for path in paths if not path.exists()]
 
-    def _keep_all(self, files: Mapping[Path, bytes]) -> None:
+    def _keep_all(self, files: Mapping[Path, Content]) -> None:
         if self.mirror is not None:
             self.mirror.put_all(files)
             count_written(sum(map(len, files.values())))

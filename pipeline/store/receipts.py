@@ -13,10 +13,11 @@ from typing import Any
 from pydantic import BaseModel, Field
 
 from pipeline import __version__
+from pipeline.arrays import Content
 from pipeline.toml import Frozen
 
 
-def digest(data: bytes) -> str:
+def digest(data: Content) -> str:
     """SHA-256 in hex."""
     return hashlib.sha256(data).hexdigest()
 
@@ -61,7 +62,7 @@ class FileRecord(Frozen):
     rows: int | None = None
 
     @classmethod
-    def of(cls, path: str, data: bytes, **about: Any) -> FileRecord:
+    def of(cls, path: str, data: Content, **about: Any) -> FileRecord:
         """The record of bytes at a path."""
         return cls(path=path, sha256=digest(data), size=len(data), **about)
 

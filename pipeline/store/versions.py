@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
+from pipeline.arrays import Content
 from pipeline.errors import CorruptFile, NotFound, Overtaken, StorageFailed
 from pipeline.store.claims import claimed
 from pipeline.store.mirrors import Mirror
@@ -136,7 +137,7 @@ class Versions(Reading):
         return manifest
 
     @staticmethod
-    def _publish(mirror: Mirror, final: Path, files: Mapping[FileRecord, bytes], manifest: bytes) -> None:
+    def _publish(mirror: Mirror, final: Path, files: Mapping[FileRecord, Content], manifest: bytes) -> None:
         """Write a version to a bucket, the manifest last, unless there is one."""
         mirror.put_all({final / record.path: data for record, data in files.items()}, local=False)
         if not mirror.create(final / "manifest.json", manifest, local=False):

@@ -9,6 +9,7 @@ from typing import Any
 
 import polars as pl
 
+from pipeline.arrays import Content
 from pipeline.store.receipts import FileRecord, canonical, digest
 from pipeline.store.tables import to_parquet
 from schemas import Table
@@ -67,21 +68,21 @@ class Made:
     """
 
     tables: Sequence[tuple[pl.DataFrame, type[Table]]] = ()
-    blobs: Mapping[str, tuple[str, bytes]] = field(default_factory=dict)
+    blobs: Mapping[str, tuple[str, Content]] = field(default_factory=dict)
     details: Mapping[str, Any] = field(default_factory=dict)
 
 
-def contents(made: Made, *, where: str) -> dict[str, tuple[FileRecord, bytes]]:
+def contents(made: Made, *, where: str) -> dict[str, tuple[FileRecord, Content]]:
     """Record and bytes of each file of an outcome, by role; the record's path is ``role.suffix``.
 
     Raises:
         SchemaMismatch: if a table breaks its schema.
     """
-    found = {}
+    found: dict[str, tuple[FileRecord, Content]] = {}
     for frame, schema in made.tables:
-        data = to_parquet(frame, schema, where=where)
-        record = FileRecord.of(f"{schema.NAME}.parquet", data, table=schema.tag(), rows=frame.height)
-        found[schema.NAME] = record, data
+        table = to_parquet(frame, schema, where=where)
+        record = FileRecord.of(f"{schema.NAME}.parquet", table, table=schema.tag(), rows=frame.height)
+        found[schema.NAME] = record, table
     for role, (suffix, data) in made.blobs.items():
         found[role] = FileRecord.of(f"{role}.{suffix}", data), data
     return found

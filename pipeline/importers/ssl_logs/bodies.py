@@ -92,23 +92,25 @@ def seen_by_cameras(
     beyond = mapping.beyond
     reach = (np.inf, np.inf) if pitch is None else (pitch.length / 2 + beyond, pitch.width / 2 + beyond)
     merger = Merger(Limits(mapping.robot_confidence, mapping.ball_confidence, *reach))
-    gathering, senders = Gathering(home), Senders()
+    senders = Senders()
     unused = np.zeros(3, np.int64)
-    for batch in Container(source.pieces()).batches():
-        if batch.part >= found.used:
-            break
-        seen, lost = vision.detections(batch.of(*VISION))
-        unused += lost
-        sender = senders.add(seen.frames, seen.packets[:, ORDER])
-        kept = np.ones(len(sender), np.bool_)
-        for (camera, which), by in found.ahead.items():
-            seen.frames[(seen.frames[:, CAMERA] == camera) & (sender == which), CAPTURE] -= by
-        for camera, which in found.left_out:
-            kept &= ~((seen.frames[:, CAMERA] == camera) & (sender == which))
-        seen = seen if kept.all() else seen.where(kept)
-        gathering.add(merger.add(seen))
-        _check(gathering, source)
-    gathering.add(merger.rest())
+    with Gathering(home) as gathering:
+        for batch in Container(source.pieces()).batches():
+            if batch.part >= found.used:
+                break
+            seen, lost = vision.detections(batch.of(*VISION))
+            unused += lost
+            sender = senders.add(seen.frames, seen.packets[:, ORDER])
+            kept = np.ones(len(sender), np.bool_)
+            for (camera, which), by in found.ahead.items():
+                seen.frames[(seen.frames[:, CAMERA] == camera) & (sender == which), CAPTURE] -= by
+            for camera, which in found.left_out:
+                kept &= ~((seen.frames[:, CAMERA] == camera) & (sender == which))
+            seen = seen if kept.all() else seen.where(kept)
+            gathering.add(merger.add(seen))
+            _check(gathering, source)
+        gathering.add(merger.rest())
+        joined = gathering.joined()
     flaws = _unused(Unused(*unused.tolist()), "vision")
     flaws += [Flaw("skipped", what, count) for what, count in (
         ("robots that were seen at two places at once: the place near the last one was kept", merger.doubles),
@@ -128,23 +130,24 @@ def seen_by_cameras(
              found.senders[camera, which])
         for camera, which in sorted(found.left_out)
     ]
-    return gathering.joined(), flaws
+    return joined, flaws
 
 
 def seen_by_tracker(
     source: SourceFile, found: Survey, mapping: SslMap, chosen: Chosen, home: int
 ) -> tuple[Gathered, list[Flaw]]:
     """Samples by one tracker of a log, and flaws of what could not be used."""
-    gathering = Gathering(home)
     unused = np.zeros(3, np.int64)
-    for batch in Container(source.pieces()).batches():
-        if batch.part >= found.used:
-            break
-        seen, lost = tracker.samples(batch.of(container.TRACKER), chosen.uuid, mapping.visibility)
-        unused += lost
-        gathering.add(seen)
-        _check(gathering, source)
-    return gathering.joined(), _unused(Unused(*unused.tolist()), "tracker")
+    with Gathering(home) as gathering:
+        for batch in Container(source.pieces()).batches():
+            if batch.part >= found.used:
+                break
+            seen, lost = tracker.samples(batch.of(container.TRACKER), chosen.uuid, mapping.visibility)
+            unused += lost
+            gathering.add(seen)
+            _check(gathering, source)
+        joined = gathering.joined()
+    return joined, _unused(Unused(*unused.tolist()), "tracker")
 
 
 def _check(gathering: Gathering, source: SourceFile) -> None:

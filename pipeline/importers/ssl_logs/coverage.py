@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipeline.arrays import F32
 from pipeline.matches.frame import Frames
 from pipeline.matches.quality import Flaw
 from pipeline.pitch import Pitch
@@ -22,14 +23,21 @@ def half_a_pitch(frames: Frames, pitch: Pitch) -> list[Flaw]:
         pitch: the pitch, as the log's geometry or a map says.
     """
     for axis, side in (("x", pitch.length), ("y", pitch.width)):
-        seen = np.concatenate((frames.robots[axis], frames.ball[axis]))
-        seen = seen[np.isfinite(seen)]
+        ends = [end for part in frames.parts() for bodies in (part.robots, part.ball)
+                for end in _ends(bodies[axis])]
         edge = _BEYOND * side / 2
         for sign, more in ((1, ">"), (-1, "<")):
-            if len(seen) and (seen * sign).min() > -edge and (seen * sign).max() > _REACH * side / 2:
+            reached = [end * sign for end in ends]
+            if reached and min(reached) > -edge and max(reached) > _REACH * side / 2:
                 place = f"{axis} {more} {-sign * edge:g} m"
                 note = (f"bodies were only seen at {place}: the cameras show half the pitch. What "
                         "happens on the other half is not in this log")
                 start, end = int(frames.t_ns.min()), int(frames.t_ns.max()) + 1
                 return [Flaw("half a pitch", note, len(frames), start, end)]
     return []
+
+
+def _ends(places: F32) -> list[float]:
+    """The least and the greatest of some places; none if there are no places."""
+    known = places[np.isfinite(places)]
+    return [float(known.min()), float(known.max())] if len(known) else []

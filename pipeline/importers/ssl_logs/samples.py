@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
+from types import TracebackType
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +12,7 @@ import numpy.typing as npt
 from pipeline.arrays import F64, I64
 from pipeline.importers.rows import pack
 from pipeline.matches.frame import BALL_DTYPE, ROBOT_DTYPE, Frames, wrap
+from pipeline.store.spool import Spool
 
 
 class Samples(NamedTuple):
@@ -47,21 +50,33 @@ class Gathered(NamedTuple):
 
 
 class Gathering:
-    """Samples of a log as they come, kept as a match has them: 28 bytes a robot, and 52 a sample.
+    """Samples of a log as they come, in files and not in memory: 28 bytes a robot, and 52 a sample.
 
     Args:
         home: the colour that is home.
 
     Attributes:
         robots: rows of robots so far.
+
+    Raises:
+        StorageFailed: from any method, if the temporary folder is full or cannot be written.
     """
 
     def __init__(self, home: int) -> None:
         self.robots = 0
         self._home = home
-        # bytes that grow where they are, so that memory has them once
-        self._packets, self._captured, self._number = bytearray(), bytearray(), bytearray()
-        self._ball, self._offsets, self._robots = bytearray(), bytearray(bytes(8)), bytearray()
+        self._files = ExitStack()
+        self._packets, self._captured, self._number, self._ball, self._offsets, self._robots = (
+            self._files.enter_context(Spool()) for _ in range(6))
+        self._offsets.write(bytes(8))
+
+    def __enter__(self) -> Gathering:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._files.close()
 
     def add(self, part: Samples) -> None:
         """Take up the samples of the next part of the log."""
@@ -74,20 +89,20 @@ class Gathering:
         of_robots["id"] = part.robots[:, 1].astype(np.uint16)
         times = np.zeros(len(part.number), np.int64)
         frames = pack(part.number.astype(np.uint32), times, ball, part.frame_of, of_robots)
-        self._packets += part.packets.tobytes()
-        self._captured += part.captured.tobytes()
-        self._number += frames.number.tobytes()
-        self._ball += frames.ball.tobytes()
-        self._offsets += (self.robots + frames.offsets[1:]).tobytes()
-        self._robots += frames.robots.tobytes()
+        self._packets.write(part.packets.tobytes())
+        self._captured.write(part.captured.tobytes())
+        self._number.write(frames.number.tobytes())
+        self._ball.write(frames.ball.tobytes())
+        self._offsets.write((self.robots + frames.offsets[1:]).tobytes())
+        self._robots.write(frames.robots.tobytes())
         self.robots += len(frames.robots)
 
     def joined(self) -> Gathered:
-        """All of them."""
-        captured = np.frombuffer(self._captured)
+        """All of them; they stay when the files are closed."""
+        captured = np.frombuffer(self._captured.mapped())
         frames = Frames(
-            np.frombuffer(self._number, np.uint32), np.zeros(len(captured), np.int64),
-            np.frombuffer(self._ball, BALL_DTYPE), np.frombuffer(self._offsets, np.int64),
-            np.frombuffer(self._robots, ROBOT_DTYPE),
+            np.frombuffer(self._number.mapped(), np.uint32), np.zeros(len(captured), np.int64),
+            np.frombuffer(self._ball.mapped(), BALL_DTYPE), np.frombuffer(self._offsets.mapped(), np.int64),
+            np.frombuffer(self._robots.mapped(), ROBOT_DTYPE),
         )
-        return Gathered(np.frombuffer(self._packets, np.int64).reshape(-1, 2), captured, frames)
+        return Gathered(np.frombuffer(self._packets.mapped(), np.int64).reshape(-1, 2), captured, frames)
