@@ -120,7 +120,7 @@ def _run(league: LeagueName, where: str, inlet: Connection, tells: Connection) -
     """Open the window, tell that it is open or why not, and show what comes until it is closed."""
     belong()
     try:
-        with board_class(where)(PITCHES[Kind(league)], _NAMES, _HZ, _ROBOTS) as board:
+        with board_class(where)(PITCHES[Kind(league)], _NAMES, _ROBOTS) as board:
             tells.send(None)
             show(board, league, lambda: _arrived(inlet))
     except PitchloreError as error:

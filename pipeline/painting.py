@@ -6,7 +6,7 @@ import io
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -28,6 +28,8 @@ TEAMS: dict[str, Colour] = {"home": (63, 158, 230), "away": (240, 138, 60)}
 MARGIN, HEAD = 8, 50
 #: Pixels at a zoom of 1: a line of a list of robots, and the space above and below the list.
 LINE, FOOT = 16, 6
+#: Lines of lists that are not painted again.
+_REMEMBERED = 512
 #: Factor by which a part of a picture is painted larger before it is reduced, which smooths edges.
 _FINE = 3
 #: Colours of a film's palette, and number of pictures that it is made from.
@@ -253,28 +255,30 @@ class ListPainter:
         self._lines = int((foot / zoom - 2 * FOOT) / LINE + 1e-6)
         square = pitch.kind is Kind.VSSS
         self._painter = Painter(pitch, MARKINGS[pitch.kind], names, size, foot, square=square, zoom=zoom)
+        self._line = lru_cache(_REMEMBERED)(self._new_line)  # most lines are those of the picture before
 
     def paint(self, moment: Snapshot) -> Canvas:
         """The moment; robots for whom there is no line are not listed."""
         picture, zoom = self._painter.paint(moment), self._zoom
-        if not self._lines:
-            return picture
-        middle = self._size[0] / 2
-        with part(picture, (0, self._top), self._size) as brush:
-            for team, left in (("home", MARGIN * zoom), ("away", middle + MARGIN / 2 * zoom)):
-                mine = [robot for robot in moment.robots if robot.team == team]
-                for line, robot in enumerate(mine[:self._lines]):
-                    self._list(brush, robot, left, self._top + (FOOT + (line + 0.5) * LINE) * zoom)
+        for team, left in (("home", 0), ("away", self._size[0] // 2)):
+            mine = [robot for robot in moment.robots if robot.team == team]
+            for line, robot in enumerate(mine[:self._lines]):
+                top = round(self._top + (FOOT + line * LINE) * zoom)
+                picture.paste(self._line(team, robot.number, robot.doing), (left, top))
         return picture
 
-    def _list(self, brush: Brush, robot: Robot, left: float, middle: float) -> None:
-        """Number and situation of a robot."""
-        zoom = self._zoom
-        corners = (left, middle - 6 * zoom), (left + 14 * zoom, middle + 6 * zoom)
-        brush.box(*corners, TEAMS[robot.team], radius=3 * zoom)
-        brush.write(str(robot.number), (left + 7 * zoom, middle), 9 * zoom, WHITE)
-        room = self._size[0] / 2 - (MARGIN + 22) * zoom
-        brush.write(robot.doing, (left + 19 * zoom, middle), 10.5 * zoom, INK, "lm", room)
+    def _new_line(self, team: str, number: int, doing: str) -> Canvas:
+        """A line of the list: number and situation of a robot."""
+        zoom, width = self._zoom, self._size[0] // 2
+        canvas = Image.new("RGB", (width, round(LINE * zoom)), PAGE)
+        left, middle = (1.0 if team == "home" else 0.5) * MARGIN * zoom, LINE * zoom / 2
+        with part(canvas, (0, 0), canvas.size) as brush:
+            corners = (left, middle - 6 * zoom), (left + 14 * zoom, middle + 6 * zoom)
+            brush.box(*corners, TEAMS[team], radius=3 * zoom)
+            brush.write(str(number), (left + 7 * zoom, middle), 9 * zoom, WHITE)
+            room = width - (MARGIN + 22) * zoom
+            brush.write(doing, (left + 19 * zoom, middle), 10.5 * zoom, INK, "lm", room)
+        return canvas
 
 
 class Brush(NamedTuple):

@@ -8,8 +8,8 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from itertools import pairwise
 from pathlib import Path
 from threading import Event as Flag
@@ -332,6 +332,48 @@ def test_a_peer_sees_and_drives(tmp_path: Path) -> None:
     moved = [math.dist(one[1:], other[1:]) for one, other in zip(first["blue"], last["blue"], strict=True)]
     assert max(moved) > 0.2
     assert Store(tmp_path).receipt("matches", done.match_id) is not None
+
+
+def test_served(tmp_path: Path) -> None:
+    """Others are told that the ball is in play before the first frame in which it is, and each frame has its number."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ears:  # for both streams: packets keep their order
+        ears.bind(("127.0.0.1", 0))
+        ears.settimeout(1.0)
+        here = f"127.0.0.1:{ears.getsockname()[1]}"
+        streams = {stream.name: stream for stream in addressed(STREAMS, None, (
+            f"vision={here}", f"referee={here}", "commands=127.0.0.1:0"))}
+        how = MatchSettings(referee=RefereeSettings(duration_s=2.0)).of_match()
+        done = simulate(Store(tmp_path), Recipe(**how, home=STATIC, away=REMOTE, seed=1), {}, streams)
+        came: list[bytes] = []
+        with suppress(TimeoutError):
+            while True:
+                came.append(ears.recv(4096))
+    steps, on = [], []
+    for data in came:
+        frames = vsss.environments(*laid_out([Packet(VISION, T0, data)])).frames
+        whistle = Whistle("vsss")
+        if len(frames):
+            steps.append(int(frames[0, vsss.STEP]))
+        else:
+            whistle.hear([Packet(REFEREE, T0, data)])
+            on += [len(steps)] * whistle.playing
+    assert steps == list(range(steps[0], steps[0] + done.frames))
+    assert on[0] == 0  # a kick-off is play
+    assert len(on) == 2  # and it is said each second
+
+
+def test_served_again(tmp_path: Path, call: Callable[..., tuple[int, str, str]]) -> None:
+    """What others do is in no recipe: a second match of the same teams is another one, with the next seed."""
+    found = []
+    for _ in range(2):
+        code, out, err = call(
+            "record", "--home", "static", "--away", "remote", "--serve", "vsss", "--minutes", "0.02", "--seed", "7", "--at",
+            "vision=127.0.0.1:9", "--at", "referee=127.0.0.1:9", "--at", "commands=127.0.0.1:0", "--data", tmp_path, "--json")
+        assert code == 0, err
+        found.append(json.loads(out)["match_id"])
+    receipts = list(Store(tmp_path).receipts("matches"))
+    assert sorted(receipt.name for receipt in receipts) == sorted(found)
+    assert sorted(receipt.settings["seed"] for receipt in receipts) == [7, 8]
 
 
 TWO = """

@@ -54,7 +54,7 @@ def shown(monkeypatch: pytest.MonkeyPatch, feed: Callable[[Callable[[list[Packet
         time.sleep(0.2)
         pygame.event.post(key(pygame.K_ESCAPE))
 
-    with Board(PITCHES[Kind.VSSS], ("blue", "yellow"), 40.0, 3) as board:
+    with Board(PITCHES[Kind.VSSS], ("blue", "yellow"), 3) as board:
         thread = Thread(target=go)
         thread.start()
         show(board, "vsss", lambda: arrived(batches))
@@ -122,7 +122,7 @@ def test_many_robots_in_a_small_window(monkeypatch: pytest.MonkeyPatch, size: tu
     """The list takes at most two fifths of the height; the pitch stays, and who has no line is not listed."""
     monkeypatch.setattr("pipeline.arena.window.screen.SIZE", size)
     robots = [Robot(side, i, (0.02 * i, 0.1), None, "moves randomly") for side in ("home", "away") for i in range(32)]
-    with Board(PITCHES[Kind.VSSS], ("blue", "yellow"), 40.0, 32) as board:
+    with Board(PITCHES[Kind.VSSS], ("blue", "yellow"), 32) as board:
         board.show(Snapshot("play", (0, 0), (), robots))
         assert pygame.transform.average_color(pygame.display.get_surface())[1] > 15
 

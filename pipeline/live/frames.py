@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import reduce
 from typing import Protocol
 
 import numpy as np
@@ -14,7 +15,7 @@ from pipeline.importers.rows import pack
 from pipeline.importers.ssl_logs import geometry, tracker, vision
 from pipeline.importers.ssl_logs.cameras import Limits, Merger
 from pipeline.importers.ssl_logs.container import RECEIVED, TRACKER, VISION_2010, VISION_2014
-from pipeline.importers.ssl_logs.samples import Gathering, Samples
+from pipeline.importers.ssl_logs.samples import Samples, frames_of
 from pipeline.importers.ssl_logs.settings import SslMap
 from pipeline.importers.ssl_logs.vision import BLUE, CAMERA, Detections
 from pipeline.importers.ssl_logs.wire import fields
@@ -147,16 +148,14 @@ class _Ssl:
 
     def _timed(self, samples: Sequence[Samples]) -> Frames:
         """The samples at the times at which they were captured, by our clock."""
-        gathering = Gathering(BLUE)
-        for part in samples:
-            gathering.add(part)
+        frames = reduce(Frames.followed_by, (frames_of(part, BLUE) for part in samples))
         captured = np.rint(np.concatenate([part.captured for part in samples]) * 1e9).astype(np.int64)
         received = np.concatenate([part.packets[:, RECEIVED] for part in samples])
         ahead = np.full(len(captured), self._ahead_ns)
         while len(off := np.flatnonzero(np.abs(captured - ahead - received) > _OFF_NS)):
             ahead[off[0]:] = captured[off[0]] - received[off[0]]
         self._ahead_ns = int(ahead[-1]) if len(ahead) else self._ahead_ns
-        return _bounded(replace(gathering.joined().frames, t_ns=captured - ahead))
+        return _bounded(replace(frames, t_ns=captured - ahead))
 
 
 def _bounded(frames: Frames) -> Frames:

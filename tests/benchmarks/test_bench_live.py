@@ -78,7 +78,7 @@ def test_follow_and_paint(benchmark):
                 board.match(glimpse.pitch, glimpse.names, 3)
                 board.show(snapshot(glimpse, "game on", None, 0.0))
 
-    with Board(PITCH, ("blue", "yellow"), 40.0, 3) as board:
+    with Board(PITCH, ("blue", "yellow"), 3) as board:
         benchmark(run)
     pygame.quit()
     benchmark.extra_info |= {"units": SECONDS, "unit": "seconds of play, 40 pictures each"}

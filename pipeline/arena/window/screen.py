@@ -32,7 +32,7 @@ class BaseWindow(ABC, Generic[_P]):
     """A window as a context manager; all gamepads that are or get connected are listened to.
 
     Args:
-        hz: pictures a second.
+        names: of home and away.
         paused: whether what is shown stands still until the person goes on.
 
     Raises:
@@ -42,14 +42,10 @@ class BaseWindow(ABC, Generic[_P]):
     #: What to do where there is no screen.
     elsewhere: ClassVar[str]
 
-    def __init__(self, hz: float, *, paused: bool = False) -> None:
-        self._hz = hz
+    def __init__(self, names: tuple[str, str], *, paused: bool = False) -> None:
+        self._names = names
         self._controls = Controls(paused=paused)
         self._pads: list[controller.Controller] = []
-
-    @abstractmethod
-    def _title(self) -> str:
-        """Text of the window's title bar."""
 
     @abstractmethod
     def _painting(self, size: tuple[int, int]) -> Callable[[_P], Canvas]:
@@ -60,7 +56,7 @@ class BaseWindow(ABC, Generic[_P]):
             _find_display()
             controller.init()
             self._screen = pygame.display.set_mode(_fitting(SIZE), pygame.RESIZABLE)
-            pygame.display.set_caption(self._title())
+            self._entitle()
         except pygame.error as error:
             pygame.quit()
             raise BadSettings(
@@ -68,7 +64,6 @@ class BaseWindow(ABC, Generic[_P]):
                 next_step=self.elsewhere,
             ) from error
         self._paint = self._new_painting()
-        self._next_s = time.perf_counter()
         return self
 
     def __exit__(self, *raised: object) -> None:
@@ -92,15 +87,8 @@ class BaseWindow(ABC, Generic[_P]):
         self._screen.blit(pygame.image.frombuffer(image.tobytes(), image.size, "RGB"), (0, 0))
         pygame.display.flip()
 
-    def due(self) -> int:
-        """Wait until the next frame is due. Returns the number of due frames, 1 to :data:`MOST_DUE`."""
-        time.sleep(max(self._next_s - time.perf_counter(), 0.0))
-        late_s = time.perf_counter() - self._next_s
-        frames = 1 + int(late_s * self._hz)
-        if frames > MOST_DUE:  # the match waits for who was away for so long
-            frames, self._next_s = MOST_DUE, time.perf_counter()
-        self._next_s += frames / self._hz
-        return frames
+    def _entitle(self) -> None:
+        pygame.display.set_caption(f"Pitchlore: {' - '.join(self._names)}")
 
     def _new_painting(self) -> Callable[[_P], Canvas]:
         screen = pygame.display.get_surface()
@@ -123,11 +111,23 @@ class Window(BaseWindow[Picture]):
     elsewhere = "Play where there is a screen; `pitchlore record` needs none"
 
     def __init__(self, pitch: Pitch, names: tuple[str, str], hz: float, *, paused: bool = False) -> None:
-        super().__init__(hz, paused=paused)
-        self._pitch, self._names = pitch, names
+        super().__init__(names, paused=paused)
+        self._pitch, self._hz = pitch, hz
 
-    def _title(self) -> str:
-        return f"Pitchlore: {self._names[0]} - {self._names[1]}"
+    def __enter__(self) -> Self:
+        super().__enter__()
+        self._next_s = time.perf_counter()
+        return self
+
+    def due(self) -> int:
+        """Wait until the next frame is due. Returns the number of due frames, 1 to :data:`MOST_DUE`."""
+        time.sleep(max(self._next_s - time.perf_counter(), 0.0))
+        late_s = time.perf_counter() - self._next_s
+        frames = 1 + int(late_s * self._hz)
+        if frames > MOST_DUE:  # the match waits for who was away for so long
+            frames, self._next_s = MOST_DUE, time.perf_counter()
+        self._next_s += frames / self._hz
+        return frames
 
     def _painting(self, size: tuple[int, int]) -> Callable[[Picture], Canvas]:
         return WindowPainter(self._pitch, self._names, size, HELP).paint
@@ -139,30 +139,25 @@ class Board(BaseWindow[Snapshot]):
     Args:
         pitch: what is played on.
         names: of home and away.
-        hz: pictures a second.
         robots: robots a side for whose situations there is room.
     """
 
     elsewhere = "Watch where there is a screen, or without --replay"
 
-    def __init__(self, pitch: Pitch, names: tuple[str, str], hz: float, robots: int) -> None:
-        super().__init__(hz)
-        self._shown = (pitch, names, robots)
-
-    def _title(self) -> str:
-        return f"Pitchlore: {' - '.join(self._shown[1])}"
+    def __init__(self, pitch: Pitch, names: tuple[str, str], robots: int) -> None:
+        super().__init__(names)
+        self._pitch, self._robots = pitch, robots
 
     def _painting(self, size: tuple[int, int]) -> Callable[[Snapshot], Canvas]:
-        pitch, names, robots = self._shown
-        foot = min((robots * LINE + 2 * FOOT) * _ZOOM, _MOST_LISTED * size[1])
-        return ListPainter(pitch, names, size, foot, zoom=_ZOOM).paint
+        foot = min((self._robots * LINE + 2 * FOOT) * _ZOOM, _MOST_LISTED * size[1])
+        return ListPainter(self._pitch, self._names, size, foot, zoom=_ZOOM).paint
 
     def match(self, pitch: Pitch, names: tuple[str, str], robots: int) -> None:
         """Show another pitch, other names, or more robots, from now on."""
-        if (pitch, names, robots) != self._shown:
-            self._shown = (pitch, names, robots)
+        if (pitch, names, robots) != (self._pitch, self._names, self._robots):
+            self._pitch, self._names, self._robots = pitch, names, robots
             self._paint = self._new_painting()
-            pygame.display.set_caption(self._title())
+            self._entitle()
 
 
 def _find_display() -> None:

@@ -35,6 +35,24 @@ class Samples(NamedTuple):
     robots: F64
 
 
+def frames_of(samples: Samples, home: int) -> Frames:
+    """Frames of samples; their times are zero.
+
+    Args:
+        samples: with F frames.
+        home: the colour that is home.
+    """
+    ball = {name: samples.ball[:, i] for i, name in enumerate(BALL_DTYPE.fields or ())}
+    robots: dict[str, npt.NDArray[np.generic]] = {
+        name: samples.robots[:, 2 + i] for i, name in enumerate(("x", "y", "theta", "vx", "vy", "omega"))
+    }
+    robots["theta"] = wrap(samples.robots[:, 4])
+    robots["team"] = (samples.robots[:, 0] != home).astype(np.uint8)
+    robots["id"] = samples.robots[:, 1].astype(np.uint16)
+    times = np.zeros(len(samples.number), np.int64)
+    return pack(samples.number.astype(np.uint32), times, ball, samples.frame_of, robots)
+
+
 class Gathered(NamedTuple):
     """All samples of a log.
 
@@ -80,15 +98,7 @@ class Gathering:
 
     def add(self, part: Samples) -> None:
         """Take up the samples of the next part of the log."""
-        ball = {name: part.ball[:, i] for i, name in enumerate(BALL_DTYPE.fields or ())}
-        of_robots: dict[str, npt.NDArray[np.generic]] = {
-            name: part.robots[:, 2 + i] for i, name in enumerate(("x", "y", "theta", "vx", "vy", "omega"))
-        }
-        of_robots["theta"] = wrap(part.robots[:, 4])
-        of_robots["team"] = (part.robots[:, 0] != self._home).astype(np.uint8)
-        of_robots["id"] = part.robots[:, 1].astype(np.uint16)
-        times = np.zeros(len(part.number), np.int64)
-        frames = pack(part.number.astype(np.uint32), times, ball, part.frame_of, of_robots)
+        frames = frames_of(part, self._home)
         self._packets.write(part.packets.tobytes())
         self._captured.write(part.captured.tobytes())
         self._number.write(frames.number.tobytes())
