@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from support.recordings import INSPER, RCSS, imported, taken_for
 
 from pipeline.errors import BadRecording
-from pipeline.importers import rcg
+from pipeline.importers.rcg import reading as rcg
 from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import AWAY, HOME, MatchLog
 from pipeline.pitch import Kind

@@ -9,7 +9,7 @@ from test_events import GIVE, HOME, found, match
 
 from pipeline.events.derive import events
 from pipeline.events.restarts import kind_of
-from pipeline.importers.rcg import _RESTARTS
+from pipeline.importers.rcg.events import _RESTARTS
 from pipeline.importers.tracking.states import _WORDS_OF
 from pipeline.settings import EventSettings, TrajectorySettings
 from pipeline.statistics import wilson

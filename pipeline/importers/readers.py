@@ -13,12 +13,13 @@ from hashlib import sha256
 import polars as pl
 
 from pipeline.errors import BadRecording
-from pipeline.importers import mcap_log, rcg
+from pipeline.importers import mcap_log
 from pipeline.importers.football import dataset as football
 from pipeline.importers.football.providers import dataset_of, open_files
 from pipeline.importers.packets import reading as packets
 from pipeline.importers.packing import Octets, Unpacking
 from pipeline.importers.plausibility import plausibility_checks
+from pipeline.importers.rcg import reading as rcg
 from pipeline.importers.source import SourceFile, slug, streamed_megabytes
 from pipeline.importers.ssl_logs import reading as ssl_log
 from pipeline.importers.tracking import csv_file, parquet_file
