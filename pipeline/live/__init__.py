@@ -1,4 +1,4 @@
-"""What arrives while a match is played.
+"""Packets that arrive while a match is played, and teams that are driven by them.
 
 ==============  ==============================================================
 sockets         packets from the network

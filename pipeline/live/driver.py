@@ -45,7 +45,7 @@ _OTHER = "adversary"
 
 
 def streams_of(protocol: Protocol, colour: Colour) -> tuple[Stream, ...]:
-    """What is listened to, and the stream ``commands`` to which commands are sent.
+    """The streams that are listened to, and the stream ``commands`` to which commands are sent.
 
     Sources: FIRASim, as for ``pipeline.packets.streams``; the ports of RoboCup-SSL/ssl-simulation-protocol.
     """
@@ -55,7 +55,7 @@ def streams_of(protocol: Protocol, colour: Colour) -> tuple[Stream, ...]:
 
 @dataclass
 class Job:
-    """What is to be driven.
+    """A team that is to be driven, and where.
 
     Attributes:
         protocol: of the robots.

@@ -1,4 +1,4 @@
-"""What SSL's game controller says in a packet."""
+"""The words of SSL's game controller in a packet."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Said(NamedTuple):
 
 
 def said_in(packet: Packet) -> Said:
-    """What a sound packet of the game controller says."""
+    """The words of a sound packet of the game controller."""
     data, start, end = laid_out([packet])
     told, _ = fields(data, start, end)
     stage, command, left, turned = (_last(told.varints(number)[1]) for number in (

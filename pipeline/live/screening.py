@@ -96,7 +96,7 @@ class Screen:
 
 @dataclass(slots=True)
 class _Rate:
-    """What one sender sent to one stream in the second that began at ``begun_ns``."""
+    """Counts of the packets that one sender sent to one stream in the second that began at ``begun_ns``."""
 
     begun_ns: int
     packets: int = 0

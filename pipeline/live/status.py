@@ -1,4 +1,4 @@
-"""What the packets of a match say, in a line."""
+"""A line on the packets of a match: the state of play, and counts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _WITHIN_NS = 1_000_000_000
 
 
 class Teller(Protocol):
-    """What a league's packets say."""
+    """The state of a match, as a league's packets tell it."""
 
     def see(self, packets: Sequence[Packet]) -> None:
         """Take up sound packets, in order of time."""
@@ -65,7 +65,7 @@ class Frames:
 
 
 class Status:
-    """What was received so far.
+    """Counts of what was received so far.
 
     Args:
         league: whose packets are received.
