@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 import pytest
-from studies.looking import ARMS, PANEL, aims, information
+from studies.looking import ARMS, DISTURBED, PANEL, Aim, aims, information
 
 from schemas import ROLES
 from schemas.sights import SIGHT
@@ -26,9 +26,13 @@ def control():
     return pl.DataFrame({"difference": np.random.default_rng(1).normal(-1.0, 1.0, 50)})
 
 
+def reached(found: pl.DataFrame, control: pl.DataFrame) -> dict[str, Aim]:
+    return {aim.aim: aim for aim in aims(found, "panel", "blind", control, DISTURBED)}
+
+
 def test_aims_of_a_good_team(control):
     """A team that is six goals better everywhere, and loses when it is blind, reaches all; each panel member counts."""
-    found = {aim.aim: aim for aim in aims(results(6.0), control)}
+    found = reached(results(6.0), control)
     assert all(aim.reached for aim in found.values())
     assert len(found) == 2 + len(PANEL) + 1 + 4
     assert found["2. ahead of static by more than best-constant (Welch)"].mean == pytest.approx(7.0, abs=0.5)
@@ -37,10 +41,10 @@ def test_aims_of_a_good_team(control):
 
 def test_aims_need_the_lower_bound(control):
     """A mean above the aim is not enough where the apprentices differ; a team that is as good blind fails aim 4."""
-    wide = {aim.aim: aim for aim in aims(results(3.0, spread=4.0), control)}
+    wide = reached(results(3.0, spread=4.0), control)
     assert wide["1. ahead of best-constant, head to head"].mean > 2
     assert not wide["1. ahead of best-constant, head to head"].reached
-    same = {aim.aim: aim for aim in aims(results(6.0, blind=6.0), control)}
+    same = reached(results(6.0, blind=6.0), control)
     assert not same["4. loses when it is blind"].reached
 
 

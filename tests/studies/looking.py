@@ -111,6 +111,8 @@ ARMS = (
     _ALL,
     _ALL_BLIND,
 )
+#: Arms in which a camera disturbs the apprentices.
+DISTURBED = [arm.name for arm in ARMS if not arm.how.camera.off and arm.predict_s is None]
 #: Teams that learn nothing: the panel without lateness, and the late camera with and without prediction.
 CONTROLS = (
     *((word, Arm("panel", [opponent for opponent in PANEL if opponent != word]))
@@ -311,10 +313,9 @@ def main(out: Path, data: Path) -> None:
     results.write_csv(out / "results.csv", float_precision=2)
     pl.DataFrame([row(*who, pairs) for who, pairs in controls.items()]).write_csv(
         out / "controls.csv", float_precision=2)
-    disturbed = [arm.name for arm in ARMS if not arm.how.camera.off and arm.predict_s is None]
     reached = [
         {"season": season} | aim._asdict() | {"reached": aim.reached}
-        for season, arm, blind, others in ((SETTINGS, "panel", "blind", disturbed), (ALL, _ALL.name, _ALL_BLIND.name, []))
+        for season, arm, blind, others in ((SETTINGS, "panel", "blind", DISTURBED), (ALL, _ALL.name, _ALL_BLIND.name, []))
         for aim in aims(results, arm, blind, controls[CONSTANT, arm, STATIC], others)]
     pl.DataFrame(reached).write_csv(out / "aims.csv", float_precision=2)
     pl.DataFrame([described(store, f"{season}-static-{seed}")
