@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.league import HOSTILE, copied, serious
+from support.played import looking
 from test_scout import text_of
 
 from flows.cli import main
@@ -33,8 +34,10 @@ from pipeline.state.words import elements_of, named
 from pipeline.store import Store
 from pipeline.store.work import Made
 from pipeline.views.scout.curves import Curve, curves
+from pipeline.views.scout.preferred import actions_of, picture, preferred
 from pipeline.views.scout.states import around_ball, sentences, zone
-from schemas import KEYS, ROLES, Policies, Referee, Restarts, States
+from schemas import KEYS, ROLES, Appraisals, Policies, Referee, Restarts, States
+from schemas.sights import SIGHT
 
 VSSS = PITCHES[Kind.VSSS]
 COARSER = Settings(knowledge=KnowledgeSettings(backoff=("self9", "self6", "role0")))
@@ -191,6 +194,56 @@ def test_older_policy(store, tmp_path, capsys):
     manifest, new = emit(own, stage, COARSER.policies, scope_of(own))
     assert (manifest.version, new) == (2, True)
     assert "How many states" in policy_page(write(own))
+
+
+# ---- a policy that looks
+
+
+def test_preferred():
+    """By hand: one action is worth 1 where the ball is ahead, and -1 behind; the other is always worth 0."""
+    values = Policies.of([
+        {"version": 1, "knowledge_version": 1, "role": "striker", "key": "role0", "state": 0,
+         "behaviour_id": f"striker-{code:03d}", "q": 0.0, "visits": 0, "evidence": 0.0} for code in (21, 44)])
+    node = {"version": 1, "code": 21, "tree": 0, "node": 0, "feature": None, "threshold": None, "missing_left": None,
+            "left": None, "right": None, "value": 0.0}
+    trees = Appraisals.of([
+        node | {"feature": "ball_x", "threshold": 0.0, "missing_left": True, "left": 1, "right": 2},
+        node | {"node": 1, "value": -1.0}, node | {"node": 2, "value": 1.0}])
+    ball = [(-0.5, 0.1)] * 30 + [(0.5, 0.1)] * 20 + [(0.5, 0.5)] * 9
+    sight = np.zeros((len(ball), len(SIGHT)), np.float32)
+    sight[:, [list(SIGHT).index(name) for name in ("ball_x", "ball_y")]] = ball
+    sights = pl.DataFrame({"role": ["striker"] * len(ball), "sight": pl.Series(sight, dtype=pl.Array(pl.Float32, len(SIGHT)))})
+    found = preferred(values, trees, sights)
+    assert found["behaviour_id"].to_list() == ["striker-044"] * 30 + ["striker-021"] * 29
+    assert found["gain"].to_list() == [0.0] * 30 + [1.0] * 29
+    assert actions_of(found).rows() == [("striker-044", "A", 30 / 59, 0.0), ("striker-021", "B", 29 / 59, 1.0)]
+    drawn = str(picture(found, {"striker-044": "A", "striker-021": "B"}, VSSS, "here"))
+    assert re.findall(r">([A-Z])<", drawn) == ["A", "A", "B", "B"]  # nine moments are too few
+    assert "B in 100% of 20 moments" in drawn
+    assert preferred(values, trees, sights.clear()).is_empty()
+    assert preferred(values, trees, sights.with_columns(role=pl.lit("midfield"))).is_empty()
+
+
+@pytest.mark.slow
+def test_policy_that_looks(tmp_path):
+    """The page of a policy that looks says what it prefers where; each letter of a picture is in the table under it."""
+    looking(tmp_path)
+    (folder,) = (path for path in (tmp_path / "seasons").iterdir() if path.is_dir())
+    own = Store(folder)
+    page = policy_page(write(own))
+    assert "What policy 2 prefers" in page
+    assert "unsure" not in page
+    for part in page.split("<h2")[1:4]:
+        picture_of, table = part.split("<table", 1)
+        letters = re.findall(r"<td>([A-Za-z])</td>", table)
+        assert set(re.findall(r">([A-Za-z])</text>", picture_of)) <= set(letters)
+        shares = [float(each) for each in re.findall(r'<td class="n">([0-9.]+)\s%</td>', table)]
+        assert len(letters) == len(shares) > 1
+        assert sum(shares) == pytest.approx(100, abs=len(shares))
+    assert write(own).new == 0
+
+
+# ---- policies and pages of other matches
 
 
 def test_of_other_teams(store, tmp_path):

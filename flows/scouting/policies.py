@@ -11,11 +11,11 @@ from flows.scouting.sources import Match, TeamName, team_name
 from pipeline.pitch import PITCHES, Kind, Pitch
 from pipeline.state.words import named
 from pipeline.store import Store
-from pipeline.store.receipts import Manifest
+from pipeline.store.receipts import Manifest, Receipt
 from pipeline.views.scout.pictures import bars, on_pitch
 from pipeline.views.scout.states import facts_of, shaded
 from pipeline.views.scout.words import of_behaviour
-from schemas import KEYS, ROLES, Policies, Returns, States
+from schemas import KEYS, ROLES, Appraisals, Policies, Returns, Sights, States
 from schemas.policies import FEW, VERDICTS
 
 #: States shown of each role and key that are unsure, and that are not; candidates shown of each.
@@ -23,6 +23,8 @@ _UNSURE, _KNOWN, _CANDIDATES = 4, 2, 5
 #: Bins of episodes: label, least and most, both included.
 _BINS = (("0", 0, 0), ("1", 1, 1), ("2", 2, 2), ("3 to 4", 3, 4), ("5 to 9", 5, 9), ("10 to 19", 10, 19),
          ("20 and more", 20, 1 << 62))
+#: Matches and moments at most that a policy that looks is asked about.
+_LOOKED_AT, _MOMENTS = 10, 6_000
 _LEVELS = ("very close", "close", "far")
 #: Greatest expected share of sure states if no behaviour were better than another. Both tails of a 95 %
 #: interval count, because the evidence that is tested also decides which behaviour is best.
@@ -36,11 +38,13 @@ class Newest(NamedTuple):
         manifest: of the version.
         team: that it imitates; None: the decisions of all teams.
         pitch: on which its league plays.
+        matches: the sequences of the last matches of its team, or of all, by id; at most ``_LOOKED_AT``.
     """
 
     manifest: Manifest
     team: TeamName | None
     pitch: Pitch
+    matches: Sequence[Receipt]
 
     @property
     def slug(self) -> str:
@@ -51,6 +55,19 @@ class Newest(NamedTuple):
     def told(self) -> bool:
         """Whether it was trained by a version that keeps returns and states."""
         return States.NAME in self.manifest.files
+
+    @property
+    def looks(self) -> bool:
+        """Whether it chooses by appraisals of what it sees."""
+        found = self.manifest.files.get(Appraisals.NAME)
+        return found is not None and bool(found.rows)
+
+    @property
+    def key(self) -> object:
+        """What its page is made from, as JSON values."""
+        moments = [receipt.digests() for receipt in self.matches] if self.looks else []
+        pitch = self.pitch.model_dump(mode="json")
+        return [self.manifest.key, self.manifest.version, self.slug, pitch, moments]
 
 
 def newest_policies(store: Store, league: Sequence[Match]) -> list[Newest]:
@@ -66,7 +83,8 @@ def newest_policies(store: Store, league: Sequence[Match]) -> list[Newest]:
         if team not in found:
             played = [match.pitch for match in league if team is None or match.home.kind == team.kind]
             usual = PITCHES[Kind.VSSS if team is None else Kind(team.kind)]
-            found[team] = Newest(manifest, team, played[-1] if played else usual)
+            own = [match.made["sequences"] for match in league if team in (None, match.home, match.away)]
+            found[team] = Newest(manifest, team, played[-1] if played else usual, own[-_LOOKED_AT:])
     return list(found.values())
 
 
@@ -98,6 +116,8 @@ def facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict[str, A
         return about | {"told": False}
     states, returned, values = (
         store.read_table(policy.manifest, schema.NAME, schema) for schema in (States, Returns, Policies))
+    if policy.looks:
+        return about | {"told": True, "looks": _looks(store, policy, values, cards)}
     unsure = pl.col("verdict").is_in(["few", "close"])
     shown = [rows for (_, _), rows in states.group_by("key", "role", maintain_order=True)]
     shown.sort(key=lambda rows: (KEYS.index(rows["key"][0]), ROLES.index(rows["role"][0])))
@@ -120,6 +140,39 @@ def facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict[str, A
         "shown_key": keep[-1] if keep else "",  # the coarsest has the most evidence
         "keys": sorted({rows["key"][0] for rows in shown}, key=KEYS.index), "roles": ROLES,
     }
+
+
+def _looks(
+    store: Store, policy: Newest, values: pl.DataFrame, cards: Mapping[str, str]
+) -> list[dict[str, Any]]:
+    """What a policy that looks prefers, role by role; none without moments in which players decided."""
+    from pipeline.views.scout.preferred import (  # noqa: PLC0415 (numba's code is loaded with it)
+        actions_of,
+        picture,
+        preferred,
+    )
+
+    seen = pl.concat([Sights.empty(), *(
+        store.read_table(receipt, Sights.NAME, Sights).filter(pl.col("code").is_null())
+        for receipt in policy.matches if Sights.NAME in receipt.files)])
+    seen = seen.gather_every(max(1, -(-seen.height // _MOMENTS)))
+    found = preferred(values, store.read_table(policy.manifest, Appraisals.NAME, Appraisals), seen)
+    roles = []
+    for role in ROLES:
+        moments = found.filter(role=role)
+        if moments.is_empty():
+            continue
+        actions = actions_of(moments)
+        letters = dict(actions.select("behaviour_id", "letter").iter_rows())
+        label = f"the action that a {role} prefers, by where the ball is"
+        roles.append({
+            "role": role, "moments": moments.height, "gain": moments["gain"].mean(),
+            "picture": picture(moments, letters, policy.pitch, label),
+            "actions": [
+                row | {"words": of_behaviour(row["behaviour_id"]), "link": cards.get(row["behaviour_id"])}
+                for row in actions.iter_rows(named=True)],
+        })
+    return roles
 
 
 def _unsure_share(states: pl.DataFrame) -> float | None:

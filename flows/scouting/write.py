@@ -192,8 +192,7 @@ def _policies(
 ) -> None:
     """The list of policies, and a page for each; behaviours lead to their cards in the team's gallery."""
     made_from = [around["made"], around["menu"]]
-    known = [[it.manifest.key, it.manifest.version, it.slug, it.pitch.model_dump(mode="json")]
-             for it in policies]
+    known = [it.key for it in policies]
     folder.put("policies.html", digest(canonical([*made_from, known])), lambda: page(
         "policies", **around, rows=policy_pages.summary(store, policies)))
     for policy, own in zip(policies, known, strict=True):

@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -40,7 +39,7 @@ from pipeline.arena.match.recipe import MatchSettings, Recipe, TeamSettings
 from pipeline.arena.physics.camera import CameraSettings
 from pipeline.arena.physics.laws import RefereeSettings
 from pipeline.arena.physics.settings import PhysicsSettings
-from pipeline.arena.teams.appraising import appraiser_of
+from pipeline.arena.teams.appraising import appraised, appraiser_of
 from pipeline.arena.teams.panel import PANEL
 from pipeline.policies.appraise import appraise
 from pipeline.sequences.sights import sights
@@ -48,7 +47,6 @@ from pipeline.settings import AppraisalSettings, GramSettings
 from pipeline.statistics import mean_interval, welch
 from pipeline.store import Store
 from pipeline.studies.evaluations import Evaluation
-from pipeline.trees import logits
 from schemas import ROLES, Decisions, Sights, Values
 from schemas.sights import SIGHT
 
@@ -284,9 +282,7 @@ def _gains(appraisals: pl.DataFrame, decided: pl.DataFrame) -> np.ndarray:
     """How much more the chosen actions are worth than the action of the role that is worth most on average."""
     appraiser, _ = appraiser_of(decided.select("role", "behaviour_id").unique(), appraisals)
     sight = np.ascontiguousarray(decided["sight"].to_numpy(), dtype=np.float32)
-    trees = appraiser.trees
-    value = np.array([logits(trees._replace(start=trees.start[first:last]), sight)
-                      for first, last in pairwise(appraiser.first)])
+    value = appraised(appraiser, sight)
     code = decided["behaviour_id"].str.split("-").list.last().cast(pl.Int64).to_numpy()
     chosen = value[np.searchsorted(appraiser.codes[1:], code) + 1, np.arange(len(code))]
     best = np.zeros(len(code))

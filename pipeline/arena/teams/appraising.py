@@ -10,6 +10,7 @@ A blind team is the control: each robot acts on a sight that a robot of its role
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ from pipeline.bodies import Records
 from pipeline.state import BinEdges, Radix, encode_one
 from pipeline.state.sight import see_from
 from pipeline.state.table import ELEMENTS
-from pipeline.trees import Trees, leaf
+from pipeline.trees import Trees, leaf, logits
 from schemas import ROLES
 from schemas.sights import SIGHT
 from schemas.situations import MOVES_RANDOMLY
@@ -121,6 +122,13 @@ def appraise(appraiser: Appraiser, action: int, sight: F32) -> float:
     for tree in range(appraiser.first[action], appraiser.first[action + 1]):
         worth += leaf(appraiser.trees, appraiser.trees.start[tree], sight)
     return worth
+
+
+def appraised(appraiser: Appraiser, sights: F32) -> F64:
+    """What all actions are worth at sights, float64 [C, N], from float32 [N, 30]; 0 without trees."""
+    trees, first = appraiser.trees, appraiser.first
+    return np.array([logits(trees._replace(start=trees.start[one:next_]), sights)
+                     for one, next_ in pairwise(first)])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
