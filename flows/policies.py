@@ -21,6 +21,12 @@ from pipeline.teams import Team, sides_of
 from schemas import Appraisals, Decisions, Occasions, Policies, Returns, Sides, Sights, States
 
 
+def looks(policy: Manifest) -> bool:
+    """Whether a version of the policies chooses by appraisals of what is seen, and not by states."""
+    found = policy.files.get(Appraisals.NAME)
+    return found is not None and bool(found.rows)
+
+
 def plan(store: Store, _: Scope, settings: PolicySettings, __: Stage) -> Plan:
     """The inputs of the next policy: the newest knowledge, its decisions, and the policy before.
 

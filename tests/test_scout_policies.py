@@ -225,8 +225,11 @@ def test_preferred():
 
 
 @pytest.mark.slow
-def test_policy_that_looks(tmp_path):
-    """The page of a policy that looks says what it prefers where; each letter of a picture is in the table under it."""
+def test_policy_that_looks(tmp_path, call):
+    """The page of a policy that looks says what it prefers where; each letter of a picture is in the table under it.
+
+    The command says that its states do not tell.
+    """
     looking(tmp_path)
     (folder,) = (path for path in (tmp_path / "seasons").iterdir() if path.is_dir())
     own = Store(folder)
@@ -241,6 +244,8 @@ def test_policy_that_looks(tmp_path):
         assert len(letters) == len(shares) > 1
         assert sum(shares) == pytest.approx(100, abs=len(shares))
     assert write(own).new == 0
+    code, out, _ = call("policy", "show", "--data", own.root)
+    assert (code, "It chooses by what it sees, and not by these states" in out) == (0, True)
 
 
 # ---- policies and pages of other matches

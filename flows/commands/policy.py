@@ -6,6 +6,7 @@ import polars as pl
 
 from flows.commands.common import DEFAULTS, Common, Flag, Json
 from flows.commands.printing import console, print_frame, print_json
+from flows.policies import looks
 from pipeline.errors import NotFound
 from pipeline.views.scout.words import of_behaviour
 from schemas import States
@@ -51,6 +52,9 @@ def show(
         return
     console().print(f"policy version {manifest.version} (few: too few episodes; close: too close to tell; "
                     "alone: one behaviour)", soft_wrap=True)
+    if looks(manifest):
+        console().print("It chooses by what it sees, and not by these states: `pitchlore scout` draws what "
+                        "it prefers where", soft_wrap=True)
     counts = states.group_by("key", "role", "verdict").agg(states=pl.len(), visits=pl.col("visits").sum())
     print_frame(counts.sort("key", "role", "verdict"))
     for row in states.head(max(most, 0)).iter_rows(named=True):

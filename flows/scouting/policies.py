@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
+from flows.policies import looks
 from flows.scouting.sources import Match, TeamName, team_name
 from pipeline.pitch import PITCHES, Kind, Pitch
 from pipeline.state.words import named
@@ -57,15 +58,9 @@ class Newest(NamedTuple):
         return States.NAME in self.manifest.files
 
     @property
-    def looks(self) -> bool:
-        """Whether it chooses by appraisals of what it sees."""
-        found = self.manifest.files.get(Appraisals.NAME)
-        return found is not None and bool(found.rows)
-
-    @property
     def key(self) -> object:
         """What its page is made from, as JSON values."""
-        moments = [receipt.digests() for receipt in self.matches] if self.looks else []
+        moments = [receipt.digests() for receipt in self.matches] if looks(self.manifest) else []
         pitch = self.pitch.model_dump(mode="json")
         return [self.manifest.key, self.manifest.version, self.slug, pitch, moments]
 
@@ -116,7 +111,7 @@ def facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict[str, A
         return about | {"told": False}
     states, returned, values = (
         store.read_table(policy.manifest, schema.NAME, schema) for schema in (States, Returns, Policies))
-    if policy.looks:
+    if looks(policy.manifest):
         return about | {"told": True, "looks": _looks(store, policy, values, cards)}
     unsure = pl.col("verdict").is_in(["few", "close"])
     shown = [rows for (_, _), rows in states.group_by("key", "role", maintain_order=True)]
