@@ -126,10 +126,10 @@ rules: $(READY)  ## what each rule of the static team is worth (a quarter of an 
 best-constant: $(READY)  ## search for the best constant team, which the name best-constant plays (three minutes)
 	PYTHONPATH=tests $(BIN)/python -m studies.best_constant pipeline/arena/teams/best-constant.json
 
-looking: $(READY)  ## does a team that looks win? five apprentices against the panel, and blind (two and a half hours)
+looking: $(READY)  ## does a team that looks win? five apprentices against the panel, and blind (three hours)
 	PYTHONPATH=tests $(BIN)/python -m studies.looking data/studies/looking $(STUDY_DATA)
 
-imitation: $(READY)  ## is watching worth anything? ten seasons that imitate beside ten that only try (two hours)
+imitation: $(READY)  ## is watching worth anything? ten seasons each of two ways to watch, and of none (three hours)
 	PYTHONPATH=tests $(BIN)/python -m studies.imitation data/studies/imitation $(STUDY_DATA)
 
 # rSim has no wheel and needs ODE: RSIM is a Python with rc-robosim, TEAMS are seasons of STUDY_DATA.

@@ -1,17 +1,17 @@
-"""Is watching worth anything? Ten seasons of apprentices that imitate, beside ten of those that only try.
+"""Is watching worth anything? Ten seasons each of apprentices that watch, and of those that only try.
 
-``PYTHONPATH=tests python -m studies.imitation data/studies/imitation DATA`` (two hours on 2 cores; what is in
+``PYTHONPATH=tests python -m studies.imitation data/studies/imitation DATA`` (three hours on 2 cores; what is in
 the data folder is not played again).
 
-An apprentice learns how its actions change the chance to score. In ``looking-imitates`` it also appraises actions
-that it has not tried, by what it saw its adversary's robots do. In ``looking-all`` it does not: it watches nothing
-but itself, and all 31 actions are offered to both. The gain is the difference of the areas under their learning
-curves: the mean goal difference over the 14 counted games of a season, of which each follows nine others. The
-seasons are paired by seed, and the interval is Student's over the ten pairs. The aim, written before these seeds
-were played: a lower bound above 0. The settings were chosen on other seeds (2101 to 2103 and 901 to 914).
+An apprentice learns how its actions change the chance to score. There are two ways to watch an adversary besides.
+In ``looking-imitates`` it also appraises actions that it has not tried, by what it saw the adversary's robots do.
+In ``looking`` it is offered only the actions that it saw them do. In ``looking-all`` it watches nothing but itself,
+and all 31 actions are offered, as in ``looking-imitates``. The gain is the difference of the areas under their
+learning curves: the mean goal difference over the 14 counted games of a season, of which each follows nine others.
+The seasons are paired by seed, and the interval is Student's over the ten pairs. The aim, written before these
+seeds were played: a lower bound above 0. The settings were chosen on other seeds (2101 to 2103 and 901 to 914).
 
-``games.csv`` has a row for each season and counted game; ``gain.csv`` the areas of both and their difference, of
-all games and of the first half.
+``games.csv`` has a row for each season and counted game; ``gain.csv`` the areas and their differences.
 """
 
 from __future__ import annotations
@@ -28,35 +28,41 @@ from pipeline.studies.seasons.measures import DIFFERENCE
 from schemas import Games
 
 SEEDS = range(2301, 2311)
-WATCHES, TRIES = "looking-imitates", "looking-all"
-#: Games of an area: all, and the first half, in which there is least of an apprentice's own to learn from.
-PARTS = {"all games": 14, "games 1 to 7": 7}
+WATCHING, TRIES = ("looking-imitates", "looking"), "looking-all"
+#: Games of an area, the first and the last: all; those in which there is least of an apprentice's own to learn from;
+#: and the last ones, by which it plays afterwards.
+PARTS = {"all games": (1, 14), "games 1 to 7": (1, 7), "games 11 to 14": (11, 14)}
 
 
 def games(data: Path) -> pl.DataFrame:
-    """The counted games of both kinds of seasons, those that are missing played first: settings, seed, game, difference."""
+    """The counted games of all seasons, those that are missing played first: settings, seed, game, difference."""
     for seed in SEEDS[::2]:
-        for settings in (WATCHES, TRIES):
+        for settings in (*WATCHING, TRIES):
             command("season", "--settings", settings, "--opponent", "static", "--seed", str(seed),
                     "--seasons", "2", "--discard", "--data", str(data))
     store = Store(data)
     rows = pl.concat([store.read_table(receipt, "games", Games) for receipt in store.receipts("seasons")])
-    return rows.filter(pl.col("settings").is_in((WATCHES, TRIES)), pl.col("seed").is_in(SEEDS)).select(
+    return rows.filter(pl.col("settings").is_in((*WATCHING, TRIES)), pl.col("seed").is_in(SEEDS)).select(
         "settings", "seed", "game",
         difference=DIFFERENCE,
     ).sort("settings", "seed", "game")
 
 
 def gain(played: pl.DataFrame) -> pl.DataFrame:
-    """The areas of both and their difference, a row a part: part, seasons, watches, tries, gain, low, high."""
+    """The areas and what watching adds to them, a row for each way to watch and part.
+
+    Columns: settings, part, seasons, watches, tries, gain, low, high.
+    """
     rows = []
-    for part, last in PARTS.items():
-        areas = played.filter(pl.col("game") <= last).pivot(
-            "settings", index="seed", values="difference", aggregate_function="mean")
-        gains = (areas[WATCHES] - areas[TRIES]).drop_nulls()
-        low, high = mean_interval(gains.to_numpy()) or (None, None)
-        rows.append({"part": part, "seasons": gains.len(), "watches": areas[WATCHES].mean(),
-                     "tries": areas[TRIES].mean(), "gain": gains.mean(), "low": low, "high": high})
+    for watching in WATCHING:
+        for part, (first, last) in PARTS.items():
+            areas = played.filter(pl.col("game").is_between(first, last)).pivot(
+                "settings", index="seed", values="difference", aggregate_function="mean")
+            gains = (areas[watching] - areas[TRIES]).drop_nulls()
+            low, high = mean_interval(gains.to_numpy()) or (None, None)
+            rows.append({
+                "settings": watching, "part": part, "seasons": gains.len(), "watches": areas[watching].mean(),
+                "tries": areas[TRIES].mean(), "gain": gains.mean(), "low": low, "high": high})
     return pl.DataFrame(rows)
 
 
