@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import UTC, datetime
+from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -34,11 +35,12 @@ class Driven(NamedTuple):
     """Outcome of driving.
 
     Attributes:
-        file: log of what was seen and decided, in the inbox; None if nothing was seen.
+        file: log of what was seen and decided, in the inbox; None if it ended before its first frame.
         frames: frames in which the team decided; each sent a command.
         blind: how often robots were stopped because vision was lost.
         score: goals of blue and of yellow; None if nobody said.
         seconds: how long.
+        vision: whether vision came.
     """
 
     file: Path | None
@@ -46,13 +48,14 @@ class Driven(NamedTuple):
     blind: int
     score: tuple[int, int] | None
     seconds: float
+    vision: bool
 
 
 def drive(
     store: Store, job: Job, *, say: Callable[[str], None] = lambda _: None,
     listening: Callable[[Mapping[str, str]], None] = lambda _: None,
 ) -> Driven:
-    """Drive a team until Ctrl-C, or for some seconds.
+    """Drive a team until it is stopped (:func:`flows.interrupt.until_stopped`), or for some seconds.
 
     Commands go out 60 times a second. Robots stand while the referee does not let play go on, when no vision
     came for 0.3 s, and when this ends, for whatever reason. What was seen and decided is logged; the next run
@@ -62,6 +65,7 @@ def drive(
         BadSettings: if an address cannot be listened to, or the team cannot be played.
         StorageFailed: if another program listens to one, or the disk refuses.
     """
+    Driver(job, PITCHES[Kind(job.league)], BytesIO(), "trial").warm()
     began = time.monotonic()
     sources = tuple(stream for stream in job.streams if stream.name != "commands")
     with Receiver(sources, job.interface) as receiver, until_stopped() as stopped:
@@ -76,16 +80,20 @@ def drive(
 
         pitch, first = _pitch(job.league, arrived, ended)
         if pitch is None:
-            return Driven(None, 0, 0, None, time.monotonic() - began)
+            return Driven(None, 0, 0, None, time.monotonic() - began, vision=False)
         name = slug(f"{job.word}-{job.protocol}-{datetime.now(UTC):%Y%m%d-%H%M%S}") + ".mcap"
         with store.growing(PLAYING, name) as (path, stream):
             driver = Driver(job, pitch, stream, path.stem)
             with _stopping(job) as send:
                 driver.take(first)
                 driver.run(arrived, send, ended, say)
+            if not driver.began:
+                path.unlink()
+                return Driven(None, 0, 0, None, time.monotonic() - began, vision=True)
             driver.close()
             file = store.moved(path, INBOX)
-    return Driven(file, driver.frames, driver.blind, driver.whistle.score, time.monotonic() - began)
+    return Driven(
+        file, driver.frames, driver.blind, driver.whistle.score, time.monotonic() - began, vision=True)
 
 
 @contextmanager

@@ -1,5 +1,8 @@
 """Ctrl-C stops any command within seconds; the command says what is kept, and exits with 130. SIGTERM: 143.
 
+A command that goes on until it is stopped ends as it should at either, and when its terminal is closed
+(:func:`until_stopped`).
+
 Python runs a signal's handler in the main thread only, and only between two steps of Python. Prefect,
 compiled code and threads that are waited for can each delay that for minutes. Every file is written
 whole or not at all, so the process may end at any moment.
@@ -14,7 +17,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from threading import Lock, Thread, current_thread, main_thread
+from threading import Event, Lock, Thread, current_thread, main_thread
 from types import FrameType
 from typing import NoReturn
 
@@ -27,6 +30,9 @@ KEPT = "What was finished is kept; run the command again to go on."
 _SHOW_CURSOR = "\x1b[?25h"  # progress bars hide it
 
 _ending = Lock()
+#: Signals that end the body of :func:`until_stopped`, and whether there is one now.
+_STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_goes_on = Event()
 
 
 @contextmanager
@@ -75,21 +81,27 @@ def interruptible() -> Iterator[Callable[[], bool]]:
 
 @contextmanager
 def until_stopped() -> Iterator[Callable[[], bool]]:
-    """Whether Ctrl-C was pressed, as a function; it is no interruption of the body, but how one ends it."""
-    pressed = False
+    """Whether the body has to end, as a function: Ctrl-C, SIGTERM and a closed terminal do not interrupt it.
 
-    def press(*_: object) -> None:
-        nonlocal pressed
-        pressed = True
+    Within :func:`interruptible` it has :data:`GRACE_S` to end, and a second signal ends the process at once.
+    """
+    stopped = False
+
+    def stop(*_: object) -> None:
+        nonlocal stopped
+        stopped = True
 
     if current_thread() is not main_thread():
         yield lambda: False
         return
-    before = signal.signal(signal.SIGINT, press)
+    before = {number: signal.signal(number, stop) for number in _STOPS}
+    _goes_on.set()
     try:
-        yield lambda: pressed
+        yield lambda: stopped
     finally:
-        signal.signal(signal.SIGINT, before)
+        _goes_on.clear()
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _loads(frame: FrameType | None) -> bool:
@@ -104,7 +116,8 @@ def _loads(frame: FrameType | None) -> bool:
 def _watch(heard: int) -> None:
     """End the process :data:`GRACE_S` after the first SIGINT, at the second, or at SIGTERM.
 
-    It does nothing if the pipe closes.
+    A body of :func:`until_stopped` is ended by SIGTERM and SIGHUP as by SIGINT. It does nothing if the pipe
+    closes.
     """
     pressed = 0
     while select.select([heard], [], [], GRACE_S if pressed else None)[0]:
@@ -112,9 +125,9 @@ def _watch(heard: int) -> None:
         if not signals:
             os.close(heard)
             return
-        if signal.SIGTERM in signals:
+        if signal.SIGTERM in signals and not _goes_on.is_set():
             end("Terminated", TERMINATED)
-        pressed += signals.count(signal.SIGINT)
+        pressed += sum(map(signals.count, _STOPS if _goes_on.is_set() else (signal.SIGINT,)))
         if pressed > 1:
             break
     end()

@@ -81,9 +81,14 @@ def simulate(
         StorageFailed: if the log cannot be written.
     """
     top = recipe.physics.wheel_speed
-    remotes = [RemoteController(recipe.robots, top) if team.kind == "remote" else None
-               for team in (recipe.home, recipe.away)]
-    match = Match(recipe, controllers_of(recipe, policies, (remotes[HOME], remotes[AWAY])))
+
+    def begin() -> tuple[Match, list[RemoteController | None]]:
+        remotes = [RemoteController(recipe.robots, top) if team.kind == "remote" else None
+                   for team in (recipe.home, recipe.away)]
+        return Match(recipe, controllers_of(recipe, policies, (remotes[HOME], remotes[AWAY]))), remotes
+
+    begin()[0].advance()  # compiles what is compiled, which would keep others waiting
+    match, remotes = begin()
     hz, sent = match.laws.hz, 0
     commands = late = 0
     bodies = np.zeros_like(match.bodies)
@@ -98,7 +103,7 @@ def simulate(
             due, now = began + match.frame / hz, time.monotonic()
             if now - due > _BEHIND_S:  # a simulator that is late does not hurry
                 began += now - due
-                late += match.frame > 1  # the first frame compiles
+                late += 1
                 due = now
             see(match.views[0], 0, match.attacks, bodies)
             for command in referee.says():  # first, so that it is known when the frame comes that it is about

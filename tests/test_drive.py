@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import signal
 import socket
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from threading import Event as Flag
 from threading import Thread
 
 import numpy as np
+import polars as pl
 import pytest
 from conftest import ROOT
 from hypothesis import given
@@ -36,13 +38,14 @@ from pipeline.bodies import BALL, THETA, VX, VY, X, Y
 from pipeline.errors import BadSettings
 from pipeline.importers.packets import vsss
 from pipeline.importers.readers import open_source, read
-from pipeline.live.driver import BLIND_S, Job, streams_of
+from pipeline.live.driver import BLIND_S, Driver, Job, streams_of
 from pipeline.live.encoding import Wheels, environment, robot_control, wheel_commands
 from pipeline.live.remote import RemoteController, asked
 from pipeline.live.screening import laid_out
 from pipeline.live.sight import Sight
 from pipeline.live.whistle import Whistle
 from pipeline.packets.recorder import Packet
+from pipeline.packets.streams import channels
 from pipeline.pitch import PITCHES, Kind
 from pipeline.store import Store
 
@@ -271,6 +274,9 @@ def test_drives_and_stops(tmp_path: Path) -> None:
     assert (match.info.home, match.info.away) == ("static", "adversary")
     assert match.referee.filter(event="stop")["note"].to_list()[0] == "vision lost"
     assert len(match.frames) > 60
+    scores = match.referee.select("score_home", "score_away")
+    assert scores.null_count().row(0) == (scores.height, scores.height), "nobody told a score"
+    assert match.quality["flaw"].to_list() == ["goals unknown"]
 
 
 def test_stops_whatever_ends_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -292,6 +298,65 @@ def test_stops_whatever_ends_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         drive(Store(tmp_path), Job("vsss", "blue", STATIC, "static", streams=streams, seconds=20.0),
               listening=lambda addresses: where.update(vision=int(addresses["vision"].rpartition(":")[2])))
     assert simulator.still()[-5:] == [True] * 5
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_stops_when_it_is_ended(tmp_path: Path, number: int) -> None:
+    """Ctrl-C, kill and a terminal that is closed leave robots standing, and the log where the next run finds it."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        vision = free.getsockname()[1]
+    simulator = Simulator({"vision": vision})
+    with simulator.running(), subprocess.Popen(
+        [Path(sys.executable).with_name("pitchlore"), "drive", "--team", "static", "--as", "blue", "--data", tmp_path,
+         "--at", f"vision=127.0.0.1:{vision}", "--at", "referee=127.0.0.1:0",
+         "--at", f"commands=127.0.0.1:{simulator.port}"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    ) as process:
+        end = time.monotonic() + 60
+        while simulator.still().count(False) < 10:
+            assert time.monotonic() < end
+            assert process.poll() is None, process.communicate()
+            time.sleep(0.05)
+        process.send_signal(number)
+        out, errors = process.communicate(timeout=20)
+        assert (process.returncode, "Kept in" in out) == (0, True), errors
+    assert simulator.still()[-5:] == [True] * 5
+    (file,) = (tmp_path / "inbox").iterdir()
+    assert read(open_source(file.read_bytes(), file.name)).info.complete
+
+
+def test_score_at_which_we_came(tmp_path: Path) -> None:
+    """The first score that is told is no goal; one that rises is. Before it nobody knows the score."""
+    told: list[tuple[int, int] | None] = [None] * 20 + [(3, 1)] * 20 + [(4, 1)] * 20
+    job = Job("vsss", "blue", STATIC, "static")
+    with (tmp_path / "m.mcap").open("wb") as stream:
+        driver = Driver(job, PITCHES[Kind.VSSS], stream, "m")
+
+        def arrived(timeout: float) -> list[Packet]:
+            if timeout:
+                time.sleep(timeout)
+                return []
+            robots = [(i, 0.4, 0.2 * i - 0.2, 3.1) for i in range(3)]
+            data = vsss_messages.environment(1, (0.1, 0.2), robots, robots, goals=told.pop(0))
+            return [Packet(channels("vsss")["vision"], time.time_ns(), data)]
+
+        driver.run(arrived, lambda _: None, lambda: not told, lambda _: None)
+        driver.close()
+    match = read(open_source((tmp_path / "m.mcap").read_bytes(), "m.mcap"))
+    events = match.referee.select(pl.col("event").cast(pl.String), pl.col("team").cast(pl.String), "score_home", "score_away")
+    assert events.rows() == [
+        ("play", None, None, None), ("goal", "home", 4, 1), ("play", None, 4, 1), ("stop", None, 4, 1), ("end", None, 4, 1)]
+    assert match.referee["note"].to_list()[3] == "ended"
+    assert match.quality.is_empty()
+
+
+def test_ended_before_the_first_frame(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What ends between the first vision and the first frame leaves no log, and says so."""
+    monkeypatch.setattr(Driver, "run", lambda *_: None)
+    done, simulator = driven(tmp_path, [])
+    assert (done.file, done.vision) == (None, True)
+    assert simulator.still() == [True] * len(simulator.came)
+    assert not list((tmp_path / "playing").iterdir())
 
 
 @unit

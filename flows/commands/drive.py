@@ -63,7 +63,9 @@ def drive_robots(
         print_json({"file": None if done.file is None else str(done.file), "frames": done.frames,
                     "vision_lost": done.blind, "score": done.score, "seconds": round(done.seconds, 1)})
     elif done.file is None:
-        console().print("No vision came: is the simulator running, and does it send to this computer?")
+        console().print(
+            "It ended before its first frame: nothing is logged." if done.vision else
+            "No vision came: is the simulator running, and does it send to this computer?")
     else:
         score = "? : ?" if done.score is None else "{} : {}".format(*done.score)
         console().print(

@@ -11,7 +11,7 @@ from typing import BinaryIO, Literal
 import numpy as np
 
 from pipeline import matches as log
-from pipeline.arena.match.controllers import Controller, PolicyTables, controller_of
+from pipeline.arena.match.controllers import PolicyTables, controller_of
 from pipeline.arena.match.match import decisions_of, frames_of
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.settings import PhysicsSettings
@@ -22,6 +22,7 @@ from pipeline.live.encoding import Wheels, robot_control, wheel_commands
 from pipeline.live.sight import Sight
 from pipeline.live.whistle import Whistle
 from pipeline.matches.frame import AWAY, HOME, MatchInfo, Period
+from pipeline.matches.quality import Flaw, quality_table
 from pipeline.packets.recorder import Packet
 from pipeline.packets.streams import LEAGUES, LeagueName, Stream
 from pipeline.pitch import Pitch
@@ -40,6 +41,10 @@ BLIND_S = 0.3
 _LOG_S = 1.0
 #: Between the wheels whose speeds a team decides.
 _AXLE_M = PhysicsSettings().axle
+#: Flaw of a log whose score nobody told.
+_UNTOLD = Flaw("goals unknown", (
+    "neither the simulator nor a referee told the score: nothing is learned of goals. Let a referee run, or "
+    "a simulator that counts goals"))
 #: Name of the team that we do not drive.
 _OTHER = "adversary"
 
@@ -135,23 +140,15 @@ class Driver:
         policy = job.policies[job.team.policy] if job.team.policy else None
         self._view = np.zeros((1 + 2 * job.robots, 6))
         self._wheels = np.zeros((job.robots, 2))
-
-        def begin() -> tuple[Controller, Sight]:
-            return (controller_of(job.team, recipe, job.side, policy),
-                    Sight(job.league, job.robots, pitch, HZ))
-
-        trial, sight = begin()  # compiles what is compiled, which would keep robots waiting
-        see(sight.now()[0], job.side, 1.0, self._view)
-        trial.restarted(0, 0)
-        trial.think(0, self._view, self._wheels)
-        self._controller, self._sight = begin()
+        self._controller = controller_of(job.team, recipe, job.side, policy)
+        self._sight = Sight(job.league, job.robots, pitch, HZ)
         self.whistle = Whistle(job.league)
         self.frames = self.blind = 0
         self._frame = self._first = 0
         self._samples: list[F64] = []
         self._events: list[Event] = []
         self._was_on = self._was_blind = False
-        self._score = (0, 0)
+        self._score: tuple[int, int] | None = None
         self._periods: list[tuple[int, Literal[1, -1]]] = []
         self._info = MatchInfo(
             match_id=match_id, source=f"{match_id}.mcap", format="driven", pitch=pitch, software=RELEASE,
@@ -160,6 +157,17 @@ class Driver:
             periods=(Period(start_ns=0, end_ns=1, home_attacks=job.home_attacks(1), inferred=False),),
         )
         self._recorder = log.Recorder(stream, self._info)
+
+    @property
+    def began(self) -> bool:
+        """Whether there was a frame."""
+        return self._frame > 0
+
+    def warm(self) -> None:
+        """Compile what is compiled, which would keep robots waiting. Nothing can be driven then."""
+        see(self._sight.now()[0], self._job.side, 1.0, self._view)
+        self._controller.restarted(0, 0)
+        self._controller.think(0, self._view, self._wheels)
 
     def take(self, packets: list[Packet]) -> None:
         """Take up sound packets."""
@@ -185,15 +193,18 @@ class Driver:
                 say(self._line())
 
     def close(self) -> None:
-        """End the log."""
-        self._set(on=False)
-        self._events.append(Event(self._t_ns(self._frame), "end", None, *self._score, "ended"))
+        """End the log, which has a frame."""
+        self._set(on=False, why="ended")
+        self._events.append(Event(self._t_ns(self._frame), "end", None, *self._told(), "ended"))
         self._log()
         ends = [start for start, _ in self._periods[1:]] + [self._t_ns(self._frame) + 1]
         periods = tuple(
             Period(start_ns=start, end_ns=end, home_attacks=attacks, inferred=False)
             for (start, attacks), end in zip(self._periods, ends, strict=True))
-        self._recorder.close(info=self._info.model_copy(update={"periods": periods or self._info.periods}))
+        told = {"goals": {"from": None if self._score is None else "referee"}}
+        self._recorder.close(
+            info=self._info.model_copy(update={"periods": periods, "settings": self._info.settings | told}),
+            quality=quality_table(self._match_id, [_UNTOLD] if self._score is None else []))
 
     def _think(self) -> F64 | None:
         """The wheels of this frame; None if robots have to stand."""
@@ -208,7 +219,7 @@ class Driver:
         blind = time.time_ns() - self._sight.seen_ns > BLIND_S * 1e9
         self.blind += blind and not self._was_blind
         self._was_blind = blind
-        self._set(on=whistle.playing and not blind)
+        self._set(on=whistle.playing and not blind, why="vision lost" if blind else "referee")
         self._frame += 1
         if not self._was_on:
             return None
@@ -222,10 +233,14 @@ class Driver:
         told = self.whistle.blue_attacks if self._job.attacks is None else None
         return told or self._job.home_attacks(self.whistle.half)
 
-    def _set(self, *, on: bool) -> None:
-        """Note that play begins or stops, and who scored meanwhile."""
+    def _set(self, *, on: bool, why: str) -> None:
+        """Note that play begins, or stops and why, and who scored meanwhile."""
         score = self.whistle.score or self._score
-        scored = [side for side in (HOME, AWAY) if score[side] > self._score[side]]
+        # the first score that is told is that at which we came
+        scored = [] if score is None or self._score is None else [
+            side for side in (HOME, AWAY) if score[side] > self._score[side]]
+        if self._score is None:
+            self._score = score
         if on == self._was_on and not scored:
             return
         at = self._t_ns(self._frame)
@@ -234,15 +249,18 @@ class Driver:
             self._controller.stopped(self._frame, reward)
         self._score = score
         if scored:
-            self._events.append(Event(at, "goal", SIDES[scored[0]], *score, "score"))
+            self._events.append(Event(at, "goal", SIDES[scored[0]], *self._told(), "score"))
         elif self._was_on:
-            why = "vision lost" if self._was_blind else "referee"
-            self._events.append(Event(at, "stop", None, *score, why))
+            self._events.append(Event(at, "stop", None, *self._told(), why))
         self._was_on = on
         if on:
-            lead = score[self._job.side] - score[1 - self._job.side]
+            lead = 0 if score is None else score[self._job.side] - score[1 - self._job.side]
             self._controller.restarted(self._frame, lead)
-            self._events.append(Event(at, "play", None, *score, "goes on"))
+            self._events.append(Event(at, "play", None, *self._told(), "goes on"))
+
+    def _told(self) -> tuple[int | None, int | None]:
+        """The score, as far as it was told."""
+        return self._score or (None, None)
 
     def _log(self) -> None:
         samples, self._samples = self._samples, []
@@ -260,5 +278,5 @@ class Driver:
 
     def _line(self) -> str:
         state = "vision lost" if self._was_blind else "plays" if self._was_on else "stands"
-        blue, yellow = self._score
+        blue, yellow = ("?" if goals is None else goals for goals in self._told())
         return f"{self._frame / HZ:.0f} s, {state}, blue {blue} : {yellow} yellow"
