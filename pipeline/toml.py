@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from typing import Any, TypeVar
+from collections.abc import Sequence
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -52,15 +53,36 @@ def fitted(model: type[M], values: dict[str, Any], where: str, keys: str) -> M:
     try:
         return model.model_validate(values)
     except ValidationError as error:
-        raise unfit(error, where, keys) from error
+        raise unfit(error, where, keys, model) from error
 
 
-def unfit(error: ValidationError, where: str, next_step: str) -> BadSettings:
-    """The first problem of values that are no settings, as an error of ours."""
+def unfit(
+    error: ValidationError, where: str, next_step: str, model: type[BaseModel] | None = None
+) -> BadSettings:
+    """The first problem of values that are no settings, as an error of ours.
+
+    Args:
+        error: of the values.
+        where: they come from.
+        next_step: what to do.
+        model: of the settings; for a key that it does not have, the error names those that it has there.
+    """
     first = error.errors()[0]
     key = ".".join(str(part) for part in first["loc"]) or "it"
     said = first["msg"].removeprefix("Value error, ")
+    if first["type"] == "extra_forbidden" and model is not None:
+        said = f"there is no such key, only {', '.join(_keys(model, first['loc'][:-1]))}"
     return BadSettings(f"{key}: {said[:1].lower()}{said[1:]}", where=where, next_step=next_step)
+
+
+def _keys(model: type[BaseModel], path: Sequence[int | str]) -> list[str]:
+    """The keys of a table in the settings of a model; path is its place."""
+    for part in path:
+        kind = model.model_fields[str(part)].annotation if part in model.model_fields else None
+        inner = next((each for each in (kind, *get_args(kind))
+                      if isinstance(each, type) and issubclass(each, BaseModel)), None)
+        model = model if inner is None else inner  # a place in a list or a dictionary has the same model
+    return list(model.model_fields)
 
 
 def over(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:

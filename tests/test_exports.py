@@ -18,6 +18,7 @@ from support.tracking import read
 
 from pipeline.errors import BadRecording
 from pipeline.events.derive import events
+from pipeline.events.restarts import kind_of
 from pipeline.importers.tracking.mapping import TrackingMap
 from pipeline.matches.frame import Heights, MatchLog
 from pipeline.settings import EventSettings, SituationSettings, TrajectorySettings
@@ -26,7 +27,8 @@ from pipeline.trajectories.derive import trajectories
 from pipeline.views.exports import foxglove, second_spectrum, tables
 from pipeline.views.exports.content import Content
 from pipeline.views.exports.formats import FORMATS
-from schemas import Possession
+from schemas import Possession, Referee
+from schemas.restarts import RESTARTS
 
 #: The part of the sample that is exported, s.
 SECONDS = 40.0
@@ -71,6 +73,26 @@ def test_a_table_comes_back(form: str) -> None:
     assert match.referee.filter(goals).height > 0
     assert again.referee.filter(goals).select(columns).equals(match.referee.filter(goals).select(columns))
     assert [p.home_attacks for p in again.info.periods] == [p.home_attacks for p in match.info.periods]
+
+
+def test_restarts_come_back() -> None:
+    """A restart is exported by its kind, and is the same restart when the table is imported."""
+    made = content()
+    notes = ("freeball", "goal_kick_l", "GOAL_KICK_YELLOW", "corner_kick_r", "kick_in_l", "directEnemy", "penalty_kick_r", "segment")
+    rows = [{"match_id": made.log.info.match_id, "t_ns": 500_000_000 * place, "event": "fault",
+             "team": ("home", "away")[place % 2], "score_home": 0, "score_away": 0, "note": note}
+            for place, note in enumerate(notes, start=1)]
+    made = replace(made, log=replace(made.log, referee=Referee.of(rows)))
+    again = read(FORMATS["csv"].write(made)["csv"], TrackingMap.model_validate({
+        "teams": {"home": made.log.info.home, "away": made.log.info.away}}))
+
+    def told(match: MatchLog) -> list[tuple[str, str]]:
+        faults = match.referee.filter(pl.col("event") == "fault")
+        return [(kind_of("fault", note), team) for note, team in faults.select("note", "team").iter_rows()]
+
+    assert told(again) == told(made.log)
+    assert {kind for kind, _ in told(again)} == set(RESTARTS) - {"kick-off"}
+    assert "skipped" not in again.quality["flaw"]
 
 
 def test_columns_of_a_table() -> None:

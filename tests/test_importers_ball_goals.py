@@ -132,7 +132,7 @@ def test_positions_only() -> None:
     (flaw,) = match.quality.filter(flaw="goals inferred").iter_rows(named=True)
     assert flaw["count"] == 25
     assert flaw["note"] == ("nothing tells goals, so they were found from the ball: on the line, then at the centre 25. "
-                            "The score stays unknown")
+                            "No score is made of them")
 
 
 @pytest.mark.parametrize(("goals", "says"), [

@@ -19,6 +19,7 @@ from pipeline.errors import BadRecording, NotFound
 from pipeline.importers.football.dataset import match_of
 from pipeline.importers.football.providers import PROVIDERS, dataset_of, open_files, provider_of
 from pipeline.importers.football.squad import UNNUMBERED, Stay, numbers
+from pipeline.importers.readers import open_source, read
 from pipeline.matches.frame import Heights
 from pipeline.pitch import Kind
 from pipeline.store import Store
@@ -190,6 +191,15 @@ def test_refusals(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @NEEDS_KLOPPY
+@pytest.mark.parametrize("content", [b'[{"frame": 1, "data": []}, {"frame": 2}]', b'{"frame": 1}\n{"frame": 2}\n', b"<?xml version='1.0'?><a/>"])
+def test_nobody_says_whose(content: bytes) -> None:
+    """What looks like a provider's file is refused with how to say whose it is, however long its lines are."""
+    with pytest.raises(BadRecording) as refused:
+        read(open_source(content + b" " * (2 << 20), "match.json"))
+    assert str(refused.value).startswith(
+        "match.json: is not a recording of a known format. If it is football data, say whose, as with --from kloppy:skillcorner. ")
+
+
 def test_not_the_providers_files() -> None:
     """Files of another kind are refused with the library's reason in one line."""
     with pytest.raises(BadRecording, match="is not read by kloppy as TRACAB") as refused:

@@ -105,6 +105,10 @@ READERS: tuple[Reader, ...] = (
 #: The formats' titles, for people.
 FORMATS = ", ".join(reader.title for reader in READERS)
 
+#: How much of a file is looked at for how it begins, bytes.
+_BEGIN = 64
+#: What a user is told besides if it may be a provider's.
+_WHOSE = "If it is football data, say whose, as with --from kloppy:skillcorner. "
 #: What a user is told if a file is of none of the formats.
 SUPPORTED = f"Give one of these, plain or packed with gzip or Zstandard: {FORMATS}"
 
@@ -186,7 +190,8 @@ def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
         return _checked(football.match_of(dataset_of(source), source), source)
     if source.format is None:
         what = "is not a recording of a known format" if source.content else "is empty"
-        raise BadRecording(what, where=source.name, next_step=SUPPORTED)
+        theirs = source.content[:_BEGIN].decode("utf-8-sig", "replace").lstrip()[:1] in csv_file.MARKUP
+        raise BadRecording(what, where=source.name, next_step=f"{_WHOSE if theirs else ''}{SUPPORTED}")
     reader = next(reader for reader in READERS if reader.name == source.format)
     if reader.text:
         source.check_text()

@@ -20,6 +20,10 @@ from pipeline.matches.quality import Flaw
 _NUMBERS = 3
 
 
+#: What JSON and XML begin with, and no table.
+MARKUP = ("{", "[", "<")
+
+
 def tells(head: bytes) -> bool:
     """Whether the content begins with a header of names and a row of as many fields, one a number.
 
@@ -29,7 +33,7 @@ def tells(head: bytes) -> bool:
     # lossy, as the rows are read: a name in another encoding does not make it another format
     text = as_utf8(head).utf8.decode("utf-8", "replace")
     lines = text.splitlines()[:2]
-    if not lines or "\0" in text:
+    if not lines or "\0" in text or text.lstrip()[:1] in MARKUP:
         return False
     mark = separator(lines[0])
     names = fields(lines[0], mark)

@@ -197,5 +197,4 @@ def load_map(text: str, where: str = "the map") -> TrackingMap:
     Raises:
         BadSettings: if it is not TOML or has a key or value that does not fit.
     """
-    keys = "See pipeline/importers/tracking/mapping.py for all keys and values"
-    return fitted(TrackingMap, tables(text, where), where, keys)
+    return fitted(TrackingMap, tables(text, where), where, "Mend the map, or leave the key out")

@@ -102,7 +102,7 @@ def scoring(
         why = f"the ball was not seen to go into a goal{less}"
         return Scoring("ball", flaws=(_no_goals(why, course, lack),))
     listed = ", ".join(f"{kind} {count}" for kind, count in Counter(map(_words, goals)).most_common())
-    note = f"nothing tells goals, so they were found from the ball: {listed}{less}. The score stays unknown"
+    note = f"nothing tells goals, so they were found from the ball: {listed}{less}. No score is made of them"
     flaw = Flaw("goals inferred", note, len(goals), goals[0].t_ns, goals[-1].t_ns + 1)
     return Scoring("ball", found, tuple((goal.t_ns, goal.confidence) for goal in goals), (flaw,))
 

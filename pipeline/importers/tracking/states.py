@@ -41,7 +41,8 @@ _WORDS_OF = {
     "end": "end timeover fulltime gameover",
     "stop": "stop halt pause timeout ballplacement ballplacementally ballplacementenemy beforekickoff",
 }
-WORDS = {word: event for event, words in _WORDS_OF.items() for word in words.split()}
+#: The fault's own name is a word, too: what is known of it is that a team brings the ball into play.
+WORDS = {word: event for event, words in _WORDS_OF.items() for word in words.split()} | {"fault": "fault"}
 
 
 class Token(NamedTuple):

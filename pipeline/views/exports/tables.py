@@ -7,6 +7,7 @@ import io
 import numpy as np
 import polars as pl
 
+from pipeline.events.restarts import kind_of
 from pipeline.trajectories.timeline import STOPPING
 from pipeline.views.exports.content import PLAY, STOP, Content
 from schemas import SIDES
@@ -19,7 +20,7 @@ def table(content: Content) -> pl.DataFrame:
         Columns ``frame``, ``t`` (s), ``team`` (the team's name, or ball), ``player``, ``x``, ``y`` (m),
         ``heading`` (rad), ``z`` (m, the ball's height, only where one is known), ``game_state`` and, where
         one is known, ``score_home`` and ``score_away``. The state names an event on the first sample from its
-        time on, ``kick-off_home`` or ``goal_away+stop``, else it is play or stop.
+        time on, ``kick-off_home``, ``free-kick_away`` or ``goal_away+stop``, else it is play or stop.
     """
     log = content.log
     bodies = content.bodies()
@@ -46,7 +47,8 @@ def _states(content: Content) -> tuple[pl.Series, pl.DataFrame]:
     at = np.searchsorted(times, told["t_ns"].to_numpy())
     for row, index in zip(told.to_dicts(), at.tolist(), strict=True):
         if index < len(times):
-            words[index].append(row["event"] if row["team"] is None else f"{row['event']}_{row['team']}")
+            word = _word(row["event"], row["note"])
+            words[index].append(word if row["team"] is None else f"{word}_{row['team']}")
         playing[index:] = row["event"] not in STOPPING
         for score, side in ((home, SIDES[0]), (away, SIDES[1])):
             if row[f"score_{side}"] is not None:
@@ -54,6 +56,12 @@ def _states(content: Content) -> tuple[pl.Series, pl.DataFrame]:
     states = ["+".join(said) or (PLAY if on else STOP) for said, on in zip(words, playing, strict=True)]
     scores = pl.DataFrame({"score_home": home, "score_away": away}).fill_nan(None).cast(pl.Int16)
     return pl.Series("game_state", states, dtype=pl.String), scores
+
+
+def _word(event: str, note: str | None) -> str:
+    """An event's word; a restart's is its kind, where that is known."""
+    kind = kind_of(event, note) if event == "fault" else "other"
+    return event if kind == "other" else kind.replace(" ", "-")
 
 
 def csv(content: Content) -> bytes:
