@@ -132,9 +132,9 @@ looking: $(READY)  ## does a team that looks win? five apprentices against the p
 imitation: $(READY)  ## is watching worth anything? ten seasons each of two ways to watch, and of none (three hours)
 	PYTHONPATH=tests $(BIN)/python -m studies.imitation data/studies/imitation $(STUDY_DATA)
 
-# rSim has no wheel and needs ODE: RSIM is a Python with rc-robosim, TEAMS are seasons of STUDY_DATA.
-transfer: $(READY)  ## does a team play in rSim as in our arena? (a quarter of an hour for a team; RSIM, TEAMS)
-	PYTHONPATH=tests $(BIN)/python -m studies.transfer data/studies/transfer $(RSIM) $(STUDY_DATA) $(TEAMS)
+# rSim has no wheel and needs ODE. RSIM and PSIM are Pythons with rc-robosim and with pSim, TEAMS are seasons of STUDY_DATA.
+transfer: $(READY)  ## does a team play in others' simulators as in our arena? (a quarter of an hour for each; RSIM, PSIM, TEAMS)
+	PYTHONPATH=tests $(BIN)/python -m studies.transfer data/studies/transfer $(or $(RSIM),-) $(or $(PSIM),-) $(STUDY_DATA) $(TEAMS)
 
 # Each peer's library has an environment of its own. With SEEDS="2101 2102 2103" there are three trainings of each.
 peers: $(READY) $(VENV)-sb3/.ready $(VENV)-d3rlpy/.ready  ## other learners on the same pitch: PPO, DQN, BC, CQL (two hours for one seed)

@@ -1,11 +1,12 @@
-"""Does what was learned in our arena work in another's simulator? The same teams, laws and seeds in rSim.
+"""Does what was learned in our arena work in others' simulators? The same teams, laws and seeds in rSim and pSim.
 
-``PYTHONPATH=tests python -m studies.transfer data/studies/transfer PYTHON DATA TEAM...`` (a quarter of an hour for a
-team; PYTHON is one with rc-robosim, DATA has the seasons of the teams that are named).
+``PYTHONPATH=tests python -m studies.transfer data/studies/transfer RSIM PSIM DATA TEAM...`` (a quarter of an hour for a
+team and simulator; RSIM and PSIM are Pythons with rc-robosim and with pSim, or ``-``; DATA has the seasons of the
+teams that are named).
 
 Each team plays twenty matches of eight minutes against the static team, in pairs of one seed with sides swapped: in
-our arena, and in rSim 1.2, which computes only the motion of bodies by wheels. Our referee watches both. rSim takes
-steps of whole milliseconds, 17 instead of 16.67; robots and the ball have its own masses, friction and motors.
+our arena, in rSim 1.2 and in pSim 0.2.4, which compute only the motion of bodies by wheels. Our referee watches all.
+rSim takes steps of whole milliseconds, 17 instead of 16.67; both have masses, friction and motors of their own.
 Controls: the best constant team and the random team, which learned nothing. ``transfer.csv`` has a row for each team
 and simulator: goal difference a match with Student's interval over the pairs.
 """
@@ -37,17 +38,18 @@ SEEDS = range(2_400_000, 2_400_010)
 CONTROLS = ("best-constant", "random")
 HOW = MatchSettings(referee=RefereeSettings(duration_s=480.0)).of_match()
 STATIC = TeamSettings(kind="static")
-_STEP_MS = 17
+#: The programs that let others' simulators take steps, in tests/counterparts, and their arguments.
+SERVERS = {"rSim 1.2": ("rsim_server.py", "3", "17"), "pSim 0.2.4": ("psim_server.py", "3")}
 
 
-class RsimArena:
-    """Bodies that rSim moves, as ``pipeline.arena.physics.arena.Arena`` moves them."""
+class TheirArena:
+    """Bodies that another's simulator moves, as ``pipeline.arena.physics.arena.Arena`` moves them."""
 
-    def __init__(self, python: str, robots: int) -> None:
+    def __init__(self, python: str, simulator: str, robots: int = 3) -> None:
         self._robots = robots
         self.bodies: F64 = np.zeros((1 + 2 * robots, COLUMNS))
         self._server = subprocess.Popen(
-            [python, ROOT / "tests" / "counterparts" / "rsim_server.py", str(robots), str(_STEP_MS)],
+            [python, ROOT / "tests" / "counterparts" / SERVERS[simulator][0], *SERVERS[simulator][1:]],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         self.field = self._answer()
 
@@ -63,7 +65,7 @@ class RsimArena:
         return self.bodies
 
     def close(self) -> None:
-        """End rSim."""
+        """End the simulator."""
         assert self._server.stdin is not None
         self._server.stdin.close()
         self._server.wait()
@@ -83,12 +85,12 @@ class RsimArena:
     def _answer(self) -> object:
         assert self._server.stdout is not None
         line = self._server.stdout.readline()
-        assert line, "rSim has ended"
+        assert line, "the simulator has ended"
         return json.loads(line)
 
 
-def difference(store: Store, word: str, seed: int, home: bool, arena: RsimArena | None) -> int:
-    """Goals of a team less those of static in one match, in rSim or in our arena."""
+def difference(store: Store, word: str, seed: int, home: bool, arena: TheirArena | None) -> int:
+    """Goals of a team less those of static in one match, in another's arena or in ours."""
     policies: dict[str, PolicyTables] = {}
     team = entrant(store, word, policies).settings
     sides = (team, STATIC) if home else (STATIC, team)
@@ -103,22 +105,24 @@ def difference(store: Store, word: str, seed: int, home: bool, arena: RsimArena 
     return own - other
 
 
-def rows(store: Store, python: str, words: list[str]) -> list[dict[str, object]]:
-    """A row for each team and simulator."""
-    arena, found = RsimArena(python, 3), []
+def rows(store: Store, pythons: list[str], words: list[str]) -> list[dict[str, object]]:
+    """A row for each team and simulator; a Python for each of the others' simulators, or ``-``."""
+    there = {name: TheirArena(python, name) for name, python in zip(SERVERS, pythons, strict=True) if python != "-"}
+    found = []
     for word in (*CONTROLS, *words):
-        for name, where in (("our arena", None), ("rSim 1.2", arena)):
+        for name, where in {"our arena": None, **there}.items():
             pairs = [np.mean([difference(store, word, seed, home, where) for home in (True, False)]) for seed in SEEDS]
             low, high = mean_interval(pairs) or (None, None)
             found.append({"team": word, "simulator": name, "matches": 2 * len(pairs), "difference": float(np.mean(pairs)),
                           "low": low, "high": high})
             print(found[-1], flush=True)
-    arena.close()
+    for arena in there.values():
+        arena.close()
     return found
 
 
 if __name__ == "__main__":
     out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
-    pl.DataFrame(rows(Store(Path(sys.argv[3])), sys.argv[2], sys.argv[4:])).write_csv(
+    pl.DataFrame(rows(Store(Path(sys.argv[4])), sys.argv[2:4], sys.argv[5:])).write_csv(
         out / "transfer.csv", float_precision=2)
