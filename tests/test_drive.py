@@ -39,7 +39,7 @@ from pipeline.errors import BadSettings
 from pipeline.importers.packets import vsss
 from pipeline.importers.readers import open_source, read
 from pipeline.live.driver import BLIND_S, Driver, Job, streams_of
-from pipeline.live.encoding import Wheels, environment, robot_control, wheel_commands
+from pipeline.live.encoding import Wheels, environment, referee_command, robot_control, wheel_commands
 from pipeline.live.remote import RemoteController, asked
 from pipeline.live.screening import laid_out
 from pipeline.live.sight import Sight
@@ -74,6 +74,31 @@ def test_no_bytes_are_a_broken_command(data: bytes) -> None:
     wheels = np.full((3, 2), np.nan)
     controller.think(0, np.zeros((7, 6)), wheels)
     assert np.abs(wheels).max() <= 1.2
+
+
+def test_a_peer_of_the_referee() -> None:
+    """The package V3SProtoComm reads our referee's commands, and we read its: each foul, colour and half, and the clock."""
+    if not PEER.exists():
+        pytest.skip("V3SProtoComm is not installed: make counterparts")
+    fouls = ("FREE_KICK", "PENALTY_KICK", "GOAL_KICK", "FREE_BALL", "KICKOFF", "STOP", "GAME_ON", "HALT")
+    colours, halves = ("BLUE", "YELLOW", "NONE"), ("NO_HALF", "FIRST_HALF", "SECOND_HALF")
+    cases = [(f, c, h, 12.5 * f + c + 0.25) for f in range(len(fouls)) for c in range(len(colours)) for h in range(len(halves))]
+    asked: list[dict[str, object]] = [{"hex": referee_command(f, c, t, h).hex()} for f, c, h, t in cases]
+    asked += [{"foul": fouls[f], "teamcolor": colours[c], "gameHalf": halves[h], "timestamp": t} for f, c, h, t in cases]
+    done = subprocess.run([PEER, ROOT / "tests" / "counterparts" / "vss_referee_peer.py"], text=True, capture_output=True,
+                          input="\n".join(map(json.dumps, asked)), timeout=60, check=True)
+    told = [json.loads(line) for line in done.stdout.splitlines()]
+    theirs = [{"foul": fouls[f], "teamcolor": colours[c], "gameHalf": halves[h], "timestamp": t, "foulQuadrant": "NO_QUADRANT"}
+              for f, c, h, t in cases]
+    assert told[: len(cases)] == theirs
+    packets = [Packet(REFEREE, T0, bytes.fromhex(each["hex"])) for each in told[len(cases):]]
+    said, lost = vsss.commands(*laid_out(packets)[:1], np.full(len(packets), T0), *laid_out(packets)[1:])
+    assert lost == 0
+    words = {name.replace("_", "").lower(): name for name in fouls}
+    for one, (f, c, h, t) in zip(said, cases, strict=True):
+        foul, _, colour = one.state.partition("_")
+        assert (words[foul], colour.upper()) == (fouls[f], "" if colours[c] == "NONE" else colours[c])
+        assert (max(one.half, 0), one.clock_s) == (h, t)
 
 
 @unit

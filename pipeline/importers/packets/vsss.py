@@ -3,8 +3,8 @@
 Field numbers are facts, from the descriptors of the Python packages vsss-client 0.1.3 (MIT) and rsoccer-gym
 1.4, which agree, and from VSSSLeague/VSSReferee (``include/protobuf/vssreferee/vssref_command.proto`` at
 cd7e842, ``example/include/protobuf/vssreferee/vssref_common.proto`` at a9f22e9). FIRASim itself does not send
-goals; forks that count them do, in two fields more. The number of VSSReferee's half is in none of the files
-that we could read: the next free one is read, and without it no half time is known.
+goals; forks that count them do, in two fields more. The number of VSSReferee's half is that of the package
+V3SProtoComm 2.1.0, with whose messages the others' numbers agree.
 """
 
 from __future__ import annotations
