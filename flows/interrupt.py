@@ -84,6 +84,7 @@ def until_stopped() -> Iterator[Callable[[], bool]]:
     """Whether the body has to end, as a function: Ctrl-C, SIGTERM and a closed terminal do not interrupt it.
 
     Within :func:`interruptible` it has :data:`GRACE_S` to end, and a second signal ends the process at once.
+    A command that `nohup` starts outlives its terminal.
     """
     stopped = False
 
@@ -94,7 +95,8 @@ def until_stopped() -> Iterator[Callable[[], bool]]:
     if current_thread() is not main_thread():
         yield lambda: False
         return
-    before = {number: signal.signal(number, stop) for number in _STOPS}
+    wanted = _STOPS if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN else _STOPS[:-1]  # nohup's
+    before = {number: signal.signal(number, stop) for number in wanted}
     _goes_on.set()
     try:
         yield lambda: stopped

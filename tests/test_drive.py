@@ -350,6 +350,24 @@ def test_stops_when_it_is_ended(tmp_path: Path, number: int) -> None:
     assert read(open_source(file.read_bytes(), file.name)).info.complete
 
 
+def test_outlives_its_terminal(tmp_path: Path) -> None:
+    """What `nohup` starts does not end when the terminal is closed, but does at SIGTERM."""
+    streams = (word for stream in ("vision", "referee") for word in ("--at", f"{stream}=127.0.0.1:0"))
+    with subprocess.Popen(
+        ["nohup", Path(sys.executable).with_name("pitchlore"), "watch", "vsss", *streams, "--data", tmp_path],
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    ) as process:
+        end = time.monotonic() + 60
+        while not list((tmp_path / "watching").glob("*.mcap")):
+            assert time.monotonic() < end
+            time.sleep(0.05)
+        process.send_signal(signal.SIGHUP)
+        time.sleep(0.5)
+        assert process.poll() is None
+        process.terminate()
+        process.communicate(timeout=20)
+
+
 def test_score_at_which_we_came(tmp_path: Path) -> None:
     """The first score that is told is no goal; one that rises is. Before it nobody knows the score."""
     told: list[tuple[int, int] | None] = [None] * 20 + [(3, 1)] * 20 + [(4, 1)] * 20

@@ -209,14 +209,15 @@ def test_preferred():
     trees = Appraisals.of([
         node | {"feature": "ball_x", "threshold": 0.0, "missing_left": True, "left": 1, "right": 2},
         node | {"node": 1, "value": -1.0}, node | {"node": 2, "value": 1.0}])
-    ball = [(-0.5, 0.1)] * 30 + [(0.5, 0.1)] * 20 + [(0.5, 0.5)] * 9
+    nowhere = (np.nan, np.nan)
+    ball = [(-0.5, 0.1)] * 30 + [(0.5, 0.1)] * 20 + [(0.5, 0.5)] * 9 + [nowhere] * 41  # of which it is taken for behind
     sight = np.zeros((len(ball), len(SIGHT)), np.float32)
     sight[:, [list(SIGHT).index(name) for name in ("ball_x", "ball_y")]] = ball
     sights = pl.DataFrame({"role": ["striker"] * len(ball), "sight": pl.Series(sight, dtype=pl.Array(pl.Float32, len(SIGHT)))})
     found = preferred(values, trees, sights)
-    assert found["behaviour_id"].to_list() == ["striker-044"] * 30 + ["striker-021"] * 29
-    assert found["gain"].to_list() == [0.0] * 30 + [1.0] * 29
-    assert actions_of(found).rows() == [("striker-044", "A", 30 / 59, 0.0), ("striker-021", "B", 29 / 59, 1.0)]
+    assert found["behaviour_id"].to_list() == ["striker-044"] * 30 + ["striker-021"] * 29 + ["striker-044"] * 41
+    assert found["gain"].to_list() == [0.0] * 30 + [1.0] * 29 + [0.0] * 41
+    assert actions_of(found).rows() == [("striker-044", "A", 0.71, 0.0), ("striker-021", "B", 0.29, 1.0)]
     drawn = str(picture(found, {"striker-044": "A", "striker-021": "B"}, VSSS, "here"))
     assert re.findall(r">([A-Z])<", drawn) == ["A", "A", "B", "B"]  # nine moments are too few
     assert "B in 100% of 20 moments" in drawn

@@ -36,7 +36,7 @@ def preferred(values: pl.DataFrame, appraisals: pl.DataFrame, sights: pl.DataFra
     Returns:
         A row a moment of a role that has actions: role, behaviour_id, ball_x and ball_y as in
         ``schemas.sights.SIGHT``, and gain: how much more the action is worth there than the role's best
-        constant, the action that is worth most on average; in V (table values), at least 0 unless it is that.
+        constant, the action that is worth most on average; in V (table values), 0 where it is that one.
     """
     appraiser, names = appraiser_of(values, appraisals)
     sight = np.ascontiguousarray(sights["sight"].to_numpy(), dtype=np.float32)
@@ -87,8 +87,9 @@ def picture(moments: pl.DataFrame, letters: Mapping[str, str], pitch: Pitch, lab
     wide, high = pitch.length / PARTS[0], pitch.width / 2 / PARTS[1]
     along = (pl.col("ball_x") / wide + PARTS[0] / 2).floor().clip(0, PARTS[0] - 1).cast(pl.Int64)
     across = (pl.col("ball_y") / high).floor().clip(0, PARTS[1] - 1).cast(pl.Int64)
-    parts = moments.group_by(along.alias("along"), across.alias("across"), "behaviour_id").len().sort(
-        "along", "across", "len", "behaviour_id", descending=[False, False, True, False])
+    counts = moments.filter(pl.col("ball_x").is_finite()).group_by(
+        along.alias("along"), across.alias("across"), "behaviour_id").len()
+    parts = counts.sort("along", "across", "len", "behaviour_id", descending=[False, False, True, False])
     marks = []
     for (column, row), found in parts.group_by("along", "across", maintain_order=True):
         total = int(found["len"].sum())
