@@ -40,7 +40,7 @@ _BEFORE_S = 1.0
 
 
 def facts(match: Match, tables: Tables, moments: Commentary, kept: Kept) -> dict[str, Any]:
-    """What the page of a match says; ``moments`` are its commentary, ``kept`` as for :func:`line`."""
+    """Content of the page of a match; ``moments`` are its commentary, ``kept`` as for :func:`line`."""
     row, pitch = tables.matches.row(0, named=True), match.pitch
     answers = of_match(match, tables, kept)
     whole = [("whole match", 0, 1 << 62), *halves(tables)]
@@ -96,7 +96,7 @@ def line(match: Match, tables: Tables, kept: Kept) -> dict[str, Any]:
 def _changes(
     first: dict[str, Numbers], second: dict[str, Numbers], seconds: Sequence[float]
 ) -> dict[str, dict[str, Change | None]]:
-    """What changed from the first to the second half, by side and measure."""
+    """Changes from the first to the second half, by side and measure."""
     found: dict[str, dict[str, Change | None]] = {side: {} for side in SIDES}
     for side in SIDES:
         for _, name, share in MEASURES:

@@ -30,7 +30,7 @@ def facts(
     store: Store, team: TeamName, matches: Sequence[Match], lines: Mapping[str, dict[str, Any]],
     gallery: dict[str, Any],
 ) -> dict[str, Any]:
-    """What the report on a team says.
+    """Content of the report on a team.
 
     Args:
         store: the data folder.
@@ -89,7 +89,7 @@ def _losses(held: pl.DataFrame, pitch: Pitch) -> dict[str, Any]:
 
 
 def _pressed(pressed: pl.DataFrame) -> dict[str, Any]:
-    """What pressure on the team wins."""
+    """Gains by pressure on the team."""
     won = pressed.filter("won")
     share = won.height / max(pressed.height, 1)
     return _said(
@@ -101,7 +101,7 @@ def _pressed(pressed: pl.DataFrame) -> dict[str, Any]:
 
 
 def _conceded(store: Store, played: Sequence[tuple[Match, str]], shots: pl.DataFrame) -> dict[str, Any]:
-    """What has worked against the team; the shots are those at it."""
+    """Goals that the team conceded, and how; ``shots`` are those at its goal."""
     goals = pl.concat([Goals.empty(), *(
         store.read_table(match.made["goals"], "goals", Goals).filter(pl.col("team") != side)
         for match, side in played)])
@@ -143,7 +143,7 @@ def _keeper(
 
 
 def _restarts(store: Store, played: Sequence[tuple[Match, str]]) -> dict[str, Any]:
-    """What the team makes of its restarts, by the numbers of its page."""
+    """Outcomes of the team's restarts, by the numbers of its page."""
     given = events_of(store, played, Restarts).filter("own")
     led = given.filter(soon("shot_ns"))
     parts = ", ".join(

@@ -17,7 +17,7 @@ from pipeline.views.scout.pages import page
 
 
 class MatchTodo(NamedTuple):
-    """What is to be made of a match.
+    """Pages and a line that are to be made of a match.
 
     Attributes:
         match: the match.
@@ -31,7 +31,7 @@ class MatchTodo(NamedTuple):
 
 
 class Done(NamedTuple):
-    """What was made of a match.
+    """Pages and a line that were made of a match.
 
     Attributes:
         pages: by name.

@@ -59,7 +59,7 @@ class Newest(NamedTuple):
 
     @property
     def key(self) -> object:
-        """What its page is made from, as JSON values."""
+        """Everything that its page is made from, as JSON values."""
         moments = [receipt.digests() for receipt in self.matches] if looks(self.manifest) else []
         pitch = self.pitch.model_dump(mode="json")
         return [self.manifest.key, self.manifest.version, self.slug, pitch, moments]
@@ -140,7 +140,7 @@ def facts(store: Store, policy: Newest, cards: Mapping[str, str]) -> dict[str, A
 def _looks(
     store: Store, policy: Newest, values: pl.DataFrame, cards: Mapping[str, str]
 ) -> list[dict[str, Any]]:
-    """What a policy that looks prefers, role by role; none without moments in which players decided."""
+    """Preferences of a policy that looks, role by role; none without moments in which players decided."""
     from pipeline.views.scout.preferred import (  # noqa: PLC0415 (numba's code is loaded with it)
         actions_of,
         picture,

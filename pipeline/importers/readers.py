@@ -190,7 +190,7 @@ def read(source: SourceFile, mapping: TrackingMap = TrackingMap()) -> MatchLog:
         return _checked(football.match_of(dataset_of(source), source), source)
     if source.format is None:
         what = "is not a recording of a known format" if source.content else "is empty"
-        theirs = source.content[:_BEGIN].decode("utf-8-sig", "replace").lstrip()[:1] in csv_file.MARKUP
+        theirs = csv_file.is_markup(source.content[:_BEGIN])
         raise BadRecording(what, where=source.name, next_step=f"{_WHOSE if theirs else ''}{SUPPORTED}")
     reader = next(reader for reader in READERS if reader.name == source.format)
     if reader.text:

@@ -236,11 +236,9 @@ class Driver:
     def _set(self, *, on: bool, why: str) -> None:
         """Note that play begins, or stops and why, and who scored meanwhile."""
         score = self.whistle.score or self._score
-        # the first score that is told is that at which we came
-        scored = [] if score is None or self._score is None else [
-            side for side in (HOME, AWAY) if score[side] > self._score[side]]
-        if self._score is None:
-            self._score = score
+        before = self._score = self._score or score  # the first that is told is that at which we came
+        scored = [] if score is None or before is None else [
+            side for side in (HOME, AWAY) if score[side] > before[side]]
         if on == self._was_on and not scored:
             return
         at = self._t_ns(self._frame)

@@ -228,7 +228,6 @@ class _Play:
         if scored or whistle.playing != self._last:
             self._events.append(Event(t_ns, "play" if whistle.playing else "stop", None, *score))
             self._last = whistle.playing
-
         self._forget(t_ns - 2 * _KEPT_NS)
 
     def _forget(self, until_ns: int) -> None:

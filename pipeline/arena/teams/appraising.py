@@ -125,7 +125,7 @@ def appraise(appraiser: Appraiser, action: int, sight: F32) -> float:
 
 
 def appraised(appraiser: Appraiser, sights: F32) -> F64:
-    """What all actions are worth at sights, float64 [C, N], from float32 [N, 30]; 0 without trees."""
+    """Worth of all actions at sights, float64 [C, N], from float32 [N, 30]; 0 without trees."""
     trees, first = appraiser.trees, appraiser.first
     return np.array([logits(trees._replace(start=trees.start[one:next_]), sights)
                      for one, next_ in pairwise(first)])

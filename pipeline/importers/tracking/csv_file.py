@@ -18,10 +18,8 @@ from pipeline.matches.quality import Flaw
 
 #: Numbers in a row from which on a text without a header is a table.
 _NUMBERS = 3
-
-
-#: What JSON and XML begin with, and no table.
-MARKUP = ("{", "[", "<")
+#: How JSON and XML begin, and no table.
+_MARKUP = (b"{", b"[", b"<")
 
 
 def tells(head: bytes) -> bool:
@@ -33,7 +31,7 @@ def tells(head: bytes) -> bool:
     # lossy, as the rows are read: a name in another encoding does not make it another format
     text = as_utf8(head).utf8.decode("utf-8", "replace")
     lines = text.splitlines()[:2]
-    if not lines or "\0" in text or text.lstrip()[:1] in MARKUP:
+    if not lines or "\0" in text or is_markup(head):
         return False
     mark = separator(lines[0])
     names = fields(lines[0], mark)
@@ -45,6 +43,11 @@ def tells(head: bytes) -> bool:
     return all(names) and all(
         (len(row) == len(names) or (mark == "," and len(row) > len(names))) and any(map(is_number, row))
         for row in rows)
+
+
+def is_markup(head: bytes) -> bool:
+    """Whether the content begins as JSON or XML does."""
+    return as_utf8(head).utf8.lstrip()[:1] in _MARKUP
 
 
 def _alike(one: list[str], two: list[str]) -> bool:

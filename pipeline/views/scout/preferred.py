@@ -1,4 +1,4 @@
-"""What a policy that looks prefers: the actions that it appraises highest, by where the ball is."""
+"""Preferences of a policy that looks: the actions that it appraises highest, by where the ball is."""
 
 from __future__ import annotations
 
