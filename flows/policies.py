@@ -78,11 +78,13 @@ def compute(inputs: Inputs, settings: PolicySettings) -> Made:
     team, seen = imitates(knowledge), of_imitated(knowledge, inputs.table("knowledge", Occasions))
     order = pl.DataFrame({"match_id": [receipt.name for receipt in inputs["sides"]]}).with_row_index("place")
     mine = sides_of(team, pl.concat(inputs.batches("sides", Sides)))
-    decisions = pl.concat(inputs.tables("decisions", Decisions)).join(order, on="match_id").join(
-        mine, on=("match_id", "team"), how="left").filter(pl.col("chosen") | pl.col("own"))
+    decisions = pl.concat([
+        table.join(order, on="match_id").join(mine, on=("match_id", "team"), how="left")
+        .filter(pl.col("chosen") | pl.col("own")).select("place", *Decisions.dtypes())
+        for table in inputs.tables("decisions", Decisions)])
     if settings.learner == "sight":
         seen = actions(seen, TABLE_1, settings.appraisals)
-    ordered = decisions.sort("place", maintain_order=True).select(list(Decisions.dtypes()))
+    ordered = decisions.sort("place", maintain_order=True).drop("place")
     policy, report = train(
         [ordered], seen, inputs.table("parent", Policies) if "parent" in inputs else None,
         settings, inputs.version, knowledge.version,

@@ -77,21 +77,21 @@ def appraise(
         nobody was watched at so often, has its mean alone, as if ``leaf_samples`` more decisions had changed
         nothing. And the pairs that are kept.
     """
-    made = decisions.filter("chosen").join(
-        sights.select("match_id", "team", "robot", "t_ns", "sight", "change"),
-        on=("match_id", "team", "robot", "t_ns"), maintain_order="left",
-    ).filter(pl.col("change").is_not_null(), pl.col("behaviour_id").is_not_null()).with_columns(
-        code=_CODES).filter(pl.col("code").list.len() == 1).with_columns(
-        code=pl.col("code").list.first().cast(pl.Int16)).select("role", "code", "sight", "change")
+    at, seen = ("match_id", "team", "robot", "t_ns"), sights["sight"]
+    made = (
+        decisions.filter("chosen").select(*at, "role", code=_CODES).filter(pl.col("code").list.len() == 1)
+        .join(sights.select(*at, "change").with_row_index("row"), on=at, maintain_order="left")
+        .filter(pl.col("change").is_not_null())
+        .select("role", pl.col("code").list.first().cast(pl.Int16), "row", "change"))
     if settings.codes == "shuffled":
         made = made.with_columns(pl.col("code").shuffle(settings.seed).over("role"))
-    grown = _appraised(made, set(made["code"]), settings)
+    grown = _appraised(made, seen, set(made["code"]), settings)
     if settings.watched and watched is not None:
-        shown = watched.filter(
+        shown = watched.with_row_index("row", offset=len(seen)).filter(
             pl.col("change").is_not_null(), pl.col("code") != MOVES_RANDOMLY).select(made.columns)
+        seen = pl.concat([seen, watched["sight"]])
         with_trees = {code for code, trees in grown.items() if len(trees.start)}
-        untried = set(shown["code"]) - with_trees
-        by_others = _appraised(shown, untried, settings)
+        by_others = _appraised(shown, seen, set(shown["code"]) - with_trees, settings)
         grown |= {code: trees for code, trees in by_others.items() if len(trees.start)}
         made = pl.concat([made, shown])
     schema = pl.Schema(Appraisals.dtypes())
@@ -99,35 +99,42 @@ def appraise(
         part.select(pl.lit(version).alias("version"), pl.lit(code).alias("code"), pl.all()).cast(schema)
         for code, trees in sorted(grown.items()) for part in _tables(trees))])
     looked = made.gather_every(-(-made.height // _LOOKED) or 1)
-    kept = [_kept(own, looked.filter(role=role), grown, settings.least_share)
+    kept = [_kept(own, _rows(seen, looked.filter(role=role)), grown, settings.least_share)
             for (role,), own in pairs.group_by("role", maintain_order=True)]
     return appraisals, pl.concat([pairs.clear(), *kept])
 
 
-def _appraised(made: pl.DataFrame, codes: set[int], settings: AppraisalSettings) -> dict[int, Trees]:
+def _rows(seen: pl.Series, moments: pl.DataFrame) -> F32:
+    """What was seen at moments, float32 [T, 30], by their ``row`` in ``seen``."""
+    return np.asarray(seen.gather(moments["row"]).to_numpy(), dtype=np.float32)
+
+
+def _appraised(
+    made: pl.DataFrame, seen: pl.Series, codes: set[int], settings: AppraisalSettings
+) -> dict[int, Trees]:
     """The trees of some codes: of what is left of V's change after what is expected at the sight.
 
     Args:
-        made: columns code, sight and change; what is expected is that of all its rows.
+        made: columns code, row in ``seen``, and change; what is expected is that of all its rows.
+        seen: sights, of these moments and maybe others.
         codes: those that trees are wanted of; each is in ``made``.
         settings: the trees.
     """
-    seen, change = made["sight"].to_numpy().astype(np.float32), made["change"].to_numpy()
-    expected = _grow(seen, change, settings.model_copy(update={
+    sight, change = _rows(seen, made), made["change"].to_numpy()
+    expected = _grow(sight, change, settings.model_copy(update={
         "trees": settings.expected_trees, "leaves": settings.expected_leaves}))
-    left, code = change - logits(expected, seen), made["code"].to_numpy()
-    return {int(each): _grow(seen[code == each], left[code == each], settings) for each in sorted(codes)}
+    left, code = change - logits(expected, sight), made["code"].to_numpy()
+    return {int(each): _grow(sight[code == each], left[code == each], settings) for each in sorted(codes)}
 
 
 def _kept(
-    own: pl.DataFrame, looked: pl.DataFrame, grown: dict[int, Trees], least_share: float
+    own: pl.DataFrame, sight: F32, grown: dict[int, Trees], least_share: float
 ) -> pl.DataFrame:
     """The pairs of a role whose action is the best at enough of its sights; those never tried stay, too."""
     codes = own.select(_CODES.list.first().cast(pl.Int64)).to_series().to_list()
     tried = [code for code in codes if code in grown]
-    if looked.is_empty() or not tried:
+    if not len(sight) or not tried:
         return own
-    sight = looked["sight"].to_numpy().astype(np.float32)
     best = np.array([logits(grown[code], sight) for code in tried]).argmax(axis=0)
     share = dict(zip(tried, np.bincount(best, minlength=len(tried)) / len(best), strict=True))
     return own.filter(pl.Series([code not in share or bool(share[code] >= least_share) for code in codes]))
