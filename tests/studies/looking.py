@@ -9,7 +9,8 @@ seed and sides swapped, in each arm. The independent observation is the apprenti
 the five. The settings were chosen on seasons of seeds 901 to 914 and matches of seeds 740,000 to 880,019. That the
 team with the late camera predicts was chosen after its first five seasons, which did not and missed their aim; so it
 has seasons and matches of fresh seeds. So have the apprentices of ``looking-all``, which are offered all 31 actions
-and not only those that they watched: ten seasons of each (``studies.imitation``) showed that they play better.
+and not only those that they watched: ten seasons of each (``studies.imitation``) showed that they play better. Their
+matches with cameras that disturb, and their seasons with the late one, were added when their other matches were known.
 
 ``results.csv`` has a row for each apprentice, arm and opponent, ``controls.csv`` the same of teams that learn
 nothing, on the same seeds. ``aims.csv`` says what was reached. ``decisions.csv`` describes the decisions of four
@@ -59,6 +60,9 @@ LATE_SEEDS = range(2_200_000, 2_200_050)
 #: The same of the apprentices that are offered all actions.
 ALL_SEASONS = range(2021, 2026)
 ALL_SEEDS = range(2_300_000, 2_300_050)
+#: The same of those among them whose camera is late.
+ALL_LATE_SEASONS = range(2031, 2036)
+ALL_LATE_SEEDS = range(2_400_000, 2_400_050)
 #: Seeds of the logged matches.
 LOGGED = range(2_100_000, 2_100_004)
 STATIC, CONSTANT = "static", "best-constant"
@@ -93,30 +97,45 @@ class Arm(NamedTuple):
     predict_s: float | None = None
 
 
+
+
+def _disturbed(arm: Arm, prefix: str = "") -> list[Arm]:
+    """The arms in which a camera's usual noise disturbs the apprentices of an arm, with three kinds of ground."""
+    rolling = {"": 1.0, ", rolling -50%": 0.5, ", rolling +50%": 1.5}
+    return [arm._replace(name=f"{prefix}camera noise{said}", opponents=(STATIC,), how=USUAL.model_copy(update={
+        "camera": _TYPICAL, "physics": PhysicsSettings(rolling=share * _ROLLING)})) for said, share in rolling.items()]
+
+
+_LOOKING = Arm("panel", PANEL)
 _TRAINED_LATE = Arm("late camera, trained under it", (STATIC,), _LATE, trained="looking-late",
                     seasons=LATE_SEASONS, seeds=LATE_SEEDS)
 _ALL = Arm("all actions offered", PANEL, trained=ALL, seasons=ALL_SEASONS, seeds=ALL_SEEDS)
 _ALL_BLIND = _ALL._replace(name="all actions offered, blind", opponents=(STATIC,), blind=True)
+_ALL_LATE = Arm("all actions offered, late camera, trained under it", (STATIC,), _LATE, trained="looking-all-late",
+                seasons=ALL_LATE_SEASONS, seeds=ALL_LATE_SEEDS)
+#: Arms in which a camera disturbs the apprentices, by the settings that they differ from.
+DISTURBED = {
+    SETTINGS: [*_disturbed(_LOOKING), _TRAINED_LATE],
+    ALL: [*_disturbed(_ALL, "all actions offered, "), _ALL_LATE],
+}
 ARMS = (
-    Arm("panel", PANEL),
-    Arm("blind", (STATIC,), blind=True),
-    Arm("camera noise", (STATIC,), USUAL.model_copy(update={"camera": _TYPICAL})),
-    *(Arm(f"camera noise, rolling {share:+.0%}", (STATIC,), USUAL.model_copy(update={
-        "camera": _TYPICAL, "physics": PhysicsSettings(rolling=(1 + share) * _ROLLING)})) for share in (-0.5, 0.5)),
-    _TRAINED_LATE,
+    _LOOKING,
+    _LOOKING._replace(name="blind", opponents=(STATIC,), blind=True),
+    *DISTURBED[SETTINGS],
     _TRAINED_LATE._replace(name="late camera, trained under it, does not predict", predict_s=0.0),
     Arm("actions shuffled in training", (STATIC,), trained="looking-shuffled"),
     _ALL,
     _ALL_BLIND,
+    *DISTURBED[ALL],
 )
-#: Arms in which a camera disturbs the apprentices.
-DISTURBED = [arm.name for arm in ARMS if not arm.how.camera.off and arm.predict_s is None]
-#: Teams that learn nothing: the panel without lateness, and the late camera with and without prediction.
+#: Teams that learn nothing: against the panel, and with cameras that disturb.
 CONTROLS = (
     *((word, Arm("panel", [opponent for opponent in PANEL if opponent != word]))
       for word in (CONSTANT, "constant:044", "pressing")),
     *((CONSTANT, Arm(name, (STATIC,), _LATE, seeds=LATE_SEEDS, predict_s=predict_s))
       for name, predict_s in (("late camera", 0.0), ("late camera, predicts", 0.1))),
+    *((CONSTANT, arm) for arm in DISTURBED[ALL] if arm is not _ALL_LATE),
+    (CONSTANT, _ALL_LATE._replace(name="all actions offered, late camera, predicts", predict_s=0.1)),
     (CONSTANT, _ALL._replace(opponents=[opponent for opponent in PANEL if opponent != CONSTANT])),
 )
 
@@ -311,8 +330,8 @@ def main(out: Path, data: Path) -> None:
         out / "controls.csv", float_precision=2)
     reached = [
         {"season": season} | aim._asdict() | {"reached": aim.reached}
-        for season, arm, blind, others in ((SETTINGS, "panel", "blind", DISTURBED), (ALL, _ALL.name, _ALL_BLIND.name, []))
-        for aim in aims(results, arm, blind, controls[CONSTANT, arm, STATIC], others)]
+        for season, arm, blind in ((SETTINGS, _LOOKING.name, "blind"), (ALL, _ALL.name, _ALL_BLIND.name))
+        for aim in aims(results, arm, blind, controls[CONSTANT, arm, STATIC], [each.name for each in DISTURBED[season]])]
     pl.DataFrame(reached).write_csv(out / "aims.csv", float_precision=2)
     pl.DataFrame([described(store, f"{season}-static-{seed}")
                   for season, seeds in ((SETTINGS, SEASONS), (ALL, ALL_SEASONS)) for seed in seeds]).write_csv(
