@@ -168,6 +168,7 @@ paradigms: $(READY)  ## section 5 of the paper in full (about 45 minutes)
 # The settings were searched for with seeds below 101.
 SEASON = $(BIN)/pitchlore season --seed 101 --on processes:2 --discard --data $(STUDY_DATA)
 EVALUATE = $(BIN)/pitchlore evaluate --export data/studies/evaluations --data $(STUDY_DATA)
+APPRENTICES := 101 102 103 104 105
 IDEAS := begin-all bold both-teams constant-steps each-decision grams influence no-interrupts no-least-time \
   one-match optimistic paper-clock random-tries short-traces states
 # What the paper leaves open, see pipeline/studies/seasons/named/paper-vary-*.toml.
@@ -181,15 +182,15 @@ seasons: $(READY)  ## sections 4 and 6: the paper's seasons, ours, and an ablati
 	$(SEASON) --settings best --opponent static --opponent human-like --seasons 5
 	$(SEASON) --settings best-in-games --seasons 5
 	for idea in $(IDEAS); do $(SEASON) --settings best-$$idea --games 20 --seasons 3 || exit 1; done
-	for other in random static; do \
-	  $(EVALUATE) --policy static --against $$other --matches 200 --minutes 2 || exit 1; \
-	  for code in 044 021; do $(EVALUATE) --policy constant:$$code --against $$other --matches 100 || exit 1; done; \
-	  for seed in 101 102 103 104 105; do \
-	    for ours in best best-in-games; do \
-	      $(EVALUATE) --policy $$ours-static-$$seed --against $$other --matches 100 || exit 1; \
-	    done; \
+	for other in random static; do $(EVALUATE) --policy static --against $$other --matches 200 --minutes 2 || exit 1; done
+	for team in constant:044 constant:021 best-constant $(addprefix best-static-,$(APPRENTICES)); do \
+	  for against in "--against random" --panel; do \
+	    $(EVALUATE) --policy $$team $$against --matches 100 || exit 1; \
 	  done; \
 	done
+	for seed in $(APPRENTICES); do for other in random static; do \
+	  $(EVALUATE) --policy best-in-games-static-$$seed --against $$other --matches 100 || exit 1; \
+	done; done
 	$(BIN)/pitchlore report --export data/studies/seasons --data $(STUDY_DATA)
 
 # Paper's figures need games 1 to 10, and a few after the change of the score.

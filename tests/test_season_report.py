@@ -20,6 +20,7 @@ from flows.teams import entrant
 from pipeline import arena
 from pipeline.arena.match.recipe import Recipe, TeamSettings
 from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.arena.teams.panel import PANEL
 from pipeline.arena.teams.table import TEAMS
 from pipeline.errors import NotFound
 from pipeline.store import Store
@@ -221,13 +222,18 @@ def test_evaluation_commands():
         evaluation("best-static-s1", pairs=100), evaluation("best-static-s1", "random", 3, first=2, minutes=2.5),
         evaluation("best-static-s2", pairs=2), evaluation("best-static-s2", pairs=1, first=7), evaluation("best-static-s9"),
         evaluation("best-static-s2", "v3", 1),
+        *(evaluation("best-constant", opponent, 2) for opponent in (*PANEL, "random")),
+        *(evaluation("constant:044", opponent, 2) for opponent in PANEL[1:]),
     ])
     assert list(evaluating(games, rows)) == [
+        "pitchlore evaluate --policy best-constant --panel --matches 4",
+        "pitchlore evaluate --policy best-constant --against random --matches 4",
         "pitchlore evaluate --policy best-static-s1 --against random --matches 6 --seed 2 --minutes 2.5",
         "pitchlore evaluate --policy best-static-s1 --against static --matches 200",
         "pitchlore evaluate --policy best-static-s2 --against static --matches 4",
         "pitchlore evaluate --policy best-static-s2 --against static --matches 2 --seed 7",
         "pitchlore evaluate --policy best-static-s2 --against learned:3 --matches 2",
+        *(f"pitchlore evaluate --policy constant:044 --against {opponent} --matches 4" for opponent in sorted(PANEL[1:])),
     ]
 
 

@@ -15,6 +15,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 import polars as pl
 
+from pipeline.arena.teams.constant import BEST
 from pipeline.statistics import UNDEFINED, Estimate, difference, mean_interval, wilson
 from pipeline.studies.claims import Evidence
 from pipeline.studies.seasons import table3
@@ -43,9 +44,9 @@ EFFECTIVE = pl.col("direct").cast(pl.Int64) + pl.col("indirect")
 WON = (pl.col("goals_for") > pl.col("goals_against")).cast(pl.Float64)
 LOST = (pl.col("goals_for") < pl.col("goals_against")).cast(pl.Float64)
 
-#: Constant teams that stand beside the apprentices: each robot always takes the same behaviour
+#: Constant teams that stand beside the apprentices: each role always takes the same behaviour
 #: (:mod:`pipeline.arena.teams.constant`). Whatever an apprentice has learned, it must do better.
-CONTROLS = ("constant:044", "constant:021")
+CONTROLS = ("constant:044", "constant:021", BEST)
 #: What a control was trained against.
 NOTHING = "–"
 

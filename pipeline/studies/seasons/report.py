@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import polars as pl
 
 from pipeline.arena.physics.laws import RefereeSettings
+from pipeline.arena.teams.panel import PANEL
 from pipeline.studies.claims import counted
 from pipeline.studies.document import code, interval, number, picture, table
 from pipeline.studies.seasons.claims import ABLATION, AIM, BEST, IN_GAMES, LATE, LEAST_SEASONS, PAPER, STATIC
@@ -184,8 +185,9 @@ class SeasonsReport:
             "come in pairs with sides swapped and are as long as the games of its season. Goals and wins are "
             "means over the seasons, one apprentice each. The interval of a rate is "
             f"{_OF_RATES.format('pairs')}. In a constant team every robot always takes one behaviour: 044 "
-            "reaches the ball, 021 kicks it to the adversary's goal. It plays the same pairs, and its means "
-            f"are over pairs.{left}")
+            "reaches the ball, 021 kicks it to the adversary's goal. best-constant has a behaviour for each "
+            "role, those that do best against the static team. Constant teams play the same pairs, and their "
+            f"means are over pairs.{left}")
         names = {"opponent": "trained against", "against": "measured against"}
         yield _with_intervals(
             measured(self.games, self.evaluations).rename(names),
@@ -275,19 +277,22 @@ def commands(games: pl.DataFrame) -> Iterator[str]:
 
 
 def evaluating(games: pl.DataFrame, evaluations: pl.DataFrame) -> Iterator[str]:
-    """Commands that measure apprentices and controls again, one for each row of consecutive seeds."""
-    teams = [*distinct(games)["season"], *CONTROLS]
+    """Commands that measure apprentices and controls again; each row of consecutive seeds has its own."""
+    teams, key = [*distinct(games)["season"], *CONTROLS], ("team", "opponent", "duration_s")
     counted = evaluations.filter(pl.col("team").is_in(teams))
-    pairs = counted.group_by("team", "opponent", "duration_s", pair="seed").agg().sort(pl.all())
-    usual = RefereeSettings().duration_s
-    for (team, opponent, seconds), mine in pairs.partition_by(
-        "team", "opponent", "duration_s", as_dict=True).items():
-        minutes = "" if seconds == usual else f" --minutes {minutes_of(seconds)}"
-        runs = mine.with_columns(run=(pl.col("pair").diff() != 1).fill_null(value=False).cum_sum())
-        for run in runs.partition_by("run"):
-            first = "" if run["pair"][0] == 0 else f" --seed {run['pair'][0]}"
-            yield (f"pitchlore evaluate --policy {team} --against {word_of(opponent)}"
-                   f" --matches {2 * run.height}{first}{minutes}")
+    pairs = counted.group_by(*key, pair="seed").agg().sort(pl.all())
+    runs = pairs.with_columns(
+        run=(pl.col("pair").diff() != 1).fill_null(value=True).cum_sum().over(key)
+    ).group_by(*key, "run", maintain_order=True).agg(first=pl.col("pair").min(), matches=2 * pl.len())
+    together = runs.group_by("team", "duration_s", "first", "matches", maintain_order=True).agg("opponent")
+    for team, seconds, first, matches, opponents in together.iter_rows():
+        words = list(map(word_of, opponents))
+        panel = PANEL if set(PANEL) <= set(words) else ()
+        seed = "" if first == 0 else f" --seed {first}"
+        minutes = "" if seconds == RefereeSettings().duration_s else f" --minutes {minutes_of(seconds)}"
+        others = (f"--against {word}" for word in words if word not in panel)
+        for whom in (*(["--panel"] if panel else []), *others):
+            yield f"pitchlore evaluate --policy {team} {whom} --matches {matches}{seed}{minutes}"
 
 
 def _ablated(rows: pl.DataFrame) -> str:
